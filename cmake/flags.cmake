@@ -1,0 +1,37 @@
+# Warnings, sanitizers, and one place that says how each kind of code is compiled.
+add_library(cvol_flags INTERFACE)
+target_compile_options(cvol_flags INTERFACE
+  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wmissing-prototypes -Wvla
+  -Wno-psabi -fvisibility=hidden -ffp-contract=off)
+if(CVOL_WERROR)
+  target_compile_options(cvol_flags INTERFACE -Werror)
+endif()
+if(CVOL_SANITIZE)
+  target_compile_options(cvol_flags INTERFACE
+    -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g)
+  target_link_options(cvol_flags INTERFACE -fsanitize=address,undefined)
+endif()
+
+# cvol_add_simd_source(TARGET FILE [FLAGS...]): compiles a kernel file once per instruction
+# set; inside, CVOL_SIMD(name) gives each function its own suffix. src/base/cpu.h chooses.
+function(cvol_add_simd_source target file)
+  set(sets base)
+  set(flags_base "")
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|amd64")
+    list(APPEND sets avx2 avx512)
+    set(flags_avx2 -mavx2 -mfma -mf16c -mtune=haswell)
+    set(flags_avx512 -mavx512f -mavx512bw -mavx512dq -mavx512vl -mfma -mf16c
+        -mprefer-vector-width=512)
+  endif()
+  get_filename_component(stem ${file} NAME_WE)
+  foreach(set IN LISTS sets)
+    set(object ${target}_${stem}_${set})
+    add_library(${object} OBJECT ${file})
+    target_link_libraries(${object} PRIVATE cvol_flags)
+    target_include_directories(${object} PRIVATE
+      ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src)
+    target_compile_options(${object} PRIVATE ${flags_${set}} ${ARGN})
+    target_compile_definitions(${object} PRIVATE CVOL_SIMD_SET=${set})
+    target_sources(${target} PRIVATE $<TARGET_OBJECTS:${object}>)
+  endforeach()
+endfunction()

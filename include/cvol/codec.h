@@ -1,0 +1,65 @@
+/* cvol/codec.h - from dense samples to compressed arrays, and the .cvol container. */
+#ifndef CVOL_CODEC_H
+#define CVOL_CODEC_H
+
+#include "cvol/array.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum cvol_target {
+    CVOL_TARGET_RATIO = 1,    /* raw bytes / file bytes at least, and at most 2 % more */
+    CVOL_TARGET_PSNR = 2,     /* dB over the range of the samples, at least */
+    CVOL_TARGET_MAX_ERROR = 3 /* largest |original - decoded|, at most */
+} cvol_target;
+
+typedef struct cvol_compress_options {
+    cvol_transform transform; /* CVOL_DCT */
+    int block;                /* 8, 16 or 32 */
+    cvol_target target;
+    double target_value;
+} cvol_compress_options;
+
+/* DCT blocks of 16^3 at ratio 30. */
+CVOL_API cvol_compress_options cvol_compress_options_defaults(void);
+
+/* What a compression reached; every figure measured on the encoded bytes, decoded again. */
+typedef struct cvol_compress_report {
+    double ratio;   /* raw bytes / file bytes */
+    double psnr_db; /* infinity when exact */
+    double max_error;
+    uint64_t file_bytes;
+    int lossless;   /* decoded samples equal the original ones */
+    int target_met; /* 0 only for a ratio that lies beyond lossless or beyond the coarsest step */
+    int trials;     /* steps tried */
+} cvol_compress_report;
+
+/* Compresses the samples (described by `grid`, x fastest) into a new array.
+ * The step is searched so that the target holds, and the result is verified by decoding the
+ * encoded bytes. A ratio lower than what is lossless already gives the lossless array
+ * (report->lossless, a ratio above the asked one). report may be NULL. The caller frees *out.
+ * Cost: one forward transform, and per trial one quantisation and coding of it.
+ * Errors: ARGUMENT, DATA (NaN or infinite samples: how many and the index of the first),
+ * TARGET, MEMORY, CANCELLED, UNSUPPORTED. */
+CVOL_API int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                           const void *samples, const cvol_grid *grid,
+                           const cvol_compress_options *options);
+
+/* Writes the array as a .cvol file (doc/format.md): temporary name, sync, rename.
+ * Deterministic bytes. Errors: IO, MEMORY, CANCELLED. */
+CVOL_API int cvol_array_write(cvol_context *context, const cvol_array *array, const char *path,
+                              uint64_t *file_bytes);
+
+/* Reads a .cvol file. The caller frees *out. file_bytes may be NULL.
+ * Errors: IO, FORMAT, CORRUPT, LIMIT, UNSUPPORTED, MEMORY. */
+CVOL_API int cvol_array_read(cvol_context *context, cvol_array **out, const char *path,
+                             uint64_t *file_bytes);
+
+/* 1 if the file begins with the .cvol signature, 0 if not or unreadable. */
+CVOL_API int cvol_file_is_cvol(const char *path);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

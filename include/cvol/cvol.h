@@ -1,0 +1,12 @@
+/* cvol/cvol.h - all public headers of cvol. */
+#ifndef CVOL_CVOL_H
+#define CVOL_CVOL_H
+
+#include "cvol/array.h"
+#include "cvol/base.h"
+#include "cvol/codec.h"
+#include "cvol/image.h"
+#include "cvol/render.h"
+#include "cvol/volume.h"
+
+#endif

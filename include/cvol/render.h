@@ -1,0 +1,116 @@
+/* cvol/render.h - pictures of volumes, straight from their compressed form.
+ *
+ * World coordinates of the camera: sample (x, y, z) lies at (x, y, z) times the grid's spacing;
+ * the grid's origin and axis directions are kept for files but do not turn the picture.
+ */
+#ifndef CVOL_RENDER_H
+#define CVOL_RENDER_H
+
+#include "cvol/array.h"
+#include "cvol/image.h"
+#include "cvol/volume.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- transfer functions ------------------------------------------------------------ */
+
+/* From sample values to colour and opacity. */
+typedef struct cvol_transfer cvol_transfer;
+
+/* One control point: value in the data's own units, colour and opacity in 0..1. Opacity is
+ * what one mean sample spacing of this value hides: along a length d (in mean spacings) it
+ * becomes 1 - (1 - opacity)^d. */
+typedef struct cvol_transfer_point {
+    double value, r, g, b, opacity;
+} cvol_transfer_point;
+
+/* Linear between the points (sorted by value; two points of one value make a jump), constant
+ * outside. At least one point. The caller frees *out. Errors: ARGUMENT, MEMORY. */
+CVOL_API int cvol_transfer_create(cvol_context *context, cvol_transfer **out,
+                                  const cvol_transfer_point *points, size_t count);
+/* Reads {"points": [[value, r, g, b, opacity], ...]} or ParaView's colour-map JSON.
+ * Errors: IO, FORMAT, MEMORY. */
+CVOL_API int cvol_transfer_read(cvol_context *context, cvol_transfer **out, const char *path);
+CVOL_API void cvol_transfer_free(cvol_transfer *transfer);
+CVOL_API size_t cvol_transfer_count(const cvol_transfer *transfer);
+CVOL_API cvol_transfer_point cvol_transfer_get(const cvol_transfer *transfer, size_t index);
+
+/* How the samples of a volume are distributed: `bins` equal intervals of min..max. */
+#define CVOL_HISTOGRAM_BINS 256
+typedef struct cvol_histogram {
+    double min, max;
+    uint64_t bins[CVOL_HISTOGRAM_BINS];
+} cvol_histogram;
+/* Of an array: from a regular subset of its blocks (at most 1,024 of them), decoded.
+ * Of a volume: from a regular subset of its samples (at most 4 million). */
+CVOL_API int cvol_array_histogram(cvol_context *context, cvol_histogram *out,
+                                  const cvol_array *array);
+CVOL_API int cvol_volume_histogram(cvol_context *context, cvol_histogram *out,
+                                   const cvol_volume *volume);
+
+/* A named transfer function fitted to a histogram: "auto", "gray", "bone", "skin-bone", "mri",
+ * "hot", "viridis", ... Errors: ARGUMENT (the message lists the names), MEMORY. */
+CVOL_API int cvol_transfer_create_named(cvol_context *context, cvol_transfer **out,
+                                        const char *name, const cvol_histogram *histogram);
+/* "auto gray bone ..."; static storage. */
+CVOL_API const char *cvol_transfer_names(void);
+
+/* ---- rendering --------------------------------------------------------------------- */
+
+typedef enum cvol_engine {
+    CVOL_ENGINE_SHEET = 1, /* from the compressed array, sheet by sheet */
+    CVOL_ENGINE_RAY = 2    /* from dense samples, ray by ray: the truth */
+} cvol_engine;
+
+typedef enum cvol_mode {
+    CVOL_MODE_COMPOSITE = 1, /* colour and opacity, front to back */
+    CVOL_MODE_XRAY = 2,      /* mean of the samples along the ray, over min..max, white on black */
+    CVOL_MODE_MIP = 3        /* largest sample along the ray, over min..max, white on black */
+} cvol_mode;
+
+/* Parallel projection. The eye lies in direction (cos e sin a, -cos e cos a, sin e) of the
+ * centre of the box of sample centres, for azimuth a and elevation e; +z is up; roll turns the
+ * camera counter-clockwise about its viewing direction. Half the picture's height is half the
+ * diagonal of the box divided by zoom. */
+typedef struct cvol_camera {
+    double azimuth_deg, elevation_deg, roll_deg, zoom;
+} cvol_camera;
+
+typedef struct cvol_render_options {
+    int width, height; /* pixels */
+    cvol_mode mode;
+    cvol_camera camera;
+    double step_voxels;   /* sample distance along the ray in mean spacings; 0: the engine's
+                             own (ray: 0.5; sheet: one sheet per slice) */
+    double background[3]; /* R G B in 0..1 */
+} cvol_render_options;
+
+/* 512 x 512, composite, azimuth 0, elevation 0, zoom 1, black. */
+CVOL_API cvol_render_options cvol_render_options_defaults(void);
+
+/* A renderer keeps what frames of one volume share. One thread at a time. */
+typedef struct cvol_renderer cvol_renderer;
+
+/* A renderer over a compressed array (engine sheet). The array must outlive it. */
+CVOL_API int cvol_renderer_create_sheet(cvol_context *context, cvol_renderer **out,
+                                        const cvol_array *array);
+/* A renderer over dense samples (engine ray). The volume must outlive it. NaN samples count as the
+ * smallest sample. */
+CVOL_API int cvol_renderer_create_ray(cvol_context *context, cvol_renderer **out,
+                                      const cvol_volume *volume);
+CVOL_API void cvol_renderer_free(cvol_renderer *renderer);
+/* Sets the transfer function of mode composite; it is copied. */
+CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,
+                                        const cvol_transfer *transfer);
+/* Renders one picture into `image`, which is created by the caller with the options' size;
+ * every pixel becomes opaque over the background. Bit-identical for any number of threads.
+ * Errors: ARGUMENT, MEMORY, CANCELLED. */
+CVOL_API int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
+                                  const cvol_render_options *options);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

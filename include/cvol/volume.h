@@ -1,0 +1,75 @@
+/* cvol/volume.h - dense volumes, their files and their samples. */
+#ifndef CVOL_VOLUME_H
+#define CVOL_VOLUME_H
+
+#include "cvol/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Dense samples and their geometry. `data` holds cvol_grid_bytes(&grid) bytes in the
+ * machine's byte order, x fastest (see cvol_grid), 64-byte aligned. */
+typedef struct cvol_volume {
+    cvol_grid grid;
+    void *data;
+} cvol_volume;
+
+/* Allocates a volume of this grid, samples zero. The caller frees it with
+ * cvol_volume_free. Errors: ARGUMENT, LIMIT, MEMORY. */
+CVOL_API int cvol_volume_create(cvol_context *context, cvol_volume **out, const cvol_grid *grid);
+/* Frees a volume; NULL is allowed. */
+CVOL_API void cvol_volume_free(cvol_volume *volume);
+
+/* How to read what a file does not say itself. */
+typedef struct cvol_read_options {
+    /* For raw samples (a file name that no other reader claims): all three dims and the
+     * type are needed. For any other format they must stay zero. */
+    size_t dims[3];
+    cvol_type type;
+    int big_endian;
+    double spacing[3]; /* 0: 1 */
+} cvol_read_options;
+
+CVOL_API cvol_read_options cvol_read_options_defaults(void);
+
+/* Reads a volume; the format is recognised by content, else by name: NIfTI-1/2 (.nii, .nii.gz),
+ * NRRD (.nrrd, .nhdr; raw, gzip, ascii), MetaImage (.mha, .mhd), or raw samples with
+ * options->dims and options->type. options may be NULL. The caller frees *out.
+ * Cost: one pass over the file, one dense volume of memory.
+ * Errors: IO, FORMAT, UNSUPPORTED, LIMIT, MEMORY, ARGUMENT, CANCELLED. */
+CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
+                              const cvol_read_options *options);
+
+/* Writes a volume in its own sample type; the name's ending chooses the format: .nrrd, .nhdr,
+ * .nii, .nii.gz, .mha, .mhd, .raw. The file appears under its name only when it is whole; what
+ * was there before stays until then. Errors: ARGUMENT (unknown ending), UNSUPPORTED, IO, MEMORY. */
+CVOL_API int cvol_volume_write(cvol_context *context, const cvol_volume *volume, const char *path);
+
+/* The reader and writer endings, for messages: ".nrrd .nhdr ..."; static storage. */
+CVOL_API const char *cvol_volume_formats(void);
+
+/* Minimum, maximum and mean of the samples, and how many are NaN or infinite (those are left
+ * out of the other three), with the index (x fastest) of the first of them. */
+typedef struct cvol_sample_stats {
+    double min, max, mean;
+    size_t bad_count, bad_first;
+} cvol_sample_stats;
+CVOL_API int cvol_volume_stats(cvol_context *context, cvol_sample_stats *out,
+                               const cvol_volume *volume);
+
+/* Replaces every NaN or infinite sample by `value`. */
+CVOL_API int cvol_volume_fill(cvol_context *context, cvol_volume *volume, double value);
+
+/* How far volume b is from volume a (same dims): rmse, largest |a - b|, and
+ * psnr_db = 20 log10((max a - min a) / rmse), infinity when equal. */
+typedef struct cvol_volume_difference {
+    double psnr_db, rmse, max_abs_error, peak;
+} cvol_volume_difference;
+CVOL_API int cvol_volume_compare(cvol_context *context, cvol_volume_difference *out,
+                                 const cvol_volume *a, const cvol_volume *b);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

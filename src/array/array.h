@@ -1,0 +1,117 @@
+/* The compressed array's inside.
+ *
+ * Blocks are numbered x fastest: block (i, j, l) has index i + blocks[0] (j + blocks[1] l).
+ * A block is a list of terms, one 32-bit word each: the low `place_bits` bits hold the
+ * coefficient's place u + B v + B^2 w, the rest its quantised value as a signed number. A value
+ * that does not fit is an escape word (the most negative value) followed by one word that is the
+ * value itself. Places rise strictly within a block. A coefficient is value times step.
+ *
+ * What decodes is `offset` plus the inverse transform of the terms.
+ */
+#ifndef CVOL_ARRAY_ARRAY_H
+#define CVOL_ARRAY_ARRAY_H
+
+#include "cvol/array.h"
+
+typedef struct cvol_block {
+    const uint32_t *terms; /* words; owned by the array's pools */
+    uint32_t words;        /* how many, escapes included */
+    uint8_t low[3];        /* per axis 1 + the highest frequency with a term; 0 if none */
+    uint8_t range[2];      /* bounds of the block's decoded samples, see cvol_array_range */
+} cvol_block;
+
+struct cvol_array {
+    cvol_grid grid;
+    cvol_transform transform;
+    int block;      /* B */
+    int block_log2; /* 3, 4 or 5 */
+    size_t blocks[3], block_count;
+    double step, offset;
+    double value_min, value_max;
+    double psnr_db, max_error, l2_error;
+    double range_min, range_max; /* what range codes 0 and 255 stand for */
+    cvol_block *block_table;
+    uint32_t **pools; /* memory of the terms */
+    size_t pool_count, pool_capacity;
+    uint64_t coefficients, pool_words;
+};
+
+/* An array of this grid in blocks of B = 8, 16 or 32, without any terms; step 1, offset 0.
+ * Errors: ARGUMENT, MEMORY, and those of cvol_grid_check. */
+int cvol_array_create(cvol_context *context, cvol_array **out, const cvol_grid *grid, int block);
+
+/* Hands `words` words of terms, allocated with malloc, to the array, which frees them. On
+ * failure the caller keeps them. Not safe for two threads at once. Errors: MEMORY. */
+int cvol_array_adopt_pool(cvol_context *context, cvol_array *array, uint32_t *terms, size_t words);
+
+/* ---- terms ------------------------------------------------------------------------------ */
+
+static inline int cvol_place_bits(int block_log2)
+{
+    return 3 * block_log2;
+}
+
+/* The value that marks an escape: the most negative that the upper bits hold. */
+static inline int32_t cvol_term_escape(int place_bits)
+{
+    return -(INT32_C(1) << (31 - place_bits));
+}
+
+/* Writes a term, value != 0, to words[0 .. 1]; the number of words it took. */
+static inline uint32_t cvol_term_pack(uint32_t *words, uint32_t place, int32_t value,
+                                      int place_bits)
+{
+    int32_t escape = cvol_term_escape(place_bits);
+    if (value > escape && value < -escape) {
+        words[0] = (uint32_t)value << place_bits | place;
+        return 1;
+    }
+    words[0] = (uint32_t)escape << place_bits | place;
+    words[1] = (uint32_t)value;
+    return 2;
+}
+
+/* Reads the term at *words, moves *words behind it. */
+static inline int32_t cvol_term_unpack(const uint32_t **words, uint32_t *place, int place_bits)
+{
+    uint32_t word = *(*words)++;
+    *place = word & ((UINT32_C(1) << place_bits) - 1);
+    int32_t value = (int32_t)word >> place_bits;
+    if (__builtin_expect(value == cvol_term_escape(place_bits), 0))
+        value = (int32_t) * (*words)++;
+    return value;
+}
+
+/* Sets `low` of a block from its terms. */
+void cvol_block_find_low(cvol_block *block, int block_log2);
+
+/* ---- blocks and samples ----------------------------------------------------------------- */
+
+/* Reads block `index` of dense samples as floats, minus `offset`, into out[B^3] (x fastest).
+ * Beyond the volume's faces the last sample is repeated: of all extensions it has the least
+ * gradient, so it costs the fewest coefficients. */
+void cvol_block_gather(float *out, const void *samples, const cvol_grid *grid, int block,
+                       size_t index, double offset);
+
+/* Evaluates block `index` whole, as floats without `offset`, into out[B^3] (x fastest), by the
+ * kernel that gives the same bits on every processor. */
+void cvol_block_evaluate(float *out, const cvol_array *array, size_t index);
+
+/* Turns float samples without `offset` into the grid's type as cvol_array_evaluate_box
+ * documents it. */
+void cvol_samples_store(void *out, const float *in, size_t count, const cvol_array *array);
+
+/* Evaluates every block and sets range_min, range_max and each block's range codes (rounded
+ * outwards, so that skipping by them is safe). Errors: MEMORY, CANCELLED. */
+int cvol_array_find_ranges(cvol_context *context, cvol_array *array);
+
+/* The bounds of a block's decoded samples. */
+static inline void cvol_array_range(const cvol_array *array, size_t index, double *lo, double *hi)
+{
+    const cvol_block *block = &array->block_table[index];
+    double unit = (array->range_max - array->range_min) / 255;
+    *lo = array->range_min + unit * block->range[0];
+    *hi = array->range_min + unit * block->range[1];
+}
+
+#endif

@@ -1,0 +1,187 @@
+/* Samples from a compressed array: one block, any box, and the bounds of every block. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/array.h"
+#include "array/block_inverse.h"
+#include "base/context.h"
+#include "base/cpu.h"
+#include "base/memory.h"
+#include "transform/block.h"
+
+CVOL_SIMD_DECLARE(void, cvol_block_decode,
+                  (float *out, const cvol_block *block, const cvol_block_axes *axes, int block_log2,
+                   float step, cvol_block_work *work));
+
+/* The basis with rows padded to the lane width; needed for B = 8 only, the others are wide enough.
+ */
+static const float *lane_basis(float *padded, const float *basis, int block)
+{
+    if (block >= 16)
+        return basis;
+    memset(padded, 0, sizeof(float) * 8 * 16);
+    for (int u = 0; u < block; u++)
+        memcpy(padded + u * 16, basis + u * block, sizeof(float) * (size_t)block);
+    return padded;
+}
+
+void cvol_block_evaluate(float *out, const cvol_array *array, size_t index)
+{
+    const int B = array->block;
+    const cvol_block *block = &array->block_table[index];
+    if (block->words == 0) {
+        memset(out, 0, sizeof(float) * (size_t)(B * B * B));
+        return;
+    }
+    float padded[8 * 16] __attribute__((aligned(64)));
+    cvol_block_work work;
+    const float *basis = cvol_block_basis(B);
+    cvol_block_axes axes = {.lane = 0,
+                            .row = 1,
+                            .sheet = 2,
+                            .lane_points = B,
+                            .lane_width = B < 16 ? 16 : B,
+                            .row_points = B,
+                            .sheet_points = B,
+                            .lane_basis = lane_basis(padded, basis, B),
+                            .row_basis = basis,
+                            .sheet_basis = basis};
+    CVOL_SIMD_CHOOSE(cvol_block_decode)
+    (out, block, &axes, array->block_log2, (float)array->step, &work);
+}
+
+/* Copies the part of block (x fastest, origin `at`) that lies within the box to the box' samples.
+ */
+static void store_block(uint8_t *out, const float *samples, const cvol_array *array,
+                        const size_t at[3], const size_t begin[3], const size_t end[3])
+{
+    const size_t B = (size_t)array->block, size = cvol_type_size(array->grid.type);
+    size_t lo[3], hi[3];
+    for (int a = 0; a < 3; a++) {
+        lo[a] = at[a] > begin[a] ? at[a] : begin[a];
+        hi[a] = at[a] + B < end[a] ? at[a] + B : end[a];
+    }
+    const size_t width = end[0] - begin[0], height = end[1] - begin[1];
+    for (size_t z = lo[2]; z < hi[2]; z++)
+        for (size_t y = lo[1]; y < hi[1]; y++) {
+            size_t to = lo[0] - begin[0] + width * (y - begin[1] + height * (z - begin[2]));
+            size_t from = lo[0] - at[0] + B * (y - at[1] + B * (z - at[2]));
+            cvol_samples_store(out + to * size, samples + from, hi[0] - lo[0], array);
+        }
+}
+
+int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *array,
+                            const size_t begin[3], const size_t end[3])
+{
+    const size_t B = (size_t)array->block;
+    size_t first[3], count[3];
+    for (int a = 0; a < 3; a++) {
+        if (begin[a] >= end[a] || end[a] > array->grid.dims[a])
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "box %zu .. %zu on axis %c does not lie within 0 .. %zu", begin[a],
+                             end[a], "xyz"[a], array -> grid.dims[a]);
+        first[a] = begin[a] / B;
+        count[a] = (end[a] - 1) / B + 1 - first[a];
+    }
+    int failed = 0;
+    for (size_t layer = 0; layer < count[2] && !failed; layer++) {
+        int code = cvol_report_progress(context, "decoding", (double)layer / (double)count[2]);
+        if (code)
+            return code;
+        size_t blocks = count[0] * count[1];
+#pragma omp parallel num_threads(cvol_context_threads(context))
+        {
+            float *samples = cvol_allocate(B * B * B, sizeof *samples);
+            if (!samples) {
+#pragma omp atomic write
+                failed = 1;
+            }
+#pragma omp for schedule(dynamic)
+            for (size_t i = 0; i < blocks; i++) {
+                if (!samples)
+                    continue;
+                size_t place[3] = {first[0] + i % count[0], first[1] + i / count[0],
+                                   first[2] + layer};
+                size_t at[3] = {place[0] * B, place[1] * B, place[2] * B};
+                cvol_block_evaluate(samples, array,
+                                    place[0] + array->blocks[0] *
+                                                   (place[1] + array->blocks[1] * place[2]));
+                store_block(out, samples, array, at, begin, end);
+            }
+            free(samples);
+        }
+    }
+    if (failed)
+        return cvol_fail_memory(context, B * B * B * sizeof(float), "a block");
+    return cvol_report_progress(context, "decoding", 1);
+}
+
+/* ---- the bounds of every block ------------------------------------------------------------ */
+
+static void find_bounds(float bounds[2], const float *samples, size_t count)
+{
+    bounds[0] = bounds[1] = samples[0];
+    for (size_t i = 1; i < count; i++) {
+        bounds[0] = samples[i] < bounds[0] ? samples[i] : bounds[0];
+        bounds[1] = samples[i] > bounds[1] ? samples[i] : bounds[1];
+    }
+}
+
+/* The code whose value is the largest not above (up = 0) or the smallest not below `value`. */
+static uint8_t range_code(const cvol_array *array, double value, int up)
+{
+    double span = array->range_max - array->range_min;
+    double exact = span > 0 ? 255 * (value - array->range_min) / span : up ? 255 : 0;
+    int code = (int)exact;
+    if (up && code < exact && code < 255)
+        code++;
+    /* The division may have rounded across a step: widen until the bound holds. */
+    double unit = span / 255;
+    while (!up && code > 0 && array->range_min + unit * code > value)
+        code--;
+    while (up && code < 255 && array->range_min + unit * code < value)
+        code++;
+    return (uint8_t)(code < 0 ? 0 : code > 255 ? 255 : code);
+}
+
+int cvol_array_find_ranges(cvol_context *context, cvol_array *array)
+{
+    const size_t B = (size_t)array->block, per_block = B * B * B;
+    float(*bounds)[2] = cvol_allocate(array->block_count, sizeof *bounds);
+    if (!bounds)
+        return cvol_fail_memory(context, array->block_count * sizeof *bounds, "block ranges");
+    int failed = 0;
+#pragma omp parallel num_threads(cvol_context_threads(context))
+    {
+        float *samples = cvol_allocate(per_block, sizeof *samples);
+        if (!samples) {
+#pragma omp atomic write
+            failed = 1;
+        }
+#pragma omp for schedule(dynamic, 16)
+        for (size_t i = 0; i < array->block_count; i++) {
+            if (!samples)
+                continue;
+            cvol_block_evaluate(samples, array, i);
+            find_bounds(bounds[i], samples, per_block);
+        }
+        free(samples);
+    }
+    if (failed) {
+        free(bounds);
+        return cvol_fail_memory(context, per_block * sizeof(float), "a block");
+    }
+    float lo = bounds[0][0], hi = bounds[0][1];
+    for (size_t i = 1; i < array->block_count; i++) {
+        lo = bounds[i][0] < lo ? bounds[i][0] : lo;
+        hi = bounds[i][1] > hi ? bounds[i][1] : hi;
+    }
+    array->range_min = array->offset + (double)lo;
+    array->range_max = array->offset + (double)hi;
+    for (size_t i = 0; i < array->block_count; i++) {
+        array->block_table[i].range[0] = range_code(array, array->offset + (double)bounds[i][0], 0);
+        array->block_table[i].range[1] = range_code(array, array->offset + (double)bounds[i][1], 1);
+    }
+    free(bounds);
+    return CVOL_OK;
+}

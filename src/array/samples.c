@@ -1,0 +1,118 @@
+/* Between dense samples of eight types and the floats that blocks are made of. */
+#include <math.h>
+
+#include "array/array.h"
+
+/* Reads `count` samples of a row that starts at sample `first`, minus offset; positions past `last`
+ * repeat the row's last sample. */
+#define GATHER_ROW(type)                                     \
+    do {                                                     \
+        const type *row = (const type *)samples + row_start; \
+        for (size_t x = 0; x < inside; x++)                  \
+            line[x] = (float)((double)row[x] - offset);      \
+    } while (0)
+
+static void gather_row(float *line, const void *samples, cvol_type type, size_t row_start,
+                       size_t inside, double offset)
+{
+    switch (type) {
+    case CVOL_UINT8:
+        GATHER_ROW(uint8_t);
+        break;
+    case CVOL_INT8:
+        GATHER_ROW(int8_t);
+        break;
+    case CVOL_UINT16:
+        GATHER_ROW(uint16_t);
+        break;
+    case CVOL_INT16:
+        GATHER_ROW(int16_t);
+        break;
+    case CVOL_UINT32:
+        GATHER_ROW(uint32_t);
+        break;
+    case CVOL_INT32:
+        GATHER_ROW(int32_t);
+        break;
+    case CVOL_FLOAT32:
+        GATHER_ROW(float);
+        break;
+    case CVOL_FLOAT64:
+        GATHER_ROW(double);
+        break;
+    }
+}
+
+void cvol_block_gather(float *out, const void *samples, const cvol_grid *grid, int block,
+                       size_t index, double offset)
+{
+    const size_t B = (size_t)block;
+    size_t blocks_x = (grid->dims[0] - 1) / B + 1, blocks_y = (grid->dims[1] - 1) / B + 1;
+    size_t begin[3] = {index % blocks_x * B, index / blocks_x % blocks_y * B,
+                       index / blocks_x / blocks_y * B};
+    size_t inside = grid->dims[0] - begin[0] < B ? grid->dims[0] - begin[0] : B;
+    for (size_t z = 0; z < B; z++)
+        for (size_t y = 0; y < B; y++) {
+            size_t sample_y = begin[1] + y, sample_z = begin[2] + z;
+            if (sample_y >= grid->dims[1])
+                sample_y = grid->dims[1] - 1;
+            if (sample_z >= grid->dims[2])
+                sample_z = grid->dims[2] - 1;
+            float *line = out + (z * B + y) * B;
+            gather_row(line, samples, grid->type,
+                       begin[0] + grid->dims[0] * (sample_y + grid->dims[1] * sample_z), inside,
+                       offset);
+            for (size_t x = inside; x < B; x++)
+                line[x] = line[inside - 1];
+        }
+}
+
+static double clamp(double value, double lo, double hi)
+{
+    return value < lo ? lo : value > hi ? hi : value;
+}
+
+#define STORE_INTEGERS(type)                                                  \
+    do {                                                                      \
+        type *to = out;                                                       \
+        for (size_t i = 0; i < count; i++)                                    \
+            to[i] = (type)clamp(floor((double)in[i] + offset + 0.5), lo, hi); \
+    } while (0)
+
+#define STORE_REALS(type)                                        \
+    do {                                                         \
+        type *to = out;                                          \
+        for (size_t i = 0; i < count; i++)                       \
+            to[i] = (type)clamp((double)in[i] + offset, lo, hi); \
+    } while (0)
+
+void cvol_samples_store(void *out, const float *in, size_t count, const cvol_array *array)
+{
+    const double offset = array->offset, lo = array->value_min, hi = array->value_max;
+    switch (array->grid.type) {
+    case CVOL_UINT8:
+        STORE_INTEGERS(uint8_t);
+        break;
+    case CVOL_INT8:
+        STORE_INTEGERS(int8_t);
+        break;
+    case CVOL_UINT16:
+        STORE_INTEGERS(uint16_t);
+        break;
+    case CVOL_INT16:
+        STORE_INTEGERS(int16_t);
+        break;
+    case CVOL_UINT32:
+        STORE_INTEGERS(uint32_t);
+        break;
+    case CVOL_INT32:
+        STORE_INTEGERS(int32_t);
+        break;
+    case CVOL_FLOAT32:
+        STORE_REALS(float);
+        break;
+    case CVOL_FLOAT64:
+        STORE_REALS(double);
+        break;
+    }
+}

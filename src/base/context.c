@@ -1,0 +1,91 @@
+/* Contexts: the message of the last failure, threads, limits, progress. */
+#include "base/context.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
+#define DEFAULT_LIMIT_BYTES (UINT64_C(64) << 30)
+
+#define QUOTE(x) #x
+#define VERSION_STRING(major, minor, patch) QUOTE(major) "." QUOTE(minor) "." QUOTE(patch)
+
+const char *cvol_version(void)
+{
+    return VERSION_STRING(CVOL_VERSION_MAJOR, CVOL_VERSION_MINOR, CVOL_VERSION_PATCH);
+}
+
+cvol_context *cvol_context_create(void)
+{
+    cvol_context *context = calloc(1, sizeof *context);
+    if (context)
+        context->limit_bytes = DEFAULT_LIMIT_BYTES;
+    return context;
+}
+
+void cvol_context_destroy(cvol_context *context)
+{
+    free(context);
+}
+
+const char *cvol_context_message(const cvol_context *context)
+{
+    return context->message;
+}
+
+void cvol_context_set_threads(cvol_context *context, int threads)
+{
+    context->threads = threads > 0 ? threads : 0;
+}
+
+int cvol_context_threads(const cvol_context *context)
+{
+#ifdef _OPENMP
+    return context->threads ? context->threads : omp_get_max_threads();
+#else
+    (void)context;
+    return 1;
+#endif
+}
+
+void cvol_context_set_progress(cvol_context *context, cvol_progress_fn progress, void *user)
+{
+    context->progress = progress;
+    context->progress_user = user;
+}
+
+void cvol_context_set_limit_bytes(cvol_context *context, uint64_t limit_bytes)
+{
+    context->limit_bytes = limit_bytes;
+}
+
+uint64_t cvol_context_limit_bytes(const cvol_context *context)
+{
+    return context->limit_bytes;
+}
+
+int cvol_fail(cvol_context *context, int code, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    vsnprintf(context->message, sizeof context->message, format, args);
+    va_end(args);
+    return code;
+}
+
+int cvol_fail_memory(cvol_context *context, size_t bytes, const char *what)
+{
+    return cvol_fail(context, CVOL_ERROR_MEMORY, "not enough memory: %zu bytes for %s", bytes,
+                     what);
+}
+
+int cvol_report_progress(cvol_context *context, const char *what, double fraction)
+{
+    if (context->progress && context->progress(context->progress_user, what, fraction))
+        return cvol_fail(context, CVOL_ERROR_CANCELLED, "cancelled while %s", what);
+    return CVOL_OK;
+}

@@ -1,0 +1,266 @@
+/* Whole-file reads, and outputs by temporary file, sync and rename. */
+#define _GNU_SOURCE
+#include "base/file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+
+/* ---- reading ------------------------------------------------------------------------- */
+
+static int open_regular(cvol_context *context, int *fd, struct stat *status, const char *path)
+{
+    *fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (*fd < 0)
+        return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(errno));
+    const char *trouble = NULL;
+    if (fstat(*fd, status))
+        trouble = strerror(errno);
+    else if (S_ISDIR(status->st_mode))
+        trouble = "is a directory";
+    else if (!S_ISREG(status->st_mode))
+        trouble = "is not a regular file";
+    if (!trouble)
+        return CVOL_OK;
+    close(*fd);
+    return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, trouble);
+}
+
+/* Reads until `size` bytes are there or the file ends; 0 or an errno. */
+static int read_fully(int fd, uint8_t *data, size_t size, uint64_t offset, size_t *read_size)
+{
+    *read_size = 0;
+    while (*read_size < size) {
+        size_t chunk = size - *read_size;
+        if (chunk > (size_t)1 << 30)
+            chunk = (size_t)1 << 30;
+        ssize_t got = pread(fd, data + *read_size, chunk, (off_t)(offset + *read_size));
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            return errno;
+        if (got == 0)
+            return 0;
+        *read_size += (size_t)got;
+    }
+    return 0;
+}
+
+int cvol_file_read(cvol_context *context, uint8_t **data, size_t *read_size, const char *path,
+                   uint64_t offset, size_t size)
+{
+    *data = NULL;
+    *read_size = 0;
+    int fd;
+    struct stat status;
+    int code = open_regular(context, &fd, &status, path);
+    if (code)
+        return code;
+    uint64_t available = (uint64_t)status.st_size > offset ? (uint64_t)status.st_size - offset : 0;
+    if (size > available)
+        size = (size_t)available;
+    uint8_t *buffer = NULL;
+    if (size > context->limit_bytes)
+        code = cvol_fail(context, CVOL_ERROR_LIMIT, "%s: %zu bytes are more than the limit of %llu",
+                         path, size, (unsigned long long)context->limit_bytes);
+    else if (!(buffer = cvol_allocate(size, 1)))
+        code = cvol_fail_memory(context, size, path);
+    else {
+        int trouble = read_fully(fd, buffer, size, offset, read_size);
+        if (trouble)
+            code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(trouble));
+    }
+    close(fd);
+    if (code)
+        free(buffer);
+    else
+        *data = buffer;
+    return code;
+}
+
+int cvol_file_peek(cvol_context *context, uint8_t *data, size_t *read_size, size_t size,
+                   const char *path)
+{
+    *read_size = 0;
+    int fd;
+    struct stat status;
+    int code = open_regular(context, &fd, &status, path);
+    if (code)
+        return code;
+    int trouble = read_fully(fd, data, size, 0, read_size);
+    close(fd);
+    if (trouble)
+        return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(trouble));
+    if (*read_size == 0)
+        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is empty", path);
+    return CVOL_OK;
+}
+
+/* ---- writing ------------------------------------------------------------------------- */
+
+struct cvol_output {
+    int fd;
+    char *final_name;     /* links resolved */
+    char *temporary_name; /* equals final_name for devices and pipes */
+    int in_place;
+};
+
+static void output_free(cvol_output *output)
+{
+    if (output->fd >= 0)
+        close(output->fd);
+    free(output->final_name);
+    free(output->temporary_name);
+    free(output);
+}
+
+/* FOLDER/.cvol-XXXXXX-NAME: hidden, and with the ending that tells a library the format. */
+static char *temporary_name_for(const char *final_name, int *suffix_length)
+{
+    static const char mark[] = ".cvol-XXXXXX-";
+    const char *slash = strrchr(final_name, '/');
+    size_t folder_length = slash ? (size_t)(slash + 1 - final_name) : 0;
+    const char *name = final_name + folder_length;
+    size_t length = folder_length + sizeof mark + strlen(name);
+    char *temporary = malloc(length);
+    if (temporary)
+        snprintf(temporary, length, "%.*s%s%s", (int)folder_length, final_name, mark, name);
+    *suffix_length = (int)strlen(name) + 1;
+    return temporary;
+}
+
+/* The permissions that a plain creation would have given. */
+static mode_t default_mode(void)
+{
+    mode_t mask = umask(0);
+    umask(mask);
+    return 0666 & ~mask;
+}
+
+/* `path` with a final symbolic link followed where there is one to follow. */
+static char *resolve_name(const char *path)
+{
+    char *resolved = realpath(path, NULL);
+    return resolved ? resolved : strdup(path);
+}
+
+int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
+{
+    *out = NULL;
+    cvol_output *output = calloc(1, sizeof *output);
+    if (!output)
+        return cvol_fail_memory(context, sizeof *output, path);
+    output->fd = -1;
+    output->final_name = resolve_name(path);
+    if (!output->final_name) {
+        output_free(output);
+        return cvol_fail_memory(context, strlen(path), path);
+    }
+    int code = CVOL_OK;
+    struct stat status;
+    mode_t mode = default_mode();
+    int exists = !stat(output->final_name, &status);
+    if (exists && S_ISDIR(status.st_mode))
+        code = cvol_fail(context, CVOL_ERROR_IO, "%s: is a directory", path);
+    else if (exists && !S_ISREG(status.st_mode)) {
+        output->in_place = 1;
+        output->fd = open(output->final_name, O_WRONLY | O_CLOEXEC);
+        if (output->fd < 0)
+            code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(errno));
+    } else if (exists && (!(status.st_mode & 0222) || access(output->final_name, W_OK)))
+        code = cvol_fail(context, CVOL_ERROR_IO, "%s: is read-only", path);
+    else {
+        int suffix_length;
+        output->temporary_name = temporary_name_for(output->final_name, &suffix_length);
+        if (!output->temporary_name)
+            code = cvol_fail_memory(context, strlen(path), path);
+        else {
+            output->fd = mkostemps(output->temporary_name, suffix_length, O_CLOEXEC);
+            if (output->fd < 0)
+                code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s", path,
+                                 strerror(errno));
+            else if (fchmod(output->fd, exists ? status.st_mode & 0777 : mode)) {
+                /* Permissions are a courtesy: a file system without them is no failure. */
+            }
+        }
+    }
+    if (code) {
+        output_free(output);
+        return code;
+    }
+    *out = output;
+    return CVOL_OK;
+}
+
+int cvol_output_write(cvol_context *context, cvol_output *output, const void *data, size_t size)
+{
+    const char *next = data;
+    while (size > 0) {
+        size_t chunk = size > (size_t)1 << 30 ? (size_t)1 << 30 : size;
+        ssize_t wrote = write(output->fd, next, chunk);
+        if (wrote < 0 && errno == EINTR)
+            continue;
+        if (wrote < 0)
+            return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", output->final_name, strerror(errno));
+        next += wrote;
+        size -= (size_t)wrote;
+    }
+    return CVOL_OK;
+}
+
+const char *cvol_output_temporary_name(const cvol_output *output)
+{
+    return output->in_place ? output->final_name : output->temporary_name;
+}
+
+/* Makes the rename itself durable; a file system that cannot is left to its own ways. */
+static void sync_folder_of(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    char *folder = slash ? strndup(path, (size_t)(slash + 1 - path)) : strdup(".");
+    if (!folder)
+        return;
+    int fd = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    free(folder);
+    if (fd < 0)
+        return;
+    (void)fsync(fd);
+    close(fd);
+}
+
+int cvol_output_commit(cvol_context *context, cvol_output *output)
+{
+    int trouble = 0;
+    if (!output->in_place && fsync(output->fd))
+        trouble = errno;
+    if (close(output->fd) && !trouble)
+        trouble = errno;
+    output->fd = -1;
+    if (!output->in_place && !trouble && rename(output->temporary_name, output->final_name))
+        trouble = errno;
+    int code = CVOL_OK;
+    if (trouble) {
+        code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", output->final_name, strerror(trouble));
+        if (!output->in_place)
+            unlink(output->temporary_name);
+    } else if (!output->in_place)
+        sync_folder_of(output->final_name);
+    output_free(output);
+    return code;
+}
+
+void cvol_output_abandon(cvol_output *output)
+{
+    if (!output)
+        return;
+    if (!output->in_place && output->temporary_name)
+        unlink(output->temporary_name);
+    output_free(output);
+}

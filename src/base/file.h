@@ -1,0 +1,34 @@
+/* Files: whole input files in memory, and outputs that appear only when they are whole. */
+#ifndef CVOL_BASE_FILE_H
+#define CVOL_BASE_FILE_H
+
+#include "cvol/base.h"
+
+/* Reads `size` bytes at `offset` of a regular file. size SIZE_MAX: all that follows.
+ * *data is freed by the caller with free(); *read_size is what was there (less than `size` only
+ * at the end of the file). Errors: IO ("PATH: No such file or directory", "PATH: is a
+ * directory"), LIMIT, MEMORY. */
+int cvol_file_read(cvol_context *context, uint8_t **data, size_t *read_size, const char *path,
+                   uint64_t offset, size_t size);
+
+/* The first bytes of a file, for recognising formats: up to `size` into `data`, the count into
+ * *read_size. Errors: IO; an empty file is refused ("PATH: is empty"). */
+int cvol_file_peek(cvol_context *context, uint8_t *data, size_t *read_size, size_t size,
+                   const char *path);
+
+/* An output under a temporary name beside its final one. What had the final name stays
+ * untouched until cvol_output_commit has the whole file on disk and renames it. A final name
+ * that is a device or a pipe is written in place; a symbolic link is followed. */
+typedef struct cvol_output cvol_output;
+
+/* Errors: IO (folder does not exist, name is a directory, file is read-only, ...), MEMORY. */
+int cvol_output_open(cvol_context *context, cvol_output **out, const char *path);
+int cvol_output_write(cvol_context *context, cvol_output *output, const void *data, size_t size);
+/* The temporary file's name, for libraries that want to open it themselves. */
+const char *cvol_output_temporary_name(const cvol_output *output);
+/* Syncs, renames and frees the output (also when it fails: then nothing was replaced). */
+int cvol_output_commit(cvol_context *context, cvol_output *output);
+/* Removes the temporary file and frees the output; NULL is allowed. */
+void cvol_output_abandon(cvol_output *output);
+
+#endif

@@ -1,0 +1,30 @@
+/* What a renderer is to its engines. */
+#ifndef CVOL_RENDER_ENGINE_H
+#define CVOL_RENDER_ENGINE_H
+
+#include "render/camera.h"
+#include "render/transfer.h"
+
+/* An engine's own state, and how it draws. `draw` fills image->rgba whole. */
+typedef struct cvol_engine_table {
+    void (*free)(void *state);
+    /* Called when the transfer function was set (never NULL). */
+    int (*set_transfer)(cvol_context *context, void *state, const cvol_transfer *transfer);
+    int (*draw)(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
+                const cvol_render_options *options);
+} cvol_engine_table;
+
+struct cvol_renderer {
+    const cvol_engine_table *engine;
+    void *state;
+    cvol_grid grid;
+    int has_transfer;
+};
+
+/* Creates the engines' states. */
+int cvol_sheet_create(cvol_context *context, void **state, const cvol_array *array);
+int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volume);
+extern const cvol_engine_table cvol_sheet_engine;
+extern const cvol_engine_table cvol_ray_engine;
+
+#endif

@@ -1,0 +1,68 @@
+/* The inverse DCT along one axis of a block, for whole vectors of neighbours at once.
+ *
+ * Evaluated at M points that lie symmetrically about the block's centre (M = B: its samples; fewer:
+ * a coarser grid of the same span), from the frequencies 0 .. K - 1 alone:
+ *     out[i] = sum_{v < K} basis[v M + i] in[v]
+ * The basis' symmetry basis[v][M - 1 - i] = (-1)^v basis[v][i] halves the work: the sums over
+ * even and over odd v give out[i] by their sum and out[M - 1 - i] by their difference.
+ *
+ * To be included by kernel files only: each compiles it for its instruction set.
+ */
+#ifndef CVOL_TRANSFORM_LINES_H
+#define CVOL_TRANSFORM_LINES_H
+
+#include "base/vector.h"
+
+/* Outputs computed together: as many as the registers hold. */
+#ifdef __AVX512F__
+#define CVOL_LINES_TILE 4
+#else
+#define CVOL_LINES_TILE 2
+#endif
+
+/* `tile` outputs from i0 on and their mirror images. Vectors of in lie in_stride floats apart,
+ * those of out out_stride; lanes <= 16 of them are stored. */
+CVOL_INLINE void cvol_lines_tile(float *out, long out_stride, const float *in, long in_stride,
+                                 int K, const float *basis, int M, int i0, int tile, int lanes)
+{
+    cvol_v16 even[CVOL_LINES_TILE], odd[CVOL_LINES_TILE];
+    for (int t = 0; t < tile; t++)
+        even[t] = odd[t] = (cvol_v16){0};
+    int v = 0;
+    for (; v + 1 < K; v += 2) {
+        cvol_v16 a = cvol_load16(in + v * in_stride), b = cvol_load16(in + (v + 1) * in_stride);
+        for (int t = 0; t < tile; t++) {
+            even[t] += basis[v * M + i0 + t] * a;
+            odd[t] += basis[(v + 1) * M + i0 + t] * b;
+        }
+    }
+    if (v < K) {
+        cvol_v16 a = cvol_load16(in + v * in_stride);
+        for (int t = 0; t < tile; t++)
+            even[t] += basis[v * M + i0 + t] * a;
+    }
+    for (int t = 0; t < tile; t++) {
+        cvol_v16 near = even[t] + odd[t], far = even[t] - odd[t];
+        float *near_at = out + (i0 + t) * out_stride, *far_at = out + (M - 1 - i0 - t) * out_stride;
+        if (lanes == 16) {
+            cvol_store16(near_at, near);
+            cvol_store16(far_at, far);
+        } else {
+            memcpy(near_at, &near, sizeof(float) * (size_t)lanes);
+            memcpy(far_at, &far, sizeof(float) * (size_t)lanes);
+        }
+    }
+}
+
+/* All M outputs, M even. out and in may not overlap. */
+CVOL_INLINE void cvol_lines_inverse(float *out, long out_stride, const float *in, long in_stride,
+                                    int K, const float *basis, int M, int lanes)
+{
+    int i = 0;
+    for (; i + CVOL_LINES_TILE <= M / 2; i += CVOL_LINES_TILE)
+        cvol_lines_tile(out, out_stride, in, in_stride, K, basis, M, i, CVOL_LINES_TILE, lanes);
+    for (; i < M / 2; i++)
+        cvol_lines_tile(out, out_stride, in, in_stride, K, basis, M, i, 1, lanes);
+}
+
+#endif
