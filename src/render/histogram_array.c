@@ -1,0 +1,56 @@
+/* The histogram of a compressed array, from a regular subset of its blocks. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/array.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "cvol/render.h"
+
+#define BLOCKS_MAX 1024
+
+/* Samples of a block along one axis that lie within the volume. */
+static size_t inside(const cvol_array *array, size_t place, int axis)
+{
+    size_t begin = place * (size_t)array->block;
+    size_t left = array->grid.dims[axis] - begin;
+    return left < (size_t)array->block ? left : (size_t)array->block;
+}
+
+static void count_block(cvol_histogram *out, const cvol_array *array, const float *samples,
+                        size_t index)
+{
+    const size_t B = (size_t)array->block;
+    size_t place[3] = {index % array->blocks[0], index / array->blocks[0] % array->blocks[1],
+                       index / array->blocks[0] / array->blocks[1]};
+    double span = out->max - out->min, scale = span > 0 ? CVOL_HISTOGRAM_BINS / span : 0;
+    for (size_t z = 0; z < inside(array, place[2], 2); z++)
+        for (size_t y = 0; y < inside(array, place[1], 1); y++)
+            for (size_t x = 0; x < inside(array, place[0], 0); x++) {
+                double value = (double)samples[x + B * (y + B * z)] + array->offset;
+                double bin = (value - out->min) * scale;
+                size_t i = bin <= 0                     ? 0
+                           : bin >= CVOL_HISTOGRAM_BINS ? CVOL_HISTOGRAM_BINS - 1
+                                                        : (size_t)bin;
+                out->bins[i]++;
+            }
+}
+
+int cvol_array_histogram(cvol_context *context, cvol_histogram *out, const cvol_array *array)
+{
+    const size_t B = (size_t)array->block;
+    memset(out, 0, sizeof *out);
+    out->min = array->value_min;
+    out->max = array->value_max;
+    size_t count = array->block_count < BLOCKS_MAX ? array->block_count : BLOCKS_MAX;
+    float *samples = cvol_allocate(B * B * B, sizeof *samples);
+    if (!samples)
+        return cvol_fail_memory(context, B * B * B * sizeof *samples, "a block");
+    for (size_t i = 0; i < count; i++) {
+        size_t index = (size_t)((double)i * (double)array->block_count / (double)count);
+        cvol_block_evaluate(samples, array, index);
+        count_block(out, array, samples, index);
+    }
+    free(samples);
+    return CVOL_OK;
+}

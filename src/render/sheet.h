@@ -1,0 +1,115 @@
+/* The sheet engine's inside: what its plan, its skipping, its kernels and its warp share.
+ *
+ * Axes: `lane` and `row` lie in the sheets, `sheet` is the principal viewing axis. All in-plane
+ * coordinates are sample indices of the volume along lane and row.
+ *
+ * A layer is the B sheets of one layer of blocks. Its samples are evaluated onto a regular grid of
+ * `points` per block and axis: sample s of an axis lies at index  first + s pitch,
+ * pitch = B / points, first = (pitch - 1) / 2.
+ *
+ * Intermediate pixel (i, j) is the ray that crosses sheet 0 at the in-plane point
+ *     U = u0 + i du,  V = v0 + j dv
+ * and sheet z at (U + shear_lane z, V + shear_row z).
+ */
+#ifndef CVOL_RENDER_SHEET_H
+#define CVOL_RENDER_SHEET_H
+
+#include "array/array.h"
+#include "array/block_inverse.h"
+#include "base/cpu.h"
+#include "render/engine.h"
+
+#define CVOL_TABLE_SIZE 4096
+/* Pixels of the intermediate image are worked on in groups of this many. */
+#define CVOL_GROUP 16
+/* Samples left and right of each row of a sheet, so that a group may reach beyond it. */
+#define CVOL_SHEET_PAD 32
+
+/* Classification of one frame: entry t stands for value - offset = from + t / scale. */
+typedef struct cvol_sheet_table {
+    float from, scale;
+    float visible_from, visible_to; /* opacity is 0 outside of these, in value - offset */
+    float opacity[CVOL_TABLE_SIZE] __attribute__((aligned(64)));
+    uint32_t colour[CVOL_TABLE_SIZE] __attribute__((aligned(64))); /* r, g << 10, b << 20 */
+} cvol_sheet_table;
+
+typedef struct cvol_sheet_plan {
+    int axis_lane, axis_row, axis_sheet;
+    size_t lanes, rows, sheets; /* samples along each */
+    size_t blocks_lane, blocks_row, layers;
+    int ascending; /* sheets are met in rising order */
+    double shear_lane, shear_row;
+    double distance; /* between sheets along a ray, in mean spacings */
+    int points_lane, points_row;
+    double pitch_lane, pitch_row, first_lane, first_row;
+    double u0, v0, du, dv;
+    int width, height; /* of the intermediate image; width a multiple of CVOL_GROUP */
+    /* picture pixel (x, y) sees (U, V) = warp[.][0] + x warp[.][1] + y warp[.][2] */
+    double warp[2][3];
+} cvol_sheet_plan;
+
+/* Finds axes, shear, resolution and extent of the intermediate image for a view.
+ * Errors: LIMIT (an intermediate image beyond reason). */
+int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
+                         const cvol_view *view);
+
+/* The intermediate image: per row four lines of `width` floats, see the modes. */
+typedef struct cvol_intermediate {
+    int width, height;
+    float *lines;    /* [height][4][width] */
+    uint8_t *opaque; /* [height][width / CVOL_GROUP]: nothing behind this group is seen */
+} cvol_intermediate;
+
+/* What a row kernel needs to know of one sheet. */
+typedef struct cvol_sheet_view {
+    const float *samples; /* sample 0 of row 0; rows are row_stride apart */
+    double lane_at;       /* sample coordinate of pixel i: lane_at + i lane_step */
+    double row_at;        /* sample coordinate of line j: row_at + j row_step */
+} cvol_sheet_view;
+
+typedef struct cvol_layer {
+    int sheet_count;
+    cvol_sheet_view sheets[CVOL_BLOCK_MAX]; /* front to back */
+    long row_stride;
+    double lane_step, row_step;
+    double lane_lo, lane_hi; /* sample coordinates of the volume's first and last sample */
+    double row_lo, row_hi;
+    int row_points, block_rows;
+    /* Which windows of the layer's samples can be seen: window c of block row y covers samples
+     * 16 (c - 1) .. 16 (c - 1) + 31; `within` for rows inside block row y, `across` for those
+     * between y and y + 1. [block_rows][windows] */
+    const uint8_t *within, *across;
+    int windows;
+} cvol_layer;
+
+/* Draws one line of the intermediate image through all sheets of a layer. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, float *lines,
+                   uint8_t *opaque, int j, int width));
+CVOL_SIMD_DECLARE(void, cvol_sheet_sum,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, float *lines,
+                   uint8_t *opaque, int j, int width));
+CVOL_SIMD_DECLARE(void, cvol_sheet_max,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, float *lines,
+                   uint8_t *opaque, int j, int width));
+typedef void cvol_sheet_kernel(const cvol_layer *layer, const cvol_sheet_table *table, float *lines,
+                               uint8_t *opaque, int j, int width);
+
+/* Evaluates a block onto the layer's samples. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_evaluate,
+                  (float *out, long row_stride, long sheet_stride, const cvol_block *block,
+                   const cvol_block_axes *axes, int block_log2, float step, cvol_block_work *work));
+typedef void cvol_sheet_evaluator(float *out, long row_stride, long sheet_stride,
+                                  const cvol_block *block, const cvol_block_axes *axes,
+                                  int block_log2, float step, cvol_block_work *work);
+
+/* Draws the picture from the intermediate image: four lines r g b t (premultiplied colour,
+ * transmittance) by Catmull-Rom interpolation, over the background. */
+void cvol_warp_composite(cvol_image *image, const cvol_intermediate *intermediate,
+                         const cvol_sheet_plan *plan, const double background[3], int threads);
+/* The same for grey = (line 0 / line 1 - lo) / (hi - lo) where line 1 > 0. */
+void cvol_warp_grey(cvol_image *image, const cvol_intermediate *intermediate,
+                    const cvol_sheet_plan *plan, double lo, double hi, const double background[3],
+                    int threads);
+
+#endif

@@ -1,0 +1,126 @@
+/* The geometry of a frame: principal axis, shear, and the grids that sheets and intermediate image
+ * are sampled on (Lacroute and Levoy, "Fast Volume Rendering Using a Shear-Warp Factorization of
+ * the Viewing Transformation", 1994; parallel projection). */
+#include <math.h>
+
+#include "base/context.h"
+#include "render/sheet.h"
+
+/* A pixel of the intermediate image may be this much coarser than one of the picture before the
+ * picture looks soft. */
+#define COARSEST_PIXEL 1.0
+#define INTERMEDIATE_MAX 32768
+
+/* The axis along which rays cross the most sheets. */
+static void choose_axes(cvol_sheet_plan *plan, const double rate[3])
+{
+    int c = 0;
+    for (int a = 1; a < 3; a++)
+        if (fabs(rate[a]) > fabs(rate[c]))
+            c = a;
+    plan->axis_sheet = c;
+    plan->axis_lane = c == 0 ? 1 : 0;
+    plan->axis_row = c == 2 ? 1 : 2;
+    plan->ascending = rate[c] > 0;
+    plan->shear_lane = rate[plan->axis_lane] / rate[c];
+    plan->shear_row = rate[plan->axis_row] / rate[c];
+}
+
+/* Picture pixel to in-plane point at sheet 0: follow the ray from the pixel's world point to the
+ * plane of that sheet. */
+static void find_warp(cvol_sheet_plan *plan, const cvol_view *view, const double spacing[3])
+{
+    const int axes[2] = {plan->axis_lane, plan->axis_row};
+    const double shears[2] = {plan->shear_lane, plan->shear_row};
+    const int c = plan->axis_sheet;
+    for (int k = 0; k < 2; k++) {
+        const int a = axes[k];
+        double start[2]; /* index coordinates along a and c of the centre of pixel (0, 0) */
+        double right[2] = {view->right[a] * view->pixel / spacing[a],
+                           view->right[c] * view->pixel / spacing[c]};
+        double down[2] = {-view->up[a] * view->pixel / spacing[a],
+                          -view->up[c] * view->pixel / spacing[c]};
+        double x = 0.5 - 0.5 * view->width, y = 0.5 - 0.5 * view->height;
+        start[0] = view->centre[a] / spacing[a] + x * right[0] + y * down[0];
+        start[1] = view->centre[c] / spacing[c] + x * right[1] + y * down[1];
+        plan->warp[k][0] = start[0] - shears[k] * start[1];
+        plan->warp[k][1] = right[0] - shears[k] * right[1];
+        plan->warp[k][2] = down[0] - shears[k] * down[1];
+    }
+}
+
+/* How many pixels of the picture one unit of U (k = 0) or V (k = 1) moves. */
+static double pixels_per_sample(double warp[2][3], int k)
+{
+    double determinant = warp[0][1] * warp[1][2] - warp[0][2] * warp[1][1];
+    return hypot(warp[1 - k][1], warp[1 - k][2]) / fabs(determinant);
+}
+
+/* Points per block, and the distance of intermediate pixels, along one axis. Where a pixel of the
+ * picture spans more than a sample, blocks are evaluated on fewer points; where it spans less, the
+ * intermediate image is finer than the samples. */
+static void choose_resolution(int *points, double *pitch, double *first, double *delta,
+                              double pixels, int block)
+{
+    const int less = block < 16 ? 2 : block / 8; /* kernels want an even number of points */
+    double coarsest = COARSEST_PIXEL / pixels;   /* in samples */
+    *points = block;
+    while (*points - less >= block / 2 && (double)block / (*points - less) <= coarsest)
+        *points -= less;
+    *pitch = (double)block / *points;
+    *first = (*pitch - 1) / 2;
+    *delta = coarsest < 1 ? coarsest : *pitch;
+}
+
+/* The range of U (or V) that both the sheets and the picture cover, in intermediate pixels. */
+static int find_extent(double *start, int *count, double delta, double shear, size_t samples,
+                       size_t sheets, const double warp[3], const cvol_view *view)
+{
+    double drift = -shear * (double)(sheets - 1);
+    double lo = fmin(0, drift), hi = (double)(samples - 1) + fmax(0, drift);
+    double picture_lo = INFINITY, picture_hi = -INFINITY;
+    for (int corner = 0; corner < 4; corner++) {
+        double x = corner & 1 ? view->width : -1, y = corner & 2 ? view->height : -1;
+        double at = warp[0] + x * warp[1] + y * warp[2];
+        picture_lo = fmin(picture_lo, at);
+        picture_hi = fmax(picture_hi, at);
+    }
+    lo = fmax(lo, picture_lo) - delta;
+    hi = fmin(hi, picture_hi) + delta;
+    double pixels = hi > lo ? ceil((hi - lo) / delta) + 1 : 1;
+    *start = lo;
+    *count = pixels < INTERMEDIATE_MAX ? (int)pixels : INTERMEDIATE_MAX + 1;
+    return *count <= INTERMEDIATE_MAX;
+}
+
+int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
+                         const cvol_view *view)
+{
+    const cvol_grid *grid = &array->grid;
+    double rate[3]; /* sample indices per world length along a ray */
+    for (int a = 0; a < 3; a++)
+        rate[a] = -view->eye[a] / grid->spacing[a];
+    choose_axes(plan, rate);
+    plan->lanes = grid->dims[plan->axis_lane];
+    plan->rows = grid->dims[plan->axis_row];
+    plan->sheets = grid->dims[plan->axis_sheet];
+    plan->blocks_lane = array->blocks[plan->axis_lane];
+    plan->blocks_row = array->blocks[plan->axis_row];
+    plan->layers = array->blocks[plan->axis_sheet];
+    plan->distance = 1 / fabs(rate[plan->axis_sheet]) / view->mean_spacing;
+    find_warp(plan, view, grid->spacing);
+    choose_resolution(&plan->points_lane, &plan->pitch_lane, &plan->first_lane, &plan->du,
+                      pixels_per_sample(plan->warp, 0), array->block);
+    choose_resolution(&plan->points_row, &plan->pitch_row, &plan->first_row, &plan->dv,
+                      pixels_per_sample(plan->warp, 1), array->block);
+    if (!find_extent(&plan->u0, &plan->width, plan->du, plan->shear_lane, plan->lanes, plan->sheets,
+                     plan->warp[0], view) ||
+        !find_extent(&plan->v0, &plan->height, plan->dv, plan->shear_row, plan->rows, plan->sheets,
+                     plan->warp[1], view))
+        return cvol_fail(context, CVOL_ERROR_LIMIT,
+                         "a picture of %d x %d needs an intermediate image of more than %d pixels "
+                         "along an axis",
+                         view->width, view->height, INTERMEDIATE_MAX);
+    plan->width = (plan->width + CVOL_GROUP - 1) / CVOL_GROUP * CVOL_GROUP;
+    return CVOL_OK;
+}

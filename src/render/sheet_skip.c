@@ -1,0 +1,129 @@
+/* Skipping: by what blocks hold, and by what the image already hides. */
+#include "render/sheet_skip.h"
+
+#include <math.h>
+#include <string.h>
+
+void cvol_visibility_make(cvol_visibility *visibility, const cvol_array *array,
+                          const cvol_transfer *transfer)
+{
+    double unit = (array->range_max - array->range_min) / 255;
+    visibility->next[255] = 255;
+    for (int code = 254; code >= 0; code--) {
+        double lo = array->range_min + unit * code, hi = lo + unit;
+        int visible = !transfer || cvol_transfer_max_opacity(transfer, lo, hi) > 0;
+        visibility->next[code] = visible ? (uint8_t)code : visibility->next[code + 1];
+    }
+}
+
+/* Whether any value between range codes lo and hi is visible. */
+static int is_visible(const cvol_visibility *visibility, int lo, int hi)
+{
+    if (lo == hi) { /* one value exactly: it belongs to the intervals on both of its sides */
+        lo = lo > 0 ? lo - 1 : 0;
+        hi = hi < 255 ? hi + 1 : 255;
+    }
+    return visibility->next[lo] < hi;
+}
+
+/* Samples of a row of blocks, in windows of 32 that begin every 16, the first at -16. */
+int cvol_layer_windows(const cvol_sheet_plan *plan)
+{
+    return (int)(plan->blocks_lane * (size_t)plan->points_lane / CVOL_GROUP) + 3;
+}
+
+size_t cvol_sheet_block_index(const cvol_sheet_plan *plan, const cvol_array *array, size_t lane,
+                              size_t row, size_t layer)
+{
+    size_t place[3];
+    place[plan->axis_lane] = lane;
+    place[plan->axis_row] = row;
+    place[plan->axis_sheet] = layer;
+    return place[0] + array->blocks[0] * (place[1] + array->blocks[1] * place[2]);
+}
+
+/* Blocks of a row that window c overlaps: *first .. *last. */
+static void window_blocks(size_t *first, size_t *last, const cvol_sheet_plan *plan, int c)
+{
+    long points = plan->points_lane, begin = 16L * (c - 1), end = begin + 31;
+    long final = (long)plan->blocks_lane - 1;
+    *first = begin <= 0 ? 0 : (size_t)(begin / points > final ? final : begin / points);
+    *last = (size_t)(end / points > final ? final : end / points);
+}
+
+/* Joint range of a window's blocks in one row of blocks, widened into *lo, *hi. */
+static void widen_range(int *lo, int *hi, const cvol_sheet_plan *plan, const cvol_array *array,
+                        size_t first, size_t last, size_t row, size_t layer)
+{
+    for (size_t lane = first; lane <= last; lane++) {
+        const cvol_block *block =
+            &array->block_table[cvol_sheet_block_index(plan, array, lane, row, layer)];
+        *lo = block->range[0] < *lo ? block->range[0] : *lo;
+        *hi = block->range[1] > *hi ? block->range[1] : *hi;
+    }
+}
+
+void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
+                          const cvol_array *array, const cvol_visibility *visibility, size_t layer)
+{
+    const size_t lanes = plan->blocks_lane, rows = plan->blocks_row;
+    memset(skip->touched, 0, lanes * rows);
+    for (size_t row = 0; row < rows; row++)
+        for (int c = 0; c < skip->windows; c++) {
+            size_t first, last;
+            window_blocks(&first, &last, plan, c);
+            int lo = 255, hi = 0;
+            widen_range(&lo, &hi, plan, array, first, last, row, layer);
+            int within = is_visible(visibility, lo, hi), across = within;
+            if (row + 1 < rows) {
+                widen_range(&lo, &hi, plan, array, first, last, row + 1, layer);
+                across = is_visible(visibility, lo, hi);
+            }
+            skip->within[row * (size_t)skip->windows + (size_t)c] = (uint8_t)within;
+            skip->across[row * (size_t)skip->windows + (size_t)c] = (uint8_t)across;
+            for (size_t lane = first; lane <= last; lane++) {
+                skip->touched[row * lanes + lane] |= (uint8_t)across;
+                if (row + 1 < rows)
+                    skip->touched[(row + 1) * lanes + lane] |= (uint8_t)across;
+            }
+        }
+}
+
+void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *intermediate)
+{
+    const int groups = intermediate->width / CVOL_GROUP;
+    memset(tiles->open, 0, (size_t)tiles->across * (size_t)tiles->down);
+    for (int j = 0; j < intermediate->height; j++) {
+        const uint8_t *opaque = intermediate->opaque + (size_t)j * (size_t)groups;
+        uint8_t *open = tiles->open + (size_t)(j / CVOL_TILE) * (size_t)tiles->across;
+        for (int g = 0; g < groups; g++)
+            open[g] |= !opaque[g];
+    }
+}
+
+/* First and last tile that samples of one block and axis reach, over the sheets of a layer. */
+static void tile_span(int *first, int *last, double start, double delta, double shear, int block,
+                      size_t place, size_t z_begin, size_t z_end, int count)
+{
+    double lo = (double)(place * (size_t)block) - 1, hi = lo + block + 1;
+    double drift_a = shear * (double)z_begin, drift_b = shear * (double)(z_end - 1);
+    double from = floor((lo - fmax(drift_a, drift_b) - start) / delta) - 1;
+    double to = ceil((hi - fmin(drift_a, drift_b) - start) / delta) + 1;
+    *first = from < 0 ? 0 : from >= (double)count * CVOL_TILE ? count : (int)from / CVOL_TILE;
+    *last = to < 0 ? -1 : to >= (double)count * CVOL_TILE ? count - 1 : (int)to / CVOL_TILE;
+}
+
+int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, int block, size_t lane,
+                       size_t row, size_t z_begin, size_t z_end)
+{
+    int left, right, top, bottom;
+    tile_span(&left, &right, plan->u0, plan->du, plan->shear_lane, block, lane, z_begin, z_end,
+              tiles->across);
+    tile_span(&top, &bottom, plan->v0, plan->dv, plan->shear_row, block, row, z_begin, z_end,
+              tiles->down);
+    for (int y = top; y <= bottom; y++)
+        for (int x = left; x <= right; x++)
+            if (tiles->open[(size_t)y * (size_t)tiles->across + (size_t)x])
+                return 1;
+    return 0;
+}

@@ -1,0 +1,49 @@
+/* What a frame need not look at: blocks that the transfer function makes transparent, and blocks
+ * that lie behind opaque parts of the image. */
+#ifndef CVOL_RENDER_SHEET_SKIP_H
+#define CVOL_RENDER_SHEET_SKIP_H
+
+#include "render/sheet.h"
+
+/* next[lo] is the first interval (code, code + 1) of range codes at or after lo in which some value
+ * is not transparent, 255 if there is none. */
+typedef struct cvol_visibility {
+    uint8_t next[256];
+} cvol_visibility;
+
+/* `transfer` NULL: everything is visible. */
+void cvol_visibility_make(cvol_visibility *visibility, const cvol_array *array,
+                          const cvol_transfer *transfer);
+
+/* One layer's windows (see cvol_layer) and which of its blocks they touch. */
+typedef struct cvol_layer_skip {
+    uint8_t *within, *across; /* [blocks_row][windows] */
+    uint8_t *touched;         /* [blocks_row][blocks_lane] */
+    int windows;
+} cvol_layer_skip;
+
+int cvol_layer_windows(const cvol_sheet_plan *plan);
+
+/* Fills the windows and touched blocks of a layer. */
+void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
+                          const cvol_array *array, const cvol_visibility *visibility, size_t layer);
+
+/* Index of block (lane, row) of a layer in the array's block table. */
+size_t cvol_sheet_block_index(const cvol_sheet_plan *plan, const cvol_array *array, size_t lane,
+                              size_t row, size_t layer);
+
+/* Opaque tiles: 16 x 16 pixels of the intermediate image. */
+#define CVOL_TILE 16
+typedef struct cvol_tiles {
+    int across, down;
+    uint8_t *open; /* [down][across]: some group of the tile can still change */
+} cvol_tiles;
+
+void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *intermediate);
+
+/* 1 if the block (lane, row) of a layer whose sheets are z_begin .. z_end - 1 reaches an open tile.
+ */
+int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, int block, size_t lane,
+                       size_t row, size_t z_begin, size_t z_end);
+
+#endif
