@@ -9,8 +9,19 @@ struct cvol_transfer {
     cvol_transfer_point points[]; /* by value, not decreasing */
 };
 
-/* Colour and opacity at a value: linear between points, constant outside. */
+#define CVOL_TRANSFER_POINTS_MAX 65536
+
+/* cvol_transfer_create for points from anywhere: `name` begins the message of a bad point, and
+ * `code` is what it returns. */
+int cvol_transfer_make(cvol_context *context, cvol_transfer **out,
+                       const cvol_transfer_point *points, size_t count, int code, const char *name);
+int cvol_transfer_copy(cvol_context *context, cvol_transfer **out, const cvol_transfer *transfer);
+
+/* Colour and opacity at a value: linear between points, constant outside. At a jump, the later
+ * point's; a NaN is given the first point's. */
 cvol_transfer_point cvol_transfer_at(const cvol_transfer *transfer, double value);
+/* The same, but at a jump the earlier point's: the limit from below. */
+cvol_transfer_point cvol_transfer_before(const cvol_transfer *transfer, double value);
 
 /* The opacity that a length of `distance` mean spacings has: 1 - (1 - opacity)^distance. */
 double cvol_opacity_over(double opacity, double distance);

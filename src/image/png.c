@@ -1,0 +1,243 @@
+/* PNG files, read and written through libpng.
+ *
+ * Reading turns every colour type, depth and interlacing into 8-bit RGBA. The file is read into
+ * memory first, so that libpng never meets a stream; what the header claims is checked against
+ * the limits and against the file's size before anything is allocated for it.
+ *
+ * libpng reports errors by longjmp. All state that lives across it sits in one struct behind a
+ * pointer: no local variable changes between setjmp and longjmp.
+ */
+#include "cvol/image.h"
+
+#include <png.h>
+#include <setjmp.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/bytes.h"
+#include "base/context.h"
+#include "base/file.h"
+#include "base/memory.h"
+
+/* Deflate cannot pack more than this many bytes into one (zlib's technical notes: 1032). */
+#define DEFLATE_RATIO_MAX 1040
+
+#define SIGNATURE_BYTES 8
+
+typedef struct png_job {
+    cvol_context *context;
+    const char *path;
+    png_structp png;
+    png_infop info;
+    char message[200]; /* libpng's own words */
+    cvol_cursor file;  /* reading: the file */
+    cvol_image *image; /* reading: the picture, once its size is known */
+    cvol_bytes bytes;  /* writing: the encoded file */
+    uint8_t *row;      /* writing: one row without alpha */
+} png_job;
+
+static void on_error(png_structp png, png_const_charp message)
+{
+    png_job *job = png_get_error_ptr(png);
+    snprintf(job->message, sizeof job->message, "%s", message);
+    png_longjmp(png, 1);
+}
+
+/* Warnings are about chunks that pictures do without. */
+static void on_warning(png_structp png, png_const_charp message)
+{
+    (void)png;
+    (void)message;
+}
+
+/* ---- reading ------------------------------------------------------------------------- */
+
+static void read_from_cursor(png_structp png, png_bytep out, size_t size)
+{
+    png_job *job = png_get_io_ptr(png);
+    const uint8_t *data = cvol_cursor_take(&job->file, size);
+    if (!data)
+        png_error(png, "the file ends too early");
+    else
+        memcpy(out, data, size);
+}
+
+/* Refuses sizes beyond the limits, and sizes that so short a file cannot hold. */
+static int check_header(png_job *job)
+{
+    uint64_t width = png_get_image_width(job->png, job->info);
+    uint64_t height = png_get_image_height(job->png, job->info);
+    if (width > CVOL_IMAGE_SIZE_MAX || height > CVOL_IMAGE_SIZE_MAX)
+        return cvol_fail(job->context, CVOL_ERROR_LIMIT,
+                         "%s: %llu x %llu pixels are more than the limit of %d x %d", job->path,
+                         (unsigned long long)width, (unsigned long long)height, CVOL_IMAGE_SIZE_MAX,
+                         CVOL_IMAGE_SIZE_MAX);
+    if (width * height * 4 > cvol_context_limit_bytes(job->context))
+        return cvol_fail(job->context, CVOL_ERROR_LIMIT,
+                         "%s: %llu x %llu pixels are more than the limit of %llu bytes", job->path,
+                         (unsigned long long)width, (unsigned long long)height,
+                         (unsigned long long)cvol_context_limit_bytes(job->context));
+    uint64_t packed = (uint64_t)png_get_rowbytes(job->png, job->info) * height;
+    if (packed / DEFLATE_RATIO_MAX > job->file.size)
+        return cvol_fail(job->context, CVOL_ERROR_FORMAT,
+                         "%s: %zu bytes cannot hold the %llu x %llu pixels that its header claims",
+                         job->path, job->file.size, (unsigned long long)width,
+                         (unsigned long long)height);
+    return CVOL_OK;
+}
+
+/* Asks libpng for RGBA of 8 bits, whatever the file holds. */
+static void ask_for_rgba(png_structp png)
+{
+    png_set_expand(png);
+    png_set_scale_16(png);
+    png_set_gray_to_rgb(png);
+    png_set_add_alpha(png, 0xff, PNG_FILLER_AFTER);
+}
+
+/* Every pass of an interlaced file goes over the whole picture. */
+static void read_rows(png_job *job)
+{
+    int passes = png_set_interlace_handling(job->png);
+    png_read_update_info(job->png, job->info);
+    size_t stride = (size_t)job->image->width * 4;
+    if (png_get_rowbytes(job->png, job->info) != stride)
+        png_error(job->png, "rows are not 8-bit RGBA");
+    for (int pass = 0; pass < passes; pass++)
+        for (int j = 0; j < job->image->height; j++)
+            png_read_row(job->png, job->image->rgba + (size_t)j * stride, NULL);
+    png_read_end(job->png, NULL);
+}
+
+static int decode(png_job *job)
+{
+    if (setjmp(png_jmpbuf(job->png)))
+        return cvol_fail(job->context, CVOL_ERROR_FORMAT, "%s: PNG: %s", job->path, job->message);
+    png_set_read_fn(job->png, job, read_from_cursor);
+    /* The limits are check_header's, so that they have their own error code. */
+    png_set_user_limits(job->png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
+    png_read_info(job->png, job->info);
+    int code = check_header(job);
+    if (code)
+        return code;
+    code = cvol_image_create(job->context, &job->image,
+                             (int)png_get_image_width(job->png, job->info),
+                             (int)png_get_image_height(job->png, job->info));
+    if (code)
+        return code;
+    ask_for_rgba(job->png);
+    read_rows(job);
+    return CVOL_OK;
+}
+
+int cvol_image_read_png(cvol_context *context, cvol_image **out, const char *path)
+{
+    *out = NULL;
+    uint8_t *data;
+    size_t size;
+    int code = cvol_file_read(context, &data, &size, path, 0, SIZE_MAX);
+    if (code)
+        return code;
+    png_job job = {.context = context, .path = path, .file = cvol_cursor_make(data, size)};
+    if (size < SIGNATURE_BYTES || png_sig_cmp(data, 0, SIGNATURE_BYTES))
+        code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s", path,
+                         size ? "is not a PNG file" : "is empty");
+    else {
+        job.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &job, on_error, on_warning);
+        job.info = job.png ? png_create_info_struct(job.png) : NULL;
+        code = job.info ? decode(&job) : cvol_fail_memory(context, sizeof job, "libpng");
+        png_destroy_read_struct(&job.png, &job.info, NULL);
+    }
+    free(data);
+    if (code)
+        cvol_image_free(job.image);
+    else
+        *out = job.image;
+    return code;
+}
+
+/* ---- writing ------------------------------------------------------------------------- */
+
+static void append_to_bytes(png_structp png, png_bytep data, size_t size)
+{
+    png_job *job = png_get_io_ptr(png);
+    cvol_bytes_append(&job->bytes, data, size);
+    if (job->bytes.failed)
+        png_error(png, "not enough memory");
+}
+
+static void flush_nothing(png_structp png)
+{
+    (void)png;
+}
+
+static int is_opaque(const cvol_image *image)
+{
+    size_t pixels = (size_t)image->width * (size_t)image->height;
+    for (size_t i = 0; i < pixels; i++)
+        if (image->rgba[4 * i + 3] != 255)
+            return 0;
+    return 1;
+}
+
+static const uint8_t *without_alpha(uint8_t *row, const uint8_t *rgba, int width)
+{
+    for (size_t i = 0; i < (size_t)width; i++)
+        memcpy(row + 3 * i, rgba + 4 * i, 3);
+    return row;
+}
+
+static int encode(png_job *job, const cvol_image *image, int opaque)
+{
+    if (setjmp(png_jmpbuf(job->png)))
+        return cvol_fail(job->context, CVOL_ERROR_MEMORY, "%s: PNG: %s", job->path, job->message);
+    png_set_write_fn(job->png, job, append_to_bytes, flush_nothing);
+    png_set_IHDR(job->png, job->info, (png_uint_32)image->width, (png_uint_32)image->height, 8,
+                 opaque ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_NONE,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_write_info(job->png, job->info);
+    for (int j = 0; j < image->height; j++) {
+        const uint8_t *rgba = image->rgba + 4 * (size_t)image->width * (size_t)j;
+        png_write_row(job->png, opaque ? without_alpha(job->row, rgba, image->width) : rgba);
+    }
+    png_write_end(job->png, NULL);
+    return CVOL_OK;
+}
+
+static int write_bytes(cvol_context *context, const cvol_bytes *bytes, const char *path)
+{
+    cvol_output *output;
+    int code = cvol_output_open(context, &output, path);
+    if (code)
+        return code;
+    code = cvol_output_write(context, output, bytes->data, bytes->size);
+    if (!code)
+        return cvol_output_commit(context, output);
+    cvol_output_abandon(output);
+    return code;
+}
+
+int cvol_image_write_png(cvol_context *context, const cvol_image *image, const char *path)
+{
+    if (image->width < 1 || image->height < 1 || image->width > CVOL_IMAGE_SIZE_MAX ||
+        image->height > CVOL_IMAGE_SIZE_MAX)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%s: a picture of %d x %d pixels: width and height are 1 to %d", path,
+                         image->width, image->height, CVOL_IMAGE_SIZE_MAX);
+    png_job job = {.context = context, .path = path};
+    int code;
+    job.row = cvol_allocate((size_t)image->width, 3);
+    if (job.row)
+        job.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &job, on_error, on_warning);
+    if (job.png)
+        job.info = png_create_info_struct(job.png);
+    code = job.info ? encode(&job, image, is_opaque(image))
+                    : cvol_fail_memory(context, sizeof job, "libpng");
+    png_destroy_write_struct(&job.png, &job.info);
+    if (!code)
+        code = write_bytes(context, &job.bytes, path);
+    cvol_bytes_free(&job.bytes);
+    free(job.row);
+    return code;
+}

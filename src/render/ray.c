@@ -1,0 +1,303 @@
+/* The ray engine: plain ray casting of dense samples, the truth that others are measured against.
+ *
+ * Each pixel's ray is cut to the box of sample centres; an axis of one sample is as thick as its
+ * spacing, so that a single slice is a thin slab. Along the cut ray lie intervals of one step,
+ * each with one sample in its middle; the last is shorter, and weighted by its own length:
+ *
+ *     composite   I += (1 - A) c a,  A += (1 - A) a  front to back, where c and
+ *                 a = 1 - (1 - opacity)^(length / mean spacing) are the transfer function's at
+ *                 the interpolated sample; then I += (1 - A) background
+ *     xray        sum of sample length / sum of length
+ *     mip         the largest sample
+ *
+ * (Levoy, Display of surfaces from volume data, 1988; Max, Optical models for direct volume
+ * rendering, 1995.) A ray ends early when less than 1/1024 of the light would still come through:
+ * a quarter of a grey level. Every pixel is worked out on its own and in one order, so that the
+ * picture is the same for any number of threads.
+ */
+#include "render/engine.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "render/ray_sample.h"
+#include "render/ray_table.h"
+
+#define DEFAULT_STEP 0.5
+#define TRANSMITTANCE_MIN (1.0 / 1024)
+
+/* Samples that are fetched at a time. */
+#define RUN 64
+
+/* Rows between two reports of progress. */
+#define BAND 32
+
+typedef struct ray_state {
+    cvol_grid grid;
+    cvol_ray_field field;
+    cvol_ray_line_fn line;
+    cvol_transfer *transfer;
+} ray_state;
+
+/* What all pixels of one picture share. */
+typedef struct ray_job {
+    const ray_state *state;
+    const cvol_view *view;
+    cvol_mode mode;
+    double background[3];
+    double step;         /* world length of one step */
+    double lo[3], hi[3]; /* the box */
+    double delta[3];     /* one step, in sample indices */
+    cvol_ray_table table;
+} ray_job;
+
+/* A ray within the box: `steps` whole steps and then `rest` of one, 0 < rest <= 1. */
+typedef struct ray_line {
+    double entry[3]; /* in sample indices */
+    size_t steps;
+    double rest;
+} ray_line;
+
+/* ---- state ----------------------------------------------------------------------------- */
+
+int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volume)
+{
+    *state = NULL;
+    int code = cvol_grid_check(context, &volume->grid, "volume");
+    cvol_sample_stats stats = {0};
+    if (!code)
+        code = cvol_volume_stats(context, &stats, volume);
+    if (code)
+        return code;
+    ray_state *ray = calloc(1, sizeof *ray);
+    if (!ray)
+        return cvol_fail_memory(context, sizeof *ray, "a renderer");
+    int any = stats.bad_count < cvol_grid_samples(&volume->grid);
+    ray->grid = volume->grid;
+    ray->field = cvol_ray_field_make(volume, any ? stats.min : 0, any ? stats.max : 0);
+    ray->line = cvol_ray_line_of(volume->grid.type);
+    *state = ray;
+    return CVOL_OK;
+}
+
+static void ray_free(void *state)
+{
+    ray_state *ray = state;
+    cvol_transfer_free(ray->transfer);
+    free(ray);
+}
+
+static int ray_set_transfer(cvol_context *context, void *state, const cvol_transfer *transfer)
+{
+    ray_state *ray = state;
+    cvol_transfer *copy;
+    int code = cvol_transfer_copy(context, &copy, transfer);
+    if (code)
+        return code;
+    cvol_transfer_free(ray->transfer);
+    ray->transfer = copy;
+    return CVOL_OK;
+}
+
+/* ---- one ray --------------------------------------------------------------------------- */
+
+/* Cuts the range near..far of the ray p - t eye to lo..hi along one axis. */
+static void cut(double *near, double *far, double p, double direction, double lo, double hi)
+{
+    if (direction == 0) {
+        if (p < lo || p > hi)
+            *far = -INFINITY;
+        return;
+    }
+    double a = (lo - p) / direction, b = (hi - p) / direction;
+    *near = fmax(*near, fmin(a, b));
+    *far = fmin(*far, fmax(a, b));
+}
+
+/* 1 if the ray of pixel (i, j) runs through the box. */
+static int cast(ray_line *line, const ray_job *job, int i, int j)
+{
+    const cvol_view *view = job->view;
+    double along = (i + 0.5 - view->width / 2.0) * view->pixel;
+    double above = (view->height / 2.0 - j - 0.5) * view->pixel;
+    double p[3], near = -INFINITY, far = INFINITY;
+    for (int a = 0; a < 3; a++) {
+        p[a] = view->centre[a] + along * view->right[a] + above * view->up[a];
+        cut(&near, &far, p[a], -view->eye[a], job->lo[a], job->hi[a]);
+    }
+    double count = (far - near) / job->step;
+    if (!(count > 0))
+        return 0;
+    for (int a = 0; a < 3; a++)
+        line->entry[a] = (p[a] - near * view->eye[a]) / job->state->grid.spacing[a];
+    line->steps = (size_t)(ceil(count) - 1);
+    line->rest = count - (double)line->steps;
+    return 1;
+}
+
+/* The samples in the middle of the whole steps first .. first + count - 1. */
+static void fetch_run(double *out, const ray_job *job, const ray_line *line, size_t first,
+                      size_t count)
+{
+    double start[3];
+    for (int a = 0; a < 3; a++)
+        start[a] = line->entry[a] + ((double)first + 0.5) * job->delta[a];
+    job->state->line(out, &job->state->field, start, job->delta, count);
+}
+
+/* The sample in the middle of the rest. */
+static double fetch_rest(const ray_job *job, const ray_line *line)
+{
+    double start[3], value;
+    for (int a = 0; a < 3; a++)
+        start[a] = line->entry[a] + ((double)line->steps + line->rest / 2) * job->delta[a];
+    job->state->line(&value, &job->state->field, start, job->delta, 1);
+    return value;
+}
+
+static size_t run_length(const ray_line *line, size_t first)
+{
+    return line->steps - first < RUN ? line->steps - first : RUN;
+}
+
+/* Light that has reached the eye, and the share that still comes through. */
+typedef struct ray_light {
+    double rgb[3], through;
+} ray_light;
+
+static void add_light(ray_light *light, const double colour[4], double opacity)
+{
+    for (int c = 0; c < 3; c++)
+        light->rgb[c] += light->through * opacity * colour[c];
+    light->through *= 1 - opacity;
+}
+
+static ray_light composite(const ray_job *job, const ray_line *line)
+{
+    ray_light light = {.through = 1};
+    double values[RUN], colour[4];
+    for (size_t first = 0; first < line->steps; first += RUN) {
+        size_t count = run_length(line, first);
+        fetch_run(values, job, line, first, count);
+        for (size_t k = 0; k < count; k++) {
+            cvol_ray_table_at(colour, &job->table, values[k]);
+            add_light(&light, colour, colour[3]);
+            if (light.through < TRANSMITTANCE_MIN)
+                return light;
+        }
+    }
+    cvol_ray_table_at(colour, &job->table, fetch_rest(job, line));
+    add_light(&light, colour, cvol_opacity_over(colour[3], line->rest));
+    return light;
+}
+
+static double mean_along(const ray_job *job, const ray_line *line)
+{
+    double values[RUN], sum = 0;
+    for (size_t first = 0; first < line->steps; first += RUN) {
+        size_t count = run_length(line, first);
+        fetch_run(values, job, line, first, count);
+        for (size_t k = 0; k < count; k++)
+            sum += values[k];
+    }
+    sum += line->rest * fetch_rest(job, line);
+    return sum / ((double)line->steps + line->rest);
+}
+
+static double largest_along(const ray_job *job, const ray_line *line)
+{
+    double values[RUN], largest = fetch_rest(job, line);
+    for (size_t first = 0; first < line->steps; first += RUN) {
+        size_t count = run_length(line, first);
+        fetch_run(values, job, line, first, count);
+        for (size_t k = 0; k < count; k++)
+            largest = values[k] > largest ? values[k] : largest;
+    }
+    return largest;
+}
+
+/* ---- pictures -------------------------------------------------------------------------- */
+
+/* Anything but a number above 0 is black. */
+static uint8_t to_byte(double level)
+{
+    if (!(level > 0))
+        return 0;
+    return level < 1 ? (uint8_t)(level * 255 + 0.5) : 255;
+}
+
+/* The ray's level within the samples' range; a volume of one value is white. */
+static ray_light grey(const ray_job *job, const ray_line *line)
+{
+    const cvol_ray_field *field = &job->state->field;
+    double value = job->mode == CVOL_MODE_XRAY ? mean_along(job, line) : largest_along(job, line);
+    double level = field->max > field->min ? (value - field->min) / (field->max - field->min) : 1;
+    return (ray_light){.rgb = {level, level, level}};
+}
+
+static void draw_pixel(uint8_t rgba[4], const ray_job *job, int i, int j)
+{
+    ray_line line;
+    ray_light light = {.through = 1};
+    if (cast(&line, job, i, j))
+        light = job->mode == CVOL_MODE_COMPOSITE ? composite(job, &line) : grey(job, &line);
+    for (int c = 0; c < 3; c++)
+        rgba[c] = to_byte(light.rgb[c] + light.through * job->background[c]);
+    rgba[3] = 255;
+}
+
+static void draw_row(cvol_image *image, const ray_job *job, int j)
+{
+    uint8_t *row = image->rgba + 4 * (size_t)image->width * (size_t)j;
+    for (int i = 0; i < image->width; i++)
+        draw_pixel(row + 4 * (size_t)i, job, i, j);
+}
+
+/* In bands, between which progress is told and a wish to stop is heard. */
+static int draw_rows(cvol_context *context, cvol_image *image, const ray_job *job)
+{
+    int threads = cvol_context_threads(context), code = CVOL_OK;
+    for (int first = 0; first < image->height && !code; first += BAND) {
+        int end = image->height - first < BAND ? image->height : first + BAND;
+#pragma omp parallel for schedule(dynamic) num_threads(threads)
+        for (int j = first; j < end; j++)
+            draw_row(image, job, j);
+        code = cvol_report_progress(context, "rendering", (double)end / image->height);
+    }
+    return code;
+}
+
+static void set_box(ray_job *job)
+{
+    const cvol_grid *grid = &job->state->grid;
+    for (int a = 0; a < 3; a++) {
+        double thickness = grid->dims[a] > 1 ? 0 : grid->spacing[a] / 2;
+        job->lo[a] = -thickness;
+        job->hi[a] = job->view->extent[a] + thickness;
+        job->delta[a] = -job->view->eye[a] * job->step / grid->spacing[a];
+    }
+}
+
+static int ray_draw(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
+                    const cvol_render_options *options)
+{
+    const ray_state *ray = state;
+    double step = options->step_voxels > 0 ? options->step_voxels : DEFAULT_STEP;
+    ray_job job = {.state = ray, .view = view, .mode = options->mode};
+    job.step = step * view->mean_spacing;
+    for (int c = 0; c < 3; c++)
+        job.background[c] = options->background[c];
+    set_box(&job);
+    int code = CVOL_OK;
+    if (job.mode == CVOL_MODE_COMPOSITE)
+        code = cvol_ray_table_make(context, &job.table, ray->transfer, ray->field.min,
+                                   ray->field.max, step);
+    if (!code)
+        code = draw_rows(context, image, &job);
+    free(job.table.entries);
+    return code;
+}
+
+const cvol_engine_table cvol_ray_engine = {ray_free, ray_set_transfer, ray_draw};

@@ -1,0 +1,27 @@
+/* Samples of a dense volume along a straight line, interpolated linearly along each axis. */
+#ifndef CVOL_RENDER_RAY_SAMPLE_H
+#define CVOL_RENDER_RAY_SAMPLE_H
+
+#include "cvol/volume.h"
+
+/* A volume as the lines see it. */
+typedef struct cvol_ray_field {
+    const void *data;
+    double last[3];     /* index of the last sample of each axis */
+    size_t cell_max[3]; /* the last index that has a neighbour, 0 for an axis of one sample */
+    size_t next[3];     /* how far in memory the neighbour lies, 0 for an axis of one sample */
+    size_t row, slice;  /* how far the next row and the next slice lie */
+    double min, max;    /* of the finite samples */
+} cvol_ray_field;
+
+/* out[k] = the volume at start + k delta, in sample indices, for k < count; beyond the outermost
+ * samples their own values go on. NaN counts as min; infinities as min and max. */
+typedef void (*cvol_ray_line_fn)(double *out, const cvol_ray_field *field, const double start[3],
+                                 const double delta[3], size_t count);
+
+/* The field of a volume, whose samples range over min..max. */
+cvol_ray_field cvol_ray_field_make(const cvol_volume *volume, double min, double max);
+/* The line function of a sample type. */
+cvol_ray_line_fn cvol_ray_line_of(cvol_type type);
+
+#endif

@@ -1,0 +1,92 @@
+/* Renderers: what every engine shares. The engines themselves stand behind engine.h. */
+#include "render/engine.h"
+
+#include <stdlib.h>
+
+#include "base/context.h"
+
+typedef int (*create_fn)(cvol_context *context, void **state, const void *source);
+
+static int create_sheet(cvol_context *context, void **state, const void *source)
+{
+    return cvol_sheet_create(context, state, source);
+}
+
+static int create_ray(cvol_context *context, void **state, const void *source)
+{
+    return cvol_ray_create(context, state, source);
+}
+
+static int create_renderer(cvol_context *context, cvol_renderer **out, const cvol_grid *grid,
+                           const cvol_engine_table *engine, create_fn create, const void *source)
+{
+    *out = NULL;
+    cvol_renderer *renderer = calloc(1, sizeof *renderer);
+    if (!renderer)
+        return cvol_fail_memory(context, sizeof *renderer, "a renderer");
+    renderer->engine = engine;
+    renderer->grid = *grid;
+    int code = create(context, &renderer->state, source);
+    if (code)
+        free(renderer);
+    else
+        *out = renderer;
+    return code;
+}
+
+int cvol_renderer_create_sheet(cvol_context *context, cvol_renderer **out, const cvol_array *array)
+{
+    return create_renderer(context, out, cvol_array_grid(array), &cvol_sheet_engine, create_sheet,
+                           array);
+}
+
+int cvol_renderer_create_ray(cvol_context *context, cvol_renderer **out, const cvol_volume *volume)
+{
+    return create_renderer(context, out, &volume->grid, &cvol_ray_engine, create_ray, volume);
+}
+
+void cvol_renderer_free(cvol_renderer *renderer)
+{
+    if (!renderer)
+        return;
+    renderer->engine->free(renderer->state);
+    free(renderer);
+}
+
+int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,
+                               const cvol_transfer *transfer)
+{
+    int code = renderer->engine->set_transfer(context, renderer->state, transfer);
+    if (!code)
+        renderer->has_transfer = 1;
+    return code;
+}
+
+static int check_request(cvol_context *context, const cvol_renderer *renderer,
+                         const cvol_image *image, const cvol_render_options *options)
+{
+    if (options->mode != CVOL_MODE_COMPOSITE && options->mode != CVOL_MODE_XRAY &&
+        options->mode != CVOL_MODE_MIP)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no rendering mode",
+                         (int)options->mode);
+    if (options->mode == CVOL_MODE_COMPOSITE && !renderer->has_transfer)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "mode composite needs a transfer function, none was set");
+    if (image->width != options->width || image->height != options->height)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "the image has %d x %d pixels, the options ask for %d x %d", image->width,
+                         image->height, options->width, options->height);
+    return CVOL_OK;
+}
+
+int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
+                         const cvol_render_options *options)
+{
+    cvol_view view;
+    int code = check_request(context, renderer, image, options);
+    if (!code)
+        code = cvol_view_make(context, &view, &renderer->grid, options);
+    if (!code)
+        code = renderer->engine->draw(context, renderer->state, image, &view, options);
+    return code;
+}

@@ -1,0 +1,23 @@
+/* Where in a histogram the background ends and the object lies. */
+#ifndef CVOL_RENDER_TRANSFER_FIT_H
+#define CVOL_RENDER_TRANSFER_FIT_H
+
+#include "cvol/render.h"
+
+/* Values are told by their depth: how far they lie beyond the background's edge, on the object's
+ * side (on both, for signed data). Depth 0 is the edge, `top` the object's robust end. */
+typedef struct cvol_fit {
+    int above, below;              /* the object lies above the background, below it, or both */
+    double edge_above, edge_below; /* values at depth 0 */
+    double top;    /* depth that all but 1/1000 of the object's samples stay below */
+    double share;  /* of all samples, those of the object; 0: nothing to see */
+    double divide; /* depth that parts the object in two (Otsu): soft and dense */
+    double bin;    /* depth of one bin */
+    double beyond[CVOL_HISTOGRAM_BINS + 1]; /* share of the object's samples deeper than i bins */
+} cvol_fit;
+
+cvol_fit cvol_fit_make(const cvol_histogram *histogram);
+/* The share of the object's samples that lie deeper, 1 at depth 0 and 0 at the end. */
+double cvol_fit_beyond(const cvol_fit *fit, double depth);
+
+#endif
