@@ -1,0 +1,22 @@
+/* What tests of files share: a folder of their own and bytes in it. */
+#ifndef CVOL_TESTS_SUPPORT_H
+#define CVOL_TESTS_SUPPORT_H
+
+#include <stddef.h>
+
+/* A fresh, empty folder. support_folder_remove deletes it with the files in it and frees the
+ * name. */
+char *support_folder_make(void);
+void support_folder_remove(char *folder);
+/* The number of files in the folder, hidden ones too. */
+size_t support_folder_count(const char *folder);
+
+/* FOLDER/NAME; the caller frees it. */
+char *support_path(const char *folder, const char *name);
+/* Writes a file whole; the test fails if that cannot be done. */
+void support_write(const char *path, const void *data, size_t size);
+void support_write_text(const char *path, const char *text);
+/* Reads a file whole; the caller frees it. */
+unsigned char *support_read(const char *path, size_t *size);
+
+#endif
