@@ -1,0 +1,153 @@
+/* What all subcommands share: options, messages, progress, JSON, and opening volumes. */
+#ifndef CVOL_TOOLS_CLI_H
+#define CVOL_TOOLS_CLI_H
+
+#include <jansson.h>
+#include <stdio.h>
+
+#include "cvol/cvol.h"
+
+/* Exit statuses. */
+enum { EXIT_DONE = 0, EXIT_FAILED = 1, EXIT_MISUSED = 2 };
+
+/* ---- options --------------------------------------------------------------------------- */
+
+typedef enum option_kind {
+    OPTION_FLAG,     /* int: set to 1 */
+    OPTION_TEXT,     /* const char * */
+    OPTION_INTEGER,  /* int, at least `least` */
+    OPTION_NUMBER,   /* double, finite */
+    OPTION_DIMS,     /* size_t[3]: NXxNYxNZ */
+    OPTION_SIZE,     /* int[2]: W or WxH */
+    OPTION_NUMBERS3, /* double[3]: A,B,C */
+    OPTION_HEADING   /* no option: a line of the help */
+} option_kind;
+
+typedef struct option_spec {
+    const char *name;     /* with its dashes: "--ratio", "-o" */
+    const char *argument; /* as the help shows it: "R"; NULL for flags */
+    const char *help;
+    option_kind kind;
+    void *value;
+    int least;
+    int *given; /* set to 1 when the option occurs; may be NULL */
+} option_spec;
+
+#define POSITIONALS_MAX 8
+
+typedef struct command_line {
+    const char *usage;       /* "cvol compress IN OUT.cvol [options]" */
+    const char *description; /* a few sentences */
+    const char *examples;    /* may be NULL */
+    const option_spec *options;
+    size_t option_count;
+    int positional_count; /* exactly this many */
+    const char *positionals[POSITIONALS_MAX];
+} command_line;
+
+/* Reads argv[1 ..]. -1: go on; otherwise the exit status (help was printed, or one sentence about
+ * what is wrong). */
+int parse_command_line(command_line *line, int argc, char **argv);
+
+/* One sentence on standard error, after "cvol: "; returns `status`. */
+int complain(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* The same with the context's message; returns EXIT_FAILED. */
+int complain_context(const cvol_context *context);
+
+/* ---- every command's own start and end --------------------------------------------------- */
+
+typedef struct common_options {
+    int threads, json;
+    cvol_read_options read;
+    double fill;
+    int fill_given;
+    const char *type_name;
+} common_options;
+
+#define COMMON_OPTIONS(c)                                                                       \
+    {NULL, NULL, "Everywhere:", OPTION_HEADING, NULL, 0, NULL},                                 \
+        {"--threads", "N", "worker threads (default: all cores)", OPTION_INTEGER, &(c).threads, \
+         1,           NULL},                                                                    \
+    {                                                                                           \
+        "--json", NULL, "print one JSON object on standard output", OPTION_FLAG, &(c).json, 0,  \
+            NULL                                                                                \
+    }
+
+#define INPUT_OPTIONS(c)                                                                          \
+    {NULL, NULL, "Raw samples (x fastest):", OPTION_HEADING, NULL, 0, NULL},                      \
+        {"--dims", "NXxNYxNZ", "number of samples along each axis", OPTION_DIMS, (c).read.dims,   \
+         0,        NULL},                                                                         \
+        {"--type",    "TYPE",         "uint8 int8 uint16 int16 uint32 int32 float32 float64",     \
+         OPTION_TEXT, &(c).type_name, 0,                                                          \
+         NULL},                                                                                   \
+        {"--big-endian",                                                                          \
+         NULL,                                                                                    \
+         "samples are stored high byte first",                                                    \
+         OPTION_FLAG,                                                                             \
+         &(c).read.big_endian,                                                                    \
+         0,                                                                                       \
+         NULL},                                                                                   \
+        {"--spacing",                                                                             \
+         "SX,SY,SZ",                                                                              \
+         "distance of samples (default 1,1,1)",                                                   \
+         OPTION_NUMBERS3,                                                                         \
+         (c).read.spacing,                                                                        \
+         0,                                                                                       \
+         NULL},                                                                                   \
+    {                                                                                             \
+        "--fill", "VALUE", "replace NaN and infinite samples by VALUE", OPTION_NUMBER, &(c).fill, \
+            0, &(c).fill_given                                                                    \
+    }
+
+/* A context with the threads, progress on a terminal, and cancelling by Ctrl-C; NULL (after a
+ * sentence) without memory. */
+cvol_context *begin_command(const common_options *common);
+/* Clears the progress line and frees the context; standard output that cannot be written is a
+ * failure. */
+int end_command(cvol_context *context, int status);
+
+/* ---- volumes and files ------------------------------------------------------------------- */
+
+/* A volume as the user gave it: compressed or dense. */
+typedef struct input {
+    cvol_array *array;
+    cvol_volume *volume;
+    uint64_t file_bytes;
+} input;
+
+/* Opens a .cvol or any format that a reader knows (then with --fill applied). Exit status. */
+int open_input(cvol_context *context, input *in, const char *path, common_options *common);
+void close_input(input *in);
+const cvol_grid *input_grid(const input *in);
+/* Makes in->volume from in->array, or in->array (at the default ratio, and says so) from
+ * in->volume, where it is missing. Exit status. */
+int need_volume(cvol_context *context, input *in);
+int need_array(cvol_context *context, input *in, const char *path);
+
+/* Refuses an output that is one of the inputs. Exit status, EXIT_DONE if it is another file. */
+int refuse_same_file(const char *in, const char *out);
+/* Whether `name` ends in `ending`, whatever the case. */
+int has_ending(const char *name, const char *ending);
+uint64_t file_size(const char *path);
+
+double milliseconds(void);
+
+/* ---- JSON ---------------------------------------------------------------------------------- */
+
+/* A number for JSON: infinity (a PSNR of equal things) becomes 999. */
+json_t *json_number_of(double value);
+json_t *json_triple(const double values[3]);
+json_t *json_dims(const size_t dims[3]);
+/* Prints the object on standard output and frees it. Exit status. */
+int print_json(json_t *object);
+
+/* ---- the subcommands ------------------------------------------------------------------------ */
+
+int command_compress(int argc, char **argv);
+int command_decompress(int argc, char **argv);
+int command_info(int argc, char **argv);
+int command_compare(int argc, char **argv);
+int command_render(int argc, char **argv);
+int command_bench(int argc, char **argv);
+
+#endif

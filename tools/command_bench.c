@@ -1,0 +1,130 @@
+/* cvol bench render: how long pictures take, from views around the volume. */
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+
+#include "render_options.h"
+
+static const char description[] = "Renders a volume from azimuths 15 + 360 i / views at elevation "
+                                  "20 and times each picture, after\n"
+                                  "one that is not counted. A view's time is the best of its "
+                                  "repeats; min and median are over the\n"
+                                  "views, `all` has every picture in order.";
+
+static double peak_rss_mb(void)
+{
+    struct rusage usage;
+    getrusage(RUSAGE_SELF, &usage);
+    return (double)usage.ru_maxrss / 1024;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* all[repeat * views + view] into best[view], sorted. */
+static void best_of_views(double *best, const double *all, int views, int repeat)
+{
+    for (int v = 0; v < views; v++) {
+        best[v] = all[v];
+        for (int r = 1; r < repeat; r++)
+            if (all[r * views + v] < best[v])
+                best[v] = all[r * views + v];
+    }
+    qsort(best, (size_t)views, sizeof *best, by_value);
+}
+
+static int time_views(cvol_context *context, scene *s, double *all, int views, int repeat,
+                      cvol_image *image)
+{
+    s->options.camera.elevation_deg = 20;
+    for (int i = -1; i < views * repeat; i++) {
+        s->options.camera.azimuth_deg = 15 + 360.0 * (i < 0 ? 0 : i % views) / views;
+        double start = milliseconds();
+        if (cvol_renderer_render(context, s->renderer, image, &s->options))
+            return complain_context(context);
+        if (i >= 0)
+            all[i] = milliseconds() - start;
+    }
+    return EXIT_DONE;
+}
+
+static int report(cvol_context *context, const render_arguments *arguments, const scene *s,
+                  const double *all, double *best)
+{
+    const int views = arguments->views, repeat = arguments->repeat;
+    best_of_views(best, all, views, repeat);
+    double median = (best[(views - 1) / 2] + best[views / 2]) / 2;
+    size_t voxels = cvol_grid_samples(input_grid(&s->in));
+    if (!arguments->common.json) {
+        printf("%s, %d x %d, %d views, %d threads: %.2f ms a picture (median; fastest view %.2f), "
+               "%.3f ns a voxel; loaded in %.0f ms; peak memory %.0f MB\n",
+               arguments->engine_name, s->options.width, s->options.height, views,
+               cvol_context_threads(context), median, best[0], 1e6 * median / (double)voxels,
+               s->load_ms, peak_rss_mb());
+        return EXIT_DONE;
+    }
+    json_t *times = json_array();
+    for (int i = 0; i < views * repeat; i++)
+        json_array_append_new(times, json_real(all[i]));
+    return print_json(json_pack(
+        "{s:{s:f, s:f, s:o}, s:f, s:f, s:I, s:f, s:s, s:s, s:i, s:i, s:i, s:i}", "frame_ms", "min",
+        best[0], "median", median, "all", times, "load_ms", s->load_ms, "peak_rss_mb",
+        peak_rss_mb(), "voxels", (json_int_t)voxels, "ns_per_voxel", 1e6 * median / (double)voxels,
+        "engine", arguments->engine_name, "mode", arguments->mode_name, "width", s->options.width,
+        "height", s->options.height, "views", views, "threads", cvol_context_threads(context)));
+}
+
+static int bench(cvol_context *context, render_arguments *arguments, scene *s, const char *path)
+{
+    const size_t frames = (size_t)arguments->views * (size_t)arguments->repeat;
+    double *all = calloc(frames + (size_t)arguments->views, sizeof *all);
+    cvol_image *image = NULL;
+    int status = all ? open_scene(context, s, arguments, path)
+                     : complain(EXIT_FAILED, "not enough memory for %zu times", frames);
+    if (!status && cvol_image_create(context, &image, s->options.width, s->options.height))
+        status = complain_context(context);
+    if (!status)
+        status = time_views(context, s, all, arguments->views, arguments->repeat, image);
+    if (!status)
+        status = report(context, arguments, s, all, all + frames);
+    cvol_image_free(image);
+    close_scene(s);
+    free(all);
+    return status;
+}
+
+int command_bench(int argc, char **argv)
+{
+    render_arguments a = RENDER_ARGUMENTS_DEFAULTS;
+    const option_spec specs[] = {
+        {"--views", "N", "views around the volume (default 12)", OPTION_INTEGER, &a.views, 1, NULL},
+        {"--repeat", "N", "pictures of each view (default 3)", OPTION_INTEGER, &a.repeat, 1, NULL},
+        {"--size", "W[xH]", "pixels (default 512x512)", OPTION_SIZE, a.size, 0, NULL},
+        {"--zoom", "Z", "magnification (default 1)", OPTION_NUMBER, &a.zoom, 0, NULL},
+        LOOK_OPTIONS(a),
+        INPUT_OPTIONS(a.common),
+        COMMON_OPTIONS(a.common),
+    };
+    command_line line = {.usage = "cvol bench render IN [options]",
+                         .description = description,
+                         .options = specs,
+                         .option_count = sizeof specs / sizeof *specs,
+                         .positional_count = 2};
+    scene s;
+    memset(&s, 0, sizeof s);
+    int status = parse_command_line(&line, argc, argv);
+    if (status >= 0 || (status = check_render_arguments(&s, &a)))
+        return status;
+    if (strcmp(line.positionals[0], "render"))
+        return complain(EXIT_MISUSED, "bench can time 'render', not '%s'", line.positionals[0]);
+    if (a.views > 100000 || a.repeat > 100000)
+        return complain(EXIT_MISUSED, "--views %d times --repeat %d are too many pictures", a.views,
+                        a.repeat);
+    cvol_context *context = begin_command(&a.common);
+    if (!context)
+        return EXIT_FAILED;
+    return end_command(context, bench(context, &a, &s, line.positionals[1]));
+}

@@ -1,0 +1,134 @@
+/* cvol info: what a volume or a .cvol file is, and what this build can do. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+
+static const char description[] = "Shows shape, type, geometry and range of a volume; of a .cvol "
+                                  "file also how it is compressed,\n"
+                                  "and the error that was measured when it was.";
+
+static json_t *describe_grid(const cvol_grid *grid)
+{
+    json_t *directions = json_pack("[o, o, o]", json_triple(grid->direction[0]),
+                                   json_triple(grid->direction[1]),
+                                   json_triple(grid->direction[2]));
+    static const char *const spaces[] = {"unknown", "LPS", "RAS"};
+    return json_pack("{s:o, s:s, s:o, s:o, s:o, s:s, s:s}", "dims", json_dims(grid->dims), "type",
+                     cvol_type_name(grid->type), "spacing", json_triple(grid->spacing), "origin",
+                     json_triple(grid->origin), "directions", directions, "space",
+                     spaces[grid->space], "unit", grid->unit);
+}
+
+static json_t *describe_array(const cvol_array *array, uint64_t file_bytes)
+{
+    static const char *const transforms[] = {"", "dct", "dht", "dft"};
+    const cvol_grid *grid = cvol_array_grid(array);
+    cvol_array_info info;
+    cvol_array_get_info(array, &info);
+    json_t *object = describe_grid(grid);
+    json_t *more = json_pack(
+        "{s:f, s:f, s:s, s:i, s:f, s:I, s:f, s:f, s:f, s:I, s:I, s:o, s:f, s:f}", "min",
+        info.value_min, "max", info.value_max, "transform", transforms[info.transform], "block",
+        info.block, "step", info.step, "coefficients", (json_int_t)info.coefficients, "rho",
+        info.rho, "ratio", (double)cvol_grid_bytes(grid) / (double)file_bytes, "bits_per_voxel",
+        8 * (double)file_bytes / (double)cvol_grid_samples(grid), "file_bytes",
+        (json_int_t)file_bytes, "resident_bytes", (json_int_t)info.resident_bytes, "psnr_db",
+        json_number_of(info.psnr_db), "max_error", info.max_error, "l2_error", info.l2_error);
+    json_object_update(object, more);
+    json_decref(more);
+    return object;
+}
+
+static json_t *describe_volume(cvol_context *context, const cvol_volume *volume,
+                               uint64_t file_bytes)
+{
+    cvol_sample_stats stats;
+    if (cvol_volume_stats(context, &stats, volume))
+        return NULL;
+    json_t *object = describe_grid(&volume->grid);
+    json_t *more = json_pack("{s:f, s:f, s:f, s:I, s:I}", "min", stats.min, "max", stats.max,
+                             "mean", stats.mean, "nan_or_infinite", (json_int_t)stats.bad_count,
+                             "file_bytes", (json_int_t)file_bytes);
+    json_object_update(object, more);
+    json_decref(more);
+    return object;
+}
+
+/* One line a field, in the object's own order. */
+static void print_text(const char *path, json_t *object)
+{
+    const char *key;
+    json_t *value;
+    printf("%s\n", path);
+    json_object_foreach(object, key, value)
+    {
+        printf("  %-16s ", key);
+        if (json_is_string(value))
+            printf("%s\n", json_string_value(value));
+        else {
+            char *text = json_dumps(value, JSON_ENCODE_ANY | JSON_REAL_PRECISION(7));
+            printf("%s\n", text ? text : "?");
+            free(text);
+        }
+    }
+}
+
+static int describe_build(int json)
+{
+    json_t *object = json_pack("{s:s, s:s, s:s, s:s}", "version", cvol_version(), "formats",
+                               cvol_volume_formats(), "engines", "sheet ray", "transforms", "dct");
+    if (json)
+        return print_json(object);
+    print_text("cvol", object);
+    json_decref(object);
+    return EXIT_DONE;
+}
+
+static int describe(cvol_context *context, common_options *common, const char *path)
+{
+    input in;
+    int status = open_input(context, &in, path, common);
+    if (!status) {
+        json_t *object = in.array ? describe_array(in.array, in.file_bytes)
+                                  : describe_volume(context, in.volume, in.file_bytes);
+        if (!object)
+            status = complain(EXIT_FAILED, "not enough memory to describe %s", path);
+        else if (common->json)
+            status = print_json(object);
+        else {
+            print_text(path, object);
+            json_decref(object);
+        }
+    }
+    close_input(&in);
+    return status;
+}
+
+int command_info(int argc, char **argv)
+{
+    common_options common = {0};
+    int build = 0;
+    const option_spec specs[] = {
+        {"--build", NULL, "show what this build of cvol can do, and no file", OPTION_FLAG, &build,
+         0, NULL},
+        INPUT_OPTIONS(common),
+        COMMON_OPTIONS(common),
+    };
+    command_line line = {.usage = "cvol info FILE [options]",
+                         .description = description,
+                         .options = specs,
+                         .option_count = sizeof specs / sizeof *specs,
+                         .positional_count = 1};
+    for (int i = 1; i < argc; i++)
+        if (!strcmp(argv[i], "--build"))
+            line.positional_count = 0;
+    int status = parse_command_line(&line, argc, argv);
+    if (status >= 0)
+        return status;
+    cvol_context *context = begin_command(&common);
+    if (!context)
+        return EXIT_FAILED;
+    status = build ? describe_build(common.json) : describe(context, &common, line.positionals[0]);
+    return end_command(context, status);
+}

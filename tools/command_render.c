@@ -1,0 +1,84 @@
+/* cvol render: a picture of a volume. */
+#include <string.h>
+
+#include "render_options.h"
+
+static const char description[] =
+    "Renders a volume into a PNG, straight from its compressed form (engine sheet). A volume that "
+    "is\n"
+    "not compressed yet is compressed in memory first.\n"
+    "The camera projects in parallel and looks at the volume's centre with +z up; the eye lies in\n"
+    "direction (cos e sin a, -cos e cos a, sin e) for azimuth a and elevation e. At zoom 1 the "
+    "whole\n"
+    "box fits whatever the angle.";
+
+static const char examples[] =
+    "  cvol render brain.cvol -o brain.png --azimuth 30 --elevation 20\n"
+    "  cvol render ct.cvol -o bones.png --transfer bone --size 1024 --zoom 1.5\n"
+    "  cvol render scan.nii.gz -o mip.png --mode mip --background 1,1,1\n";
+
+static int render(cvol_context *context, render_arguments *arguments, scene *s, const char *path)
+{
+    cvol_image *image = NULL;
+    int status = refuse_same_file(path, arguments->output);
+    if (!status)
+        status = open_scene(context, s, arguments, path);
+    double start = milliseconds();
+    if (!status && (cvol_image_create(context, &image, s->options.width, s->options.height) ||
+                    cvol_renderer_render(context, s->renderer, image, &s->options)))
+        status = complain_context(context);
+    double render_ms = milliseconds() - start;
+    if (!status && cvol_image_write_png(context, image, arguments->output))
+        status = complain_context(context);
+    if (!status && arguments->common.json)
+        status = print_json(json_pack("{s:s, s:i, s:i, s:s, s:s, s:f, s:f, s:i}", "output",
+                                      arguments->output, "width", image->width, "height",
+                                      image->height, "engine", arguments->engine_name, "mode",
+                                      arguments->mode_name, "load_ms", s->load_ms, "render_ms",
+                                      render_ms, "threads", cvol_context_threads(context)));
+    else if (!status)
+        printf("%s: %d x %d, loaded in %.0f ms, rendered in %.0f ms\n", arguments->output,
+               image->width, image->height, s->load_ms, render_ms);
+    cvol_image_free(image);
+    close_scene(s);
+    return status;
+}
+
+int command_render(int argc, char **argv)
+{
+    render_arguments a = RENDER_ARGUMENTS_DEFAULTS;
+    const option_spec specs[] = {
+        {"-o", "OUT.png", "the picture (needed)", OPTION_TEXT, &a.output, 0, NULL},
+        {NULL, NULL, "Camera:", OPTION_HEADING, NULL, 0, NULL},
+        {"--size", "W[xH]", "pixels (default 512x512)", OPTION_SIZE, a.size, 0, NULL},
+        {"--azimuth", "DEG", "where the eye is, around z (default 0: in front, at -y)",
+         OPTION_NUMBER, &a.azimuth, 0, NULL},
+        {"--elevation", "DEG", "and above the horizon (default 0)", OPTION_NUMBER, &a.elevation, 0,
+         NULL},
+        {"--roll", "DEG", "turn the camera counter-clockwise (default 0)", OPTION_NUMBER, &a.roll,
+         0, NULL},
+        {"--zoom", "Z", "magnification (default 1)", OPTION_NUMBER, &a.zoom, 0, NULL},
+        LOOK_OPTIONS(a),
+        INPUT_OPTIONS(a.common),
+        COMMON_OPTIONS(a.common),
+    };
+    command_line line = {.usage = "cvol render IN -o OUT.png [options]",
+                         .description = description,
+                         .examples = examples,
+                         .options = specs,
+                         .option_count = sizeof specs / sizeof *specs,
+                         .positional_count = 1};
+    scene s;
+    memset(&s, 0, sizeof s);
+    int status = parse_command_line(&line, argc, argv);
+    if (status >= 0 || (status = check_render_arguments(&s, &a)))
+        return status;
+    if (!a.output)
+        return complain(EXIT_MISUSED, "no picture to write: give -o OUT.png");
+    if (!has_ending(a.output, ".png"))
+        return complain(EXIT_MISUSED, "%s: the picture's name must end in .png", a.output);
+    cvol_context *context = begin_command(&a.common);
+    if (!context)
+        return EXIT_FAILED;
+    return end_command(context, render(context, &a, &s, line.positionals[0]));
+}

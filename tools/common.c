@@ -1,0 +1,204 @@
+/* Contexts with progress and Ctrl-C, inputs of any kind, JSON. */
+#define _GNU_SOURCE
+#include <math.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "cli.h"
+
+/* ---- progress -------------------------------------------------------------------------------- */
+
+/* Set by the signal handler: the only way in which one can speak to the program. */
+static volatile sig_atomic_t interrupted;
+
+static void on_interrupt(int signal_number)
+{
+    (void)signal_number;
+    interrupted = 1;
+}
+
+typedef struct progress_line {
+    double shown_at; /* milliseconds */
+    int on_terminal, visible;
+} progress_line;
+
+static progress_line progress_state;
+
+static int show_progress(void *user, const char *what, double fraction)
+{
+    progress_line *line = user;
+    if (line->on_terminal && milliseconds() - line->shown_at > 100) {
+        line->shown_at = milliseconds();
+        line->visible = 1;
+        fprintf(stderr, "\r\033[K%s %3.0f %%", what, 100 * fraction);
+        fflush(stderr);
+    }
+    return interrupted;
+}
+
+static void clear_progress(progress_line *line)
+{
+    if (line->visible)
+        fputs("\r\033[K", stderr);
+    line->visible = 0;
+}
+
+cvol_context *begin_command(const common_options *common)
+{
+    cvol_context *context = cvol_context_create();
+    if (!context) {
+        complain(EXIT_FAILED, "not enough memory");
+        return NULL;
+    }
+    cvol_context_set_threads(context, common->threads);
+    struct sigaction action = {.sa_handler = on_interrupt};
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+    signal(SIGPIPE, SIG_IGN);
+    progress_state.on_terminal = isatty(STDERR_FILENO);
+    progress_state.shown_at = milliseconds() + 200; /* what is quick says nothing */
+    cvol_context_set_progress(context, show_progress, &progress_state);
+    return context;
+}
+
+int end_command(cvol_context *context, int status)
+{
+    clear_progress(&progress_state);
+    cvol_context_destroy(context);
+    if (fflush(stdout) || ferror(stdout))
+        return complain(EXIT_FAILED, "standard output cannot be written");
+    return status;
+}
+
+/* A message from the context, below the progress line. */
+static int fail(const cvol_context *context)
+{
+    clear_progress(&progress_state);
+    return complain_context(context);
+}
+
+double milliseconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
+}
+
+/* ---- inputs ---------------------------------------------------------------------------------- */
+
+uint64_t file_size(const char *path)
+{
+    struct stat status;
+    return stat(path, &status) ? 0 : (uint64_t)status.st_size;
+}
+
+static int read_dense(cvol_context *context, input *in, const char *path, common_options *common)
+{
+    if (common->type_name && !(common->read.type = cvol_type_from_name(common->type_name)))
+        return complain(EXIT_MISUSED,
+                        "--type is '%s', must be uint8, int8, uint16, int16, uint32, int32, "
+                        "float32 or float64",
+                        common->type_name);
+    if (cvol_volume_read(context, &in->volume, path, &common->read))
+        return fail(context);
+    if (common->fill_given && cvol_volume_fill(context, in->volume, common->fill))
+        return fail(context);
+    return EXIT_DONE;
+}
+
+int open_input(cvol_context *context, input *in, const char *path, common_options *common)
+{
+    memset(in, 0, sizeof *in);
+    if (cvol_file_is_cvol(path)) {
+        if (common->read.dims[0] || common->type_name)
+            return complain(EXIT_MISUSED, "%s: a .cvol file says its own --dims and --type", path);
+        return cvol_array_read(context, &in->array, path, &in->file_bytes) ? fail(context)
+                                                                           : EXIT_DONE;
+    }
+    in->file_bytes = file_size(path);
+    return read_dense(context, in, path, common);
+}
+
+void close_input(input *in)
+{
+    cvol_array_free(in->array);
+    cvol_volume_free(in->volume);
+    memset(in, 0, sizeof *in);
+}
+
+const cvol_grid *input_grid(const input *in)
+{
+    return in->array ? cvol_array_grid(in->array) : &in->volume->grid;
+}
+
+int need_volume(cvol_context *context, input *in)
+{
+    if (in->volume)
+        return EXIT_DONE;
+    const cvol_grid *grid = cvol_array_grid(in->array);
+    const size_t begin[3] = {0, 0, 0};
+    if (cvol_volume_create(context, &in->volume, grid) ||
+        cvol_array_evaluate_box(context, in->volume->data, in->array, begin, grid->dims))
+        return fail(context);
+    return EXIT_DONE;
+}
+
+int need_array(cvol_context *context, input *in, const char *path)
+{
+    if (in->array)
+        return EXIT_DONE;
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_compress_report report;
+    if (cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid, &options))
+        return fail(context);
+    clear_progress(&progress_state);
+    fprintf(stderr, "cvol: %s: compressed in memory first, at 1/%.1f; cvol compress keeps that\n",
+            path, report.ratio);
+    return EXIT_DONE;
+}
+
+int refuse_same_file(const char *in, const char *out)
+{
+    struct stat a, b;
+    if (stat(in, &a) || stat(out, &b) || a.st_dev != b.st_dev || a.st_ino != b.st_ino)
+        return EXIT_DONE;
+    return complain(EXIT_FAILED, "%s: input and output are the same file", out);
+}
+
+int has_ending(const char *name, const char *ending)
+{
+    size_t length = strlen(name), tail = strlen(ending);
+    return length > tail && !strcasecmp(name + length - tail, ending);
+}
+
+/* ---- JSON -------------------------------------------------------------------------------------
+ */
+
+json_t *json_number_of(double value)
+{
+    return json_real(value > 999 || !(value == value) ? 999 : value);
+}
+
+json_t *json_triple(const double values[3])
+{
+    return json_pack("[f, f, f]", values[0], values[1], values[2]);
+}
+
+json_t *json_dims(const size_t dims[3])
+{
+    return json_pack("[I, I, I]", (json_int_t)dims[0], (json_int_t)dims[1], (json_int_t)dims[2]);
+}
+
+int print_json(json_t *object)
+{
+    if (!object)
+        return complain(EXIT_FAILED, "not enough memory for the JSON output");
+    json_dumpf(object, stdout, JSON_INDENT(1) | JSON_REAL_PRECISION(10));
+    putchar('\n');
+    json_decref(object);
+    return EXIT_DONE;
+}

@@ -1,0 +1,51 @@
+/* cvol: the command. Each subcommand is one file, command_NAME.c. */
+#include <string.h>
+
+#include "cli.h"
+
+typedef struct subcommand {
+    const char *name;
+    int (*run)(int argc, char **argv);
+    const char *summary;
+} subcommand;
+
+static const subcommand subcommands[] = {
+    {"compress", command_compress, "a volume into a .cvol file"},
+    {"decompress", command_decompress, "a .cvol file back into a volume"},
+    {"info", command_info, "what a volume or a .cvol file is"},
+    {"compare", command_compare, "how far two volumes or two pictures are apart"},
+    {"render", command_render, "a picture of a volume"},
+    {"bench", command_bench, "how long pictures take"},
+};
+
+static void print_help(void)
+{
+    puts("usage: cvol COMMAND ...\n\n"
+         "Volume data that stays compressed while you look at it.\n\nCommands:");
+    for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
+        printf("  %-12s %s\n", subcommands[i].name, subcommands[i].summary);
+    puts("\ncvol COMMAND --help tells more. A first picture of a scan:\n\n"
+         "  cvol render brain.nii.gz -o brain.png");
+}
+
+int main(int argc, char **argv)
+{
+    if (argc < 2)
+        return complain(EXIT_MISUSED, "which command? See cvol --help");
+    if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h") || !strcmp(argv[1], "help")) {
+        print_help();
+        return EXIT_DONE;
+    }
+    if (!strcmp(argv[1], "--version")) {
+        printf("cvol %s\n", cvol_version());
+        return EXIT_DONE;
+    }
+    for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
+        if (!strcmp(argv[1], subcommands[i].name)) {
+            char name[32];
+            snprintf(name, sizeof name, "cvol %s", subcommands[i].name);
+            argv[1] = name;
+            return subcommands[i].run(argc - 1, argv + 1);
+        }
+    return complain(EXIT_MISUSED, "there is no command '%s'; see cvol --help", argv[1]);
+}

@@ -1,0 +1,214 @@
+/* The command line: options by table, help from the same table, one sentence for what is wrong. */
+#include <ctype.h>
+#include <errno.h>
+#include <limits.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli.h"
+
+int complain(int status, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    fputs("cvol: ", stderr);
+    vfprintf(stderr, format, args);
+    fputc('\n', stderr);
+    va_end(args);
+    return status;
+}
+
+int complain_context(const cvol_context *context)
+{
+    return complain(EXIT_FAILED, "%s", cvol_context_message(context));
+}
+
+/* ---- values --------------------------------------------------------------------------------- */
+
+static int parse_number(double *out, const char *text, const char **end)
+{
+    char *stop;
+    errno = 0;
+    *out = strtod(text, &stop);
+    *end = stop;
+    return stop != text && !isspace((unsigned char)*text) && isfinite(*out);
+}
+
+static int parse_integer(int *out, const char *text, const char **end)
+{
+    char *stop;
+    errno = 0;
+    long value = strtol(text, &stop, 10);
+    *end = stop;
+    *out = (int)value;
+    return stop != text && !isspace((unsigned char)*text) && !errno && value >= INT_MIN &&
+           value <= INT_MAX;
+}
+
+static int parse_dims(size_t dims[3], const char *text)
+{
+    for (int a = 0; a < 3; a++) {
+        char *stop;
+        errno = 0;
+        if (!isdigit((unsigned char)*text))
+            return 0;
+        unsigned long long value = strtoull(text, &stop, 10);
+        if (errno || value == 0 || value > SIZE_MAX || *stop != (a < 2 ? 'x' : '\0'))
+            return 0;
+        dims[a] = (size_t)value;
+        text = stop + 1;
+    }
+    return 1;
+}
+
+static int parse_numbers3(double out[3], const char *text)
+{
+    for (int a = 0; a < 3; a++) {
+        const char *end;
+        if (!parse_number(&out[a], text, &end) || *end != (a < 2 ? ',' : '\0'))
+            return 0;
+        text = end + 1;
+    }
+    return 1;
+}
+
+/* W or WxH. */
+static int parse_size(int out[2], const char *text)
+{
+    const char *end;
+    if (!parse_integer(&out[0], text, &end) || out[0] < 1)
+        return 0;
+    out[1] = out[0];
+    if (*end == '\0')
+        return 1;
+    return *end == 'x' && parse_integer(&out[1], end + 1, &end) && *end == '\0' && out[1] >= 1;
+}
+
+/* Stores the value of an option; EXIT_DONE or, after a sentence, EXIT_MISUSED. */
+static int store_value(const option_spec *option, const char *text)
+{
+    const char *end = "";
+    switch (option->kind) {
+    case OPTION_TEXT:
+        *(const char **)option->value = text;
+        return EXIT_DONE;
+    case OPTION_INTEGER:
+        if (!parse_integer(option->value, text, &end) || *end ||
+            *(int *)option->value < option->least)
+            return complain(EXIT_MISUSED, "%s is '%s', must be a whole number from %d up",
+                            option->name, text, option->least);
+        return EXIT_DONE;
+    case OPTION_NUMBER:
+        if (!parse_number(option->value, text, &end) || *end)
+            return complain(EXIT_MISUSED, "%s is '%s', must be a number", option->name, text);
+        return EXIT_DONE;
+    case OPTION_DIMS:
+        if (!parse_dims(option->value, text))
+            return complain(EXIT_MISUSED, "%s is '%s', must be NXxNYxNZ, as in 256x256x128",
+                            option->name, text);
+        return EXIT_DONE;
+    case OPTION_SIZE:
+        if (!parse_size(option->value, text))
+            return complain(EXIT_MISUSED, "%s is '%s', must be W or WxH, as in 512x384",
+                            option->name, text);
+        return EXIT_DONE;
+    case OPTION_NUMBERS3:
+        if (!parse_numbers3(option->value, text))
+            return complain(EXIT_MISUSED, "%s is '%s', must be three numbers, as in 1,0.5,0.5",
+                            option->name, text);
+        return EXIT_DONE;
+    case OPTION_FLAG:
+    case OPTION_HEADING:
+        break;
+    }
+    return EXIT_DONE;
+}
+
+/* ---- help ------------------------------------------------------------------------------------ */
+
+static void print_help(const command_line *line)
+{
+    printf("usage: %s\n\n%s\n", line->usage, line->description);
+    for (size_t i = 0; i < line->option_count; i++) {
+        const option_spec *option = &line->options[i];
+        char left[64];
+        if (option->kind == OPTION_HEADING) {
+            printf("\n%s\n", option->help);
+            continue;
+        }
+        snprintf(left, sizeof left, "%s%s%s", option->name, option->argument ? " " : "",
+                 option->argument ? option->argument : "");
+        printf("  %-24s  %s\n", left, option->help);
+    }
+    printf("  %-24s  %s\n", "--help", "show this text");
+    if (line->examples)
+        printf("\nExamples:\n%s", line->examples);
+}
+
+/* ---- parsing --------------------------------------------------------------------------------- */
+
+/* The option that `argument` names; *value is what follows '=' in it, or NULL. */
+static const option_spec *find_option(const command_line *line, const char *argument,
+                                      const char **value)
+{
+    const char *equals = strncmp(argument, "--", 2) ? NULL : strchr(argument, '=');
+    size_t length = equals ? (size_t)(equals - argument) : strlen(argument);
+    *value = equals ? equals + 1 : NULL;
+    for (size_t i = 0; i < line->option_count; i++) {
+        const option_spec *option = &line->options[i];
+        if (option->name && strlen(option->name) == length &&
+            !strncmp(option->name, argument, length))
+            return option;
+    }
+    return NULL;
+}
+
+static int take_option(const command_line *line, int *index, int argc, char **argv)
+{
+    const char *value;
+    const option_spec *option = find_option(line, argv[*index], &value);
+    if (!option)
+        return complain(EXIT_MISUSED, "unknown option %s (see %s --help)", argv[*index], argv[0]);
+    if (option->given)
+        *option->given = 1;
+    if (option->kind == OPTION_FLAG) {
+        if (value)
+            return complain(EXIT_MISUSED, "%s takes no value", option->name);
+        *(int *)option->value = 1;
+        return EXIT_DONE;
+    }
+    if (!value) {
+        if (*index + 1 >= argc)
+            return complain(EXIT_MISUSED, "%s needs a value: %s", option->name, option->argument);
+        value = argv[++*index];
+    }
+    return store_value(option, value);
+}
+
+int parse_command_line(command_line *line, int argc, char **argv)
+{
+    int positionals = 0, only_names = 0;
+    for (int i = 1; i < argc; i++) {
+        if (!only_names && (!strcmp(argv[i], "--help") || !strcmp(argv[i], "-h"))) {
+            print_help(line);
+            return EXIT_DONE;
+        }
+        if (!only_names && !strcmp(argv[i], "--")) {
+            only_names = 1;
+        } else if (!only_names && argv[i][0] == '-' && argv[i][1] != '\0') {
+            int status = take_option(line, &i, argc, argv);
+            if (status != EXIT_DONE)
+                return status;
+        } else if (positionals == line->positional_count)
+            return complain(EXIT_MISUSED, "one argument too many: '%s'; usage: %s", argv[i],
+                            line->usage);
+        else
+            line->positionals[positionals++] = argv[i];
+    }
+    if (positionals < line->positional_count)
+        return complain(EXIT_MISUSED, "%d of %d arguments given; usage: %s", positionals,
+                        line->positional_count, line->usage);
+    return -1;
+}

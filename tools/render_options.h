@@ -1,0 +1,63 @@
+/* The options that render and bench render share, and the renderer that they describe. */
+#ifndef CVOL_TOOLS_RENDER_OPTIONS_H
+#define CVOL_TOOLS_RENDER_OPTIONS_H
+
+#include "cli.h"
+
+typedef struct render_arguments {
+    common_options common;
+    const char *engine_name, *mode_name, *transfer_name, *output;
+    int size[2], size_given;
+    double azimuth, elevation, roll, zoom, step;
+    double background[3];
+    int views, repeat;
+} render_arguments;
+
+#define RENDER_ARGUMENTS_DEFAULTS                                                  \
+    {                                                                              \
+        .engine_name = "sheet", .mode_name = "composite", .transfer_name = "auto", \
+        .size = {512, 512}, .zoom = 1, .views = 12, .repeat = 3                    \
+    }
+
+#define LOOK_OPTIONS(a)                                                                      \
+    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                    \
+        {"--mode", "MODE", "composite (default), xray or mip", OPTION_TEXT, &(a).mode_name,  \
+         0,        NULL},                                                                    \
+        {"--transfer",                                                                       \
+         "NAME|FILE",                                                                        \
+         "transfer function: a name (default auto) or a JSON file",                          \
+         OPTION_TEXT,                                                                        \
+         &(a).transfer_name,                                                                 \
+         0,                                                                                  \
+         NULL},                                                                              \
+        {"--background",                                                                     \
+         "R,G,B",                                                                            \
+         "each 0..1 (default 0,0,0)",                                                        \
+         OPTION_NUMBERS3,                                                                    \
+         (a).background,                                                                     \
+         0,                                                                                  \
+         NULL},                                                                              \
+        {"--engine",  "ENGINE",         "sheet (default), or ray: slow, from dense samples", \
+         OPTION_TEXT, &(a).engine_name, 0,                                                   \
+         NULL},                                                                              \
+    {                                                                                        \
+        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,    \
+            &(a).step, 0, NULL                                                               \
+    }
+
+/* A renderer over an input, with its transfer function. */
+typedef struct scene {
+    input in;
+    cvol_renderer *renderer;
+    cvol_render_options options;
+    cvol_engine engine;
+    double load_ms;
+} scene;
+
+/* Checks the names and numbers of the options. Exit status. */
+int check_render_arguments(scene *s, const render_arguments *arguments);
+/* Opens the input and makes the renderer. Exit status. */
+int open_scene(cvol_context *context, scene *s, render_arguments *arguments, const char *path);
+void close_scene(scene *s);
+
+#endif
