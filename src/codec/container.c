@@ -1,0 +1,287 @@
+/* The container: signature, version, sections HEAD, RNGE, INDX, DATA. */
+#include "codec/container.h"
+
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+#include <zstd.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/header.h"
+#include "codec/section.h"
+
+/* A byte with the high bit (7-bit lines), the name, CR LF (translations), ^Z (TYPE), LF. */
+static const uint8_t signature[CVOL_SIGNATURE_BYTES] = {0x8B, 'C',  'V',  'L',
+                                                        0x0D, 0x0A, 0x1A, 0x0A};
+
+enum { RANGE_ZSTD_LEVEL = 19, INDEX_ENTRY_BYTES = 12 };
+
+int cvol_container_is(const uint8_t *data, size_t size)
+{
+    return size >= sizeof signature && !memcmp(data, signature, sizeof signature);
+}
+
+/* ---- writing ---------------------------------------------------------------------------- */
+
+/* Lower codes, then widths, each as the difference to the block before, through zstd. */
+static void put_ranges(cvol_bytes *out, const cvol_array *array)
+{
+    const size_t count = array->block_count, size = 2 * count;
+    uint8_t *codes = cvol_allocate(size, 1);
+    cvol_bytes packed = {0};
+    if (!codes || !cvol_bytes_reserve(&packed, ZSTD_compressBound(size))) {
+        packed.failed = 1;
+    } else {
+        uint8_t lower = 0, width = 0;
+        for (size_t i = 0; i < count; i++) {
+            const uint8_t *range = array->block_table[i].range;
+            codes[i] = (uint8_t)(range[0] - lower);
+            codes[count + i] = (uint8_t)(range[1] - range[0] - width);
+            lower = range[0];
+            width = (uint8_t)(range[1] - range[0]);
+        }
+        packed.size = ZSTD_compress(packed.data, packed.capacity, codes, size, RANGE_ZSTD_LEVEL);
+        if (ZSTD_isError(packed.size)) {
+            packed.size = 0;
+            packed.failed = 1;
+        }
+    }
+    cvol_section_put(out, "RNGE", &packed);
+    cvol_bytes_free(&packed);
+    free(codes);
+}
+
+static void put_index(cvol_bytes *out, const cvol_groups *groups)
+{
+    cvol_bytes content = {0}, checksums = {0};
+    for (size_t g = 0; g < groups->count; g++) {
+        const cvol_bytes *bytes = &groups->bytes[g];
+        uint32_t checksum = cvol_crc32c(bytes->data, bytes->size);
+        cvol_bytes_put_u64(&content, bytes->size);
+        cvol_bytes_put_u32(&content, checksum);
+        cvol_bytes_put_u32(&checksums, checksum);
+    }
+    cvol_section_put(out, "INDX", &content);
+    /* The groups' checksums cover DATA: its own is theirs. */
+    cvol_section_put_header(out, "DATA", cvol_groups_size(groups),
+                            cvol_crc32c(checksums.data, checksums.size));
+    out->failed |= checksums.failed;
+    cvol_bytes_free(&content);
+    cvol_bytes_free(&checksums);
+}
+
+int cvol_container_begin(cvol_context *context, cvol_bytes *out, const cvol_array *array,
+                         const cvol_groups *groups)
+{
+    cvol_bytes header = {0};
+    cvol_bytes_append(out, signature, sizeof signature);
+    cvol_bytes_put_u32(out, CVOL_FORMAT_VERSION);
+    cvol_header_put(&header, array);
+    cvol_section_put(out, "HEAD", &header);
+    put_ranges(out, array);
+    put_index(out, groups);
+    cvol_bytes_free(&header);
+    if (out->failed)
+        return cvol_fail_memory(context, out->size, "the file's header");
+    return CVOL_OK;
+}
+
+/* ---- reading ---------------------------------------------------------------------------- */
+
+/* Takes a section whose content its header's checksum covers. */
+static int take_checked(cvol_context *context, cvol_cursor *content, cvol_cursor *file,
+                        const char *tag, const char *name)
+{
+    uint32_t checksum;
+    int code = cvol_section_take(context, content, &checksum, file, tag, name);
+    if (code)
+        return code;
+    return cvol_section_check(context, checksum, cvol_crc32c(content->data, content->size), tag,
+                              name);
+}
+
+static int take_ranges(cvol_context *context, cvol_array *array, const cvol_cursor *content,
+                       const char *name)
+{
+    const size_t count = array->block_count, size = 2 * count;
+    uint8_t *codes = cvol_allocate(size, 1);
+    if (!codes)
+        return cvol_fail_memory(context, size, "block ranges");
+    size_t got = ZSTD_decompress(codes, size, content->data, content->size);
+    int sound = got == size;
+    uint8_t lower = 0, width = 0;
+    for (size_t i = 0; i < count && sound; i++) {
+        lower = (uint8_t)(lower + codes[i]);
+        width = (uint8_t)(width + codes[count + i]);
+        sound = lower + width <= 255;
+        array->block_table[i].range[0] = lower;
+        array->block_table[i].range[1] = (uint8_t)(lower + width);
+    }
+    free(codes);
+    if (!sound)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section RNGE: not the ranges of %zu blocks", name, count);
+    return CVOL_OK;
+}
+
+/* The groups' bytes and checksums, from INDX and DATA. */
+typedef struct group_table {
+    cvol_span *spans;
+    uint32_t *checksums;
+} group_table;
+
+static int take_spans(cvol_context *context, group_table *table, cvol_cursor *index,
+                      cvol_cursor *data, size_t count, const char *name)
+{
+    table->spans = cvol_allocate(count, sizeof *table->spans);
+    table->checksums = cvol_allocate(count, sizeof *table->checksums);
+    if (!table->spans || !table->checksums)
+        return cvol_fail_memory(context, count * sizeof *table->spans, "the index");
+    for (size_t g = 0; g < count; g++) {
+        uint64_t size = cvol_cursor_u64(index);
+        table->checksums[g] = cvol_cursor_u32(index);
+        if (size == 0 || size > cvol_cursor_left(data))
+            return cvol_fail(
+                context, CVOL_ERROR_CORRUPT,
+                "%s: section INDX: group %zu has %llu bytes, section DATA has %zu left", name, g,
+                (unsigned long long)size, cvol_cursor_left(data));
+        table->spans[g] = (cvol_span){cvol_cursor_take(data, (size_t)size), (size_t)size};
+    }
+    if (cvol_cursor_left(data))
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section DATA has %zu bytes that belong to no group", name,
+                         cvol_cursor_left(data));
+    return CVOL_OK;
+}
+
+/* The checksum of DATA: of the groups' checksums. */
+static int check_data(cvol_context *context, const uint32_t *checksums, size_t count,
+                      uint32_t stored, const char *name)
+{
+    cvol_bytes bytes = {0};
+    for (size_t g = 0; g < count; g++)
+        cvol_bytes_put_u32(&bytes, checksums[g]);
+    int code = bytes.failed ? cvol_fail_memory(context, 4 * count, "the index")
+                            : cvol_section_check(context, stored,
+                                                 cvol_crc32c(bytes.data, bytes.size), "DATA", name);
+    cvol_bytes_free(&bytes);
+    return code;
+}
+
+static int take_groups(cvol_context *context, cvol_array *array, cvol_cursor *file,
+                       const char *name)
+{
+    const size_t count = cvol_group_count(array);
+    group_table table = {0};
+    cvol_cursor index, data;
+    uint32_t checksum;
+    int code = take_checked(context, &index, file, "INDX", name);
+    if (code)
+        return code;
+    if (index.size / INDEX_ENTRY_BYTES != count || index.size % INDEX_ENTRY_BYTES)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section INDX has %zu bytes, must have %d for each of %zu groups",
+                         name, index.size, (int)INDEX_ENTRY_BYTES, count);
+    code = cvol_section_take(context, &data, &checksum, file, "DATA", name);
+    if (code)
+        return code;
+    if (cvol_cursor_left(file))
+        return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: %zu bytes follow the end", name,
+                         cvol_cursor_left(file));
+    code = take_spans(context, &table, &index, &data, count, name);
+    if (!code)
+        code = check_data(context, table.checksums, count, checksum, name);
+    if (!code)
+        code = cvol_array_decode(context, array, table.spans, table.checksums, name);
+    free(table.spans);
+    free(table.checksums);
+    return code;
+}
+
+/* Every group takes 12 bytes in INDX and one in DATA at least, and has 4096 blocks at most: what a
+ * file claims is refused before memory is spent on it. */
+static int check_claims(cvol_context *context, const cvol_header *header, size_t file_left,
+                        const char *name)
+{
+    uint64_t groups = 1;
+    for (int a = 0; a < 3; a++)
+        groups *= (header->grid.dims[a] - 1) / CVOL_GROUP_SIDE + 1; /* at most the samples */
+    if (groups > file_left / (INDEX_ENTRY_BYTES + 1))
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: %zu x %zu x %zu samples are %llu groups, too many for a file of this "
+                         "size",
+                         name, header->grid.dims[0], header->grid.dims[1], header->grid.dims[2],
+                         (unsigned long long)groups);
+    return CVOL_OK;
+}
+
+static int make_array(cvol_context *context, cvol_array **out, const cvol_header *header)
+{
+    int code = cvol_array_create(context, out, &header->grid, (int)header->block);
+    if (code)
+        return code;
+    cvol_array *array = *out;
+    array->transform = (cvol_transform)header->transform;
+    array->step = header->step;
+    array->offset = header->offset;
+    array->value_min = header->value_min;
+    array->value_max = header->value_max;
+    array->range_min = header->range_min;
+    array->range_max = header->range_max;
+    array->psnr_db = header->psnr_db;
+    array->max_error = header->max_error;
+    array->l2_error = header->l2_error;
+    return CVOL_OK;
+}
+
+static int read_sections(cvol_context *context, cvol_array **array, cvol_cursor *file,
+                         const char *name)
+{
+    cvol_cursor content, ranges;
+    cvol_header header;
+    int code = take_checked(context, &content, file, "HEAD", name);
+    if (!code)
+        code = cvol_header_take(context, &header, &content, name);
+    if (!code)
+        code = take_checked(context, &ranges, file, "RNGE", name);
+    if (!code)
+        code = check_claims(context, &header, cvol_cursor_left(file), name);
+    if (!code)
+        code = make_array(context, array, &header);
+    if (!code)
+        code = take_ranges(context, *array, &ranges, name);
+    if (!code)
+        code = take_groups(context, *array, file, name);
+    if (!code && (*array)->coefficients != header.coefficients)
+        code = cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section DATA has %llu coefficients, section HEAD says %llu", name,
+                         (unsigned long long)(*array)->coefficients,
+                         (unsigned long long)header.coefficients);
+    return code;
+}
+
+int cvol_container_read(cvol_context *context, cvol_array **out, const uint8_t *data, size_t size,
+                        const char *name)
+{
+    *out = NULL;
+    cvol_cursor file = cvol_cursor_make(data, size);
+    if (!cvol_container_is(data, size))
+        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is not a .cvol file", name);
+    cvol_cursor_take(&file, sizeof signature);
+    uint32_t version = cvol_cursor_u32(&file);
+    if (file.failed)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: truncated in its version", name);
+    if (version > CVOL_FORMAT_VERSION)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: is a .cvol of version %u, this library reads version %d", name,
+                         version, (int)CVOL_FORMAT_VERSION);
+    cvol_array *array = NULL;
+    int code = read_sections(context, &array, &file, name);
+    if (code) {
+        cvol_array_free(array);
+        return code;
+    }
+    *out = array;
+    return CVOL_OK;
+}

@@ -1,0 +1,24 @@
+/* The .cvol container, version 0: doc/format.md is its description. */
+#ifndef CVOL_CODEC_CONTAINER_H
+#define CVOL_CODEC_CONTAINER_H
+
+#include "array/array.h"
+#include "base/bytes.h"
+#include "codec/group.h"
+
+enum { CVOL_SIGNATURE_BYTES = 8, CVOL_FORMAT_VERSION = 0 };
+
+/* 1 if data begins with the signature. */
+int cvol_container_is(const uint8_t *data, size_t size);
+
+/* Appends all that comes before the groups' bytes. The file is `out` followed by the groups in
+ * order. Errors: MEMORY. */
+int cvol_container_begin(cvol_context *context, cvol_bytes *out, const cvol_array *array,
+                         const cvol_groups *groups);
+
+/* Reads a whole file from memory; `name` begins its messages. Errors: FORMAT, CORRUPT, LIMIT,
+ * UNSUPPORTED, MEMORY, CANCELLED. */
+int cvol_container_read(cvol_context *context, cvol_array **out, const uint8_t *data, size_t size,
+                        const char *name);
+
+#endif

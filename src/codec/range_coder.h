@@ -1,0 +1,155 @@
+/* Adaptive binary range coder (Martin 1979; carry propagation as in Schindler's coder).
+ *
+ * The state is an interval [low, low + range) of 64-bit fractions. A bit whose probability of being
+ * 0 is p / 2^16 splits it at bound = floor(range / 2^16) p: 0 keeps the lower part, 1 the upper.
+ * Whenever range falls below 2^32, the upper 32 bits of low leave as four bytes, high first.
+ *
+ * Probabilities adapt at two speeds (1/16 and 1/128 of the way per bit); p is their mean. They
+ * never come nearer than 71 to either end, so that range / 2^16 >= 2^16 leaves both parts room.
+ *
+ * Bits that are as good as random (signs, low bits) go uncoded into a second stream, which lies
+ * behind the first, reversed: it is read from the last byte backwards. So no length is needed.
+ */
+#ifndef CVOL_CODEC_RANGE_CODER_H
+#define CVOL_CODEC_RANGE_CODER_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/bytes.h"
+#include "base/vector.h"
+
+#define CVOL_RATE_FAST 4
+#define CVOL_RATE_SLOW 7
+
+/* The probability of a 0 bit in units of 2^-16, tracked at two speeds. */
+typedef struct cvol_probability {
+    uint16_t fast, slow;
+} cvol_probability;
+
+CVOL_INLINE uint32_t cvol_probability_of_zero(const cvol_probability *p)
+{
+    return ((uint32_t)p->fast + p->slow) >> 1;
+}
+
+CVOL_INLINE void cvol_probability_update(cvol_probability *p, int bit)
+{
+    if (bit) {
+        p->fast = (uint16_t)(p->fast - (p->fast >> CVOL_RATE_FAST));
+        p->slow = (uint16_t)(p->slow - (p->slow >> CVOL_RATE_SLOW));
+    } else {
+        p->fast = (uint16_t)(p->fast + ((65535 - p->fast) >> CVOL_RATE_FAST));
+        p->slow = (uint16_t)(p->slow + ((65535 - p->slow) >> CVOL_RATE_SLOW));
+    }
+}
+
+/* ---- encoder ---------------------------------------------------------------------------- */
+
+typedef struct cvol_range_encoder {
+    uint64_t low, range;
+    uint64_t raw_bits;
+    int raw_count;
+    cvol_bytes coded, raw;
+} cvol_range_encoder;
+
+/* Starts anew; keeps the buffers of an earlier use (the first use: a zeroed struct). */
+void cvol_range_encoder_start(cvol_range_encoder *coder);
+/* Ends both streams and appends them to `out`. 1 on success, 0 when memory ran out. */
+int cvol_range_encoder_finish(cvol_range_encoder *coder, cvol_bytes *out);
+void cvol_range_encoder_free(cvol_range_encoder *coder);
+
+/* Adds 1 to the bytes written so far, as a number. */
+void cvol_range_carry(cvol_bytes *coded);
+/* Moves the upper 32 bits of low out. */
+void cvol_range_emit(cvol_range_encoder *coder);
+
+static inline void cvol_encode_bit(cvol_range_encoder *coder, cvol_probability *p, int bit)
+{
+    uint64_t bound = (coder->range >> 16) * cvol_probability_of_zero(p);
+    if (bit) {
+        uint64_t low = coder->low;
+        coder->low += bound;
+        coder->range -= bound;
+        if (coder->low < low)
+            cvol_range_carry(&coder->coded);
+    } else {
+        coder->range = bound;
+    }
+    cvol_probability_update(p, bit);
+    if (coder->range < UINT64_C(1) << 32)
+        cvol_range_emit(coder);
+}
+
+/* The low `count` <= 32 bits of value, uncoded. */
+void cvol_encode_raw(cvol_range_encoder *coder, uint32_t value, int count);
+
+/* ---- decoder ---------------------------------------------------------------------------- */
+
+/* Both ends of data[0 .. size) are read; beyond it every byte is 0. */
+typedef struct cvol_range_decoder {
+    uint64_t code, range;
+    uint64_t raw_bits;
+    int raw_count;
+    const uint8_t *data;
+    size_t size;
+    size_t coded_read, raw_read; /* bytes taken from the front and from the back */
+} cvol_range_decoder;
+
+void cvol_range_decoder_start(cvol_range_decoder *coder, const uint8_t *data, size_t size);
+/* 1 if more was decoded than the bytes can hold: what came out is worthless. */
+int cvol_range_decoder_overrun(const cvol_range_decoder *coder);
+
+/* Four bytes of the coded stream at `at`, and of the raw one (read from the end), where some of
+ * them lie beyond the data. By value: so a decoder can stay in registers. */
+uint32_t cvol_range_take_last(const uint8_t *data, size_t size, size_t at);
+uint32_t cvol_raw_take_last(const uint8_t *data, size_t size, size_t at);
+
+CVOL_INLINE uint32_t cvol_big_endian32(const uint8_t *p)
+{
+    return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3];
+}
+
+CVOL_INLINE int cvol_decode_bit(cvol_range_decoder *coder, cvol_probability *p)
+{
+    uint64_t bound = (coder->range >> 16) * cvol_probability_of_zero(p);
+    int bit = coder->code >= bound;
+    if (bit) {
+        coder->code -= bound;
+        coder->range -= bound;
+    } else {
+        coder->range = bound;
+    }
+    cvol_probability_update(p, bit);
+    if (__builtin_expect(coder->range < UINT64_C(1) << 32, 0)) {
+        uint32_t next;
+        if (__builtin_expect(coder->coded_read + 4 <= coder->size, 1))
+            next = cvol_big_endian32(coder->data + coder->coded_read);
+        else
+            next = cvol_range_take_last(coder->data, coder->size, coder->coded_read);
+        coder->coded_read += 4;
+        coder->range <<= 32;
+        coder->code = coder->code << 32 | next;
+    }
+    return bit;
+}
+
+/* `count` <= 32 uncoded bits. */
+CVOL_INLINE uint32_t cvol_decode_raw(cvol_range_decoder *coder, int count)
+{
+    if (__builtin_expect(coder->raw_count < count, 0)) {
+        uint32_t next;
+        if (__builtin_expect(coder->raw_read + 4 <= coder->size, 1))
+            next = cvol_big_endian32(coder->data + coder->size - coder->raw_read - 4);
+        else
+            next = cvol_raw_take_last(coder->data, coder->size, coder->raw_read);
+        coder->raw_read += 4;
+        coder->raw_bits |= (uint64_t)next << coder->raw_count;
+        coder->raw_count += 32;
+    }
+    uint32_t value = (uint32_t)(coder->raw_bits & ((UINT64_C(1) << count) - 1));
+    coder->raw_bits >>= count;
+    coder->raw_count -= count;
+    return value;
+}
+
+#endif

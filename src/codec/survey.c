@@ -1,0 +1,186 @@
+/* Surveys of samples: their range, and their distance to what an array stands for. */
+#include "codec/survey.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+
+/* Applies CASE(type) to the C type of a cvol_type. */
+#define FOR_TYPE(number, CASE) \
+    switch (number) {          \
+    case CVOL_UINT8:           \
+        CASE(uint8_t);         \
+        break;                 \
+    case CVOL_INT8:            \
+        CASE(int8_t);          \
+        break;                 \
+    case CVOL_UINT16:          \
+        CASE(uint16_t);        \
+        break;                 \
+    case CVOL_INT16:           \
+        CASE(int16_t);         \
+        break;                 \
+    case CVOL_UINT32:          \
+        CASE(uint32_t);        \
+        break;                 \
+    case CVOL_INT32:           \
+        CASE(int32_t);         \
+        break;                 \
+    case CVOL_FLOAT32:         \
+        CASE(float);           \
+        break;                 \
+    case CVOL_FLOAT64:         \
+        CASE(double);          \
+        break;                 \
+    }
+
+/* ---- before ----------------------------------------------------------------------------- */
+
+/* Of one sheet of samples. */
+typedef struct sheet_survey {
+    double min, max;
+    size_t strange, first_strange; /* NaN or infinite: how many, and the first one's index */
+} sheet_survey;
+
+#define SURVEY(type)                                   \
+    do {                                               \
+        const type *s = (const type *)samples + first; \
+        type lo = s[0], hi = s[0];                     \
+        for (size_t i = 0; i < count; i++) {           \
+            lo = s[i] < lo ? s[i] : lo;                \
+            hi = s[i] > hi ? s[i] : hi;                \
+        }                                              \
+        out.min = (double)lo;                          \
+        out.max = (double)hi;                          \
+    } while (0)
+
+#define FIND_STRANGE(type)                             \
+    do {                                               \
+        const type *s = (const type *)samples + first; \
+        for (size_t i = count; i > 0; i--)             \
+            if (!isfinite((double)s[i - 1])) {         \
+                out.strange++;                         \
+                out.first_strange = first + i - 1;     \
+            }                                          \
+    } while (0)
+
+static sheet_survey survey_sheet(const void *samples, cvol_type type, size_t first, size_t count)
+{
+    sheet_survey out = {0};
+    FOR_TYPE(type, SURVEY);
+    if (!cvol_type_is_integer(type))
+        FOR_TYPE(type, FIND_STRANGE);
+    return out;
+}
+
+static int fail_strange(cvol_context *context, const cvol_grid *grid, size_t count, size_t first)
+{
+    const size_t x = first % grid->dims[0], y = first / grid->dims[0] % grid->dims[1],
+                 z = first / grid->dims[0] / grid->dims[1];
+    return cvol_fail(context, CVOL_ERROR_DATA,
+                     "%zu %s NaN or infinite, the first at (x, y, z) = (%zu, %zu, %zu) (index "
+                     "%zu); --fill VALUE replaces them",
+                     count, count == 1 ? "sample is" : "samples are", x, y, z, first);
+}
+
+int cvol_survey_samples(cvol_context *context, double *min, double *max, const void *samples,
+                        const cvol_grid *grid)
+{
+    const size_t sheets = grid->dims[2], per_sheet = grid->dims[0] * grid->dims[1];
+    sheet_survey *surveys = cvol_allocate(sheets, sizeof *surveys);
+    if (!surveys)
+        return cvol_fail_memory(context, sheets * sizeof *surveys, "a survey of the samples");
+#pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
+    for (size_t z = 0; z < sheets; z++)
+        surveys[z] = survey_sheet(samples, grid->type, z * per_sheet, per_sheet);
+    *min = surveys[0].min;
+    *max = surveys[0].max;
+    size_t strange = 0, first_strange = 0;
+    for (size_t z = 0; z < sheets; z++) {
+        *min = surveys[z].min < *min ? surveys[z].min : *min;
+        *max = surveys[z].max > *max ? surveys[z].max : *max;
+        if (surveys[z].strange && !strange)
+            first_strange = surveys[z].first_strange;
+        strange += surveys[z].strange;
+    }
+    free(surveys);
+    return strange ? fail_strange(context, grid, strange, first_strange) : CVOL_OK;
+}
+
+/* ---- after ------------------------------------------------------------------------------ */
+
+#define COMPARE(type)                                                              \
+    do {                                                                           \
+        const type *a = (const type *)samples + first, *b = (const type *)decoded; \
+        for (size_t i = 0; i < count; i++) {                                       \
+            double error = fabs((double)a[i] - (double)b[i]);                      \
+            most = error > most ? error : most;                                    \
+            squares += error * error;                                              \
+        }                                                                          \
+    } while (0)
+
+/* Adds a row of `count` samples from sample `first` to a block's distance; l2_error: squares. */
+static void compare_row(cvol_distance *out, const void *samples, cvol_type type, size_t first,
+                        const void *decoded, size_t count)
+{
+    double most = out->max_error, squares = 0;
+    FOR_TYPE(type, COMPARE);
+    out->max_error = most;
+    out->l2_error += squares;
+}
+
+static cvol_distance compare_block(const cvol_array *array, const void *samples, size_t index,
+                                   float *evaluated, double *row)
+{
+    const size_t B = (size_t)array->block, *dims = array->grid.dims;
+    const size_t begin[3] = {index % array->blocks[0] * B,
+                             index / array->blocks[0] % array->blocks[1] * B,
+                             index / array->blocks[0] / array->blocks[1] * B};
+    size_t inside[3];
+    for (int a = 0; a < 3; a++)
+        inside[a] = dims[a] - begin[a] < B ? dims[a] - begin[a] : B;
+    cvol_distance distance = {0};
+    cvol_block_evaluate(evaluated, array, index);
+    for (size_t z = 0; z < inside[2]; z++)
+        for (size_t y = 0; y < inside[1]; y++) {
+            size_t first = begin[0] + dims[0] * (begin[1] + y + dims[1] * (begin[2] + z));
+            cvol_samples_store(row, evaluated + B * (y + B * z), inside[0], array);
+            compare_row(&distance, samples, array->grid.type, first, row, inside[0]);
+        }
+    return distance;
+}
+
+int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_array *array,
+                          const void *samples)
+{
+    const size_t B = (size_t)array->block, per_block = B * B * B;
+    cvol_distance *distances = cvol_allocate(array->block_count, sizeof *distances);
+    int failed = !distances;
+#pragma omp parallel num_threads(cvol_context_threads(context))
+    {
+        float *evaluated = cvol_allocate(per_block, sizeof *evaluated);
+        double row[32];
+        if (!evaluated) {
+#pragma omp atomic write
+            failed = 1;
+        }
+#pragma omp for schedule(dynamic, 16)
+        for (size_t i = 0; i < array->block_count; i++)
+            if (evaluated && distances)
+                distances[i] = compare_block(array, samples, i, evaluated, row);
+        free(evaluated);
+    }
+    *out = (cvol_distance){0};
+    for (size_t i = 0; i < array->block_count && !failed; i++) {
+        out->max_error = distances[i].max_error > out->max_error ? distances[i].max_error
+                                                                 : out->max_error;
+        out->l2_error += distances[i].l2_error;
+    }
+    out->l2_error = sqrt(out->l2_error);
+    free(distances);
+    if (failed)
+        return cvol_fail_memory(context, per_block * sizeof(float), "a block");
+    return CVOL_OK;
+}

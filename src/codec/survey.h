@@ -1,0 +1,20 @@
+/* What must be known of dense samples before and after compressing them. */
+#ifndef CVOL_CODEC_SURVEY_H
+#define CVOL_CODEC_SURVEY_H
+
+#include "array/array.h"
+
+/* Finds the least and largest sample. Errors: DATA (NaN or infinite samples). */
+int cvol_survey_samples(cvol_context *context, double *min, double *max, const void *samples,
+                        const cvol_grid *grid);
+
+/* How far an array is from the samples that it was made of, in the samples' own type. */
+typedef struct cvol_distance {
+    double max_error, l2_error;
+} cvol_distance;
+
+/* Evaluates all blocks and compares. The same result for any number of threads. Errors: MEMORY. */
+int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_array *array,
+                          const void *samples);
+
+#endif
