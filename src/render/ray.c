@@ -74,9 +74,8 @@ int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volu
     ray_state *ray = calloc(1, sizeof *ray);
     if (!ray)
         return cvol_fail_memory(context, sizeof *ray, "a renderer");
-    int any = stats.bad_count < cvol_grid_samples(&volume->grid);
     ray->grid = volume->grid;
-    ray->field = cvol_ray_field_make(volume, any ? stats.min : 0, any ? stats.max : 0);
+    ray->field = cvol_ray_field_make(volume, stats.min, stats.max);
     ray->line = cvol_ray_line_of(volume->grid.type);
     *state = ray;
     return CVOL_OK;
@@ -228,12 +227,12 @@ static uint8_t to_byte(double level)
     return level < 1 ? (uint8_t)(level * 255 + 0.5) : 255;
 }
 
-/* The ray's level within the samples' range; a volume of one value is white. */
+/* The ray's level within the samples' range; a volume of one value is black. */
 static ray_light grey(const ray_job *job, const ray_line *line)
 {
     const cvol_ray_field *field = &job->state->field;
     double value = job->mode == CVOL_MODE_XRAY ? mean_along(job, line) : largest_along(job, line);
-    double level = field->max > field->min ? (value - field->min) / (field->max - field->min) : 1;
+    double level = field->max > field->min ? (value - field->min) / (field->max - field->min) : 0;
     return (ray_light){.rgb = {level, level, level}};
 }
 

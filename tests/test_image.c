@@ -1,0 +1,396 @@
+/* Pictures: PNG there and back, PNGs of every kind, broken PNGs, and differences against a naive
+ * computation. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+#include <png.h>
+#include <zlib.h>
+
+#include "cvol/image.h"
+#include "random.h"
+#include "support.h"
+
+typedef struct fixture {
+    cvol_context *context;
+    char *folder, *path;
+} fixture;
+
+static int setup(void **state)
+{
+    fixture *f = malloc(sizeof *f);
+    assert_non_null(f);
+    f->context = cvol_context_create();
+    f->folder = support_folder_make();
+    f->path = support_path(f->folder, "picture.png");
+    *state = f;
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    fixture *f = *state;
+    cvol_context_destroy(f->context);
+    free(f->path);
+    support_folder_remove(f->folder);
+    free(f);
+    return 0;
+}
+
+static cvol_image *random_image(cvol_context *context, int width, int height, uint64_t seed)
+{
+    cvol_image *image;
+    assert_int_equal(cvol_image_create(context, &image, width, height), CVOL_OK);
+    random_state r = {seed};
+    for (size_t i = 0; i < 4 * (size_t)width * (size_t)height; i++)
+        image->rgba[i] = (uint8_t)random_below(&r, 256);
+    return image;
+}
+
+static void make_opaque(cvol_image *image)
+{
+    for (size_t i = 0; i < (size_t)image->width * (size_t)image->height; i++)
+        image->rgba[4 * i + 3] = 255;
+}
+
+static void expect_error(fixture *f, int code)
+{
+    cvol_image nothing, *image = &nothing;
+    assert_int_equal(cvol_image_read_png(f->context, &image, f->path), code);
+    assert_null(image);
+    assert_non_null(strstr(cvol_context_message(f->context), f->path));
+}
+
+/* ---- PNG --------------------------------------------------------------------------------- */
+
+/* Byte 25 of a PNG is its colour type: 2 RGB, 6 RGBA. */
+static void check_round_trip(fixture *f, cvol_image *image, int colour_type)
+{
+    assert_int_equal(cvol_image_write_png(f->context, image, f->path), CVOL_OK);
+    size_t size;
+    unsigned char *file = support_read(f->path, &size);
+    assert_int_equal(file[25], colour_type);
+    free(file);
+    cvol_image *back;
+    assert_int_equal(cvol_image_read_png(f->context, &back, f->path), CVOL_OK);
+    assert_int_equal(back->width, image->width);
+    assert_int_equal(back->height, image->height);
+    assert_memory_equal(back->rgba, image->rgba, 4 * (size_t)image->width * (size_t)image->height);
+    cvol_image_free(back);
+    assert_int_equal(support_folder_count(f->folder), 1);
+}
+
+static void test_round_trip(void **state)
+{
+    fixture *f = *state;
+    const int sizes[][2] = {{1, 1}, {1, 300}, {300, 1}, {37, 23}, {256, 64}};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        cvol_image *image = random_image(f->context, sizes[i][0], sizes[i][1], i);
+        image->rgba[3] = 7;
+        check_round_trip(f, image, PNG_COLOR_TYPE_RGB_ALPHA);
+        make_opaque(image);
+        check_round_trip(f, image, PNG_COLOR_TYPE_RGB);
+        cvol_image_free(image);
+    }
+}
+
+/* A PNG of any kind by libpng itself: `rows` holds its rows packed, one after the other. */
+static void write_any(const char *path, int width, int height, int depth, int colour_type,
+                      int interlace, uint8_t *rows)
+{
+    FILE *file = fopen(path, "wb");
+    assert_non_null(file);
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, NULL);
+    png_infop info = png_create_info_struct(png);
+    png_init_io(png, file);
+    png_set_IHDR(png, info, (png_uint_32)width, (png_uint_32)height, depth, colour_type, interlace,
+                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    if (colour_type == PNG_COLOR_TYPE_PALETTE) {
+        const png_color palette[4] = {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}, {9, 8, 7}};
+        const png_byte alpha[2] = {255, 77};
+        png_set_PLTE(png, info, palette, 4);
+        png_set_tRNS(png, info, alpha, 2, NULL);
+    }
+    png_write_info(png, info);
+    int passes = png_set_interlace_handling(png);
+    size_t stride = png_get_rowbytes(png, info);
+    for (int pass = 0; pass < passes; pass++)
+        for (int j = 0; j < height; j++)
+            png_write_row(png, rows + (size_t)j * stride);
+    png_write_end(png, NULL);
+    png_destroy_write_struct(&png, &info);
+    fclose(file);
+}
+
+static void expect_pixels(fixture *f, const uint8_t *rgba, size_t count)
+{
+    cvol_image *image;
+    int code = cvol_image_read_png(f->context, &image, f->path);
+    assert_string_equal(cvol_context_message(f->context), "");
+    assert_int_equal(code, CVOL_OK);
+    assert_int_equal((size_t)image->width * (size_t)image->height, count);
+    assert_memory_equal(image->rgba, rgba, 4 * count);
+    cvol_image_free(image);
+}
+
+static void test_every_kind_is_read(void **state)
+{
+    fixture *f = *state;
+    write_any(f->path, 4, 1, 2, PNG_COLOR_TYPE_PALETTE, PNG_INTERLACE_NONE, (uint8_t[]){0x1b});
+    expect_pixels(f, (uint8_t[]){255, 0, 0, 255, 0, 255, 0, 77, 0, 0, 255, 255, 9, 8, 7, 255}, 4);
+    write_any(f->path, 2, 2, 1, PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, (uint8_t[]){0x80, 0x40});
+    expect_pixels(
+        f, (uint8_t[]){255, 255, 255, 255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255, 255}, 4);
+    write_any(f->path, 2, 1, 16, PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE,
+              (uint8_t[]){0x80, 0x80, 0xff, 0xff});
+    expect_pixels(f, (uint8_t[]){128, 128, 128, 255, 255, 255, 255, 255}, 2);
+    write_any(f->path, 2, 1, 8, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_INTERLACE_NONE,
+              (uint8_t[]){5, 6, 7, 8});
+    expect_pixels(f, (uint8_t[]){5, 5, 5, 6, 7, 7, 7, 8}, 2);
+    write_any(f->path, 1, 1, 16, PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_NONE,
+              (uint8_t[]){1, 1, 2, 2, 3, 3, 4, 4});
+    expect_pixels(f, (uint8_t[]){1, 2, 3, 4}, 1);
+    cvol_image *image = random_image(f->context, 19, 21, 5);
+    write_any(f->path, 19, 21, 8, PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_ADAM7, image->rgba);
+    expect_pixels(f, image->rgba, 19 * 21);
+    cvol_image_free(image);
+}
+
+static void test_every_truncation_fails(void **state)
+{
+    fixture *f = *state;
+    cvol_image *image = random_image(f->context, 9, 11, 1);
+    assert_int_equal(cvol_image_write_png(f->context, image, f->path), CVOL_OK);
+    cvol_image_free(image);
+    size_t size;
+    unsigned char *file = support_read(f->path, &size);
+    for (size_t length = 0; length < size; length++) {
+        support_write(f->path, file, length);
+        expect_error(f, CVOL_ERROR_FORMAT);
+    }
+    free(file);
+}
+
+/* Any byte changed: an error or a picture, never more. */
+static void test_every_damage_is_survived(void **state)
+{
+    fixture *f = *state;
+    cvol_image *image = random_image(f->context, 9, 11, 1), *back;
+    assert_int_equal(cvol_image_write_png(f->context, image, f->path), CVOL_OK);
+    cvol_image_free(image);
+    size_t size;
+    unsigned char *file = support_read(f->path, &size);
+    for (size_t i = 0; i < size; i++) {
+        file[i] ^= 0x11;
+        support_write(f->path, file, size);
+        if (!cvol_image_read_png(f->context, &back, f->path))
+            cvol_image_free(back);
+        else
+            assert_null(back);
+        file[i] ^= 0x11;
+    }
+    free(file);
+}
+
+static void test_no_png(void **state)
+{
+    fixture *f = *state;
+    expect_error(f, CVOL_ERROR_IO);
+    support_write_text(f->path, "");
+    expect_error(f, CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(f->context), "is empty"));
+    support_write_text(f->path, "GIF89a, or anything else that is long enough");
+    expect_error(f, CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(f->context), "is not a PNG file"));
+    char *path = f->path;
+    f->path = f->folder;
+    expect_error(f, CVOL_ERROR_IO);
+    f->path = path;
+}
+
+static void put_u32(uint8_t *out, uint32_t value)
+{
+    for (int i = 0; i < 4; i++)
+        out[i] = (uint8_t)(value >> (24 - 8 * i));
+}
+
+/* A PNG whose header claims this size, with nothing to it. */
+static void write_claim(const char *path, uint32_t width, uint32_t height)
+{
+    /* Signature; length, name, 13 bytes and checksum of IHDR; an empty IDAT. */
+    uint8_t file[8 + 25 + 12] = {0x89, 'P', 'N', 'G', 13, 10, 26, 10, 0, 0, 0, 13};
+    memcpy(file + 12, "IHDR", 4);
+    put_u32(file + 16, width);
+    put_u32(file + 20, height);
+    file[24] = 8;
+    file[25] = PNG_COLOR_TYPE_RGB_ALPHA;
+    put_u32(file + 29, (uint32_t)crc32(0, file + 12, 17));
+    memcpy(file + 37, "IDAT", 4);
+    put_u32(file + 41, (uint32_t)crc32(0, file + 37, 4));
+    support_write(path, file, sizeof file);
+}
+
+static void test_sizes_are_limited(void **state)
+{
+    fixture *f = *state;
+    write_claim(f->path, 40000, 1);
+    expect_error(f, CVOL_ERROR_LIMIT);
+    write_claim(f->path, 1, 40000);
+    expect_error(f, CVOL_ERROR_LIMIT);
+    write_claim(f->path, 30000, 30000);
+    expect_error(f, CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(f->context), "30000 x 30000"));
+    write_claim(f->path, 0, 10);
+    expect_error(f, CVOL_ERROR_FORMAT);
+    cvol_context_set_limit_bytes(f->context, 1000);
+    write_claim(f->path, 40, 40);
+    expect_error(f, CVOL_ERROR_LIMIT);
+}
+
+static void test_write_failures_leave_nothing(void **state)
+{
+    fixture *f = *state;
+    cvol_image *image = random_image(f->context, 8, 8, 2);
+    char *missing = support_path(f->folder, "no/such/folder.png");
+    assert_int_equal(cvol_image_write_png(f->context, image, missing), CVOL_ERROR_IO);
+    assert_int_equal(cvol_image_write_png(f->context, image, f->folder), CVOL_ERROR_IO);
+    assert_int_equal(support_folder_count(f->folder), 0);
+    image->width = 0;
+    assert_int_equal(cvol_image_write_png(f->context, image, f->path), CVOL_ERROR_ARGUMENT);
+    free(missing);
+    cvol_image_free(image);
+}
+
+static void test_create(void **state)
+{
+    fixture *f = *state;
+    cvol_image *image;
+    const int bad[][2] = {{0, 1}, {1, 0}, {-1, 5}, {CVOL_IMAGE_SIZE_MAX + 1, 1}};
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        assert_int_equal(cvol_image_create(f->context, &image, bad[i][0], bad[i][1]),
+                         CVOL_ERROR_ARGUMENT);
+        assert_null(image);
+    }
+    assert_int_equal(cvol_image_create(f->context, &image, 3, 2), CVOL_OK);
+    for (int i = 0; i < 24; i++)
+        assert_int_equal(image->rgba[i], 0);
+    cvol_image_free(image);
+    cvol_image_free(NULL);
+}
+
+/* ---- differences ------------------------------------------------------------------------- */
+
+/* One window of one channel, by the definition, in two passes. */
+static double naive_window(const cvol_image *a, const cvol_image *b, int x, int y, int wx, int wy,
+                           int channel)
+{
+    double n = wx * wy, ma = 0, mb = 0, va = 0, vb = 0, cab = 0;
+    for (int pass = 0; pass < 2; pass++)
+        for (int j = y; j < y + wy; j++)
+            for (int i = x; i < x + wx; i++) {
+                double p = a->rgba[4 * (j * a->width + i) + channel];
+                double q = b->rgba[4 * (j * b->width + i) + channel];
+                if (pass == 0) {
+                    ma += p / n;
+                    mb += q / n;
+                } else if (n > 1) {
+                    va += (p - ma) * (p - ma) / (n - 1);
+                    vb += (q - mb) * (q - mb) / (n - 1);
+                    cab += (p - ma) * (q - mb) / (n - 1);
+                }
+            }
+    double c1 = 2.55 * 2.55, c2 = 7.65 * 7.65;
+    return (2 * ma * mb + c1) * (2 * cab + c2) / ((ma * ma + mb * mb + c1) * (va + vb + c2));
+}
+
+static double naive_ssim(const cvol_image *a, const cvol_image *b)
+{
+    int wx = a->width < 7 ? a->width : 7, wy = a->height < 7 ? a->height : 7, count = 0;
+    double sum = 0;
+    for (int c = 0; c < 3; c++)
+        for (int y = 0; y + wy <= a->height; y++)
+            for (int x = 0; x + wx <= a->width; x++, count++)
+                sum += naive_window(a, b, x, y, wx, wy, c);
+    return sum / count;
+}
+
+static void test_ssim_equals_naive(void **state)
+{
+    fixture *f = *state;
+    const int sizes[][2] = {{40, 31}, {7, 7}, {8, 7}, {1, 1}, {3, 20}, {20, 2}, {6, 6}};
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+        cvol_image *a = random_image(f->context, sizes[i][0], sizes[i][1], 10 + i);
+        cvol_image *b = random_image(f->context, sizes[i][0], sizes[i][1], 90 + i);
+        for (size_t k = 0; k < 4 * (size_t)(a->width * a->height); k++)
+            b->rgba[k] = (uint8_t)((3 * a->rgba[k] + b->rgba[k]) / 4);
+        cvol_image_difference d, one;
+        assert_int_equal(cvol_image_compare(f->context, &d, a, b), CVOL_OK);
+        assert_true(fabs(d.ssim - naive_ssim(a, b)) < 1e-9);
+        cvol_context_set_threads(f->context, 1);
+        assert_int_equal(cvol_image_compare(f->context, &one, a, b), CVOL_OK);
+        assert_memory_equal(&d, &one, sizeof d);
+        cvol_context_set_threads(f->context, 3);
+        cvol_image_free(a);
+        cvol_image_free(b);
+    }
+}
+
+static void test_figures_by_hand(void **state)
+{
+    fixture *f = *state;
+    cvol_image *a, *b;
+    cvol_image_create(f->context, &a, 10, 10);
+    cvol_image_create(f->context, &b, 10, 10);
+    cvol_image_difference d;
+    assert_int_equal(cvol_image_compare(f->context, &d, a, b), CVOL_OK);
+    assert_true(isinf(d.psnr_db) && isinf(d.psnr_foreground_db) && d.rmse == 0);
+    assert_true(d.ssim == 1 && d.foreground_pixels == 0 && d.max_abs_error == 0);
+    b->rgba[4 * 17 + 1] = 30;
+    b->rgba[4 * 18 + 2] = 2;   /* not above 2: no foreground */
+    b->rgba[4 * 19 + 3] = 200; /* alpha does not count */
+    a->rgba[4 * 20] = b->rgba[4 * 20] = 3;
+    assert_int_equal(cvol_image_compare(f->context, &d, a, b), CVOL_OK);
+    assert_true(fabs(d.rmse - sqrt(904.0 / 300)) < 1e-12);
+    assert_true(fabs(d.psnr_db - 10 * log10(65025 * 300 / 904.0)) < 1e-9);
+    assert_true(fabs(d.psnr_foreground_db - 10 * log10(65025 * 6 / 900.0)) < 1e-9);
+    assert_int_equal(d.foreground_pixels, 2);
+    assert_true(d.max_abs_error == 30);
+    cvol_image_free(a);
+    cvol_image_free(b);
+}
+
+static void test_sizes_must_agree(void **state)
+{
+    fixture *f = *state;
+    cvol_image *a = random_image(f->context, 10, 12, 0), *b = random_image(f->context, 12, 10, 0);
+    cvol_image_difference d;
+    assert_int_equal(cvol_image_compare(f->context, &d, a, b), CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(f->context), "10 x 12 and 12 x 10"));
+    cvol_image_free(a);
+    cvol_image_free(b);
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+    const struct CMUnitTest tests[] = {
+        TEST(test_round_trip),
+        TEST(test_every_kind_is_read),
+        TEST(test_every_truncation_fails),
+        TEST(test_every_damage_is_survived),
+        TEST(test_no_png),
+        TEST(test_sizes_are_limited),
+        TEST(test_write_failures_leave_nothing),
+        TEST(test_create),
+        TEST(test_ssim_equals_naive),
+        TEST(test_figures_by_hand),
+        TEST(test_sizes_must_agree),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
