@@ -1,0 +1,50 @@
+# The short front of the CMake build. `make help` lists the targets.
+BUILD ?= build
+CHECK ?= build-check
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
+PREFIX ?= /usr/local
+
+.PHONY: all build demo check bench install format clean help dependencies
+
+all: build
+
+help:
+	@echo 'make           build $(BUILD)/cvol and $(BUILD)/libcvol.a'
+	@echo 'make demo      install what is missing, build, compress the sample scan, render it'
+	@echo 'make check     install what is missing, build with warnings as errors and with'
+	@echo '               sanitizers, run all tests'
+	@echo 'make bench     time and measure; writes bench/results'
+	@echo 'make install   install under PREFIX (default /usr/local)'
+	@echo 'make format    format the C sources'
+	@echo 'make clean     remove the build folders'
+
+dependencies:
+	@scripts/dependencies.sh build test
+
+build:
+	@cmake -S . -B $(BUILD) -DCVOL_TESTS=OFF >$(BUILD).log 2>&1 || { cat $(BUILD).log; \
+	  echo 'cvol: cmake could not configure; scripts/dependencies.sh says what is needed'; exit 1; }
+	@mkdir -p $(BUILD) && mv -f $(BUILD).log $(BUILD)/configure.log
+	@cmake --build $(BUILD) -j $(JOBS)
+
+demo:
+	@scripts/dependencies.sh build
+	@$(MAKE) --no-print-directory build
+	@scripts/demo.sh $(BUILD)/cvol
+
+check: dependencies
+	@scripts/check.sh $(CHECK) $(JOBS)
+
+bench:
+	@scripts/dependencies.sh build bench
+	@$(MAKE) --no-print-directory build
+	@bench/run.sh $(BUILD)/cvol
+
+install: build
+	@cmake --install $(BUILD) --prefix $(PREFIX)
+
+format:
+	@git ls-files '*.c' '*.h' | xargs clang-format -i
+
+clean:
+	@rm -rf $(BUILD) $(CHECK) $(CHECK)-sanitize demo

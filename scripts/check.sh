@@ -1,0 +1,23 @@
+#!/bin/sh
+# Builds twice, with warnings as errors: once as it ships, once with the address and undefined-
+# behaviour sanitizers; runs all tests on both.
+# usage: scripts/check.sh FOLDER JOBS
+set -eu
+folder=$1
+jobs=$2
+
+build_and_test() { # FOLDER CMAKE_OPTIONS...
+    where=$1
+    shift
+    cmake -S . -B "$where" -DCVOL_WERROR=ON -DCVOL_TESTS=ON "$@" >/dev/null
+    cmake --build "$where" -j "$jobs"
+    ctest --test-dir "$where" --output-on-failure
+}
+
+tests/check_rooms.sh
+build_and_test "$folder" -DCVOL_SANITIZE=OFF
+# Leaks are failures too; and no test needs more memory than this unless it means trouble.
+ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1
+UBSAN_OPTIONS=print_stacktrace=1
+export ASAN_OPTIONS UBSAN_OPTIONS
+build_and_test "$folder-sanitize" -DCVOL_SANITIZE=ON -DCMAKE_BUILD_TYPE=RelWithDebInfo

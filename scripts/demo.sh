@@ -1,0 +1,11 @@
+#!/bin/sh
+# Compresses the sample scan to a thirtieth, renders it, and says where the picture is.
+# usage: scripts/demo.sh CVOL
+set -eu
+cvol=$1
+mkdir -p demo
+echo 'A brain scan of 35 million samples, to a thirtieth of its size:'
+"$cvol" compress samples/ch2better.nii.gz demo/brain.cvol --ratio 30
+echo 'A picture straight from those bytes:'
+"$cvol" render demo/brain.cvol -o demo/brain.png --azimuth 30 --elevation 20 --zoom 1.6
+echo "The picture: $(pwd)/demo/brain.png"

@@ -1,0 +1,59 @@
+#!/bin/sh
+# Installs the Debian packages that cvol needs, where they are missing.
+# usage: scripts/dependencies.sh [build] [test] [bench]
+set -eu
+
+build='gcc make cmake pkg-config zlib1g-dev libpng-dev libzstd-dev libjansson-dev libnifti-dev'
+test='libcmocka-dev'
+bench='python3-vtk9 python3-numpy python3-pil xvfb'
+
+wanted=
+for set in "${@:-build}"; do
+    case $set in
+    build) wanted="$wanted $build" ;;
+    test) wanted="$wanted $test" ;;
+    bench) wanted="$wanted $bench" ;;
+    *)
+        echo "dependencies.sh: no such set: $set" >&2
+        exit 2
+        ;;
+    esac
+done
+
+if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-query >/dev/null 2>&1; then
+    for tool in cc cmake pkg-config; do
+        if ! command -v $tool >/dev/null 2>&1; then
+            echo "cvol needs a C11 compiler, cmake 3.18, pkg-config and the development files of"
+            echo "zlib, libpng, zstd, jansson and niftilib (libnifti2); for the tests cmocka."
+            echo "On Debian these are the packages:$wanted"
+            exit 1
+        fi
+    done
+    exit 0
+fi
+
+missing=
+for package in $wanted; do
+    status=$(dpkg-query -W -f '${Status}' "$package" 2>/dev/null || true)
+    case $status in
+    *' installed') ;;
+    *) missing="$missing $package" ;;
+    esac
+done
+[ -n "$missing" ] || exit 0
+
+if [ "$(id -u)" = 0 ]; then
+    as_root=
+elif command -v sudo >/dev/null 2>&1; then
+    as_root=sudo
+else
+    echo "cvol needs these Debian packages; please have them installed:$missing"
+    exit 1
+fi
+echo "Installing Debian packages:$missing"
+export DEBIAN_FRONTEND=noninteractive
+# shellcheck disable=SC2086
+$as_root apt-get install -y -qq $missing >/dev/null 2>&1 || {
+    $as_root apt-get update -qq
+    $as_root apt-get install -y -qq $missing >/dev/null
+}
