@@ -1,0 +1,470 @@
+/* Transfer functions: evaluation, files of both kinds and their errors, histograms, and named
+ * functions fitted to them. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "random.h"
+#include "render/transfer.h"
+#include "support.h"
+
+typedef struct fixture {
+    cvol_context *context;
+    char *folder, *path;
+} fixture;
+
+static int setup(void **state)
+{
+    fixture *f = malloc(sizeof *f);
+    assert_non_null(f);
+    f->context = cvol_context_create();
+    f->folder = support_folder_make();
+    f->path = support_path(f->folder, "tf.json");
+    *state = f;
+    return 0;
+}
+
+static int teardown(void **state)
+{
+    fixture *f = *state;
+    cvol_context_destroy(f->context);
+    free(f->path);
+    support_folder_remove(f->folder);
+    free(f);
+    return 0;
+}
+
+static void expect_near(double a, double b)
+{
+    if (!(fabs(a - b) < 1e-12))
+        fail_msg("%.17g is not %.17g", a, b);
+}
+
+static void expect_point(const cvol_transfer *t, double value, double r, double g, double b,
+                         double opacity)
+{
+    cvol_transfer_point p = cvol_transfer_at(t, value);
+    expect_near(p.r, r);
+    expect_near(p.g, g);
+    expect_near(p.b, b);
+    expect_near(p.opacity, opacity);
+}
+
+static cvol_transfer *create(fixture *f, const cvol_transfer_point *points, size_t count)
+{
+    cvol_transfer *t;
+    assert_int_equal(cvol_transfer_create(f->context, &t, points, count), CVOL_OK);
+    return t;
+}
+
+/* ---- evaluation -------------------------------------------------------------------------- */
+
+static void test_linear_between_constant_outside(void **state)
+{
+    const cvol_transfer_point points[] = {{30, 1, 0, 0.5, 1}, {10, 0, 1, 0.5, 0.2}};
+    cvol_transfer *t = create(*state, points, 2);
+    expect_point(t, -1e300, 0, 1, 0.5, 0.2);
+    expect_point(t, 10, 0, 1, 0.5, 0.2);
+    expect_point(t, 15, 0.25, 0.75, 0.5, 0.4);
+    expect_point(t, 30, 1, 0, 0.5, 1);
+    expect_point(t, INFINITY, 1, 0, 0.5, 1);
+    expect_point(t, NAN, 0, 1, 0.5, 0.2);
+    assert_int_equal(cvol_transfer_count(t), 2);
+    expect_near(cvol_transfer_get(t, 0).value, 10);
+    cvol_transfer_free(t);
+}
+
+static void test_jumps_keep_their_order(void **state)
+{
+    const cvol_transfer_point points[] = {
+        {5, 0, 0, 0, 0.9}, {2, 0, 0, 0, 0.1}, {2, 0, 0, 0, 0.7}, {2, 0, 0, 0, 0.3}};
+    cvol_transfer *t = create(*state, points, 4);
+    expect_near(cvol_transfer_at(t, 1.999).opacity, 0.1);
+    expect_near(cvol_transfer_before(t, 2).opacity, 0.1);
+    expect_near(cvol_transfer_at(t, 2).opacity, 0.3);
+    expect_near(cvol_transfer_at(t, 3.5).opacity, 0.6);
+    expect_near(cvol_transfer_max_opacity(t, 2, 2), 0.7);
+    expect_near(cvol_transfer_max_opacity(t, 0, 1), 0.1);
+    cvol_transfer_free(t);
+}
+
+static void test_extreme_values(void **state)
+{
+    const cvol_transfer_point points[] = {{-1.7e308, 0, 0, 0, 0}, {1.7e308, 1, 1, 1, 1}};
+    cvol_transfer *t = create(*state, points, 2);
+    expect_near(cvol_transfer_at(t, 0).opacity, 0.5);
+    cvol_transfer_free(t);
+    const cvol_transfer_point tiny[] = {{0, 0, 0, 0, 0}, {4.9e-324, 1, 1, 1, 1}};
+    t = create(*state, tiny, 2);
+    expect_near(cvol_transfer_at(t, 0).opacity, 0);
+    cvol_transfer_free(t);
+}
+
+static void test_bad_points_are_named(void **state)
+{
+    fixture *f = *state;
+    const cvol_transfer_point good = {1, 0.5, 0.5, 0.5, 0.5};
+    struct {
+        cvol_transfer_point bad;
+        const char *words;
+    } cases[] = {
+        {{NAN, 0, 0, 0, 0}, "point 1: value"},      {{INFINITY, 0, 0, 0, 0}, "point 1: value"},
+        {{0, -0.1, 0, 0, 0}, "point 1: r is -0.1"}, {{0, 0, 1.5, 0, 0}, "point 1: g is 1.5"},
+        {{0, 0, 0, NAN, 0}, "point 1: b"},          {{0, 0, 0, 0, 2}, "point 1: opacity is 2"}};
+    cvol_transfer *t;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const cvol_transfer_point points[] = {good, cases[i].bad};
+        assert_int_equal(cvol_transfer_create(f->context, &t, points, 2), CVOL_ERROR_ARGUMENT);
+        assert_null(t);
+        assert_non_null(strstr(cvol_context_message(f->context), cases[i].words));
+    }
+    assert_int_equal(cvol_transfer_create(f->context, &t, &good, 0), CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_transfer_create(f->context, &t, &good, 65537), CVOL_ERROR_ARGUMENT);
+}
+
+static void test_opacity_over(void **state)
+{
+    (void)state;
+    expect_near(cvol_opacity_over(0.3, 1), 0.3);
+    expect_near(cvol_opacity_over(0.3, 2), 1 - 0.49);
+    expect_near(cvol_opacity_over(0.75, 0.5), 0.5);
+    expect_near(cvol_opacity_over(0, 5), 0);
+    expect_near(cvol_opacity_over(1, 0.01), 1);
+    expect_near(cvol_opacity_over(1, 0), 0);
+    /* Tiny opacities keep their digits. */
+    assert_true(fabs(cvol_opacity_over(1e-12, 0.5) / 5e-13 - 1) < 1e-9);
+}
+
+static void test_max_opacity_equals_search(void **state)
+{
+    random_state r = {3};
+    for (int trial = 0; trial < 50; trial++) {
+        cvol_transfer_point points[6];
+        for (int i = 0; i < 6; i++)
+            points[i] = (cvol_transfer_point){.value = random_below(&r, 20),
+                                              .opacity = random_below(&r, 100) / 100.0};
+        cvol_transfer *t = create(*state, points, 6);
+        double lo = random_below(&r, 20) - 0.5, hi = lo + random_below(&r, 10), most = 0;
+        for (double v = lo; v <= hi; v += 1.0 / 64)
+            most = fmax(most,
+                        fmax(cvol_transfer_at(t, v).opacity, cvol_transfer_before(t, v).opacity));
+        double found = cvol_transfer_max_opacity(t, lo, hi);
+        /* The middle of three points of one value is never met by a search. */
+        assert_true(found >= most - 1e-12 && found <= 1);
+        cvol_transfer_free(t);
+    }
+}
+
+/* ---- files ------------------------------------------------------------------------------- */
+
+static cvol_transfer *read_text(fixture *f, const char *text)
+{
+    cvol_transfer *t;
+    support_write_text(f->path, text);
+    int code = cvol_transfer_read(f->context, &t, f->path);
+    if (code)
+        fail_msg("%s", cvol_context_message(f->context));
+    return t;
+}
+
+static void test_own_file(void **state)
+{
+    cvol_transfer *t = read_text(*state, "{\"points\": [[100, 1, 1, 1, 0.5], [0, 0, 0, 0, 0]]}");
+    expect_point(t, 50, 0.5, 0.5, 0.5, 0.25);
+    cvol_transfer_free(t);
+    t = read_text(*state, "\xef\xbb\xbf{\"note\": \"x\", \"points\": [[-1.5e3, 0, 0, 0, 1]]}");
+    expect_near(cvol_transfer_get(t, 0).value, -1500);
+    cvol_transfer_free(t);
+}
+
+static void test_paraview_file(void **state)
+{
+    cvol_transfer *t = read_text(*state, "[{\"ColorSpace\": \"RGB\", \"Name\": \"x\","
+                                         " \"RGBPoints\": [0, 0, 0, 1, 100, 1, 0, 0],"
+                                         " \"Points\": [20, 0, 0.5, 0, 60, 0.8, 0.5, 0]}]");
+    expect_point(t, 0, 0, 0, 1, 0);
+    expect_point(t, 20, 0.2, 0, 0.8, 0);
+    expect_point(t, 40, 0.4, 0, 0.6, 0.4);
+    expect_point(t, 60, 0.6, 0, 0.4, 0.8);
+    expect_point(t, 90, 0.9, 0, 0.1, 0.8);
+    assert_int_equal(cvol_transfer_count(t), 4);
+    cvol_transfer_free(t);
+    /* Without opacities; as a bare object. */
+    t = read_text(*state, "{\"RGBPoints\": [10, 1, 1, 1, 30, 1, 1, 1, 20, 0, 0, 0]}");
+    expect_point(t, 15, 0.5, 0.5, 0.5, 0.25);
+    expect_point(t, 20, 0, 0, 0, 0.5);
+    expect_point(t, 30, 1, 1, 1, 1);
+    cvol_transfer_free(t);
+    /* Jumps of either survive the joining. */
+    t = read_text(*state, "{\"RGBPoints\": [0, 0, 0, 0, 5, 0, 0, 0, 5, 1, 1, 1, 9, 1, 1, 1],"
+                          " \"Points\": [0, 0.1, 0.5, 0, 7, 0.1, 0.5, 0, 7, 0.9, 0.5, 0]}");
+    expect_point(t, 4.999, 0, 0, 0, 0.1);
+    expect_point(t, 5, 1, 1, 1, 0.1);
+    expect_point(t, 6.999, 1, 1, 1, 0.1);
+    expect_point(t, 7, 1, 1, 1, 0.9);
+    cvol_transfer_free(t);
+}
+
+static void test_paraview_midpoint_and_sharpness(void **state)
+{
+    cvol_transfer *t = read_text(*state, "{\"RGBPoints\": [0, 1, 1, 1, 16, 1, 1, 1],"
+                                         " \"Points\": [0, 0, 0.25, 0, 16, 1, 0.5, 0]}");
+    expect_near(cvol_transfer_at(t, 4).opacity, 0.5);
+    expect_near(cvol_transfer_at(t, 2).opacity, 0.25);
+    expect_near(cvol_transfer_at(t, 10).opacity, 0.75);
+    cvol_transfer_free(t);
+    t = read_text(*state, "{\"RGBPoints\": [0, 1, 1, 1, 16, 1, 1, 1],"
+                          " \"Points\": [0, 0, 0.5, 1, 16, 1, 0.5, 0]}");
+    expect_near(cvol_transfer_at(t, 6).opacity, 0);
+    expect_near(cvol_transfer_at(t, 10).opacity, 1);
+    cvol_transfer_free(t);
+}
+
+static void test_bad_files_are_explained(void **state)
+{
+    fixture *f = *state;
+    static const struct {
+        const char *text, *words;
+    } cases[] = {
+        {"", "is empty"},
+        {"{\"points\": [[0, 1, 1, 1, 1]", "line 1"},
+        {"{\"points\": [[0, 1, 1, 1, 1]]} x", "line 1"},
+        {"[]", "neither"},
+        {"{}", "neither"},
+        {"3", "line 1"},
+        {"[1, {}]", "neither"},
+        {"{\"points\": 5}", "\"points\" is not an array"},
+        {"{\"points\": []}", "\"points\" has 0 points"},
+        {"{\"points\": [[0, 1, 1, 1, 1], 7]}", "point 1 is not an array"},
+        {"{\"points\": [[0, 1, 1, 1, 1], [0, 1, 1]]}", "point 1 has 3 values"},
+        {"{\"points\": [[0, 1, 1, \"x\", 1]]}", "point 0: b is not a number"},
+        {"{\"points\": [[0, 1, 1, 1, 1], [0, 1, 1, 1, 1], [0, 1, 1, 1, 1.01]]}",
+         "point 2: opacity is 1.01"},
+        {"{\"points\": [[1e999, 1, 1, 1, 1]]}", "line 1"},
+        {"{\"RGBPoints\": [0, 1, 1]}", "\"RGBPoints\" has 3 values"},
+        {"{\"RGBPoints\": []}", "\"RGBPoints\" has 0 values"},
+        {"{\"RGBPoints\": {}}", "\"RGBPoints\" is not an array"},
+        {"{\"RGBPoints\": [0, 1, 1, null]}", "value 3 of point 0"},
+        {"{\"RGBPoints\": [0, 1, 1, 1, 5, 255, 1, 1]}", "point 1: r is 255"},
+        {"{\"RGBPoints\": [0, 1, 1, 1], \"Points\": [0, 0, 0.5, 0, 1, 7, 0.5, 0]}",
+         "opacity of point 1 is 7"},
+        {"{\"points\": [[0, 0, 0, 0, 0]], \"bad\": \"\xff\"}", "line 1"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        support_write_text(f->path, cases[i].text);
+        cvol_transfer *t;
+        assert_int_equal(cvol_transfer_read(f->context, &t, f->path), CVOL_ERROR_FORMAT);
+        assert_null(t);
+        const char *message = cvol_context_message(f->context);
+        if (!strstr(message, cases[i].words) || strncmp(message, f->path, strlen(f->path)))
+            fail_msg("%s -> %s", cases[i].text, message);
+    }
+}
+
+static void test_deep_large_and_missing_files(void **state)
+{
+    fixture *f = *state;
+    cvol_transfer *t;
+    assert_int_equal(cvol_transfer_read(f->context, &t, f->path), CVOL_ERROR_IO);
+    size_t size = ((size_t)16 << 20) + 5;
+    char *text = malloc(size);
+    assert_non_null(text);
+    memset(text, '[', size);
+    support_write(f->path, text, 100000);
+    assert_int_equal(cvol_transfer_read(f->context, &t, f->path), CVOL_ERROR_FORMAT);
+    memset(text, ' ', size);
+    support_write(f->path, text, size);
+    assert_int_equal(cvol_transfer_read(f->context, &t, f->path), CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(f->context), "larger than"));
+    free(text);
+}
+
+/* ---- histograms -------------------------------------------------------------------------- */
+
+static void test_histogram_counts(void **state)
+{
+    fixture *f = *state;
+    float samples[4 * 3 * 2];
+    for (int i = 0; i < 24; i++)
+        samples[i] = (float)i;
+    samples[5] = NAN;
+    samples[6] = INFINITY;
+    cvol_volume volume = {cvol_grid_make(4, 3, 2, CVOL_FLOAT32), samples};
+    cvol_histogram h;
+    assert_int_equal(cvol_volume_histogram(f->context, &h, &volume), CVOL_OK);
+    expect_near(h.min, 0);
+    expect_near(h.max, 23);
+    uint64_t total = 0;
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        total += h.bins[i];
+    assert_int_equal(total, 22);
+    assert_int_equal(h.bins[0], 1);
+    assert_int_equal(h.bins[1 * 256 / 23], 1);
+    assert_int_equal(h.bins[255], 1);
+    for (int i = 0; i < 24; i++)
+        samples[i] = NAN;
+    assert_int_equal(cvol_volume_histogram(f->context, &h, &volume), CVOL_OK);
+    assert_true(h.min == 0 && h.max == 0 && h.bins[0] == 0);
+    double wide[2] = {-1.7e308, 1.7e308};
+    volume = (cvol_volume){cvol_grid_make(2, 1, 1, CVOL_FLOAT64), wide};
+    assert_int_equal(cvol_volume_histogram(f->context, &h, &volume), CVOL_OK);
+    assert_true(h.bins[0] == 1 && h.bins[255] == 1);
+}
+
+static void test_histogram_of_a_subset(void **state)
+{
+    fixture *f = *state;
+    size_t nx = 300, ny = 200, nz = 150;
+    uint8_t *samples = malloc(nx * ny * nz);
+    assert_non_null(samples);
+    for (size_t i = 0; i < nx * ny * nz; i++)
+        samples[i] = (uint8_t)(i % nx);
+    cvol_volume volume = {cvol_grid_make(nx, ny, nz, CVOL_UINT8), samples};
+    cvol_histogram h;
+    assert_int_equal(cvol_volume_histogram(f->context, &h, &volume), CVOL_OK);
+    uint64_t total = 0;
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        total += h.bins[i];
+    assert_true(total == 150 * 100 * 75);
+    free(samples);
+}
+
+/* ---- named ------------------------------------------------------------------------------- */
+
+/* The share of samples around `centre`, `width` wide, is added to the bins. */
+static void add_bump(cvol_histogram *h, double centre, double width, double weight)
+{
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        h->bins[i] += (uint64_t)(weight * exp(-0.5 * pow((i - centre) / width, 2)));
+}
+
+static cvol_transfer *create_named(fixture *f, const char *name, const cvol_histogram *h)
+{
+    cvol_transfer *t;
+    int code = cvol_transfer_create_named(f->context, &t, name, h);
+    if (code)
+        fail_msg("%s: %s", name, cvol_context_message(f->context));
+    return t;
+}
+
+static double opacity_at_bin(const cvol_transfer *t, const cvol_histogram *h, double bin)
+{
+    return cvol_transfer_at(t, h->min + (bin + 0.5) * (h->max - h->min) / 256).opacity;
+}
+
+static void test_auto_hides_background_and_shows_object(void **state)
+{
+    cvol_histogram h = {.min = -1024, .max = 3071}; /* CT: air, soft tissue, bone */
+    add_bump(&h, 2, 2, 1e6);
+    add_bump(&h, 66, 4, 1e5);
+    add_bump(&h, 120, 25, 4e3);
+    cvol_transfer *t = create_named(*state, "auto", &h);
+    expect_near(opacity_at_bin(t, &h, 0), 0);
+    expect_near(opacity_at_bin(t, &h, 5), 0);
+    double soft = opacity_at_bin(t, &h, 66), bone = opacity_at_bin(t, &h, 140);
+    assert_true(soft > 0.005 && soft < 0.1);
+    assert_true(bone > 2 * soft && bone <= 0.5);
+    cvol_transfer_free(t);
+    /* Padding far below the air. */
+    cvol_histogram padded = {.min = -3024, .max = 3071};
+    add_bump(&padded, 85, 1.5, 1e6);
+    add_bump(&padded, 128, 3, 1e5);
+    padded.bins[0] = 1500000;
+    t = create_named(*state, "auto", &padded);
+    expect_near(opacity_at_bin(t, &padded, 0), 0);
+    expect_near(opacity_at_bin(t, &padded, 85), 0);
+    assert_true(opacity_at_bin(t, &padded, 128) > 0.005);
+    cvol_transfer_free(t);
+}
+
+static void test_auto_takes_sides(void **state)
+{
+    cvol_histogram signed_data = {.min = -1, .max = 1};
+    add_bump(&signed_data, 127.5, 5, 1e6);
+    add_bump(&signed_data, 127.5, 40, 1e4);
+    cvol_transfer *t = create_named(*state, "auto", &signed_data);
+    assert_true(opacity_at_bin(t, &signed_data, 30) > 0.05);
+    assert_true(opacity_at_bin(t, &signed_data, 225) > 0.05);
+    expect_near(opacity_at_bin(t, &signed_data, 127), 0);
+    cvol_transfer_free(t);
+    cvol_histogram inverted = {.min = 0, .max = 255};
+    add_bump(&inverted, 250, 2, 1e6);
+    add_bump(&inverted, 120, 30, 1e4);
+    t = create_named(*state, "auto", &inverted);
+    expect_near(opacity_at_bin(t, &inverted, 250), 0);
+    assert_true(opacity_at_bin(t, &inverted, 100) > 0.01);
+    cvol_transfer_free(t);
+}
+
+/* Every name in the list, on histograms of every shape, gives something to see. */
+static void test_every_name_fits_every_histogram(void **state)
+{
+    cvol_histogram shapes[7] = {{.min = 0, .max = 0}, {.min = 5, .max = 5}};
+    shapes[1].bins[0] = 1000;
+    for (int i = 2; i < 7; i++) {
+        shapes[i].min = -3;
+        shapes[i].max = 1e6;
+    }
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        shapes[2].bins[i] = 7;
+    shapes[3].bins[0] = 90;
+    shapes[3].bins[255] = 10;
+    shapes[4].bins[255] = 1000;
+    shapes[4].bins[0] = 1;
+    add_bump(&shapes[5], 100, 40, 1e5);
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i += 13)
+        shapes[6].bins[i] = (uint64_t)(1000 / (i + 1)) + 3;
+    char names[200];
+    snprintf(names, sizeof names, "%s", cvol_transfer_names());
+    int count = 0;
+    for (char *name = strtok(names, " "); name; name = strtok(NULL, " "), count++)
+        for (int i = 0; i < 7; i++) {
+            cvol_transfer *t = create_named(*state, name, &shapes[i]);
+            assert_true(cvol_transfer_max_opacity(t, -INFINITY, INFINITY) > 0);
+            cvol_transfer_free(t);
+        }
+    assert_true(count >= 7);
+}
+
+static void test_unknown_name(void **state)
+{
+    fixture *f = *state;
+    cvol_histogram h = {.max = 1};
+    cvol_transfer *t;
+    assert_int_equal(cvol_transfer_create_named(f->context, &t, "nonesuch", &h),
+                     CVOL_ERROR_ARGUMENT);
+    assert_null(t);
+    assert_non_null(strstr(cvol_context_message(f->context), cvol_transfer_names()));
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+    const struct CMUnitTest tests[] = {
+        TEST(test_linear_between_constant_outside),
+        TEST(test_jumps_keep_their_order),
+        TEST(test_extreme_values),
+        TEST(test_bad_points_are_named),
+        TEST(test_opacity_over),
+        TEST(test_max_opacity_equals_search),
+        TEST(test_own_file),
+        TEST(test_paraview_file),
+        TEST(test_paraview_midpoint_and_sharpness),
+        TEST(test_bad_files_are_explained),
+        TEST(test_deep_large_and_missing_files),
+        TEST(test_histogram_counts),
+        TEST(test_histogram_of_a_subset),
+        TEST(test_auto_hides_background_and_shows_object),
+        TEST(test_auto_takes_sides),
+        TEST(test_every_name_fits_every_histogram),
+        TEST(test_unknown_name),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
