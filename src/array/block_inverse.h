@@ -2,7 +2,7 @@
  *
  * The block's axes are called lane, row and sheet: which of x, y, z each is, the caller says. The
  * work runs from the sparse end to the dense one:
- *   1. lane:  T1[s][r] += value lane_basis[f]   one vector operation a term and 16 lanes
+ *   1. lane:  T1[s][r] += value lane_basis[f]   one vector operation a term and CVOL_LANES lanes
  *   2. row:   T2[s][j] from T1[s][0 .. low_row)
  *   3. sheet: out[z][j] from T2[0 .. low_sheet)[j]
  * so that frequencies beyond the block's own low box cost nothing.
@@ -49,8 +49,8 @@ CVOL_INLINE void cvol_block_gather_lanes(float *first, const cvol_block *block,
             s = (int)(place >> sheet_shift) & (B - 1);
         float *line = first + ((long)s * low_row + r) * width;
         const float *lanes = axes->lane_basis + f * width;
-        for (int part = 0; part < width; part += 16)
-            cvol_store16(line + part, cvol_load16(line + part) + value * cvol_load16(lanes + part));
+        for (int part = 0; part < width; part += CVOL_LANES)
+            cvol_store(line + part, cvol_load(line + part) + value * cvol_load(lanes + part));
     }
 }
 
@@ -63,12 +63,14 @@ CVOL_INLINE void cvol_block_inverse_width(float *out, long row_stride, long shee
     const int low_row = block->low[axes->row], low_sheet = block->low[axes->sheet];
     const int rows = axes->row_points, sheets = axes->sheet_points;
     cvol_block_gather_lanes(work->first, block, axes, block_log2, step, width);
-    for (int part = 0; part < width; part += 16) {
-        int lanes = axes->lane_points - part < 16 ? axes->lane_points - part : 16;
+    for (int part = 0; part < width; part += CVOL_LANES) {
+        int lanes = axes->lane_points - part < CVOL_LANES ? axes->lane_points - part : CVOL_LANES;
+        if (lanes <= 0)
+            break;
         for (int s = 0; s < low_sheet; s++)
             cvol_lines_inverse(work->second + (long)s * rows * width + part, width,
                                work->first + (long)s * low_row * width + part, width, low_row,
-                               axes->row_basis, rows, 16);
+                               axes->row_basis, rows, CVOL_LANES);
         for (int j = 0; j < rows; j++)
             cvol_lines_inverse(out + j * row_stride + part, sheet_stride,
                                work->second + j * width + part, (long)rows * width, low_sheet,

@@ -29,7 +29,8 @@ typedef struct sheet_state {
     cvol_tiles tiles;
     cvol_layer_skip skip;
     float *samples;
-    size_t sample_capacity, line_capacity, opaque_capacity, tile_capacity, skip_capacity;
+    size_t sample_capacity, line_capacity, scratch_capacity, span_capacity, opaque_capacity,
+        tile_capacity, skip_capacity;
     float *bases;   /* lane, row and sheet basis of the frame */
     uint32_t *seen; /* blocks of a layer to evaluate: row * blocks_lane + lane */
     size_t seen_capacity;
@@ -43,6 +44,8 @@ static void sheet_free(void *opaque_state)
     cvol_transfer_free(state->transfer);
     free(state->table);
     free(state->intermediate.lines);
+    free(state->intermediate.scratch);
+    free(state->intermediate.spans);
     free(state->intermediate.opaque);
     free(state->tiles.open);
     free(state->skip.within);
@@ -116,6 +119,7 @@ static long sample_sheet_stride(const cvol_sheet_plan *plan)
 
 static int prepare_memory(cvol_context *context, sheet_state *state, const cvol_sheet_plan *plan)
 {
+    const size_t threads = (size_t)cvol_context_threads(context);
     cvol_intermediate *image = &state->intermediate;
     image->width = plan->width;
     image->height = plan->height;
@@ -127,6 +131,9 @@ static int prepare_memory(cvol_context *context, sheet_state *state, const cvol_
     const size_t windows = plan->blocks_row * (size_t)state->skip.windows;
     if (!ensure(&image->lines, &state->line_capacity,
                 4 * (size_t)plan->width * (size_t)plan->height, sizeof(float)) ||
+        !ensure(&image->scratch, &state->scratch_capacity, 4 * (size_t)plan->width * threads,
+                sizeof(float)) ||
+        !ensure(&image->spans, &state->span_capacity, 2 * (size_t)plan->height, sizeof(int)) ||
         !ensure(&image->opaque, &state->opaque_capacity, groups * (size_t)plan->height, 1) ||
         !ensure(&state->tiles.open, &state->tile_capacity,
                 (size_t)state->tiles.across * (size_t)state->tiles.down, 1) ||
@@ -287,6 +294,24 @@ static void evaluate_layer(sheet_state *state, const cvol_sheet_plan *plan,
     }
 }
 
+static int clamp_group(double group, int groups)
+{
+    return group < 0 ? 0 : group > groups ? groups : (int)group;
+}
+
+/* Which groups of a line meet a sheet, and which lie within it whole. */
+static void find_groups(cvol_sheet_view *sheet, const cvol_layer *layer, int width)
+{
+    const double tolerance = 1e-4;
+    const int groups = width / CVOL_GROUP;
+    double first = (layer->lane_lo - sheet->lane_at) / layer->lane_step;
+    double last = (layer->lane_hi - sheet->lane_at) / layer->lane_step;
+    sheet->begin = clamp_group(floor(ceil(first - tolerance) / CVOL_GROUP), groups);
+    sheet->end = clamp_group(floor(floor(last + tolerance) / CVOL_GROUP) + 1, groups);
+    sheet->inside_begin = clamp_group(ceil(first / CVOL_GROUP), groups);
+    sheet->inside_end = clamp_group(floor((last + 1) / CVOL_GROUP), groups);
+}
+
 static void describe_layer(cvol_layer *out, const sheet_state *state, const cvol_sheet_plan *plan,
                            size_t layer)
 {
@@ -309,12 +334,11 @@ static void describe_layer(cvol_layer *out, const sheet_state *state, const cvol
     for (int s = 0; s < out->sheet_count; s++) {
         size_t slice = plan->ascending ? (size_t)s : (size_t)(out->sheet_count - 1 - s);
         double z = (double)(begin + slice);
-        out->sheets[s].samples = state->samples + CVOL_SHEET_PAD + row_stride +
-                                 (long)slice * sheet_stride;
-        out->sheets[s].lane_at = (plan->u0 + plan->shear_lane * z - plan->first_lane) /
-                                 plan->pitch_lane;
-        out->sheets[s].row_at = (plan->v0 + plan->shear_row * z - plan->first_row) /
-                                plan->pitch_row;
+        cvol_sheet_view *sheet = &out->sheets[s];
+        sheet->samples = state->samples + CVOL_SHEET_PAD + row_stride + (long)slice * sheet_stride;
+        sheet->lane_at = (plan->u0 + plan->shear_lane * z - plan->first_lane) / plan->pitch_lane;
+        sheet->row_at = (plan->v0 + plan->shear_row * z - plan->first_row) / plan->pitch_row;
+        find_groups(sheet, out, plan->width);
     }
 }
 

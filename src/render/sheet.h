@@ -57,14 +57,18 @@ int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvo
 typedef struct cvol_intermediate {
     int width, height;
     float *lines;    /* [height][4][width] */
+    float *scratch;  /* one line for each thread */
+    int *spans;      /* [height][2]: where a line is not empty, found before the warp */
     uint8_t *opaque; /* [height][width / CVOL_GROUP]: nothing behind this group is seen */
 } cvol_intermediate;
 
-/* What a row kernel needs to know of one sheet. */
+/* What a line kernel needs to know of one sheet. */
 typedef struct cvol_sheet_view {
-    const float *samples; /* sample 0 of row 0; rows are row_stride apart */
-    double lane_at;       /* sample coordinate of pixel i: lane_at + i lane_step */
-    double row_at;        /* sample coordinate of line j: row_at + j row_step */
+    const float *samples;         /* sample 0 of row 0; rows are row_stride apart */
+    double lane_at;               /* sample coordinate of pixel i: lane_at + i lane_step */
+    double row_at;                /* sample coordinate of line j: row_at + j row_step */
+    int begin, end;               /* groups that meet the sheet */
+    int inside_begin, inside_end; /* those that lie within it whole */
 } cvol_sheet_view;
 
 typedef struct cvol_layer {
@@ -104,12 +108,12 @@ typedef void cvol_sheet_evaluator(float *out, long row_stride, long sheet_stride
                                   int block_log2, float step, cvol_block_work *work);
 
 /* Draws the picture from the intermediate image: four lines r g b t (premultiplied colour,
- * transmittance) by Catmull-Rom interpolation, over the background. */
-void cvol_warp_composite(cvol_image *image, const cvol_intermediate *intermediate,
+ * transmittance) by Catmull-Rom interpolation, over the background. The lines are used up: they
+ * are turned into pixels in place. */
+void cvol_warp_composite(cvol_image *image, cvol_intermediate *intermediate,
                          const cvol_sheet_plan *plan, const double background[3], int threads);
 /* The same for grey = (line 0 / line 1 - lo) / (hi - lo) where line 1 > 0. */
-void cvol_warp_grey(cvol_image *image, const cvol_intermediate *intermediate,
-                    const cvol_sheet_plan *plan, double lo, double hi, const double background[3],
-                    int threads);
+void cvol_warp_grey(cvol_image *image, cvol_intermediate *intermediate, const cvol_sheet_plan *plan,
+                    double lo, double hi, const double background[3], int threads);
 
 #endif

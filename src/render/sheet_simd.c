@@ -24,102 +24,107 @@ void CVOL_SIMD(cvol_sheet_evaluate)(float *out, long row_stride, long sheet_stri
 /* One sheet as one line of the image sees it. */
 typedef struct line_view {
     const float *near, *far; /* the two rows of samples */
-    cvol_v16 near_weight, far_weight;
+    float near_weight, far_weight;
     const uint8_t *windows;
-    int begin, end; /* groups that meet the sheet */
 } line_view;
 
 /* 0 if the line misses the sheet. */
 CVOL_INLINE int view_line(line_view *view, const cvol_layer *layer, const cvol_sheet_view *sheet,
-                          int j, int width)
+                          int j)
 {
     const double tolerance = 1e-4;
     double r = sheet->row_at + j * layer->row_step;
     if (r < layer->row_lo - tolerance || r > layer->row_hi + tolerance)
         return 0;
     /* Rows -1 and one past the last exist as copies, so that floor() needs no clamp. */
-    double whole = floor(r);
-    long y = (long)whole;
-    float fraction = (float)(r - whole);
+    long y = (long)floor(r);
+    view->far_weight = (float)(r - (double)y);
+    view->near_weight = 1 - view->far_weight;
     view->near = sheet->samples + y * layer->row_stride;
     view->far = view->near + layer->row_stride;
-    view->near_weight = cvol_splat16(1 - fraction);
-    view->far_weight = cvol_splat16(fraction);
-    long last = (long)layer->block_rows * layer->row_points - 1;
-    long low = y < 0 ? 0 : y > last ? last : y, high = y + 1 > last ? last : y + 1;
-    long block_row = low / layer->row_points;
-    int across = high / layer->row_points != block_row;
+    int last = layer->block_rows * layer->row_points - 1;
+    int low = y < 0 ? 0 : (int)y, high = y + 1 > last ? last : (int)y + 1;
+    low = low > last ? last : low;
+    int block_row = low / layer->row_points;
+    int across = high >= (block_row + 1) * layer->row_points;
     view->windows = (across ? layer->across : layer->within) + block_row * layer->windows;
-    double first = ceil((layer->lane_lo - tolerance - sheet->lane_at) / layer->lane_step);
-    double final = floor((layer->lane_hi + tolerance - sheet->lane_at) / layer->lane_step);
-    view->begin = first > 0 ? (int)first / CVOL_GROUP : 0;
-    view->end = final < width - 1 ? (final < 0 ? 0 : (int) final / CVOL_GROUP + 1)
-                                  : width / CVOL_GROUP;
-    return view->begin < view->end;
+    return 1;
 }
 
-/* The reconstructed samples of 16 pixels, `unit`: pixels and samples have one pitch. */
-CVOL_INLINE cvol_v16 reconstruct(const line_view *view, long x, double position, double step,
-                                 int unit)
+/* The linear footprint where pixels and samples have one pitch: four weights for all pixels. */
+typedef struct unit_footprint {
+    long x; /* sample left of pixel 0 */
+    cvol_vf near_left, near_right, far_left, far_right;
+} unit_footprint;
+
+CVOL_INLINE unit_footprint make_unit_footprint(const line_view *view, const cvol_sheet_view *sheet)
 {
-    if (unit) {
-        float fraction = (float)(position - (double)x);
-        cvol_v16 left = view->near_weight * cvol_load16(view->near + x) +
-                        view->far_weight * cvol_load16(view->far + x);
-        cvol_v16 right = view->near_weight * cvol_load16(view->near + x + 1) +
-                         view->far_weight * cvol_load16(view->far + x + 1);
-        return left + fraction * (right - left);
-    }
-    cvol_v16 low = view->near_weight * cvol_load16(view->near + x) +
-                   view->far_weight * cvol_load16(view->far + x);
-    cvol_v16 high = view->near_weight * cvol_load16(view->near + x + 16) +
-                    view->far_weight * cvol_load16(view->far + x + 16);
-    cvol_v16 at = (float)(position - (double)x) + cvol_iota16() * (float)step;
-    cvol_i16 index = cvol_to_int16(at);
-    cvol_v16 fraction = at - cvol_to_float16(index);
-    cvol_v16 left = cvol_shuffle16(low, high, index);
-    cvol_v16 right = cvol_shuffle16(low, high, index + 1);
+    double whole = floor(sheet->lane_at);
+    float right = (float)(sheet->lane_at - whole), left = 1 - right;
+    return (unit_footprint){.x = (long)whole,
+                            .near_left = cvol_splat(view->near_weight * left),
+                            .near_right = cvol_splat(view->near_weight * right),
+                            .far_left = cvol_splat(view->far_weight * left),
+                            .far_right = cvol_splat(view->far_weight * right)};
+}
+
+CVOL_INLINE cvol_vf reconstruct_unit(const line_view *view, const unit_footprint *footprint, long x)
+{
+    return footprint->near_left * cvol_load(view->near + x) +
+           footprint->near_right * cvol_load(view->near + x + 1) +
+           footprint->far_left * cvol_load(view->far + x) +
+           footprint->far_right * cvol_load(view->far + x + 1);
+}
+
+/* The same where pixels lie closer than samples: CVOL_LANES pixels from `position` on. */
+CVOL_INLINE cvol_vf reconstruct_finer(const line_view *view, double position, double step)
+{
+    double whole = floor(position);
+    const float *near = view->near + (long)whole, *far = view->far + (long)whole;
+    cvol_vf low = view->near_weight * cvol_load(near) + view->far_weight * cvol_load(far);
+    cvol_vf high = view->near_weight * cvol_load(near + CVOL_LANES) +
+                   view->far_weight * cvol_load(far + CVOL_LANES);
+    cvol_vf at = (float)(position - whole) + cvol_iota() * (float)step;
+    cvol_vi index = cvol_to_int(at);
+    cvol_vf fraction = at - cvol_to_float(index);
+    cvol_vf left = cvol_shuffle(low, high, index);
+    cvol_vf right = cvol_shuffle(low, high, index + 1);
     return left + fraction * (right - left);
 }
 
-/* Which pixels of a group lie within the sheet. */
-CVOL_INLINE cvol_i16 inside_mask(const cvol_layer *layer, double position)
+/* Which of the CVOL_LANES pixels from `position` on lie within the sheet. */
+CVOL_INLINE cvol_vi inside_mask(const cvol_layer *layer, double position)
 {
     const float tolerance = 1e-4f;
-    cvol_v16 offset = cvol_iota16() * (float)layer->lane_step;
+    cvol_vf offset = cvol_iota() * (float)layer->lane_step;
     return (offset >= (float)(layer->lane_lo - position) - tolerance) &
            (offset <= (float)(layer->lane_hi - position) + tolerance);
 }
 
-CVOL_INLINE int is_inside(const cvol_layer *layer, double position)
+/* I += (1 - A) F D,  A += (1 - A) D, with the transmittance t = 1 - A, for CVOL_LANES pixels of the
+ * four lines r g b t. `inside` masks those within the sheet. 1 if all of them are opaque now. */
+CVOL_INLINE int composite(const cvol_sheet_table *table, float *r, int width, cvol_vf value,
+                          cvol_vi inside, int masked)
 {
-    return position >= layer->lane_lo && position + 15 * layer->lane_step <= layer->lane_hi;
-}
-
-/* I += (1 - A) F D,  A += (1 - A) D, with the transmittance t = 1 - A. */
-CVOL_INLINE void composite_group(const cvol_sheet_table *table, float *lines, uint8_t *opaque,
-                                 int group, int width, cvol_v16 value, cvol_i16 mask, int masked)
-{
-    cvol_i16 seen = (value >= table->visible_from) & (value <= table->visible_to);
+    float *g = r + width, *b = g + width, *through = b + width;
+    cvol_vi seen = (value >= table->visible_from) & (value <= table->visible_to);
     if (masked)
-        seen &= mask;
-    if (!cvol_any16(seen))
-        return;
-    cvol_v16 t = (value - table->from) * table->scale;
-    t = cvol_min16(cvol_max16(t, cvol_splat16(0)), cvol_splat16(CVOL_TABLE_SIZE - 1));
-    cvol_i16 index = cvol_to_int16(t);
-    cvol_v16 opacity = (cvol_v16)(cvol_lookup16(table->opacity, index) & seen);
-    cvol_i16 colour = cvol_lookup16(table->colour, index);
-    float *r = lines + group * CVOL_GROUP, *g = r + width, *b = g + width, *through = b + width;
-    cvol_v16 before = cvol_load16(through);
-    cvol_v16 weight = before * opacity, after = before - weight;
-    cvol_store16(through, after);
+        seen &= inside;
+    if (!cvol_any(seen))
+        return !cvol_any(cvol_load(through) >= OPAQUE_BELOW);
+    cvol_vf t = (value - table->from) * table->scale;
+    t = cvol_min(cvol_max(t, cvol_splat(0)), cvol_splat(CVOL_TABLE_SIZE - 1));
+    cvol_vi index = cvol_to_int(t);
+    cvol_vf opacity = (cvol_vf)(cvol_lookup(table->opacity, index) & seen);
+    cvol_vi colour = cvol_lookup(table->colour, index);
+    cvol_vf before = cvol_load(through);
+    cvol_vf weight = before * opacity, after = before - weight;
+    cvol_store(through, after);
     weight *= 1.0f / 1023;
-    cvol_store16(r, cvol_load16(r) + weight * cvol_to_float16(colour & 1023));
-    cvol_store16(g, cvol_load16(g) + weight * cvol_to_float16((colour >> 10) & 1023));
-    cvol_store16(b, cvol_load16(b) + weight * cvol_to_float16(colour >> 20));
-    if (!cvol_any16(after >= OPAQUE_BELOW))
-        opaque[group] = 1;
+    cvol_store(r, cvol_load(r) + weight * cvol_to_float(colour & 1023));
+    cvol_store(g, cvol_load(g) + weight * cvol_to_float((colour >> 10) & 1023));
+    cvol_store(b, cvol_load(b) + weight * cvol_to_float(colour >> 20));
+    return !cvol_any(after >= OPAQUE_BELOW);
 }
 
 CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
@@ -127,20 +132,28 @@ CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view 
                                  int j, int width, int unit)
 {
     line_view view;
-    if (!view_line(&view, layer, sheet, j, width))
+    if (!view_line(&view, layer, sheet, j))
         return;
-    const double step = unit ? 1 : layer->lane_step;
-    for (int group = view.begin; group < view.end; group++) {
-        double position = sheet->lane_at + group * CVOL_GROUP * step;
-        long x = (long)floor(position);
-        if (opaque[group] || !view.windows[(x + CVOL_GROUP) / CVOL_GROUP])
+    const double step = layer->lane_step;
+    const unit_footprint footprint = make_unit_footprint(&view, sheet);
+    for (int group = sheet->begin; group < sheet->end; group++) {
+        if (opaque[group])
             continue;
-        cvol_v16 value = reconstruct(&view, x, position, step, unit);
-        if (is_inside(layer, position))
-            composite_group(table, lines, opaque, group, width, value, (cvol_i16){0}, 0);
-        else
-            composite_group(table, lines, opaque, group, width, value, inside_mask(layer, position),
-                            1);
+        const int i = group * CVOL_GROUP;
+        long x = unit ? footprint.x + i : (long)floor(sheet->lane_at + i * step);
+        if (!view.windows[(unsigned long)(x + CVOL_GROUP) / CVOL_GROUP])
+            continue;
+        const int masked = group < sheet->inside_begin || group >= sheet->inside_end;
+        int closed = 1;
+        for (int part = 0; part < CVOL_GROUP; part += CVOL_LANES) {
+            double position = sheet->lane_at + (i + part) * step;
+            cvol_vf value = unit ? reconstruct_unit(&view, &footprint, x + part)
+                                 : reconstruct_finer(&view, position, step);
+            closed &= masked ? composite(table, lines + i + part, width, value,
+                                         inside_mask(layer, position), 1)
+                             : composite(table, lines + i + part, width, value, (cvol_vi){0}, 0);
+        }
+        opaque[group] = (uint8_t)closed;
     }
 }
 
@@ -155,31 +168,44 @@ void CVOL_SIMD(cvol_sheet_composite)(const cvol_layer *layer, const cvol_sheet_t
             composite_sheet(layer, &layer->sheets[s], table, lines, opaque, j, width, 0);
 }
 
-/* Lines 0 and 1: the sum of the samples and their number, or the largest sample and 1. */
+/* Line 0 becomes the sum of the samples, or the largest; line 1 their number, or 1. */
+CVOL_INLINE void project(float *first, float *second, cvol_vf value, cvol_vi inside, int largest)
+{
+    cvol_vf result = cvol_load(first), count = cvol_load(second), one = cvol_splat(1);
+    if (largest) {
+        cvol_vi better = inside & ((value > result) | (count == 0));
+        cvol_store(first, cvol_select(better, value, result));
+        cvol_store(second, cvol_select(inside, one, count));
+    } else {
+        cvol_store(first, cvol_select(inside, result + value, result));
+        cvol_store(second, cvol_select(inside, count + one, count));
+    }
+}
+
 CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet, float *lines,
                                int j, int width, int unit, int largest)
 {
     line_view view;
-    if (!view_line(&view, layer, sheet, j, width))
+    if (!view_line(&view, layer, sheet, j))
         return;
-    const double step = unit ? 1 : layer->lane_step;
-    for (int group = view.begin; group < view.end; group++) {
-        double position = sheet->lane_at + group * CVOL_GROUP * step;
-        long x = (long)floor(position);
-        cvol_v16 value = reconstruct(&view, x, position, step, unit);
-        cvol_i16 mask = inside_mask(layer, position);
-        float *first = lines + group * CVOL_GROUP, *second = first + width;
-        cvol_v16 result = cvol_load16(first), count = cvol_load16(second);
-        cvol_v16 one = cvol_splat16(1);
-        if (largest) {
-            cvol_i16 better = mask & ((value > result) | (count == 0));
-            cvol_store16(first, cvol_select16(better, value, result));
-            cvol_store16(second, cvol_select16(mask, one, count));
-        } else {
-            cvol_store16(first, cvol_select16(mask, result + value, result));
-            cvol_store16(second, cvol_select16(mask, count + one, count));
-        }
+    const double step = layer->lane_step;
+    const unit_footprint footprint = make_unit_footprint(&view, sheet);
+    for (int i = sheet->begin * CVOL_GROUP; i < sheet->end * CVOL_GROUP; i += CVOL_LANES) {
+        double position = sheet->lane_at + i * step;
+        cvol_vf value = unit ? reconstruct_unit(&view, &footprint, footprint.x + i)
+                             : reconstruct_finer(&view, position, step);
+        project(lines + i, lines + width + i, value, inside_mask(layer, position), largest);
     }
+}
+
+CVOL_INLINE void project_layer(const cvol_layer *layer, float *lines, int j, int width, int largest)
+{
+    if (layer->lane_step == 1)
+        for (int s = 0; s < layer->sheet_count; s++)
+            project_sheet(layer, &layer->sheets[s], lines, j, width, 1, largest);
+    else
+        for (int s = 0; s < layer->sheet_count; s++)
+            project_sheet(layer, &layer->sheets[s], lines, j, width, 0, largest);
 }
 
 void CVOL_SIMD(cvol_sheet_sum)(const cvol_layer *layer, const cvol_sheet_table *table, float *lines,
@@ -187,12 +213,7 @@ void CVOL_SIMD(cvol_sheet_sum)(const cvol_layer *layer, const cvol_sheet_table *
 {
     (void)table;
     (void)opaque;
-    for (int s = 0; s < layer->sheet_count; s++) {
-        if (layer->lane_step == 1)
-            project_sheet(layer, &layer->sheets[s], lines, j, width, 1, 0);
-        else
-            project_sheet(layer, &layer->sheets[s], lines, j, width, 0, 0);
-    }
+    project_layer(layer, lines, j, width, 0);
 }
 
 void CVOL_SIMD(cvol_sheet_max)(const cvol_layer *layer, const cvol_sheet_table *table, float *lines,
@@ -200,10 +221,5 @@ void CVOL_SIMD(cvol_sheet_max)(const cvol_layer *layer, const cvol_sheet_table *
 {
     (void)table;
     (void)opaque;
-    for (int s = 0; s < layer->sheet_count; s++) {
-        if (layer->lane_step == 1)
-            project_sheet(layer, &layer->sheets[s], lines, j, width, 1, 1);
-        else
-            project_sheet(layer, &layer->sheets[s], lines, j, width, 0, 1);
-    }
+    project_layer(layer, lines, j, width, 1);
 }

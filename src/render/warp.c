@@ -1,8 +1,8 @@
 /* The last step: from the intermediate image, which lies in the plane of sheet 0, to the picture,
  * by Catmull-Rom interpolation (Catmull and Rom 1974), 4 x 4 taps a pixel. */
-#include <math.h>
 #include <string.h>
 
+#include "base/thread.h"
 #include "render/sheet.h"
 
 /* Weights of the samples at -1, 0, 1, 2 for a point at t in 0..1. */
@@ -14,36 +14,80 @@ static void catmull_rom(float weights[4], float t)
     weights[3] = (0.5f * t - 0.5f) * t * t;
 }
 
-/* The four lines' values at pixel coordinates (u, v) of the intermediate image; `empty` is what
- * lies around it. 0 where all taps fall outside. */
-static int sample_lines(float out[4], const cvol_intermediate *image, const float empty[4],
-                        double u, double v)
+/* One pixel's four values. */
+typedef float pixel_values __attribute__((vector_size(16)));
+
+static pixel_values load_pixel(const float *from)
 {
-    double column = floor(u), row = floor(v);
-    if (!(column >= -2 && column <= image->width && row >= -2 && row <= image->height))
-        return 0;
-    float across[4], down[4];
-    catmull_rom(across, (float)(u - column));
-    catmull_rom(down, (float)(v - row));
-    const int i0 = (int)column - 1, j0 = (int)row - 1;
-    memset(out, 0, 4 * sizeof *out);
-    for (int dj = 0; dj < 4; dj++) {
-        const int j = j0 + dj;
-        const float *line = image->lines + (size_t)j * 4 * (size_t)image->width;
-        for (int di = 0; di < 4; di++) {
-            const int i = i0 + di;
-            const float weight = across[di] * down[dj];
-            const int inside = j >= 0 && j < image->height && i >= 0 && i < image->width;
-            for (int k = 0; k < 4; k++)
-                out[k] += weight * (inside ? line[k * image->width + i] : empty[k]);
-        }
-    }
-    return 1;
+    pixel_values v;
+    memcpy(&v, from, sizeof v);
+    return v;
 }
 
-static uint8_t to_byte(double value)
+/* Four lines of `width` floats into `width` pixels of four, in place; `line` is scratch. Finds the
+ * span of the pixels that are not empty: begin .. end - 1. */
+static void interleave(float *lines, float *line, int width, pixel_values empty, int *begin,
+                       int *end)
 {
-    return (uint8_t)(value <= 0 ? 0 : value >= 1 ? 255 : 255 * value + 0.5);
+    memcpy(line, lines, 4 * sizeof *line * (size_t)width);
+    for (int i = 0; i < width; i++)
+        for (int k = 0; k < 4; k++)
+            lines[4 * i + k] = line[k * width + i];
+    int lo = 0, hi = width;
+    while (lo < hi && !memcmp(lines + 4 * lo, &empty, sizeof empty))
+        lo++;
+    while (hi > lo && !memcmp(lines + 4 * (hi - 1), &empty, sizeof empty))
+        hi--;
+    *begin = lo;
+    *end = hi;
+}
+
+/* floor() of what fits into an int; the library's is a call on processors without rounding. */
+static int floor_to_int(double value)
+{
+    int whole = (int)value;
+    return whole - (value < whole);
+}
+
+/* Whether one of the taps i0 .. i0 + 3, j0 .. j0 + 3 is not empty. */
+static int reaches_span(const cvol_intermediate *image, int i0, int j0)
+{
+    for (int j = j0 < 0 ? 0 : j0; j <= j0 + 3 && j < image->height; j++)
+        if (i0 < image->spans[2 * j + 1] && i0 + 3 >= image->spans[2 * j])
+            return 1;
+    return 0;
+}
+
+/* The values at pixel coordinates (u, v) of the interleaved intermediate image; `empty` is what
+ * lies around it. */
+static pixel_values sample_image(const cvol_intermediate *image, pixel_values empty, double u,
+                                 double v)
+{
+    const int i0 = floor_to_int(u) - 1, j0 = floor_to_int(v) - 1;
+    if (!reaches_span(image, i0, j0))
+        return empty;
+    float across[4], down[4];
+    catmull_rom(across, (float)(u - (i0 + 1)));
+    catmull_rom(down, (float)(v - (j0 + 1)));
+    pixel_values out = {0};
+    const int inside = i0 >= 0 && j0 >= 0 && i0 + 3 < image->width && j0 + 3 < image->height;
+    for (int dj = 0; dj < 4; dj++) {
+        const int j = j0 + dj;
+        const float *line = image->lines + 4 * ((long)j * image->width + i0);
+        pixel_values sum = {0};
+        for (int di = 0; di < 4; di++) {
+            const int i = i0 + di;
+            const int there = inside || (j >= 0 && j < image->height && i >= 0 && i < image->width);
+            sum += across[di] * (there ? load_pixel(line + 4 * di) : empty);
+        }
+        out += down[dj] * sum;
+    }
+    return out;
+}
+
+static uint8_t to_byte(float value)
+{
+    return (uint8_t)(value <= 0 ? 0 : value >= 1 ? 255 : 255 * value + 0.5f);
 }
 
 /* Intermediate pixel coordinates of picture pixel (x, y). */
@@ -53,43 +97,74 @@ static void locate(double out[2], const cvol_sheet_plan *plan, int x, int y)
     out[1] = (plan->warp[1][0] + x * plan->warp[1][1] + y * plan->warp[1][2] - plan->v0) / plan->dv;
 }
 
-void cvol_warp_composite(cvol_image *image, const cvol_intermediate *intermediate,
-                         const cvol_sheet_plan *plan, const double background[3], int threads)
+/* Writes the picture's pixels from the values at their places: composite or grey. */
+typedef struct pixel_writer {
+    pixel_values empty;
+    float background[3];
+    int grey;
+    float lo, scale;
+} pixel_writer;
+
+static void write_pixel(uint8_t *pixel, const pixel_writer *writer, pixel_values v)
 {
-    static const float empty[4] = {0, 0, 0, 1};
-#pragma omp parallel for num_threads(threads) schedule(static)
-    for (int y = 0; y < image->height; y++)
-        for (int x = 0; x < image->width; x++) {
-            double at[2];
-            float v[4];
-            locate(at, plan, x, y);
-            if (!sample_lines(v, intermediate, empty, at[0], at[1]))
-                memcpy(v, empty, sizeof v);
-            uint8_t *pixel = image->rgba + 4 * ((size_t)y * (size_t)image->width + (size_t)x);
-            double through = v[3] < 0 ? 0 : v[3] > 1 ? 1 : (double)v[3];
-            for (int k = 0; k < 3; k++)
-                pixel[k] = to_byte((double)v[k] + through * background[k]);
-            pixel[3] = 255;
-        }
+    const int hit = v[1] > 0.5f; /* for grey: the ray met the volume */
+    const float grey = hit ? (v[0] / v[1] - writer->lo) * writer->scale : 0;
+    const float through = v[3] < 0 ? 0 : v[3] > 1 ? 1 : v[3];
+    for (int k = 0; k < 3; k++)
+        pixel[k] = to_byte(!writer->grey ? v[k] + through * writer->background[k]
+                           : hit         ? grey
+                                         : writer->background[k]);
+    pixel[3] = 255;
 }
 
-void cvol_warp_grey(cvol_image *image, const cvol_intermediate *intermediate,
-                    const cvol_sheet_plan *plan, double lo, double hi, const double background[3],
-                    int threads)
+static void write_line(cvol_image *image, int y, const cvol_intermediate *intermediate,
+                       const cvol_sheet_plan *plan, const pixel_writer *writer)
 {
-    static const float empty[4] = {0, 0, 0, 0};
-    const double scale = hi > lo ? 1 / (hi - lo) : 1;
-#pragma omp parallel for num_threads(threads) schedule(static)
-    for (int y = 0; y < image->height; y++)
-        for (int x = 0; x < image->width; x++) {
-            double at[2];
-            float v[4];
-            locate(at, plan, x, y);
-            uint8_t *pixel = image->rgba + 4 * ((size_t)y * (size_t)image->width + (size_t)x);
-            int hit = sample_lines(v, intermediate, empty, at[0], at[1]) && v[1] > 0.5f;
-            double grey = hit ? ((double)v[0] / (double)v[1] - lo) * scale : 0;
-            for (int k = 0; k < 3; k++)
-                pixel[k] = to_byte(hit ? grey : background[k]);
-            pixel[3] = 255;
-        }
+    uint8_t *pixel = image->rgba + 4 * (size_t)y * (size_t)image->width;
+    for (int x = 0; x < image->width; x++, pixel += 4) {
+        double at[2];
+        pixel_values v = writer->empty;
+        locate(at, plan, x, y);
+        if (at[0] > -2 && at[0] < intermediate->width + 1 && at[1] > -2 &&
+            at[1] < intermediate->height + 1)
+            v = sample_image(intermediate, writer->empty, at[0], at[1]);
+        write_pixel(pixel, writer, v);
+    }
+}
+
+static void warp(cvol_image *image, cvol_intermediate *intermediate, const cvol_sheet_plan *plan,
+                 const pixel_writer *writer, int threads)
+{
+    const int width = intermediate->width;
+    float *scratch = intermediate->scratch;
+#pragma omp parallel num_threads(threads)
+    {
+        float *line = scratch + 4 * (size_t)cvol_thread_index() * (size_t)width;
+#pragma omp for schedule(static)
+        for (int j = 0; j < intermediate->height; j++)
+            interleave(intermediate->lines + 4 * (size_t)j * (size_t)width, line, width,
+                       writer->empty, &intermediate->spans[2 * j], &intermediate->spans[2 * j + 1]);
+#pragma omp for schedule(static)
+        for (int y = 0; y < image->height; y++)
+            write_line(image, y, intermediate, plan, writer);
+    }
+}
+
+void cvol_warp_composite(cvol_image *image, cvol_intermediate *intermediate,
+                         const cvol_sheet_plan *plan, const double background[3], int threads)
+{
+    const pixel_writer writer = {
+        .empty = {0, 0, 0, 1},
+        .background = {(float)background[0], (float)background[1], (float)background[2]}};
+    warp(image, intermediate, plan, &writer, threads);
+}
+
+void cvol_warp_grey(cvol_image *image, cvol_intermediate *intermediate, const cvol_sheet_plan *plan,
+                    double lo, double hi, const double background[3], int threads)
+{
+    const pixel_writer writer = {.background = background,
+                                 .grey = 1,
+                                 .lo = (float)lo,
+                                 .scale = (float)(hi > lo ? 1 / (hi - lo) : 1)};
+    warp(image, intermediate, plan, &writer, threads);
 }

@@ -12,9 +12,8 @@
 void CVOL_SIMD(cvol_block_forward)(float *out, const float *in, const float *basis, int block);
 
 /* Rows are kept `width` floats wide, a multiple of the lanes: 16 for B = 8 and 16, 32 for 32. */
-#define LANES 16
 
-/* columns[x][u] = D[u][x], padded to LANES. */
+/* columns[x][u] = D[u][x], padded to `width`. */
 CVOL_INLINE void transpose_basis(float *columns, const float *basis, int B, int width)
 {
     for (int x = 0; x < B; x++)
@@ -26,47 +25,48 @@ CVOL_INLINE void transpose_basis(float *columns, const float *basis, int B, int 
 CVOL_INLINE void transform_x(float *out, const float *in, const float *columns, int B, int width)
 {
     for (int row = 0; row < B * B; row++)
-        for (int part = 0; part < width; part += LANES) {
-            cvol_v16 sum = {0};
+        for (int part = 0; part < width; part += CVOL_LANES) {
+            cvol_vf sum = {0};
             for (int x = 0; x < B; x++)
-                sum += in[row * B + x] * cvol_load16(columns + x * width + part);
-            cvol_store16(out + row * width + part, sum);
+                sum += in[row * B + x] * cvol_load(columns + x * width + part);
+            cvol_store(out + row * width + part, sum);
         }
 }
 
-/* Along the axis whose neighbours lie `stride` floats apart, for 16 lanes; out may be in. */
+/* Along the axis whose neighbours lie `stride` floats apart, for CVOL_LANES lines; out may be in.
+ */
 CVOL_INLINE void transform_line(float *out, const float *in, const float *basis, int B, int stride)
 {
-    cvol_v16 even[CVOL_BLOCK_MAX / 2], odd[CVOL_BLOCK_MAX / 2];
+    cvol_vf even[CVOL_BLOCK_MAX / 2], odd[CVOL_BLOCK_MAX / 2];
     for (int i = 0; i < B / 2; i++) {
-        cvol_v16 a = cvol_load16(in + i * stride), b = cvol_load16(in + (B - 1 - i) * stride);
+        cvol_vf a = cvol_load(in + i * stride), b = cvol_load(in + (B - 1 - i) * stride);
         even[i] = a + b;
         odd[i] = a - b;
     }
     for (int v = 0; v < B; v += 2) {
-        cvol_v16 sum_even = {0}, sum_odd = {0};
+        cvol_vf sum_even = {0}, sum_odd = {0};
         for (int i = 0; i < B / 2; i++) {
             sum_even += basis[v * B + i] * even[i];
             sum_odd += basis[(v + 1) * B + i] * odd[i];
         }
-        cvol_store16(out + v * stride, sum_even);
-        cvol_store16(out + (v + 1) * stride, sum_odd);
+        cvol_store(out + v * stride, sum_even);
+        cvol_store(out + (v + 1) * stride, sum_odd);
     }
 }
 
 CVOL_INLINE void forward(float *out, const float *in, const float *basis, int B)
 {
-    const int width = B < LANES ? LANES : B;
+    const int width = B < 16 ? 16 : B;
     float columns[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
     float work[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
     transpose_basis(columns, basis, B, width);
     transform_x(work, in, columns, B, width);
     for (int z = 0; z < B; z++)
-        for (int part = 0; part < width; part += LANES)
+        for (int part = 0; part < width; part += CVOL_LANES)
             transform_line(work + z * B * width + part, work + z * B * width + part, basis, B,
                            width);
     for (int y = 0; y < B; y++)
-        for (int part = 0; part < width; part += LANES)
+        for (int part = 0; part < width; part += CVOL_LANES)
             transform_line(work + y * width + part, work + y * width + part, basis, B, B * width);
     for (int row = 0; row < B * B; row++)
         memcpy(out + row * B, work + row * width, sizeof(float) * (size_t)B);

@@ -21,35 +21,35 @@
 #endif
 
 /* `tile` outputs from i0 on and their mirror images. Vectors of in lie in_stride floats apart,
- * those of out out_stride; lanes <= 16 of them are stored. */
+ * those of out out_stride; `lanes` of each are stored. */
 CVOL_INLINE void cvol_lines_tile(float *out, long out_stride, const float *in, long in_stride,
                                  int K, const float *basis, int M, int i0, int tile, int lanes)
 {
-    cvol_v16 even[CVOL_LINES_TILE], odd[CVOL_LINES_TILE];
+    cvol_vf even[CVOL_LINES_TILE], odd[CVOL_LINES_TILE];
     for (int t = 0; t < tile; t++)
-        even[t] = odd[t] = (cvol_v16){0};
+        even[t] = odd[t] = (cvol_vf){0};
     int v = 0;
     for (; v + 1 < K; v += 2) {
-        cvol_v16 a = cvol_load16(in + v * in_stride), b = cvol_load16(in + (v + 1) * in_stride);
+        cvol_vf a = cvol_load(in + v * in_stride), b = cvol_load(in + (v + 1) * in_stride);
         for (int t = 0; t < tile; t++) {
             even[t] += basis[v * M + i0 + t] * a;
             odd[t] += basis[(v + 1) * M + i0 + t] * b;
         }
     }
     if (v < K) {
-        cvol_v16 a = cvol_load16(in + v * in_stride);
+        cvol_vf a = cvol_load(in + v * in_stride);
         for (int t = 0; t < tile; t++)
             even[t] += basis[v * M + i0 + t] * a;
     }
     for (int t = 0; t < tile; t++) {
-        cvol_v16 near = even[t] + odd[t], far = even[t] - odd[t];
+        cvol_vf near = even[t] + odd[t], far = even[t] - odd[t];
         float *near_at = out + (i0 + t) * out_stride, *far_at = out + (M - 1 - i0 - t) * out_stride;
-        if (lanes == 16) {
-            cvol_store16(near_at, near);
-            cvol_store16(far_at, far);
+        if (lanes == CVOL_LANES) {
+            cvol_store(near_at, near);
+            cvol_store(far_at, far);
         } else {
-            memcpy(near_at, &near, sizeof(float) * (size_t)lanes);
-            memcpy(far_at, &far, sizeof(float) * (size_t)lanes);
+            cvol_store_first(near_at, near, lanes);
+            cvol_store_first(far_at, far, lanes);
         }
     }
 }
