@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "array/array.h"
+#include "codec/block_contexts.h"
 #include "codec/quantise.h"
 
 /* Either end of the line. The decoder is a copy, so that it can live in registers. */
@@ -30,16 +31,11 @@ CVOL_INLINE uint32_t code_raw(const int decoding, coding *c, uint32_t value, int
     return value;
 }
 
-CVOL_INLINE int bit_length(uint32_t value)
-{
-    return 32 - __builtin_clz(value);
-}
-
 /* value + 1 = 1xyyyy: the number of bits behind the 1 in unary, x modelled, y raw. */
 CVOL_INLINE uint32_t code_rest(const int decoding, coding *c, cvol_probability *prefix,
                                cvol_probability *second, uint32_t value)
 {
-    int bits = decoding ? 31 : bit_length(value + 1) - 1, n = 0;
+    int bits = decoding ? 31 : cvol_bit_length(value + 1) - 1, n = 0;
     for (; n < bits; n++)
         if (!code_bit(decoding, c, &prefix[n < CVOL_PREFIXES ? n : CVOL_PREFIXES - 1], 1))
             break;
@@ -59,7 +55,7 @@ CVOL_INLINE uint32_t code_rest(const int decoding, coding *c, cvol_probability *
 CVOL_INLINE uint32_t code_last(const int decoding, coding *c, cvol_block_model *model, int context,
                                uint32_t last)
 {
-    int length = decoding ? 0 : bit_length(last), node = 1;
+    int length = decoding ? 0 : cvol_bit_length(last), node = 1;
     for (int k = 3; k >= 0; k--)
         node = 2 * node +
                code_bit(decoding, c, &model->last_bits[context][node], (length - 1) >> k & 1);
@@ -88,13 +84,6 @@ CVOL_INLINE int64_t code_dc(const int decoding, coding *c, cvol_block_model *mod
     return negative ? -(int64_t)rest - 1 : (int64_t)rest + 1;
 }
 
-CVOL_INLINE int level_of(const uint8_t *table, uint32_t sum)
-{
-    if (__builtin_expect(sum < CVOL_LEVEL_TABLE, 1))
-        return table[sum];
-    return 17 + (sum > 1600) + (sum > 3200) + (sum > 6400) + (sum > 12800);
-}
-
 /* A coefficient's magnitude; `certain`: it is known not to be zero. */
 CVOL_INLINE uint32_t code_magnitude(const int decoding, coding *c, cvol_block_model *model,
                                     int band, int level, int certain, uint32_t magnitude)
@@ -106,26 +95,6 @@ CVOL_INLINE uint32_t code_magnitude(const int decoding, coding *c, cvol_block_mo
     if (!code_bit(decoding, c, &model->two[band % 3][level], magnitude > 2))
         return 2;
     return 3 + code_rest(decoding, c, model->rest[level], model->rest_second, magnitude - 3);
-}
-
-CVOL_INLINE void scatter(uint16_t *at, int row, int sheet, uint32_t magnitude)
-{
-    uint16_t once = (uint16_t)(magnitude < CVOL_SCATTER_LIMIT ? magnitude : CVOL_SCATTER_LIMIT);
-    uint16_t twice = (uint16_t)(2 * once);
-    at[1] = (uint16_t)(at[1] + twice);
-    at[row] = (uint16_t)(at[row] + twice);
-    at[sheet] = (uint16_t)(at[sheet] + twice);
-    at[2] = (uint16_t)(at[2] + once);
-    at[2 * row] = (uint16_t)(at[2 * row] + once);
-    at[2 * sheet] = (uint16_t)(at[2 * sheet] + once);
-    at[1 + row] = (uint16_t)(at[1 + row] + once);
-    at[1 + sheet] = (uint16_t)(at[1 + sheet] + once);
-    at[row + sheet] = (uint16_t)(at[row + sheet] + once);
-}
-
-static uint32_t magnitude_of(int32_t value)
-{
-    return value < 0 ? (uint32_t)-value : (uint32_t)value;
 }
 
 void cvol_block_coder_start(cvol_block_coder *coder, int block, const size_t count[3])
@@ -176,22 +145,21 @@ void cvol_block_encode(cvol_block_coder *coder, cvol_range_encoder *stream, size
         used--;
     const int last = used - 1;
     coder->dc[index] = values[0];
-    coder->last_length[index] = (uint8_t)(last ? bit_length((uint32_t)last) : 0);
+    coder->last_length[index] = (uint8_t)(last ? cvol_bit_length((uint32_t)last) : 0);
     code_dc(0, &c, model, &context, values[0] - context.prediction);
     if (!code_bit(0, &c, &model->any[context.any], last > 0))
         return;
     code_last(0, &c, model, context.last, (uint32_t)last);
-    uint32_t dc = magnitude_of(values[0]);
-    scatter(coder->scatter, row, sheet, dc < 2 ? dc : 2);
+    cvol_scatter_dc(coder->scatter, row, sheet, values[0]);
     for (int i = 1; i <= last; i++) {
         const cvol_scan_entry *entry = &coder->scan->entries[i];
-        uint32_t magnitude = magnitude_of(values[i]);
-        int level = level_of(coder->scan->level, coder->scatter[entry->scatter]);
+        uint32_t magnitude = cvol_magnitude(values[i]);
+        int level = cvol_level_of(coder->scan->level, coder->scatter[entry->scatter]);
         code_magnitude(0, &c, model, entry->band, level, i == last, magnitude);
         if (!magnitude)
             continue;
         code_raw(0, &c, values[i] < 0, 1);
-        scatter(coder->scatter + entry->scatter, row, sheet, magnitude);
+        cvol_scatter(coder->scatter + entry->scatter, row, sheet, magnitude);
     }
     memset(coder->scatter, 0, sizeof(uint16_t) * (size_t)(sheet * row));
 }
@@ -203,7 +171,7 @@ CVOL_INLINE int decode_coefficients(cvol_block_coder *coder, coding *c, int last
     const cvol_scan_entry *entries = coder->scan->entries;
     const uint8_t *level_table = coder->scan->level;
     for (int i = 1; i <= last; i++) {
-        int level = level_of(level_table, coder->scatter[entries[i].scatter]);
+        int level = cvol_level_of(level_table, coder->scatter[entries[i].scatter]);
         uint32_t magnitude = code_magnitude(1, c, &coder->model, entries[i].band, level, i == last,
                                             0);
         if (!magnitude)
@@ -214,7 +182,7 @@ CVOL_INLINE int decode_coefficients(cvol_block_coder *coder, coding *c, int last
         uint32_t place = entries[i].place;
         coder->values[place] = value;
         coder->found[place / 64] |= UINT64_C(1) << place % 64;
-        scatter(coder->scatter + entries[i].scatter, row, sheet, magnitude);
+        cvol_scatter(coder->scatter + entries[i].scatter, row, sheet, magnitude);
     }
     memset(coder->scatter, 0, sizeof(uint16_t) * (size_t)(sheet * row));
     return 1;
@@ -255,13 +223,12 @@ int32_t cvol_block_decode(cvol_block_coder *coder, cvol_range_decoder *stream, s
         last = code_last(1, &c, model, context.last, 0);
         if (last >= (uint32_t)coder->scan->count)
             return -1;
-        uint32_t magnitude = magnitude_of((int32_t)dc);
         const int row = coder->scan->block + 2;
-        scatter(coder->scatter, row, row * row, magnitude < 2 ? magnitude : 2);
+        cvol_scatter_dc(coder->scatter, row, row * row, (int32_t)dc);
         if (!decode_coefficients(coder, &c, (int)last))
             return -1;
     }
-    coder->last_length[index] = (uint8_t)(last ? bit_length(last) : 0);
+    coder->last_length[index] = (uint8_t)(last ? cvol_bit_length(last) : 0);
     *stream = c.in;
     return take_terms(coder, words, terms);
 }

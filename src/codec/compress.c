@@ -276,9 +276,7 @@ static int run_quality(compression *c)
 
 static int run(compression *c, int *met)
 {
-    /* Errors are least with plain rounding; a squared error at equal bytes with a dead zone. */
-    c->trial.rounding = c->target == CVOL_TARGET_MAX_ERROR ? (cvol_rounding){0.5f, 0.5f, 0.5f}
-                                                           : (cvol_rounding){0.5f, 0.38f, 0.44f};
+    c->trial.plain = c->target == CVOL_TARGET_MAX_ERROR;
     *met = 1;
     if (c->trial.coefficients.largest <= 0) { /* constant */
         int code = settle(c, 1);

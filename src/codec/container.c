@@ -1,21 +1,20 @@
 /* The container: signature, version, sections HEAD, RNGE, INDX, DATA. */
 #include "codec/container.h"
 
-#include <float.h>
 #include <stdlib.h>
 #include <string.h>
-#include <zstd.h>
 
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/header.h"
+#include "codec/ranges.h"
 #include "codec/section.h"
 
 /* A byte with the high bit (7-bit lines), the name, CR LF (translations), ^Z (TYPE), LF. */
 static const uint8_t signature[CVOL_SIGNATURE_BYTES] = {0x8B, 'C',  'V',  'L',
                                                         0x0D, 0x0A, 0x1A, 0x0A};
 
-enum { RANGE_ZSTD_LEVEL = 19, INDEX_ENTRY_BYTES = 12 };
+enum { INDEX_ENTRY_BYTES = 12 };
 
 int cvol_container_is(const uint8_t *data, size_t size)
 {
@@ -23,34 +22,6 @@ int cvol_container_is(const uint8_t *data, size_t size)
 }
 
 /* ---- writing ---------------------------------------------------------------------------- */
-
-/* Lower codes, then widths, each as the difference to the block before, through zstd. */
-static void put_ranges(cvol_bytes *out, const cvol_array *array)
-{
-    const size_t count = array->block_count, size = 2 * count;
-    uint8_t *codes = cvol_allocate(size, 1);
-    cvol_bytes packed = {0};
-    if (!codes || !cvol_bytes_reserve(&packed, ZSTD_compressBound(size))) {
-        packed.failed = 1;
-    } else {
-        uint8_t lower = 0, width = 0;
-        for (size_t i = 0; i < count; i++) {
-            const uint8_t *range = array->block_table[i].range;
-            codes[i] = (uint8_t)(range[0] - lower);
-            codes[count + i] = (uint8_t)(range[1] - range[0] - width);
-            lower = range[0];
-            width = (uint8_t)(range[1] - range[0]);
-        }
-        packed.size = ZSTD_compress(packed.data, packed.capacity, codes, size, RANGE_ZSTD_LEVEL);
-        if (ZSTD_isError(packed.size)) {
-            packed.size = 0;
-            packed.failed = 1;
-        }
-    }
-    cvol_section_put(out, "RNGE", &packed);
-    cvol_bytes_free(&packed);
-    free(codes);
-}
 
 static void put_index(cvol_bytes *out, const cvol_groups *groups)
 {
@@ -74,17 +45,19 @@ static void put_index(cvol_bytes *out, const cvol_groups *groups)
 int cvol_container_begin(cvol_context *context, cvol_bytes *out, const cvol_array *array,
                          const cvol_groups *groups)
 {
-    cvol_bytes header = {0};
+    cvol_bytes header = {0}, ranges = {0};
+    int code = cvol_ranges_put(context, &ranges, array);
     cvol_bytes_append(out, signature, sizeof signature);
     cvol_bytes_put_u32(out, CVOL_FORMAT_VERSION);
     cvol_header_put(&header, array);
     cvol_section_put(out, "HEAD", &header);
-    put_ranges(out, array);
+    cvol_section_put(out, "RNGE", &ranges);
     put_index(out, groups);
     cvol_bytes_free(&header);
-    if (out->failed)
-        return cvol_fail_memory(context, out->size, "the file's header");
-    return CVOL_OK;
+    cvol_bytes_free(&ranges);
+    if (!code && out->failed)
+        code = cvol_fail_memory(context, out->size, "the file's header");
+    return code;
 }
 
 /* ---- reading ---------------------------------------------------------------------------- */
@@ -99,30 +72,6 @@ static int take_checked(cvol_context *context, cvol_cursor *content, cvol_cursor
         return code;
     return cvol_section_check(context, checksum, cvol_crc32c(content->data, content->size), tag,
                               name);
-}
-
-static int take_ranges(cvol_context *context, cvol_array *array, const cvol_cursor *content,
-                       const char *name)
-{
-    const size_t count = array->block_count, size = 2 * count;
-    uint8_t *codes = cvol_allocate(size, 1);
-    if (!codes)
-        return cvol_fail_memory(context, size, "block ranges");
-    size_t got = ZSTD_decompress(codes, size, content->data, content->size);
-    int sound = got == size;
-    uint8_t lower = 0, width = 0;
-    for (size_t i = 0; i < count && sound; i++) {
-        lower = (uint8_t)(lower + codes[i]);
-        width = (uint8_t)(width + codes[count + i]);
-        sound = lower + width <= 255;
-        array->block_table[i].range[0] = lower;
-        array->block_table[i].range[1] = (uint8_t)(lower + width);
-    }
-    free(codes);
-    if (!sound)
-        return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: section RNGE: not the ranges of %zu blocks", name, count);
-    return CVOL_OK;
 }
 
 /* The groups' bytes and checksums, from INDX and DATA. */
@@ -250,7 +199,7 @@ static int read_sections(cvol_context *context, cvol_array **array, cvol_cursor 
     if (!code)
         code = make_array(context, array, &header);
     if (!code)
-        code = take_ranges(context, *array, &ranges, name);
+        code = cvol_ranges_take(context, *array, &ranges, name);
     if (!code)
         code = take_groups(context, *array, file, name);
     if (!code && (*array)->coefficients != header.coefficients)

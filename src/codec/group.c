@@ -178,7 +178,7 @@ int cvol_groups_encode(cvol_context *context, cvol_groups *groups, const cvol_ar
 }
 
 /* A block's terms in scan order. */
-static int fetch_terms(const void *user, int32_t *values, const cvol_block_coder *coder,
+static int fetch_terms(const void *user, int32_t *values, cvol_block_coder *coder,
                        size_t place_in_group, size_t index)
 {
     (void)place_in_group;

@@ -29,7 +29,7 @@ size_t cvol_group_count(const cvol_array *array);
  * group's state before the block, `place` the block's number within the group. Called by several
  * threads. */
 typedef struct cvol_block_source {
-    int (*fetch)(const void *user, int32_t *values, const cvol_block_coder *coder, size_t place,
+    int (*fetch)(const void *user, int32_t *values, cvol_block_coder *coder, size_t place,
                  size_t index);
     const void *user;
 } cvol_block_source;

@@ -1,4 +1,4 @@
-/* Dead-zone quantiser. */
+/* Uniform quantiser. */
 #include "codec/quantise.h"
 
 #include <math.h>
@@ -16,8 +16,7 @@ CVOL_INLINE int any_reaches(const float *coefficients, float threshold)
     return reached;
 }
 
-/* One past the last of c[0 .. count) whose magnitude reaches the threshold, at least 1. */
-static int find_used(const float *c, int count, float threshold)
+int cvol_quantise_extent(const float *c, int count, float threshold)
 {
     while (count >= LANES && !any_reaches(c + count - LANES, threshold))
         count -= LANES;
@@ -26,32 +25,26 @@ static int find_used(const float *c, int count, float threshold)
     return count < 1 ? 1 : count;
 }
 
-static int32_t quantise_one(float coefficient, float inverse, float low, float high)
-{
-    float scaled = fabsf(coefficient) * inverse;
-    int32_t magnitude = (int32_t)(scaled + (scaled < 1.5f ? low : high));
-    return coefficient < 0 ? -magnitude : magnitude;
-}
-
-static float largest(const float *c, int count)
+int cvol_quantise_fits(const float *c, int count, double step)
 {
     float most = 0;
     for (int i = 0; i < count; i++)
         most = fabsf(c[i]) > most ? fabsf(c[i]) : most;
-    return most;
+    /* 256: floats near 2^30 are 64 apart. Written so that an infinity fails. */
+    return (double)most / step < CVOL_VALUE_LIMIT - 256;
 }
 
-int cvol_quantise(int32_t *values, const float *coefficients, int count, double step,
-                  const cvol_rounding *rounding)
+int cvol_quantise(int32_t *values, const float *coefficients, int count, double step)
 {
     const float inverse = (float)(1 / step);
     /* Slightly less than what becomes 1, lest rounding of the product loses it. */
-    int used = find_used(coefficients, count, (float)((1 - (double)rounding->low) * step * 0.999));
-    if (!(largest(coefficients, used) * inverse < (float)CVOL_VALUE_LIMIT - 256))
+    int used = cvol_quantise_extent(coefficients, count, (float)(0.499 * step));
+    if (!cvol_quantise_fits(coefficients, used, step))
         return 0;
-    for (int i = 0; i < used; i++)
-        values[i] = quantise_one(coefficients[i], inverse, rounding->low, rounding->high);
-    values[0] = quantise_one(coefficients[0], inverse, rounding->dc, rounding->dc);
+    for (int i = 0; i < used; i++) {
+        int32_t magnitude = (int32_t)(fabsf(coefficients[i]) * inverse + 0.5f);
+        values[i] = coefficients[i] < 0 ? -magnitude : magnitude;
+    }
     while (used > 1 && values[used - 1] == 0)
         used--;
     return used;

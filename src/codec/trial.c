@@ -7,6 +7,9 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/container.h"
+#include "codec/quantise.h"
+#include "codec/ranges.h"
+#include "codec/rate_distortion.h"
 #include "codec/survey.h"
 
 /* Of more, sums of squares and transforms would leave the range of float. */
@@ -29,7 +32,7 @@ int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *sampl
                          "samples reach from %g to %g, a range beyond %g cannot be compressed",
                          shape->value_min, shape->value_max, SPAN_MOST);
     shape->offset = shape->value_min;
-    trial->begin_bytes = 400 + shape->block_count + 12 * (uint64_t)cvol_group_count(shape);
+    trial->begin_bytes = 400 + shape->block_count / 2 + 12 * (uint64_t)cvol_group_count(shape);
     return cvol_coefficients_make(context, &trial->coefficients, shape, samples);
 }
 
@@ -41,14 +44,15 @@ void cvol_trial_free(cvol_trial *trial)
     cvol_groups_free(&trial->groups);
 }
 
-static int fetch_quantised(const void *user, int32_t *values, const cvol_block_coder *coder,
+static int fetch_quantised(const void *user, int32_t *values, cvol_block_coder *coder,
                            size_t place, size_t index)
 {
     const cvol_trial *trial = user;
     const int count = coder->scan->count;
-    (void)place;
-    return cvol_quantise(values, trial->coefficients.data + index * (size_t)count, count,
-                         trial->step, &trial->rounding);
+    const float *coefficients = trial->coefficients.data + index * (size_t)count;
+    if (trial->plain)
+        return cvol_quantise(values, coefficients, count, trial->step);
+    return cvol_quantise_optimally(values, coefficients, coder, place, trial->step);
 }
 
 int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step, size_t stride)
@@ -104,6 +108,8 @@ int cvol_trial_finish(cvol_context *context, cvol_trial *trial, uint64_t *file_b
 {
     cvol_bytes begin = {0};
     int code = cvol_array_find_ranges(context, trial->array);
+    if (!code)
+        code = cvol_ranges_coarsen(context, trial->array);
     if (!code)
         code = cvol_container_begin(context, &begin, trial->array, &trial->groups);
     trial->begin_bytes = begin.size;

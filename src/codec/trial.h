@@ -4,7 +4,6 @@
 
 #include "codec/coefficients.h"
 #include "codec/group.h"
-#include "codec/quantise.h"
 #include "cvol/codec.h"
 
 /* The work on one volume. */
@@ -12,7 +11,7 @@ typedef struct cvol_trial {
     const void *samples;
     cvol_array *shape; /* grid, block, offset and range of values; no terms */
     cvol_coefficients coefficients;
-    cvol_rounding rounding;
+    int plain; /* round to nearest: errors are least; else squared error at equal bytes is */
     double step;
     cvol_groups groups;   /* of the last step encoded */
     cvol_array *array;    /* of the last step decoded */

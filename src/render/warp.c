@@ -162,9 +162,10 @@ void cvol_warp_composite(cvol_image *image, cvol_intermediate *intermediate,
 void cvol_warp_grey(cvol_image *image, cvol_intermediate *intermediate, const cvol_sheet_plan *plan,
                     double lo, double hi, const double background[3], int threads)
 {
-    const pixel_writer writer = {.background = background,
-                                 .grey = 1,
-                                 .lo = (float)lo,
-                                 .scale = (float)(hi > lo ? 1 / (hi - lo) : 1)};
+    const pixel_writer writer = {
+        .background = {(float)background[0], (float)background[1], (float)background[2]},
+        .grey = 1,
+        .lo = (float)lo,
+        .scale = (float)(hi > lo ? 1 / (hi - lo) : 1)};
     warp(image, intermediate, plan, &writer, threads);
 }
