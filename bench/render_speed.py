@@ -1,0 +1,179 @@
+#!/usr/bin/python3
+"""Times `cvol bench render` and VTK's CPU ray caster, taking turns, on the same views.
+
+Each volume is compressed at 1/30 into a temporary folder; VTK gets the original samples. For
+each transfer function and number of threads both are timed in rounds, one after the other, so
+that whatever else the machine does falls on both. Times are medians over the rounds; the ratio
+is the median of each round's own.
+"""
+import argparse
+import os
+import resource
+import statistics
+import sys
+import tempfile
+
+from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run, run_json,
+                    say, write_results)
+from volumes import BENCH, RENDERED, rendered_path, transfer_path
+
+VTK = os.path.join(BENCH, 'peers', 'vtk_render.py')
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    add_common_arguments(parser)
+    parser.add_argument('--volumes', default=','.join(RENDERED), metavar='A,B')
+    parser.add_argument('--looks', default='semi,opaque', metavar='A,B',
+                        help='transfer functions, and also xray and mip (default %(default)s)')
+    parser.add_argument('--threads', default='1,2', metavar='N,M')
+    parser.add_argument('--rounds', type=int, default=3)
+    parser.add_argument('--ratio', type=float, default=30)
+    parser.add_argument('--size', type=int, default=512)
+    parser.add_argument('--views', type=int, default=12)
+    parser.add_argument('--repeat', type=int, default=3)
+    parser.add_argument('--no-vtk', action='store_true', help='time cvol alone')
+    return parser.parse_args()
+
+
+def have_vtk(arguments):
+    if arguments.no_vtk:
+        return False
+    try:
+        run(['/usr/bin/python3', '-c', 'import vtkmodules, numpy'])
+        return True
+    except (OSError, Failed):
+        say('VTK skipped: /usr/bin/python3 has no vtk and numpy (scripts/dependencies.sh bench)')
+        return False
+
+
+def look_options(name, look):
+    if look in ('xray', 'mip'):
+        return ['--mode', look]
+    return ['--transfer', transfer_path(name, look)]
+
+
+def shared_options(arguments, name, look, threads):
+    return look_options(name, look) + ['--size', str(arguments.size), '--views',
+                                       str(arguments.views), '--repeat', str(arguments.repeat),
+                                       '--threads', str(threads)]
+
+
+def child_cpu_s():
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
+def time_cvol(cvol, packed, options, pictures):
+    """Of `cvol bench render`; its processor time too, loading shared out over the pictures."""
+    before = child_cpu_s()
+    result = run_json([cvol, 'bench', 'render', packed, '--json'] + options)
+    result['cpu_ms'] = 1e3 * (child_cpu_s() - before) / (pictures + 1)
+    return result
+
+
+def time_vtk(raw, about, options):
+    return run_json([VTK, raw, '--dims', 'x'.join(map(str, about['dims'])), '--type',
+                     about['type'], '--spacing', ','.join(map(str, about['spacing']))] + options)
+
+
+def prepare(arguments, cvol, name, folder, vtk):
+    """The volume as each of the two reads it: packed file, raw file, what the raw file is."""
+    original = rendered_path(name, arguments.data)
+    packed = os.path.join(folder, name + '.cvol')
+    run_json([cvol, 'compress', original, packed, '--ratio', str(arguments.ratio), '--json'])
+    raw = os.path.join(folder, name + '.raw')
+    about = run_json([os.path.join(BENCH, 'volumes.py'), original, raw]) if vtk else None
+    return packed, raw, about
+
+
+def median_of(results, *keys):
+    def pick(result):
+        for key in keys:
+            result = result[key]
+        return result
+    return statistics.median(pick(result) for result in results)
+
+
+def measure(arguments, cvol, prepared, name, look, threads):
+    """One row of the table."""
+    packed, raw, about = prepared
+    options = shared_options(arguments, name, look, threads)
+    ours, theirs = [], []
+    for _ in range(arguments.rounds):
+        ours.append(time_cvol(cvol, packed, options, arguments.views * arguments.repeat))
+        if about:
+            theirs.append(time_vtk(raw, about, options))
+    row = {'volume': name, 'voxels': ours[0]['voxels'], 'look': look, 'threads': threads,
+           'cvol median ms': f"{median_of(ours, 'frame_ms', 'median'):.1f}",
+           'cvol min ms': f"{median_of(ours, 'frame_ms', 'min'):.1f}",
+           'cvol CPU ms': f"{median_of(ours, 'cpu_ms'):.1f}",
+           'ns/voxel': f"{median_of(ours, 'ns_per_voxel'):.2f}",
+           'cvol load ms': f"{median_of(ours, 'load_ms'):.0f}",
+           'cvol peak MB': f"{median_of(ours, 'peak_rss_mb'):.0f}",
+           'load average': f'{os.getloadavg()[0]:.1f}'}
+    if theirs:
+        ratios = [b['frame_ms']['median'] / a['frame_ms']['median'] for a, b in zip(ours, theirs)]
+        row.update({'VTK median ms': f"{median_of(theirs, 'frame_ms', 'median'):.1f}",
+                    'VTK min ms': f"{median_of(theirs, 'frame_ms', 'min'):.1f}",
+                    'VTK CPU ms': f"{median_of(theirs, 'cpu_ms'):.1f}",
+                    'VTK/cvol': f'{statistics.median(ratios):.2f}',
+                    'VTK/cvol by round': ' '.join(f'{r:.2f}' for r in ratios),
+                    'VTK load ms': f"{median_of(theirs, 'load_ms'):.0f}",
+                    'VTK first frame ms': f"{median_of(theirs, 'first_frame_ms'):.0f}",
+                    'VTK peak MB': f"{median_of(theirs, 'peak_rss_mb'):.0f}",
+                    'VTK base MB': f"{median_of(theirs, 'base_rss_mb'):.0f}",
+                    'VTK version': theirs[0]['version']})
+    return row
+
+
+def measure_all(arguments, cvol, vtk):
+    rows, skipped = [], []
+    for name in arguments.volumes.split(','):
+        if not os.path.exists(rendered_path(name, arguments.data)):
+            skipped.append(name)
+            continue
+        with tempfile.TemporaryDirectory(prefix='cvol-bench-') as folder:
+            prepared = prepare(arguments, cvol, name, folder, vtk)
+            for look in arguments.looks.split(','):
+                for threads in arguments.threads.split(','):
+                    rows.append(measure(arguments, cvol, prepared, name, look, int(threads)))
+                    say(f"{name} {look} {threads}: cvol {rows[-1]['cvol median ms']} ms, "
+                        f"VTK {rows[-1].get('VTK median ms', '-')} ms")
+    return rows, skipped
+
+
+def describe(arguments, cvol, rows, skipped):
+    columns = ['volume', 'voxels', 'look', 'threads', 'cvol median ms', 'cvol min ms', 'ns/voxel']
+    if any('VTK/cvol' in row for row in rows):
+        columns += ['VTK median ms', 'VTK min ms', 'VTK/cvol', 'cvol CPU ms', 'VTK CPU ms',
+                    'cvol peak MB', 'VTK peak MB', 'VTK base MB']
+    else:
+        columns += ['cvol CPU ms', 'cvol peak MB']
+    lines = ['# Speed of rendering', '',
+             f'{arguments.size} x {arguments.size}, {arguments.views} views, best of '
+             f'{arguments.repeat} pictures of each; medians of {arguments.rounds} rounds; cvol '
+             f'renders files of 1/{arguments.ratio:g}, VTK the original samples.', '',
+             markdown(columns, rows), '']
+    if skipped:
+        lines += [f"Skipped (not in the data folder): {', '.join(skipped)}.", '']
+    return '\n'.join(lines + [line + '  ' for line in provenance(cvol)])
+
+
+def main():
+    arguments = parse_arguments()
+    cvol = check_cvol(arguments.cvol)
+    unknown = [name for name in arguments.volumes.split(',') if name not in RENDERED]
+    if unknown:
+        sys.exit(f"render_speed.py: no such volume: {', '.join(unknown)}")
+    try:
+        rows, skipped = measure_all(arguments, cvol, have_vtk(arguments))
+    except Failed as problem:
+        sys.exit(f'render_speed.py: {problem}')
+    write_results(arguments.results, 'render_speed', describe(arguments, cvol, rows, skipped),
+                  rows)
+
+
+if __name__ == '__main__':
+    main()

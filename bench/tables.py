@@ -1,0 +1,138 @@
+"""What the bench's scripts share: running programs, describing the machine, writing tables.
+
+It imports nothing large: a process starts its life with its parent's peak memory on Linux, so a
+parent that measures has to stay small.
+"""
+import csv
+import datetime
+import json
+import os
+import platform
+import shlex
+import subprocess
+import sys
+
+from volumes import BENCH
+
+RESULTS = os.path.join(BENCH, 'results')
+
+
+# ---- running --------------------------------------------------------------------------------
+
+class Failed(Exception):
+    """A program that ended with an error: its last line."""
+
+
+def run(command):
+    """Standard output of a program; Failed, with its complaint, where it fails."""
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          check=False)
+    if done.returncode:
+        complaint = done.stderr.strip().splitlines() or [f'status {done.returncode}']
+        raise Failed(complaint[-1])
+    return done.stdout
+
+
+def run_json(command):
+    return json.loads(run(command))
+
+
+def say(text):
+    print(text, file=sys.stderr, flush=True)
+
+
+# ---- the machine ----------------------------------------------------------------------------
+
+def first_line(command):
+    try:
+        return run(command).strip().splitlines()[0]
+    except (OSError, Failed, IndexError):
+        return ''
+
+
+def machine():
+    model = ''
+    try:
+        for line in run(['lscpu']).splitlines():
+            if line.startswith('Model name'):
+                model = line.split(':', 1)[1].strip()
+    except (OSError, Failed):
+        pass
+    with open('/proc/meminfo', encoding='ascii') as file:
+        memory = int(file.readline().split()[1]) / 1024 ** 2
+    return (f'{model or platform.machine()}, {len(os.sched_getaffinity(0))} cores, '
+            f'{memory:.0f} GB, {platform.system()} {platform.release()}')
+
+
+def compiler(cvol):
+    """The compiler that the binary names, and the build type of the build folder around it."""
+    named = ''
+    try:
+        for line in run(['readelf', '-p', '.comment', cvol]).splitlines():
+            if ']' in line:
+                named = line.split(']', 1)[1].strip()
+    except (OSError, Failed):
+        pass
+    cache = os.path.join(os.path.dirname(os.path.abspath(cvol)), 'CMakeCache.txt')
+    build = {}
+    if os.path.exists(cache):
+        with open(cache, encoding='utf-8') as file:
+            for line in file:
+                key, _, value = line.strip().partition('=')
+                build[key.partition(':')[0]] = value
+    kind = build.get('CMAKE_BUILD_TYPE', '')
+    flags = ' '.join(filter(None, [build.get('CMAKE_C_FLAGS', ''),
+                                   build.get('CMAKE_C_FLAGS_' + kind.upper(), '')]))
+    return ', '.join(filter(None, [named or 'compiler unknown', kind, flags]))
+
+
+def provenance(cvol):
+    """Lines that say on what, with what, when and how a table was made."""
+    version = first_line(['git', '-C', BENCH, 'describe', '--always', '--dirty'])
+    return [f'Machine: {machine()}; load average at the end {os.getloadavg()[0]:.1f}.',
+            f'cvol: {version or "not from a git checkout"}; {compiler(cvol)}.',
+            f'Date: {datetime.date.today().isoformat()}.',
+            f'Command: `{shlex.join([os.path.relpath(sys.argv[0])] + sys.argv[1:])}`']
+
+
+# ---- tables ---------------------------------------------------------------------------------
+
+def markdown(columns, rows):
+    """A Markdown table; numbers to the right."""
+    def is_number(text):
+        return text[:1].isdigit() or text[:1] in '-+.' or not text
+
+    cells = [[str(row.get(column, '')) for column in columns] for row in rows]
+    right = [all(is_number(line[i]) for line in cells) for i in range(len(columns))]
+    lines = ['| ' + ' | '.join(columns) + ' |',
+             '|' + '|'.join('---:' if r else '---' for r in right) + '|']
+    return '\n'.join(lines + ['| ' + ' | '.join(line) + ' |' for line in cells])
+
+
+def write_results(folder, name, text, rows):
+    """folder/name.md and folder/name.csv, and the text on standard output."""
+    os.makedirs(folder, exist_ok=True)
+    with open(os.path.join(folder, name + '.md'), 'w', encoding='utf-8') as file:
+        file.write(text + '\n')
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    with open(os.path.join(folder, name + '.csv'), 'w', encoding='utf-8', newline='') as file:
+        writer = csv.DictWriter(file, columns, restval='')
+        writer.writeheader()
+        writer.writerows(rows)
+    print(text)
+    say(f'written: {os.path.join(folder, name)}.md and .csv')
+
+
+def add_common_arguments(parser):
+    from volumes import DEFAULT_DATA
+    parser.add_argument('cvol', help='the command, as built: build/cvol')
+    parser.add_argument('--data', default=DEFAULT_DATA, metavar='DIR',
+                        help='folder of volumes; what it lacks is skipped (default %(default)s)')
+    parser.add_argument('--results', default=RESULTS, metavar='DIR',
+                        help='where tables go (default %(default)s)')
+
+
+def check_cvol(cvol):
+    if not os.access(cvol, os.X_OK):
+        sys.exit(f'{cvol}: no such command; build it first (make)')
+    return os.path.abspath(cvol)
