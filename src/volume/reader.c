@@ -116,7 +116,7 @@ int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
 {
     *out = NULL;
     const cvol_read_options none = cvol_read_options_defaults();
-    locale_t c, before;
+    locale_t c = (locale_t)0, before = (locale_t)0;
     int code = enter_c_locale(context, &c, &before);
     if (code)
         return code;
@@ -127,7 +127,7 @@ int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
 
 int cvol_volume_write(cvol_context *context, const cvol_volume *volume, const char *path)
 {
-    locale_t c, before;
+    locale_t c = (locale_t)0, before = (locale_t)0;
     int code = enter_c_locale(context, &c, &before);
     if (code)
         return code;

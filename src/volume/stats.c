@@ -264,7 +264,7 @@ int cvol_volume_compare(cvol_context *context, cvol_volume_difference *out, cons
                         const cvol_volume *b)
 {
     cvol_sample_stats stats;
-    apart total;
+    apart total = {0, 0};
     int code = cvol_dense_check(context, b, "volume");
     if (!code)
         code = cvol_volume_stats(context, &stats, a);

@@ -97,7 +97,7 @@ static int find_raw(const reading *r, uint64_t *offset)
 
 static int read_raw(reading *r, cvol_volume **out)
 {
-    uint64_t offset;
+    uint64_t offset = 0;
     int code = find_raw(r, &offset);
     if (!code)
         code = cvol_dense_create(r->context, out, r->grid, 0);

@@ -203,9 +203,11 @@ int cvol_text_field_integer(cvol_context *context, const char *path, const char 
 
 void cvol_text_format(char out[CVOL_TEXT_NUMBER_BYTES], double value)
 {
+    char text[CVOL_TEXT_NUMBER_BYTES] = "";
     for (int digits = 15; digits <= 17; digits++) {
-        snprintf(out, CVOL_TEXT_NUMBER_BYTES, "%.*g", digits, value);
-        if (strtod(out, NULL) == value)
-            return;
+        snprintf(text, sizeof text, "%.*g", digits, value);
+        if (strtod(text, NULL) == value)
+            break;
     }
+    memcpy(out, text, sizeof text);
 }
