@@ -23,18 +23,23 @@ class Failed(Exception):
     """A program that ended with an error: its last line."""
 
 
-def run(command):
-    """Standard output of a program; Failed, with its complaint, where it fails."""
+def run(command, notes=None):
+    """Standard output of a program; what it says on standard error is added to the list notes.
+
+    Failed, with its last words, where it fails.
+    """
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                           check=False)
+    words = done.stderr.strip().splitlines()
     if done.returncode:
-        complaint = done.stderr.strip().splitlines() or [f'status {done.returncode}']
-        raise Failed(complaint[-1])
+        raise Failed(words[-1] if words else f'status {done.returncode}')
+    if notes is not None:
+        notes += words
     return done.stdout
 
 
-def run_json(command):
-    return json.loads(run(command))
+def run_json(command, notes=None):
+    return json.loads(run(command, notes))
 
 
 def say(text):
@@ -100,10 +105,15 @@ def provenance(cvol):
 def markdown(columns, rows):
     """A Markdown table; numbers to the right."""
     def is_number(text):
-        return text[:1].isdigit() or text[:1] in '-+.' or not text
+        try:
+            float(text.rstrip(' %'))
+        except ValueError:
+            return False
+        return True
 
     cells = [[str(row.get(column, '')) for column in columns] for row in rows]
-    right = [all(is_number(line[i]) for line in cells) for i in range(len(columns))]
+    right = [all(is_number(line[i]) for line in cells if line[i]) and any(line[i] for line in cells)
+             for i in range(len(columns))]
     lines = ['| ' + ' | '.join(columns) + ' |',
              '|' + '|'.join('---:' if r else '---' for r in right) + '|']
     return '\n'.join(lines + ['| ' + ' | '.join(line) + ' |' for line in cells])

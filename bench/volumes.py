@@ -51,6 +51,14 @@ def all_paths(data):
     return [path for path in paths if os.path.exists(path)]
 
 
+def unread_names(data):
+    """What else lies in the data folder: formats that are folders, or that cvol does not read."""
+    if not os.path.isdir(data):
+        return []
+    return [name for name in sorted(os.listdir(data))
+            if not name.endswith(READABLE) and not name.endswith('.md')]
+
+
 def short_name(path):
     name = os.path.basename(path)
     for ending in sorted(READABLE, key=len, reverse=True):

@@ -1,0 +1,25 @@
+#!/bin/sh
+# Measures everything that bench/README.md describes; takes about half an hour on two cores.
+# usage: bench/run.sh CVOL [--data DIR] [--results DIR]
+set -eu
+
+[ $# -ge 1 ] && [ "$1" != --help ] && [ "$1" != -h ] || {
+    sed -n '2,3s/^# //p' "$0"
+    exit 2
+}
+bench=$(dirname "$0")
+
+echo 'compression: every volume at five targets'
+"$bench/codec_table.py" "$@"
+echo 'speed of rendering, beside VTK'
+"$bench/render_speed.py" "$@"
+echo 'quality of pictures'
+"$bench/render_quality.py" "$@" --difference
+
+results=$bench/results
+while [ $# -gt 1 ]; do
+    [ "$1" = --results ] && results=$2
+    shift
+done
+echo "Tables: $results/codec_table.md, render_speed.md, render_quality.md (and .csv);"
+echo "worst views: $results/difference"
