@@ -20,6 +20,10 @@
 #define PSNR_ACCEPTED 0.08
 #define ERROR_WIDTH 0.015
 #define FINEST_WIDTH 2e-4
+/* Where a ratio's search begins, in units of the samples' range, per unit of ratio. */
+#define FIRST_STEP 6e-4
+/* Of a step below this, rounding to integers may give back the exact samples. */
+#define EXACT_STEP 1.5
 #define DB_PER_E (20 / 2.302585092994046)
 
 enum { TRIALS_MOST = 60, SAMPLED_GROUPS = 6 };
@@ -81,6 +85,8 @@ static double ratio_of(const compression *c)
 /* Encodes, and decodes unless only the size matters. */
 static int try_step(compression *c, double step, int decode)
 {
+    cvol_array_free(c->trial.array); /* of another step */
+    c->trial.array = NULL;
     int code = cvol_trial_encode(c->context, &c->trial, step, 1);
     if (!code && decode)
         code = cvol_trial_decode(c->context, &c->trial);
@@ -92,8 +98,10 @@ static int try_step(compression *c, double step, int decode)
 static int settle(compression *c, double step)
 {
     int code = CVOL_OK;
-    if (c->trial.step != step || !c->trial.array || c->trial.array->step != step)
+    if (c->trial.step != step)
         code = try_step(c, step, 1);
+    else if (!c->trial.array)
+        code = cvol_trial_decode(c->context, &c->trial);
     if (!code)
         code = cvol_trial_finish(c->context, &c->trial, &c->file_bytes);
     return code;
@@ -103,10 +111,10 @@ static int settle(compression *c, double step)
 static int sample_ratio(compression *c, cvol_search *search)
 {
     const size_t stride = cvol_group_count(c->trial.shape) / SAMPLED_GROUPS;
+    cvol_search sampled = *search;
+    double step = c->best_step;
     if (stride < 2)
         return CVOL_OK;
-    cvol_search sampled = *search;
-    double step = cvol_search_next(&sampled);
     for (int i = 0; i < 8; i++) {
         int code = cvol_trial_encode(c->context, &c->trial, step, stride);
         if (code)
@@ -124,16 +132,18 @@ static int sample_ratio(compression *c, cvol_search *search)
             break;
     }
     search->slope = sampled.slope;
-    search->least = search->least < log(step) ? search->least : log(step);
     c->best_step = step;
     return CVOL_OK;
 }
 
 static int search_ratio(compression *c)
 {
-    cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.7);
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, 1.1);
+    const double span = c->trial.shape->value_max - c->trial.shape->value_min;
+    double step = fmin(fmax(span * FIRST_STEP * c->value, c->least_step), c->most_step);
+    c->best_step = step;
     int code = sample_ratio(c, &search);
-    double step = c->best_step > 0 ? c->best_step : cvol_search_next(&search);
+    step = c->best_step;
     c->best_step = 0;
     for (int i = 0; i < TRIALS_MOST && !code; i++) {
         code = try_step(c, step, 0);
@@ -214,56 +224,71 @@ static void find_limits(compression *c)
     const double largest = (double)c->trial.coefficients.largest;
     const double span = shape->value_max - shape->value_min;
     double least = span * 0x1p-23;
-    if (cvol_type_is_integer(shape->grid.type) && least < 0.2)
-        least = 0.2;
+    if (cvol_type_is_integer(shape->grid.type)) {
+        /* Errors of at most step / 2 in each of B^3 coefficients sum up to less than 1/2. */
+        const double exact = 0.99 / pow(shape->block, 1.5);
+        least = least < exact ? exact : least;
+    }
     if (least < largest * 0x1.01p-30)
         least = largest * 0x1.01p-30;
     c->least_step = least;
     c->most_step = fmax(2.01 * largest, 2 * least);
 }
 
-/* A ratio below what the finest step gives: the largest step that is exact, if there is one. */
-static int settle_exact(compression *c)
+/* Finds the largest step that gives integers back exactly, *step = 0 if there is none. */
+static int find_exact(compression *c, double *step)
 {
+    *step = 0;
+    if (!cvol_type_is_integer(c->trial.shape->grid.type))
+        return CVOL_OK;
     compression exact = *c;
     exact.target = CVOL_TARGET_MAX_ERROR;
     exact.value = 0;
-    int code = CVOL_OK;
-    if (cvol_type_is_integer(c->trial.shape->grid.type))
-        code = search_quality(&exact);
-    else
-        exact.best_step = 0;
+    exact.trial.plain = 1;
+    int code = search_quality(&exact);
     c->trial = exact.trial;
-    if (code)
+    *step = exact.best_step;
+    return code;
+}
+
+static int is_met(const compression *c)
+{
+    return ratio_of(c) >= c->value && ratio_of(c) <= c->value * RATIO_MOST;
+}
+
+/* The step for the ratio is so fine that the exact samples may cost no more. */
+static int settle_fine(compression *c)
+{
+    const int plain = c->trial.plain;
+    double step;
+    int code = find_exact(c, &step);
+    if (!code && step > 0)
+        code = settle(c, step);
+    if (code || (step > 0 && ratio_of(c) >= c->value))
         return code;
-    return settle(c, exact.best_step > 0 ? exact.best_step : c->least_step);
+    c->trial.plain = plain;
+    c->trial.step = 0; /* encoded otherwise: again */
+    return settle(c, c->best_step);
 }
 
 static int run_ratio(compression *c, int *met)
 {
     int code = search_ratio(c);
-    *met = 1;
     if (code)
         return code;
-    if (c->best_step <= 0) { /* even all zero is not small enough */
-        *met = 0;
-        return settle(c, c->most_step);
-    }
-    if (c->best_step <= c->least_step * 1.000001) {
-        code = settle_exact(c);
-        *met = !code && ratio_of(c) >= c->value && ratio_of(c) <= c->value * RATIO_MOST;
-        return code;
-    }
-    return settle(c, c->best_step);
+    if (c->best_step <= 0) /* even all zero is not small enough */
+        code = settle(c, c->most_step);
+    else if (c->best_step < EXACT_STEP && cvol_type_is_integer(c->trial.shape->grid.type))
+        code = settle_fine(c);
+    else
+        code = settle(c, c->best_step);
+    *met = is_met(c) || (ratio_of(c) >= c->value && c->best_step > c->least_step * 1.000001 &&
+                         c->trial.array->l2_error > 0);
+    return code;
 }
 
-static int run_quality(compression *c)
+static int fail_quality(const compression *c)
 {
-    int code = search_quality(c);
-    if (code)
-        return code;
-    if (c->best_step > 0)
-        return settle(c, c->best_step);
     const char *type = cvol_type_name(c->trial.shape->grid.type);
     if (c->target == CVOL_TARGET_PSNR)
         return cvol_fail(c->context, CVOL_ERROR_TARGET,
@@ -272,6 +297,16 @@ static int run_quality(compression *c)
     return cvol_fail(c->context, CVOL_ERROR_TARGET,
                      "a maximum error of %g cannot be kept for these %s samples, %g can", c->value,
                      type, c->reached);
+}
+
+static int run_quality(compression *c)
+{
+    int code = search_quality(c);
+    if (!code && c->best_step <= 0 && c->target == CVOL_TARGET_PSNR)
+        code = find_exact(c, &c->best_step);
+    if (code)
+        return code;
+    return c->best_step > 0 ? settle(c, c->best_step) : fail_quality(c);
 }
 
 static int run(compression *c, int *met)

@@ -44,8 +44,8 @@ void cvol_trial_free(cvol_trial *trial)
     cvol_groups_free(&trial->groups);
 }
 
-static int fetch_quantised(const void *user, int32_t *values, cvol_block_coder *coder,
-                           size_t place, size_t index)
+static int fetch_quantised(const void *user, int32_t *values, cvol_block_coder *coder, size_t place,
+                           size_t index)
 {
     const cvol_trial *trial = user;
     const int count = coder->scan->count;
@@ -79,6 +79,7 @@ static int decode_groups(cvol_context *context, cvol_trial *trial)
 int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
 {
     cvol_array_free(trial->array);
+    trial->array = NULL;
     int code = cvol_array_create(context, &trial->array, &trial->shape->grid, trial->shape->block);
     if (code)
         return code;
