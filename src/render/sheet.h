@@ -64,7 +64,8 @@ typedef struct cvol_intermediate {
 
 /* What a line kernel needs to know of one sheet. */
 typedef struct cvol_sheet_view {
-    const float *samples;         /* sample 0 of row 0; rows are row_stride apart */
+    const float *samples; /* sample s of row r: samples[first + r row_stride + s] */
+    long first;
     double lane_at;               /* sample coordinate of pixel i: lane_at + i lane_step */
     double row_at;                /* sample coordinate of line j: row_at + j row_step */
     int begin, end;               /* groups that meet the sheet */

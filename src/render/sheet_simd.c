@@ -40,7 +40,7 @@ CVOL_INLINE int view_line(line_view *view, const cvol_layer *layer, const cvol_s
     long y = (long)floor(r);
     view->far_weight = (float)(r - (double)y);
     view->near_weight = 1 - view->far_weight;
-    view->near = sheet->samples + y * layer->row_stride;
+    view->near = sheet->samples + (sheet->first + y * layer->row_stride);
     view->far = view->near + layer->row_stride;
     int last = layer->block_rows * layer->row_points - 1;
     int low = y < 0 ? 0 : (int)y, high = y + 1 > last ? last : (int)y + 1;

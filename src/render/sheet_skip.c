@@ -64,18 +64,19 @@ static void widen_range(int *lo, int *hi, const cvol_sheet_plan *plan, const cvo
 }
 
 void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
-                          const cvol_array *array, const cvol_visibility *visibility, size_t layer)
+                          const cvol_array *array, const cvol_visibility *visibility, size_t layer,
+                          size_t first_row, size_t last_row)
 {
-    const size_t lanes = plan->blocks_lane, rows = plan->blocks_row;
-    memset(skip->touched, 0, lanes * rows);
-    for (size_t row = 0; row < rows; row++)
+    const size_t lanes = plan->blocks_lane;
+    memset(skip->touched + first_row * lanes, 0, lanes * (last_row - first_row + 1));
+    for (size_t row = first_row; row <= last_row; row++)
         for (int c = 0; c < skip->windows; c++) {
             size_t first, last;
             window_blocks(&first, &last, plan, c);
             int lo = 255, hi = 0;
             widen_range(&lo, &hi, plan, array, first, last, row, layer);
             int within = is_visible(visibility, lo, hi), across = within;
-            if (row + 1 < rows) {
+            if (row < last_row) {
                 widen_range(&lo, &hi, plan, array, first, last, row + 1, layer);
                 across = is_visible(visibility, lo, hi);
             }
@@ -83,17 +84,20 @@ void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_sheet_plan *pl
             skip->across[row * (size_t)skip->windows + (size_t)c] = (uint8_t)across;
             for (size_t lane = first; lane <= last; lane++) {
                 skip->touched[row * lanes + lane] |= (uint8_t)across;
-                if (row + 1 < rows)
+                if (row < last_row)
                     skip->touched[(row + 1) * lanes + lane] |= (uint8_t)across;
             }
         }
 }
 
-void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *intermediate)
+void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *intermediate, int begin,
+                       int end)
 {
     const int groups = intermediate->width / CVOL_GROUP;
-    memset(tiles->open, 0, (size_t)tiles->across * (size_t)tiles->down);
-    for (int j = 0; j < intermediate->height; j++) {
+    const size_t first = (size_t)(begin / CVOL_TILE), last = (size_t)((end - 1) / CVOL_TILE);
+    memset(tiles->open + first * (size_t)tiles->across, 0,
+           (last - first + 1) * (size_t)tiles->across);
+    for (int j = begin; j < end; j++) {
         const uint8_t *opaque = intermediate->opaque + (size_t)j * (size_t)groups;
         uint8_t *open = tiles->open + (size_t)(j / CVOL_TILE) * (size_t)tiles->across;
         for (int g = 0; g < groups; g++)
@@ -114,13 +118,15 @@ static void tile_span(int *first, int *last, double start, double delta, double 
 }
 
 int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, int block, size_t lane,
-                       size_t row, size_t z_begin, size_t z_end)
+                       size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end)
 {
     int left, right, top, bottom;
     tile_span(&left, &right, plan->u0, plan->du, plan->shear_lane, block, lane, z_begin, z_end,
               tiles->across);
     tile_span(&top, &bottom, plan->v0, plan->dv, plan->shear_row, block, row, z_begin, z_end,
               tiles->down);
+    top = top < tile_begin ? tile_begin : top;
+    bottom = bottom >= tile_end ? tile_end - 1 : bottom;
     for (int y = top; y <= bottom; y++)
         for (int x = left; x <= right; x++)
             if (tiles->open[(size_t)y * (size_t)tiles->across + (size_t)x])

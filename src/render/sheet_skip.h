@@ -24,9 +24,10 @@ typedef struct cvol_layer_skip {
 
 int cvol_layer_windows(const cvol_sheet_plan *plan);
 
-/* Fills the windows and touched blocks of a layer. */
+/* Fills the windows and touched blocks of a layer, for rows of blocks first_row .. last_row. */
 void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
-                          const cvol_array *array, const cvol_visibility *visibility, size_t layer);
+                          const cvol_array *array, const cvol_visibility *visibility, size_t layer,
+                          size_t first_row, size_t last_row);
 
 /* Index of block (lane, row) of a layer in the array's block table. */
 size_t cvol_sheet_block_index(const cvol_sheet_plan *plan, const cvol_array *array, size_t lane,
@@ -39,11 +40,13 @@ typedef struct cvol_tiles {
     uint8_t *open; /* [down][across]: some group of the tile can still change */
 } cvol_tiles;
 
-void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *intermediate);
+/* Of lines begin .. end - 1, begin a multiple of CVOL_TILE. */
+void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *intermediate, int begin,
+                       int end);
 
-/* 1 if the block (lane, row) of a layer whose sheets are z_begin .. z_end - 1 reaches an open tile.
- */
+/* 1 if the block (lane, row) of a layer whose sheets are z_begin .. z_end - 1 reaches an open
+ * tile in tile rows tile_begin .. tile_end - 1. */
 int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, int block, size_t lane,
-                       size_t row, size_t z_begin, size_t z_end);
+                       size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end);
 
 #endif

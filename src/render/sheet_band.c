@@ -1,0 +1,260 @@
+/* One band of the intermediate image: layer after layer, evaluate what can be seen, then draw. */
+#include "render/sheet_band.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+
+/* ---- memory ------------------------------------------------------------------------------- */
+
+/* New memory is zero, so that samples which are loaded but weigh nothing are at least numbers. */
+int cvol_ensure(void *memory_pointer, size_t *capacity, size_t count, size_t size)
+{
+    void **memory = memory_pointer;
+    if (count <= *capacity)
+        return 1;
+    free(*memory);
+    *capacity = 0;
+    *memory = cvol_allocate_zero(count, size);
+    if (!*memory)
+        return 0;
+    *capacity = count;
+    return 1;
+}
+
+static void layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, int block,
+                         size_t layer)
+{
+    *begin = layer * (size_t)block;
+    *end = *begin + (size_t)block < plan->sheets ? *begin + (size_t)block : plan->sheets;
+}
+
+/* Rows of blocks that lines line_begin .. line_end - 1 reach in a layer: *first .. *last; 0 if
+ * none. */
+static int band_block_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, int block,
+                           size_t layer, int line_begin, int line_end)
+{
+    size_t z_begin, z_end;
+    layer_sheets(&z_begin, &z_end, plan, block, layer);
+    double a = plan->shear_row * (double)z_begin, b = plan->shear_row * (double)(z_end - 1);
+    double lo = plan->v0 + line_begin * plan->dv + fmin(a, b) - plan->pitch_row;
+    double hi = plan->v0 + (line_end - 1) * plan->dv + fmax(a, b) + plan->pitch_row;
+    double rows = (double)(plan->rows - 1);
+    if (hi < 0 || lo > rows)
+        return 0;
+    *first = lo <= 0 ? 0 : (size_t)lo / (size_t)block;
+    *last = (size_t)(hi >= rows ? rows : hi) / (size_t)block;
+    return 1;
+}
+
+int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *plan, int block,
+                             int lines)
+{
+    size_t most = 0;
+    for (int begin = 0; begin < plan->height; begin += lines)
+        for (size_t layer = 0; layer < plan->layers; layer++) {
+            size_t first, last;
+            int end = begin + lines < plan->height ? begin + lines : plan->height;
+            if (band_block_rows(&first, &last, plan, block, layer, begin, end) &&
+                last - first + 1 > most)
+                most = last - first + 1;
+        }
+    const size_t lanes = plan->blocks_lane * (size_t)plan->points_lane;
+    const size_t row_stride = (lanes + 2 * CVOL_SHEET_PAD + 15) / 16 * 16;
+    const size_t rows = most * (size_t)plan->points_row + 2;
+    memory->row_stride = (long)row_stride;
+    memory->sheet_stride = (long)(rows * row_stride);
+    memory->skip.windows = cvol_layer_windows(plan);
+    const size_t windows = plan->blocks_row * (size_t)memory->skip.windows;
+    const size_t blocks = plan->blocks_lane * plan->blocks_row;
+    if (!cvol_ensure(&memory->samples, &memory->sample_capacity, rows * row_stride * (size_t)block,
+                     sizeof(float)) ||
+        !cvol_ensure(&memory->skip.within, &memory->skip_capacity, 2 * windows + blocks, 1) ||
+        !cvol_ensure(&memory->seen, &memory->seen_capacity, blocks, sizeof *memory->seen) ||
+        !cvol_ensure(&memory->work, &memory->work_capacity, 1, sizeof *memory->work))
+        return 0;
+    memory->skip.across = memory->skip.within + windows;
+    memory->skip.touched = memory->skip.across + windows;
+    return 1;
+}
+
+void cvol_band_memory_free(cvol_band_memory *memory)
+{
+    free(memory->samples);
+    free(memory->skip.within);
+    free(memory->seen);
+    free(memory->work);
+}
+
+/* ---- evaluating a layer ---------------------------------------------------------------------- */
+
+/* A layer as one band sees it. */
+typedef struct band_layer {
+    size_t layer, z_begin, z_end;
+    size_t first_row, last_row; /* of blocks */
+    int tile_begin, tile_end;   /* rows of tiles */
+} band_layer;
+
+/* The blocks that can be seen through the transfer function and past what is opaque. */
+static size_t find_seen(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                        const band_layer *at)
+{
+    const cvol_sheet_plan *plan = frame->plan;
+    size_t count = 0;
+    for (size_t row = at->first_row; row <= at->last_row; row++)
+        for (size_t lane = 0; lane < plan->blocks_lane; lane++)
+            if (memory->skip.touched[row * plan->blocks_lane + lane] &&
+                cvol_block_is_seen(frame->tiles, plan, frame->array->block, lane, row, at->z_begin,
+                                   at->z_end, at->tile_begin, at->tile_end))
+                memory->seen[count++] = (uint32_t)(row * plan->blocks_lane + lane);
+    return count;
+}
+
+/* Repeats the outermost samples of a coarser grid once, since the volume's faces lie beyond them.
+ */
+static void extend_faces(float *at, const cvol_band_memory *memory, const cvol_sheet_plan *plan,
+                         int block, size_t lane, size_t row)
+{
+    const int points_lane = plan->points_lane, points_row = plan->points_row;
+    const int left = lane == 0, right = lane + 1 == plan->blocks_lane;
+    const long row_stride = memory->row_stride;
+    const size_t bytes = sizeof(float) * (size_t)(points_lane + left + right);
+    for (int z = 0; z < block; z++) {
+        float *sheet = at + z * memory->sheet_stride;
+        for (int r = 0; r < points_row && left; r++)
+            sheet[r * row_stride - 1] = sheet[r * row_stride];
+        for (int r = 0; r < points_row && right; r++)
+            sheet[r * row_stride + points_lane] = sheet[r * row_stride + points_lane - 1];
+        float *above = sheet - left, *below = above + (points_row - 1) * row_stride;
+        if (row == 0)
+            memcpy(above - row_stride, above, bytes);
+        if (row + 1 == plan->blocks_row)
+            memcpy(below + row_stride, below, bytes);
+    }
+}
+
+static void evaluate_blocks(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                            const band_layer *at, size_t count)
+{
+    const cvol_sheet_plan *plan = frame->plan;
+    const cvol_array *array = frame->array;
+    for (size_t i = 0; i < count; i++) {
+        size_t lane = memory->seen[i] % plan->blocks_lane;
+        size_t row = memory->seen[i] / plan->blocks_lane;
+        const cvol_block *block =
+            &array->block_table[cvol_sheet_block_index(plan, array, lane, row, at->layer)];
+        float *out = memory->samples + CVOL_SHEET_PAD + (long)lane * plan->points_lane +
+                     (1 + (long)(row - at->first_row) * plan->points_row) * memory->row_stride;
+        frame->evaluate(out, memory->row_stride, memory->sheet_stride, block, &frame->axes,
+                        array->block_log2, (float)array->step, memory->work);
+        if (lane == 0 || row == 0 || lane + 1 == plan->blocks_lane || row + 1 == plan->blocks_row)
+            extend_faces(out, memory, plan, array->block, lane, row);
+    }
+}
+
+/* ---- drawing it --------------------------------------------------------------------------------
+ */
+
+static int clamp_group(double group, int groups)
+{
+    return group < 0 ? 0 : group > groups ? groups : (int)group;
+}
+
+/* Which groups of a line meet a sheet, and which lie within it whole. */
+static void find_groups(cvol_sheet_view *sheet, const cvol_layer *layer, int width)
+{
+    const double tolerance = 1e-4;
+    const int groups = width / CVOL_GROUP;
+    double first = (layer->lane_lo - sheet->lane_at) / layer->lane_step;
+    double last = (layer->lane_hi - sheet->lane_at) / layer->lane_step;
+    sheet->begin = clamp_group(floor(ceil(first - tolerance) / CVOL_GROUP), groups);
+    sheet->end = clamp_group(floor(floor(last + tolerance) / CVOL_GROUP) + 1, groups);
+    sheet->inside_begin = clamp_group(ceil(first / CVOL_GROUP), groups);
+    sheet->inside_end = clamp_group(floor((last + 1) / CVOL_GROUP), groups);
+}
+
+static void describe_layer(cvol_layer *out, const cvol_band_memory *memory,
+                           const cvol_sheet_plan *plan, const band_layer *at)
+{
+    out->sheet_count = (int)(at->z_end - at->z_begin);
+    out->row_stride = memory->row_stride;
+    out->lane_step = plan->du / plan->pitch_lane;
+    out->row_step = plan->dv / plan->pitch_row;
+    out->lane_lo = (0 - plan->first_lane) / plan->pitch_lane;
+    out->lane_hi = ((double)(plan->lanes - 1) - plan->first_lane) / plan->pitch_lane;
+    out->row_lo = (0 - plan->first_row) / plan->pitch_row;
+    out->row_hi = ((double)(plan->rows - 1) - plan->first_row) / plan->pitch_row;
+    out->row_points = plan->points_row;
+    out->block_rows = (int)plan->blocks_row;
+    out->within = memory->skip.within;
+    out->across = memory->skip.across;
+    out->windows = memory->skip.windows;
+    /* Row 0 of the samples that the kernels speak of lies before the buffer when the band does not
+     * reach it; they touch only rows that the band's lines meet. */
+    const long row_0 = 1 - (long)at->first_row * plan->points_row;
+    for (int s = 0; s < out->sheet_count; s++) {
+        long slice = plan->ascending ? s : out->sheet_count - 1 - s;
+        double z = (double)at->z_begin + (double)slice;
+        cvol_sheet_view *sheet = &out->sheets[s];
+        sheet->samples = memory->samples;
+        sheet->first = CVOL_SHEET_PAD + row_0 * memory->row_stride + slice * memory->sheet_stride;
+        sheet->lane_at = (plan->u0 + plan->shear_lane * z - plan->first_lane) / plan->pitch_lane;
+        sheet->row_at = (plan->v0 + plan->shear_row * z - plan->first_row) / plan->pitch_row;
+        find_groups(sheet, out, plan->width);
+    }
+}
+
+static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
+{
+    cvol_intermediate *image = frame->intermediate;
+    const size_t width = (size_t)image->width;
+    memset(image->opaque + (size_t)begin * (width / CVOL_GROUP), 0,
+           (size_t)(end - begin) * (width / CVOL_GROUP));
+    for (int j = begin; j < end; j++)
+        for (size_t k = 0; k < 4; k++)
+            for (size_t i = 0; i < width; i++)
+                image->lines[((size_t)j * 4 + k) * width + i] = frame->start[k];
+}
+
+static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                       const band_layer *at, int begin, int end)
+{
+    const cvol_intermediate *image = frame->intermediate;
+    const size_t width = (size_t)image->width;
+    cvol_layer layer;
+    describe_layer(&layer, memory, frame->plan, at);
+    for (int j = begin; j < end; j++)
+        frame->kernel(&layer, frame->table, image->lines + (size_t)j * 4 * width,
+                      image->opaque + (size_t)j * (width / CVOL_GROUP), j, image->width);
+}
+
+int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                   int begin, int end, double progress)
+{
+    const cvol_sheet_plan *plan = frame->plan;
+    const int block = frame->array->block;
+    band_layer at = {.tile_begin = begin / CVOL_TILE,
+                     .tile_end = (end + CVOL_TILE - 1) / CVOL_TILE};
+    clear_lines(frame, begin, end);
+    cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
+    for (size_t step = 0; step < plan->layers; step++) {
+        if (context && cvol_report_progress(context, "rendering", progress))
+            return CVOL_ERROR_CANCELLED;
+        at.layer = plan->ascending ? step : plan->layers - 1 - step;
+        layer_sheets(&at.z_begin, &at.z_end, plan, block, at.layer);
+        if (!band_block_rows(&at.first_row, &at.last_row, plan, block, at.layer, begin, end))
+            continue;
+        cvol_layer_skip_make(&memory->skip, plan, frame->array, frame->visibility, at.layer,
+                             at.first_row, at.last_row);
+        size_t count = find_seen(memory, frame, &at);
+        if (count == 0)
+            continue;
+        evaluate_blocks(memory, frame, &at, count);
+        draw_layer(memory, frame, &at, begin, end);
+        cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
+    }
+    return CVOL_OK;
+}

@@ -1,0 +1,50 @@
+/* Bands of the intermediate image: each is drawn through all layers by one thread, by itself.
+ *
+ * Two bands that share a row of blocks both evaluate it; for that, no thread ever waits for
+ * another, and a band's samples stay in its core's cache.
+ */
+#ifndef CVOL_RENDER_SHEET_BAND_H
+#define CVOL_RENDER_SHEET_BAND_H
+
+#include "render/sheet.h"
+#include "render/sheet_skip.h"
+
+/* What all bands of a frame share. */
+typedef struct cvol_sheet_frame {
+    const cvol_array *array;
+    const cvol_sheet_plan *plan;
+    cvol_block_axes axes;
+    const cvol_sheet_table *table;
+    const cvol_visibility *visibility;
+    cvol_sheet_kernel *kernel;
+    cvol_sheet_evaluator *evaluate;
+    cvol_intermediate *intermediate;
+    const cvol_tiles *tiles;
+    float start[4]; /* what the four lines hold before the first sheet */
+} cvol_sheet_frame;
+
+/* One thread's working memory; all zero is empty. */
+typedef struct cvol_band_memory {
+    float *samples; /* of one layer: [B][rows + 2][row_stride] */
+    long row_stride, sheet_stride;
+    cvol_layer_skip skip;
+    uint32_t *seen; /* blocks to evaluate: row * blocks_lane + lane */
+    cvol_block_work *work;
+    size_t sample_capacity, skip_capacity, seen_capacity, work_capacity;
+} cvol_band_memory;
+
+/* Makes room for bands of up to `lines` lines; 0 without memory. */
+int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *plan, int block,
+                             int lines);
+void cvol_band_memory_free(cvol_band_memory *memory);
+
+/* Draws lines begin .. end - 1, begin a multiple of CVOL_TILE. `context` reports progress from
+ * `progress` on; NULL: silently. CVOL_OK or CVOL_ERROR_CANCELLED. */
+int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                   int begin, int end, double progress);
+
+/* Grows *memory (a pointer to any object pointer) to `count` elements, zeroed; what it held is
+ * lost. 0 without memory. */
+int cvol_ensure(void *memory, size_t *capacity, size_t count, size_t size);
+
+#endif
