@@ -264,9 +264,10 @@ static void garbage_decodes_within_bounds(void **state)
     for (int trial = 0; trial < 1000; trial++) {
         size_t size = random_below(&r, sizeof data);
         for (size_t i = 0; i < size; i++)
-            data[i] = (uint8_t)(trial % 3 == 0   ? random_u64(&r)
-                                : trial % 3 == 1 ? random_u64(&r) & random_u64(&r) & random_u64(&r)
-                                                 : random_u64(&r) | random_u64(&r) | random_u64(&r));
+            data[i] = (uint8_t)(trial % 3 == 0 ? random_u64(&r)
+                                : trial % 3 == 1
+                                    ? random_u64(&r) & random_u64(&r) & random_u64(&r)
+                                    : random_u64(&r) | random_u64(&r) | random_u64(&r));
         decode_garbage(context, sides[trial % 3], data, size);
     }
     cvol_context_destroy(context);

@@ -189,32 +189,33 @@ CVOL_INLINE int decode_coefficients(cvol_block_coder *coder, coding *c, int last
 }
 
 /* Writes the found values as terms in order of place, and clears them. */
-static int32_t take_terms(cvol_block_coder *coder, uint32_t *words, uint32_t *terms)
+static cvol_decoded_block take_terms(cvol_block_coder *coder, uint32_t *words)
 {
     const int place_bits = cvol_place_bits(coder->scan->block_log2);
-    uint32_t written = 0, count = 0;
+    cvol_decoded_block out = {0};
     for (int i = 0; i < coder->scan->count / 64; i++) {
         for (uint64_t bits = coder->found[i]; bits; bits &= bits - 1) {
             uint32_t place = (uint32_t)(64 * i + __builtin_ctzll(bits));
-            written += cvol_term_pack(words + written, place, coder->values[place], place_bits);
+            int32_t value = coder->values[place];
+            out.words += cvol_term_pack(words + out.words, place, value, place_bits);
+            out.sum += cvol_magnitude(value);
+            out.terms++;
             coder->values[place] = 0;
-            count++;
         }
         coder->found[i] = 0;
     }
-    *terms = count;
-    return (int32_t)written;
+    return out;
 }
 
-int32_t cvol_block_decode(cvol_block_coder *coder, cvol_range_decoder *stream, size_t index,
-                          uint32_t *words, uint32_t *terms)
+int cvol_block_decode(cvol_block_coder *coder, cvol_range_decoder *stream, size_t index,
+                      uint32_t *words, cvol_decoded_block *out)
 {
     const cvol_block_context context = cvol_block_context_of(coder, index);
     cvol_block_model *model = &coder->model;
     coding c = {.in = *stream};
     int64_t dc = context.prediction + code_dc(1, &c, model, &context, 0);
     if (dc < -CVOL_VALUE_LIMIT || dc > CVOL_VALUE_LIMIT)
-        return -1;
+        return 0;
     coder->dc[index] = (int32_t)dc;
     coder->values[0] = (int32_t)dc;
     coder->found[0] |= dc != 0;
@@ -222,13 +223,14 @@ int32_t cvol_block_decode(cvol_block_coder *coder, cvol_range_decoder *stream, s
     if (code_bit(1, &c, &model->any[context.any], 0)) {
         last = code_last(1, &c, model, context.last, 0);
         if (last >= (uint32_t)coder->scan->count)
-            return -1;
+            return 0;
         const int row = coder->scan->block + 2;
         cvol_scatter_dc(coder->scatter, row, row * row, (int32_t)dc);
         if (!decode_coefficients(coder, &c, (int)last))
-            return -1;
+            return 0;
     }
     coder->last_length[index] = (uint8_t)(last ? cvol_bit_length(last) : 0);
     *stream = c.in;
-    return take_terms(coder, words, terms);
+    *out = take_terms(coder, words);
+    return 1;
 }

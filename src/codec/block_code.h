@@ -45,10 +45,15 @@ cvol_block_context cvol_block_context_of(const cvol_block_coder *coder, size_t i
 void cvol_block_encode(cvol_block_coder *coder, cvol_range_encoder *stream, size_t index,
                        const int32_t *values, int used);
 
+/* What a decoded block is. */
+typedef struct cvol_decoded_block {
+    uint32_t words, terms; /* words written, and terms in them */
+    uint64_t sum;          /* of the magnitudes */
+} cvol_decoded_block;
+
 /* Decodes block `index` of the group and writes its terms (array/array.h) to `words`, which has
- * room for 2 B^3; *terms is their number. The result is the number of words, or -1 if what the
- * stream says cannot be. */
-int32_t cvol_block_decode(cvol_block_coder *coder, cvol_range_decoder *stream, size_t index,
-                          uint32_t *words, uint32_t *terms);
+ * room for 2 B^3. The result is 1, or 0 if what the stream says cannot be. */
+int cvol_block_decode(cvol_block_coder *coder, cvol_range_decoder *stream, size_t index,
+                      uint32_t *words, cvol_decoded_block *out);
 
 #endif

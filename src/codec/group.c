@@ -1,6 +1,7 @@
 /* Encoding and decoding of groups of blocks, in parallel. */
 #include "codec/group.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -235,14 +236,16 @@ static int decode_blocks(decoded *out, cvol_array *array, const group_box *box, 
     for (size_t i = 0; i < box_blocks(box); i++) {
         if (!reserve_words(work, out->count + per_block))
             return CVOL_ERROR_MEMORY;
-        uint32_t terms;
-        int32_t words = cvol_block_decode(work->coder, &stream, i, work->words + out->count,
-                                          &terms);
-        if (words < 0 || cvol_range_decoder_overrun(&stream))
+        cvol_decoded_block block;
+        if (!cvol_block_decode(work->coder, &stream, i, work->words + out->count, &block) ||
+            cvol_range_decoder_overrun(&stream))
             return CVOL_ERROR_CORRUPT;
-        array->block_table[block_index(array, box, i)].words = (uint32_t)words;
-        out->count += (size_t)words;
-        out->terms += terms;
+        /* No sample, and nothing on the way to it, is larger than this sum: floats must hold it. */
+        if (!((double)block.sum * array->step < (double)FLT_MAX))
+            return CVOL_ERROR_CORRUPT;
+        array->block_table[block_index(array, box, i)].words = block.words;
+        out->count += block.words;
+        out->terms += block.terms;
     }
     return CVOL_OK;
 }

@@ -1,0 +1,339 @@
+/* The .cvol file: written and read, cut short, flipped, lying, fuzzed. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/context.h"
+#include "random.h"
+#include "support.h"
+
+#include "../fuzz/fuzz_cvol.c"
+
+/* Places of fields in a file: signature 8, version 4, section header 20, then HEAD. */
+enum { HEAD_AT = 32, TYPE_AT = HEAD_AT + 24, SPACING_AT = HEAD_AT + 32, UNIT_AT = HEAD_AT + 152 };
+enum { TRANSFORM_AT = HEAD_AT + 184, BLOCK_AT = HEAD_AT + 188, STEP_AT = HEAD_AT + 192 };
+enum { VALUE_MIN_AT = STEP_AT + 16, PSNR_AT = STEP_AT + 48, COUNT_AT = STEP_AT + 72 };
+
+static cvol_context *context;
+
+static int start(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    cvol_context_set_threads(context, 2);
+    return !context;
+}
+
+static int stop(void **state)
+{
+    (void)state;
+    cvol_context_destroy(context);
+    return 0;
+}
+
+static cvol_grid small_grid(void)
+{
+    cvol_grid grid = cvol_grid_make(21, 18, 9, CVOL_INT16);
+    grid.spacing[1] = 0.25;
+    grid.origin[2] = -7;
+    grid.direction[0][0] = -1;
+    grid.space = CVOL_SPACE_RAS;
+    strcpy(grid.unit, "mm");
+    grid.value_scale = 2;
+    grid.value_offset = -1024;
+    return grid;
+}
+
+/* A smooth volume with some noise, compressed. */
+static cvol_array *small_array(const cvol_grid *grid, double ratio)
+{
+    const size_t count = cvol_grid_samples(grid);
+    int16_t *samples = malloc(count * sizeof *samples);
+    random_state r = {11};
+    cvol_array *array;
+    assert_non_null(samples);
+    for (size_t i = 0; i < count; i++)
+        samples[i] = (int16_t)(1000 * sin((double)i / 50) + 40 * random_signed(&r));
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.target_value = ratio;
+    options.block = 8;
+    int code = cvol_compress(context, &array, NULL, samples, grid, &options);
+    if (code)
+        print_message("%s\n", cvol_context_message(context));
+    assert_int_equal(code, CVOL_OK);
+    free(samples);
+    return array;
+}
+
+/* The bytes of a small file; the caller frees them. */
+static uint8_t *small_file(size_t *size)
+{
+    char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
+    cvol_grid grid = small_grid();
+    cvol_array *array = small_array(&grid, 5);
+    uint64_t file_bytes;
+    assert_int_equal(cvol_array_write(context, array, path, &file_bytes), CVOL_OK);
+    uint8_t *data = support_read(path, size);
+    assert_int_equal(*size, file_bytes);
+    assert_true(cvol_file_is_cvol(path));
+    cvol_array_free(array);
+    free(path);
+    support_folder_remove(folder);
+    return data;
+}
+
+static int read_code(const uint8_t *data, size_t size)
+{
+    cvol_array *array = NULL;
+    int code = cvol_container_read(context, &array, data, size, "f.cvol");
+    cvol_array_free(array);
+    return code;
+}
+
+/* ---- whole files ------------------------------------------------------------------------ */
+
+static void file_keeps_everything(void **state)
+{
+    (void)state;
+    char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
+    cvol_grid grid = small_grid();
+    cvol_array *array = small_array(&grid, 5), *back;
+    assert_int_equal(cvol_array_write(context, array, path, NULL), CVOL_OK);
+    assert_int_equal(cvol_array_read(context, &back, path, NULL), CVOL_OK);
+    const cvol_grid *got = cvol_array_grid(back);
+    assert_memory_equal(got->dims, grid.dims, sizeof grid.dims);
+    assert_memory_equal(got->spacing, grid.spacing, sizeof grid.spacing);
+    assert_memory_equal(got->origin, grid.origin, sizeof grid.origin);
+    assert_memory_equal(got->direction, grid.direction, sizeof grid.direction);
+    assert_string_equal(got->unit, grid.unit);
+    assert_int_equal(got->space, grid.space);
+    assert_true(got->value_scale == 2 && got->value_offset == -1024);
+    cvol_array_info a, b;
+    cvol_array_get_info(array, &a);
+    cvol_array_get_info(back, &b);
+    assert_true(a.psnr_db == b.psnr_db && a.max_error == b.max_error && a.l2_error == b.l2_error);
+    assert_true(a.step == b.step && a.coefficients == b.coefficients);
+    for (size_t i = 0; i < array->block_count; i++)
+        assert_memory_equal(array->block_table[i].range, back->block_table[i].range, 2);
+    int16_t *one = calloc(cvol_grid_samples(&grid), 2), *two = calloc(cvol_grid_samples(&grid), 2);
+    const size_t zero[3] = {0, 0, 0};
+    assert_int_equal(cvol_array_evaluate_box(context, one, array, zero, grid.dims), CVOL_OK);
+    assert_int_equal(cvol_array_evaluate_box(context, two, back, zero, grid.dims), CVOL_OK);
+    assert_memory_equal(one, two, cvol_grid_bytes(&grid));
+    free(one);
+    free(two);
+    cvol_array_free(array);
+    cvol_array_free(back);
+    free(path);
+    support_folder_remove(folder);
+}
+
+static void ranges_hold(void **state)
+{
+    (void)state;
+    cvol_grid grid = small_grid();
+    cvol_array *array = small_array(&grid, 5);
+    float samples[512];
+    for (size_t b = 0; b < array->block_count; b++) {
+        double lo, hi;
+        cvol_array_range(array, b, &lo, &hi);
+        cvol_block_evaluate(samples, array, b);
+        for (int i = 0; i < 512; i++) {
+            assert_true((double)samples[i] + array->offset >= lo);
+            assert_true((double)samples[i] + array->offset <= hi);
+        }
+    }
+    cvol_array_free(array);
+}
+
+static void truncation_is_seen(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = small_file(&size);
+    assert_int_equal(read_code(data, size), CVOL_OK);
+    for (size_t cut = 0; cut < size; cut++) {
+        uint8_t *exact = malloc(cut ? cut : 1);
+        assert_non_null(exact);
+        memcpy(exact, data, cut);
+        int code = read_code(exact, cut);
+        assert_int_equal(code, cut < 8 ? CVOL_ERROR_FORMAT : CVOL_ERROR_CORRUPT);
+        assert_non_null(strstr(cvol_context_message(context), "f.cvol: "));
+        free(exact);
+    }
+    assert_int_equal(read_code(data, size - 10), CVOL_ERROR_CORRUPT);
+    assert_non_null(strstr(cvol_context_message(context), "truncated in section DATA, "));
+    free(data);
+}
+
+static void every_flipped_byte_is_seen(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = small_file(&size);
+    random_state r = {3};
+    for (size_t i = 0; i < size; i++) {
+        uint8_t flip = (uint8_t)(1u << random_below(&r, 8)), other = (uint8_t)(random_u64(&r) | 1);
+        data[i] ^= flip;
+        assert_int_not_equal(read_code(data, size), CVOL_OK);
+        data[i] ^= flip;
+        data[i] ^= other;
+        assert_int_not_equal(read_code(data, size), CVOL_OK);
+        data[i] ^= other;
+    }
+    assert_int_equal(read_code(data, size), CVOL_OK);
+    free(data);
+}
+
+static void trailing_bytes_are_refused(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = small_file(&size);
+    data = realloc(data, size + 1);
+    assert_non_null(data);
+    data[size] = 0;
+    assert_int_equal(read_code(data, size + 1), CVOL_ERROR_CORRUPT);
+    assert_string_equal(cvol_context_message(context), "f.cvol: 1 bytes follow the end");
+    free(data);
+}
+
+/* ---- lies with right checksums ---------------------------------------------------------- */
+
+/* Puts bytes at a place, repairs the checksums, and reads. */
+static int lie(size_t at, const void *bytes, size_t count)
+{
+    size_t size;
+    uint8_t *data = small_file(&size);
+    memcpy(data + at, bytes, count);
+    fuzz_repair(data, size);
+    int code = read_code(data, size);
+    free(data);
+    return code;
+}
+
+static int lie_u64(size_t at, uint64_t value)
+{
+    uint8_t bytes[8];
+    for (int i = 0; i < 8; i++)
+        bytes[i] = (uint8_t)(value >> 8 * i);
+    return lie(at, bytes, 8);
+}
+
+static int lie_u32(size_t at, uint32_t value)
+{
+    uint8_t bytes[4];
+    fuzz_put_u32(bytes, value);
+    return lie(at, bytes, 4);
+}
+
+static int lie_f64(size_t at, double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, 8);
+    return lie_u64(at, bits);
+}
+
+static void lying_headers_are_refused(void **state)
+{
+    (void)state;
+    assert_int_equal(lie_u32(TYPE_AT, CVOL_INT16), CVOL_OK); /* the truth */
+    assert_int_not_equal(lie_u64(HEAD_AT, 0), CVOL_OK);
+    assert_int_not_equal(lie_u64(HEAD_AT, 22 + 8), CVOL_OK);
+    assert_int_not_equal(lie_u64(HEAD_AT, UINT64_MAX), CVOL_OK);
+    assert_int_not_equal(lie_u64(HEAD_AT, UINT64_C(1) << 32), CVOL_OK);
+    assert_int_equal(lie_u64(HEAD_AT, UINT64_C(1) << 26), CVOL_ERROR_CORRUPT); /* within limits */
+    assert_non_null(strstr(cvol_context_message(context), "too many for a file"));
+    assert_int_not_equal(lie_u32(TYPE_AT, 9), CVOL_OK);
+    assert_int_not_equal(lie_u32(TYPE_AT, CVOL_UINT8), CVOL_OK); /* value_min does not fit */
+    assert_int_not_equal(lie_u32(TYPE_AT + 4, 3), CVOL_OK);
+    assert_int_not_equal(lie_f64(SPACING_AT, 0), CVOL_OK);
+    assert_int_not_equal(lie_f64(SPACING_AT, (double)NAN), CVOL_OK);
+    assert_int_not_equal(lie(UNIT_AT, "0123456789abcdef", 16), CVOL_OK);
+    assert_int_equal(lie_u32(TRANSFORM_AT, 2), CVOL_ERROR_UNSUPPORTED);
+    assert_int_not_equal(lie_u32(BLOCK_AT, 16), CVOL_OK);
+    assert_int_not_equal(lie_u32(BLOCK_AT, 4), CVOL_OK);
+    assert_int_not_equal(lie_f64(STEP_AT, 0), CVOL_OK);
+    assert_int_not_equal(lie_f64(STEP_AT, -1), CVOL_OK);
+    assert_int_not_equal(lie_f64(STEP_AT, (double)INFINITY), CVOL_OK);
+    assert_int_not_equal(lie_f64(STEP_AT, 1e38), CVOL_OK); /* floats could not hold the samples */
+    assert_int_not_equal(lie_f64(STEP_AT + 8, (double)NAN), CVOL_OK);
+    assert_int_not_equal(lie_f64(VALUE_MIN_AT, -40000), CVOL_OK);
+    assert_int_not_equal(lie_f64(VALUE_MIN_AT, 0.5), CVOL_OK);
+    assert_int_not_equal(lie_f64(VALUE_MIN_AT + 8, -3000), CVOL_OK);
+    assert_int_not_equal(lie_f64(VALUE_MIN_AT + 16, (double)NAN), CVOL_OK);
+    assert_int_not_equal(lie_f64(PSNR_AT, (double)NAN), CVOL_OK);
+    assert_int_not_equal(lie_f64(PSNR_AT + 8, -1), CVOL_OK);
+    assert_int_equal(lie_u64(COUNT_AT, 1), CVOL_ERROR_CORRUPT);
+    assert_non_null(strstr(cvol_context_message(context), "section HEAD says 1"));
+}
+
+static void strangers_are_refused(void **state)
+{
+    (void)state;
+    assert_int_equal(read_code((const uint8_t *)"NRRD0004\n", 9), CVOL_ERROR_FORMAT);
+    assert_string_equal(cvol_context_message(context), "f.cvol: is not a .cvol file");
+    assert_int_equal(lie_u32(8, 3), CVOL_ERROR_UNSUPPORTED);
+    assert_string_equal(cvol_context_message(context),
+                        "f.cvol: is a .cvol of version 3, this library reads version 0");
+    cvol_array *array;
+    assert_int_equal(cvol_array_read(context, &array, "no/such/file.cvol", NULL), CVOL_ERROR_IO);
+    assert_null(array);
+    assert_false(cvol_file_is_cvol("no/such/file.cvol"));
+}
+
+/* ---- fuzzing ---------------------------------------------------------------------------- */
+
+static void mutate(uint8_t *data, size_t size, random_state *r)
+{
+    for (uint32_t changes = 1 + random_below(r, 6); changes > 0; changes--) {
+        size_t at = random_below(r, (uint32_t)size);
+        switch (random_below(r, 4)) {
+        case 0:
+            data[at] ^= (uint8_t)(1u << random_below(r, 8));
+            break;
+        case 1:
+            data[at] = (uint8_t)random_u64(r);
+            break;
+        case 2:
+            data[at] = (uint8_t)(random_below(r, 2) ? 0 : 255);
+            break;
+        default:
+            data[at] = data[random_below(r, (uint32_t)size)];
+        }
+    }
+}
+
+static void mutations_do_no_harm(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = small_file(&size), *changed = malloc(size);
+    random_state r = {2024};
+    assert_non_null(changed);
+    for (int trial = 0; trial < 4000; trial++) {
+        memcpy(changed, data, size);
+        mutate(changed, size, &r);
+        size_t cut = random_below(&r, 10) ? size : random_below(&r, (uint32_t)size);
+        LLVMFuzzerTestOneInput(changed, cut);
+    }
+    free(changed);
+    free(data);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(file_keeps_everything),      cmocka_unit_test(ranges_hold),
+        cmocka_unit_test(truncation_is_seen),         cmocka_unit_test(every_flipped_byte_is_seen),
+        cmocka_unit_test(trailing_bytes_are_refused), cmocka_unit_test(lying_headers_are_refused),
+        cmocka_unit_test(strangers_are_refused),      cmocka_unit_test(mutations_do_no_harm),
+    };
+    return cmocka_run_group_tests(tests, start, stop);
+}
