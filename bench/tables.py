@@ -95,7 +95,7 @@ def provenance(cvol):
     """Lines that say on what, with what, when and how a table was made."""
     version = first_line(['git', '-C', BENCH, 'describe', '--always', '--dirty'])
     return [f'Machine: {machine()}; load average at the end {os.getloadavg()[0]:.1f}.',
-            f'cvol: {version or "not from a git checkout"}; {compiler(cvol)}.',
+            f'Checkout: {version or "no git"}; cvol built by {compiler(cvol)}.',
             f'Date: {datetime.date.today().isoformat()}.',
             f'Command: `{shlex.join([os.path.relpath(sys.argv[0])] + sys.argv[1:])}`']
 
