@@ -259,14 +259,18 @@ static int is_met(const compression *c)
 /* The step for the ratio is so fine that the exact samples may cost no more. */
 static int settle_fine(compression *c)
 {
-    const int plain = c->trial.plain;
-    double step;
-    int code = find_exact(c, &step);
+    double step = 0;
+    c->trial.plain = 1;
+    /* Exact samples cost more the finer the step: if this one is not exact, none that is will do.
+     */
+    int code = try_step(c, c->best_step * 1.05, 1);
+    if (!code && c->trial.array->max_error <= 0)
+        code = find_exact(c, &step);
     if (!code && step > 0)
         code = settle(c, step);
     if (code || (step > 0 && ratio_of(c) >= c->value))
         return code;
-    c->trial.plain = plain;
+    c->trial.plain = 0;
     c->trial.step = 0; /* encoded otherwise: again */
     return settle(c, c->best_step);
 }

@@ -1,0 +1,438 @@
+/* cvol_compress: targets are kept and measured truly, for all types and odd shapes. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "array/array.h"
+#include "base/context.h"
+#include "cvol/codec.h"
+#include "random.h"
+#include "support.h"
+
+static cvol_context *context;
+
+static int start(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    cvol_context_set_threads(context, 2);
+    return !context;
+}
+
+static int stop(void **state)
+{
+    (void)state;
+    cvol_context_destroy(context);
+    return 0;
+}
+
+/* ---- synthetic volumes ------------------------------------------------------------------ */
+
+static void store(void *samples, cvol_type type, size_t i, double v)
+{
+    switch (type) {
+    case CVOL_UINT8:
+        ((uint8_t *)samples)[i] = (uint8_t)(127 + 100 * v);
+        break;
+    case CVOL_INT8:
+        ((int8_t *)samples)[i] = (int8_t)(100 * v);
+        break;
+    case CVOL_UINT16:
+        ((uint16_t *)samples)[i] = (uint16_t)(3000 + 2000 * v);
+        break;
+    case CVOL_INT16:
+        ((int16_t *)samples)[i] = (int16_t)(2000 * v);
+        break;
+    case CVOL_UINT32:
+        ((uint32_t *)samples)[i] = (uint32_t)(4e9 + 2e4 * v);
+        break;
+    case CVOL_INT32:
+        ((int32_t *)samples)[i] = (int32_t)(-1e9 + 2e4 * v);
+        break;
+    case CVOL_FLOAT32:
+        ((float *)samples)[i] = (float)(1e-3 * v);
+        break;
+    case CVOL_FLOAT64:
+        ((double *)samples)[i] = 1e6 + v;
+        break;
+    }
+}
+
+static double load(const void *samples, cvol_type type, size_t i)
+{
+    switch (type) {
+    case CVOL_UINT8:
+        return ((const uint8_t *)samples)[i];
+    case CVOL_INT8:
+        return ((const int8_t *)samples)[i];
+    case CVOL_UINT16:
+        return ((const uint16_t *)samples)[i];
+    case CVOL_INT16:
+        return ((const int16_t *)samples)[i];
+    case CVOL_UINT32:
+        return ((const uint32_t *)samples)[i];
+    case CVOL_INT32:
+        return ((const int32_t *)samples)[i];
+    case CVOL_FLOAT32:
+        return (double)((const float *)samples)[i];
+    case CVOL_FLOAT64:
+        return ((const double *)samples)[i];
+    }
+    return 0;
+}
+
+/* A few balls and waves with noise, within -1 .. 1. */
+static void *make_volume(const cvol_grid *grid, uint64_t seed)
+{
+    void *samples = calloc(cvol_grid_samples(grid), cvol_type_size(grid->type));
+    random_state r = {seed};
+    size_t i = 0;
+    assert_non_null(samples);
+    for (size_t z = 0; z < grid->dims[2]; z++)
+        for (size_t y = 0; y < grid->dims[1]; y++)
+            for (size_t x = 0; x < grid->dims[0]; x++, i++) {
+                double wave = sin(0.2 * (double)x) * cos(0.13 * (double)y + 0.07 * (double)z);
+                double ball = hypot((double)x - 12, (double)y - 14) < 9 ? 0.4 : 0;
+                store(samples, grid->type, i, 0.4 * wave + ball + 0.05 * random_signed(&r));
+            }
+    return samples;
+}
+
+/* Holds what is reported against the decoded samples. */
+static void check_report(const cvol_array *array, const cvol_compress_report *report,
+                         const void *samples)
+{
+    const cvol_grid *grid = cvol_array_grid(array);
+    const size_t count = cvol_grid_samples(grid), zero[3] = {0, 0, 0};
+    void *decoded = malloc(cvol_grid_bytes(grid));
+    double most = 0, squares = 0;
+    assert_non_null(decoded);
+    assert_int_equal(cvol_array_evaluate_box(context, decoded, array, zero, grid->dims), CVOL_OK);
+    for (size_t i = 0; i < count; i++) {
+        double error = load(samples, grid->type, i) - load(decoded, grid->type, i);
+        most = fmax(most, fabs(error));
+        squares += error * error;
+    }
+    cvol_array_info info;
+    cvol_array_get_info(array, &info);
+    assert_true(report->max_error == most && info.max_error == most);
+    assert_true(fabs(info.l2_error - sqrt(squares)) <= 1e-9 * sqrt(squares));
+    assert_int_equal(report->lossless, most == 0);
+    if (most > 0) {
+        double psnr = 10 * log10(pow(info.value_max - info.value_min, 2) * (double)count / squares);
+        assert_true(fabs(psnr - report->psnr_db) < 1e-6);
+    } else {
+        assert_true(isinf(report->psnr_db));
+    }
+    free(decoded);
+}
+
+static int compress(cvol_array **array, cvol_compress_report *report, const void *samples,
+                    const cvol_grid *grid, int block, cvol_target target, double value)
+{
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.block = block;
+    options.target = target;
+    options.target_value = value;
+    return cvol_compress(context, array, report, samples, grid, &options);
+}
+
+/* Compresses, checks the report and the file's size; the caller checks the target. */
+static cvol_compress_report run(const void *samples, const cvol_grid *grid, int block,
+                                cvol_target target, double value)
+{
+    char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
+    cvol_array *array, *back;
+    cvol_compress_report report;
+    uint64_t written;
+    int code = compress(&array, &report, samples, grid, block, target, value);
+    if (code)
+        print_message("%s\n", cvol_context_message(context));
+    assert_int_equal(code, CVOL_OK);
+    check_report(array, &report, samples);
+    assert_int_equal(cvol_array_write(context, array, path, &written), CVOL_OK);
+    assert_int_equal(written, report.file_bytes);
+    assert_true(fabs(report.ratio * (double)written / (double)cvol_grid_bytes(grid) - 1) < 1e-12);
+    assert_int_equal(cvol_array_read(context, &back, path, NULL), CVOL_OK);
+    check_report(back, &report, samples);
+    cvol_array_free(array);
+    cvol_array_free(back);
+    free(path);
+    support_folder_remove(folder);
+    return report;
+}
+
+/* ---- targets ---------------------------------------------------------------------------- */
+
+static void ratios_are_within_two_percent(void **state)
+{
+    (void)state;
+    static const double ratios[] = {3, 10, 30};
+    static const int blocks[] = {8, 16, 32};
+    for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t++) {
+        cvol_grid grid = cvol_grid_make(70, 65, 60, (cvol_type)t);
+        void *samples = make_volume(&grid, (uint64_t)t);
+        for (int i = 0; i < 3; i++) {
+            cvol_compress_report report = run(samples, &grid, blocks[(i + t) % 3],
+                                              CVOL_TARGET_RATIO, ratios[i]);
+            print_message("%s ratio %g: %.4f, %.2f dB, %d trials\n", cvol_type_name(grid.type),
+                          ratios[i], report.ratio, report.psnr_db, report.trials);
+            assert_true(report.ratio >= ratios[i] && report.ratio <= 1.02 * ratios[i]);
+            assert_true(report.target_met);
+        }
+        free(samples);
+    }
+}
+
+static void psnr_is_reached(void **state)
+{
+    (void)state;
+    for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t++)
+        for (double wanted = 30; wanted <= 50; wanted += 10) {
+            cvol_grid grid = cvol_grid_make(40, 33, 50, (cvol_type)t);
+            void *samples = make_volume(&grid, 7);
+            cvol_compress_report report = run(samples, &grid, 16, CVOL_TARGET_PSNR, wanted);
+            assert_true(report.psnr_db >= wanted && report.psnr_db < wanted + 0.15);
+            assert_true(report.target_met);
+            free(samples);
+        }
+}
+
+static void max_error_is_kept(void **state)
+{
+    (void)state;
+    static const double bounds[] = {
+        [CVOL_UINT8] = 3,     [CVOL_INT8] = 2.5,  [CVOL_UINT16] = 30,    [CVOL_INT16] = 1,
+        [CVOL_UINT32] = 1000, [CVOL_INT32] = 500, [CVOL_FLOAT32] = 1e-5, [CVOL_FLOAT64] = 0.01};
+    for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t++) {
+        cvol_grid grid = cvol_grid_make(45, 33, 31, (cvol_type)t);
+        void *samples = make_volume(&grid, 8);
+        cvol_compress_report report = run(samples, &grid, 8, CVOL_TARGET_MAX_ERROR, bounds[t]);
+        assert_true(report.max_error <= bounds[t] && report.max_error > 0.6 * bounds[t] - 1);
+        assert_true(report.target_met);
+        free(samples);
+    }
+}
+
+static void integers_can_be_exact(void **state)
+{
+    (void)state;
+    for (int t = CVOL_UINT8; t <= CVOL_INT32; t++) {
+        cvol_grid grid = cvol_grid_make(48, 32, 32, (cvol_type)t);
+        void *samples = make_volume(&grid, 9);
+        cvol_compress_report exact = run(samples, &grid, 16, CVOL_TARGET_MAX_ERROR, 0);
+        print_message("%s exact: ratio %.3f, %d trials\n", cvol_type_name(grid.type), exact.ratio,
+                      exact.trials);
+        assert_true(exact.lossless && exact.target_met && exact.ratio > 1);
+        /* A ratio below that: the exact samples, and more than was asked. */
+        cvol_compress_report low = run(samples, &grid, 16, CVOL_TARGET_RATIO,
+                                       1 + 0.5 * (exact.ratio - 1));
+        assert_true(low.lossless && low.ratio >= 0.97 * exact.ratio && !low.target_met);
+        free(samples);
+    }
+}
+
+/* Single odd samples in an even field: each coefficient is far below a step. */
+static void isolated_samples_can_be_exact(void **state)
+{
+    (void)state;
+    cvol_grid grid = cvol_grid_make(64, 64, 64, CVOL_UINT8);
+    uint8_t *samples = calloc(cvol_grid_samples(&grid), 1);
+    random_state r = {4};
+    assert_non_null(samples);
+    for (int i = 0; i < 100; i++)
+        samples[random_below(&r, 64 * 64 * 64)] = 1;
+    for (int block = 8; block <= 32; block *= 2)
+        assert_true(run(samples, &grid, block, CVOL_TARGET_MAX_ERROR, 0).lossless);
+    free(samples);
+}
+
+static void odd_shapes_work(void **state)
+{
+    (void)state;
+    static const size_t shapes[][3] = {{1, 1, 1},    {1, 1, 100}, {100, 1, 1}, {17, 33, 5},
+                                       {16, 16, 16}, {129, 3, 2}, {2, 130, 1}, {31, 8, 257}};
+    for (size_t s = 0; s < sizeof shapes / sizeof shapes[0]; s++)
+        for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t++) {
+            cvol_grid grid = cvol_grid_make(shapes[s][0], shapes[s][1], shapes[s][2], (cvol_type)t);
+            void *samples = make_volume(&grid, s);
+            cvol_compress_report report = run(samples, &grid, 8 << t % 3, CVOL_TARGET_RATIO, 4);
+            assert_true(!report.target_met || report.ratio >= 4);
+            (void)run(samples, &grid, 8 << s % 3, CVOL_TARGET_PSNR, 35);
+            free(samples);
+        }
+}
+
+static void constant_volumes_are_exact(void **state)
+{
+    (void)state;
+    for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t++) {
+        cvol_grid grid = cvol_grid_make(50, 40, 30, (cvol_type)t);
+        void *samples = calloc(cvol_grid_samples(&grid), cvol_type_size(grid.type));
+        assert_non_null(samples);
+        for (size_t i = 0; i < cvol_grid_samples(&grid); i++)
+            store(samples, grid.type, i, 0.123);
+        assert_true(run(samples, &grid, 16, CVOL_TARGET_RATIO, 30).lossless);
+        assert_true(run(samples, &grid, 16, CVOL_TARGET_PSNR, 60).target_met);
+        assert_true(run(samples, &grid, 16, CVOL_TARGET_MAX_ERROR, 0).target_met);
+        free(samples);
+    }
+}
+
+static void targets_out_of_reach_are_told(void **state)
+{
+    (void)state;
+    cvol_grid grid = cvol_grid_make(40, 33, 50, CVOL_FLOAT32);
+    void *samples = make_volume(&grid, 7);
+    cvol_array *array;
+    cvol_compress_report report;
+    assert_int_equal(compress(&array, &report, samples, &grid, 16, CVOL_TARGET_PSNR, 190),
+                     CVOL_ERROR_TARGET);
+    assert_null(array);
+    assert_non_null(strstr(cvol_context_message(context), "a PSNR of 190 dB cannot be reached"));
+    assert_int_equal(compress(&array, &report, samples, &grid, 16, CVOL_TARGET_MAX_ERROR, 0),
+                     CVOL_ERROR_TARGET);
+    assert_non_null(strstr(cvol_context_message(context), "a maximum error of 0 cannot be kept"));
+    report = run(samples, &grid, 16, CVOL_TARGET_RATIO, 1e6);
+    assert_true(!report.target_met && report.ratio < 1e6 && report.ratio > 100);
+    report = run(samples, &grid, 16, CVOL_TARGET_RATIO, 1.01);
+    assert_true(!report.target_met && report.ratio > 1.01 && report.psnr_db > 100);
+    free(samples);
+}
+
+static void options_are_checked(void **state)
+{
+    (void)state;
+    cvol_grid grid = cvol_grid_make(4, 4, 4, CVOL_UINT8);
+    uint8_t samples[64] = {0};
+    cvol_array *array;
+    static const struct {
+        cvol_target target;
+        double value;
+    } bad[] = {
+        {CVOL_TARGET_RATIO, 1},
+        {CVOL_TARGET_RATIO, (double)INFINITY},
+        {CVOL_TARGET_RATIO, -3},
+        {CVOL_TARGET_RATIO, (double)NAN},
+        {CVOL_TARGET_PSNR, 0},
+        {CVOL_TARGET_PSNR, 201},
+        {CVOL_TARGET_PSNR, (double)NAN},
+        {CVOL_TARGET_MAX_ERROR, -1},
+        {CVOL_TARGET_MAX_ERROR, (double)NAN},
+        {(cvol_target)9, 3},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++)
+        assert_int_equal(compress(&array, NULL, samples, &grid, 16, bad[i].target, bad[i].value),
+                         CVOL_ERROR_ARGUMENT);
+    assert_int_equal(compress(&array, NULL, samples, &grid, 12, CVOL_TARGET_RATIO, 3),
+                     CVOL_ERROR_ARGUMENT);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.transform = CVOL_DFT;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options),
+                     CVOL_ERROR_UNSUPPORTED);
+}
+
+static void strange_samples_are_told(void **state)
+{
+    (void)state;
+    cvol_grid grid = cvol_grid_make(4, 5, 6, CVOL_FLOAT32);
+    float samples[120] = {0};
+    cvol_array *array;
+    samples[1 + 4 * (2 + 5 * 3)] = (float)NAN;
+    samples[119] = (float)-INFINITY;
+    assert_int_equal(compress(&array, NULL, samples, &grid, 16, CVOL_TARGET_RATIO, 3),
+                     CVOL_ERROR_DATA);
+    assert_string_equal(cvol_context_message(context),
+                        "2 samples are NaN or infinite, the first at (x, y, z) = (1, 2, 3) (index "
+                        "69); --fill VALUE replaces them");
+    cvol_grid wide = cvol_grid_make(2, 1, 1, CVOL_FLOAT64);
+    const double far[2] = {-1e300, 1e300};
+    assert_int_equal(compress(&array, NULL, far, &wide, 16, CVOL_TARGET_RATIO, 3), CVOL_ERROR_DATA);
+}
+
+/* ---- determinism and progress ----------------------------------------------------------- */
+
+static void bytes_do_not_depend_on_threads(void **state)
+{
+    (void)state;
+    cvol_grid grid = cvol_grid_make(150, 140, 133, CVOL_UINT8);
+    void *samples = make_volume(&grid, 1);
+    char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
+    unsigned char *first = NULL;
+    size_t first_size = 0;
+    for (int threads = 1; threads <= 3; threads++) {
+        cvol_array *array;
+        size_t size;
+        cvol_context_set_threads(context, threads);
+        assert_int_equal(compress(&array, NULL, samples, &grid, 16, CVOL_TARGET_RATIO, 20), 0);
+        assert_int_equal(cvol_array_write(context, array, path, NULL), CVOL_OK);
+        unsigned char *bytes = support_read(path, &size);
+        if (threads == 1) {
+            first = bytes;
+            first_size = size;
+        } else {
+            assert_int_equal(size, first_size);
+            assert_memory_equal(bytes, first, size);
+            free(bytes);
+        }
+        cvol_array_free(array);
+    }
+    cvol_context_set_threads(context, 2);
+    free(first);
+    free(path);
+    support_folder_remove(folder);
+    free(samples);
+}
+
+static int cancel_after(void *user, const char *what, double fraction)
+{
+    int *left = user;
+    (void)what;
+    assert_true(fraction >= 0 && fraction <= 1);
+    return (*left)-- <= 0;
+}
+
+static void compressing_can_be_cancelled(void **state)
+{
+    (void)state;
+    cvol_grid grid = cvol_grid_make(70, 65, 60, CVOL_UINT8);
+    void *samples = make_volume(&grid, 2);
+    cvol_array *array;
+    int code = CVOL_ERROR_CANCELLED;
+    for (int after = 0; after < 100 && code == CVOL_ERROR_CANCELLED; after++) {
+        int left = after;
+        cvol_context_set_progress(context, cancel_after, &left);
+        code = compress(&array, NULL, samples, &grid, 16, CVOL_TARGET_RATIO, 20);
+        if (code)
+            assert_null(array);
+    }
+    assert_int_equal(code, CVOL_OK);
+    cvol_context_set_progress(context, NULL, NULL);
+    cvol_array_free(array);
+    free(samples);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(ratios_are_within_two_percent),
+        cmocka_unit_test(psnr_is_reached),
+        cmocka_unit_test(max_error_is_kept),
+        cmocka_unit_test(integers_can_be_exact),
+        cmocka_unit_test(isolated_samples_can_be_exact),
+        cmocka_unit_test(odd_shapes_work),
+        cmocka_unit_test(constant_volumes_are_exact),
+        cmocka_unit_test(targets_out_of_reach_are_told),
+        cmocka_unit_test(options_are_checked),
+        cmocka_unit_test(strange_samples_are_told),
+        cmocka_unit_test(bytes_do_not_depend_on_threads),
+        cmocka_unit_test(compressing_can_be_cancelled),
+    };
+    return cmocka_run_group_tests(tests, start, stop);
+}
