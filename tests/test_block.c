@@ -161,7 +161,6 @@ static void test_same_bits_on_every_set(void **state)
                                 .row = 1,
                                 .sheet = 2,
                                 .lane_points = 16,
-                                .lane_width = 16,
                                 .row_points = 16,
                                 .sheet_points = 16,
                                 .lane_basis = basis,

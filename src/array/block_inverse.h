@@ -17,10 +17,10 @@
 #include "transform/lines.h"
 
 typedef struct cvol_block_axes {
-    int lane, row, sheet; /* 0 x, 1 y, 2 z: each once */
+    int lane, row, sheet; /* 0 x, 1 y, 2 z: each once, lane < row */
     /* Points per block and axis, even, at most B, and the basis there: basis[v * points + i], the
-     * lane basis padded with zeros to lane_width, a multiple of 16. All 64-byte aligned. */
-    int lane_points, lane_width, row_points, sheet_points;
+     * lane basis padded with zeros to a row of 16 or 32. All 64-byte aligned. */
+    int lane_points, row_points, sheet_points;
     const float *lane_basis, *row_basis, *sheet_basis;
 } cvol_block_axes;
 
@@ -30,46 +30,136 @@ typedef struct cvol_block_work {
     float second[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
 } cvol_block_work;
 
-/* Step 1. */
-CVOL_INLINE void cvol_block_gather_lanes(float *first, const cvol_block *block,
-                                         const cvol_block_axes *axes, int block_log2, float step,
-                                         int width)
+/* How many rows of each sheet of frequencies have terms. */
+typedef struct cvol_block_rows {
+    uint8_t count[CVOL_BLOCK_MAX];
+} cvol_block_rows;
+
+/* A batch of terms, unpacked by vectors: their coefficients and where they go. */
+#define CVOL_BATCH 16
+typedef struct cvol_term_batch {
+    float value[CVOL_BATCH] __attribute__((aligned(64)));
+    uint32_t place[CVOL_BATCH] __attribute__((aligned(64)));
+    int32_t keep[CVOL_BATCH] __attribute__((aligned(64))); /* -1: on the line of the one before */
+    uint32_t last_line;
+} cvol_term_batch;
+
+/* Unpacks CVOL_BATCH words at once; 0, and nothing done, if one of them is an escape. */
+CVOL_INLINE int cvol_batch_unpack(cvol_term_batch *batch, const uint32_t *words, float step,
+                                  int block_log2)
 {
-    const int B = 1 << block_log2, place_bits = cvol_place_bits(block_log2);
-    const int low_row = block->low[axes->row], low_sheet = block->low[axes->sheet];
-    const int lane_shift = axes->lane * block_log2, row_shift = axes->row * block_log2,
-              sheet_shift = axes->sheet * block_log2;
-    for (int s = 0; s < low_sheet; s++)
-        memset(first + (long)s * low_row * width, 0, sizeof(float) * (size_t)(low_row * width));
-    const uint32_t *words = block->terms, *end = words + block->words;
-    while (words < end) {
-        uint32_t place;
-        float value = step * (float)cvol_term_unpack(&words, &place, place_bits);
-        int f = (int)(place >> lane_shift) & (B - 1), r = (int)(place >> row_shift) & (B - 1),
-            s = (int)(place >> sheet_shift) & (B - 1);
-        float *line = first + ((long)s * low_row + r) * width;
-        const float *lanes = axes->lane_basis + f * width;
-        for (int part = 0; part < width; part += CVOL_LANES)
-            cvol_store(line + part, cvol_load(line + part) + value * cvol_load(lanes + part));
+    const int place_bits = cvol_place_bits(block_log2);
+    const int32_t mask = (1 << place_bits) - 1, escape = cvol_term_escape(place_bits);
+    cvol_vi escapes = {0};
+    for (int i = 0; i < CVOL_BATCH; i += CVOL_LANES) {
+        cvol_vi word;
+        memcpy(&word, words + i, sizeof word);
+        cvol_vi value = word >> place_bits, place = word & mask;
+        escapes |= value == escape;
+        cvol_store(batch->value + i, cvol_to_float(value) * step);
+        memcpy(batch->place + i, &place, sizeof place);
+    }
+    if (cvol_any(escapes))
+        return 0;
+    uint32_t line = batch->last_line;
+    for (int i = 0; i < CVOL_BATCH; i++) {
+        batch->keep[i] = batch->place[i] >> block_log2 == line ? -1 : 0;
+        line = batch->place[i] >> block_log2;
+    }
+    batch->last_line = line;
+    return 1;
+}
+
+/* The same for fewer terms, or where there are escapes; how many there are goes to *count. */
+CVOL_INLINE const uint32_t *cvol_batch_unpack_slowly(cvol_term_batch *batch, int *count,
+                                                     const uint32_t *words, const uint32_t *end,
+                                                     float step, int block_log2)
+{
+    int i = 0;
+    for (; i < CVOL_BATCH && words < end; i++) {
+        batch->value[i] = step * (float)cvol_term_unpack(&words, &batch->place[i],
+                                                         cvol_place_bits(block_log2));
+        uint32_t line = batch->place[i] >> block_log2;
+        batch->keep[i] = line == batch->last_line ? -1 : 0;
+        batch->last_line = line;
+    }
+    *count = i;
+    return words;
+}
+
+/* Adds a batch's terms to their lines. Terms come u fastest, so with lane = x (`lane` 0) each
+ * line's terms follow one another: the line is summed in registers and stored after every term,
+ * which spares the wait for its own last store. With other lanes neighbours in the list lie on
+ * different lines. Of a sheet's terms the later ones have no lower row, whichever axes they are. */
+CVOL_INLINE void cvol_batch_add(float *first, cvol_block_rows *rows, cvol_vf *sum,
+                                const cvol_term_batch *batch, int count, const float *lane_basis,
+                                int block_log2, int width, int lane, int row, int sheet)
+{
+    const uint32_t mask = (1u << block_log2) - 1;
+    for (int i = 0; i < count; i++) {
+        const uint32_t place = batch->place[i];
+        const uint32_t f = place >> lane * block_log2 & mask, r = place >> row * block_log2 & mask,
+                       s = place >> sheet * block_log2 & mask;
+        rows->count[s] = (uint8_t)(r + 1);
+        float *line = first + (size_t)(s << block_log2 | r) * (unsigned)width;
+        const float *lanes = lane_basis + (size_t)f * (unsigned)width;
+        const float value = batch->value[i];
+        const cvol_vi keep = batch->keep[i] - (cvol_vi){0};
+        for (int part = 0; part < width; part += CVOL_LANES) {
+            cvol_vf *before = &sum[part / CVOL_LANES];
+            *before = lane == 0 ? (cvol_vf)((cvol_vi)*before & keep) : cvol_load(line + part);
+            *before += value * cvol_load(lanes + part);
+            cvol_store(line + part, *before);
+        }
     }
 }
 
-/* Samples of the block: out[z * sheet_stride + j * row_stride + i] for sheet z, row j, lane i. */
-CVOL_INLINE void cvol_block_inverse_width(float *out, long row_stride, long sheet_stride,
-                                          const cvol_block *block, const cvol_block_axes *axes,
-                                          int block_log2, float step, cvol_block_work *work,
-                                          int width)
+/* Step 1. Line (s, r) begins at first[(s B + r) width]. */
+CVOL_INLINE void cvol_block_gather_lanes(float *first, cvol_block_rows *rows,
+                                         const cvol_block *block, const float *lane_basis,
+                                         int block_log2, float step, int width, int lane, int row,
+                                         int sheet)
 {
-    const int low_row = block->low[axes->row], low_sheet = block->low[axes->sheet];
-    const int rows = axes->row_points, sheets = axes->sheet_points;
-    cvol_block_gather_lanes(work->first, block, axes, block_log2, step, width);
+    const int B = 1 << block_log2;
+    for (int s = 0; s < block->low[sheet]; s++) {
+        memset(first + (long)s * B * width, 0, sizeof(float) * (size_t)(block->low[row] * width));
+        rows->count[s] = 0;
+    }
+    cvol_vf sum[CVOL_BLOCK_MAX / CVOL_LANES];
+    for (int part = 0; part < width; part += CVOL_LANES)
+        sum[part / CVOL_LANES] = (cvol_vf){0};
+    cvol_term_batch batch;
+    batch.last_line = UINT32_MAX;
+    const uint32_t *words = block->terms, *end = words + block->words;
+    while (words < end) {
+        int count = CVOL_BATCH;
+        if (end - words >= CVOL_BATCH && cvol_batch_unpack(&batch, words, step, block_log2))
+            words += CVOL_BATCH;
+        else
+            words = cvol_batch_unpack_slowly(&batch, &count, words, end, step, block_log2);
+        cvol_batch_add(first, rows, sum, &batch, count, lane_basis, block_log2, width, lane, row,
+                       sheet);
+    }
+}
+
+/* Samples of the block, with the axes and sizes known when this is compiled. */
+CVOL_INLINE void cvol_block_inverse_of(float *out, long row_stride, long sheet_stride,
+                                       const cvol_block *block, const cvol_block_axes *axes,
+                                       int block_log2, float step, cvol_block_work *work, int lane,
+                                       int row, int sheet)
+{
+    const int B = 1 << block_log2, width = B < 16 ? 16 : B;
+    const int low_sheet = block->low[sheet], rows = axes->row_points, sheets = axes->sheet_points;
+    cvol_block_rows low_rows;
+    cvol_block_gather_lanes(work->first, &low_rows, block, axes->lane_basis, block_log2, step,
+                            width, lane, row, sheet);
     for (int part = 0; part < width; part += CVOL_LANES) {
         int lanes = axes->lane_points - part < CVOL_LANES ? axes->lane_points - part : CVOL_LANES;
         if (lanes <= 0)
             break;
         for (int s = 0; s < low_sheet; s++)
             cvol_lines_inverse(work->second + (long)s * rows * width + part, width,
-                               work->first + (long)s * low_row * width + part, width, low_row,
+                               work->first + (long)s * B * width + part, width, low_rows.count[s],
                                axes->row_basis, rows, CVOL_LANES);
         for (int j = 0; j < rows; j++)
             cvol_lines_inverse(out + j * row_stride + part, sheet_stride,
@@ -78,16 +168,32 @@ CVOL_INLINE void cvol_block_inverse_width(float *out, long row_stride, long shee
     }
 }
 
+CVOL_INLINE void cvol_block_inverse_size(float *out, long row_stride, long sheet_stride,
+                                         const cvol_block *block, const cvol_block_axes *axes,
+                                         int block_log2, float step, cvol_block_work *work)
+{
+    if (axes->sheet == 2)
+        cvol_block_inverse_of(out, row_stride, sheet_stride, block, axes, block_log2, step, work, 0,
+                              1, 2);
+    else if (axes->sheet == 1)
+        cvol_block_inverse_of(out, row_stride, sheet_stride, block, axes, block_log2, step, work, 0,
+                              2, 1);
+    else
+        cvol_block_inverse_of(out, row_stride, sheet_stride, block, axes, block_log2, step, work, 1,
+                              2, 0);
+}
+
+/* Samples of the block: out[z * sheet_stride + j * row_stride + i] for sheet z, row j, lane i. */
 CVOL_INLINE void cvol_block_inverse(float *out, long row_stride, long sheet_stride,
                                     const cvol_block *block, const cvol_block_axes *axes,
                                     int block_log2, float step, cvol_block_work *work)
 {
-    if (axes->lane_width == 16)
-        cvol_block_inverse_width(out, row_stride, sheet_stride, block, axes, block_log2, step, work,
-                                 16);
+    if (block_log2 == 4)
+        cvol_block_inverse_size(out, row_stride, sheet_stride, block, axes, 4, step, work);
+    else if (block_log2 == 3)
+        cvol_block_inverse_size(out, row_stride, sheet_stride, block, axes, 3, step, work);
     else
-        cvol_block_inverse_width(out, row_stride, sheet_stride, block, axes, block_log2, step, work,
-                                 32);
+        cvol_block_inverse_size(out, row_stride, sheet_stride, block, axes, 5, step, work);
 }
 
 #endif

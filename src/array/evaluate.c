@@ -40,7 +40,6 @@ void cvol_block_evaluate(float *out, const cvol_array *array, size_t index)
                             .row = 1,
                             .sheet = 2,
                             .lane_points = B,
-                            .lane_width = B < 16 ? 16 : B,
                             .row_points = B,
                             .sheet_points = B,
                             .lane_basis = lane_basis(padded, basis, B),

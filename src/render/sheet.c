@@ -141,13 +141,12 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
                             .row = plan->axis_row,
                             .sheet = plan->axis_sheet,
                             .lane_points = plan->points_lane,
-                            .lane_width = plan->points_lane > 16 ? 32 : 16,
                             .row_points = plan->points_row,
                             .sheet_points = B,
                             .lane_basis = lane,
                             .row_basis = row,
                             .sheet_basis = sheet};
-    fill_basis(lane, B, axes.lane_points, axes.lane_width);
+    fill_basis(lane, B, axes.lane_points, (B < 16 ? 16 : B));
     fill_basis(row, B, axes.row_points, axes.row_points);
     fill_basis(sheet, B, B, B);
     return axes;
