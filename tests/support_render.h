@@ -1,0 +1,36 @@
+/* What tests of the renderers share: small volumes, requests and pictures. */
+#ifndef CVOL_TESTS_SUPPORT_RENDER_H
+#define CVOL_TESTS_SUPPORT_RENDER_H
+
+#include "cvol/render.h"
+
+/* Samples zero; the caller frees volume.data. */
+cvol_volume support_volume(size_t nx, size_t ny, size_t nz, cvol_type type);
+size_t support_index(const cvol_volume *volume, size_t x, size_t y, size_t z);
+
+/* A smooth volume of float32 without symmetry, 0..about 90, and points that suit it. */
+cvol_volume support_blobs(size_t nx, size_t ny, size_t nz);
+#define SUPPORT_BLOB_POINTS 4
+extern const cvol_transfer_point support_blob_points[SUPPORT_BLOB_POINTS];
+
+/* A square picture from this direction. */
+cvol_render_options support_square(int size, cvol_mode mode, double azimuth, double elevation);
+
+/* A picture by the ray engine; the caller frees it. No points: no transfer function. */
+cvol_image *support_ray(cvol_context *context, const cvol_volume *volume,
+                        const cvol_transfer_point *points, size_t count,
+                        const cvol_render_options *options);
+
+/* The same by a renderer that the caller has; the test fails if a pixel is not opaque. */
+cvol_image *support_picture(cvol_context *context, cvol_renderer *renderer,
+                            const cvol_render_options *options);
+void support_set_transfer(cvol_context *context, cvol_renderer *renderer,
+                          const cvol_transfer_point *points, size_t count);
+
+const uint8_t *support_pixel(const cvol_image *image, int i, int j);
+/* The largest difference of any channel of two pictures of one size. */
+int support_difference(const cvol_image *a, const cvol_image *b);
+/* 10 log10(255^2 / mean squared difference) over R, G and B; 99 when equal. */
+double support_psnr(const cvol_image *a, const cvol_image *b);
+
+#endif
