@@ -1,5 +1,5 @@
 /* The ray engine against what can be worked out by hand (boxes of constant density, linear ramps,
- * single voxels; and what must not matter to it. */
+ * single voxels), and against itself where nothing may matter. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
