@@ -147,10 +147,14 @@ static int search_ratio(compression *c)
     c->best_step = 0;
     for (int i = 0; i < TRIALS_MOST && !code; i++) {
         code = try_step(c, step, 0);
+        const uint64_t estimated = c->file_bytes;
         if (!code && ratio_of(c) >= c->value * 0.99 && ratio_of(c) <= c->value * RATIO_MOST)
             code = settle(c, step);
         if (code)
             return code;
+        /* What was told with a wrong estimate misleads. */
+        if (fabs((double)c->file_bytes - (double)estimated) > 1e-3 * (double)estimated)
+            search = cvol_search_make(c->least_step, c->most_step, search.slope);
         const double ratio = ratio_of(c);
         if (ratio >= c->value && (c->best_step <= 0 || step < c->best_step))
             c->best_step = step;

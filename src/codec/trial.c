@@ -32,7 +32,8 @@ int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *sampl
                          "samples reach from %g to %g, a range beyond %g cannot be compressed",
                          shape->value_min, shape->value_max, SPAN_MOST);
     shape->offset = shape->value_min;
-    trial->begin_bytes = 400 + shape->block_count / 2 + 12 * (uint64_t)cvol_group_count(shape);
+    const size_t cells = shape->block_count / (block == 8 ? 8 : 1); /* of ranges.h */
+    trial->begin_bytes = 400 + cells / 2 + 12 * (uint64_t)cvol_group_count(shape);
     return cvol_coefficients_make(context, &trial->coefficients, shape, samples);
 }
 
