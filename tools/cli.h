@@ -16,6 +16,7 @@ typedef enum option_kind {
     OPTION_FLAG,     /* int: set to 1 */
     OPTION_TEXT,     /* const char * */
     OPTION_INTEGER,  /* int, at least `least` */
+    OPTION_THREADS,  /* int, 1 to THREADS_MAX */
     OPTION_NUMBER,   /* double, finite */
     OPTION_DIMS,     /* size_t[3]: NXxNYxNZ */
     OPTION_SIZE,     /* int[2]: W or WxH */
@@ -34,6 +35,7 @@ typedef struct option_spec {
 } option_spec;
 
 #define POSITIONALS_MAX 8
+#define THREADS_MAX 1024
 
 typedef struct command_line {
     const char *usage;       /* "cvol compress IN OUT.cvol [options]" */
@@ -49,10 +51,12 @@ typedef struct command_line {
  * what is wrong). */
 int parse_command_line(command_line *line, int argc, char **argv);
 
-/* One sentence on standard error, after "cvol: "; returns `status`. */
+/* One sentence on standard error, after "cvol: ", in the place of the progress line; returns
+ * `status`. */
 int complain(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
-/* The same with the context's message; returns EXIT_FAILED. */
-int complain_context(const cvol_context *context);
+/* The same with the context's message and, if it is not NULL, the file that it is about.
+ * EXIT_MISUSED if the library's code is CVOL_ERROR_ARGUMENT, else EXIT_FAILED. */
+int complain_context(const cvol_context *context, int code, const char *path);
 
 /* ---- every command's own start and end --------------------------------------------------- */
 
@@ -66,7 +70,7 @@ typedef struct common_options {
 
 #define COMMON_OPTIONS(c)                                                                       \
     {NULL, NULL, "Everywhere:", OPTION_HEADING, NULL, 0, NULL},                                 \
-        {"--threads", "N", "worker threads (default: all cores)", OPTION_INTEGER, &(c).threads, \
+        {"--threads", "N", "worker threads (default: all cores)", OPTION_THREADS, &(c).threads, \
          1,           NULL},                                                                    \
     {                                                                                           \
         "--json", NULL, "print one JSON object on standard output", OPTION_FLAG, &(c).json, 0,  \
@@ -102,8 +106,9 @@ typedef struct common_options {
 /* A context with the threads, progress on a terminal, and cancelling by Ctrl-C; NULL (after a
  * sentence) without memory. */
 cvol_context *begin_command(const common_options *common);
-/* Clears the progress line and frees the context; standard output that cannot be written is a
- * failure. */
+/* Clears the progress line: before anything else is written on a terminal. */
+void clear_progress(void);
+/* Clears the progress line and frees the context; returns `status`. */
 int end_command(cvol_context *context, int status);
 
 /* ---- volumes and files ------------------------------------------------------------------- */
@@ -118,6 +123,8 @@ typedef struct input {
 /* Opens a .cvol or any format that a reader knows (then with --fill applied). Exit status. */
 int open_input(cvol_context *context, input *in, const char *path, common_options *common);
 void close_input(input *in);
+/* Whether an option was given that only raw samples can have. */
+int has_raw_options(const common_options *common);
 const cvol_grid *input_grid(const input *in);
 /* Makes in->volume from in->array, or in->array (at the default ratio, and says so) from
  * in->volume, where it is missing. Exit status. */
@@ -134,8 +141,12 @@ double milliseconds(void);
 
 /* ---- JSON ---------------------------------------------------------------------------------- */
 
-/* A number for JSON: infinity (a PSNR of equal things) becomes 999. */
-json_t *json_number_of(double value);
+/* A number, or null where it is none that JSON can hold. */
+json_t *json_number(double value);
+/* A PSNR: infinity (that of equal things) becomes 999, minus infinity -999. */
+json_t *json_decibels(double value);
+/* A text, or what is left of it as ASCII where it is not UTF-8. */
+json_t *json_text(const char *text);
 json_t *json_triple(const double values[3]);
 json_t *json_dims(const size_t dims[3]);
 /* Prints the object on standard output and frees it. Exit status. */

@@ -43,8 +43,9 @@ static int time_views(cvol_context *context, scene *s, double *all, int views, i
     for (int i = -1; i < views * repeat; i++) {
         s->options.camera.azimuth_deg = 15 + 360.0 * (i < 0 ? 0 : i % views) / views;
         double start = milliseconds();
-        if (cvol_renderer_render(context, s->renderer, image, &s->options))
-            return complain_context(context);
+        int code = cvol_renderer_render(context, s->renderer, image, &s->options);
+        if (code)
+            return complain_context(context, code, NULL);
         if (i >= 0)
             all[i] = milliseconds() - start;
     }
@@ -57,6 +58,7 @@ static int report(cvol_context *context, const render_arguments *arguments, cons
     const int views = arguments->views, repeat = arguments->repeat;
     best_of_views(best, all, views, repeat);
     double median = (best[(views - 1) / 2] + best[views / 2]) / 2;
+    clear_progress();
     size_t voxels = cvol_grid_samples(input_grid(&s->in));
     if (!arguments->common.json) {
         printf("%s, %d x %d, %d views, %d threads: %.2f ms a picture (median; fastest view %.2f), "
@@ -84,8 +86,9 @@ static int bench(cvol_context *context, render_arguments *arguments, scene *s, c
     cvol_image *image = NULL;
     int status = all ? open_scene(context, s, arguments, path)
                      : complain(EXIT_FAILED, "not enough memory for %zu times", frames);
-    if (!status && cvol_image_create(context, &image, s->options.width, s->options.height))
-        status = complain_context(context);
+    int code = 0;
+    if (!status && (code = cvol_image_create(context, &image, s->options.width, s->options.height)))
+        status = complain_context(context, code, NULL);
     if (!status)
         status = time_views(context, s, all, arguments->views, arguments->repeat, image);
     if (!status)

@@ -24,20 +24,26 @@ static int is_png(const char *path)
     return count == sizeof start && !memcmp(start, signature, sizeof start);
 }
 
+static int describes_itself(const char *path)
+{
+    return cvol_file_is_cvol(path) || cvol_file_is_volume(path);
+}
+
 static int compare_pictures(cvol_context *context, const common_options *common, const char *a_path,
                             const char *b_path)
 {
     cvol_image *a = NULL, *b = NULL;
     cvol_image_difference d;
     int status = EXIT_DONE;
+    /* Sizes that differ are the files' fault: not misuse, whatever the code. */
     if (cvol_image_read_png(context, &a, a_path) || cvol_image_read_png(context, &b, b_path) ||
         cvol_image_compare(context, &d, a, b))
-        status = complain_context(context);
+        status = complain_context(context, 0, NULL);
     else if (common->json)
         status = print_json(json_pack(
             "{s:i, s:i, s:o, s:o, s:f, s:f, s:f, s:I}", "width", a->width, "height", a->height,
-            "psnr_db", json_number_of(d.psnr_db), "psnr_foreground_db",
-            json_number_of(d.psnr_foreground_db), "ssim", d.ssim, "rmse", d.rmse, "max_abs_error",
+            "psnr_db", json_decibels(d.psnr_db), "psnr_foreground_db",
+            json_decibels(d.psnr_foreground_db), "ssim", d.ssim, "rmse", d.rmse, "max_abs_error",
             d.max_abs_error, "foreground_pixels", (json_int_t)d.foreground_pixels));
     else
         printf("PSNR %.2f dB, foreground %.2f dB (%zu pixels), SSIM %.4f, largest difference %g\n",
@@ -52,21 +58,28 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
 {
     input a = {0}, b = {0};
     cvol_volume_difference d;
-    common_options plain = {.threads = common->threads};
-    int status = open_input(context, &a, a_path, cvol_file_is_cvol(a_path) ? &plain : common);
+    common_options plain = *common;
+    plain.read = cvol_read_options_defaults();
+    plain.type_name = NULL;
+    if (has_raw_options(common) && describes_itself(a_path) && describes_itself(b_path))
+        return complain(EXIT_MISUSED,
+                        "%s and %s describe themselves: --dims, --type, --big-endian and --spacing "
+                        "are for raw samples",
+                        a_path, b_path);
+    int status = open_input(context, &a, a_path, describes_itself(a_path) ? &plain : common);
     if (!status)
         status = need_volume(context, &a);
     if (!status)
-        status = open_input(context, &b, b_path, cvol_file_is_cvol(b_path) ? &plain : common);
+        status = open_input(context, &b, b_path, describes_itself(b_path) ? &plain : common);
     if (!status)
         status = need_volume(context, &b);
     if (!status && cvol_volume_compare(context, &d, a.volume, b.volume))
         status = complain(EXIT_FAILED, "%s and %s: %s", a_path, b_path,
                           cvol_context_message(context));
     if (!status && common->json)
-        status = print_json(json_pack("{s:o, s:f, s:f, s:f}", "psnr_db", json_number_of(d.psnr_db),
-                                      "rmse", d.rmse, "max_abs_error", d.max_abs_error, "peak",
-                                      d.peak));
+        status = print_json(json_pack("{s:o, s:o, s:o, s:o}", "psnr_db", json_decibels(d.psnr_db),
+                                      "rmse", json_number(d.rmse), "max_abs_error",
+                                      json_number(d.max_abs_error), "peak", json_number(d.peak)));
     else if (!status)
         printf("PSNR %.2f dB, RMSE %g, largest error %g\n", d.psnr_db, d.rmse, d.max_abs_error);
     close_input(&a);

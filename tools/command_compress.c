@@ -37,10 +37,11 @@ static int choose_target(cvol_compress_options *options, const compress_argument
         options->target = CVOL_TARGET_RATIO;
         options->target_value = arguments->ratio;
     }
-    if (arguments->ratio_given && !(arguments->ratio >= 1))
-        return complain(EXIT_MISUSED, "--ratio is %g, must be at least 1", arguments->ratio);
-    if (arguments->psnr_given && !(arguments->psnr > 0))
-        return complain(EXIT_MISUSED, "--psnr is %g dB, must be above 0", arguments->psnr);
+    if (arguments->ratio_given && !(arguments->ratio > 1))
+        return complain(EXIT_MISUSED, "--ratio is %g, must be above 1", arguments->ratio);
+    if (arguments->psnr_given && !(arguments->psnr > 0 && arguments->psnr <= 200))
+        return complain(EXIT_MISUSED, "--psnr is %g dB, must be above 0 and at most 200",
+                        arguments->psnr);
     if (arguments->max_error_given && !(arguments->max_error >= 0))
         return complain(EXIT_MISUSED, "--max-error is %g, must not be negative",
                         arguments->max_error);
@@ -63,7 +64,7 @@ static int report_json(const cvol_array *array, const cvol_compress_report *repo
                   json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
                   (json_int_t)report->file_bytes, "ratio", report->ratio, "bits_per_voxel",
                   8 * (double)report->file_bytes / (double)cvol_grid_samples(grid), "psnr_db",
-                  json_number_of(report->psnr_db), "max_error", report->max_error, "lossless",
+                  json_decibels(report->psnr_db), "max_error", report->max_error, "lossless",
                   report->lossless, "target_met", report->target_met, "block", info.block, "step",
                   info.step, "coefficients", (json_int_t)info.coefficients, "rho", info.rho));
 }
@@ -71,6 +72,7 @@ static int report_json(const cvol_array *array, const cvol_compress_report *repo
 static void report_text(const char *path, const cvol_compress_options *options,
                         const cvol_compress_report *report)
 {
+    clear_progress();
     printf("%s: %llu bytes, 1/%.2f of the raw samples, ", path,
            (unsigned long long)report->file_bytes, report->ratio);
     if (report->lossless)
@@ -97,12 +99,13 @@ static int compress(cvol_context *context, compress_arguments *arguments,
     status = open_input(context, &in, in_path, &arguments->common);
     if (!status && in.array)
         status = need_volume(context, &in);
-    if (!status &&
-        cvol_compress(context, &array, &report, in.volume->data, &in.volume->grid, options))
-        status = complain(EXIT_FAILED, "%s: %s", in_path, cvol_context_message(context));
+    int code = 0;
+    if (!status && (code = cvol_compress(context, &array, &report, in.volume->data,
+                                         &in.volume->grid, options)))
+        status = complain_context(context, code, in_path);
     close_input(&in);
-    if (!status && cvol_array_write(context, array, out_path, &report.file_bytes))
-        status = complain_context(context);
+    if (!status && (code = cvol_array_write(context, array, out_path, &report.file_bytes)))
+        status = complain_context(context, code, NULL);
     if (!status && arguments->common.json)
         status = report_json(array, &report);
     else if (!status)

@@ -8,21 +8,31 @@ static const char description[] =
 static const char examples[] = "  cvol decompress brain.cvol brain.nii.gz\n"
                                "  cvol decompress brain.cvol brain.nrrd\n";
 
+/* Whether the name ends in one of the formats' endings: known before the work is done. */
+static int can_be_written(const char *path)
+{
+    char ending[16];
+    int length;
+    for (const char *next = cvol_volume_formats(); sscanf(next, "%15s%n", ending, &length) == 1;
+         next += length)
+        if (has_ending(path, ending))
+            return 1;
+    return 0;
+}
+
 static int decompress(cvol_context *context, common_options *common, const char *in_path,
                       const char *out_path)
 {
-    input in;
+    input in = {0};
     int status = refuse_same_file(in_path, out_path);
     if (status)
         return status;
-    status = open_input(context, &in, in_path, common);
-    if (!status && !in.array)
-        status = complain(EXIT_FAILED, "%s: is not a .cvol file", in_path);
-    if (!status)
-        status = need_volume(context, &in);
-    if (!status && cvol_volume_write(context, in.volume, out_path))
-        status = complain_context(context);
+    int code = cvol_array_read(context, &in.array, in_path, &in.file_bytes);
+    status = code ? complain_context(context, code, NULL) : need_volume(context, &in);
+    if (!status && (code = cvol_volume_write(context, in.volume, out_path)))
+        status = complain_context(context, code, NULL);
     if (!status) {
+        clear_progress();
         const cvol_grid *grid = &in.volume->grid;
         if (common->json)
             status = print_json(json_pack("{s:o, s:s, s:I}", "dims", json_dims(grid->dims), "type",
@@ -49,6 +59,10 @@ int command_decompress(int argc, char **argv)
     int status = parse_command_line(&line, argc, argv);
     if (status >= 0)
         return status;
+    if (!can_be_written(line.positionals[1]))
+        return complain(EXIT_MISUSED,
+                        "%s: the name's ending is none of those that can be written (%s)",
+                        line.positionals[1], cvol_volume_formats());
     cvol_context *context = begin_command(&common);
     if (!context)
         return EXIT_FAILED;

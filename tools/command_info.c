@@ -14,10 +14,10 @@ static json_t *describe_grid(const cvol_grid *grid)
                                    json_triple(grid->direction[1]),
                                    json_triple(grid->direction[2]));
     static const char *const spaces[] = {"unknown", "LPS", "RAS"};
-    return json_pack("{s:o, s:s, s:o, s:o, s:o, s:s, s:s}", "dims", json_dims(grid->dims), "type",
+    return json_pack("{s:o, s:s, s:o, s:o, s:o, s:s, s:o}", "dims", json_dims(grid->dims), "type",
                      cvol_type_name(grid->type), "spacing", json_triple(grid->spacing), "origin",
                      json_triple(grid->origin), "directions", directions, "space",
-                     spaces[grid->space], "unit", grid->unit);
+                     spaces[grid->space], "unit", json_text(grid->unit));
 }
 
 static json_t *describe_array(const cvol_array *array, uint64_t file_bytes)
@@ -28,13 +28,14 @@ static json_t *describe_array(const cvol_array *array, uint64_t file_bytes)
     cvol_array_get_info(array, &info);
     json_t *object = describe_grid(grid);
     json_t *more = json_pack(
-        "{s:f, s:f, s:s, s:i, s:f, s:I, s:f, s:f, s:f, s:I, s:I, s:o, s:f, s:f}", "min",
+        "{s:f, s:f, s:s, s:i, s:f, s:I, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:o}", "min",
         info.value_min, "max", info.value_max, "transform", transforms[info.transform], "block",
         info.block, "step", info.step, "coefficients", (json_int_t)info.coefficients, "rho",
         info.rho, "ratio", (double)cvol_grid_bytes(grid) / (double)file_bytes, "bits_per_voxel",
         8 * (double)file_bytes / (double)cvol_grid_samples(grid), "file_bytes",
         (json_int_t)file_bytes, "resident_bytes", (json_int_t)info.resident_bytes, "psnr_db",
-        json_number_of(info.psnr_db), "max_error", info.max_error, "l2_error", info.l2_error);
+        json_decibels(info.psnr_db), "max_error", json_number(info.max_error), "l2_error",
+        json_number(info.l2_error));
     json_object_update(object, more);
     json_decref(more);
     return object;
@@ -47,9 +48,10 @@ static json_t *describe_volume(cvol_context *context, const cvol_volume *volume,
     if (cvol_volume_stats(context, &stats, volume))
         return NULL;
     json_t *object = describe_grid(&volume->grid);
-    json_t *more = json_pack("{s:f, s:f, s:f, s:I, s:I}", "min", stats.min, "max", stats.max,
-                             "mean", stats.mean, "nan_or_infinite", (json_int_t)stats.bad_count,
-                             "file_bytes", (json_int_t)file_bytes);
+    json_t *more = json_pack("{s:o, s:o, s:o, s:I, s:I}", "min", json_number(stats.min), "max",
+                             json_number(stats.max), "mean", json_number(stats.mean),
+                             "nan_or_infinite", (json_int_t)stats.bad_count, "file_bytes",
+                             (json_int_t)file_bytes);
     json_object_update(object, more);
     json_decref(more);
     return object;
@@ -60,6 +62,7 @@ static void print_text(const char *path, json_t *object)
 {
     const char *key;
     json_t *value;
+    clear_progress();
     printf("%s\n", path);
     json_object_foreach(object, key, value)
     {

@@ -24,15 +24,18 @@ static int render(cvol_context *context, render_arguments *arguments, scene *s, 
     if (!status)
         status = open_scene(context, s, arguments, path);
     double start = milliseconds();
-    if (!status && (cvol_image_create(context, &image, s->options.width, s->options.height) ||
-                    cvol_renderer_render(context, s->renderer, image, &s->options)))
-        status = complain_context(context);
+    int code = 0;
+    if (!status &&
+        ((code = cvol_image_create(context, &image, s->options.width, s->options.height)) ||
+         (code = cvol_renderer_render(context, s->renderer, image, &s->options))))
+        status = complain_context(context, code, NULL);
     double render_ms = milliseconds() - start;
-    if (!status && cvol_image_write_png(context, image, arguments->output))
-        status = complain_context(context);
+    if (!status && (code = cvol_image_write_png(context, image, arguments->output)))
+        status = complain_context(context, code, NULL);
+    clear_progress();
     if (!status && arguments->common.json)
-        status = print_json(json_pack("{s:s, s:i, s:i, s:s, s:s, s:f, s:f, s:i}", "output",
-                                      arguments->output, "width", image->width, "height",
+        status = print_json(json_pack("{s:o, s:i, s:i, s:s, s:s, s:f, s:f, s:i}", "output",
+                                      json_text(arguments->output), "width", image->width, "height",
                                       image->height, "engine", arguments->engine_name, "mode",
                                       arguments->mode_name, "load_ms", s->load_ms, "render_ms",
                                       render_ms, "threads", cvol_context_threads(context)));

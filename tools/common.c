@@ -40,11 +40,11 @@ static int show_progress(void *user, const char *what, double fraction)
     return interrupted;
 }
 
-static void clear_progress(progress_line *line)
+void clear_progress(void)
 {
-    if (line->visible)
+    if (progress_state.visible)
         fputs("\r\033[K", stderr);
-    line->visible = 0;
+    progress_state.visible = 0;
 }
 
 cvol_context *begin_command(const common_options *common)
@@ -67,18 +67,9 @@ cvol_context *begin_command(const common_options *common)
 
 int end_command(cvol_context *context, int status)
 {
-    clear_progress(&progress_state);
+    clear_progress();
     cvol_context_destroy(context);
-    if (fflush(stdout) || ferror(stdout))
-        return complain(EXIT_FAILED, "standard output cannot be written");
     return status;
-}
-
-/* A message from the context, below the progress line. */
-static int fail(const cvol_context *context)
-{
-    clear_progress(&progress_state);
-    return complain_context(context);
 }
 
 double milliseconds(void)
@@ -103,21 +94,32 @@ static int read_dense(cvol_context *context, input *in, const char *path, common
                         "--type is '%s', must be uint8, int8, uint16, int16, uint32, int32, "
                         "float32 or float64",
                         common->type_name);
-    if (cvol_volume_read(context, &in->volume, path, &common->read))
-        return fail(context);
-    if (common->fill_given && cvol_volume_fill(context, in->volume, common->fill))
-        return fail(context);
-    return EXIT_DONE;
+    int code = cvol_volume_read(context, &in->volume, path, &common->read);
+    if (code)
+        return complain_context(context, code, NULL);
+    if (common->fill_given)
+        code = cvol_volume_fill(context, in->volume, common->fill);
+    return code ? complain_context(context, code, path) : EXIT_DONE;
+}
+
+int has_raw_options(const common_options *common)
+{
+    const cvol_read_options *read = &common->read;
+    return read->dims[0] || common->type_name || read->big_endian || read->spacing[0] != 0 ||
+           read->spacing[1] != 0 || read->spacing[2] != 0;
 }
 
 int open_input(cvol_context *context, input *in, const char *path, common_options *common)
 {
     memset(in, 0, sizeof *in);
     if (cvol_file_is_cvol(path)) {
-        if (common->read.dims[0] || common->type_name)
-            return complain(EXIT_MISUSED, "%s: a .cvol file says its own --dims and --type", path);
-        return cvol_array_read(context, &in->array, path, &in->file_bytes) ? fail(context)
-                                                                           : EXIT_DONE;
+        if (has_raw_options(common))
+            return complain(EXIT_MISUSED,
+                            "%s: is a .cvol file, which describes itself: --dims, --type, "
+                            "--big-endian and --spacing are for raw samples",
+                            path);
+        int code = cvol_array_read(context, &in->array, path, &in->file_bytes);
+        return code ? complain_context(context, code, NULL) : EXIT_DONE;
     }
     in->file_bytes = file_size(path);
     return read_dense(context, in, path, common);
@@ -141,10 +143,10 @@ int need_volume(cvol_context *context, input *in)
         return EXIT_DONE;
     const cvol_grid *grid = cvol_array_grid(in->array);
     const size_t begin[3] = {0, 0, 0};
-    if (cvol_volume_create(context, &in->volume, grid) ||
-        cvol_array_evaluate_box(context, in->volume->data, in->array, begin, grid->dims))
-        return fail(context);
-    return EXIT_DONE;
+    int code = cvol_volume_create(context, &in->volume, grid);
+    if (!code)
+        code = cvol_array_evaluate_box(context, in->volume->data, in->array, begin, grid->dims);
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
 int need_array(cvol_context *context, input *in, const char *path)
@@ -153,9 +155,11 @@ int need_array(cvol_context *context, input *in, const char *path)
         return EXIT_DONE;
     cvol_compress_options options = cvol_compress_options_defaults();
     cvol_compress_report report;
-    if (cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid, &options))
-        return fail(context);
-    clear_progress(&progress_state);
+    int code = cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid,
+                             &options);
+    if (code)
+        return complain_context(context, code, path);
+    clear_progress();
     fprintf(stderr, "cvol: %s: compressed in memory first, at 1/%.1f; cvol compress keeps that\n",
             path, report.ratio);
     return EXIT_DONE;
@@ -178,9 +182,28 @@ int has_ending(const char *name, const char *ending)
 /* ---- JSON -------------------------------------------------------------------------------------
  */
 
-json_t *json_number_of(double value)
+json_t *json_number(double value)
 {
-    return json_real(value > 999 || !(value == value) ? 999 : value);
+    return isfinite(value) ? json_real(value) : json_null();
+}
+
+json_t *json_decibels(double value)
+{
+    return json_number(value > 999 ? 999 : value < -999 ? -999 : value);
+}
+
+json_t *json_text(const char *text)
+{
+    json_t *string = json_string(text);
+    if (string)
+        return string;
+    char *ascii = strdup(text);
+    for (char *c = ascii; c && *c; c++)
+        if ((unsigned char)*c > '~')
+            *c = '?';
+    string = ascii ? json_string(ascii) : NULL;
+    free(ascii);
+    return string;
 }
 
 json_t *json_triple(const double values[3])
@@ -197,6 +220,7 @@ int print_json(json_t *object)
 {
     if (!object)
         return complain(EXIT_FAILED, "not enough memory for the JSON output");
+    clear_progress();
     json_dumpf(object, stdout, JSON_INDENT(1) | JSON_REAL_PRECISION(10));
     putchar('\n');
     json_decref(object);

@@ -28,7 +28,7 @@ static void print_help(void)
          "  cvol render brain.nii.gz -o brain.png");
 }
 
-int main(int argc, char **argv)
+static int run(int argc, char **argv)
 {
     if (argc < 2)
         return complain(EXIT_MISUSED, "which command? See cvol --help");
@@ -36,7 +36,7 @@ int main(int argc, char **argv)
         print_help();
         return EXIT_DONE;
     }
-    if (!strcmp(argv[1], "--version")) {
+    if (argc == 2 && !strcmp(argv[1], "--version")) {
         printf("cvol %s\n", cvol_version());
         return EXIT_DONE;
     }
@@ -48,4 +48,14 @@ int main(int argc, char **argv)
             return subcommands[i].run(argc - 1, argv + 1);
         }
     return complain(EXIT_MISUSED, "there is no command '%s'; see cvol --help", argv[1]);
+}
+
+/* What was promised on standard output must have arrived there. */
+int main(int argc, char **argv)
+{
+    int status = run(argc, argv);
+    int lost = fflush(stdout) || ferror(stdout);
+    if (lost && status == EXIT_DONE)
+        return complain(EXIT_FAILED, "standard output cannot be written");
+    return status;
 }

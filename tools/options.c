@@ -12,6 +12,7 @@
 int complain(int status, const char *format, ...)
 {
     va_list args;
+    clear_progress();
     va_start(args, format);
     fputs("cvol: ", stderr);
     vfprintf(stderr, format, args);
@@ -20,9 +21,10 @@ int complain(int status, const char *format, ...)
     return status;
 }
 
-int complain_context(const cvol_context *context)
+int complain_context(const cvol_context *context, int code, const char *path)
 {
-    return complain(EXIT_FAILED, "%s", cvol_context_message(context));
+    return complain(code == CVOL_ERROR_ARGUMENT ? EXIT_MISUSED : EXIT_FAILED, "%s%s%s",
+                    path ? path : "", path ? ": " : "", cvol_context_message(context));
 }
 
 /* ---- values --------------------------------------------------------------------------------- */
@@ -99,6 +101,12 @@ static int store_value(const option_spec *option, const char *text)
             *(int *)option->value < option->least)
             return complain(EXIT_MISUSED, "%s is '%s', must be a whole number from %d up",
                             option->name, text, option->least);
+        return EXIT_DONE;
+    case OPTION_THREADS:
+        if (!parse_integer(option->value, text, &end) || *end || *(int *)option->value < 1 ||
+            *(int *)option->value > THREADS_MAX)
+            return complain(EXIT_MISUSED, "%s is '%s', must be a whole number from 1 to %d",
+                            option->name, text, THREADS_MAX);
         return EXIT_DONE;
     case OPTION_NUMBER:
         if (!parse_number(option->value, text, &end) || *end)

@@ -63,14 +63,17 @@ static int is_file_name(const char *name)
 static int make_transfer(cvol_context *context, cvol_transfer **transfer, const scene *s,
                          const char *name)
 {
-    if (is_file_name(name))
-        return cvol_transfer_read(context, transfer, name) ? complain_context(context) : EXIT_DONE;
+    int code;
+    if (is_file_name(name)) {
+        code = cvol_transfer_read(context, transfer, name);
+        return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    }
     cvol_histogram histogram;
-    int code = s->in.array ? cvol_array_histogram(context, &histogram, s->in.array)
-                           : cvol_volume_histogram(context, &histogram, s->in.volume);
-    if (code || cvol_transfer_create_named(context, transfer, name, &histogram))
-        return complain_context(context);
-    return EXIT_DONE;
+    code = s->in.array ? cvol_array_histogram(context, &histogram, s->in.array)
+                       : cvol_volume_histogram(context, &histogram, s->in.volume);
+    if (!code)
+        code = cvol_transfer_create_named(context, transfer, name, &histogram);
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
 static int make_renderer(cvol_context *context, scene *s, const char *path)
@@ -83,7 +86,7 @@ static int make_renderer(cvol_context *context, scene *s, const char *path)
                    ? cvol_renderer_create_sheet(context, &s->renderer, s->in.array)
                    : cvol_renderer_create_ray(context, &s->renderer, s->in.volume);
     if (code)
-        return complain_context(context);
+        return complain_context(context, code, NULL);
     /* What the engine does not look at need not stay in memory. */
     if (s->engine == CVOL_ENGINE_SHEET) {
         cvol_volume_free(s->in.volume);
@@ -101,8 +104,9 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
     if (!status && s->options.mode == CVOL_MODE_COMPOSITE) {
         cvol_transfer *transfer = NULL;
         status = make_transfer(context, &transfer, s, arguments->transfer_name);
-        if (!status && cvol_renderer_set_transfer(context, s->renderer, transfer))
-            status = complain_context(context);
+        int code = status ? 0 : cvol_renderer_set_transfer(context, s->renderer, transfer);
+        if (code)
+            status = complain_context(context, code, NULL);
         cvol_transfer_free(transfer);
     }
     s->load_ms = milliseconds() - start;

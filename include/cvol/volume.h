@@ -41,6 +41,10 @@ CVOL_API cvol_read_options cvol_read_options_defaults(void);
 CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
                               const cvol_read_options *options);
 
+/* 1 if the file's content or name is that of a format that describes itself, 0 if it can only be
+ * read as raw samples, or not at all. */
+CVOL_API int cvol_file_is_volume(const char *path);
+
 /* Writes a volume in its own sample type; the name's ending chooses the format: .nrrd, .nhdr,
  * .nii, .nii.gz, .mha, .mhd, .raw. The file appears under its name only when it is whole; what
  * was there before stays until then. Errors: ARGUMENT (unknown ending), UNSUPPORTED, IO, MEMORY. */

@@ -55,6 +55,13 @@ static int find_format(cvol_context *context, const cvol_format **out, const cha
     return CVOL_OK;
 }
 
+int cvol_file_is_volume(const char *path)
+{
+    cvol_context context = {.limit_bytes = 0}; /* for a message that nobody reads */
+    const cvol_format *format;
+    return !find_format(&context, &format, path) && format && !format->needs_options;
+}
+
 static int any_option(const cvol_read_options *o)
 {
     return o->dims[0] || o->dims[1] || o->dims[2] || o->type || o->big_endian || o->spacing[0] ||
