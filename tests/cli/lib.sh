@@ -1,0 +1,187 @@
+# What the tests of the command share; sourced first of all. They run with
+#   CVOL            the command
+#   CVOL_HELPERS    the folder of make_volume, json_get and poke
+#   CVOL_SAMPLES    the folder of the sample scan
+#   CVOL_TEST_DATA  the folder of larger real volumes; it may be missing
+# in an empty folder of their own, which goes when they end. A check that fails says what was run and
+# what came of it; the test goes on, and fails at its end. Variables that begin with lib_ are its own.
+# shellcheck shell=sh
+set -eu
+PATH=$CVOL_HELPERS:$PATH
+LC_ALL=C
+# What a sanitizer finds must not look like a failure of the command itself.
+ASAN_OPTIONS=${ASAN_OPTIONS:+$ASAN_OPTIONS:}exitcode=99
+UBSAN_OPTIONS=${UBSAN_OPTIONS:+$UBSAN_OPTIONS:}exitcode=99
+export PATH LC_ALL ASAN_OPTIONS UBSAN_OPTIONS
+
+top=$(mktemp -d "${TMPDIR:-/tmp}/cvol-cli-XXXXXX")
+out=$top/stdout
+err=$top/stderr
+mounted=
+mkdir "$top/work"
+: >"$out"
+: >"$err"
+: >"$top/failures"
+cd "$top/work"
+
+at_exit() {
+    lib_end=$?
+    trap - EXIT
+    cd /
+    [ -z "$mounted" ] || umount "$mounted" 2>/dev/null || :
+    if [ -s "$top/failures" ]; then
+        echo "$(wc -l <"$top/failures") checks failed"
+        lib_end=1
+    elif [ "$lib_end" -ne 0 ]; then
+        echo "ended early, with status $lib_end; the last command was: $command_run"
+    fi
+    rm -rf "$top"
+    exit "$lib_end"
+}
+trap at_exit EXIT
+trap 'exit 1' HUP INT TERM
+
+# The command itself, by the name that people call it.
+cvol() {
+    "$CVOL" "$@"
+}
+
+command_run='(none)'
+status=0
+
+# run COMMAND...: its output goes to $out and $err, its status to $status.
+run() {
+    command_run=$*
+    status=0
+    "$@" >"$out" 2>"$err" </dev/null || status=$?
+}
+
+# fail WHAT: notes a failure and shows the last command.
+fail() {
+    echo "$1" >>"$top/failures"
+    printf 'FAILED: %s\n  command: %s\n  status:  %s\n' "$1" "$command_run" "$status"
+    sed -n '1,20s/^/  stdout:  /p' "$out"
+    sed -n '1,20s/^/  stderr:  /p' "$err"
+}
+
+# expect_status N COMMAND...
+expect_status() {
+    lib_status=$1
+    shift
+    run "$@"
+    [ "$status" -eq "$lib_status" ] || fail "status must be $lib_status"
+}
+
+# expect_sentence PATTERN: on stderr is one line, it begins with 'cvol: ', and PATTERN (of the
+# shell, as in case) occurs in it.
+expect_sentence() {
+    sentence=
+    lib_more=
+    lib_lines=0
+    {
+        if IFS= read -r sentence; then lib_lines=1; fi
+        if IFS= read -r lib_more || [ -n "$lib_more" ]; then lib_lines=2; fi
+    } <"$err"
+    case $lib_lines$sentence in
+    "1cvol: "*$1*) ;;
+    *) fail "stderr must be one sentence of cvol with: $1" ;;
+    esac
+}
+
+# Nothing on stderr, or on stdout.
+expect_quiet() {
+    [ ! -s "$err" ] || fail 'stderr must be empty'
+}
+expect_no_output() {
+    [ ! -s "$out" ] || fail 'stdout must be empty'
+}
+
+# The names in the folder, hidden ones too, in $names.
+list_names() {
+    set -- * .[!.]*
+    names=$*
+}
+
+# expect_done COMMAND...: status 0, and nothing on stderr.
+expect_done() {
+    expect_status 0 "$@"
+    expect_quiet
+}
+
+# expect_failure STATUS PATTERN COMMAND...: fails with one sentence, prints nothing, and leaves no
+# file behind that was not there before.
+expect_failure() {
+    lib_failure=$1
+    lib_pattern=$2
+    shift 2
+    list_names
+    lib_names=$names
+    expect_status "$lib_failure" "$@"
+    expect_sentence "$lib_pattern"
+    expect_no_output
+    list_names
+    [ "$names" = "$lib_names" ] || fail "the folder must be as before; it is: $names"
+}
+
+expect_no_file() {
+    if [ -e "$1" ] || [ -L "$1" ]; then fail "$1 must not exist"; fi
+}
+expect_same_file() {
+    cmp -s "$1" "$2" || fail "$1 and $2 must have the same bytes"
+}
+expect_other_file() {
+    if cmp -s "$1" "$2"; then fail "$1 and $2 must differ"; fi
+}
+
+# expect_number A OPERATOR B, OPERATOR of awk: < <= == >= >
+expect_number() {
+    are_numbers "$1" "$3" || return 0
+    awk "BEGIN { exit !(($1) $2 ($3)) }" || fail "$1 $2 $3 must hold"
+}
+# expect_near A B TOLERANCE
+expect_near() {
+    are_numbers "$1" "$2" || return 0
+    awk "BEGIN { d = ($1) - ($2); exit !(d <= $3 && d >= -($3)) }" ||
+        fail "$1 must be $2, within $3"
+}
+are_numbers() {
+    for lib_number; do
+        case $lib_number in
+        '' | *[!0-9.eE+-]*)
+            fail "'$lib_number' must be a number"
+            return 1
+            ;;
+        esac
+    done
+}
+expect_equal() {
+    [ "$1" = "$2" ] || fail "'$1' must be '$2'"
+}
+
+# value_of KEY [KIND]: prints that value of the JSON object that the last command printed.
+value_of() {
+    json_get "$@" <"$out" 2>"$top/json" || {
+        fail "stdout must be one JSON object with ${2:-a value} at $1: $(cat "$top/json")" >&2
+        echo 0
+    }
+}
+# expect_field KEY KIND
+expect_field() {
+    json_get "$1" "$2" <"$out" >/dev/null 2>"$top/json" ||
+        fail "stdout must be one JSON object with $2 at $1: $(cat "$top/json")"
+}
+
+# make_nrrd OUT RAW TYPE NX NY NZ [LINE...]: an attached NRRD of the raw samples, with more lines of
+# header.
+make_nrrd() {
+    lib_nrrd=$1
+    lib_raw=$2
+    printf 'NRRD0004\ntype: %s\ndimension: 3\nsizes: %s %s %s\nencoding: raw\nendian: little\n' \
+        "$3" "$4" "$5" "$6" >"$lib_nrrd"
+    shift 6
+    {
+        for lib_line; do printf '%s\n' "$lib_line"; done
+        echo
+        cat "$lib_raw"
+    } >>"$lib_nrrd"
+}

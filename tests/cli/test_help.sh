@@ -1,0 +1,77 @@
+#!/bin/sh
+# --help: on standard output, with every option, and the options that it names are there.
+. "$(dirname "$0")/lib.sh"
+
+# options_of COMMAND: what the command's contract has, one a line.
+options_of() {
+    common='--threads --json --help'
+    raw='--dims --type --big-endian --spacing --fill'
+    look='--size --zoom --engine --mode --transfer --background --step'
+    case $1 in
+    compress) echo "$common $raw --ratio --psnr --max-error --transform --block" ;;
+    decompress) echo "$common" ;;
+    info) echo "$common $raw --build" ;;
+    compare) echo "$common $raw" ;;
+    render) echo "$common $raw $look -o --azimuth --elevation --roll" ;;
+    bench) echo "$common $raw $look --views --repeat" ;;
+    esac | tr ' ' '\n' | sort
+}
+
+# Of every help: status 0, nothing on stderr, lines that fit.
+expect_help() {
+    expect_done "$@"
+    expect_number "$(wc -l <"$out")" '>' 5
+    awk 'length > 120 { exit 1 }' "$out" || fail 'must have lines of at most 120 letters'
+    head -n 1 "$out" | grep -q '^usage: cvol ' || fail 'must begin with the usage'
+}
+
+for help in --help -h help; do
+    expect_help cvol $help
+    for command in compress decompress info compare render bench; do
+        grep -q "^  $command " "$out" || fail "must name $command"
+    done
+done
+
+for command in compress decompress info compare render bench; do
+    expect_help cvol $command --help
+    cp "$out" help
+    expect_help cvol $command -h
+    expect_same_file help "$out"
+    expect_help cvol $command in.nrrd --json --help # wherever it stands
+    head -n 1 help | grep -q "^usage: cvol $command " || fail "must show the usage of $command"
+    options_of $command >wanted
+    sed -n 's/^  \(-[-a-z]*\) .*/\1/p' help | sort >shown
+    expect_same_file wanted shown
+    # What the help names, the command knows.
+    while read -r option; do
+        [ "$option" != --help ] || continue
+        run cvol $command "$option"
+        case $(cat "$err") in
+        *'unknown option'*) fail "$option must be known" ;;
+        esac
+    done <shown
+done
+
+# The examples of the help are commands of this program, and the defaults that it tells are the
+# command's own.
+expect_done cvol compress --help
+grep -q 'default 30' "$out" || fail 'must tell the default ratio'
+sed -n 's/^  \(cvol [a-z]*\) .*/\1/p' "$out" | sort -u >examples
+echo 'cvol compress' >wanted
+expect_same_file wanted examples
+
+expect_done cvol --version
+case $(cat "$out") in
+'cvol '[0-9]*.[0-9]*.[0-9]*) ;;
+*) fail 'must be: cvol MAJOR.MINOR.PATCH' ;;
+esac
+version=$(sed 's/cvol //' "$out")
+expect_done cvol info --build --json
+expect_equal "$(value_of version string)" "$version"
+
+if [ -c /dev/full ]; then
+    full() { "$CVOL" "$@" >/dev/full; }
+    for words in --help --version 'compress --help' 'info --build' 'info --build --json'; do
+        expect_failure 1 'standard output cannot be written' full $words
+    done
+fi

@@ -1,0 +1,155 @@
+#!/bin/sh
+# Pictures: engines, modes, sizes, what is printed, and that they are the same from any threads.
+. "$(dirname "$0")/lib.sh"
+
+dims=44x40x36
+raw="--dims $dims --type uint8"
+make_volume in.raw uint8 $dims
+expect_done cvol compress in.raw a.cvol $raw --psnr 55
+
+# ---- the figures of the contract --------------------------------------------------------------
+
+expect_done cvol render a.cvol -o a.png --size 96x64 --json
+for field in width:integer height:integer engine:string load_ms:number render_ms:number \
+    threads:integer; do
+    expect_field "${field%:*}" "${field#*:}"
+done
+expect_equal "$(value_of width)" 96
+expect_equal "$(value_of height)" 64
+expect_equal "$(value_of engine)" sheet
+expect_number "$(value_of load_ms)" '>' 0
+expect_number "$(value_of render_ms)" '>' 0
+expect_done cvol render a.cvol -o a.png --size 64 --threads 2 --json
+expect_equal "$(value_of height)" 64
+expect_equal "$(value_of threads)" 2
+expect_done cvol render a.cvol -o default.png --json
+expect_equal "$(value_of width)x$(value_of height)" 512x512
+expect_done cvol render a.cvol -o a.png --size 64
+expect_equal "$(wc -l <"$out")" 1
+
+expect_done cvol bench render a.cvol --views 3 --repeat 2 --size 64 --threads 1 --json
+for field in frame_ms:object frame_ms.min:number frame_ms.median:number frame_ms.all:array \
+    frame_ms.all.5:number load_ms:number peak_rss_mb:number voxels:integer ns_per_voxel:number; do
+    expect_field "${field%:*}" "${field#*:}"
+done
+expect_equal "$(value_of voxels)" $((44 * 40 * 36))
+expect_number "$(value_of frame_ms.min)" '>' 0
+expect_number "$(value_of frame_ms.min)" '<=' "$(value_of frame_ms.median)"
+expect_number "$(value_of peak_rss_mb)" '>' 1
+median=$(value_of frame_ms.median)
+expect_near "$(value_of ns_per_voxel)" "$(awk "BEGIN { print 1e6 * $median / 63360 }")" 0.01
+if json_get frame_ms.all.6 <"$out" >"$top/json" 2>&1; then fail 'must be 3 x 2 pictures'; fi
+expect_done cvol bench render a.cvol --views 2 --repeat 1 --size 64 --engine ray --mode mip --json
+expect_equal "$(value_of engine)" ray
+expect_done cvol bench render a.cvol --size 32 --json
+expect_field frame_ms.all.11 number
+expect_done cvol bench render a.cvol --views 1 --repeat 1 --size 32
+expect_equal "$(wc -l <"$out")" 1
+
+expect_done cvol info a.cvol --json
+for field in dims:array spacing:array origin:array type:string min:number max:number \
+    transform:string block:integer coefficients:integer rho:number ratio:number \
+    bits_per_voxel:number file_bytes:integer resident_bytes:integer psnr_db:number \
+    max_error:number; do
+    expect_field "${field%:*}" "${field#*:}"
+done
+expect_equal "$(value_of transform)" dct
+expect_equal "$(value_of type)" uint8
+expect_done cvol info a.cvol
+for field in dims spacing origin type min max transform block coefficients rho ratio \
+    bits_per_voxel file_bytes resident_bytes psnr_db max_error; do
+    grep -q "^  $field " "$out" || fail "must show $field"
+done
+expect_done cvol info in.raw $raw --json
+for field in dims:array spacing:array origin:array type:string min:number max:number \
+    file_bytes:integer; do
+    expect_field "${field%:*}" "${field#*:}"
+done
+expect_done cvol info --build --json
+expect_field formats string
+
+# ---- engines and modes ----------------------------------------------------------------------
+
+# A decoded volume, so that the engines look at the same samples.
+expect_done cvol decompress a.cvol dense.nrrd
+view='--size 128 --azimuth 30 --elevation 20'
+for mode in composite xray mip; do
+    expect_done cvol render a.cvol -o sheet.png --mode $mode $view --engine sheet
+    expect_done cvol render a.cvol -o array.png --mode $mode $view --engine ray --step 0.25
+    expect_done cvol render dense.nrrd -o ray.png --mode $mode $view --engine ray --step 0.25
+    [ $mode = composite ] || expect_same_file array.png ray.png # but auto is fitted to either
+    expect_done cvol compare array.png sheet.png --json
+    for field in psnr_db:number psnr_foreground_db:number ssim:number; do
+        expect_field "${field%:*}" "${field#*:}"
+    done
+    # Without classification, the outline of the box is what differs, by a part of a pixel.
+    case $mode in
+    composite) least=35 ;;
+    *) least=28 ;;
+    esac
+    expect_number "$(value_of psnr_foreground_db)" '>=' $least
+    expect_number "$(value_of psnr_foreground_db)" '<=' "$(value_of psnr_db)"
+    expect_number "$(value_of ssim)" '>' 0.9
+    expect_number "$(value_of ssim)" '<=' 1
+    cp sheet.png $mode.png
+done
+expect_other_file composite.png xray.png
+expect_other_file mip.png xray.png
+expect_done cvol compare mip.png mip.png --json
+expect_equal "$(value_of psnr_db)" 999.0
+expect_equal "$(value_of ssim)" 1.0
+expect_done cvol compare mip.png xray.png
+expect_equal "$(wc -l <"$out")" 1
+
+# Every option of the camera and of the look shows.
+cp composite.png before.png
+for option in '--azimuth 31' '--elevation 21' '--roll 10' '--zoom 1.5' '--background 1,0.5,0' \
+    '--transfer hot' '--size 128x100'; do
+    expect_done cvol render a.cvol -o after.png $view $option
+    expect_other_file before.png after.png
+done
+expect_done cvol render a.cvol -o after.png --size=128 --azimuth=30 --elevation=20
+expect_same_file before.png after.png
+
+# Transfer functions: names, files, ParaView's files.
+for name in auto gray bone skin-bone mri hot viridis; do
+    expect_done cvol render a.cvol -o after.png $view --transfer $name
+done
+cat >own.json <<'END'
+{"points": [[0, 0, 0, 0, 0], [100, 1, 0.5, 0.2, 0.05], [255, 1, 1, 1, 1]]}
+END
+expect_done cvol render a.cvol -o after.png $view --transfer own.json
+expect_other_file before.png after.png
+
+# ---- the same picture from any number of threads ------------------------------------------------
+
+for engine in sheet ray; do
+    for mode in composite xray mip; do
+        for threads in 1 2 3; do
+            expect_done cvol render a.cvol -o threads$threads.png --size 90x70 --azimuth 77 \
+                --elevation -35 --engine $engine --mode $mode --threads $threads
+        done
+        expect_same_file threads1.png threads2.png
+        expect_same_file threads1.png threads3.png
+    done
+done
+
+# ---- dense inputs, and what goes where ------------------------------------------------------
+
+expect_status 0 cvol render in.raw $raw -o b.png --size 64 --json
+expect_sentence 'in.raw: compressed in memory first, at 1/'
+expect_field render_ms number
+expect_status 0 cvol render dense.nrrd -o b.png --size 64
+expect_sentence 'dense.nrrd: compressed in memory first, at 1/'
+expect_status 0 cvol bench render dense.nrrd --views 1 --repeat 1 --size 64 --json
+expect_sentence 'compressed in memory first'
+expect_field frame_ms.all.0 number
+expect_done cvol render dense.nrrd -o b.png --size 64 --engine ray
+
+# Progress is for terminals: none in a pipe, however long the work.
+(cvol render a.cvol -o big.png --size 1000 --engine ray 2>&1 || echo failed) | cat >text
+expect_equal "$(wc -l <text)" 1
+case $(cat text) in
+big.png:*) ;;
+*) fail "must be one line about big.png: $(cat text)" ;;
+esac

@@ -1,0 +1,206 @@
+#!/bin/sh
+# Volumes there and back: every type and format, every target, geometry, figures that agree.
+. "$(dirname "$0")/lib.sh"
+
+# ---- every type, every format -------------------------------------------------------------------
+
+odd=21x18x13
+for type in uint8 int8 uint16 int16 uint32 int32 float32 float64; do
+    make_volume in.raw $type $odd
+    case $type in
+    float32) error=0.01 ;;
+    float64) error=1e-6 ;;
+    *) error=0 ;;
+    esac
+    expect_done cvol compress in.raw a.cvol --dims $odd --type $type --max-error $error --json
+    expect_equal "$(value_of type)" $type
+    expect_equal "$(value_of dims)" '[21,18,13]'
+    expect_number "$(value_of max_error number)" '<=' $error
+    [ $error != 0 ] || expect_equal "$(value_of lossless boolean)" true
+    expect_done cvol decompress a.cvol raw.raw
+    if [ $error = 0 ]; then expect_same_file in.raw raw.raw; fi
+    expect_done cvol compare in.raw a.cvol --dims $odd --type $type --json
+    expect_number "$(value_of max_abs_error number)" '<=' $error
+
+    for format in nrrd nhdr nii nii.gz mha mhd; do
+        expect_done cvol decompress a.cvol a.$format
+        expect_done cvol info a.$format --json
+        expect_equal "$(value_of type)" $type
+        expect_equal "$(value_of dims)" '[21,18,13]'
+        # Beside a file that describes itself, the options speak of the raw one.
+        expect_done cvol compare a.$format raw.raw --dims $odd --type $type --json
+        expect_equal "$(value_of max_abs_error)" 0.0
+        expect_equal "$(value_of psnr_db)" 999.0
+        # And back: what is decoded is compressed without loss where it was before.
+        [ $error != 0 ] || expect_done cvol compress a.$format b.cvol --max-error 0
+        [ $error != 0 ] || expect_done cvol compare a.cvol b.cvol
+    done
+    expect_done cvol decompress a.cvol other.raw --json
+    expect_equal "$(value_of type)" $type
+    expect_equal "$(value_of file_bytes)" "$(wc -c <other.raw)"
+    expect_same_file raw.raw other.raw
+done
+
+# Thin volumes, and high byte first.
+for dims in 1x1x1 1x1x40 2x300x1 17x1x16 33x2x5; do
+    make_volume thin.raw int16 $dims
+    expect_done cvol compress thin.raw thin.cvol --dims $dims --type int16 --max-error 0
+    expect_done cvol decompress thin.cvol back.raw
+    expect_same_file thin.raw back.raw
+done
+printf '\001\000\000\002\377\377' >big.raw
+printf '\000\001\002\000\377\377' >little.raw
+expect_done cvol compress big.raw big.cvol --dims 3x1x1 --type int16 --big-endian --max-error 0
+expect_done cvol decompress big.cvol back.raw
+expect_same_file little.raw back.raw
+
+# ---- every target, every block; the figures of three commands agree -----------------------------
+
+dims=61x52x47
+type=uint16
+make_volume in.raw $type $dims
+samples=$((61 * 52 * 47))
+raw_bytes=$(wc -c <in.raw)
+raw="--dims $dims --type $type"
+
+# After compress --json into a.cvol: $ratio $psnr $max_error $lossless, and the checks.
+check_figures() {
+    for key in dims:array type:string file_bytes:integer ratio:number bits_per_voxel:number \
+        psnr_db:number max_error:number lossless:boolean target_met:boolean block:integer \
+        step:number coefficients:integer rho:number; do
+        expect_field "${key%:*}" "${key#*:}"
+    done
+    ratio=$(value_of ratio)
+    psnr=$(value_of psnr_db)
+    max_error=$(value_of max_error)
+    lossless=$(value_of lossless)
+    bytes=$(wc -c <a.cvol)
+    expect_equal "$(value_of file_bytes)" "$bytes"
+    expect_near "$ratio" "$(awk "BEGIN { print $raw_bytes / $bytes }")" 0.001
+    expect_near "$(value_of bits_per_voxel)" "$(awk "BEGIN { print 8 * $bytes / $samples }")" 0.0001
+    for key in file_bytes ratio bits_per_voxel psnr_db max_error block step coefficients rho dims \
+        type; do
+        value_of $key
+    done >compressed
+    expect_done cvol info a.cvol --json
+    for key in file_bytes ratio bits_per_voxel psnr_db max_error block step coefficients rho dims \
+        type; do
+        value_of $key
+    done >told
+    expect_same_file compressed told
+    expect_done cvol compare in.raw a.cvol $raw --json
+    expect_near "$(value_of psnr_db number)" "$psnr" 0.001
+    expect_near "$(value_of max_abs_error number)" "$max_error" 1e-6
+    expect_field rmse number
+}
+
+for block in 8 16 32; do
+    for wanted in 10 30 100; do
+        most=$(awk "BEGIN { print 1.02 * $wanted }")
+        expect_done cvol compress in.raw a.cvol $raw --block $block --ratio $wanted --json
+        expect_equal "$(value_of block)" $block
+        expect_equal "$(value_of target_met)" true
+        check_figures
+        expect_number "$ratio" '>=' $wanted
+        expect_number "$ratio" '<=' $most
+    done
+    for wanted in 35 60; do
+        expect_done cvol compress in.raw a.cvol $raw --block $block --psnr $wanted --json
+        check_figures
+        expect_number "$psnr" '>=' $wanted
+    done
+    for wanted in 0 3 40.5; do
+        expect_done cvol compress in.raw a.cvol $raw --block $block --max-error $wanted --json
+        check_figures
+        expect_number "$max_error" '<=' $wanted
+    done
+done
+
+# More than lossless cannot be bought: the ratio is higher then, and that is said.
+tr '\000-\377' '\100' <in.raw >flat.raw
+expect_done cvol compress flat.raw a.cvol $raw --ratio 2 --json
+expect_equal "$(value_of lossless)" true
+expect_number "$(value_of ratio)" '>' 2
+expect_done cvol compress flat.raw a.cvol $raw --ratio 2
+grep -q 'lossless before ratio 2' "$out" || fail 'must say that it is lossless'
+
+# The same bytes from any number of threads, and of a second time.
+for threads in 1 2 3; do
+    expect_done cvol compress in.raw threads$threads.cvol $raw --threads $threads
+done
+expect_same_file threads1.cvol threads2.cvol
+expect_same_file threads1.cvol threads3.cvol
+expect_done cvol compress threads1.cvol again.cvol --ratio 10
+expect_done cvol decompress threads1.cvol t1.raw --threads 1
+expect_done cvol decompress threads1.cvol t3.raw --threads 3
+expect_same_file t1.raw t3.raw
+
+# An old output is replaced, one that a link points to as well.
+echo old >a.cvol
+expect_done cvol compress in.raw a.cvol $raw
+expect_same_file a.cvol threads1.cvol
+echo old >target.cvol
+ln -s target.cvol link.cvol
+expect_done cvol compress in.raw link.cvol $raw
+[ -L link.cvol ] || fail 'the link must stay a link'
+expect_same_file target.cvol threads1.cvol
+
+# ---- geometry --------------------------------------------------------------------------------
+
+make_volume in.raw int16 12x11x10
+make_nrrd turned.nrrd in.raw short 12 11 10 'space: left-posterior-superior' \
+    'space directions: (0.4,0.3,0) (-0.45,0.6,0) (0,0,2.5)' 'space origin: (-12.5,40.25,7)' \
+    'space units: "mm" "mm" "mm"'
+
+# The numbers of geometry of FILE, one a line.
+geometry_of() {
+    expect_done cvol info "$1" --json
+    for key in spacing.0 spacing.1 spacing.2 origin.0 origin.1 origin.2; do value_of $key number; done
+    for axis in 0 1 2; do
+        for i in 0 1 2; do value_of directions.$axis.$i number; done
+    done
+    value_of space
+    value_of unit
+}
+
+geometry_of turned.nrrd >in.geometry
+expect_equal "$(sed -n 1,6p in.geometry | tr '\n' ' ')" '0.5 0.75 2.5 -12.5 40.25 7.0 '
+expect_done cvol compress turned.nrrd turned.cvol --max-error 0
+for format in cvol nrrd mha nii nii.gz; do
+    [ $format = cvol ] || expect_done cvol decompress turned.cvol back.$format
+    [ $format != cvol ] || cp turned.cvol back.cvol
+    geometry_of back.$format >out.geometry
+    case $format in
+    # NIfTI's x and y point the other way.
+    nii*) sign=-1 space=RAS ;;
+    *) sign=1 space=LPS ;;
+    esac
+    expect_equal "$(sed -n 16p out.geometry)" $space
+    expect_equal "$(sed -n 17p out.geometry)" mm
+    for line in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15; do
+        wanted=$(sed -n ${line}p in.geometry)
+        case $line in
+        4 | 5 | 7 | 8 | 10 | 11 | 13 | 14) wanted=$(awk "BEGIN { print $sign * ($wanted) }") ;;
+        esac
+        expect_near "$(sed -n ${line}p out.geometry)" "$wanted" 1e-5
+    done
+    # And from there on: compressed again, it is where it was.
+    expect_done cvol compress back.$format again.cvol --max-error 0
+    expect_done cvol decompress again.cvol again.nrrd
+    expect_done cvol compare turned.nrrd again.nrrd --json
+    expect_equal "$(value_of max_abs_error)" 0.0
+    expect_done cvol info again.nrrd --json
+    expect_near "$(value_of spacing.1)" 0.75 1e-5
+done
+
+expect_done cvol compress in.raw a.cvol --dims 12x11x10 --type int16 --spacing 0.5,0.5,3
+expect_done cvol info a.cvol --json
+expect_equal "$(value_of spacing)" '[0.5,0.5,3.0]'
+
+# ---- the sample scan, as a person would --------------------------------------------------------
+
+expect_done cvol compress "$CVOL_SAMPLES/ch2better.nii.gz" brain.cvol
+expect_equal "$(wc -l <"$out")" 1
+expect_done cvol info brain.cvol --json
+expect_number "$(value_of ratio)" '>=' 30
+expect_number "$(value_of ratio)" '<=' 30.6
