@@ -28,7 +28,8 @@ typedef struct sheet_state {
     cvol_sheet_table *table;
     cvol_intermediate intermediate;
     cvol_tiles tiles;
-    size_t line_capacity, scratch_capacity, span_capacity, opaque_capacity, tile_capacity;
+    size_t line_capacity, scratch_capacity, span_capacity, opaque_capacity, met_capacity,
+        tile_capacity;
     float *bases;            /* lane, row and sheet basis of the frame */
     cvol_band_memory *bands; /* one for each thread */
     int band_count;
@@ -45,6 +46,7 @@ static void sheet_free(void *opaque_state)
     free(state->intermediate.scratch);
     free(state->intermediate.spans);
     free(state->intermediate.opaque);
+    free(state->intermediate.met);
     free(state->tiles.open);
     for (int i = 0; i < state->band_count; i++)
         cvol_band_memory_free(&state->bands[i]);
@@ -96,11 +98,14 @@ static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int th
     image->height = plan->height;
     state->tiles.across = plan->width / CVOL_TILE;
     state->tiles.down = (plan->height + CVOL_TILE - 1) / CVOL_TILE;
-    return cvol_ensure(&image->lines, &state->line_capacity, 4 * width * height, sizeof(float)) &&
+    return cvol_ensure(&image->lines, &state->line_capacity, CVOL_LINES * width * height,
+                       sizeof(float)) &&
            cvol_ensure(&image->scratch, &state->scratch_capacity, 4 * width * (size_t)threads,
                        sizeof(float)) &&
            cvol_ensure(&image->spans, &state->span_capacity, 2 * height, sizeof(int)) &&
            cvol_ensure(&image->opaque, &state->opaque_capacity, width / CVOL_GROUP * height, 1) &&
+           cvol_ensure(&image->met, &state->met_capacity, width / CVOL_GROUP * height,
+                       sizeof *image->met) &&
            cvol_ensure(&state->tiles.open, &state->tile_capacity,
                        (size_t)state->tiles.across * (size_t)state->tiles.down, 1);
 }
@@ -152,6 +157,34 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
     return axes;
 }
 
+/* What an entry of the table adds to the four channels. */
+static void entry_channels(double channels[4], const cvol_sheet_table *table, int t)
+{
+    channels[3] = (double)table->opacity[0][t];
+    for (int k = 0; k < 3; k++)
+        channels[k] = channels[3] * (table->colour[t] >> 10 * k & 1023) / 1023;
+}
+
+/* The widest interval (a power of two entries) over which classification departs from a straight
+ * line by no more than `tolerance` in its middle. */
+static int find_flat(const cvol_sheet_table *table, double tolerance)
+{
+    for (int span = CVOL_TABLE_SIZE; span > 1; span /= 2) {
+        double worst = 0;
+        for (int t = 0; t + span < CVOL_TABLE_SIZE; t++) {
+            double from[4], middle[4], to[4];
+            entry_channels(from, table, t);
+            entry_channels(middle, table, t + span / 2);
+            entry_channels(to, table, t + span);
+            for (int k = 0; k < 4; k++)
+                worst = fmax(worst, fabs(middle[k] - 0.5 * (from[k] + to[k])));
+        }
+        if (worst <= tolerance && span < CVOL_TABLE_SIZE)
+            return span;
+    }
+    return 1;
+}
+
 /* Tabulates the transfer function over what of it the data reach, with opacities for the distance
  * between sheets. */
 static void fill_table(cvol_sheet_table *table, const cvol_array *array,
@@ -168,7 +201,8 @@ static void fill_table(cvol_sheet_table *table, const cvol_array *array,
     int first = CVOL_TABLE_SIZE, last = -1;
     for (int t = 0; t < CVOL_TABLE_SIZE; t++) {
         cvol_transfer_point p = cvol_transfer_at(transfer, lo + t * unit);
-        table->opacity[t] = (float)cvol_opacity_over(p.opacity, distance);
+        for (int level = 0; level < CVOL_LEVELS; level++)
+            table->opacity[level][t] = (float)cvol_opacity_over(p.opacity, distance / (1 << level));
         table->colour[t] = (uint32_t)lround(p.r * 1023) | (uint32_t)lround(p.g * 1023) << 10 |
                            (uint32_t)lround(p.b * 1023) << 20;
         if (p.opacity > 0) {
@@ -180,6 +214,7 @@ static void fill_table(cvol_sheet_table *table, const cvol_array *array,
     table->visible_to = last == CVOL_TABLE_SIZE - 1
                             ? INFINITY
                             : (float)(lo + (last + 1) * unit - array->offset);
+    table->flat = (float)find_flat(table, 0.01);
 }
 
 static cvol_sheet_kernel *choose_kernel(cvol_mode mode)
@@ -256,7 +291,7 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,
-        .start = {0, 0, 0, colour ? 1 : 0},
+        .start = {[3] = colour ? 1 : 0},
     };
     code = draw_bands(context, state, &frame, band_lines, threads);
     if (code)

@@ -19,17 +19,21 @@
 #include "base/cpu.h"
 #include "render/engine.h"
 
-#define CVOL_TABLE_SIZE 4096
+#define CVOL_TABLE_SIZE 2048
+/* An interval between sheets is sampled in 1, 2 or 4 parts. */
+#define CVOL_LEVELS 3
 /* Pixels of the intermediate image are worked on in groups of this many. */
 #define CVOL_GROUP 16
 /* Samples left and right of each row of a sheet, so that a group may reach beyond it. */
 #define CVOL_SHEET_PAD 32
 
-/* Classification of one frame: entry t stands for value - offset = from + t / scale. */
+/* Classification of one frame: entry t stands for value - offset = from + t / scale. opacity[l] is
+ * that of 2^-l of the distance between two sheets. Over intervals of up to `flat` entries colour
+ * and opacity are as good as linear. */
 typedef struct cvol_sheet_table {
-    float from, scale;
+    float from, scale, flat;
     float visible_from, visible_to; /* opacity is 0 outside of these, in value - offset */
-    float opacity[CVOL_TABLE_SIZE] __attribute__((aligned(64)));
+    float opacity[CVOL_LEVELS][CVOL_TABLE_SIZE] __attribute__((aligned(64)));
     uint32_t colour[CVOL_TABLE_SIZE] __attribute__((aligned(64))); /* r, g << 10, b << 20 */
 } cvol_sheet_table;
 
@@ -53,19 +57,33 @@ typedef struct cvol_sheet_plan {
 int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
                          const cvol_view *view);
 
-/* The intermediate image: per row four lines of `width` floats, see the modes. */
+/* The intermediate image: per row five lines of `width` floats. Mode composite: premultiplied
+ * colour r g b, transmittance, and the value at the last sheet that the group met; the others: see
+ * their kernels. */
+#define CVOL_LINES 5
 typedef struct cvol_intermediate {
     int width, height;
-    float *lines;    /* [height][4][width] */
+    float *lines;    /* [height][CVOL_LINES][width] */
     float *scratch;  /* one line for each thread */
     int *spans;      /* [height][2]: where a line is not empty, found before the warp */
     uint8_t *opaque; /* [height][width / CVOL_GROUP]: nothing behind this group is seen */
+    int32_t *met;    /* [height][width / CVOL_GROUP]: number of the last sheet that it met */
 } cvol_intermediate;
+
+/* One row of it, as kernels see it. */
+typedef struct cvol_line {
+    float *values; /* [CVOL_LINES][width] */
+    uint8_t *opaque;
+    int32_t *met;
+    int number, width;
+} cvol_line;
 
 /* What a line kernel needs to know of one sheet. */
 typedef struct cvol_sheet_view {
     const float *samples; /* sample s of row r: samples[first + r row_stride + s] */
     long first;
+    int ordinal;                  /* in the order in which rays meet the sheets */
+    float entry;                  /* weight of an interval one of whose ends is unknown */
     double lane_at;               /* sample coordinate of pixel i: lane_at + i lane_step */
     double row_at;                /* sample coordinate of line j: row_at + j row_step */
     int begin, end;               /* groups that meet the sheet */
@@ -87,18 +105,16 @@ typedef struct cvol_layer {
     int windows;
 } cvol_layer;
 
-/* Draws one line of the intermediate image through all sheets of a layer. */
+/* Draws one line of the intermediate image through all sheets of a layer. `sum`: line 0 becomes the
+ * sum of the samples, line 1 their number; `max`: line 0 the largest, line 1 becomes 1. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
-                  (const cvol_layer *layer, const cvol_sheet_table *table, float *lines,
-                   uint8_t *opaque, int j, int width));
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_sum,
-                  (const cvol_layer *layer, const cvol_sheet_table *table, float *lines,
-                   uint8_t *opaque, int j, int width));
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_max,
-                  (const cvol_layer *layer, const cvol_sheet_table *table, float *lines,
-                   uint8_t *opaque, int j, int width));
-typedef void cvol_sheet_kernel(const cvol_layer *layer, const cvol_sheet_table *table, float *lines,
-                               uint8_t *opaque, int j, int width);
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+typedef void cvol_sheet_kernel(const cvol_layer *layer, const cvol_sheet_table *table,
+                               const cvol_line *line);
 
 /* Evaluates a block onto the layer's samples. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_evaluate,
@@ -108,9 +124,9 @@ typedef void cvol_sheet_evaluator(float *out, long row_stride, long sheet_stride
                                   const cvol_block *block, const cvol_block_axes *axes,
                                   int block_log2, float step, cvol_block_work *work);
 
-/* Draws the picture from the intermediate image: four lines r g b t (premultiplied colour,
- * transmittance) by Catmull-Rom interpolation, over the background. The lines are used up: they
- * are turned into pixels in place. */
+/* Draws the picture from the intermediate image's colour and transmittance by Catmull-Rom
+ * interpolation, over the background. The lines are used up: they are turned into pixels in place.
+ */
 void cvol_warp_composite(cvol_image *image, cvol_intermediate *intermediate,
                          const cvol_sheet_plan *plan, const double background[3], int threads);
 /* The same for grey = (line 0 / line 1 - lo) / (hi - lo) where line 1 > 0. */

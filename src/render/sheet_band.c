@@ -199,6 +199,11 @@ static void describe_layer(cvol_layer *out, const cvol_band_memory *memory,
         long slice = plan->ascending ? s : out->sheet_count - 1 - s;
         double z = (double)at->z_begin + (double)slice;
         cvol_sheet_view *sheet = &out->sheets[s];
+        sheet->ordinal = (int)(plan->ascending ? at->z_begin + (size_t)slice
+                                               : plan->sheets - 1 - at->z_begin - (size_t)slice);
+        /* Rays enter and leave through a side half way between sheets, on the average; through the
+         * first sheet they come from nowhere, unless it is the only one. */
+        sheet->entry = sheet->ordinal > 0 ? 0.5f : plan->sheets > 1 ? 0.0f : 1.0f;
         sheet->samples = memory->samples;
         sheet->first = CVOL_SHEET_PAD + row_0 * memory->row_stride + slice * memory->sheet_stride;
         sheet->lane_at = (plan->u0 + plan->shear_lane * z - plan->first_lane) / plan->pitch_lane;
@@ -207,28 +212,39 @@ static void describe_layer(cvol_layer *out, const cvol_band_memory *memory,
     }
 }
 
+static cvol_line line_of(const cvol_intermediate *image, int j)
+{
+    const size_t width = (size_t)image->width, groups = width / CVOL_GROUP, at = (size_t)j;
+    return (cvol_line){.values = image->lines + at * CVOL_LINES * width,
+                       .opaque = image->opaque + at * groups,
+                       .met = image->met + at * groups,
+                       .number = j,
+                       .width = image->width};
+}
+
 static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
 {
-    cvol_intermediate *image = frame->intermediate;
-    const size_t width = (size_t)image->width;
-    memset(image->opaque + (size_t)begin * (width / CVOL_GROUP), 0,
-           (size_t)(end - begin) * (width / CVOL_GROUP));
-    for (int j = begin; j < end; j++)
-        for (size_t k = 0; k < 4; k++)
-            for (size_t i = 0; i < width; i++)
-                image->lines[((size_t)j * 4 + k) * width + i] = frame->start[k];
+    const int width = frame->intermediate->width;
+    for (int j = begin; j < end; j++) {
+        cvol_line line = line_of(frame->intermediate, j);
+        for (int k = 0; k < CVOL_LINES; k++)
+            for (int i = 0; i < width; i++)
+                line.values[k * width + i] = frame->start[k];
+        memset(line.opaque, 0, (size_t)(width / CVOL_GROUP));
+        for (int g = 0; g < width / CVOL_GROUP; g++)
+            line.met[g] = INT32_MIN;
+    }
 }
 
 static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
                        const band_layer *at, int begin, int end)
 {
-    const cvol_intermediate *image = frame->intermediate;
-    const size_t width = (size_t)image->width;
     cvol_layer layer;
     describe_layer(&layer, memory, frame->plan, at);
-    for (int j = begin; j < end; j++)
-        frame->kernel(&layer, frame->table, image->lines + (size_t)j * 4 * width,
-                      image->opaque + (size_t)j * (width / CVOL_GROUP), j, image->width);
+    for (int j = begin; j < end; j++) {
+        cvol_line line = line_of(frame->intermediate, j);
+        frame->kernel(&layer, frame->table, &line);
+    }
 }
 
 int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_sheet_frame *frame,

@@ -20,7 +20,7 @@ typedef struct cvol_sheet_frame {
     cvol_sheet_evaluator *evaluate;
     cvol_intermediate *intermediate;
     const cvol_tiles *tiles;
-    float start[4]; /* what the four lines hold before the first sheet */
+    float start[CVOL_LINES]; /* what the lines hold before the first sheet */
 } cvol_sheet_frame;
 
 /* One thread's working memory; all zero is empty. */

@@ -6,9 +6,10 @@
 #include "base/context.h"
 #include "render/sheet.h"
 
-/* A pixel of the intermediate image may be this much coarser than one of the picture before the
- * picture looks soft. */
-#define COARSEST_PIXEL 1.0
+/* Blocks are evaluated on fewer points than they have samples only while a pixel of the picture
+ * still spans 1 / COARSEST_PITCH of them: less, and the picture is visibly softer than the volume.
+ */
+#define COARSEST_PITCH 0.7
 #define INTERMEDIATE_MAX 32768
 
 /* The axis along which rays cross the most sheets. */
@@ -63,13 +64,14 @@ static void choose_resolution(int *points, double *pitch, double *first, double 
                               double pixels, int block)
 {
     const int less = block < 16 ? 2 : block / 8; /* kernels want an even number of points */
-    double coarsest = COARSEST_PIXEL / pixels;   /* in samples */
+    const double pixel = 1 / pixels;             /* in samples */
     *points = block;
-    while (*points - less >= block / 2 && (double)block / (*points - less) <= coarsest)
+    while (*points - less >= block / 2 &&
+           (double)block / (*points - less) <= COARSEST_PITCH * pixel)
         *points -= less;
     *pitch = (double)block / *points;
     *first = (*pitch - 1) / 2;
-    *delta = coarsest < 1 ? coarsest : *pitch;
+    *delta = pixel < 1 ? pixel : *pitch;
 }
 
 /* The range of U (or V) that both the sheets and the picture cover, in intermediate pixels. */

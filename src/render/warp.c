@@ -73,7 +73,7 @@ static pixel_values sample_image(const cvol_intermediate *image, pixel_values em
     const int inside = i0 >= 0 && j0 >= 0 && i0 + 3 < image->width && j0 + 3 < image->height;
     for (int dj = 0; dj < 4; dj++) {
         const int j = j0 + dj;
-        const float *line = image->lines + 4 * ((long)j * image->width + i0);
+        const float *line = image->lines + ((long)j * CVOL_LINES * image->width + 4L * i0);
         pixel_values sum = {0};
         for (int di = 0; di < 4; di++) {
             const int i = i0 + di;
@@ -142,7 +142,7 @@ static void warp(cvol_image *image, cvol_intermediate *intermediate, const cvol_
         float *line = scratch + 4 * (size_t)cvol_thread_index() * (size_t)width;
 #pragma omp for schedule(static)
         for (int j = 0; j < intermediate->height; j++)
-            interleave(intermediate->lines + 4 * (size_t)j * (size_t)width, line, width,
+            interleave(intermediate->lines + CVOL_LINES * (size_t)j * (size_t)width, line, width,
                        writer->empty, &intermediate->spans[2 * j], &intermediate->spans[2 * j + 1]);
 #pragma omp for schedule(static)
         for (int y = 0; y < image->height; y++)

@@ -1,0 +1,137 @@
+/* Mode composite: one line of the intermediate image through all sheets of a layer.
+ *
+ * A ray's value is known where it crosses the sheets; between two of them it is taken to be linear.
+ * Each interval between sheets is classified at the middles of 1, 2 or 4 parts of it, so many as
+ * the transfer function needs over the values that the interval spans (cvol_sheet_table.flat), and
+ * composited front to back:
+ *     I += (1 - A) F D,  A += (1 - A) D
+ */
+#include "render/sheet_footprint.h"
+
+/* A group whose transmittance is below this in every pixel is done: what lies behind could change
+ * no channel by more than half a step of 255. */
+#define OPAQUE_BELOW (1.0f / 512)
+
+/* What composite has of CVOL_LANES pixels: premultiplied colour and the transmittance 1 - A. */
+typedef struct pixels {
+    cvol_vf r, g, b, through;
+} pixels;
+
+CVOL_INLINE pixels load_pixels(const float *r, int width)
+{
+    return (pixels){cvol_load(r), cvol_load(r + width), cvol_load(r + 2 * width),
+                    cvol_load(r + 3 * width)};
+}
+
+CVOL_INLINE void store_pixels(float *r, int width, pixels p)
+{
+    cvol_store(r, p.r);
+    cvol_store(r + width, p.g);
+    cvol_store(r + 2 * width, p.b);
+    cvol_store(r + 3 * width, p.through);
+}
+
+/* One sample a pixel, at table coordinate t, with this table of opacities times `weight`. */
+CVOL_INLINE void composite_sample(pixels *p, const cvol_sheet_table *table, const float *opacities,
+                                  cvol_vf t, cvol_vf weight)
+{
+    cvol_vi index = cvol_to_int(
+        cvol_min(cvol_max(t, cvol_splat(0)), cvol_splat(CVOL_TABLE_SIZE - 1)));
+    cvol_vf opacity = (cvol_vf)cvol_lookup(opacities, index) * weight;
+    cvol_vi colour = cvol_lookup(table->colour, index);
+    cvol_vf share = p->through * opacity;
+    p->through -= share;
+    share *= 1.0f / 1023;
+    p->r += share * cvol_to_float(colour & 1023);
+    p->g += share * cvol_to_float((colour >> 10) & 1023);
+    p->b += share * cvol_to_float(colour >> 20);
+}
+
+/* `parts` samples, at the middles of as many parts of the interval from a to b. */
+CVOL_INLINE void composite_parts(pixels *p, const cvol_sheet_table *table, int level, cvol_vf a,
+                                 cvol_vf b, cvol_vf weight)
+{
+    const int parts = 1 << level;
+    const cvol_vf unit = (b - a) * (1.0f / (float)parts);
+    for (int part = 1; part <= parts; part++)
+        composite_sample(p, table, table->opacity[level],
+                         part == parts ? b : a + (float)part * unit, weight);
+}
+
+/* The interval from value `before` to `after`, where NaN stands for a value that is not known: the
+ * ray entered or left the volume between the sheets, or came out of what was skipped; such an
+ * interval has the known value and the weight `entry`. 1 if all pixels are opaque now. */
+CVOL_INLINE int composite_interval(const cvol_sheet_table *table, float *r, int width,
+                                   cvol_vf before, cvol_vf after, float entry)
+{
+    cvol_vi has_before = before == before, has_after = after == after;
+    cvol_vf a = cvol_select(has_before, before, after), b = cvol_select(has_after, after, before);
+    cvol_vi seen = (cvol_max(a, b) >= table->visible_from) & (cvol_min(a, b) <= table->visible_to);
+    if (!cvol_any(seen))
+        return !cvol_any(cvol_load(r + 3 * width) >= OPAQUE_BELOW);
+    cvol_vf one = cvol_splat(1);
+    cvol_vf weight = cvol_select(has_before & has_after, one, cvol_splat(entry));
+    weight = cvol_select(seen, weight, cvol_splat(0));
+    a = (a - table->from) * table->scale;
+    b = (b - table->from) * table->scale;
+    /* What was never known is nowhere on the table, and weighs nothing. */
+    a = cvol_select(seen, a, cvol_splat(0));
+    b = cvol_select(seen, b, cvol_splat(0));
+    cvol_vf span = cvol_max(a, b) - cvol_min(a, b);
+    pixels p = load_pixels(r, width);
+    if (!cvol_any(span > table->flat))
+        composite_parts(&p, table, 0, a, b, weight);
+    else if (!cvol_any(span > 2 * table->flat))
+        composite_parts(&p, table, 1, a, b, weight);
+    else
+        composite_parts(&p, table, 2, a, b, weight);
+    store_pixels(r, width, p);
+    return !cvol_any(p.through >= OPAQUE_BELOW);
+}
+
+CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
+                                 const cvol_sheet_table *table, const cvol_line *line, int unit)
+{
+    line_view view;
+    if (!view_line(&view, layer, sheet, line->number))
+        return;
+    const double step = layer->lane_step;
+    const unit_footprint footprint = make_unit_footprint(&view, sheet);
+    const cvol_vf unknown = cvol_splat(NAN);
+    float *previous = line->values + 4 * line->width;
+    for (int group = sheet->begin; group < sheet->end; group++) {
+        if (line->opaque[group])
+            continue;
+        const int i = group * CVOL_GROUP;
+        long x = unit ? footprint.x + i : (long)floor(sheet->lane_at + i * step);
+        if (!view.windows[(unsigned long)(x + CVOL_GROUP) / CVOL_GROUP])
+            continue;
+        const int masked = group < sheet->inside_begin || group >= sheet->inside_end;
+        const int known = line->met[group] == sheet->ordinal - 1;
+        int closed = 1;
+        for (int part = 0; part < CVOL_GROUP; part += CVOL_LANES) {
+            double position = sheet->lane_at + (i + part) * step;
+            cvol_vf value = unit ? reconstruct_unit(&view, &footprint, x + part)
+                                 : reconstruct_finer(&view, position, step);
+            if (masked)
+                value = cvol_select(inside_mask(layer, position), value, unknown);
+            cvol_vf before = known ? cvol_load(previous + i + part) : unknown;
+            cvol_store(previous + i + part, value);
+            closed &= composite_interval(table, line->values + i + part, line->width, before, value,
+                                         sheet->entry);
+        }
+        line->met[group] = sheet->ordinal;
+        line->opaque[group] = (uint8_t)closed;
+    }
+}
+
+void CVOL_SIMD(cvol_sheet_composite)(const cvol_layer *layer, const cvol_sheet_table *table,
+                                     const cvol_line *line)
+{
+    if (layer->lane_step == 1)
+        for (int s = 0; s < layer->sheet_count; s++)
+            composite_sheet(layer, &layer->sheets[s], table, line, 1);
+    else
+        for (int s = 0; s < layer->sheet_count; s++)
+            composite_sheet(layer, &layer->sheets[s], table, line, 0);
+}

@@ -1,0 +1,97 @@
+/* Reconstruction: what a line of the intermediate image sees of one sheet.
+ *
+ * Each sheet's samples are reconstructed by the linear footprint on the sheet's own grid: two rows,
+ * two lanes. Under parallel projection all pixels of a line share the row weights, and, where
+ * intermediate image and samples have one pitch, the lane weights too.
+ *
+ * To be included by kernel files only: each compiles it for its instruction set.
+ */
+#ifndef CVOL_RENDER_SHEET_FOOTPRINT_H
+#define CVOL_RENDER_SHEET_FOOTPRINT_H
+
+#include <math.h>
+
+#include "base/vector.h"
+#include "render/sheet.h"
+
+/* One sheet as one line of the image sees it. */
+typedef struct line_view {
+    const float *near, *far; /* the two rows of samples */
+    float near_weight, far_weight;
+    const uint8_t *windows;
+} line_view;
+
+/* 0 if the line misses the sheet. */
+CVOL_INLINE int view_line(line_view *view, const cvol_layer *layer, const cvol_sheet_view *sheet,
+                          int j)
+{
+    const double tolerance = 1e-4;
+    double r = sheet->row_at + j * layer->row_step;
+    if (r < layer->row_lo - tolerance || r > layer->row_hi + tolerance)
+        return 0;
+    /* Rows -1 and one past the last exist as copies, so that floor() needs no clamp. */
+    long y = (long)floor(r);
+    view->far_weight = (float)(r - (double)y);
+    view->near_weight = 1 - view->far_weight;
+    view->near = sheet->samples + (sheet->first + y * layer->row_stride);
+    view->far = view->near + layer->row_stride;
+    int last = layer->block_rows * layer->row_points - 1;
+    int low = y < 0 ? 0 : (int)y, high = y + 1 > last ? last : (int)y + 1;
+    low = low > last ? last : low;
+    int block_row = low / layer->row_points;
+    int across = high >= (block_row + 1) * layer->row_points;
+    view->windows = (across ? layer->across : layer->within) + block_row * layer->windows;
+    return 1;
+}
+
+/* The linear footprint where pixels and samples have one pitch: four weights for all pixels. */
+typedef struct unit_footprint {
+    long x; /* sample left of pixel 0 */
+    cvol_vf near_left, near_right, far_left, far_right;
+} unit_footprint;
+
+CVOL_INLINE unit_footprint make_unit_footprint(const line_view *view, const cvol_sheet_view *sheet)
+{
+    double whole = floor(sheet->lane_at);
+    float right = (float)(sheet->lane_at - whole), left = 1 - right;
+    return (unit_footprint){.x = (long)whole,
+                            .near_left = cvol_splat(view->near_weight * left),
+                            .near_right = cvol_splat(view->near_weight * right),
+                            .far_left = cvol_splat(view->far_weight * left),
+                            .far_right = cvol_splat(view->far_weight * right)};
+}
+
+CVOL_INLINE cvol_vf reconstruct_unit(const line_view *view, const unit_footprint *footprint, long x)
+{
+    return footprint->near_left * cvol_load(view->near + x) +
+           footprint->near_right * cvol_load(view->near + x + 1) +
+           footprint->far_left * cvol_load(view->far + x) +
+           footprint->far_right * cvol_load(view->far + x + 1);
+}
+
+/* The same where pixels lie closer than samples: CVOL_LANES pixels from `position` on. */
+CVOL_INLINE cvol_vf reconstruct_finer(const line_view *view, double position, double step)
+{
+    double whole = floor(position);
+    const float *near = view->near + (long)whole, *far = view->far + (long)whole;
+    cvol_vf low = view->near_weight * cvol_load(near) + view->far_weight * cvol_load(far);
+    cvol_vf high = view->near_weight * cvol_load(near + CVOL_LANES) +
+                   view->far_weight * cvol_load(far + CVOL_LANES);
+    cvol_vf at = (float)(position - whole) + cvol_iota() * (float)step;
+    cvol_vi index = cvol_to_int(at);
+    cvol_vf fraction = at - cvol_to_float(index);
+    cvol_vf left = cvol_shuffle(low, high, index);
+    cvol_vf right = cvol_shuffle(low, high, index + 1);
+    return left + fraction * (right - left);
+}
+
+/* Which of the CVOL_LANES pixels from `position` on lie within the sheet. */
+CVOL_INLINE cvol_vi inside_mask(const cvol_layer *layer, double position)
+{
+    const float tolerance = 1e-4f;
+    cvol_vf offset = cvol_iota() * (float)layer->lane_step;
+    return (offset >= (float)(layer->lane_lo - position) - tolerance) &
+           (offset <= (float)(layer->lane_hi - position) + tolerance);
+}
+
+#endif

@@ -1,0 +1,57 @@
+/* Modes xray and mip: sums and maxima of the samples along the rays. */
+#include "render/sheet_footprint.h"
+
+/* Line 0 becomes the sum of the samples, or the largest; line 1 their number, or 1. */
+CVOL_INLINE void project(float *first, float *second, cvol_vf value, cvol_vi inside, int largest)
+{
+    cvol_vf result = cvol_load(first), count = cvol_load(second), one = cvol_splat(1);
+    if (largest) {
+        cvol_vi better = inside & ((value > result) | (count == 0));
+        cvol_store(first, cvol_select(better, value, result));
+        cvol_store(second, cvol_select(inside, one, count));
+    } else {
+        cvol_store(first, cvol_select(inside, result + value, result));
+        cvol_store(second, cvol_select(inside, count + one, count));
+    }
+}
+
+CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
+                               const cvol_line *line, int unit, int largest)
+{
+    line_view view;
+    if (!view_line(&view, layer, sheet, line->number))
+        return;
+    const double step = layer->lane_step;
+    const unit_footprint footprint = make_unit_footprint(&view, sheet);
+    for (int i = sheet->begin * CVOL_GROUP; i < sheet->end * CVOL_GROUP; i += CVOL_LANES) {
+        double position = sheet->lane_at + i * step;
+        cvol_vf value = unit ? reconstruct_unit(&view, &footprint, footprint.x + i)
+                             : reconstruct_finer(&view, position, step);
+        project(line->values + i, line->values + line->width + i, value,
+                inside_mask(layer, position), largest);
+    }
+}
+
+CVOL_INLINE void project_layer(const cvol_layer *layer, const cvol_line *line, int largest)
+{
+    if (layer->lane_step == 1)
+        for (int s = 0; s < layer->sheet_count; s++)
+            project_sheet(layer, &layer->sheets[s], line, 1, largest);
+    else
+        for (int s = 0; s < layer->sheet_count; s++)
+            project_sheet(layer, &layer->sheets[s], line, 0, largest);
+}
+
+void CVOL_SIMD(cvol_sheet_sum)(const cvol_layer *layer, const cvol_sheet_table *table,
+                               const cvol_line *line)
+{
+    (void)table;
+    project_layer(layer, line, 0);
+}
+
+void CVOL_SIMD(cvol_sheet_max)(const cvol_layer *layer, const cvol_sheet_table *table,
+                               const cvol_line *line)
+{
+    (void)table;
+    project_layer(layer, line, 1);
+}
