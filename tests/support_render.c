@@ -78,17 +78,46 @@ cvol_image *support_picture(cvol_context *context, cvol_renderer *renderer,
     return image;
 }
 
+cvol_array *support_compress(cvol_context *context, const cvol_volume *volume, int block,
+                             double psnr_db)
+{
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.block = block;
+    options.target = CVOL_TARGET_PSNR;
+    options.target_value = psnr_db;
+    cvol_array *array;
+    if (cvol_compress(context, &array, NULL, volume->data, &volume->grid, &options))
+        fail_msg("%s", cvol_context_message(context));
+    return array;
+}
+
+static cvol_image *draw_and_free(cvol_context *context, cvol_renderer *renderer,
+                                 const cvol_transfer_point *points, size_t count,
+                                 const cvol_render_options *options)
+{
+    if (points)
+        support_set_transfer(context, renderer, points, count);
+    cvol_image *image = support_picture(context, renderer, options);
+    cvol_renderer_free(renderer);
+    return image;
+}
+
+cvol_image *support_sheet(cvol_context *context, const cvol_array *array,
+                          const cvol_transfer_point *points, size_t count,
+                          const cvol_render_options *options)
+{
+    cvol_renderer *renderer;
+    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    return draw_and_free(context, renderer, points, count, options);
+}
+
 cvol_image *support_ray(cvol_context *context, const cvol_volume *volume,
                         const cvol_transfer_point *points, size_t count,
                         const cvol_render_options *options)
 {
     cvol_renderer *renderer;
     assert_int_equal(cvol_renderer_create_ray(context, &renderer, volume), CVOL_OK);
-    if (points)
-        support_set_transfer(context, renderer, points, count);
-    cvol_image *image = support_picture(context, renderer, options);
-    cvol_renderer_free(renderer);
-    return image;
+    return draw_and_free(context, renderer, points, count, options);
 }
 
 const uint8_t *support_pixel(const cvol_image *image, int i, int j)

@@ -2,6 +2,7 @@
 #ifndef CVOL_TESTS_SUPPORT_RENDER_H
 #define CVOL_TESTS_SUPPORT_RENDER_H
 
+#include "cvol/codec.h"
 #include "cvol/render.h"
 
 /* Samples zero; the caller frees volume.data. */
@@ -16,10 +17,19 @@ extern const cvol_transfer_point support_blob_points[SUPPORT_BLOB_POINTS];
 /* A square picture from this direction. */
 cvol_render_options support_square(int size, cvol_mode mode, double azimuth, double elevation);
 
+/* The volume compressed to `psnr_db` in blocks of side `block`; the caller frees it. */
+cvol_array *support_compress(cvol_context *context, const cvol_volume *volume, int block,
+                             double psnr_db);
+
 /* A picture by the ray engine; the caller frees it. No points: no transfer function. */
 cvol_image *support_ray(cvol_context *context, const cvol_volume *volume,
                         const cvol_transfer_point *points, size_t count,
                         const cvol_render_options *options);
+
+/* The same by the sheet engine. */
+cvol_image *support_sheet(cvol_context *context, const cvol_array *array,
+                          const cvol_transfer_point *points, size_t count,
+                          const cvol_render_options *options);
 
 /* The same by a renderer that the caller has; the test fails if a pixel is not opaque. */
 cvol_image *support_picture(cvol_context *context, cvol_renderer *renderer,

@@ -67,7 +67,8 @@ typedef struct cvol_intermediate {
     float *scratch;  /* one line for each thread */
     int *spans;      /* [height][2]: where a line is not empty, found before the warp */
     uint8_t *opaque; /* [height][width / CVOL_GROUP]: nothing behind this group is seen */
-    int32_t *met;    /* [height][width / CVOL_GROUP]: number of the last sheet that it met */
+    int32_t *met;    /* [height][width / CVOL_GROUP]: 2 n + m for the last sheet n that the group
+                        met, m = 1 where it lay only partly within it */
 } cvol_intermediate;
 
 /* One row of it, as kernels see it. */

@@ -38,6 +38,8 @@ CVOL_INLINE void composite_sample(pixels *p, const cvol_sheet_table *table, cons
     cvol_vi index = cvol_to_int(
         cvol_min(cvol_max(t, cvol_splat(0)), cvol_splat(CVOL_TABLE_SIZE - 1)));
     cvol_vf opacity = (cvol_vf)cvol_lookup(opacities, index) * weight;
+    if (!cvol_any(opacity > 0))
+        return;
     cvol_vi colour = cvol_lookup(table->colour, index);
     cvol_vf share = p->through * opacity;
     p->through -= share;
@@ -47,46 +49,57 @@ CVOL_INLINE void composite_sample(pixels *p, const cvol_sheet_table *table, cons
     p->b += share * cvol_to_float(colour >> 20);
 }
 
-/* `parts` samples, at the middles of as many parts of the interval from a to b. */
-CVOL_INLINE void composite_parts(pixels *p, const cvol_sheet_table *table, int level, cvol_vf a,
-                                 cvol_vf b, cvol_vf weight)
+/* The interval from table coordinate a to b, in as many parts as it needs; each part's sample lies
+ * at its far end, so that what counts most, the sheet's own value, is exact. 1 if all pixels are
+ * opaque now. */
+CVOL_INLINE int composite_parts(const cvol_sheet_table *table, float *r, int width, cvol_vf a,
+                                cvol_vf b, cvol_vf weight)
 {
+    const cvol_vf span = cvol_max(a, b) - cvol_min(a, b);
+    const int level = !cvol_any(span > table->flat) ? 0 : !cvol_any(span > 2 * table->flat) ? 1 : 2;
+    pixels p = load_pixels(r, width);
     const int parts = 1 << level;
-    const cvol_vf unit = (b - a) * (1.0f / (float)parts);
-    for (int part = 1; part <= parts; part++)
-        composite_sample(p, table, table->opacity[level],
-                         part == parts ? b : a + (float)part * unit, weight);
+    const cvol_vf part = (b - a) * (1.0f / (float)parts);
+    for (int k = 1; k < parts; k++)
+        composite_sample(&p, table, table->opacity[level], a + (float)k * part, weight);
+    composite_sample(&p, table, table->opacity[level], b, weight);
+    store_pixels(r, width, p);
+    return !cvol_any(p.through >= OPAQUE_BELOW);
 }
 
-/* The interval from value `before` to `after`, where NaN stands for a value that is not known: the
- * ray entered or left the volume between the sheets, or came out of what was skipped; such an
- * interval has the known value and the weight `entry`. 1 if all pixels are opaque now. */
-CVOL_INLINE int composite_interval(const cvol_sheet_table *table, float *r, int width,
-                                   cvol_vf before, cvol_vf after, float entry)
+CVOL_INLINE int is_opaque(const float *r, int width)
+{
+    return !cvol_any(cvol_load(r + 3 * width) >= OPAQUE_BELOW);
+}
+
+/* The interval from value a to b. */
+CVOL_INLINE int composite_interval(const cvol_sheet_table *table, float *r, int width, cvol_vf a,
+                                   cvol_vf b)
+{
+    cvol_vi seen = (cvol_max(a, b) >= table->visible_from) & (cvol_min(a, b) <= table->visible_to);
+    if (!cvol_any(seen))
+        return is_opaque(r, width);
+    return composite_parts(table, r, width, (a - table->from) * table->scale,
+                           (b - table->from) * table->scale, cvol_splat(1));
+}
+
+/* The same where a value may be NaN, which stands for one that is not known: the ray entered or
+ * left the volume between the sheets, or came out of what was skipped. Such an interval has the
+ * known value and the weight `entry`. */
+CVOL_INLINE int composite_partly(const cvol_sheet_table *table, float *r, int width, cvol_vf before,
+                                 cvol_vf after, float entry)
 {
     cvol_vi has_before = before == before, has_after = after == after;
     cvol_vf a = cvol_select(has_before, before, after), b = cvol_select(has_after, after, before);
     cvol_vi seen = (cvol_max(a, b) >= table->visible_from) & (cvol_min(a, b) <= table->visible_to);
     if (!cvol_any(seen))
-        return !cvol_any(cvol_load(r + 3 * width) >= OPAQUE_BELOW);
-    cvol_vf one = cvol_splat(1);
-    cvol_vf weight = cvol_select(has_before & has_after, one, cvol_splat(entry));
-    weight = cvol_select(seen, weight, cvol_splat(0));
-    a = (a - table->from) * table->scale;
-    b = (b - table->from) * table->scale;
+        return is_opaque(r, width);
+    cvol_vf weight = cvol_select(has_before & has_after, cvol_splat(1), cvol_splat(entry));
     /* What was never known is nowhere on the table, and weighs nothing. */
-    a = cvol_select(seen, a, cvol_splat(0));
-    b = cvol_select(seen, b, cvol_splat(0));
-    cvol_vf span = cvol_max(a, b) - cvol_min(a, b);
-    pixels p = load_pixels(r, width);
-    if (!cvol_any(span > table->flat))
-        composite_parts(&p, table, 0, a, b, weight);
-    else if (!cvol_any(span > 2 * table->flat))
-        composite_parts(&p, table, 1, a, b, weight);
-    else
-        composite_parts(&p, table, 2, a, b, weight);
-    store_pixels(r, width, p);
-    return !cvol_any(p.through >= OPAQUE_BELOW);
+    cvol_vf nothing = cvol_splat(0);
+    a = cvol_select(seen, (a - table->from) * table->scale, nothing);
+    b = cvol_select(seen, (b - table->from) * table->scale, nothing);
+    return composite_parts(table, r, width, a, b, cvol_select(seen, weight, nothing));
 }
 
 CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
@@ -107,7 +120,8 @@ CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view 
         if (!view.windows[(unsigned long)(x + CVOL_GROUP) / CVOL_GROUP])
             continue;
         const int masked = group < sheet->inside_begin || group >= sheet->inside_end;
-        const int known = line->met[group] == sheet->ordinal - 1;
+        const int known = line->met[group] >> 1 == sheet->ordinal - 1;
+        const int whole = line->met[group] == (sheet->ordinal - 1) * 2 && !masked;
         int closed = 1;
         for (int part = 0; part < CVOL_GROUP; part += CVOL_LANES) {
             double position = sheet->lane_at + (i + part) * step;
@@ -116,11 +130,12 @@ CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view 
             if (masked)
                 value = cvol_select(inside_mask(layer, position), value, unknown);
             cvol_vf before = known ? cvol_load(previous + i + part) : unknown;
+            float *r = line->values + i + part;
             cvol_store(previous + i + part, value);
-            closed &= composite_interval(table, line->values + i + part, line->width, before, value,
-                                         sheet->entry);
+            closed &= whole ? composite_interval(table, r, line->width, before, value)
+                            : composite_partly(table, r, line->width, before, value, sheet->entry);
         }
-        line->met[group] = sheet->ordinal;
+        line->met[group] = sheet->ordinal * 2 + masked;
         line->opaque[group] = (uint8_t)closed;
     }
 }

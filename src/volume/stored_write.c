@@ -161,14 +161,23 @@ int cvol_stored_data_path(cvol_context *context, char **out, const char *header_
 int cvol_stored_write_detached(cvol_context *context, const cvol_volume *volume, const char *path,
                                const struct cvol_bytes *header, const char *data_path)
 {
-    int code = cvol_stored_write_file(context, volume, data_path, NULL, 0, CVOL_ENCODING_RAW);
-    cvol_output *output = NULL;
-    if (!code)
-        code = cvol_output_open(context, &output, path);
+    /* Both are whole before either replaces what was there. */
+    cvol_output *output = NULL, *data = NULL;
+    int code = cvol_output_open(context, &output, path);
     if (!code)
         code = cvol_output_write(context, output, header->data, header->size);
     if (!code)
+        code = cvol_output_open(context, &data, data_path);
+    if (!code)
+        code = cvol_stored_write(context, volume, CVOL_ENCODING_RAW, NULL, 0, cvol_sink_output,
+                                 data);
+    if (!code) {
+        code = cvol_output_commit(context, data);
+        data = NULL;
+    }
+    if (!code)
         return cvol_output_commit(context, output);
+    cvol_output_abandon(data);
     cvol_output_abandon(output);
     return code;
 }

@@ -56,10 +56,10 @@ expect_same_file little.raw back.raw
 
 # ---- every target, every block; the figures of three commands agree -----------------------------
 
-dims=61x52x47
+dims=45x40x37
 type=uint16
 make_volume in.raw $type $dims
-samples=$((61 * 52 * 47))
+samples=$((45 * 40 * 37))
 raw_bytes=$(wc -c <in.raw)
 raw="--dims $dims --type $type"
 
