@@ -186,16 +186,17 @@ static int find_flat(const cvol_sheet_table *table, double tolerance)
 }
 
 /* Tabulates the transfer function over what of it the data reach, with opacities for the distance
- * between sheets. */
+ * between sheets. Its first and last entries lie one step outside, so that they are the constants
+ * there even where the function begins or ends with a jump. */
 static void fill_table(cvol_sheet_table *table, const cvol_array *array,
                        const cvol_transfer *transfer, double distance)
 {
     double lo = transfer->points[0].value, hi = transfer->points[transfer->count - 1].value;
     lo = fmin(fmax(lo, array->range_min), array->range_max);
     hi = fmin(fmax(hi, array->range_min), array->range_max);
-    double unit = (hi - lo) / (CVOL_TABLE_SIZE - 1);
-    if (!(unit > 0))
-        unit = 1;
+    double span = hi > lo ? hi - lo : array->range_max - array->range_min;
+    double unit = span > 0 ? span / (CVOL_TABLE_SIZE - 3) : 1;
+    lo -= unit;
     table->from = (float)(lo - array->offset - 0.5 * unit);
     table->scale = (float)(1 / unit);
     int first = CVOL_TABLE_SIZE, last = -1;
