@@ -12,7 +12,9 @@ LC_ALL=C
 # What a sanitizer finds must not look like a failure of the command itself.
 ASAN_OPTIONS=${ASAN_OPTIONS:+$ASAN_OPTIONS:}exitcode=99
 UBSAN_OPTIONS=${UBSAN_OPTIONS:+$UBSAN_OPTIONS:}exitcode=99
-export PATH LC_ALL ASAN_OPTIONS UBSAN_OPTIONS
+# Threads that wait sleep, so that tests beside each other do not take each other's time.
+OMP_WAIT_POLICY=passive
+export OMP_WAIT_POLICY PATH LC_ALL ASAN_OPTIONS UBSAN_OPTIONS
 
 top=$(mktemp -d "${TMPDIR:-/tmp}/cvol-cli-XXXXXX")
 out=$top/stdout

@@ -1,0 +1,95 @@
+#!/bin/sh
+# Compressed files cut at any length, with bits flipped anywhere, with more behind their end: each is
+# refused with one sentence, and nothing is written.
+. "$(dirname "$0")/lib.sh"
+
+make_volume in.raw uint8 21x18x9
+expect_done cvol compress in.raw good.cvol --dims 21x18x9 --type uint8 --ratio 6
+size=$(wc -c <good.cvol)
+expect_number "$size" '<' 1500
+echo old >out.nrrd
+cp out.nrrd old.nrrd
+cp good.cvol bad.cvol # so that the folder stays the same
+
+refuse() {
+    expect_failure 1 "bad.cvol:*$1" cvol decompress bad.cvol out.nrrd
+}
+
+# The section that begins at a byte, by its tag; its length comes behind the tag.
+offset_of() {
+    LC_ALL=C grep -abo "$1" good.cvol | head -n 1 | cut -d : -f 1
+}
+
+# ---- cut ------------------------------------------------------------------------------------
+
+# Around the ends of the signature, the version, and each section's header and content; and in steps.
+ends='8 12'
+for tag in HEAD RNGE INDX DATA; do
+    at=$(offset_of $tag)
+    expect_number "$at" '>=' 12
+    ends="$ends $at $((at + 20))"
+done
+lengths=$(
+    for end in $ends $size; do
+        for near in -2 -1 0 1 2; do
+            [ $((end + near)) -ge "$size" ] || echo $((end + near))
+        done
+    done
+    length=1
+    while [ $length -lt "$size" ]; do
+        echo $length
+        length=$((length + 7))
+    done
+)
+for length in $(echo "$lengths" | sort -nu); do
+    head -c "$length" good.cvol >bad.cvol
+    refuse ''
+done
+for length in 20 $((size / 2)) $((size - 1)); do
+    head -c $length good.cvol >bad.cvol
+    echo old >out.png
+    expect_failure 1 'bad.cvol:*truncated' cvol info bad.cvol
+    expect_failure 1 'bad.cvol:*truncated' cvol info bad.cvol --json
+    expect_failure 1 'bad.cvol:*truncated' cvol render bad.cvol -o out.png
+    expect_failure 1 'bad.cvol:*truncated' cvol bench render bad.cvol
+    expect_failure 1 'bad.cvol:*truncated' cvol compare good.cvol bad.cvol
+    expect_equal "$(cat out.png)" old
+    rm out.png
+done
+{ cat good.cvol; echo; } >bad.cvol
+refuse 'follow the end'
+
+# ---- flipped --------------------------------------------------------------------------------
+
+# Every byte of what comes before the groups in steps, and the groups; another bit each time. Every
+# byte but the version lies under a checksum, so every flip is noticed.
+bit=1
+at=0
+flips=0
+while [ $at -lt "$size" ]; do
+    cp good.cvol bad.cvol
+    poke bad.cvol $at xor $bit
+    refuse ''
+    flips=$((flips + 1))
+    bit=$((bit < 128 ? 2 * bit : 1))
+    at=$((at + 1 + flips % 4))
+done
+expect_number $flips '>=' 200
+for at in 8 9 10 11; do
+    cp good.cvol bad.cvol
+    poke bad.cvol $at u8 200
+    refuse 'version'
+done
+
+# What a section's checksum does not cover is what its header says: a length beyond the file.
+for tag in HEAD RNGE INDX DATA; do
+    for length in 0 -1 2147483648 4611686018427387904; do
+        cp good.cvol bad.cvol
+        poke bad.cvol $(($(offset_of $tag) + 4)) i64 $length
+        refuse "section $tag"
+    done
+done
+
+expect_same_file out.nrrd old.nrrd
+cp good.cvol bad.cvol
+expect_done cvol decompress bad.cvol out.nrrd

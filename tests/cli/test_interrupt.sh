@@ -1,0 +1,41 @@
+#!/bin/sh
+# Ctrl-C: the command stops, says so in one sentence, and leaves no file.
+. "$(dirname "$0")/lib.sh"
+
+scan=$CVOL_SAMPLES/ch2better.nii.gz
+
+# interrupt SIGNAL SECONDS COMMAND...: sends the signal after so many seconds, and again until the
+# command is gone.
+interrupt() {
+    signal=$1
+    after=$2
+    shift 2
+    command_run="$* (with SIG$signal after $after s)"
+    status=0
+    "$@" >"$out" 2>"$err" </dev/null &
+    child=$!
+    sleep "$after"
+    while kill -s "$signal" "$child" 2>/dev/null; do sleep 0.1; done
+    wait "$child" || status=$?
+}
+
+: >names
+echo old >out.cvol
+cp out.cvol old.cvol
+ls -A >names
+cp names before
+for signal in INT TERM; do
+    for after in 0.2 0.8; do
+        interrupt $signal $after "$CVOL" compress "$scan" out.cvol --psnr 50
+        expect_equal "$status" 1
+        expect_sentence 'cancelled'
+        expect_no_output
+        expect_same_file out.cvol old.cvol
+        expect_equal "$(ls -A | tr '\n' ' ')" 'before names old.cvol out.cvol '
+    done
+done
+interrupt INT 0.5 "$CVOL" render "$scan" -o out.png --json
+expect_equal "$status" 1
+expect_sentence 'cancelled'
+expect_no_output
+expect_no_file out.png

@@ -1,0 +1,164 @@
+#!/bin/sh
+# Command lines that mean nothing: one sentence about what is wrong, status 2, and nothing happens.
+. "$(dirname "$0")/lib.sh"
+
+make_volume in.raw uint8 9x8x7
+raw='--dims 9x8x7 --type uint8'
+make_nrrd in.nrrd in.raw uint8 9 8 7
+expect_done cvol compress in.nrrd in.cvol --max-error 0
+expect_done cvol render in.cvol -o old.png --size 16
+
+# ---- commands and arguments -------------------------------------------------------------------
+
+expect_failure 2 'which command' cvol
+expect_failure 2 "no command 'frobnicate'" cvol frobnicate
+expect_failure 2 "no command ''" cvol ''
+expect_failure 2 "no command '--json'" cvol --json info in.cvol
+expect_failure 2 "no command 'Info'" cvol Info in.cvol
+expect_failure 2 "no command '--version'" cvol --version now
+for command in compress decompress info compare render bench; do
+    expect_failure 2 'arguments given; usage: cvol' cvol $command
+    expect_failure 2 'unknown option --frobnicate' cvol $command --frobnicate in.cvol
+    expect_failure 2 'unknown option -x' cvol $command -x
+    expect_failure 2 'unknown option --jso' cvol $command --jso
+    expect_failure 2 '--json takes no value' cvol $command --json=yes
+    expect_failure 2 '--threads needs a value' cvol $command in.cvol --threads
+    for threads in 0 -1 1.5 many '' 1025 1000000 99999999999999999999; do
+        expect_failure 2 "--threads is '$threads'" cvol $command in.cvol --threads "$threads"
+    done
+done
+for command in compress decompress; do
+    expect_failure 2 '1 of 2 arguments given' cvol $command in.cvol
+    expect_failure 2 "one argument too many: 'c'" cvol $command in.cvol out.cvol c
+done
+expect_failure 2 "one argument too many: 'b'" cvol info in.cvol b
+expect_failure 2 "one argument too many: 'in.cvol'" cvol info --build in.cvol
+expect_failure 2 '1 of 2 arguments given' cvol compare in.cvol
+expect_failure 2 "one argument too many: 'c'" cvol compare in.cvol in.nrrd c
+expect_failure 2 "one argument too many: 'b'" cvol render in.cvol b -o out.png
+expect_failure 2 '1 of 2 arguments given' cvol bench in.cvol
+expect_failure 2 "not 'compress'" cvol bench compress in.cvol
+expect_failure 1 '-x: No such file' cvol info -- -x
+expect_failure 2 '-o OUT.png' cvol render in.cvol
+expect_failure 2 '-o needs a value' cvol render in.cvol -o
+
+# ---- names of outputs --------------------------------------------------------------------------
+
+for name in out out.nrrd .cvol out.cvol.gz ''; do
+    expect_failure 2 "must end in .cvol" cvol compress in.nrrd "$name"
+    expect_failure 2 "must end in .png" cvol render in.cvol -o "$name"
+done
+for name in out out.txt out.png out.cvol .nrrd nrrd out.nrrd.gz out.gz ''; do
+    expect_failure 2 "$name: the name's ending is none" cvol decompress in.cvol "$name"
+done
+
+# ---- values of each option ------------------------------------------------------------------
+
+# refuse COMMAND... -- VALUE...: the command with each value as its last word; '' among them.
+refuse() {
+    refused=
+    while [ "$1" != -- ]; do
+        refused="$refused $1"
+        shift
+    done
+    shift
+    for value; do
+        expect_failure 2 "${refused##* }" $refused "$value"
+    done
+}
+number="x 1x 1,5 nan inf -inf 1e999"
+compress='cvol compress in.nrrd out.cvol'
+refuse $compress --ratio -- '' ' 30' $number 0 -3 1 0.5
+refuse $compress --psnr -- '' $number 0 -40 201
+refuse $compress --max-error -- '' $number -1 -1e-9
+refuse $compress --block -- '' x 0 -8 7 15 17 33 64 16.0 2147483648 99999999999999999999
+refuse $compress --transform -- '' x dht dft DCT
+expect_failure 2 'only one of' $compress --ratio 30 --psnr 40
+expect_failure 2 'only one of' $compress --psnr 30 --max-error 4
+expect_failure 2 'only one of' $compress --ratio 30 --max-error 0
+for option in --ratio --psnr --max-error --block --transform --dims --type --spacing --fill; do
+    expect_failure 2 "$option needs a value" $compress $option
+done
+
+for command in 'cvol info in.raw' 'cvol compress in.raw out.cvol' 'cvol compare in.raw in.nrrd' \
+    'cvol render in.raw -o out.png' 'cvol bench render in.raw'; do
+    refuse $command --type uint8 --dims -- '' x 9 9x8 9x8x 9x8x0 0x8x7 -9x8x7 9x-8x7 9x8x7x1 9,8,7 \
+        9x8x7.0 '9x8x 7' 99999999999999999999x1x1
+    refuse $command --dims 9x8x7 --type -- '' x uint7 int64 UINT8 float
+    refuse $command $raw --spacing -- '' x 1 1,1 1,1, 1,1,1,1 1,1,x 1,nan,1 1,1,inf '1, 1,1'
+    refuse $command $raw --fill -- '' $number
+    expect_failure 2 'spacing of axis y' $command $raw --spacing 1,-1,1
+    expect_failure 2 'in.raw: raw samples need --dims' $command --type uint8
+    expect_failure 2 'in.raw: raw samples need --type' $command --dims 9x8x7
+    expect_failure 2 '--big-endian takes no value' $command $raw --big-endian=1
+done
+# What describes itself needs none of them.
+for option in '--dims 9x8x7' '--type uint8' '--big-endian' '--spacing 1,1,2'; do
+    for file in in.nrrd in.cvol; do
+        expect_failure 2 "$file: is a*describes itself" cvol info $file $option
+        expect_failure 2 "$file: is a*describes itself" cvol compress $file out.cvol $option
+        expect_failure 2 "$file: is a*describes itself" cvol render $file -o out.png $option
+    done
+    expect_failure 2 'in.cvol and in.nrrd describe themselves' cvol compare in.cvol in.nrrd $option
+    expect_failure 2 'unknown option' cvol decompress in.cvol out.nrrd $option
+done
+expect_failure 2 'in.raw: raw samples need --dims' cvol info in.raw
+expect_failure 2 'in.raw: raw samples need --dims' cvol compare in.nrrd in.raw
+
+for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
+    refuse $command --mode -- '' x Composite mipp
+    refuse $command --engine -- '' x splat transform fourier Ray
+    refuse $command --size -- '' x 0 -5 0x5 5x0 5x 5x5x5 x5 5,5 5.5 32769 5x32769 2147483648
+    refuse $command --zoom -- '' $number 0 -1
+    refuse $command --background -- '' x 1 1,1 1,1,1,1 2,0,0 0,-0.1,0 0,0,nan
+    refuse $command --engine ray --step -- '' $number -1
+    expect_failure 2 'step 1e-09' $command --engine ray --step 1e-9
+    expect_failure 2 '--step is for engine ray' $command --step 0.5
+    expect_failure 2 'named nonsense' $command --transfer nonsense
+    expect_failure 2 "auto gray bone" $command --transfer ''
+done
+for option in --azimuth --elevation --roll; do
+    refuse cvol render in.cvol -o out.png $option -- '' $number
+done
+for option in --views --repeat; do
+    refuse cvol bench render in.cvol $option -- '' x 0 -1 1.5 100001 99999999999999999999
+done
+
+# ---- files of transfer functions: these fail, they are not misuse -----------------------------------
+
+# transfer PATTERN TEXT
+transfer() {
+    printf '%s' "$2" >tf.json
+    expect_failure 1 "tf.json:*$1" cvol render in.cvol -o old.png --transfer tf.json
+    expect_failure 1 "tf.json:*$1" cvol bench render in.cvol --transfer tf.json
+}
+cp old.png before.png
+echo >tf.json # so that the folder stays the same
+transfer '' ''
+transfer '' 'points'
+transfer '' '{'
+transfer '' '[]'
+transfer '' '{}'
+transfer '' '5'
+transfer '' '{"points": 5}'
+transfer '' '{"points": []}'
+transfer '' '{"points": {}}'
+transfer '' '{"points": [1, 2, 3, 4, 5]}'
+transfer '' '{"points": [[1, 2, 3]]}'
+transfer '' '{"points": [[1, 0, 0, 0, 0, 0]]}'
+transfer '' '{"points": [[1, 0, 0, 0, "x"]]}'
+transfer '' '{"points": [[1, 0, 0, 0, 2]]}'
+transfer '' '{"points": [[1, 0, -1, 0, 1]]}'
+transfer '' '{"points": [[1, 0, 0, 0, NaN]]}'
+transfer '' '{"points": [[1e999, 0, 0, 0, 0]]}'
+transfer '' '{"points": [[1, 0, 0, 0, 1]]} more'
+mkdir folder.json
+: >empty.json
+for name in missing.json folder.json empty.json ./missing; do
+    expect_failure 1 "$name:" cvol render in.cvol -o old.png --transfer $name
+done
+expect_failure 1 'in.cvol:' cvol render in.nrrd -o old.png --engine ray --transfer in.cvol
+expect_same_file before.png old.png
+
+expect_no_file out.png
+expect_no_file out.cvol
