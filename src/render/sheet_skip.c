@@ -26,6 +26,15 @@ static int is_visible(const cvol_visibility *visibility, int lo, int hi)
     return visibility->next[lo] < hi;
 }
 
+/* Whether a value that two blocks do not hold, but that lies between all of one and all of the
+ * other, is visible: it is met on the way from one to the other. */
+static int is_gap_visible(const cvol_visibility *visibility, const cvol_block *a,
+                          const cvol_block *b)
+{
+    const cvol_block *below = a->range[1] < b->range[1] ? a : b, *above = below == a ? b : a;
+    return below->range[1] < above->range[0] && visibility->next[below->range[1]] < above->range[0];
+}
+
 /* Samples of a row of blocks, in windows of 32 that begin every 16, the first at -16. */
 int cvol_layer_windows(const cvol_sheet_plan *plan)
 {
@@ -63,6 +72,25 @@ static void widen_range(int *lo, int *hi, const cvol_sheet_plan *plan, const cvo
     }
 }
 
+/* Whether rays meet something visible on their way between one of these blocks and its neighbour
+ * in the layer before or behind. Between neighbours in a layer, joint ranges tell. */
+static int has_visible_gap(const cvol_visibility *visibility, const cvol_sheet_plan *plan,
+                           const cvol_array *array, size_t first, size_t last, size_t row,
+                           size_t layer)
+{
+    for (size_t lane = first; lane <= last; lane++) {
+        const cvol_block *at =
+            &array->block_table[cvol_sheet_block_index(plan, array, lane, row, layer)];
+        for (size_t other = layer ? layer - 1 : 1; other <= layer + 1 && other < plan->layers;
+             other += 2)
+            if (is_gap_visible(
+                    visibility, at,
+                    &array->block_table[cvol_sheet_block_index(plan, array, lane, row, other)]))
+                return 1;
+    }
+    return 0;
+}
+
 void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
                           const cvol_array *array, const cvol_visibility *visibility, size_t layer,
                           size_t first_row, size_t last_row)
@@ -75,10 +103,13 @@ void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_sheet_plan *pl
             window_blocks(&first, &last, plan, c);
             int lo = 255, hi = 0;
             widen_range(&lo, &hi, plan, array, first, last, row, layer);
-            int within = is_visible(visibility, lo, hi), across = within;
-            if (row < last_row) {
+            int within = is_visible(visibility, lo, hi) ||
+                         has_visible_gap(visibility, plan, array, first, last, row, layer);
+            int across = within;
+            if (row < last_row && !across) {
                 widen_range(&lo, &hi, plan, array, first, last, row + 1, layer);
-                across = is_visible(visibility, lo, hi);
+                across = is_visible(visibility, lo, hi) ||
+                         has_visible_gap(visibility, plan, array, first, last, row + 1, layer);
             }
             skip->within[row * (size_t)skip->windows + (size_t)c] = (uint8_t)within;
             skip->across[row * (size_t)skip->windows + (size_t)c] = (uint8_t)across;
