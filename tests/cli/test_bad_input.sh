@@ -173,7 +173,6 @@ meta '' CompressedData True
 meta 'CompressedData' CompressedData Maybe
 meta '' HeaderSize 1000
 meta 'ElementNumberOfChannels' ElementNumberOfChannels 3
-sed 's/LOCAL/missing.raw/' lie.mha | head -n 6 >lie.mhd
 printf 'ObjectType = Image\nNDims = 3\nDimSize = 6 5 4\nElementType = MET_UCHAR\nElementDataFile = %s\n' \
     in.raw >good.mhd
 expect_done cvol info good.mhd
