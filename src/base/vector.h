@@ -119,18 +119,38 @@ CVOL_INLINE cvol_vf cvol_to_float(cvol_vi v)
     return __builtin_convertvector(v, cvol_vf);
 }
 
-/* table[index[lane]], words of 32 bits */
-CVOL_INLINE cvol_vi cvol_lookup(const void *table, cvol_vi index)
+/* Two words that are looked up together: one gather of 64 bits costs half of two of 32. */
+typedef struct cvol_pair {
+    float first;
+    uint32_t second;
+} cvol_pair;
+
+/* table[index[lane]] */
+CVOL_INLINE void cvol_lookup(cvol_vf *first, cvol_vi *second, const cvol_pair *table, cvol_vi index)
 {
 #if defined(__AVX512F__)
-    return (cvol_vi)_mm512_i32gather_epi32((__m512i)index, table, 4);
+    const __m512i even = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2,
+                                          0);
+    const __m512i odd = _mm512_set_epi32(31, 29, 27, 25, 23, 21, 19, 17, 15, 13, 11, 9, 7, 5, 3, 1);
+    __m512i low = _mm512_i32gather_epi64(_mm512_castsi512_si256((__m512i)index), table, 8);
+    __m512i high = _mm512_i32gather_epi64(_mm512_extracti64x4_epi64((__m512i)index, 1), table, 8);
+    *first = (cvol_vf)_mm512_permutex2var_epi32(low, even, high);
+    *second = (cvol_vi)_mm512_permutex2var_epi32(low, odd, high);
 #elif defined(__AVX2__)
-    return (cvol_vi)_mm256_i32gather_epi32((const int *)table, (__m256i)index, 4);
+    const long long *words = (const long long *)table;
+    __m128i index_low = _mm256_castsi256_si128((__m256i)index);
+    __m128i index_high = _mm256_extracti128_si256((__m256i)index, 1);
+    __m256 low = (__m256)_mm256_i32gather_epi64(words, index_low, 8);
+    __m256 high = (__m256)_mm256_i32gather_epi64(words, index_high, 8);
+    __m256i even = (__m256i)_mm256_shuffle_ps(low, high, _MM_SHUFFLE(2, 0, 2, 0));
+    __m256i odd = (__m256i)_mm256_shuffle_ps(low, high, _MM_SHUFFLE(3, 1, 3, 1));
+    *first = (cvol_vf)_mm256_permute4x64_epi64(even, _MM_SHUFFLE(3, 1, 2, 0));
+    *second = (cvol_vi)_mm256_permute4x64_epi64(odd, _MM_SHUFFLE(3, 1, 2, 0));
 #else
-    cvol_vi result;
-    for (int lane = 0; lane < CVOL_LANES; lane++)
-        result[lane] = ((const int32_t *)table)[index[lane]];
-    return result;
+    for (int lane = 0; lane < CVOL_LANES; lane++) {
+        (*first)[lane] = table[index[lane]].first;
+        (*second)[lane] = (int32_t)table[index[lane]].second;
+    }
 #endif
 }
 

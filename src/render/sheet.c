@@ -160,9 +160,9 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
 /* What an entry of the table adds to the four channels. */
 static void entry_channels(double channels[4], const cvol_sheet_table *table, int t)
 {
-    channels[3] = (double)table->opacity[0][t];
+    channels[3] = (double)table->entries[0][t].first;
     for (int k = 0; k < 3; k++)
-        channels[k] = channels[3] * (table->colour[t] >> 10 * k & 1023) / 1023;
+        channels[k] = channels[3] * (table->entries[0][t].second >> 10 * k & 1023) / 1023;
 }
 
 /* The widest interval (a power of two entries) over which classification departs from a straight
@@ -202,10 +202,11 @@ static void fill_table(cvol_sheet_table *table, const cvol_array *array,
     int first = CVOL_TABLE_SIZE, last = -1;
     for (int t = 0; t < CVOL_TABLE_SIZE; t++) {
         cvol_transfer_point p = cvol_transfer_at(transfer, lo + t * unit);
+        uint32_t colour = (uint32_t)lround(p.r * 1023) | (uint32_t)lround(p.g * 1023) << 10 |
+                          (uint32_t)lround(p.b * 1023) << 20;
         for (int level = 0; level < CVOL_LEVELS; level++)
-            table->opacity[level][t] = (float)cvol_opacity_over(p.opacity, distance / (1 << level));
-        table->colour[t] = (uint32_t)lround(p.r * 1023) | (uint32_t)lround(p.g * 1023) << 10 |
-                           (uint32_t)lround(p.b * 1023) << 20;
+            table->entries[level][t] = (cvol_pair){
+                (float)cvol_opacity_over(p.opacity, distance / (1 << level)), colour};
         if (p.opacity > 0) {
             first = t < first ? t : first;
             last = t;
@@ -215,7 +216,7 @@ static void fill_table(cvol_sheet_table *table, const cvol_array *array,
     table->visible_to = last == CVOL_TABLE_SIZE - 1
                             ? INFINITY
                             : (float)(lo + (last + 1) * unit - array->offset);
-    table->flat = (float)find_flat(table, 0.01);
+    table->flat = (float)find_flat(table, (double)CVOL_FLAT_TOLERANCE);
 }
 
 static cvol_sheet_kernel *choose_kernel(cvol_mode mode)

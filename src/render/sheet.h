@@ -17,24 +17,26 @@
 #include "array/array.h"
 #include "array/block_inverse.h"
 #include "base/cpu.h"
+#include "base/vector.h"
 #include "render/engine.h"
 
 #define CVOL_TABLE_SIZE 2048
 /* An interval between sheets is sampled in 1, 2 or 4 parts. */
 #define CVOL_LEVELS 3
+/* How far opacity and colour may depart from a straight line before an interval is divided. */
+#define CVOL_FLAT_TOLERANCE 0.03f
 /* Pixels of the intermediate image are worked on in groups of this many. */
 #define CVOL_GROUP 16
 /* Samples left and right of each row of a sheet, so that a group may reach beyond it. */
 #define CVOL_SHEET_PAD 32
 
-/* Classification of one frame: entry t stands for value - offset = from + t / scale. opacity[l] is
- * that of 2^-l of the distance between two sheets. Over intervals of up to `flat` entries colour
- * and opacity are as good as linear. */
+/* Classification of one frame: entry t stands for value - offset = from + t / scale. entries[l] has
+ * the opacity (first) of 2^-l of the distance between two sheets, and the colour (second:
+ * r | g << 10 | b << 20). Over intervals of up to `flat` entries both are as good as linear. */
 typedef struct cvol_sheet_table {
     float from, scale, flat;
     float visible_from, visible_to; /* opacity is 0 outside of these, in value - offset */
-    float opacity[CVOL_LEVELS][CVOL_TABLE_SIZE] __attribute__((aligned(64)));
-    uint32_t colour[CVOL_TABLE_SIZE] __attribute__((aligned(64))); /* r, g << 10, b << 20 */
+    cvol_pair entries[CVOL_LEVELS][CVOL_TABLE_SIZE] __attribute__((aligned(64)));
 } cvol_sheet_table;
 
 typedef struct cvol_sheet_plan {

@@ -31,17 +31,18 @@ CVOL_INLINE void store_pixels(float *r, int width, pixels p)
     cvol_store(r + 3 * width, p.through);
 }
 
-/* One sample a pixel, at table coordinate t, with this table of opacities times `weight`. */
-CVOL_INLINE void composite_sample(pixels *p, const cvol_sheet_table *table, const float *opacities,
-                                  cvol_vf t, cvol_vf weight)
+CVOL_INLINE cvol_vi table_index(cvol_vf t)
 {
-    cvol_vi index = cvol_to_int(
-        cvol_min(cvol_max(t, cvol_splat(0)), cvol_splat(CVOL_TABLE_SIZE - 1)));
-    cvol_vf opacity = (cvol_vf)cvol_lookup(opacities, index) * weight;
-    if (!cvol_any(opacity > 0))
-        return;
-    cvol_vi colour = cvol_lookup(table->colour, index);
-    cvol_vf share = p->through * opacity;
+    return cvol_to_int(cvol_min(cvol_max(t, cvol_splat(0)), cvol_splat(CVOL_TABLE_SIZE - 1)));
+}
+
+/* One sample a pixel, at table coordinate t, with these entries' opacities times `weight`. */
+CVOL_INLINE void composite_sample(pixels *p, const cvol_pair *entries, cvol_vf t, cvol_vf weight)
+{
+    cvol_vf opacity;
+    cvol_vi colour;
+    cvol_lookup(&opacity, &colour, entries, table_index(t));
+    cvol_vf share = p->through * opacity * weight;
     p->through -= share;
     share *= 1.0f / 1023;
     p->r += share * cvol_to_float(colour & 1023);
@@ -49,20 +50,24 @@ CVOL_INLINE void composite_sample(pixels *p, const cvol_sheet_table *table, cons
     p->b += share * cvol_to_float(colour >> 20);
 }
 
-/* The interval from table coordinate a to b, in as many parts as it needs; each part's sample lies
- * at its far end, so that what counts most, the sheet's own value, is exact. 1 if all pixels are
- * opaque now. */
+/* Into how many parts, 2^level, the intervals from a to b are divided. */
+CVOL_INLINE int choose_level(const cvol_sheet_table *table, cvol_vf a, cvol_vf b)
+{
+    const cvol_vf span = cvol_max(a, b) - cvol_min(a, b);
+    return !cvol_any(span > table->flat) ? 0 : !cvol_any(span > 4 * table->flat) ? 1 : 2;
+}
+
+/* The interval from table coordinate a to b; each part's sample lies at its far end, so that what
+ * counts most, the sheet's own value, is exact. 1 if all pixels are opaque now. */
 CVOL_INLINE int composite_parts(const cvol_sheet_table *table, float *r, int width, cvol_vf a,
                                 cvol_vf b, cvol_vf weight)
 {
-    const cvol_vf span = cvol_max(a, b) - cvol_min(a, b);
-    const int level = !cvol_any(span > table->flat) ? 0 : !cvol_any(span > 2 * table->flat) ? 1 : 2;
+    const int level = choose_level(table, a, b), parts = 1 << level;
     pixels p = load_pixels(r, width);
-    const int parts = 1 << level;
     const cvol_vf part = (b - a) * (1.0f / (float)parts);
     for (int k = 1; k < parts; k++)
-        composite_sample(&p, table, table->opacity[level], a + (float)k * part, weight);
-    composite_sample(&p, table, table->opacity[level], b, weight);
+        composite_sample(&p, table->entries[level], a + (float)k * part, weight);
+    composite_sample(&p, table->entries[level], b, weight);
     store_pixels(r, width, p);
     return !cvol_any(p.through >= OPAQUE_BELOW);
 }
