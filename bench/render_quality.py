@@ -14,6 +14,7 @@ Truth takes long; it is kept in the work folder for as long as volume and transf
 as they are. Use --fresh when the ray engine has changed.
 """
 import argparse
+import glob
 import hashlib
 import math
 import os
@@ -157,8 +158,10 @@ def row_of(arguments, cvol, name, look, what, truth, folder, report=None):
         row |= {'ratio': f"{report['ratio']:.1f}", 'volume dB': f"{report['psnr_db']:.1f}"}
     if arguments.difference:
         label = what.replace('/', '_').replace(' ', '_')
-        write_difference(truth, folder, worst, os.path.join(
-            arguments.results, 'difference', f'{name}_{look}_{label}_view_{worst:02d}.png'))
+        stem = os.path.join(arguments.results, 'difference', f'{name}_{look}_{label}_view_')
+        for old in glob.glob(glob.escape(stem) + '*.png'):
+            os.remove(old)
+        write_difference(truth, folder, worst, f'{stem}{worst:02d}.png')
     say(f"{name} {look} {what}: median {figures['median dB']}, worst {figures['worst dB']}")
     return row | figures
 
