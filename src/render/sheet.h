@@ -10,6 +10,10 @@
  * Intermediate pixel (i, j) is the ray that crosses sheet 0 at the in-plane point
  *     U = u0 + i du,  V = v0 + j dv
  * and sheet z at (U + shear_lane z, V + shear_row z).
+ *
+ * Near the volume's faces, a sheet or an interval between sheets weighs as much as of a ray's way
+ * through it lies within the volume. As for the ray engine, an axis of one sample is one spacing
+ * thick. Samples beyond a face are copies of those at it.
  */
 #ifndef CVOL_RENDER_SHEET_H
 #define CVOL_RENDER_SHEET_H
@@ -54,6 +58,12 @@ typedef struct cvol_sheet_plan {
     double warp[2][3];
 } cvol_sheet_plan;
 
+/* How far the volume reaches beyond the centres of its first and last sample. */
+static inline double cvol_sheet_margin(size_t samples)
+{
+    return samples > 1 ? 0 : 0.5;
+}
+
 /* Finds axes, shear, resolution and extent of the intermediate image for a view.
  * Errors: LIMIT (an intermediate image beyond reason). */
 int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
@@ -69,8 +79,7 @@ typedef struct cvol_intermediate {
     float *scratch;  /* one line for each thread */
     int *spans;      /* [height][2]: where a line is not empty, found before the warp */
     uint8_t *opaque; /* [height][width / CVOL_GROUP]: nothing behind this group is seen */
-    int32_t *met;    /* [height][width / CVOL_GROUP]: 2 n + m for the last sheet n that the group
-                        met, m = 1 where it lay only partly within it */
+    int32_t *met;    /* [height][width / CVOL_GROUP]: number of the last sheet that it met */
 } cvol_intermediate;
 
 /* One row of it, as kernels see it. */
@@ -85,12 +94,12 @@ typedef struct cvol_line {
 typedef struct cvol_sheet_view {
     const float *samples; /* sample s of row r: samples[first + r row_stride + s] */
     long first;
-    int ordinal;                  /* in the order in which rays meet the sheets */
-    float entry;                  /* weight of an interval one of whose ends is unknown */
-    double lane_at;               /* sample coordinate of pixel i: lane_at + i lane_step */
-    double row_at;                /* sample coordinate of line j: row_at + j row_step */
-    int begin, end;               /* groups that meet the sheet */
-    int inside_begin, inside_end; /* those that lie within it whole */
+    int ordinal;       /* in the order in which rays meet the sheets */
+    float front, back; /* the volume's, in sheets from this one, the way that rays take */
+    double lane_at;    /* sample coordinate of pixel i: lane_at + i lane_step */
+    double row_at;     /* sample coordinate of line j: row_at + j row_step */
+    int begin, end;    /* groups that lie within, one sheet before or behind */
+    int inside_begin, inside_end; /* those that do all the way */
 } cvol_sheet_view;
 
 typedef struct cvol_layer {
@@ -98,8 +107,10 @@ typedef struct cvol_layer {
     cvol_sheet_view sheets[CVOL_BLOCK_MAX]; /* front to back */
     long row_stride;
     double lane_step, row_step;
-    double lane_lo, lane_hi; /* sample coordinates of the volume's first and last sample */
-    double row_lo, row_hi;
+    /* Sample coordinates of the faces through which rays would enter and leave, a little outwards,
+     * and in how many sheets a ray moves by one sample; the latter is never zero or infinite. */
+    double lane_enter, lane_leave, row_enter, row_leave;
+    float lane_turn, row_turn;
     int row_points, block_rows;
     /* Which windows of the layer's samples can be seen: window c of block row y covers samples
      * 16 (c - 1) .. 16 (c - 1) + 31; `within` for rows inside block row y, `across` for those
@@ -109,7 +120,7 @@ typedef struct cvol_layer {
 } cvol_layer;
 
 /* Draws one line of the intermediate image through all sheets of a layer. `sum`: line 0 becomes the
- * sum of the samples, line 1 their number; `max`: line 0 the largest, line 1 becomes 1. */
+ * weighted sum of the samples, line 1 their weight; `max`: line 0 the largest, line 1 becomes 1. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_sum,

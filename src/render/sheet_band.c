@@ -43,10 +43,10 @@ static int band_block_rows(size_t *first, size_t *last, const cvol_sheet_plan *p
     double lo = plan->v0 + line_begin * plan->dv + fmin(a, b) - plan->pitch_row;
     double hi = plan->v0 + (line_end - 1) * plan->dv + fmax(a, b) + plan->pitch_row;
     double rows = (double)(plan->rows - 1);
-    if (hi < 0 || lo > rows)
+    if (hi < -2 || lo > rows + 2) /* rays may enter or leave half way to the next sheet */
         return 0;
-    *first = lo <= 0 ? 0 : (size_t)lo / (size_t)block;
-    *last = (size_t)(hi >= rows ? rows : hi) / (size_t)block;
+    *first = (size_t)fmin(fmax(lo, 0), rows) / (size_t)block;
+    *last = (size_t)fmin(fmax(hi, 0), rows) / (size_t)block;
     return 1;
 }
 
@@ -113,22 +113,22 @@ static size_t find_seen(cvol_band_memory *memory, const cvol_sheet_frame *frame,
     return count;
 }
 
-/* Repeats the outermost samples of a coarser grid once, since the volume's faces lie beyond them.
- */
+/* Repeats the outermost samples, twice to the left and once elsewhere, since rays are followed a
+ * little beyond the faces. */
 static void extend_faces(float *at, const cvol_band_memory *memory, const cvol_sheet_plan *plan,
                          int block, size_t lane, size_t row)
 {
     const int points_lane = plan->points_lane, points_row = plan->points_row;
     const int left = lane == 0, right = lane + 1 == plan->blocks_lane;
     const long row_stride = memory->row_stride;
-    const size_t bytes = sizeof(float) * (size_t)(points_lane + left + right);
+    const size_t bytes = sizeof(float) * (size_t)(points_lane + 2 * left + right);
     for (int z = 0; z < block; z++) {
         float *sheet = at + z * memory->sheet_stride;
         for (int r = 0; r < points_row && left; r++)
-            sheet[r * row_stride - 1] = sheet[r * row_stride];
+            sheet[r * row_stride - 2] = sheet[r * row_stride - 1] = sheet[r * row_stride];
         for (int r = 0; r < points_row && right; r++)
             sheet[r * row_stride + points_lane] = sheet[r * row_stride + points_lane - 1];
-        float *above = sheet - left, *below = above + (points_row - 1) * row_stride;
+        float *above = sheet - 2 * left, *below = above + (points_row - 1) * row_stride;
         if (row == 0)
             memcpy(above - row_stride, above, bytes);
         if (row + 1 == plan->blocks_row)
@@ -163,17 +163,31 @@ static int clamp_group(double group, int groups)
     return group < 0 ? 0 : group > groups ? groups : (int)group;
 }
 
-/* Which groups of a line meet a sheet, and which lie within it whole. */
+/* The groups that a sheet concerns, see cvol_sheet_view. */
 static void find_groups(cvol_sheet_view *sheet, const cvol_layer *layer, int width)
 {
-    const double tolerance = 1e-4;
     const int groups = width / CVOL_GROUP;
-    double first = (layer->lane_lo - sheet->lane_at) / layer->lane_step;
-    double last = (layer->lane_hi - sheet->lane_at) / layer->lane_step;
-    sheet->begin = clamp_group(floor(ceil(first - tolerance) / CVOL_GROUP), groups);
-    sheet->end = clamp_group(floor(floor(last + tolerance) / CVOL_GROUP) + 1, groups);
-    sheet->inside_begin = clamp_group(ceil(first / CVOL_GROUP), groups);
-    sheet->inside_end = clamp_group(floor((last + 1) / CVOL_GROUP), groups);
+    double lean = 1 / fabs((double)layer->lane_turn) / layer->lane_step;
+    double a = (layer->lane_enter - sheet->lane_at) / layer->lane_step;
+    double b = (layer->lane_leave - sheet->lane_at) / layer->lane_step;
+    double first = fmin(a, b), last = fmax(a, b);
+    sheet->begin = clamp_group(floor(ceil(first - lean) / CVOL_GROUP), groups);
+    sheet->end = clamp_group(floor(floor(last + lean) / CVOL_GROUP) + 1, groups);
+    sheet->inside_begin = clamp_group(ceil((first + lean) / CVOL_GROUP), groups);
+    sheet->inside_end = clamp_group(floor((last - lean + 1) / CVOL_GROUP), groups);
+}
+
+/* The faces of one axis, see cvol_layer; rays move by `shear` from sheet to sheet. */
+static void find_faces(double *enter, double *leave, float *turn, size_t samples, double first,
+                       double pitch, double shear)
+{
+    const double tolerance = 1e-4, least_shear = 1e-5;
+    double margin = cvol_sheet_margin(samples);
+    double lo = (0 - margin - first) / pitch - tolerance;
+    double hi = ((double)(samples - 1) + margin - first) / pitch + tolerance;
+    *enter = shear < 0 ? hi : lo;
+    *leave = shear < 0 ? lo : hi;
+    *turn = (float)((shear < 0 ? -1 : 1) / fmax(fabs(shear) / pitch, least_shear));
 }
 
 static void describe_layer(cvol_layer *out, const cvol_band_memory *memory,
@@ -183,10 +197,11 @@ static void describe_layer(cvol_layer *out, const cvol_band_memory *memory,
     out->row_stride = memory->row_stride;
     out->lane_step = plan->du / plan->pitch_lane;
     out->row_step = plan->dv / plan->pitch_row;
-    out->lane_lo = (0 - plan->first_lane) / plan->pitch_lane;
-    out->lane_hi = ((double)(plan->lanes - 1) - plan->first_lane) / plan->pitch_lane;
-    out->row_lo = (0 - plan->first_row) / plan->pitch_row;
-    out->row_hi = ((double)(plan->rows - 1) - plan->first_row) / plan->pitch_row;
+    const double way = plan->ascending ? 1 : -1;
+    find_faces(&out->lane_enter, &out->lane_leave, &out->lane_turn, plan->lanes, plan->first_lane,
+               plan->pitch_lane, way * plan->shear_lane);
+    find_faces(&out->row_enter, &out->row_leave, &out->row_turn, plan->rows, plan->first_row,
+               plan->pitch_row, way * plan->shear_row);
     out->row_points = plan->points_row;
     out->block_rows = (int)plan->blocks_row;
     out->within = memory->skip.within;
@@ -201,9 +216,9 @@ static void describe_layer(cvol_layer *out, const cvol_band_memory *memory,
         cvol_sheet_view *sheet = &out->sheets[s];
         sheet->ordinal = (int)(plan->ascending ? at->z_begin + (size_t)slice
                                                : plan->sheets - 1 - at->z_begin - (size_t)slice);
-        /* Rays enter and leave through a side half way between sheets, on the average; through the
-         * first sheet they come from nowhere, unless it is the only one. */
-        sheet->entry = sheet->ordinal > 0 ? 0.5f : plan->sheets > 1 ? 0.0f : 1.0f;
+        const double margin = cvol_sheet_margin(plan->sheets);
+        sheet->front = (float)(-sheet->ordinal - margin);
+        sheet->back = (float)((double)(plan->sheets - 1) - sheet->ordinal + margin);
         sheet->samples = memory->samples;
         sheet->first = CVOL_SHEET_PAD + row_0 * memory->row_stride + slice * memory->sheet_stride;
         sheet->lane_at = (plan->u0 + plan->shear_lane * z - plan->first_lane) / plan->pitch_lane;

@@ -36,13 +36,24 @@ CVOL_INLINE cvol_vi table_index(cvol_vf t)
     return cvol_to_int(cvol_min(cvol_max(t, cvol_splat(0)), cvol_splat(CVOL_TABLE_SIZE - 1)));
 }
 
-/* One sample a pixel, at table coordinate t, with these entries' opacities times `weight`. */
-CVOL_INLINE void composite_sample(pixels *p, const cvol_pair *entries, cvol_vf t, cvol_vf weight)
+/* 1 - (1 - a)^w for 0..1, exact where a or w is 0 or 1, within 0.02 elsewhere. */
+CVOL_INLINE cvol_vf opacity_of_part(cvol_vf a, cvol_vf w)
+{
+    cvol_vf a2 = a * a;
+    return a * w / (1 - a * (1 - w) * (0.5f + 0.5f * a2 * a2 * a2));
+}
+
+/* One sample a pixel, at table coordinate t; if `weighted`, only this part of its length. */
+CVOL_INLINE void composite_sample(pixels *p, const cvol_pair *entries, cvol_vf t, cvol_vf weight,
+                                  int weighted)
 {
     cvol_vf opacity;
     cvol_vi colour;
     cvol_lookup(&opacity, &colour, entries, table_index(t));
-    cvol_vf share = p->through * opacity * weight;
+    if (weighted)
+        opacity = cvol_select(weight >= LEAST_WEIGHT, opacity_of_part(opacity, weight),
+                              cvol_splat(0));
+    cvol_vf share = p->through * opacity;
     p->through -= share;
     share *= 1.0f / 1023;
     p->r += share * cvol_to_float(colour & 1023);
@@ -60,14 +71,14 @@ CVOL_INLINE int choose_level(const cvol_sheet_table *table, cvol_vf a, cvol_vf b
 /* The interval from table coordinate a to b; each part's sample lies at its far end, so that what
  * counts most, the sheet's own value, is exact. 1 if all pixels are opaque now. */
 CVOL_INLINE int composite_parts(const cvol_sheet_table *table, float *r, int width, cvol_vf a,
-                                cvol_vf b, cvol_vf weight)
+                                cvol_vf b, cvol_vf weight, int weighted)
 {
     const int level = choose_level(table, a, b), parts = 1 << level;
     pixels p = load_pixels(r, width);
     const cvol_vf part = (b - a) * (1.0f / (float)parts);
     for (int k = 1; k < parts; k++)
-        composite_sample(&p, table->entries[level], a + (float)k * part, weight);
-    composite_sample(&p, table->entries[level], b, weight);
+        composite_sample(&p, table->entries[level], a + (float)k * part, weight, weighted);
+    composite_sample(&p, table->entries[level], b, weight, weighted);
     store_pixels(r, width, p);
     return !cvol_any(p.through >= OPAQUE_BELOW);
 }
@@ -77,70 +88,57 @@ CVOL_INLINE int is_opaque(const float *r, int width)
     return !cvol_any(cvol_load(r + 3 * width) >= OPAQUE_BELOW);
 }
 
-/* The interval from value a to b. */
+/* The interval from value a to b; if `weighted`, only this part of its length. */
 CVOL_INLINE int composite_interval(const cvol_sheet_table *table, float *r, int width, cvol_vf a,
-                                   cvol_vf b)
+                                   cvol_vf b, cvol_vf weight, int weighted)
 {
     cvol_vi seen = (cvol_max(a, b) >= table->visible_from) & (cvol_min(a, b) <= table->visible_to);
     if (!cvol_any(seen))
         return is_opaque(r, width);
     return composite_parts(table, r, width, (a - table->from) * table->scale,
-                           (b - table->from) * table->scale, cvol_splat(1));
+                           (b - table->from) * table->scale, weight, weighted);
 }
 
-/* The same where a value may be NaN, which stands for one that is not known: the ray entered or
- * left the volume between the sheets, or came out of what was skipped. Such an interval has the
- * known value and the weight `entry`. */
-CVOL_INLINE int composite_partly(const cvol_sheet_table *table, float *r, int width, cvol_vf before,
-                                 cvol_vf after, float entry)
-{
-    cvol_vi has_before = before == before, has_after = after == after;
-    cvol_vf a = cvol_select(has_before, before, after), b = cvol_select(has_after, after, before);
-    cvol_vi seen = (cvol_max(a, b) >= table->visible_from) & (cvol_min(a, b) <= table->visible_to);
-    if (!cvol_any(seen))
-        return is_opaque(r, width);
-    cvol_vf weight = cvol_select(has_before & has_after, cvol_splat(1), cvol_splat(entry));
-    /* What was never known is nowhere on the table, and weighs nothing. */
-    cvol_vf nothing = cvol_splat(0);
-    a = cvol_select(seen, (a - table->from) * table->scale, nothing);
-    b = cvol_select(seen, (b - table->from) * table->scale, nothing);
-    return composite_parts(table, r, width, a, b, cvol_select(seen, weight, nothing));
-}
-
+/* A sheet stands for the interval before it. Where the sheet before was skipped, nothing can be
+ * seen at that end; the interval then counts half, by its own sheet's value. */
 CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
                                  const cvol_sheet_table *table, const cvol_line *line, int unit)
 {
     line_view view;
-    if (!view_line(&view, layer, sheet, line->number))
+    const int only = sheet->front == -0.5f;
+    view_line(&view, layer, sheet, line->number, only ? -0.5f : -1, only ? 0.5f : 0);
+    /* The first sheet has nothing before it, but its values are needed. */
+    if (view.slab_end - view.slab_begin < LEAST_WEIGHT && sheet->ordinal > 0)
         return;
     const double step = layer->lane_step;
     const unit_footprint footprint = make_unit_footprint(&view, sheet);
-    const cvol_vf unknown = cvol_splat(NAN);
+    const int whole = view.slab_end - view.slab_begin > 1 - LEAST_WEIGHT;
     float *previous = line->values + 4 * line->width;
     for (int group = sheet->begin; group < sheet->end; group++) {
         if (line->opaque[group])
             continue;
         const int i = group * CVOL_GROUP;
         long x = unit ? footprint.x + i : (long)floor(sheet->lane_at + i * step);
-        if (!view.windows[(unsigned long)(x + CVOL_GROUP) / CVOL_GROUP])
+        if (!is_window_visible(&view, x))
             continue;
-        const int masked = group < sheet->inside_begin || group >= sheet->inside_end;
-        const int known = line->met[group] >> 1 == sheet->ordinal - 1;
-        const int whole = line->met[group] == (sheet->ordinal - 1) * 2 && !masked;
+        const int inside = whole && group >= sheet->inside_begin && group < sheet->inside_end;
+        const int known = line->met[group] == sheet->ordinal - 1;
         int closed = 1;
         for (int part = 0; part < CVOL_GROUP; part += CVOL_LANES) {
             double position = sheet->lane_at + (i + part) * step;
             cvol_vf value = unit ? reconstruct_unit(&view, &footprint, x + part)
                                  : reconstruct_finer(&view, position, step);
-            if (masked)
-                value = cvol_select(inside_mask(layer, position), value, unknown);
-            cvol_vf before = known ? cvol_load(previous + i + part) : unknown;
+            cvol_vf before = known ? cvol_load(previous + i + part) : value;
             float *r = line->values + i + part;
             cvol_store(previous + i + part, value);
-            closed &= whole ? composite_interval(table, r, line->width, before, value)
-                            : composite_partly(table, r, line->width, before, value, sheet->entry);
+            if (inside && known) {
+                closed &= composite_interval(table, r, line->width, before, value, value, 0);
+                continue;
+            }
+            cvol_vf weight = inside ? cvol_splat(0.5f) : weigh(layer, &view, position);
+            closed &= composite_interval(table, r, line->width, before, value, weight, 1);
         }
-        line->met[group] = sheet->ordinal * 2 + masked;
+        line->met[group] = sheet->ordinal;
         line->opaque[group] = (uint8_t)closed;
     }
 }

@@ -14,34 +14,48 @@
 #include "base/vector.h"
 #include "render/sheet.h"
 
+/* Less weight than this is none. */
+#define LEAST_WEIGHT 1e-4f
+
 /* One sheet as one line of the image sees it. */
 typedef struct line_view {
     const float *near, *far; /* the two rows of samples */
     float near_weight, far_weight;
+    float slab_begin,
+        slab_end; /* where the line's rays are within, but for the side lanes' faces */
     const uint8_t *windows;
 } line_view;
 
-/* 0 if the line misses the sheet. */
-CVOL_INLINE int view_line(line_view *view, const cvol_layer *layer, const cvol_sheet_view *sheet,
-                          int j)
+/* The sheet stands for the slab from `slab_begin` to `slab_end`, in sheets from itself. */
+CVOL_INLINE void view_line(line_view *view, const cvol_layer *layer, const cvol_sheet_view *sheet,
+                           int j, float slab_begin, float slab_end)
 {
-    const double tolerance = 1e-4;
+    const int last = layer->block_rows * layer->row_points - 1;
     double r = sheet->row_at + j * layer->row_step;
-    if (r < layer->row_lo - tolerance || r > layer->row_hi + tolerance)
-        return 0;
-    /* Rows -1 and one past the last exist as copies, so that floor() needs no clamp. */
-    long y = (long)floor(r);
+    float enter = (float)(layer->row_enter - r) * layer->row_turn;
+    float leave = (float)(layer->row_leave - r) * layer->row_turn;
+    float front = enter > sheet->front ? enter : sheet->front;
+    float back = leave < sheet->back ? leave : sheet->back;
+    view->slab_begin = front > slab_begin ? front : slab_begin;
+    view->slab_end = back < slab_end ? back : slab_end;
+    /* Rows -1 and one past the last exist as copies. */
+    r = r < -1 ? -1 : r > last + 1 ? last + 1 : r;
+    long y = r < last + 1 ? (long)floor(r) : last;
     view->far_weight = (float)(r - (double)y);
     view->near_weight = 1 - view->far_weight;
     view->near = sheet->samples + (sheet->first + y * layer->row_stride);
     view->far = view->near + layer->row_stride;
-    int last = layer->block_rows * layer->row_points - 1;
     int low = y < 0 ? 0 : (int)y, high = y + 1 > last ? last : (int)y + 1;
     low = low > last ? last : low;
     int block_row = low / layer->row_points;
     int across = high >= (block_row + 1) * layer->row_points;
     view->windows = (across ? layer->across : layer->within) + block_row * layer->windows;
-    return 1;
+}
+
+/* The window that 16 pixels from sample x on see. */
+CVOL_INLINE int is_window_visible(const line_view *view, long x)
+{
+    return view->windows[x < -CVOL_GROUP ? 0 : (x + CVOL_GROUP) / CVOL_GROUP];
 }
 
 /* The linear footprint where pixels and samples have one pitch: four weights for all pixels. */
@@ -85,13 +99,14 @@ CVOL_INLINE cvol_vf reconstruct_finer(const line_view *view, double position, do
     return left + fraction * (right - left);
 }
 
-/* Which of the CVOL_LANES pixels from `position` on lie within the sheet. */
-CVOL_INLINE cvol_vi inside_mask(const cvol_layer *layer, double position)
+/* How much of its slab the CVOL_LANES pixels from `position` on spend within; 0 or less: none. */
+CVOL_INLINE cvol_vf weigh(const cvol_layer *layer, const line_view *view, double position)
 {
-    const float tolerance = 1e-4f;
     cvol_vf offset = cvol_iota() * (float)layer->lane_step;
-    return (offset >= (float)(layer->lane_lo - position) - tolerance) &
-           (offset <= (float)(layer->lane_hi - position) + tolerance);
+    cvol_vf enter = ((float)(layer->lane_enter - position) - offset) * layer->lane_turn;
+    cvol_vf leave = ((float)(layer->lane_leave - position) - offset) * layer->lane_turn;
+    return cvol_min(leave, cvol_splat(view->slab_end)) -
+           cvol_max(enter, cvol_splat(view->slab_begin));
 }
 
 #endif

@@ -74,12 +74,24 @@ static void choose_resolution(int *points, double *pitch, double *first, double 
     *delta = pixel < 1 ? pixel : *pitch;
 }
 
-/* The range of U (or V) that both the sheets and the picture cover, in intermediate pixels. */
+/* Whether pixels of the picture, along one of its axes, lie `delta` apart in U (or V), and along
+ * the other not at all. */
+static int is_aligned(const double warp[3], double delta)
+{
+    const double tolerance = 1e-9 * delta;
+    return (fabs(fabs(warp[1]) - delta) < tolerance && fabs(warp[2]) < tolerance) ||
+           (fabs(fabs(warp[2]) - delta) < tolerance && fabs(warp[1]) < tolerance);
+}
+
+/* The range of U (or V) that both the sheets and the picture cover, in intermediate pixels. Where
+ * these can be the picture's own, they are: the warp then leaves them as sharp as they are. */
 static int find_extent(double *start, int *count, double delta, double shear, size_t samples,
                        size_t sheets, const double warp[3], const cvol_view *view)
 {
-    double drift = -shear * (double)(sheets - 1);
-    double lo = fmin(0, drift), hi = (double)(samples - 1) + fmax(0, drift);
+    double margin = cvol_sheet_margin(samples), beyond = cvol_sheet_margin(sheets);
+    double drift_a = shear * beyond, drift_b = -shear * ((double)(sheets - 1) + beyond);
+    double lo = fmin(drift_a, drift_b) - margin;
+    double hi = (double)(samples - 1) + fmax(drift_a, drift_b) + margin;
     double picture_lo = INFINITY, picture_hi = -INFINITY;
     for (int corner = 0; corner < 4; corner++) {
         double x = corner & 1 ? view->width : -1, y = corner & 2 ? view->height : -1;
@@ -89,6 +101,8 @@ static int find_extent(double *start, int *count, double delta, double shear, si
     }
     lo = fmax(lo, picture_lo) - delta;
     hi = fmin(hi, picture_hi) + delta;
+    if (is_aligned(warp, delta))
+        lo = warp[0] + floor((lo - warp[0]) / delta) * delta;
     double pixels = hi > lo ? ceil((hi - lo) / delta) + 1 : 1;
     *start = lo;
     *count = pixels < INTERMEDIATE_MAX ? (int)pixels : INTERMEDIATE_MAX + 1;

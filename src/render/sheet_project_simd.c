@@ -1,25 +1,28 @@
 /* Modes xray and mip: sums and maxima of the samples along the rays. */
 #include "render/sheet_footprint.h"
 
-/* Line 0 becomes the sum of the samples, or the largest; line 1 their number, or 1. */
-CVOL_INLINE void project(float *first, float *second, cvol_vf value, cvol_vi inside, int largest)
+/* Line 0 becomes the weighted sum of the samples, or the largest; line 1 their weight, or 1. */
+CVOL_INLINE void project(float *first, float *second, cvol_vf value, cvol_vf weight, int largest)
 {
-    cvol_vf result = cvol_load(first), count = cvol_load(second), one = cvol_splat(1);
+    cvol_vf result = cvol_load(first), count = cvol_load(second);
+    cvol_vi inside = weight >= LEAST_WEIGHT;
     if (largest) {
         cvol_vi better = inside & ((value > result) | (count == 0));
         cvol_store(first, cvol_select(better, value, result));
-        cvol_store(second, cvol_select(inside, one, count));
+        cvol_store(second, cvol_select(inside, cvol_splat(1), count));
     } else {
-        cvol_store(first, cvol_select(inside, result + value, result));
-        cvol_store(second, cvol_select(inside, count + one, count));
+        cvol_store(first, cvol_select(inside, result + weight * value, result));
+        cvol_store(second, cvol_select(inside, count + weight, count));
     }
 }
 
+/* A sheet stands for the slab of half an interval before and behind it. */
 CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
                                const cvol_line *line, int unit, int largest)
 {
     line_view view;
-    if (!view_line(&view, layer, sheet, line->number))
+    view_line(&view, layer, sheet, line->number, -0.5f, 0.5f);
+    if (view.slab_end - view.slab_begin < LEAST_WEIGHT)
         return;
     const double step = layer->lane_step;
     const unit_footprint footprint = make_unit_footprint(&view, sheet);
@@ -28,7 +31,7 @@ CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *s
         cvol_vf value = unit ? reconstruct_unit(&view, &footprint, footprint.x + i)
                              : reconstruct_finer(&view, position, step);
         project(line->values + i, line->values + line->width + i, value,
-                inside_mask(layer, position), largest);
+                weigh(layer, &view, position), largest);
     }
 }
 

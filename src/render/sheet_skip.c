@@ -140,7 +140,7 @@ void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *interme
 static void tile_span(int *first, int *last, double start, double delta, double shear, int block,
                       size_t place, size_t z_begin, size_t z_end, int count)
 {
-    double lo = (double)(place * (size_t)block) - 1, hi = lo + block + 1;
+    double lo = (double)(place * (size_t)block) - 2, hi = lo + block + 3;
     double drift_a = shear * (double)z_begin, drift_b = shear * (double)(z_end - 1);
     double from = floor((lo - fmax(drift_a, drift_b) - start) / delta) - 1;
     double to = ceil((hi - fmin(drift_a, drift_b) - start) / delta) + 1;

@@ -24,6 +24,17 @@ static pixel_values load_pixel(const float *from)
     return v;
 }
 
+/* Makes line 0 the mean along the rays, and line 1 whether there is one: sums would let the pixels
+ * with the longest way through the volume outshine their neighbours. */
+static void find_means(float *lines, int width)
+{
+    for (int i = 0; i < width; i++)
+        if (lines[width + i] > 0) {
+            lines[i] /= lines[width + i];
+            lines[width + i] = 1;
+        }
+}
+
 /* Four lines of `width` floats into `width` pixels of four, in place; `line` is scratch. Finds the
  * span of the pixels that are not empty: begin .. end - 1. */
 static void interleave(float *lines, float *line, int width, pixel_values empty, int *begin,
@@ -141,9 +152,13 @@ static void warp(cvol_image *image, cvol_intermediate *intermediate, const cvol_
     {
         float *line = scratch + 4 * (size_t)cvol_thread_index() * (size_t)width;
 #pragma omp for schedule(static)
-        for (int j = 0; j < intermediate->height; j++)
-            interleave(intermediate->lines + CVOL_LINES * (size_t)j * (size_t)width, line, width,
-                       writer->empty, &intermediate->spans[2 * j], &intermediate->spans[2 * j + 1]);
+        for (int j = 0; j < intermediate->height; j++) {
+            float *lines = intermediate->lines + CVOL_LINES * (size_t)j * (size_t)width;
+            if (writer->grey)
+                find_means(lines, width);
+            interleave(lines, line, width, writer->empty, &intermediate->spans[2 * j],
+                       &intermediate->spans[2 * j + 1]);
+        }
 #pragma omp for schedule(static)
         for (int y = 0; y < image->height; y++)
             write_line(image, y, intermediate, plan, writer);
@@ -166,6 +181,6 @@ void cvol_warp_grey(cvol_image *image, cvol_intermediate *intermediate, const cv
         .background = {(float)background[0], (float)background[1], (float)background[2]},
         .grey = 1,
         .lo = (float)lo,
-        .scale = (float)(hi > lo ? 1 / (hi - lo) : 1)};
+        .scale = (float)(hi > lo ? 1 / (hi - lo) : 0)};
     warp(image, intermediate, plan, &writer, threads);
 }
