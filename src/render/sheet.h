@@ -28,7 +28,7 @@
 /* An interval between sheets is sampled in 1, 2 or 4 parts. */
 #define CVOL_LEVELS 3
 /* How far opacity and colour may depart from a straight line before an interval is divided. */
-#define CVOL_FLAT_TOLERANCE 0.03f
+#define CVOL_FLAT_TOLERANCE 0.05f
 /* Pixels of the intermediate image are worked on in groups of this many. */
 #define CVOL_GROUP 16
 /* Samples left and right of each row of a sheet, so that a group may reach beyond it. */
