@@ -3,10 +3,13 @@
 # usage: bench/run.sh CVOL [--data DIR] [--results DIR]
 set -eu
 
-[ $# -ge 1 ] && [ "$1" != --help ] && [ "$1" != -h ] || {
+case ${1:-} in
+'' | -h | --help)
     sed -n '2,3s/^# //p' "$0"
+    [ $# -ge 1 ] && exit 0
     exit 2
-}
+    ;;
+esac
 bench=$(dirname "$0")
 
 echo 'compression: every volume at five targets'
