@@ -1,0 +1,34 @@
+#!/bin/sh
+# Runs what the documents show: every ```sh block of README.md, its C program, and the demo, in an
+# empty folder that has the samples.
+# usage: tests/check_docs.sh SOURCE_FOLDER CVOL README_EXAMPLE
+set -eu
+source=$(cd "$1" && pwd)
+PATH=$(cd "$(dirname "$2")" && pwd):$PATH
+export PATH
+example=$3
+
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+ln -s "$source/samples" samples
+
+awk '/^```sh$/ { on = 1; next } /^```$/ { on = 0 } on' "$source/README.md" >commands
+[ -s commands ] || { echo 'README.md shows no commands' >&2; exit 1; }
+while IFS= read -r command; do
+    echo "+ $command"
+    sh -c "$command" >output 2>&1 </dev/null || {
+        echo "README.md: '$command' failed:" >&2
+        cat output >&2
+        exit 1
+    }
+done <commands
+
+rm -f brain.png
+echo '+ the C program'
+"$example"
+[ -s brain.png ] || { echo 'the C program of README.md left no picture' >&2; exit 1; }
+
+echo '+ the demo'
+sh "$source/scripts/demo.sh" cvol
+[ -s demo/brain.png ] || { echo 'the demo left no picture' >&2; exit 1; }
