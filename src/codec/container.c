@@ -158,8 +158,8 @@ static int check_claims(cvol_context *context, const cvol_header *header, size_t
         groups *= (header->grid.dims[a] - 1) / CVOL_GROUP_SIDE + 1; /* at most the samples */
     if (groups > file_left / (INDEX_ENTRY_BYTES + 1))
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: %zu x %zu x %zu samples are %llu groups, too many for a file of this "
-                         "size",
+                         "%s: %zu x %zu x %zu samples are %llu groups, more than a file of "
+                         "this size can hold",
                          name, header->grid.dims[0], header->grid.dims[1], header->grid.dims[2],
                          (unsigned long long)groups);
     return CVOL_OK;

@@ -61,10 +61,11 @@ CVOL_INLINE void composite_sample(pixels *p, const cvol_pair *entries, cvol_vf t
     p->b += share * cvol_to_float(colour >> 20);
 }
 
-/* Into how many parts, 2^level, the intervals from a to b are divided. */
-CVOL_INLINE int choose_level(const cvol_sheet_table *table, cvol_vf a, cvol_vf b)
+/* Into how many parts, 2^level, the intervals from a to b are divided: the less light still comes
+ * through, the less an interval's error is seen. */
+CVOL_INLINE int choose_level(const cvol_sheet_table *table, cvol_vf a, cvol_vf b, cvol_vf through)
 {
-    const cvol_vf span = cvol_max(a, b) - cvol_min(a, b);
+    const cvol_vf span = (cvol_max(a, b) - cvol_min(a, b)) * through;
     return !cvol_any(span > table->flat) ? 0 : !cvol_any(span > 4 * table->flat) ? 1 : 2;
 }
 
@@ -73,8 +74,8 @@ CVOL_INLINE int choose_level(const cvol_sheet_table *table, cvol_vf a, cvol_vf b
 CVOL_INLINE int composite_parts(const cvol_sheet_table *table, float *r, int width, cvol_vf a,
                                 cvol_vf b, cvol_vf weight, int weighted)
 {
-    const int level = choose_level(table, a, b), parts = 1 << level;
     pixels p = load_pixels(r, width);
+    const int level = choose_level(table, a, b, p.through), parts = 1 << level;
     const cvol_vf part = (b - a) * (1.0f / (float)parts);
     for (int k = 1; k < parts; k++)
         composite_sample(&p, table->entries[level], a + (float)k * part, weight, weighted);

@@ -1,0 +1,49 @@
+#!/bin/sh
+# Builds every fuzzer with clang's libFuzzer and the sanitizers and runs each for a while.
+# usage: fuzz/run.sh [SECONDS_EACH]     from the project's root; needs clang and its runtime
+# (Debian: clang libclang-rt-14-dev). What is found is left in build-fuzz/NAME/.
+set -eu
+cd "$(dirname "$0")/.."
+seconds=${1:-60}
+build=build-fuzz
+mkdir -p $build
+flags="-std=c11 -g -O1 -Iinclude -Isrc -Ifuzz -isystem /usr/include/nifti
+    -fsanitize=address,undefined -fno-sanitize-recover=all -Wno-psabi -Wno-unknown-pragmas"
+
+# Without OpenMP: one thread, and no runtime that the sanitizers do not know.
+objects=
+for source in src/*/*.c; do
+    name=$(basename "$source" .c)
+    case $source in
+    *_simd.c)
+        for set in base avx2 avx512; do
+            case $set in
+            base) machine= ;;
+            avx2) machine='-mavx2 -mfma -mf16c' ;;
+            avx512) machine='-mavx512f -mavx512bw -mavx512dq -mavx512vl -mfma -mf16c' ;;
+            esac
+            object=$build/$name-$set.o
+            clang $flags $machine -fsanitize=fuzzer-no-link -DCVOL_SIMD_SET=$set -c "$source" \
+                -o "$object"
+            objects="$objects $object"
+        done
+        ;;
+    *)
+        clang $flags -fsanitize=fuzzer-no-link -c "$source" -o "$build/$name.o"
+        objects="$objects $build/$name.o"
+        ;;
+    esac
+done
+
+for fuzzer in cvol volume transfer png; do
+    clang $flags -fsanitize=fuzzer "fuzz/fuzz_$fuzzer.c" $objects -o "$build/fuzz_$fuzzer" \
+        -lnifti2 -lznz -lz -lpng -lzstd -ljansson -lpthread -lm
+    mkdir -p "$build/$fuzzer"
+    corpus=$build/$fuzzer
+    [ -d "fuzz/corpus/$fuzzer" ] && corpus="$corpus fuzz/corpus/$fuzzer"
+    echo "== $fuzzer, $seconds s"
+    # shellcheck disable=SC2086
+    "$build/fuzz_$fuzzer" -max_total_time="$seconds" -rss_limit_mb=512 -timeout=20 \
+        -print_final_stats=1 -artifact_prefix="$build/$fuzzer-" $corpus 2>&1 | tail -12
+    rm -f /dev/shm/cvol-fuzz-*
+done
