@@ -246,16 +246,18 @@ static int draw_bands(cvol_context *context, sheet_state *state, const cvol_shee
     int cancelled = 0, done = 0;
 #pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
     for (int band = 0; band < count; band++) {
-        int stop;
+        int stop, before;
 #pragma omp atomic read
         stop = cancelled;
+#pragma omp atomic read
+        before = done;
         if (stop)
             continue;
         int begin = band * band_lines, thread = cvol_thread_index();
         int end = begin + band_lines < height ? begin + band_lines : height;
         cvol_context *progress = thread == 0 ? context : NULL;
         if (cvol_band_draw(progress, &state->bands[thread], frame, begin, end,
-                           (double)done / count)) {
+                           (double)before / count, 1.0 / count)) {
 #pragma omp atomic write
             cancelled = 1;
         }

@@ -263,7 +263,7 @@ static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
 }
 
 int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                   int begin, int end, double progress)
+                   int begin, int end, double progress, double share)
 {
     const cvol_sheet_plan *plan = frame->plan;
     const int block = frame->array->block;
@@ -272,7 +272,8 @@ int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_s
     clear_lines(frame, begin, end);
     cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
     for (size_t step = 0; step < plan->layers; step++) {
-        if (context && cvol_report_progress(context, "rendering", progress))
+        double fraction = progress + share * (double)step / (double)plan->layers;
+        if (context && cvol_report_progress(context, "rendering", fraction))
             return CVOL_ERROR_CANCELLED;
         at.layer = plan->ascending ? step : plan->layers - 1 - step;
         layer_sheets(&at.z_begin, &at.z_end, plan, block, at.layer);

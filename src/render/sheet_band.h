@@ -38,10 +38,10 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
                              int lines);
 void cvol_band_memory_free(cvol_band_memory *memory);
 
-/* Draws lines begin .. end - 1, begin a multiple of CVOL_TILE. `context` reports progress from
- * `progress` on; NULL: silently. CVOL_OK or CVOL_ERROR_CANCELLED. */
+/* Draws lines begin .. end - 1, begin a multiple of CVOL_TILE. `context` reports progress, from
+ * `progress` on by `share`; NULL: silently. CVOL_OK or CVOL_ERROR_CANCELLED. */
 int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                   int begin, int end, double progress);
+                   int begin, int end, double progress, double share);
 
 /* Grows *memory (a pointer to any object pointer) to `count` elements, zeroed; what it held is
  * lost. 0 without memory. */
