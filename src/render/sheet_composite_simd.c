@@ -43,13 +43,15 @@ CVOL_INLINE cvol_vf opacity_of_part(cvol_vf a, cvol_vf w)
     return a * w / (1 - a * (1 - w) * (0.5f + 0.5f * a2 * a2 * a2));
 }
 
-/* One sample a pixel, at table coordinate t; if `weighted`, only this part of its length. */
-CVOL_INLINE void composite_sample(pixels *p, const cvol_pair *entries, cvol_vf t, cvol_vf weight,
-                                  int weighted)
+/* One sample of those pixels that `mask` has, at table coordinate t in the entries of each pixel's
+ * own level (`base`); if `weighted`, only this part of its length. */
+CVOL_INLINE void composite_sample(pixels *p, const cvol_sheet_table *table, cvol_vi base, cvol_vf t,
+                                  cvol_vi mask, cvol_vf weight, int weighted)
 {
     cvol_vf opacity;
     cvol_vi colour;
-    cvol_lookup(&opacity, &colour, entries, table_index(t));
+    cvol_lookup(&opacity, &colour, table->entries[0], base + table_index(t));
+    opacity = (cvol_vf)((cvol_vi)opacity & mask);
     if (weighted)
         opacity = cvol_select(weight >= LEAST_WEIGHT, opacity_of_part(opacity, weight),
                               cvol_splat(0));
@@ -61,25 +63,28 @@ CVOL_INLINE void composite_sample(pixels *p, const cvol_pair *entries, cvol_vf t
     p->b += share * cvol_to_float(colour >> 20);
 }
 
-/* Into how many parts, 2^level, the intervals from a to b are divided: the less light still comes
- * through, the less an interval's error is seen. */
-CVOL_INLINE int choose_level(const cvol_sheet_table *table, cvol_vf a, cvol_vf b, cvol_vf through)
-{
-    const cvol_vf span = (cvol_max(a, b) - cvol_min(a, b)) * through;
-    return !cvol_any(span > table->flat) ? 0 : !cvol_any(span > 4 * table->flat) ? 1 : 2;
-}
-
-/* The interval from table coordinate a to b; each part's sample lies at its far end, so that what
- * counts most, the sheet's own value, is exact. 1 if all pixels are opaque now. */
+/* The interval from table coordinate a to b, in 1, 2 or 4 parts: each pixel by itself, or the
+ * groups would be seen; the less light still comes through, the fewer, for the less an error is
+ * seen. A part's sample lies at its far end, so that what counts most, the sheet's own value, is
+ * exact. 1 if all pixels are opaque now. */
 CVOL_INLINE int composite_parts(const cvol_sheet_table *table, float *r, int width, cvol_vf a,
                                 cvol_vf b, cvol_vf weight, int weighted)
 {
     pixels p = load_pixels(r, width);
-    const int level = choose_level(table, a, b, p.through), parts = 1 << level;
-    const cvol_vf part = (b - a) * (1.0f / (float)parts);
-    for (int k = 1; k < parts; k++)
-        composite_sample(&p, table->entries[level], a + (float)k * part, weight, weighted);
-    composite_sample(&p, table->entries[level], b, weight, weighted);
+    const cvol_vf span = (cvol_max(a, b) - cvol_min(a, b)) * p.through;
+    const cvol_vi halves = span > table->flat, quarters = span > 4 * table->flat;
+    const cvol_vi base = ((halves & 1) + (quarters & 1)) * CVOL_TABLE_SIZE;
+    const cvol_vi all = ~(cvol_vi){0};
+    if (cvol_any(halves)) {
+        const cvol_vf quarter = 0.25f * (b - a);
+        const int finest = cvol_any(quarters);
+        if (finest)
+            composite_sample(&p, table, base, a + quarter, quarters, weight, weighted);
+        composite_sample(&p, table, base, a + 2 * quarter, halves, weight, weighted);
+        if (finest)
+            composite_sample(&p, table, base, a + 3 * quarter, quarters, weight, weighted);
+    }
+    composite_sample(&p, table, base, b, all, weight, weighted);
     store_pixels(r, width, p);
     return !cvol_any(p.through >= OPAQUE_BELOW);
 }
