@@ -156,7 +156,7 @@ static void test_directions(void **state)
     for (size_t v = 0; v < VIEWS; v++) {
         expect_truth(&s, &soft, look(v, 96, CVOL_MODE_COMPOSITE), 58);
         expect_truth(&s, &jumps, look(v, 96, CVOL_MODE_COMPOSITE), 37);
-        expect_truth(&s, &surface, look(v, 96, CVOL_MODE_COMPOSITE), 47.5);
+        expect_truth(&s, &surface, look(v, 96, CVOL_MODE_COMPOSITE), 45);
         expect_truth(&s, &soft, look(v, 96, CVOL_MODE_XRAY), 64);
         expect_truth(&s, &soft, look(v, 96, CVOL_MODE_MIP), 56);
     }
