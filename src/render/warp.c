@@ -101,11 +101,13 @@ static uint8_t to_byte(float value)
     return (uint8_t)(value <= 0 ? 0 : value >= 1 ? 255 : 255 * value + 0.5f);
 }
 
-/* Intermediate pixel coordinates of picture pixel (x, y). */
-static void locate(double out[2], const cvol_sheet_plan *plan, int x, int y)
+/* Intermediate pixel coordinates along line y of the picture: at[k] + x step[k]. */
+static void locate(double at[2], double step[2], const cvol_sheet_plan *plan, int y)
 {
-    out[0] = (plan->warp[0][0] + x * plan->warp[0][1] + y * plan->warp[0][2] - plan->u0) / plan->du;
-    out[1] = (plan->warp[1][0] + x * plan->warp[1][1] + y * plan->warp[1][2] - plan->v0) / plan->dv;
+    at[0] = (plan->warp[0][0] + y * plan->warp[0][2] - plan->u0) / plan->du;
+    at[1] = (plan->warp[1][0] + y * plan->warp[1][2] - plan->v0) / plan->dv;
+    step[0] = plan->warp[0][1] / plan->du;
+    step[1] = plan->warp[1][1] / plan->dv;
 }
 
 /* Writes the picture's pixels from the values at their places: composite or grey. */
@@ -132,14 +134,15 @@ static void write_line(cvol_image *image, int y, const cvol_intermediate *interm
                        const cvol_sheet_plan *plan, const pixel_writer *writer)
 {
     uint8_t *pixel = image->rgba + 4 * (size_t)y * (size_t)image->width;
+    const double right = intermediate->width + 1, below = intermediate->height + 1;
+    double at[2], step[2];
+    locate(at, step, plan, y);
     for (int x = 0; x < image->width; x++, pixel += 4) {
-        double at[2];
-        pixel_values v = writer->empty;
-        locate(at, plan, x, y);
-        if (at[0] > -2 && at[0] < intermediate->width + 1 && at[1] > -2 &&
-            at[1] < intermediate->height + 1)
-            v = sample_image(intermediate, writer->empty, at[0], at[1]);
-        write_pixel(pixel, writer, v);
+        const double u = at[0] + x * step[0], v = at[1] + x * step[1];
+        pixel_values values = writer->empty;
+        if (u > -2 && u < right && v > -2 && v < below)
+            values = sample_image(intermediate, writer->empty, u, v);
+        write_pixel(pixel, writer, values);
     }
 }
 
