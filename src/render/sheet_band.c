@@ -73,7 +73,7 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
     if (!cvol_ensure(&memory->samples, &memory->sample_capacity, rows * row_stride * (size_t)block,
                      sizeof(float)) ||
         !cvol_ensure(&memory->skip.within, &memory->skip_capacity, 2 * windows + blocks, 1) ||
-        !cvol_ensure(&memory->seen, &memory->seen_capacity, blocks, sizeof *memory->seen) ||
+        !cvol_ensure(&memory->seen, &memory->seen_capacity, plan->blocks_row, 1) ||
         !cvol_ensure(&memory->work, &memory->work_capacity, 1, sizeof *memory->work))
         return 0;
     memory->skip.across = memory->skip.within + windows;
@@ -98,21 +98,6 @@ typedef struct band_layer {
     int tile_begin, tile_end;   /* rows of tiles */
 } band_layer;
 
-/* The blocks that can be seen through the transfer function and past what is opaque. */
-static size_t find_seen(cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                        const band_layer *at)
-{
-    const cvol_sheet_plan *plan = frame->plan;
-    size_t count = 0;
-    for (size_t row = at->first_row; row <= at->last_row; row++)
-        for (size_t lane = 0; lane < plan->blocks_lane; lane++)
-            if (memory->skip.touched[row * plan->blocks_lane + lane] &&
-                cvol_block_is_seen(frame->tiles, plan, frame->array->block, lane, row, at->z_begin,
-                                   at->z_end, at->tile_begin, at->tile_end))
-                memory->seen[count++] = (uint32_t)(row * plan->blocks_lane + lane);
-    return count;
-}
-
 /* Repeats the outermost samples, twice to the left and once elsewhere, since rays are followed a
  * little beyond the faces. */
 static void extend_faces(float *at, const cvol_band_memory *memory, const cvol_sheet_plan *plan,
@@ -136,23 +121,35 @@ static void extend_faces(float *at, const cvol_band_memory *memory, const cvol_s
     }
 }
 
-static void evaluate_blocks(cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                            const band_layer *at, size_t count)
+static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                           const band_layer *at, size_t lane, size_t row)
 {
     const cvol_sheet_plan *plan = frame->plan;
     const cvol_array *array = frame->array;
-    for (size_t i = 0; i < count; i++) {
-        size_t lane = memory->seen[i] % plan->blocks_lane;
-        size_t row = memory->seen[i] / plan->blocks_lane;
-        const cvol_block *block =
-            &array->block_table[cvol_sheet_block_index(plan, array, lane, row, at->layer)];
-        float *out = memory->samples + CVOL_SHEET_PAD + (long)lane * plan->points_lane +
-                     (1 + (long)(row - at->first_row) * plan->points_row) * memory->row_stride;
-        frame->evaluate(out, memory->row_stride, memory->sheet_stride, block, &frame->axes,
-                        array->block_log2, (float)array->step, memory->work);
-        if (lane == 0 || row == 0 || lane + 1 == plan->blocks_lane || row + 1 == plan->blocks_row)
-            extend_faces(out, memory, plan, array->block, lane, row);
-    }
+    const cvol_block *block =
+        &array->block_table[cvol_sheet_block_index(plan, array, lane, row, at->layer)];
+    float *out = memory->samples + CVOL_SHEET_PAD + (long)lane * plan->points_lane +
+                 (1 + (long)(row - at->first_row) * plan->points_row) * memory->row_stride;
+    frame->evaluate(out, memory->row_stride, memory->sheet_stride, block, &frame->axes,
+                    array->block_log2, (float)array->step, memory->work);
+    if (lane == 0 || row == 0 || lane + 1 == plan->blocks_lane || row + 1 == plan->blocks_row)
+        extend_faces(out, memory, plan, array->block, lane, row);
+}
+
+/* Evaluates those blocks of a row that can be seen through the transfer function and past what is
+ * opaque; memory->seen says whether there are any. */
+static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                         const band_layer *at, size_t row)
+{
+    const cvol_sheet_plan *plan = frame->plan;
+    memory->seen[row] = 0;
+    for (size_t lane = 0; lane < plan->blocks_lane; lane++)
+        if (memory->skip.touched[row * plan->blocks_lane + lane] &&
+            cvol_block_is_seen(frame->tiles, plan, frame->array->block, lane, row, at->z_begin,
+                               at->z_end, at->tile_begin, at->tile_end)) {
+            evaluate_block(memory, frame, at, lane, row);
+            memory->seen[row] = 1;
+        }
 }
 
 /* ---- drawing it --------------------------------------------------------------------------------
@@ -251,14 +248,28 @@ static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
     }
 }
 
+/* Evaluates and draws a layer, some lines at a time: a row of blocks is evaluated just before the
+ * first lines that meet it, so that they find its samples in the cache. */
 static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
                        const band_layer *at, int begin, int end)
 {
+    const cvol_sheet_plan *plan = frame->plan;
+    size_t next_row = at->first_row;
     cvol_layer layer;
-    describe_layer(&layer, memory, frame->plan, at);
-    for (int j = begin; j < end; j++) {
-        cvol_line line = line_of(frame->intermediate, j);
-        frame->kernel(&layer, frame->table, &line);
+    describe_layer(&layer, memory, plan, at);
+    for (int from = begin; from < end; from += CVOL_TILE) {
+        const int to = from + CVOL_TILE < end ? from + CVOL_TILE : end;
+        size_t first, last;
+        if (!band_block_rows(&first, &last, plan, frame->array->block, at->layer, from, to))
+            continue;
+        for (; next_row <= last; next_row++)
+            evaluate_row(memory, frame, at, next_row);
+        if (!memchr(memory->seen + first, 1, last - first + 1))
+            continue;
+        for (int j = from; j < to; j++) {
+            cvol_line line = line_of(frame->intermediate, j);
+            frame->kernel(&layer, frame->table, &line);
+        }
     }
 }
 
@@ -281,10 +292,6 @@ int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_s
             continue;
         cvol_layer_skip_make(&memory->skip, plan, frame->array, frame->visibility, at.layer,
                              at.first_row, at.last_row);
-        size_t count = find_seen(memory, frame, &at);
-        if (count == 0)
-            continue;
-        evaluate_blocks(memory, frame, &at, count);
         draw_layer(memory, frame, &at, begin, end);
         cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
     }

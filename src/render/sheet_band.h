@@ -28,7 +28,7 @@ typedef struct cvol_band_memory {
     float *samples; /* of one layer: [B][rows + 2][row_stride] */
     long row_stride, sheet_stride;
     cvol_layer_skip skip;
-    uint32_t *seen; /* blocks to evaluate: row * blocks_lane + lane */
+    uint8_t *seen; /* for each row of blocks: whether some of it can be seen */
     cvol_block_work *work;
     size_t sample_capacity, skip_capacity, seen_capacity, work_capacity;
 } cvol_band_memory;
