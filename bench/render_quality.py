@@ -10,7 +10,7 @@ where either picture has a channel above 2):
   VTK          VTK's ray caster at its step of one voxel against itself at 0.25 (its own truth,
                as two renderers differ by more than their errors even where settings agree)
 
-Truth takes long; it is kept in the work folder for as long as volume and transfer function stay
+Truth takes long; it is kept in the scratch folder for as long as volume and transfer function stay
 as they are. Use --fresh when the ray engine has changed.
 """
 import argparse
@@ -27,7 +27,7 @@ from tables import (Failed, add_common_arguments, check_cvol, markdown, provenan
 from volumes import BENCH, RENDERED, rendered_path, transfer_path
 
 VTK = os.path.join(BENCH, 'peers', 'vtk_render.py')
-WORK = os.path.join(BENCH, 'work')
+WORK = os.path.join(BENCH, 'scratch')
 TRUTH_STEP = '0.25'
 
 

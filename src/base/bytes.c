@@ -42,6 +42,11 @@ void cvol_bytes_append(cvol_bytes *bytes, const void *data, size_t size)
     bytes->size += size;
 }
 
+void cvol_bytes_put_text(cvol_bytes *bytes, const char *text)
+{
+    cvol_bytes_append(bytes, text, strlen(text));
+}
+
 static void put_little_endian(cvol_bytes *bytes, uint64_t value, int size)
 {
     uint8_t raw[8];

@@ -16,6 +16,8 @@ void cvol_bytes_free(cvol_bytes *bytes);
 /* Makes room for `more` bytes beyond size; 1 on success. */
 int cvol_bytes_reserve(cvol_bytes *bytes, size_t more);
 void cvol_bytes_append(cvol_bytes *bytes, const void *data, size_t size);
+/* The characters of a string, without its end. */
+void cvol_bytes_put_text(cvol_bytes *bytes, const char *text);
 void cvol_bytes_put_u8(cvol_bytes *bytes, uint8_t value);
 void cvol_bytes_put_u16(cvol_bytes *bytes, uint16_t value);
 void cvol_bytes_put_u32(cvol_bytes *bytes, uint32_t value);

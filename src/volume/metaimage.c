@@ -369,30 +369,25 @@ static int read_meta(cvol_context *context, cvol_volume **out, const char *path,
 
 /* ---- writing ------------------------------------------------------------------------- */
 
-static void put(cvol_bytes *bytes, const char *text)
-{
-    cvol_bytes_append(bytes, text, strlen(text));
-}
-
 static void put_line(cvol_bytes *bytes, enum key key, const char *value)
 {
-    put(bytes, keys[key]);
-    put(bytes, " = ");
-    put(bytes, value);
-    put(bytes, "\n");
+    cvol_bytes_put_text(bytes, keys[key]);
+    cvol_bytes_put_text(bytes, " = ");
+    cvol_bytes_put_text(bytes, value);
+    cvol_bytes_put_text(bytes, "\n");
 }
 
 static void put_numbers(cvol_bytes *bytes, enum key key, const double *values, size_t count)
 {
-    put(bytes, keys[key]);
-    put(bytes, " =");
+    cvol_bytes_put_text(bytes, keys[key]);
+    cvol_bytes_put_text(bytes, " =");
     for (size_t i = 0; i < count; i++) {
         char number[CVOL_TEXT_NUMBER_BYTES];
         cvol_text_format(number, values[i]);
-        put(bytes, " ");
-        put(bytes, number);
+        cvol_bytes_put_text(bytes, " ");
+        cvol_bytes_put_text(bytes, number);
     }
-    put(bytes, "\n");
+    cvol_bytes_put_text(bytes, "\n");
 }
 
 /* Everything but the last line. packed_size 0: the samples are raw. */
@@ -400,7 +395,8 @@ static void put_header(cvol_bytes *bytes, const cvol_grid *grid, size_t packed_s
 {
     cvol_grid lps = cvol_geometry_in_space(grid, CVOL_SPACE_LPS);
     char number[80];
-    put(bytes,
+    cvol_bytes_put_text(
+        bytes,
         "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n");
     put_line(bytes, COMPRESSED, packed_size ? "True" : "False");
     if (packed_size) {
@@ -409,7 +405,7 @@ static void put_header(cvol_bytes *bytes, const cvol_grid *grid, size_t packed_s
     }
     put_numbers(bytes, TRANSFORM_MATRIX, lps.direction[0], 9);
     put_numbers(bytes, OFFSET, lps.origin, 3);
-    put(bytes, "CenterOfRotation = 0 0 0\n");
+    cvol_bytes_put_text(bytes, "CenterOfRotation = 0 0 0\n");
     if (!strcmp(lps.unit, "mm") || !strcmp(lps.unit, "um") || !strcmp(lps.unit, "cm"))
         put_line(bytes, DISTANCE_UNITS, lps.unit);
     put_numbers(bytes, ELEMENT_SPACING, lps.spacing, 3);

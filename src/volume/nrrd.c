@@ -305,20 +305,15 @@ static int read_nrrd(cvol_context *context, cvol_volume **out, const char *path,
 
 /* ---- writing ------------------------------------------------------------------------- */
 
-static void put(cvol_bytes *bytes, const char *text)
-{
-    cvol_bytes_append(bytes, text, strlen(text));
-}
-
 static void put_vector(cvol_bytes *bytes, const double v[3], double factor)
 {
     for (int i = 0; i < 3; i++) {
         char number[CVOL_TEXT_NUMBER_BYTES];
         cvol_text_format(number, v[i] * factor);
-        put(bytes, i ? "," : " (");
-        put(bytes, number);
+        cvol_bytes_put_text(bytes, i ? "," : " (");
+        cvol_bytes_put_text(bytes, number);
     }
-    put(bytes, ")");
+    cvol_bytes_put_text(bytes, ")");
 }
 
 /* Units are quoted: what would end the quotes, or the line, is left out. */
@@ -333,22 +328,22 @@ static int unit_is_plain(const char *unit)
 static void put_space(cvol_bytes *bytes, const cvol_grid *grid)
 {
     if (grid->space == CVOL_SPACE_LPS)
-        put(bytes, "space: left-posterior-superior\n");
+        cvol_bytes_put_text(bytes, "space: left-posterior-superior\n");
     else if (grid->space == CVOL_SPACE_RAS)
-        put(bytes, "space: right-anterior-superior\n");
+        cvol_bytes_put_text(bytes, "space: right-anterior-superior\n");
     else
-        put(bytes, "space dimension: 3\n");
-    put(bytes, "space directions:");
+        cvol_bytes_put_text(bytes, "space dimension: 3\n");
+    cvol_bytes_put_text(bytes, "space directions:");
     for (int a = 0; a < 3; a++)
         put_vector(bytes, grid->direction[a], grid->spacing[a]);
-    put(bytes, "\nspace origin:");
+    cvol_bytes_put_text(bytes, "\nspace origin:");
     put_vector(bytes, grid->origin, 1);
-    put(bytes, "\n");
+    cvol_bytes_put_text(bytes, "\n");
     if (unit_is_plain(grid->unit)) {
         char line[80];
         snprintf(line, sizeof line, "space units: \"%.15s\" \"%.15s\" \"%.15s\"\n", grid->unit,
                  grid->unit, grid->unit);
-        put(bytes, line);
+        cvol_bytes_put_text(bytes, line);
     }
 }
 
@@ -360,15 +355,15 @@ static void put_header(cvol_bytes *bytes, const cvol_grid *grid, const char *dat
     char line[160];
     snprintf(line, sizeof line, "NRRD0004\ntype: %s\ndimension: 3\nsizes: %zu %zu %zu\n", type,
              grid->dims[0], grid->dims[1], grid->dims[2]);
-    put(bytes, line);
+    cvol_bytes_put_text(bytes, line);
     put_space(bytes, grid);
-    put(bytes, "kinds: domain domain domain\nendian: little\n");
-    put(bytes, data_name ? "encoding: raw\ndata file: " : "encoding: gzip\n");
+    cvol_bytes_put_text(bytes, "kinds: domain domain domain\nendian: little\n");
+    cvol_bytes_put_text(bytes, data_name ? "encoding: raw\ndata file: " : "encoding: gzip\n");
     if (data_name) {
-        put(bytes, data_name);
-        put(bytes, "\n");
+        cvol_bytes_put_text(bytes, data_name);
+        cvol_bytes_put_text(bytes, "\n");
     } else
-        put(bytes, "\n");
+        cvol_bytes_put_text(bytes, "\n");
 }
 
 static int write_nrrd(cvol_context *context, const cvol_volume *volume, const char *path)

@@ -1,0 +1,11 @@
+#!/bin/sh
+# Every public header compiles alone, as C11 and, where there is a compiler, as C++.
+set -eu
+cd "$(dirname "$0")/.."
+for header in include/cvol/*.h; do
+    ${CC:-cc} -std=c11 -Wall -Wextra -Wpedantic -Werror -Iinclude -fsyntax-only -x c "$header"
+    if command -v "${CXX:-c++}" >/dev/null 2>&1; then
+        "${CXX:-c++}" -Wall -Wextra -Wpedantic -Werror -Iinclude -fsyntax-only -x c++ "$header"
+    fi
+done
+echo 'headers: each compiles alone'
