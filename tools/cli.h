@@ -131,8 +131,8 @@ const cvol_grid *input_grid(const input *in);
 int need_volume(cvol_context *context, input *in);
 int need_array(cvol_context *context, input *in, const char *path);
 
-/* Refuses an output that is one of the inputs. Exit status, EXIT_DONE if it is another file. */
-int refuse_same_file(const char *in, const char *out);
+/* Refuses an output that is the input, or whose folder takes no files. Exit status. */
+int check_output(const char *in, const char *out);
 /* Whether `name` ends in `ending`, whatever the case. */
 int has_ending(const char *name, const char *ending);
 uint64_t file_size(const char *path);

@@ -93,7 +93,7 @@ static int compress(cvol_context *context, compress_arguments *arguments,
     input in;
     cvol_array *array = NULL;
     cvol_compress_report report;
-    int status = refuse_same_file(in_path, out_path);
+    int status = check_output(in_path, out_path);
     if (status)
         return status;
     status = open_input(context, &in, in_path, &arguments->common);

@@ -24,7 +24,7 @@ static int decompress(cvol_context *context, common_options *common, const char 
                       const char *out_path)
 {
     input in = {0};
-    int status = refuse_same_file(in_path, out_path);
+    int status = check_output(in_path, out_path);
     if (status)
         return status;
     int code = cvol_array_read(context, &in.array, in_path, &in.file_bytes);

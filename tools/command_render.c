@@ -20,7 +20,7 @@ static const char examples[] =
 static int render(cvol_context *context, render_arguments *arguments, scene *s, const char *path)
 {
     cvol_image *image = NULL;
-    int status = refuse_same_file(path, arguments->output);
+    int status = check_output(path, arguments->output);
     if (!status)
         status = open_scene(context, s, arguments, path);
     double start = milliseconds();

@@ -1,5 +1,7 @@
 /* Contexts with progress and Ctrl-C, inputs of any kind, JSON. */
 #define _GNU_SOURCE
+#include <errno.h>
+#include <libgen.h>
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -165,10 +167,26 @@ int need_array(cvol_context *context, input *in, const char *path)
     return EXIT_DONE;
 }
 
-int refuse_same_file(const char *in, const char *out)
+/* Whether the folder that `path` lies in takes new files; what is found late costs all the work. */
+static int check_folder_of(const char *path)
+{
+    char *copy = strdup(path);
+    if (!copy)
+        return complain(EXIT_FAILED, "not enough memory");
+    int refused = access(dirname(copy), W_OK | X_OK);
+    int reason = errno;
+    free(copy);
+    if (!refused)
+        return EXIT_DONE;
+    return complain(EXIT_FAILED, "%s: cannot be written: %s", path, strerror(reason));
+}
+
+int check_output(const char *in, const char *out)
 {
     struct stat a, b;
-    if (stat(in, &a) || stat(out, &b) || a.st_dev != b.st_dev || a.st_ino != b.st_ino)
+    if (stat(out, &b))
+        return check_folder_of(out);
+    if (stat(in, &a) || a.st_dev != b.st_dev || a.st_ino != b.st_ino)
         return EXIT_DONE;
     return complain(EXIT_FAILED, "%s: input and output are the same file", out);
 }

@@ -19,30 +19,30 @@ typedef struct render_arguments {
         .size = {512, 512}, .zoom = 1, .views = 12, .repeat = 3                    \
     }
 
-#define LOOK_OPTIONS(a)                                                                      \
-    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                    \
-        {"--mode", "MODE", "composite (default), xray or mip", OPTION_TEXT, &(a).mode_name,  \
-         0,        NULL},                                                                    \
-        {"--transfer",                                                                       \
-         "NAME|FILE",                                                                        \
-         "transfer function: a name (default auto) or a JSON file",                          \
-         OPTION_TEXT,                                                                        \
-         &(a).transfer_name,                                                                 \
-         0,                                                                                  \
-         NULL},                                                                              \
-        {"--background",                                                                     \
-         "R,G,B",                                                                            \
-         "each 0..1 (default 0,0,0)",                                                        \
-         OPTION_NUMBERS3,                                                                    \
-         (a).background,                                                                     \
-         0,                                                                                  \
-         NULL},                                                                              \
-        {"--engine",  "ENGINE",         "sheet (default), or ray: slow, from dense samples", \
-         OPTION_TEXT, &(a).engine_name, 0,                                                   \
-         NULL},                                                                              \
-    {                                                                                        \
-        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,    \
-            &(a).step, 0, NULL                                                               \
+#define LOOK_OPTIONS(a)                                                                        \
+    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                      \
+        {"--mode", "MODE", "composite (default), xray or mip", OPTION_TEXT, &(a).mode_name,    \
+         0,        NULL},                                                                      \
+        {"--transfer",                                                                         \
+         "NAME|FILE",                                                                          \
+         "auto (default) gray bone skin-bone mri hot viridis magma cool-warm, or a JSON file", \
+         OPTION_TEXT,                                                                          \
+         &(a).transfer_name,                                                                   \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--background",                                                                       \
+         "R,G,B",                                                                              \
+         "each 0..1 (default 0,0,0)",                                                          \
+         OPTION_NUMBERS3,                                                                      \
+         (a).background,                                                                       \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--engine",  "ENGINE",         "sheet (default), or ray: slow, from dense samples",   \
+         OPTION_TEXT, &(a).engine_name, 0,                                                     \
+         NULL},                                                                                \
+    {                                                                                          \
+        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,      \
+            &(a).step, 0, NULL                                                                 \
     }
 
 /* A renderer over an input, with its transfer function. */
