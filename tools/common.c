@@ -1,7 +1,6 @@
 /* Contexts with progress and Ctrl-C, inputs of any kind, JSON. */
 #define _GNU_SOURCE
 #include <errno.h>
-#include <libgen.h>
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>
@@ -170,12 +169,15 @@ int need_array(cvol_context *context, input *in, const char *path)
 /* Whether the folder that `path` lies in takes new files; what is found late costs all the work. */
 static int check_folder_of(const char *path)
 {
-    char *copy = strdup(path);
-    if (!copy)
+    const char *slash = strrchr(path, '/');
+    int length = slash ? (int)(slash + 1 - path) : 0;
+    size_t bytes = (size_t)length + 2;
+    char *folder = malloc(bytes);
+    if (!folder)
         return complain(EXIT_FAILED, "not enough memory");
-    int refused = access(dirname(copy), W_OK | X_OK);
-    int reason = errno;
-    free(copy);
+    snprintf(folder, bytes, "%.*s.", length, path); /* "FOLDER/.", or "." */
+    int refused = access(folder, W_OK | X_OK), reason = errno;
+    free(folder);
     if (!refused)
         return EXIT_DONE;
     return complain(EXIT_FAILED, "%s: cannot be written: %s", path, strerror(reason));
