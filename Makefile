@@ -4,7 +4,7 @@ CHECK ?= build-check
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PREFIX ?= /usr/local
 
-.PHONY: all build demo check bench install format clean help dependencies
+.PHONY: all build demo check bench fuzz install format clean help dependencies
 
 all: build
 
@@ -14,6 +14,7 @@ help:
 	@echo 'make check     install what is missing, build with warnings as errors and with'
 	@echo '               sanitizers, run all tests'
 	@echo 'make bench     time and measure; writes bench/results'
+	@echo 'make fuzz      fuzz every reader for a minute each (needs clang)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
 	@echo 'make format    format the C sources'
 	@echo 'make clean     remove the build folders'
@@ -40,6 +41,9 @@ bench:
 	@$(MAKE) --no-print-directory build
 	@bench/run.sh $(BUILD)/cvol
 
+fuzz:
+	@fuzz/run.sh
+
 install: build
 	@cmake --install $(BUILD) --prefix $(PREFIX)
 
@@ -47,4 +51,4 @@ format:
 	@git ls-files '*.c' '*.h' | xargs clang-format -i
 
 clean:
-	@rm -rf $(BUILD) $(CHECK) $(CHECK)-sanitize demo
+	@rm -rf $(BUILD) $(CHECK) $(CHECK)-sanitize build-fuzz demo
