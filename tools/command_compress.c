@@ -127,7 +127,7 @@ int command_compress(int argc, char **argv)
         {"--max-error", "E", "no sample further off than E (0: lossless, for integers)",
          OPTION_NUMBER, &a.max_error, 0, &a.max_error_given},
         {NULL, NULL, "Method:", OPTION_HEADING, NULL, 0, NULL},
-        {"--block", "B", "side of the blocks: 8, 16 (default) or 32", OPTION_INTEGER, &a.block, 1,
+        {"--block", "B", "side of the blocks: 8, 16 (default) or 32", OPTION_INTEGER, &a.block, 0,
          NULL},
         {"--transform", "NAME", "dct", OPTION_TEXT, &a.transform, 0, NULL},
         INPUT_OPTIONS(a.common),
