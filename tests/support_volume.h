@@ -1,0 +1,62 @@
+/* What tests of volumes share: a context and a folder, files in the folder, small volumes, checks
+ * of what is read, and NIfTI headers. */
+#ifndef CVOL_TESTS_SUPPORT_VOLUME_H
+#define CVOL_TESTS_SUPPORT_VOLUME_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "cvol/volume.h"
+
+/* A group's fixtures: both exist from open_all to close_all. */
+extern cvol_context *context;
+extern char *folder;
+int open_all(void **state);
+int close_all(void **state);
+
+/* The bytes 1 .. 64: samples of files made by hand. */
+extern const uint8_t counting[64];
+
+/* FOLDER/NAME, in storage that the next sixteen calls leave alone. */
+const char *in_folder(const char *name);
+/* Writes FOLDER/NAME; its path. */
+const char *write_bytes(const char *name, const void *data, size_t size);
+/* The same: a text header and bytes behind it. */
+const char *write_text(const char *name, const char *text, const void *data, size_t size);
+/* Packs with zlib, `window_bits` as deflateInit2 has it; the size packed. */
+size_t gzip(uint8_t *out, size_t room, const void *data, size_t size, int window_bits);
+
+void check_ok(int code);
+cvol_volume *read_ok(const char *path);
+/* Reading fails with this code and a sentence that names the file and has both words. */
+void read_fails_with(const char *path, const cvol_read_options *options, int code, const char *word,
+                     const char *other);
+void read_fails(const char *path, int code, const char *word, const char *other);
+
+/* A rotation about an odd axis, times a mirror if asked. */
+cvol_grid odd_grid(cvol_type type, int mirrored);
+/* Random samples. */
+cvol_volume *make_volume(const cvol_grid *grid, uint64_t seed);
+
+void near(double a, double b, double relative);
+void same_samples(const cvol_volume *a, const cvol_volume *b);
+/* b lies where a does, with the signs of the first two world axes turned if told. */
+void same_place(const cvol_grid *a, const cvol_grid *b, double relative, int turned);
+
+/* A NIfTI header in this machine's order or the other; fields are set by offset. */
+typedef struct header {
+    uint8_t bytes[600];
+    int version, swapped;
+} header;
+
+/* A header of 2 x 3 x 2 uint8. */
+header nifti1(int swapped);
+header nifti2(int swapped);
+void set16(header *h, size_t at, int value);
+void set32(header *h, size_t at, int32_t value);
+void set64(header *h, size_t at, int64_t value);
+void set_float(header *h, size_t at, float value);
+void set_double(header *h, size_t at, double value);
+void set_dims(header *h, int64_t count, int64_t x, int64_t y, int64_t z, int64_t t);
+
+#endif

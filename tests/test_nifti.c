@@ -1,0 +1,222 @@
+/* NIfTI: the reader on headers by hand, good ones and every kind of lie; wide volumes written. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "cvol/volume.h"
+#include "support_volume.h"
+
+/* The header and `size` counting bytes behind it. */
+static const char *nifti(const header *h, size_t size)
+{
+    uint8_t bytes[1000];
+    size_t length = h->version == 1 ? 352 : 544;
+    memcpy(bytes, h->bytes, length);
+    memcpy(bytes + length, counting, size);
+    return write_bytes("n.nii", bytes, length + size);
+}
+
+static void test_nifti_plain(void **state)
+{
+    (void)state;
+    for (int version = 1; version <= 2; version++)
+        for (int swapped = 0; swapped < 2; swapped++) {
+            header h = version == 1 ? nifti1(swapped) : nifti2(swapped);
+            set16(&h, version == 1 ? 70 : 12, 512);
+            cvol_volume *v = read_ok(nifti(&h, 24));
+            assert_int_equal(v->grid.type, CVOL_UINT16);
+            uint16_t expected = swapped ? 1 << 8 | 2 : 2 << 8 | 1;
+            assert_int_equal(((uint16_t *)v->data)[0], expected);
+            assert_true(v->grid.spacing[0] == 2 && v->grid.spacing[2] == 4);
+            assert_int_equal(v->grid.space, CVOL_SPACE_RAS);
+            assert_true(v->grid.value_scale == 1 && v->grid.value_offset == 0);
+            cvol_volume_free(v);
+        }
+    header h = nifti1(0);
+    set_dims(&h, 2, 4, 3, 9, 9);
+    set_float(&h, 108, 0); /* "right behind the header" */
+    set_float(&h, 88, 0);  /* pixdim[3] */
+    cvol_volume *v = read_ok(nifti(&h, 12));
+    assert_true(v->grid.dims[2] == 1 && v->grid.spacing[2] == 1);
+    cvol_volume_free(v);
+}
+
+static void test_nifti_affine(void **state)
+{
+    (void)state;
+    header h = nifti1(1);
+    /* a qform: half a turn about y, mirrored z, then scl and units */
+    set16(&h, 252, 1);
+    set_float(&h, 76, -1);
+    set_float(&h, 260, 1);
+    set_float(&h, 268, 10);
+    set_float(&h, 112, 2);
+    set_float(&h, 116, -5);
+    h.bytes[123] = 2 | 8;
+    cvol_volume *v = read_ok(nifti(&h, 12));
+    assert_true(v->grid.direction[0][0] == -1 && v->grid.direction[1][1] == 1);
+    assert_true(v->grid.direction[2][2] == 1 && v->grid.origin[0] == 10);
+    assert_true(v->grid.value_scale == 2 && v->grid.value_offset == -5);
+    assert_string_equal(v->grid.unit, "mm");
+    cvol_volume_free(v);
+    /* an sform goes before it */
+    set16(&h, 254, 1);
+    const float rows[12] = {0, 0, 3, 7, 2, 0, 0, 8, 0, 5, 0, 9};
+    for (size_t i = 0; i < 12; i++)
+        set_float(&h, 280 + 4 * i, rows[i]);
+    v = read_ok(nifti(&h, 12));
+    assert_true(v->grid.direction[0][1] == 1 && v->grid.direction[1][2] == 1 &&
+                v->grid.direction[2][0] == 1);
+    assert_true(v->grid.spacing[0] == 2 && v->grid.spacing[1] == 5 && v->grid.spacing[2] == 3);
+    assert_true(v->grid.origin[2] == 9);
+    cvol_volume_free(v);
+    set_float(&h, 288, 0);
+    read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "sform", "axis z");
+    set_float(&h, 288, NAN);
+    read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "sform", "nan");
+    set_float(&h, 288, 3);
+    set_float(&h, 292, INFINITY);
+    read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "origin", "inf");
+}
+
+/* NIfTI-2 is written where NIfTI-1 is too narrow. */
+static void test_nifti_wide(void **state)
+{
+    (void)state;
+    cvol_grid grid = cvol_grid_make(2, 40000, 1, CVOL_INT8);
+    grid.spacing[1] = 0.1;
+    cvol_volume *volume = make_volume(&grid, 2);
+    check_ok(cvol_volume_write(context, volume, in_folder("w.nii")));
+    cvol_volume *back = read_ok(in_folder("w.nii"));
+    same_samples(volume, back);
+    near(back->grid.spacing[1], 0.1, 1e-15);
+    cvol_volume_free(back);
+    cvol_volume_free(volume);
+}
+
+static void test_nifti_pair(void **state)
+{
+    (void)state;
+    header h = nifti1(0);
+    memcpy(h.bytes + 344, "ni1", 4);
+    set_float(&h, 108, 2);
+    write_bytes("p.img", counting, 14);
+    const char *path = write_bytes("p.hdr", h.bytes, 348);
+    cvol_volume *v = read_ok(path);
+    assert_memory_equal(v->data, counting + 2, 12);
+    cvol_volume_free(v);
+    uint8_t packed[128];
+    size_t size = gzip(packed, sizeof packed, counting, 14, 15 + 16);
+    remove(in_folder("p.img"));
+    read_fails(path, CVOL_ERROR_IO, "p.img", "No such file");
+    write_bytes("p.img.gz", packed, size);
+    v = read_ok(path);
+    assert_memory_equal(v->data, counting + 2, 12);
+    cvol_volume_free(v);
+    read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, ".hdr", "");
+}
+
+static void test_nifti_dims(void **state)
+{
+    (void)state;
+    for (int version = 1; version <= 2; version++) {
+        header h = version == 1 ? nifti1(0) : nifti2(0);
+#define DIMS(n, x, y, z, t) (set_dims(&h, n, x, y, z, t), nifti(&h, 12))
+        read_fails(DIMS(0, 2, 3, 2, 1), CVOL_ERROR_FORMAT, "dim[0] is 0", "");
+        read_fails(DIMS(8, 2, 3, 2, 1), CVOL_ERROR_FORMAT, "dim[0] is 8", "");
+        read_fails(DIMS(-3, 2, 3, 2, 1), CVOL_ERROR_FORMAT, "dim[0] is -3", "");
+        read_fails(DIMS(3, 2, 0, 2, 1), CVOL_ERROR_FORMAT, "dim[2] is 0", "");
+        read_fails(DIMS(3, 2, 3, -2, 1), CVOL_ERROR_FORMAT, "dim[3] is -2", "");
+        read_fails(DIMS(4, 2, 3, 2, 7), CVOL_ERROR_UNSUPPORTED, "dim[4] is 7", "time series");
+        read_fails(DIMS(3, 2, 3, 3, 1), CVOL_ERROR_FORMAT, "12 of the 18 bytes", "");
+        read_fails(DIMS(3, 2, 3, 1, 1), CVOL_ERROR_FORMAT, "6 bytes more", "");
+        read_fails(DIMS(3, 30000, 30000, 70, 1), CVOL_ERROR_FORMAT, "12 of the 63000000000", "");
+        read_fails(DIMS(3, 30000, 30000, 30000, 1), CVOL_ERROR_LIMIT, "30000", "limit");
+    }
+    header h = nifti2(0);
+    read_fails(DIMS(3, INT64_C(1) << 31, 1, 1, 1), CVOL_ERROR_FORMAT, "12 of the 2147483648", "");
+    read_fails(DIMS(3, INT64_C(1) << 62, 4, 2, 1), CVOL_ERROR_LIMIT, "4611686018427387904", "");
+    read_fails(DIMS(3, INT64_MIN, 4, 2, 1), CVOL_ERROR_FORMAT, "dim[1] is -9223372036854775808",
+               "");
+}
+
+static void test_nifti_lies(void **state)
+{
+    (void)state;
+    header h = nifti1(0);
+    set16(&h, 70, 1024);
+    read_fails(nifti(&h, 12), CVOL_ERROR_UNSUPPORTED, "datatype 1024", "INT64");
+    set16(&h, 70, 128);
+    read_fails(nifti(&h, 12), CVOL_ERROR_UNSUPPORTED, "datatype 128", "RGB24");
+    set16(&h, 70, 77);
+    read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "datatype is 77", "");
+    set16(&h, 70, 0);
+    read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "datatype is 0", "");
+    h = nifti1(0);
+    const float offsets[] = {1, -352, 352.5f, 1e30f, INFINITY, NAN};
+    const char *shown[] = {"1", "-352", "352.5", "1e+30", "inf", "nan"};
+    for (int i = 0; i < 6; i++) {
+        set_float(&h, 108, offsets[i]);
+        read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "vox_offset is", shown[i]);
+    }
+    set_float(&h, 108, 1000000);
+    read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "0 of the 12 bytes", "");
+    h = nifti1(0);
+    memcpy(h.bytes + 344, "abcd", 4);
+    read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "magic is 'abcd'", "n+1");
+    set32(&h, 0, 347);
+    read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "sizeof_hdr is 347", "");
+    h = nifti1(0);
+    read_fails(write_bytes("n.nii", h.bytes, 200), CVOL_ERROR_FORMAT, "200 of the 348 bytes", "");
+    read_fails(write_bytes("n.nii", h.bytes, 2), CVOL_ERROR_FORMAT, "sizeof_hdr", "");
+    set_float(&h, 84, INFINITY);
+    read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "spacing of axis y is inf", "");
+}
+
+static void test_nifti_gzip(void **state)
+{
+    (void)state;
+    header h = nifti1(1);
+    uint8_t plain[400], packed[600];
+    memcpy(plain, h.bytes, 352);
+    memcpy(plain + 352, counting, 20);
+    size_t size = gzip(packed, sizeof packed, plain, 364, 15 + 16);
+    cvol_volume *v = read_ok(write_bytes("n.nii.gz", packed, size));
+    assert_memory_equal(v->data, counting, 12);
+    cvol_volume_free(v);
+    v = read_ok(write_bytes("nameless", packed, size)); /* known by content alone */
+    assert_memory_equal(v->data, counting, 12);
+    cvol_volume_free(v);
+    read_fails(write_bytes("n.nii.gz", packed, size - 20), CVOL_ERROR_FORMAT, "12 bytes", "");
+    read_fails(write_bytes("n.nii.gz", packed, 20), CVOL_ERROR_FORMAT, "header", "");
+    read_fails(write_bytes("n.nii.gz", "\x1f\x8bnonsense", 10), CVOL_ERROR_FORMAT, "damaged", "");
+    size = gzip(packed, sizeof packed, plain, 366, 15 + 16);
+    read_fails(write_bytes("n.nii.gz", packed, size), CVOL_ERROR_FORMAT, "more than", "12 bytes");
+    set_dims(&h, 3, 2000, 2000, 1000, 1);
+    memcpy(plain, h.bytes, 352);
+    size = gzip(packed, sizeof packed, plain, 364, 15 + 16);
+    read_fails(write_bytes("n.nii.gz", packed, size), CVOL_ERROR_FORMAT, "cannot hold",
+               "4000000000");
+    set_dims(&h, 3, 2, 3, 2, 1);
+    set_float(&h, 108, 0x1p61f);
+    memcpy(plain, h.bytes, 352);
+    size = gzip(packed, sizeof packed, plain, 364, 15 + 16);
+    read_fails(write_bytes("n.nii.gz", packed, size), CVOL_ERROR_FORMAT, "cannot hold", "12");
+}
+
+int main(void)
+{
+    const struct CMUnitTest reading[] = {
+        cmocka_unit_test(test_nifti_plain), cmocka_unit_test(test_nifti_affine),
+        cmocka_unit_test(test_nifti_wide),  cmocka_unit_test(test_nifti_pair),
+        cmocka_unit_test(test_nifti_dims),  cmocka_unit_test(test_nifti_lies),
+        cmocka_unit_test(test_nifti_gzip),
+    };
+    return cmocka_run_group_tests(reading, open_all, close_all) != 0;
+}

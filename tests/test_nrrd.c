@@ -1,0 +1,366 @@
+/* NRRD: the reader on headers by hand, good ones and every kind of lie. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "cvol/volume.h"
+#include "support_volume.h"
+
+#define NRRD_START "NRRD0004\n# a comment: with a colon\n"
+/* 2 x 3 x 2 samples, as bytes 1 .. 24 */
+#define SIZES "dimension: 3\nsizes: 2 3 2\n"
+
+static const char *nrrd(const char *text, size_t size)
+{
+    return write_text("h.nrrd", text, counting, size);
+}
+
+static void test_nrrd_plain(void **state)
+{
+    (void)state;
+    cvol_volume *v = read_ok(nrrd(NRRD_START "key:=value\ncontent: a thing\ntype: unsigned char\n"
+                                             "dimension: 3\nsizes: 2 3 2\nspacings: 2 nan 0.5\n"
+                                             "units: \"um\" \"um\" \"um\"\nencoding: raw\n\n",
+                                  12));
+    assert_int_equal(v->grid.dims[1], 3);
+    assert_true(v->grid.spacing[0] == 2 && v->grid.spacing[1] == 1 && v->grid.spacing[2] == 0.5);
+    assert_string_equal(v->grid.unit, "um");
+    assert_int_equal(v->grid.space, CVOL_SPACE_UNKNOWN);
+    assert_memory_equal(v->data, counting, 12);
+    cvol_volume_free(v);
+    /* carriage returns, other cases, version 1 */
+    v = read_ok(nrrd("NRRD0001\r\nType: UINT8\r\ndimension: 3\r\nsizes: 2 3 2\r\n"
+                     "encoding: RAW\r\n\r\n",
+                     12));
+    assert_memory_equal(v->data, counting, 12);
+    cvol_volume_free(v);
+}
+
+static void test_nrrd_endian(void **state)
+{
+    (void)state;
+    cvol_volume *v = read_ok(
+        nrrd(NRRD_START "type: ushort\n" SIZES "endian: big\nencoding: raw\n\n", 24));
+    for (int i = 0; i < 12; i++)
+        assert_int_equal(((uint16_t *)v->data)[i], (2 * i + 1) << 8 | (2 * i + 2));
+    cvol_volume_free(v);
+    v = read_ok(nrrd(NRRD_START "type: uint32\ndimension: 3\nsizes: 1 3 2\nendian: little\n"
+                                "encoding: raw\n\n",
+                     24));
+    assert_int_equal(((uint32_t *)v->data)[1], 0x08070605);
+    cvol_volume_free(v);
+    double value = 0.1;
+    uint8_t swapped[8];
+    for (int i = 0; i < 8; i++)
+        swapped[7 - i] = ((uint8_t *)&value)[i];
+    v = read_ok(write_text("h.nrrd",
+                           NRRD_START "type: double\ndimension: 3\nsizes: 1 1 1\n"
+                                      "endian: big\nencoding: raw\n\n",
+                           swapped, 8));
+    assert_true(*(double *)v->data == 0.1);
+    cvol_volume_free(v);
+    read_fails(nrrd(NRRD_START "type: short\n" SIZES "encoding: raw\n\n", 24), CVOL_ERROR_FORMAT,
+               "endian", "short");
+    read_fails(nrrd(NRRD_START "type: short\n" SIZES "endian: middle\nencoding: raw\n\n", 24),
+               CVOL_ERROR_FORMAT, "endian", "middle");
+}
+
+static void test_nrrd_types(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        cvol_type type;
+    } names[] = {
+        {"uchar", CVOL_UINT8},      {"uint8_t", CVOL_UINT8},
+        {"signed char", CVOL_INT8}, {"int8", CVOL_INT8},
+        {"short int", CVOL_INT16},  {"signed short int", CVOL_INT16},
+        {"int16_t", CVOL_INT16},    {"unsigned short int", CVOL_UINT16},
+        {"uint16", CVOL_UINT16},    {"signed int", CVOL_INT32},
+        {"int", CVOL_INT32},        {"unsigned int", CVOL_UINT32},
+        {"uint", CVOL_UINT32},      {"float", CVOL_FLOAT32},
+        {"double", CVOL_FLOAT64},
+    };
+    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
+        char text[200];
+        snprintf(text, sizeof text,
+                 "NRRD0005\ntype: %s\ndimension: 3\nsizes: 1 2 1\nendian: little\n"
+                 "encoding: raw\n\n",
+                 names[i].name);
+        cvol_volume *v = read_ok(nrrd(text, 2 * cvol_type_size(names[i].type)));
+        assert_int_equal(v->grid.type, names[i].type);
+        cvol_volume_free(v);
+    }
+}
+
+static void test_nrrd_text(void **state)
+{
+    (void)state;
+    cvol_volume *v = read_ok(nrrd(NRRD_START "type: short\n" SIZES "encoding: ascii\n\n"
+                                             "-32768 32767 3\n4,5, 6\r\n7\t8 9 10 11 12\n",
+                                  0));
+    assert_int_equal(((int16_t *)v->data)[0], -32768);
+    assert_int_equal(((int16_t *)v->data)[11], 12);
+    cvol_volume_free(v);
+    v = read_ok(nrrd("NRRD0004\ntype: float\ndimension: 3\nsizes: 1 1 3\nencoding: txt\n\n"
+                     "-1.5e3 nan .25",
+                     0));
+    assert_true(((float *)v->data)[0] == -1500 && isnan(((float *)v->data)[1]));
+    cvol_volume_free(v);
+#define TEXT(type) "NRRD0004\ntype: " type "\ndimension: 3\nsizes: 1 1 3\nencoding: text\n\n"
+    read_fails(nrrd(TEXT("uint8") "1 2", 0), CVOL_ERROR_FORMAT, "2 of the 3 samples", "");
+    read_fails(nrrd(TEXT("uint8") "1 2 3 4", 0), CVOL_ERROR_FORMAT, "4 of the 3 samples", "");
+    read_fails(nrrd(TEXT("uint8") "1 256 3", 0), CVOL_ERROR_FORMAT, "'256'", "uint8");
+    read_fails(nrrd(TEXT("uint8") "1 -1 3", 0), CVOL_ERROR_FORMAT, "'-1'", "sample 1");
+    read_fails(nrrd(TEXT("int32") "1 2 12abc", 0), CVOL_ERROR_FORMAT, "'12abc'", "sample 2");
+    read_fails(nrrd(TEXT("int32") "1 2 1.5", 0), CVOL_ERROR_FORMAT, "'1.5'", "int32");
+    read_fails(nrrd(TEXT("uint32") "1 2 4294967296", 0), CVOL_ERROR_FORMAT, "4294967296", "");
+    read_fails(nrrd(TEXT("float") "1 2 x", 0), CVOL_ERROR_FORMAT, "'x'", "float32");
+    read_fails(nrrd(TEXT("float") "1 2 1e999999", 0), CVOL_ERROR_FORMAT, "1e999999", "");
+}
+
+static void test_nrrd_axes(void **state)
+{
+    (void)state;
+#define TYPE8 "NRRD0004\ntype: uint8\n"
+#define RAW "encoding: raw\n\n"
+    cvol_volume *v = read_ok(nrrd(TYPE8 "dimension: 2\nsizes: 4 3\nspacings: 2 3\n" RAW, 12));
+    assert_true(v->grid.dims[2] == 1 && v->grid.spacing[1] == 3 && v->grid.spacing[2] == 1);
+    cvol_volume_free(v);
+    v = read_ok(nrrd(TYPE8 "dimension: 4\nsizes: 1 4 3 1\nspacings: nan 2 3 4\n" RAW, 12));
+    assert_true(v->grid.dims[0] == 1 && v->grid.dims[2] == 3 && v->grid.spacing[2] == 3);
+    cvol_volume_free(v);
+    v = read_ok(nrrd(TYPE8 "dimension: 4\nspace: LPS\nsizes: 1 4 3 1\n"
+                           "space directions: none (2,0,0) (0,3,0) (0, 0, 4)\n" RAW,
+                     12));
+    assert_true(v->grid.dims[0] == 4 && v->grid.dims[2] == 1 && v->grid.spacing[2] == 4);
+    cvol_volume_free(v);
+    read_fails(nrrd(TYPE8 "dimension: 4\nsizes: 2 3 2 5\n" RAW, 60), CVOL_ERROR_UNSUPPORTED,
+               "sizes '2 3 2 5'", "series");
+    read_fails(nrrd(TYPE8 "dimension: 5\nsizes: 1 1 2 3 2\n" RAW, 12), CVOL_ERROR_UNSUPPORTED,
+               "dimension '5'", "");
+    read_fails(nrrd(TYPE8 "dimension: 1\nsizes: 12\n" RAW, 12), CVOL_ERROR_UNSUPPORTED,
+               "dimension '1'", "");
+    read_fails(nrrd(TYPE8 "dimension: 17\nsizes: 12\n" RAW, 12), CVOL_ERROR_FORMAT,
+               "dimension is 17", "");
+    read_fails(nrrd(TYPE8 "dimension: 3\nspace: LPS\nsizes: 3 2 2\n"
+                          "space directions: none (1,0,0) (0,1,0)\n" RAW,
+                    12),
+               CVOL_ERROR_UNSUPPORTED, "space directions", "none");
+}
+
+static void test_nrrd_space(void **state)
+{
+    (void)state;
+    cvol_volume *v = read_ok(nrrd(TYPE8 SIZES
+                                  "space: left-anterior-superior\nspace origin: (1,2,3)\n"
+                                  "space directions: (0,2,0) (-3,0,0) (0,0,0.25)\n"
+                                  "space units: \"mm\" \"mm\" \"mm\"\n" RAW,
+                                  12));
+    assert_int_equal(v->grid.space, CVOL_SPACE_LPS); /* LAS, its second axis turned */
+    assert_true(v->grid.origin[0] == 1 && v->grid.origin[1] == -2 && v->grid.origin[2] == 3);
+    assert_true(v->grid.direction[0][1] == -1 && v->grid.direction[1][0] == -1);
+    assert_true(v->grid.spacing[0] == 2 && v->grid.spacing[1] == 3 && v->grid.spacing[2] == 0.25);
+    assert_string_equal(v->grid.unit, "mm");
+    cvol_volume_free(v);
+    /* a picture in space gets its normal */
+    v = read_ok(nrrd(TYPE8 "dimension: 2\nsizes: 4 3\nspace dimension: 3\n"
+                           "space directions: (0,1,0) (0,0,1)\n" RAW,
+                     12));
+    assert_true(v->grid.direction[2][0] == 1 && v->grid.space == CVOL_SPACE_UNKNOWN);
+    cvol_volume_free(v);
+#define DIRECTIONS(text) nrrd(TYPE8 SIZES "space: RAS\nspace directions: " text "\n" RAW, 12)
+    read_fails(DIRECTIONS("(1,0,0) (0,1,0)"), CVOL_ERROR_FORMAT, "space directions", "3 vectors");
+    read_fails(DIRECTIONS("(1,0,0) (0,1,0) (0,0,1) (0,0,1)"), CVOL_ERROR_FORMAT, "more", "");
+    read_fails(DIRECTIONS("(1,0,0) (0,1) (0,0,1)"), CVOL_ERROR_FORMAT, "of 3 numbers", "");
+    read_fails(DIRECTIONS("(1,0,0) (0,1,0) (0,0,1"), CVOL_ERROR_FORMAT, "space directions", "");
+    read_fails(DIRECTIONS("(1,0,0) (0,1x,0) (0,0,1)"), CVOL_ERROR_FORMAT, "1x", "");
+    read_fails(DIRECTIONS("(1,0,0) (0,1,0) (0,0,0)"), CVOL_ERROR_FORMAT, "without a length", "");
+    read_fails(DIRECTIONS("(1,0,0) (0,1,0) (nan,0,1)"), CVOL_ERROR_FORMAT, "length", "");
+    read_fails(DIRECTIONS("(1,0,0) (0,1,0) (1,1,0)"), CVOL_ERROR_FORMAT, "span", "");
+    read_fails(nrrd(TYPE8 SIZES "space: right-up\n" RAW, 12), CVOL_ERROR_UNSUPPORTED,
+               "space 'right-up'", "");
+    read_fails(nrrd(TYPE8 SIZES "space: RAS\nspace origin: (1,2)\n" RAW, 12), CVOL_ERROR_FORMAT,
+               "space origin '(1,2)'", "");
+    read_fails(nrrd(TYPE8 SIZES "spacings: 1 0 1\n" RAW, 12), CVOL_ERROR_FORMAT,
+               "spacing of axis y is 0", "");
+    read_fails(nrrd(TYPE8 SIZES "spacings: 1 1 1mm\n" RAW, 12), CVOL_ERROR_FORMAT,
+               "spacings has the value '1mm'", "");
+}
+
+static void test_nrrd_detached(void **state)
+{
+    (void)state;
+    write_bytes("d.bin", counting, 30);
+    const char *path = write_text(
+        "d.nhdr", TYPE8 SIZES "encoding: raw\nbyte skip: 5\ndata file: d.bin\n", NULL, 0);
+    cvol_volume *v = read_ok(path);
+    assert_memory_equal(v->data, counting + 5, 12);
+    cvol_volume_free(v);
+    path = write_text("d.nhdr", TYPE8 SIZES "encoding: raw\nbyteskip: -1\ndatafile: ./d.bin\n\n",
+                      NULL, 0);
+    v = read_ok(path);
+    assert_memory_equal(v->data, counting + 18, 12);
+    cvol_volume_free(v);
+    write_text("d.txt", "one\ntwo\n", counting, 13);
+    v = read_ok(write_text(
+        "d.nhdr", TYPE8 SIZES "encoding: raw\nline skip: 2\nbyte skip: 1\ndata file: d.txt\n\n",
+        NULL, 0));
+    assert_memory_equal(v->data, counting + 1, 12);
+    cvol_volume_free(v);
+    char absolute[700];
+    snprintf(absolute, sizeof absolute, "%sencoding: raw\ndata file: %s\n", TYPE8 SIZES,
+             in_folder("d.bin"));
+    v = read_ok(write_text("d.nhdr", absolute, NULL, 0));
+    assert_memory_equal(v->data, counting, 12);
+    cvol_volume_free(v);
+#define DETACHED(text) write_text("d.nhdr", TYPE8 SIZES "encoding: raw\n" text, NULL, 0)
+    read_fails(DETACHED("data file: gone.bin\n"), CVOL_ERROR_IO, "gone.bin", "No such file");
+    read_fails(DETACHED("data file: LIST\nd.bin\n"), CVOL_ERROR_UNSUPPORTED, "'LIST'", "one file");
+    read_fails(DETACHED("data file: d%02d.bin 1 3 1\n"), CVOL_ERROR_UNSUPPORTED, "d%02d.bin", "");
+    read_fails(DETACHED("data file: \n"), CVOL_ERROR_FORMAT, "data file", "");
+    read_fails(DETACHED("line skip: 2x\ndata file: d.txt\n"), CVOL_ERROR_FORMAT, "line skip", "2x");
+    read_fails(DETACHED("byte skip: -2\ndata file: d.txt\n"), CVOL_ERROR_FORMAT, "byte skip", "-2");
+    cvol_volume *none;
+    path = DETACHED("byte skip: 9223372036854775807\ndata file: d.bin\n");
+    assert_int_equal(cvol_volume_read(context, &none, path, NULL), CVOL_ERROR_FORMAT);
+    path = DETACHED("line skip: 70\ndata file: d.txt\n");
+    assert_int_equal(cvol_volume_read(context, &none, path, NULL), CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(context), "3 of the 70 lines"));
+    path = DETACHED("byte skip: 20\ndata file: d.bin\n");
+    assert_int_equal(cvol_volume_read(context, &none, path, NULL), CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(context), "d.bin: holds 10 of the 12 bytes"));
+}
+
+static void test_nrrd_gzip(void **state)
+{
+    (void)state;
+    uint8_t packed[256];
+#define GZIP(extra) TYPE8 SIZES "encoding: gzip\n" extra "\n"
+    size_t size = gzip(packed, sizeof packed, counting, 12, 15 + 16);
+    cvol_volume *v = read_ok(write_text("g.nrrd", GZIP(""), packed, size));
+    assert_memory_equal(v->data, counting, 12);
+    cvol_volume_free(v);
+    /* two members and padding */
+    size_t first = gzip(packed, sizeof packed, counting, 5, 15 + 16);
+    size_t second = gzip(packed + first, sizeof packed - first, counting + 5, 7, 15 + 16);
+    memset(packed + first + second, 0, 9);
+    v = read_ok(write_text("g.nrrd", GZIP(""), packed, first + second + 9));
+    assert_memory_equal(v->data, counting, 12);
+    cvol_volume_free(v);
+    /* bytes are skipped after inflating */
+    size = gzip(packed, sizeof packed, counting, 16, 15 + 16);
+    v = read_ok(write_text("g.nrrd", GZIP("byte skip: 4\n"), packed, size));
+    assert_memory_equal(v->data, counting + 4, 12);
+    cvol_volume_free(v);
+    read_fails(write_text("g.nrrd", GZIP("byte skip: -1\n"), packed, size), CVOL_ERROR_FORMAT,
+               "byte skip", "-1");
+    read_fails(write_text("g.nrrd", GZIP(""), packed, size), CVOL_ERROR_FORMAT, "more than",
+               "12 bytes");
+    size = gzip(packed, sizeof packed, counting, 10, 15 + 16);
+    read_fails(write_text("g.nrrd", GZIP(""), packed, size), CVOL_ERROR_FORMAT,
+               "10 of the 12 bytes", "");
+    size = gzip(packed, sizeof packed, counting, 12, 15 + 16);
+    read_fails(write_text("g.nrrd", GZIP(""), packed, size - 1), CVOL_ERROR_FORMAT, "check sum",
+               "");
+    memcpy(packed + size, "garbage", 7);
+    read_fails(write_text("g.nrrd", GZIP(""), packed, size + 7), CVOL_ERROR_FORMAT, "follow", "");
+    packed[size - 5] ^= 1; /* the check sum */
+    read_fails(write_text("g.nrrd", GZIP(""), packed, size), CVOL_ERROR_FORMAT, "damaged", "");
+    read_fails(nrrd(GZIP(""), 20), CVOL_ERROR_FORMAT, "damaged", "");
+    read_fails(nrrd(GZIP(""), 0), CVOL_ERROR_FORMAT, "0 of the 12", "");
+    /* a small file cannot claim gigabytes */
+    read_fails(write_text("g.nrrd", TYPE8 "dimension: 3\nsizes: 1000 1000 1000\nencoding: gz\n\n",
+                          packed, size),
+               CVOL_ERROR_FORMAT, "cannot hold", "1000000000");
+}
+
+static void test_nrrd_lies(void **state)
+{
+    (void)state;
+#define LIE(type, dimension, sizes, encoding, size)                          \
+    nrrd("NRRD0004\ntype: " type "\ndimension: " dimension "\nsizes: " sizes \
+         "\nendian: little\nencoding: " encoding "\n\n",                     \
+         size)
+    read_fails(LIE("uint8", "3", "2 0 2", "raw", 12), CVOL_ERROR_FORMAT, "sizes", "'0'");
+    read_fails(LIE("uint8", "3", "2 -3 2", "raw", 12), CVOL_ERROR_FORMAT, "sizes", "'-3'");
+    read_fails(LIE("uint8", "3", "2 3", "raw", 12), CVOL_ERROR_FORMAT,
+               "sizes has 2 values, dimension is 3", "");
+    read_fails(LIE("uint8", "3", "2 3 2 1", "raw", 12), CVOL_ERROR_FORMAT, "sizes has 4 values",
+               "");
+    read_fails(LIE("uint8", "3", "2 3.0 2", "raw", 12), CVOL_ERROR_FORMAT, "sizes", "'3.0'");
+    read_fails(LIE("uint8", "3", "2 12abc 2", "raw", 12), CVOL_ERROR_FORMAT, "sizes", "'12abc'");
+    read_fails(LIE("uint8", "3", "2147483648 1 1", "raw", 12), CVOL_ERROR_FORMAT,
+               "12 of the 2147483648 bytes", "");
+    read_fails(LIE("uint8", "3", "2147483648 2147483648 1", "raw", 12), CVOL_ERROR_LIMIT,
+               "2147483648", "limit");
+    read_fails(LIE("double", "3", "4294967296 4294967296 4294967296", "raw", 12), CVOL_ERROR_LIMIT,
+               "4294967296", "");
+    read_fails(LIE("double", "3", "4611686018427387904 4 1", "raw", 12), CVOL_ERROR_LIMIT,
+               "4611686018427387904", "");
+    read_fails(LIE("uint8", "3", "99999999999999999999 1 1", "raw", 12), CVOL_ERROR_FORMAT, "sizes",
+               "99999999999999999999");
+    read_fails(LIE("uint8", "three", "2 3 2", "raw", 12), CVOL_ERROR_FORMAT, "dimension", "three");
+    read_fails(LIE("int128", "3", "2 3 2", "raw", 12), CVOL_ERROR_FORMAT, "type", "int128");
+    read_fails(LIE("int64", "3", "2 3 2", "raw", 12), CVOL_ERROR_UNSUPPORTED, "type", "int64");
+    read_fails(LIE("uint8", "3", "2 3 2", "zip", 12), CVOL_ERROR_FORMAT, "encoding", "zip");
+    read_fails(LIE("uint8", "3", "2 3 2", "hex", 12), CVOL_ERROR_UNSUPPORTED, "encoding", "hex");
+    read_fails(LIE("uint8", "3", "2 3 2", "bzip2", 12), CVOL_ERROR_UNSUPPORTED, "bzip2", "");
+    read_fails(LIE("uint8", "3", "2 3 2", "raw", 11), CVOL_ERROR_FORMAT,
+               "holds 11 of the 12 bytes of samples that its header announces", "");
+    read_fails(LIE("uint8", "3", "2 3 2", "raw", 0), CVOL_ERROR_FORMAT, "0 of the 12", "");
+    read_fails(LIE("uint8", "3", "2 3 2", "raw", 15), CVOL_ERROR_FORMAT, "holds 3 bytes more",
+               "12 bytes");
+    cvol_context_set_limit_bytes(context, 11);
+    read_fails(LIE("uint8", "3", "2 3 2", "raw", 12), CVOL_ERROR_LIMIT, "2 x 3 x 2", "11");
+    cvol_context_set_limit_bytes(context, UINT64_C(64) << 30);
+}
+
+static void test_nrrd_headers(void **state)
+{
+    (void)state;
+    read_fails(nrrd("NRRD0006\n\n", 0), CVOL_ERROR_UNSUPPORTED, "NRRD0006", "");
+    read_fails(nrrd("Hello\n\n", 0), CVOL_ERROR_FORMAT, "does not begin with 'NRRD'", "");
+    read_fails(nrrd(TYPE8 SIZES "\n", 12), CVOL_ERROR_FORMAT, "no 'encoding'", "");
+    read_fails(nrrd(TYPE8 "sizes: 2 3 2\nencoding: raw\n\n", 12), CVOL_ERROR_FORMAT,
+               "no 'dimension'", "");
+    read_fails(nrrd("NRRD0001\n" SIZES "encoding: raw\n\n", 12), CVOL_ERROR_FORMAT, "no 'type'",
+               "");
+    read_fails(nrrd(TYPE8 SIZES "sizes: 2 3 2\n" RAW, 12), CVOL_ERROR_FORMAT, "'sizes' twice", "");
+    read_fails(nrrd(TYPE8 SIZES "encoding: raw\n", 0), CVOL_ERROR_FORMAT, "empty line", "");
+    read_fails(nrrd(TYPE8 SIZES "no field\n" RAW, 12), CVOL_ERROR_FORMAT, "line 5", "no field");
+    static const char with_nul[] = "NRRD0004\ntype: ui\0nt8\ndimension: 3\n";
+    read_fails(write_bytes("n.nrrd", with_nul, sizeof with_nul - 1), CVOL_ERROR_FORMAT, "line 2",
+               "NUL");
+    read_fails(nrrd("NRRD0004\ntype: \033[2J\n" SIZES RAW, 12), CVOL_ERROR_FORMAT, "type",
+               "?[2J"); /* no escapes in messages */
+    read_fails(write_bytes("e.nrrd", "", 0), CVOL_ERROR_FORMAT, "is empty", "");
+    read_fails(in_folder("gone.nrrd"), CVOL_ERROR_IO, "No such file", "");
+    read_fails(in_folder(""), CVOL_ERROR_IO, "is a directory", "");
+    size_t size = (size_t)3 << 20;
+    char *endless = malloc(size);
+    memset(endless, 'x', size);
+    memcpy(endless, "NRRD0004\n", 9);
+    read_fails(write_bytes("x.nrrd", endless, size), CVOL_ERROR_FORMAT, "1048576", "header");
+    free(endless);
+    remove(in_folder("x.nrrd"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest reading[] = {
+        cmocka_unit_test(test_nrrd_plain),    cmocka_unit_test(test_nrrd_endian),
+        cmocka_unit_test(test_nrrd_types),    cmocka_unit_test(test_nrrd_text),
+        cmocka_unit_test(test_nrrd_axes),     cmocka_unit_test(test_nrrd_space),
+        cmocka_unit_test(test_nrrd_detached), cmocka_unit_test(test_nrrd_gzip),
+        cmocka_unit_test(test_nrrd_lies),     cmocka_unit_test(test_nrrd_headers),
+    };
+    return cmocka_run_group_tests(reading, open_all, close_all) != 0;
+}
