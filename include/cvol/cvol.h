@@ -2,6 +2,7 @@
 #ifndef CVOL_CVOL_H
 #define CVOL_CVOL_H
 
+#include "cvol/algebra.h"
 #include "cvol/array.h"
 #include "cvol/base.h"
 #include "cvol/codec.h"

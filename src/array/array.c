@@ -7,44 +7,112 @@
 
 #include "base/context.h"
 #include "base/memory.h"
-#include "transform/block.h"
 
 static int block_log2_of(int block)
 {
     return block == 8 ? 3 : block == 16 ? 4 : block == 32 ? 5 : 0;
 }
 
-int cvol_array_create(cvol_context *context, cvol_array **out, const cvol_grid *grid, int block)
+const char *cvol_transform_name(cvol_transform transform)
+{
+    switch (transform) {
+    case CVOL_DCT:
+        return "dct";
+    case CVOL_DHT:
+        return "dht";
+    case CVOL_DFT:
+        return "dft";
+    }
+    return NULL;
+}
+
+cvol_transform cvol_transform_from_name(const char *name)
+{
+    for (int t = CVOL_DCT; t <= CVOL_DFT; t++)
+        if (!strcmp(name, cvol_transform_name((cvol_transform)t)))
+            return (cvol_transform)t;
+    return (cvol_transform)0;
+}
+
+/* ---- making ----------------------------------------------------------------------------- */
+
+static int check_shape(cvol_context *context, const cvol_grid *grid, int rank,
+                       cvol_transform transform, int block)
+{
+    if (block != 0 && !block_log2_of(block))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "block is %d, must be 0, 8, 16 or 32",
+                         block);
+    if (!cvol_transform_name(transform))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "transform %d is none; there are 1 (dct), 2 (dht) and 3 (dft)",
+                         (int)transform);
+    if (rank < 1 || rank > 3)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "rank is %d, must be 1, 2 or 3", rank);
+    int code = cvol_grid_check(context, grid, "array");
+    for (int a = rank; a < 3 && !code; a++)
+        if (grid->dims[a] != 1)
+            code = cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "dims[%d] is %zu in an array of rank %d, must be 1", a, grid->dims[a],
+                             rank);
+    if (!code && block == 0 && cvol_grid_samples(grid) > UINT32_MAX)
+        code = cvol_fail(context, CVOL_ERROR_LIMIT,
+                         "a whole array (block 0) of %zu samples; it may have %u at most: use "
+                         "blocks",
+                         cvol_grid_samples(grid), UINT32_MAX);
+    return code;
+}
+
+int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_grid *grid, int rank,
+                         cvol_transform transform, int block)
 {
     *out = NULL;
-    if (!block_log2_of(block))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "block is %d, must be 8, 16 or 32", block);
-    int code = cvol_grid_check(context, grid, "array");
+    int code = check_shape(context, grid, rank, transform, block);
     if (code)
         return code;
     cvol_array *array = calloc(1, sizeof *array);
     if (!array)
         return cvol_fail_memory(context, sizeof *array, "an array");
     array->grid = *grid;
-    array->transform = CVOL_DCT;
+    array->rank = rank;
+    array->transform = transform;
     array->block = block;
     array->block_log2 = block_log2_of(block);
-    array->step = 1;
+    array->step = block ? 1 : 0;
     array->psnr_db = (double)INFINITY;
     array->block_count = 1;
     for (int a = 0; a < 3; a++) {
-        array->blocks[a] = (grid->dims[a] - 1) / (size_t)block + 1;
+        array->blocks[a] = block ? (grid->dims[a] - 1) / (size_t)block + 1 : 1;
         array->block_count *= array->blocks[a];
     }
-    array->block_table = cvol_allocate_zero(array->block_count, sizeof *array->block_table);
-    if (!array->block_table) {
-        code = cvol_fail_memory(context, array->block_count * sizeof *array->block_table,
-                                "the block table");
-        cvol_array_free(array);
-        return code;
+    if (block) {
+        array->block_table = cvol_allocate_zero(array->block_count, sizeof *array->block_table);
+        if (!array->block_table) {
+            code = cvol_fail_memory(context, array->block_count * sizeof *array->block_table,
+                                    "the block table");
+            cvol_array_free(array);
+            return code;
+        }
     }
     *out = array;
     return CVOL_OK;
+}
+
+int cvol_array_create(cvol_context *context, cvol_array **out, const cvol_grid *grid, int block)
+{
+    if (!block_log2_of(block)) {
+        *out = NULL;
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "block is %d, must be 8, 16 or 32", block);
+    }
+    return cvol_array_create_as(context, out, grid, 3, CVOL_DCT, block);
+}
+
+int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_array *like)
+{
+    cvol_grid grid = like->grid;
+    grid.type = CVOL_FLOAT32;
+    grid.value_scale = 1;
+    grid.value_offset = 0;
+    return cvol_array_create_as(context, out, &grid, like->rank, like->transform, like->block);
 }
 
 void cvol_array_free(cvol_array *array)
@@ -55,6 +123,7 @@ void cvol_array_free(cvol_array *array)
         free(array->pools[i]);
     free(array->pools);
     free(array->block_table);
+    cvol_spectrum_free(&array->whole);
     free(array);
 }
 
@@ -78,24 +147,103 @@ const cvol_grid *cvol_array_grid(const cvol_array *array)
     return &array->grid;
 }
 
+size_t cvol_array_block_terms(const cvol_array *array)
+{
+    return (size_t)1 << array->rank * array->block_log2;
+}
+
+static uint64_t resident_bytes(const cvol_array *array)
+{
+    const cvol_spectrum *whole = &array->whole;
+    uint64_t bytes = sizeof *array + array->pool_capacity * sizeof *array->pools +
+                     array->pool_words * sizeof(uint32_t);
+    if (array->block)
+        bytes += array->block_count * sizeof *array->block_table;
+    return bytes + whole->low_count * sizeof *whole->low_values +
+           whole->sparse_capacity * (sizeof *whole->places + sizeof *whole->values);
+}
+
 void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
 {
+    const double samples = (double)cvol_grid_samples(&array->grid);
     memset(out, 0, sizeof *out);
+    out->rank = array->rank;
     out->transform = array->transform;
     out->block = array->block;
     memcpy(out->blocks, array->blocks, sizeof out->blocks);
+    memcpy(out->low, array->whole.low, sizeof out->low);
     out->step = array->step;
     out->coefficients = array->coefficients;
-    out->rho = (double)array->coefficients / (double)cvol_grid_samples(&array->grid);
-    out->resident_bytes = sizeof *array + array->block_count * sizeof *array->block_table +
-                          array->pool_capacity * sizeof *array->pools +
-                          array->pool_words * sizeof(uint32_t);
-    out->value_min = array->value_min;
-    out->value_max = array->value_max;
+    out->rho = (double)array->coefficients / samples;
+    if (!array->block) {
+        out->coefficients = array->whole.low_count + array->whole.sparse_count;
+        out->rho = ((double)array->whole.low_count + 2 * (double)array->whole.sparse_count) /
+                   samples;
+    }
+    out->resident_bytes = resident_bytes(array);
+    out->value_min = array->ledger.value_min;
+    out->value_max = array->ledger.value_max;
+    out->l2_error = array->ledger.l2_error;
+    out->max_abs = array->ledger.max_abs;
+    out->measured = array->measured;
     out->psnr_db = array->psnr_db;
     out->max_error = array->max_error;
-    out->l2_error = array->l2_error;
 }
+
+void cvol_array_derive_figures(cvol_array *array)
+{
+    const cvol_ledger *ledger = &array->ledger;
+    const double samples = (double)cvol_grid_samples(&array->grid);
+    array->measured = 0;
+    array->max_error = ledger->l2_error;
+    array->psnr_db = (double)INFINITY;
+    if (ledger->l2_error > 0)
+        array->psnr_db = 20 * log10((ledger->value_max - ledger->value_min) * sqrt(samples) /
+                                    ledger->l2_error);
+}
+
+/* ---- what operations ask of their operands ---------------------------------------------- */
+
+int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_array *b)
+{
+    const size_t *m = a->grid.dims, *n = b->grid.dims;
+    if (a->rank != b->rank)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "rank is %d in one array and %d in the other",
+                         a->rank, b->rank);
+    if (m[0] != n[0] || m[1] != n[1] || m[2] != n[2])
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "dims are %zux%zux%zu in one array and %zux%zux%zu in the other; resample "
+                         "or crop one before compressing",
+                         m[0], m[1], m[2], n[0], n[1], n[2]);
+    if (a->transform != b->transform)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "transform is %s in one array and %s in the other; compress both with the "
+                         "same",
+                         cvol_transform_name(a->transform), cvol_transform_name(b->transform));
+    if (a->block != b->block)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "block is %d in one array and %d in the other; compress both with the same",
+                         a->block, b->block);
+    for (int i = 0; i < a->rank; i++)
+        if (!(fabs(a->grid.spacing[i] - b->grid.spacing[i]) <=
+              1e-5 * fabs(a->grid.spacing[i]) + 1e-12))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "spacing along %c is %g in one array and %g in the other", "xyz"[i],
+                             a->grid.spacing[i], b->grid.spacing[i]);
+    return CVOL_OK;
+}
+
+int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const char *what)
+{
+    if (array->rank == 3 && array->transform == CVOL_DCT && array->block)
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                     "%s needs a volume in DCT blocks; this is rank %d, %s, block %d: compress it "
+                     "with transform dct and block 16",
+                     what, array->rank, cvol_transform_name(array->transform), array->block);
+}
+
+/* ---- terms ------------------------------------------------------------------------------- */
 
 void cvol_block_find_low(cvol_block *block, int block_log2)
 {

@@ -1,8 +1,8 @@
-/* The compressed array's inside.
+/* The compressed array's inside: a whole array's spectrum (block 0), or blocks.
  *
  * Blocks are numbered x fastest: block (i, j, l) has index i + blocks[0] (j + blocks[1] l).
  * A block is a list of terms, one 32-bit word each: the low `place_bits` bits hold the
- * coefficient's place u + B v + B^2 w, the rest its quantised value as a signed number. A value
+ * coefficient's place u + B v + B^2 w (v = w = 0 beyond the rank), the rest its quantised value as a signed number. A value
  * that does not fit is an escape word (the most negative value) followed by one word that is the
  * value itself. Places rise strictly within a block. A coefficient is value times step.
  *
@@ -11,6 +11,9 @@
 #ifndef CVOL_ARRAY_ARRAY_H
 #define CVOL_ARRAY_ARRAY_H
 
+#include "array/ledger.h"
+#include "array/spectrum.h"
+#include "cvol/algebra.h"
 #include "cvol/array.h"
 
 typedef struct cvol_block {
@@ -22,13 +25,19 @@ typedef struct cvol_block {
 
 struct cvol_array {
     cvol_grid grid;
+    int rank;
     cvol_transform transform;
-    int block;      /* B */
+    cvol_spectrum whole; /* block 0 only */
+    cvol_ledger ledger;
+    int measured;              /* whether the next two are, or follow from the ledger */
+    double psnr_db, max_error; /* of the samples as the grid's type stores them */
+    double threshold;          /* terms smaller than this were dropped; 0: none */
+    double offset;             /* added to every sample; whole arrays: 0 */
+    /* blocks only: */
+    int block;      /* B; 0: whole */
     int block_log2; /* 3, 4 or 5 */
     size_t blocks[3], block_count;
-    double step, offset;
-    double value_min, value_max;
-    double psnr_db, max_error, l2_error;
+    double step;
     double range_min, range_max; /* what range codes 0 and 255 stand for */
     cvol_block *block_table;
     uint32_t **pools; /* memory of the terms */
@@ -39,6 +48,22 @@ struct cvol_array {
 /* An array of this grid in blocks of B = 8, 16 or 32, without any terms; step 1, offset 0.
  * Errors: ARGUMENT, MEMORY, and those of cvol_grid_check. */
 int cvol_array_create(cvol_context *context, cvol_array **out, const cvol_grid *grid, int block);
+/* The same of any rank, transform and block; 0: a whole array without terms. */
+int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_grid *grid, int rank,
+                         cvol_transform transform, int block);
+/* An empty array of the same shape, for a result: sample type float32, value scale 1. */
+int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_array *like);
+
+/* Whether two operands can be computed on together; else ARGUMENT with a sentence that names what
+ * differs and what to do. */
+int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_array *b);
+/* Refuses arrays that are no volumes (rank 3, DCT, blocks): UNSUPPORTED with what to do. `what`: "the
+ * sheet engine", "a .cvol file". */
+int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const char *what);
+/* psnr_db and max_error from the ledger. */
+void cvol_array_derive_figures(cvol_array *array);
+/* B^rank. */
+size_t cvol_array_block_terms(const cvol_array *array);
 
 /* Hands `words` words of terms, allocated with malloc, to the array, which frees them. On
  * failure the caller keeps them. Not safe for two threads at once. Errors: MEMORY. */
@@ -93,8 +118,8 @@ void cvol_block_find_low(cvol_block *block, int block_log2);
 void cvol_block_gather(float *out, const void *samples, const cvol_grid *grid, int block,
                        size_t index, double offset);
 
-/* Evaluates block `index` whole, as floats without `offset`, into out[B^3] (x fastest), by the
- * kernel that gives the same bits on every processor. */
+/* Evaluates block `index` whole, as floats without `offset`, into out[B^rank] (x fastest, 64-byte
+ * aligned), by the kernel that gives the same bits on every processor. */
 void cvol_block_evaluate(float *out, const cvol_array *array, size_t index);
 
 /* Turns float samples without `offset` into the grid's type as cvol_array_evaluate_box

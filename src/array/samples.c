@@ -88,7 +88,7 @@ static double clamp(double value, double lo, double hi)
 
 void cvol_samples_store(void *out, const float *in, size_t count, const cvol_array *array)
 {
-    const double offset = array->offset, lo = array->value_min, hi = array->value_max;
+    const double offset = array->offset, lo = array->ledger.value_min, hi = array->ledger.value_max;
     switch (array->grid.type) {
     case CVOL_UINT8:
         STORE_INTEGERS(uint8_t);

@@ -139,7 +139,7 @@ static int sample_ratio(compression *c, cvol_search *search)
 static int search_ratio(compression *c)
 {
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 1.1);
-    const double span = c->trial.shape->value_max - c->trial.shape->value_min;
+    const double span = c->trial.shape->ledger.value_max - c->trial.shape->ledger.value_min;
     double step = fmin(fmax(span * FIRST_STEP * c->value, c->least_step), c->most_step);
     c->best_step = step;
     int code = sample_ratio(c, &search);
@@ -188,7 +188,7 @@ static double miss_of_quality(const compression *c, int *kept)
 static int search_quality(compression *c)
 {
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.8);
-    const double span = c->trial.shape->value_max - c->trial.shape->value_min;
+    const double span = c->trial.shape->ledger.value_max - c->trial.shape->ledger.value_min;
     double step = c->target == CVOL_TARGET_PSNR ? 3 * span * exp(-c->value / DB_PER_E)
                                                 : 1.5 * (c->value > 0 ? c->value : 0.4);
     step = fmin(fmax(step, c->least_step), c->most_step);
@@ -226,7 +226,7 @@ static void find_limits(compression *c)
 {
     const cvol_array *shape = c->trial.shape;
     const double largest = (double)c->trial.coefficients.largest;
-    const double span = shape->value_max - shape->value_min;
+    const double span = shape->ledger.value_max - shape->ledger.value_min;
     double least = span * 0x1p-23;
     if (cvol_type_is_integer(shape->grid.type)) {
         /* Errors of at most step / 2 in each of B^3 coefficients sum up to less than 1/2. */
@@ -291,7 +291,7 @@ static int run_ratio(compression *c, int *met)
     else
         code = settle(c, c->best_step);
     *met = is_met(c) || (ratio_of(c) >= c->value && c->best_step > c->least_step * 1.000001 &&
-                         c->trial.array->l2_error > 0);
+                         c->trial.array->ledger.l2_error > 0);
     return code;
 }
 
@@ -338,7 +338,7 @@ static void fill_report(cvol_compress_report *report, const compression *c, int 
                                      .psnr_db = array->psnr_db,
                                      .max_error = array->max_error,
                                      .file_bytes = c->file_bytes,
-                                     .lossless = array->l2_error <= 0,
+                                     .lossless = array->ledger.l2_error <= 0,
                                      .target_met = met,
                                      .trials = c->trial.count};
 }

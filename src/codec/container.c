@@ -174,13 +174,13 @@ static int make_array(cvol_context *context, cvol_array **out, const cvol_header
     array->transform = (cvol_transform)header->transform;
     array->step = header->step;
     array->offset = header->offset;
-    array->value_min = header->value_min;
-    array->value_max = header->value_max;
+    array->ledger.value_min = header->value_min;
+    array->ledger.value_max = header->value_max;
     array->range_min = header->range_min;
     array->range_max = header->range_max;
     array->psnr_db = header->psnr_db;
     array->max_error = header->max_error;
-    array->l2_error = header->l2_error;
+    array->ledger.l2_error = header->l2_error;
     return CVOL_OK;
 }
 

@@ -35,13 +35,13 @@ void cvol_header_put(cvol_bytes *out, const cvol_array *array)
     cvol_bytes_put_u32(out, (uint32_t)array->block);
     cvol_bytes_put_f64(out, array->step);
     cvol_bytes_put_f64(out, array->offset);
-    cvol_bytes_put_f64(out, array->value_min);
-    cvol_bytes_put_f64(out, array->value_max);
+    cvol_bytes_put_f64(out, array->ledger.value_min);
+    cvol_bytes_put_f64(out, array->ledger.value_max);
     cvol_bytes_put_f64(out, array->range_min);
     cvol_bytes_put_f64(out, array->range_max);
     cvol_bytes_put_f64(out, array->psnr_db);
     cvol_bytes_put_f64(out, array->max_error);
-    cvol_bytes_put_f64(out, array->l2_error);
+    cvol_bytes_put_f64(out, array->ledger.l2_error);
     cvol_bytes_put_u64(out, array->coefficients);
 }
 

@@ -24,14 +24,14 @@ int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *sampl
     if (code)
         return code;
     cvol_array *shape = trial->shape;
-    code = cvol_survey_samples(context, &shape->value_min, &shape->value_max, samples, grid);
+    code = cvol_survey_samples(context, &shape->ledger.value_min, &shape->ledger.value_max, samples, grid);
     if (code)
         return code;
-    if (!(shape->value_max - shape->value_min <= SPAN_MOST))
+    if (!(shape->ledger.value_max - shape->ledger.value_min <= SPAN_MOST))
         return cvol_fail(context, CVOL_ERROR_DATA,
                          "samples reach from %g to %g, a range beyond %g cannot be compressed",
-                         shape->value_min, shape->value_max, SPAN_MOST);
-    shape->offset = shape->value_min;
+                         shape->ledger.value_min, shape->ledger.value_max, SPAN_MOST);
+    shape->offset = shape->ledger.value_min;
     const size_t cells = shape->block_count / (block == 8 ? 8 : 1); /* of ranges.h */
     trial->begin_bytes = 400 + cells / 2 + 12 * (uint64_t)cvol_group_count(shape);
     return cvol_coefficients_make(context, &trial->coefficients, shape, samples);
@@ -87,8 +87,8 @@ int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
     cvol_array *array = trial->array;
     array->step = trial->step;
     array->offset = trial->shape->offset;
-    array->value_min = trial->shape->value_min;
-    array->value_max = trial->shape->value_max;
+    array->ledger.value_min = trial->shape->ledger.value_min;
+    array->ledger.value_max = trial->shape->ledger.value_max;
     code = decode_groups(context, trial);
     if (code)
         return code;
@@ -98,10 +98,10 @@ int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
         return code;
     const double samples = (double)cvol_grid_samples(&array->grid);
     array->max_error = distance.max_error;
-    array->l2_error = distance.l2_error;
+    array->ledger.l2_error = distance.l2_error;
     array->psnr_db = (double)INFINITY;
     if (distance.l2_error > 0)
-        array->psnr_db = 20 * log10((array->value_max - array->value_min) * sqrt(samples) /
+        array->psnr_db = 20 * log10((array->ledger.value_max - array->ledger.value_min) * sqrt(samples) /
                                     distance.l2_error);
     return CVOL_OK;
 }

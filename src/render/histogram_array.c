@@ -40,8 +40,8 @@ int cvol_array_histogram(cvol_context *context, cvol_histogram *out, const cvol_
 {
     const size_t B = (size_t)array->block;
     memset(out, 0, sizeof *out);
-    out->min = array->value_min;
-    out->max = array->value_max;
+    out->min = array->ledger.value_min;
+    out->max = array->ledger.value_max;
     size_t count = array->block_count < BLOCKS_MAX ? array->block_count : BLOCKS_MAX;
     float *samples = cvol_allocate(B * B * B, sizeof *samples);
     if (!samples)

@@ -303,8 +303,8 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     if (colour)
         cvol_warp_composite(image, &state->intermediate, &plan, options->background, threads);
     else
-        cvol_warp_grey(image, &state->intermediate, &plan, array->value_min - array->offset,
-                       array->value_max - array->offset, options->background, threads);
+        cvol_warp_grey(image, &state->intermediate, &plan, array->ledger.value_min - array->offset,
+                       array->ledger.value_max - array->offset, options->background, threads);
     return CVOL_OK;
 }
 

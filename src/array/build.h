@@ -1,0 +1,45 @@
+/* Building an array in blocks from dense blocks of coefficients.
+ *
+ * A producer computes the coefficients of one block at a time, on any thread and possibly twice; the
+ * builder keeps what a cvol_keep asks for and packs it (array.h). Rules that need to know all
+ * magnitudes first (TERMS, RHO, RATIO, PSNR, L2) run the producer once for a histogram of
+ * magnitudes, and once more to keep; ALL, THRESHOLD and STEP run it once. At no time are more than a
+ * block per thread dense.
+ */
+#ifndef CVOL_ARRAY_BUILD_H
+#define CVOL_ARRAY_BUILD_H
+
+#include "array/array.h"
+
+/* What a producer says of a block: coefficients beyond box[] are zero and need not have been written
+ * (they are read as zero); energy is the exact sum of squares if the producer already left terms out,
+ * else negative. */
+typedef struct cvol_dense_block {
+    float *coefficients; /* B^rank, u fastest; 64-byte aligned, written by the producer */
+    int box[3];          /* per axis one past the highest frequency that may be non-zero */
+    float max_abs;       /* of the block's samples before truncation; negative: not known */
+} cvol_dense_block;
+
+typedef struct cvol_producer {
+    /* Fills *block for block `index`; scratch is `scratch_bytes` of the thread's own, 64-byte
+     * aligned. 0, or an error code without a message. */
+    int (*produce)(const void *user, cvol_dense_block *block, size_t index, void *scratch);
+    const void *user;
+    size_t scratch_bytes;
+    const char *what; /* for progress: "multiplying" */
+} cvol_producer;
+
+/* What became of it. */
+typedef struct cvol_build_result {
+    double dropped; /* L2 norm of what was dropped or lost to quantisation, all blocks, exactly */
+    double norm;    /* L2 norm of all coefficients produced */
+    double max_abs; /* the largest of the blocks' own; negative if one was not known */
+} cvol_build_result;
+
+/* Fills `array` (created, without terms). Sets step, threshold, coefficients; not the ranges, not the
+ * ledger. The bits of the result do not depend on the number of threads.
+ * Errors: ARGUMENT, DATA (coefficients beyond what a step can hold), TARGET, MEMORY, CANCELLED. */
+int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_result *result,
+                      const cvol_producer *producer, const cvol_keep *keep);
+
+#endif

@@ -1,0 +1,97 @@
+/* The operations' two halves: on whole arrays (whole_*.c) and on blocks (blocks_*.c).
+ *
+ * The public functions (algebra.c, convolve.c, multiply.c, ...) check the operands, create the result
+ * with cvol_array_create_like, call one of these to fill its terms, and set its ledger from what it
+ * reports. `keep` is never NULL here; LIKE_INPUTS is resolved here, as each operation sees fit.
+ */
+#ifndef CVOL_ARRAY_OPERATIONS_H
+#define CVOL_ARRAY_OPERATIONS_H
+
+#include "array/array.h"
+#include "array/build.h"
+
+/* result->dropped, ->norm, ->max_abs: see build.h; whole arrays set max_abs negative unless known. */
+
+int cvol_whole_compress(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                        const void *samples, const cvol_keep *keep);
+int cvol_blocks_compress(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                         const void *samples, const cvol_keep *keep);
+
+int cvol_whole_add(cvol_context *context, cvol_array *out, cvol_build_result *result, double alpha,
+                   const cvol_array *a, double beta, const cvol_array *b, const cvol_keep *keep);
+int cvol_blocks_add(cvol_context *context, cvol_array *out, cvol_build_result *result, double alpha,
+                    const cvol_array *a, double beta, const cvol_array *b, const cvol_keep *keep);
+
+/* alpha a + beta */
+int cvol_whole_scale(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                     double alpha, const cvol_array *a, double beta);
+int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                      double alpha, const cvol_array *a, double beta);
+
+int cvol_whole_truncate(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                        const cvol_array *a, const cvol_keep *keep);
+int cvol_blocks_truncate(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                         const cvol_array *a, const cvol_keep *keep);
+
+int cvol_whole_convolve_kernel(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                               const cvol_array *a, const cvol_kernel *kernel,
+                               const cvol_keep *keep);
+int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                                const cvol_array *a, const cvol_kernel *kernel,
+                                const cvol_keep *keep);
+
+/* weight[axis]: 1 / spacing. */
+int cvol_whole_gradient(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                        const cvol_array *a, const double weight[3], const cvol_keep *keep);
+int cvol_blocks_gradient(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                         const cvol_array *a, const double weight[3], const cvol_keep *keep);
+
+/* `out` has the new dims already. */
+int cvol_whole_resample(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                        const cvol_array *a, const cvol_keep *keep);
+int cvol_blocks_resample(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                         const cvol_array *a, const cvol_keep *keep);
+
+/* One plan each; they resolve nothing: the caller has chosen. */
+int cvol_multiply_direct(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                         const cvol_array *a, const cvol_array *b, const cvol_keep *keep);
+/* points[axis]: those of cvol_multiply_points, or dims: the plan `full`. */
+int cvol_multiply_grid(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                       const cvol_array *a, const cvol_array *b, const size_t points[3],
+                       const cvol_keep *keep);
+/* *verified 0: nothing was made, an exact plan has to. */
+int cvol_multiply_sparse(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                         const cvol_array *a, const cvol_array *b, const cvol_keep *keep,
+                         int *verified);
+int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                         const cvol_array *a, const cvol_array *b, const cvol_keep *keep);
+
+/* Sums over the samples within the array: sum a, sum a^2; sum a b. Never evaluates more than the
+ * blocks that reach beyond the array. */
+int cvol_whole_sums(cvol_context *context, double *sum, double *squares, const cvol_array *a);
+int cvol_blocks_sums(cvol_context *context, double *sum, double *squares, const cvol_array *a);
+int cvol_whole_inner(cvol_context *context, double *inner, const cvol_array *a,
+                     const cvol_array *b);
+int cvol_blocks_inner(cvol_context *context, double *inner, const cvol_array *a,
+                      const cvol_array *b);
+
+/* Real values of a box; arguments checked. */
+int cvol_whole_evaluate(cvol_context *context, float *out, const cvol_array *array,
+                        const size_t begin[3], const size_t end[3]);
+int cvol_blocks_evaluate(cvol_context *context, float *out, const cvol_array *array,
+                         const size_t begin[3], const size_t end[3]);
+
+/* ---- kernels (kernel.c) ----------------------------------------------------------------------- */
+
+/* H(omega) = sum_i g[i] exp(-i omega i): the real value of a symmetric line, or the imaginary part of
+ * an antisymmetric one (whose real part is 0). */
+double cvol_kernel_response(const cvol_kernel_line *line, double omega);
+/* Bounds of max |H| over all frequencies (*norm) and of sum |h| (*sum); certified, by interval
+ * arithmetic over the parts and axes. */
+void cvol_kernel_bounds(const cvol_kernel *kernel, double *norm, double *sum);
+/* Whether the kernel is one: radii, parts, finite taps, antisymmetric taps[0] = 0. ARGUMENT. */
+int cvol_kernel_check(cvol_context *context, const cvol_kernel *kernel);
+/* The largest radius along an axis. */
+int cvol_kernel_radius(const cvol_kernel *kernel, int axis);
+
+#endif

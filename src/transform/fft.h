@@ -1,0 +1,53 @@
+/* One door to FFTW 3, single precision: fast transforms of any length, unnormalised.
+ *
+ * Plans are made once for each kind and shape and kept for the life of the process, behind a lock;
+ * executing them needs none. They are made by estimate, so that results have the same bits in every
+ * run. The transforms run on the calling thread.
+ *
+ *     FORWARD  H[u] = sum_x a[x] exp(-2 pi i u x / n)        real to half complex
+ *     INVERSE  a[x] = sum_u H[u] exp(+2 pi i u x / n)        half complex to real
+ *     DCT      A[u] = 2 sum_x a[x] cos(pi u (x + 1/2) / n)                        (REDFT10)
+ *     IDCT     a[x] = A[0] + 2 sum_{u > 0} A[u] cos(pi u (x + 1/2) / n)           (REDFT01)
+ *     IDST     a[x] = (-1)^x A[n-1] + 2 sum_{u < n-1} A[u] sin(pi (u+1) (x + 1/2) / n)  (RODFT01)
+ *     COMPLEX_FORWARD, COMPLEX_BACKWARD   the sums above, complex to complex
+ *
+ * of rank 1 to 3: dims[0] fastest, axes of length 1 cost nothing. Half complex arrays are halved
+ * along x: dims[0] / 2 + 1 complex numbers a row, as pairs of floats.
+ */
+#ifndef CVOL_TRANSFORM_FFT_H
+#define CVOL_TRANSFORM_FFT_H
+
+#include "cvol/base.h"
+
+typedef enum cvol_fft_kind {
+    CVOL_FFT_FORWARD,
+    CVOL_FFT_INVERSE, /* destroys its input */
+    CVOL_FFT_DCT,
+    CVOL_FFT_IDCT,
+    CVOL_FFT_IDST,
+    CVOL_FFT_COMPLEX_FORWARD,
+    CVOL_FFT_COMPLEX_BACKWARD
+} cvol_fft_kind;
+
+/* `out` may be `in` for the real and the complex to complex kinds; FORWARD and INVERSE need two
+ * buffers. Both as cvol_fft_allocate gives them (64-byte aligned). Errors: MEMORY, LIMIT. */
+int cvol_fft(cvol_context *context, cvol_fft_kind kind, const size_t dims[3], float *out,
+             float *in);
+
+/* `count` transforms of length n, whose elements lie `stride` elements apart and which begin
+ * `distance` elements apart (an element is a float, or a pair of them where it is complex), each
+ * side with its own: what pruned transforms along one axis are made of. */
+typedef struct cvol_fft_lines {
+    size_t n, count;
+    size_t in_stride, in_distance, out_stride, out_distance;
+} cvol_fft_lines;
+int cvol_fft_along(cvol_context *context, cvol_fft_kind kind, const cvol_fft_lines *lines,
+                   float *out, float *in);
+
+/* The smallest length >= n whose only factors are 2, 3 and 5 (and 7 at most once); even if `even`. */
+size_t cvol_fft_good_length(size_t n, int even);
+
+/* Floats; NULL without memory. Freed by free(). */
+float *cvol_fft_allocate(size_t count);
+
+#endif
