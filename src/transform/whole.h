@@ -17,7 +17,8 @@
 
 #include "cvol/array.h"
 
-/* out may be in; both as cvol_fft_allocate gives them. Errors: MEMORY, LIMIT. */
+/* out may be in, which else is left as it is; both as cvol_fft_allocate gives them. DHT and DFT take
+ * a buffer of 4 N bytes. Errors: MEMORY, LIMIT. */
 int cvol_whole_forward(cvol_context *context, cvol_transform transform, float *slots,
                        float *samples, const size_t dims[3]);
 int cvol_whole_inverse(cvol_context *context, cvol_transform transform, float *samples,
@@ -29,7 +30,8 @@ void cvol_whole_forward_reference(cvol_transform transform, double *slots, const
 void cvol_whole_inverse_reference(cvol_transform transform, double *samples, const double *slots,
                                   const size_t dims[3]);
 
-/* Between slots (DFT or DHT) and the half complex array of cvol_fft, times `scale`. */
+/* Between slots (DFT or DHT) and the half complex array of cvol_fft, times `scale`. The two may not
+ * overlap. */
 void cvol_slots_from_half(cvol_transform transform, float *slots, const float *half,
                           const size_t dims[3], float scale);
 void cvol_half_from_slots(cvol_transform transform, float *half, const float *slots,
