@@ -19,6 +19,7 @@
 enum { HEAD_AT = 32, TYPE_AT = HEAD_AT + 24, SPACING_AT = HEAD_AT + 32, UNIT_AT = HEAD_AT + 152 };
 enum { TRANSFORM_AT = HEAD_AT + 184, BLOCK_AT = HEAD_AT + 188, STEP_AT = HEAD_AT + 192 };
 enum { VALUE_MIN_AT = STEP_AT + 16, PSNR_AT = STEP_AT + 48, COUNT_AT = STEP_AT + 72 };
+enum { MAX_ABS_AT = HEAD_AT + 272, MEASURED_AT = HEAD_AT + 288, RANK_AT = HEAD_AT + 292 };
 
 static cvol_context *context;
 
@@ -119,6 +120,8 @@ static void file_keeps_everything(void **state)
     cvol_array_get_info(back, &b);
     assert_true(a.psnr_db == b.psnr_db && a.max_error == b.max_error && a.l2_error == b.l2_error);
     assert_true(a.step == b.step && a.coefficients == b.coefficients);
+    assert_true(a.max_abs == b.max_abs && a.measured == 1 && b.measured == 1 && b.rank == 3);
+    assert_true(a.value_min == b.value_min && a.value_max == b.value_max);
     for (size_t i = 0; i < array->block_count; i++)
         assert_memory_equal(array->block_table[i].range, back->block_table[i].range, 2);
     int16_t *one = calloc(cvol_grid_samples(&grid), 2), *two = calloc(cvol_grid_samples(&grid), 2);
@@ -256,7 +259,15 @@ static void lying_headers_are_refused(void **state)
     assert_int_not_equal(lie_f64(SPACING_AT, 0), CVOL_OK);
     assert_int_not_equal(lie_f64(SPACING_AT, (double)NAN), CVOL_OK);
     assert_int_not_equal(lie(UNIT_AT, "0123456789abcdef", 16), CVOL_OK);
-    assert_int_equal(lie_u32(TRANSFORM_AT, 2), CVOL_ERROR_UNSUPPORTED);
+    assert_int_equal(lie_u32(TRANSFORM_AT, 4), CVOL_ERROR_UNSUPPORTED);
+    assert_int_equal(lie_u32(TRANSFORM_AT, 2), CVOL_ERROR_CORRUPT); /* then TERM had to follow */
+    assert_int_equal(lie_u32(BLOCK_AT, 0), CVOL_ERROR_CORRUPT);
+    assert_int_equal(lie_u32(RANK_AT, 2), CVOL_ERROR_CORRUPT);
+    assert_int_equal(lie_u32(RANK_AT, 4), CVOL_ERROR_CORRUPT);
+    assert_int_equal(lie_u32(MEASURED_AT, 2), CVOL_ERROR_CORRUPT);
+    assert_int_equal(lie_f64(MAX_ABS_AT, -1), CVOL_ERROR_CORRUPT);
+    assert_int_equal(lie_f64(MAX_ABS_AT, (double)INFINITY), CVOL_ERROR_CORRUPT);
+    assert_int_equal(lie_f64(MAX_ABS_AT + 8, (double)NAN), CVOL_ERROR_CORRUPT);
     assert_int_not_equal(lie_u32(BLOCK_AT, 16), CVOL_OK);
     assert_int_not_equal(lie_u32(BLOCK_AT, 4), CVOL_OK);
     assert_int_not_equal(lie_f64(STEP_AT, 0), CVOL_OK);

@@ -233,9 +233,14 @@ int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_arra
     return CVOL_OK;
 }
 
+int cvol_array_is_volume(const cvol_array *array)
+{
+    return array->rank == 3 && array->transform == CVOL_DCT && array->block;
+}
+
 int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const char *what)
 {
-    if (array->rank == 3 && array->transform == CVOL_DCT && array->block)
+    if (cvol_array_is_volume(array))
         return CVOL_OK;
     return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                      "%s needs a volume in DCT blocks; this is rank %d, %s, block %d: compress it "

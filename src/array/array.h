@@ -38,6 +38,7 @@ struct cvol_array {
     int block_log2; /* 3, 4 or 5 */
     size_t blocks[3], block_count;
     double step;
+    int has_ranges;              /* whether the next two and the blocks' range codes are known */
     double range_min, range_max; /* what range codes 0 and 255 stand for */
     cvol_block *block_table;
     uint32_t **pools; /* memory of the terms */
@@ -57,7 +58,9 @@ int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_a
 /* Whether two operands can be computed on together; else ARGUMENT with a sentence that names what
  * differs and what to do. */
 int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_array *b);
-/* Refuses arrays that are no volumes (rank 3, DCT, blocks): UNSUPPORTED with what to do. `what`: "the
+/* Whether it is a volume (rank 3, DCT, blocks): what is rendered, and coded in groups. */
+int cvol_array_is_volume(const cvol_array *array);
+/* Refuses arrays that are no volumes: UNSUPPORTED with what to do. `what`: "the
  * sheet engine", "a .cvol file". */
 int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const char *what);
 /* psnr_db and max_error from the ledger. */
@@ -129,6 +132,13 @@ void cvol_samples_store(void *out, const float *in, size_t count, const cvol_arr
 /* Evaluates every block and sets range_min, range_max and each block's range codes (rounded
  * outwards, so that skipping by them is safe). Errors: MEMORY, CANCELLED. */
 int cvol_array_find_ranges(cvol_context *context, cvol_array *array);
+
+/* The same, and lowers max_abs to what was found. Files and the sheet engine ask for it where
+ * has_ranges is 0: operations do not, as it means evaluating all. Errors: MEMORY, CANCELLED. */
+int cvol_array_know_ranges(cvol_context *context, cvol_array *array);
+/* An array in blocks with a block table of its own and the terms of `array`, which must outlive it.
+ * The caller frees it with cvol_array_free. Errors: MEMORY. */
+int cvol_array_share(cvol_context *context, cvol_array **out, const cvol_array *array);
 
 /* The bounds of a block's decoded samples. */
 static inline void cvol_array_range(const cvol_array *array, size_t index, double *lo, double *hi)

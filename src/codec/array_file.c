@@ -5,6 +5,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "codec/container.h"
+#include "codec/ranges.h"
 #include "cvol/codec.h"
 
 static int write_all(cvol_context *context, const cvol_bytes *begin, const cvol_groups *groups,
@@ -28,7 +29,16 @@ int cvol_array_write(cvol_context *context, const cvol_array *array, const char 
 {
     cvol_groups groups = {0};
     cvol_bytes begin = {0};
-    int code = cvol_array_encode(context, &groups, array);
+    cvol_array *ranged = NULL; /* the same with block ranges, if it has none */
+    int code = CVOL_OK;
+    if (cvol_array_is_volume(array) && !array->has_ranges) {
+        code = cvol_array_share(context, &ranged, array);
+        if (!code)
+            code = cvol_ranges_find(context, ranged);
+        array = ranged;
+    }
+    if (!code && cvol_array_is_volume(array))
+        code = cvol_array_encode(context, &groups, array);
     if (!code)
         code = cvol_container_begin(context, &begin, array, &groups);
     if (!code)
@@ -37,6 +47,7 @@ int cvol_array_write(cvol_context *context, const cvol_array *array, const char 
         *file_bytes = begin.size + cvol_groups_size(&groups);
     cvol_bytes_free(&begin);
     cvol_groups_free(&groups);
+    cvol_array_free(ranged);
     return code;
 }
 

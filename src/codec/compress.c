@@ -291,7 +291,7 @@ static int run_ratio(compression *c, int *met)
     else
         code = settle(c, c->best_step);
     *met = is_met(c) || (ratio_of(c) >= c->value && c->best_step > c->least_step * 1.000001 &&
-                         c->trial.array->ledger.l2_error > 0);
+                         c->trial.array->max_error > 0);
     return code;
 }
 
@@ -338,7 +338,7 @@ static void fill_report(cvol_compress_report *report, const compression *c, int 
                                      .psnr_db = array->psnr_db,
                                      .max_error = array->max_error,
                                      .file_bytes = c->file_bytes,
-                                     .lossless = array->ledger.l2_error <= 0,
+                                     .lossless = array->max_error <= 0,
                                      .target_met = met,
                                      .trials = c->trial.count};
 }

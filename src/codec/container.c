@@ -1,4 +1,4 @@
-/* The container: signature, version, sections HEAD, RNGE, INDX, DATA. */
+/* The container: signature, version, section HEAD, and RNGE, INDX, DATA; or TERM; or SPEC. */
 #include "codec/container.h"
 
 #include <stdlib.h>
@@ -9,6 +9,7 @@
 #include "codec/header.h"
 #include "codec/ranges.h"
 #include "codec/section.h"
+#include "codec/terms.h"
 
 /* A byte with the high bit (7-bit lines), the name, CR LF (translations), ^Z (TYPE), LF. */
 static const uint8_t signature[CVOL_SIGNATURE_BYTES] = {0x8B, 'C',  'V',  'L',
@@ -42,19 +43,43 @@ static void put_index(cvol_bytes *out, const cvol_groups *groups)
     cvol_bytes_free(&checksums);
 }
 
+static int put_ranges(cvol_context *context, cvol_bytes *out, const cvol_array *array)
+{
+    cvol_bytes ranges = {0};
+    int code = cvol_ranges_put(context, &ranges, array);
+    cvol_section_put(out, "RNGE", &ranges);
+    cvol_bytes_free(&ranges);
+    return code;
+}
+
+static int put_terms(cvol_context *context, cvol_bytes *out, const cvol_array *array)
+{
+    cvol_bytes terms = {0};
+    int code = array->block ? cvol_terms_put(context, &terms, array)
+                            : cvol_spectrum_put(context, &terms, array);
+    cvol_section_put(out, array->block ? "TERM" : "SPEC", &terms);
+    cvol_bytes_free(&terms);
+    return code;
+}
+
 int cvol_container_begin(cvol_context *context, cvol_bytes *out, const cvol_array *array,
                          const cvol_groups *groups)
 {
-    cvol_bytes header = {0}, ranges = {0};
-    int code = cvol_ranges_put(context, &ranges, array);
+    cvol_bytes header = {0};
+    int code = array->block ? cvol_terms_check(context, array) : CVOL_OK;
+    if (code)
+        return code;
     cvol_bytes_append(out, signature, sizeof signature);
     cvol_bytes_put_u32(out, CVOL_FORMAT_VERSION);
     cvol_header_put(&header, array);
     cvol_section_put(out, "HEAD", &header);
-    cvol_section_put(out, "RNGE", &ranges);
-    put_index(out, groups);
     cvol_bytes_free(&header);
-    cvol_bytes_free(&ranges);
+    if (cvol_array_is_volume(array)) {
+        code = put_ranges(context, out, array);
+        put_index(out, groups);
+    } else {
+        code = put_terms(context, out, array);
+    }
     if (!code && out->failed)
         code = cvol_fail_memory(context, out->size, "the file's header");
     return code;
@@ -118,6 +143,12 @@ static int check_data(cvol_context *context, const uint32_t *checksums, size_t c
     return code;
 }
 
+static int fail_left(cvol_context *context, const cvol_cursor *file, const char *name)
+{
+    return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: %zu bytes follow the end", name,
+                     cvol_cursor_left(file));
+}
+
 static int take_groups(cvol_context *context, cvol_array *array, cvol_cursor *file,
                        const char *name)
 {
@@ -136,8 +167,7 @@ static int take_groups(cvol_context *context, cvol_array *array, cvol_cursor *fi
     if (code)
         return code;
     if (cvol_cursor_left(file))
-        return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: %zu bytes follow the end", name,
-                         cvol_cursor_left(file));
+        return fail_left(context, file, name);
     code = take_spans(context, &table, &index, &data, count, name);
     if (!code)
         code = check_data(context, table.checksums, count, checksum, name);
@@ -167,47 +197,78 @@ static int check_claims(cvol_context *context, const cvol_header *header, size_t
 
 static int make_array(cvol_context *context, cvol_array **out, const cvol_header *header)
 {
-    int code = cvol_array_create(context, out, &header->grid, (int)header->block);
+    int code = cvol_array_create_as(context, out, &header->grid, (int)header->rank,
+                                    (cvol_transform)header->transform, (int)header->block);
     if (code)
         return code;
     cvol_array *array = *out;
-    array->transform = (cvol_transform)header->transform;
     array->step = header->step;
     array->offset = header->offset;
-    array->ledger.value_min = header->value_min;
-    array->ledger.value_max = header->value_max;
+    array->ledger = header->ledger;
+    array->threshold = header->threshold;
+    array->measured = (int)header->measured;
     array->range_min = header->range_min;
     array->range_max = header->range_max;
     array->psnr_db = header->psnr_db;
     array->max_error = header->max_error;
-    array->ledger.l2_error = header->l2_error;
     return CVOL_OK;
+}
+
+/* Sections RNGE, INDX and DATA. */
+static int read_volume(cvol_context *context, cvol_array **array, const cvol_header *header,
+                       cvol_cursor *file, const char *name)
+{
+    cvol_cursor ranges;
+    int code = take_checked(context, &ranges, file, "RNGE", name);
+    if (!code)
+        code = check_claims(context, header, cvol_cursor_left(file), name);
+    if (!code)
+        code = make_array(context, array, header);
+    if (!code)
+        code = cvol_ranges_take(context, *array, &ranges, name);
+    if (!code)
+        code = take_groups(context, *array, file, name);
+    return code;
+}
+
+/* Section TERM or SPEC. */
+static int read_terms(cvol_context *context, cvol_array **array, const cvol_header *header,
+                      cvol_cursor *file, const char *name)
+{
+    cvol_cursor content;
+    int code = take_checked(context, &content, file, header->block ? "TERM" : "SPEC", name);
+    if (!code && cvol_cursor_left(file))
+        code = fail_left(context, file, name);
+    if (!code && header->block)
+        code = cvol_terms_check_claims(context, header, &content, name);
+    if (!code)
+        code = make_array(context, array, header);
+    if (code)
+        return code;
+    return header->block ? cvol_terms_take(context, *array, header, &content, name)
+                         : cvol_spectrum_take(context, *array, &content, name);
 }
 
 static int read_sections(cvol_context *context, cvol_array **array, cvol_cursor *file,
                          const char *name)
 {
-    cvol_cursor content, ranges;
+    cvol_cursor content;
     cvol_header header;
     int code = take_checked(context, &content, file, "HEAD", name);
     if (!code)
         code = cvol_header_take(context, &header, &content, name);
     if (!code)
-        code = take_checked(context, &ranges, file, "RNGE", name);
-    if (!code)
-        code = check_claims(context, &header, cvol_cursor_left(file), name);
-    if (!code)
-        code = make_array(context, array, &header);
-    if (!code)
-        code = cvol_ranges_take(context, *array, &ranges, name);
-    if (!code)
-        code = take_groups(context, *array, file, name);
-    if (!code && (*array)->coefficients != header.coefficients)
-        code = cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: section DATA has %llu coefficients, section HEAD says %llu", name,
-                         (unsigned long long)(*array)->coefficients,
-                         (unsigned long long)header.coefficients);
-    return code;
+        code = cvol_header_is_volume(&header) ? read_volume(context, array, &header, file, name)
+                                              : read_terms(context, array, &header, file, name);
+    if (code)
+        return code;
+    cvol_array_info info;
+    cvol_array_get_info(*array, &info);
+    if (info.coefficients != header.coefficients)
+        return cvol_fail(
+            context, CVOL_ERROR_CORRUPT, "%s: there are %llu coefficients, section HEAD says %llu",
+            name, (unsigned long long)info.coefficients, (unsigned long long)header.coefficients);
+    return CVOL_OK;
 }
 
 int cvol_container_read(cvol_context *context, cvol_array **out, const uint8_t *data, size_t size,

@@ -12,7 +12,8 @@ enum { CVOL_SIGNATURE_BYTES = 8, CVOL_FORMAT_VERSION = 0 };
 int cvol_container_is(const uint8_t *data, size_t size);
 
 /* Appends all that comes before the groups' bytes. The file is `out` followed by the groups in
- * order. Errors: MEMORY. */
+ * order. Only volumes in DCT blocks have groups (and must have ranges); of others `out` is the
+ * file. Errors: DATA, MEMORY. */
 int cvol_container_begin(cvol_context *context, cvol_bytes *out, const cvol_array *array,
                          const cvol_groups *groups);
 

@@ -70,7 +70,7 @@ static void spread(cvol_array *array, const uint8_t *codes, const cell_grid *gri
     }
 }
 
-int cvol_ranges_coarsen(cvol_context *context, cvol_array *array)
+static int coarsen_all(cvol_context *context, cvol_array *array)
 {
     const cell_grid grid = cell_grid_of(array);
     uint8_t *codes = cvol_allocate(2 * grid.count, 1);
@@ -82,6 +82,12 @@ int cvol_ranges_coarsen(cvol_context *context, cvol_array *array)
     spread(array, codes, &grid);
     free(codes);
     return CVOL_OK;
+}
+
+int cvol_ranges_find(cvol_context *context, cvol_array *array)
+{
+    int code = cvol_array_know_ranges(context, array);
+    return code ? code : coarsen_all(context, array);
 }
 
 int cvol_ranges_put(cvol_context *context, cvol_bytes *out, const cvol_array *array)
@@ -119,6 +125,7 @@ int cvol_ranges_take(cvol_context *context, cvol_array *array, const cvol_cursor
     }
     if (sound)
         spread(array, codes, &grid);
+    array->has_ranges = sound;
     free(codes);
     if (!sound)
         return cvol_fail(context, CVOL_ERROR_CORRUPT,

@@ -10,8 +10,9 @@
 #include "array/array.h"
 #include "base/bytes.h"
 
-/* Makes the block ranges of an array what a file will say of them. Errors: MEMORY. */
-int cvol_ranges_coarsen(cvol_context *context, cvol_array *array);
+/* Finds the block ranges of a volume, as a file will say them, and lowers max_abs to what they
+ * bound. Errors: MEMORY. */
+int cvol_ranges_find(cvol_context *context, cvol_array *array);
 
 /* Appends the section's content. Errors: MEMORY. */
 int cvol_ranges_put(cvol_context *context, cvol_bytes *out, const cvol_array *array);

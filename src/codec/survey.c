@@ -121,7 +121,28 @@ int cvol_survey_samples(cvol_context *context, double *min, double *max, const v
         }                                                                          \
     } while (0)
 
-/* Adds a row of `count` samples from sample `first` to a block's distance; l2_error: squares. */
+#define COMPARE_REAL(type)                                   \
+    do {                                                     \
+        const type *a = (const type *)samples + first;       \
+        for (size_t i = 0; i < count; i++) {                 \
+            float value = (float)((double)real[i] + offset); \
+            double error = (double)a[i] - (double)value;     \
+            squares += error * error;                        \
+            norm += (double)value * (double)value;           \
+        }                                                    \
+    } while (0)
+
+/* The same with floats as cvol_array_evaluate_real gives them. */
+static void compare_real_row(cvol_distance *out, const void *samples, cvol_type type, size_t first,
+                             const float *real, double offset, size_t count)
+{
+    double squares = 0, norm = 0;
+    FOR_TYPE(type, COMPARE_REAL);
+    out->real_l2_error += squares;
+    out->real_norm += norm;
+}
+
+/* Adds a row of `count` samples from sample `first` to a block's distance; L2 norms are squares. */
 static void compare_row(cvol_distance *out, const void *samples, cvol_type type, size_t first,
                         const void *decoded, size_t count)
 {
@@ -146,8 +167,11 @@ static cvol_distance compare_block(const cvol_array *array, const void *samples,
     for (size_t z = 0; z < inside[2]; z++)
         for (size_t y = 0; y < inside[1]; y++) {
             size_t first = begin[0] + dims[0] * (begin[1] + y + dims[1] * (begin[2] + z));
-            cvol_samples_store(row, evaluated + B * (y + B * z), inside[0], array);
+            const float *line = evaluated + B * (y + B * z);
+            cvol_samples_store(row, line, inside[0], array);
             compare_row(&distance, samples, array->grid.type, first, row, inside[0]);
+            compare_real_row(&distance, samples, array->grid.type, first, line, array->offset,
+                             inside[0]);
         }
     return distance;
 }
@@ -177,8 +201,12 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
         out->max_error = distances[i].max_error > out->max_error ? distances[i].max_error
                                                                  : out->max_error;
         out->l2_error += distances[i].l2_error;
+        out->real_l2_error += distances[i].real_l2_error;
+        out->real_norm += distances[i].real_norm;
     }
     out->l2_error = sqrt(out->l2_error);
+    out->real_l2_error = sqrt(out->real_l2_error);
+    out->real_norm = sqrt(out->real_norm);
     free(distances);
     if (failed)
         return cvol_fail_memory(context, per_block * sizeof(float), "a block");

@@ -8,9 +8,11 @@
 int cvol_survey_samples(cvol_context *context, double *min, double *max, const void *samples,
                         const cvol_grid *grid);
 
-/* How far an array is from the samples that it was made of, in the samples' own type. */
+/* How far an array is from the samples that it was made of. */
 typedef struct cvol_distance {
-    double max_error, l2_error;
+    double max_error, l2_error; /* in the samples' own type: rounded and clamped */
+    double real_l2_error;       /* of what evaluates, neither rounded nor clamped */
+    double real_norm;           /* L2 norm of that */
 } cvol_distance;
 
 /* Evaluates all blocks and compares. The same result for any number of threads. Errors: MEMORY. */

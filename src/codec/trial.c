@@ -24,7 +24,8 @@ int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *sampl
     if (code)
         return code;
     cvol_array *shape = trial->shape;
-    code = cvol_survey_samples(context, &shape->ledger.value_min, &shape->ledger.value_max, samples, grid);
+    code = cvol_survey_samples(context, &shape->ledger.value_min, &shape->ledger.value_max, samples,
+                               grid);
     if (code)
         return code;
     if (!(shape->ledger.value_max - shape->ledger.value_min <= SPAN_MOST))
@@ -85,6 +86,7 @@ int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
     if (code)
         return code;
     cvol_array *array = trial->array;
+    array->ledger.max_abs = (double)INFINITY; /* until the ranges are known */
     array->step = trial->step;
     array->offset = trial->shape->offset;
     array->ledger.value_min = trial->shape->ledger.value_min;
@@ -98,20 +100,19 @@ int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
         return code;
     const double samples = (double)cvol_grid_samples(&array->grid);
     array->max_error = distance.max_error;
-    array->ledger.l2_error = distance.l2_error;
+    array->measured = 1;
+    array->ledger.l2_error = distance.real_l2_error + CVOL_ROUNDING * distance.real_norm;
     array->psnr_db = (double)INFINITY;
     if (distance.l2_error > 0)
-        array->psnr_db = 20 * log10((array->ledger.value_max - array->ledger.value_min) * sqrt(samples) /
-                                    distance.l2_error);
+        array->psnr_db = 20 * log10((array->ledger.value_max - array->ledger.value_min) *
+                                    sqrt(samples) / distance.l2_error);
     return CVOL_OK;
 }
 
 int cvol_trial_finish(cvol_context *context, cvol_trial *trial, uint64_t *file_bytes)
 {
     cvol_bytes begin = {0};
-    int code = cvol_array_find_ranges(context, trial->array);
-    if (!code)
-        code = cvol_ranges_coarsen(context, trial->array);
+    int code = cvol_ranges_find(context, trial->array);
     if (!code)
         code = cvol_container_begin(context, &begin, trial->array, &trial->groups);
     trial->begin_bytes = begin.size;

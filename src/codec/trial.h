@@ -29,7 +29,7 @@ void cvol_trial_free(cvol_trial *trial);
 int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step, size_t stride);
 /* Decodes what was encoded last (with stride 1) into trial->array, and measures it. */
 int cvol_trial_decode(cvol_context *context, cvol_trial *trial);
-/* Finds the block ranges of the decoded array; *file_bytes is the size of its file. */
+/* Finds the block ranges and max_abs of the decoded array; *file_bytes is the size of its file. */
 int cvol_trial_finish(cvol_context *context, cvol_trial *trial, uint64_t *file_bytes);
 
 #endif

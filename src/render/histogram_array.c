@@ -39,9 +39,16 @@ static void count_block(cvol_histogram *out, const cvol_array *array, const floa
 int cvol_array_histogram(cvol_context *context, cvol_histogram *out, const cvol_array *array)
 {
     const size_t B = (size_t)array->block;
+    int code = cvol_array_need_volume(context, array, "a histogram");
+    if (code)
+        return code;
     memset(out, 0, sizeof *out);
     out->min = array->ledger.value_min;
     out->max = array->ledger.value_max;
+    if (!array->measured && array->has_ranges) { /* bounds of results may be wide */
+        out->min = array->range_min > out->min ? array->range_min : out->min;
+        out->max = array->range_max < out->max ? array->range_max : out->max;
+    }
     size_t count = array->block_count < BLOCKS_MAX ? array->block_count : BLOCKS_MAX;
     float *samples = cvol_allocate(B * B * B, sizeof *samples);
     if (!samples)

@@ -23,6 +23,7 @@
 
 typedef struct sheet_state {
     const cvol_array *array;
+    cvol_array *ranged; /* what `array` is if it came without block ranges; else NULL */
     cvol_transfer *transfer;
     cvol_visibility by_transfer, everything;
     cvol_sheet_table *table;
@@ -52,12 +53,16 @@ static void sheet_free(void *opaque_state)
         cvol_band_memory_free(&state->bands[i]);
     free(state->bands);
     free(state->bases);
+    cvol_array_free(state->ranged);
     free(state);
 }
 
 int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array)
 {
     *out = NULL;
+    int code = cvol_array_need_volume(context, array, "the sheet engine");
+    if (code)
+        return code;
     sheet_state *state = cvol_allocate_zero(1, sizeof *state);
     if (!state)
         return cvol_fail_memory(context, sizeof *state, "a renderer");
@@ -68,7 +73,17 @@ int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array
         sheet_free(state);
         return cvol_fail_memory(context, sizeof *state->table, "a renderer");
     }
-    cvol_visibility_make(&state->everything, array, NULL);
+    if (!array->has_ranges) {
+        code = cvol_array_share(context, &state->ranged, array);
+        if (!code)
+            code = cvol_array_know_ranges(context, state->ranged);
+        if (code) {
+            sheet_free(state);
+            return code;
+        }
+        state->array = state->ranged;
+    }
+    cvol_visibility_make(&state->everything, state->array, NULL);
     *out = state;
     return CVOL_OK;
 }
