@@ -19,6 +19,10 @@
 extern "C" {
 #endif
 
+/* Whether two arrays can be operands of one operation; else ARGUMENT and what differs. Every
+ * operation asks for itself. */
+CVOL_API int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_array *b);
+
 /* ---- linear --------------------------------------------------------------------------------- */
 
 /* alpha a + beta b. Cost: O(terms). Whole arrays like their inputs keep the union of the terms. */

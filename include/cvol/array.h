@@ -116,6 +116,12 @@ typedef struct cvol_array_info {
 } cvol_array_info;
 CVOL_API void cvol_array_get_info(const cvol_array *array, cvol_array_info *out);
 
+/* Makes the samples that the array evaluates to ones of another type: those of an operation's result,
+ * say, which are float32. Terms and bound stay; psnr_db and max_error, if not measured, count rounding
+ * to integers. Errors: ARGUMENT (no type), DATA (value_min .. value_max do not fit: which type they
+ * would). */
+CVOL_API int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type);
+
 /* ---- the certified bound --------------------------------------------------------------------
  *
  * l2_error is carried through every operation: it bounds the L2 distance, over all samples, between

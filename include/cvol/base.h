@@ -91,6 +91,8 @@ CVOL_API const char *cvol_type_name(cvol_type type);
 CVOL_API cvol_type cvol_type_from_name(const char *name);
 /* 1 for the six integer types. */
 CVOL_API int cvol_type_is_integer(cvol_type type);
+/* The least and the largest value of a type (which must be one). */
+CVOL_API void cvol_type_range(cvol_type type, double *least, double *largest);
 
 /* Which way the world axes of a grid point. */
 typedef enum cvol_space {

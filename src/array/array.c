@@ -194,12 +194,15 @@ void cvol_array_derive_figures(cvol_array *array)
 {
     const cvol_ledger *ledger = &array->ledger;
     const double samples = (double)cvol_grid_samples(&array->grid);
+    /* Rounding to integers adds up to a half in every sample. */
+    const double half = cvol_type_is_integer(array->grid.type) ? 0.5 : 0;
+    const double l2_error = ledger->l2_error + half * sqrt(samples);
     array->measured = 0;
-    array->max_error = ledger->l2_error;
+    array->max_error = ledger->l2_error + half;
     array->psnr_db = (double)INFINITY;
-    if (ledger->l2_error > 0)
-        array->psnr_db = 20 * log10((ledger->value_max - ledger->value_min) * sqrt(samples) /
-                                    ledger->l2_error);
+    if (l2_error > 0)
+        array->psnr_db =
+            20 * log10((ledger->value_max - ledger->value_min) * sqrt(samples) / l2_error);
 }
 
 /* ---- what operations ask of their operands ---------------------------------------------- */

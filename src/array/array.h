@@ -55,9 +55,6 @@ int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_gri
 /* An empty array of the same shape, for a result: sample type float32, value scale 1. */
 int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_array *like);
 
-/* Whether two operands can be computed on together; else ARGUMENT with a sentence that names what
- * differs and what to do. */
-int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_array *b);
 /* Whether it is a volume (rank 3, DCT, blocks): what is rendered, and coded in groups. */
 int cvol_array_is_volume(const cvol_array *array);
 /* Refuses arrays that are no volumes: UNSUPPORTED with what to do. `what`: "the

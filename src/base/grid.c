@@ -1,6 +1,7 @@
 /* Sample types and grids: names, sizes and checks. */
 #include "cvol/base.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -44,6 +45,22 @@ cvol_type cvol_type_from_name(const char *name)
 int cvol_type_is_integer(cvol_type type)
 {
     return is_type(type) && types[type].is_integer;
+}
+
+void cvol_type_range(cvol_type type, double *least, double *largest)
+{
+    static const double ranges[][2] = {
+        [CVOL_UINT8] = {0, UINT8_MAX},
+        [CVOL_INT8] = {INT8_MIN, INT8_MAX},
+        [CVOL_UINT16] = {0, UINT16_MAX},
+        [CVOL_INT16] = {INT16_MIN, INT16_MAX},
+        [CVOL_UINT32] = {0, UINT32_MAX},
+        [CVOL_INT32] = {INT32_MIN, INT32_MAX},
+        [CVOL_FLOAT32] = {-(double)FLT_MAX, (double)FLT_MAX},
+        [CVOL_FLOAT64] = {-DBL_MAX, DBL_MAX},
+    };
+    *least = ranges[type][0];
+    *largest = ranges[type][1];
 }
 
 cvol_grid cvol_grid_make(size_t nx, size_t ny, size_t nz, cvol_type type)

@@ -80,28 +80,11 @@ static int bad(cvol_context *context, const char *name, const char *field, doubl
                      field, value, must);
 }
 
-/* What samples of a type can be. */
-static void type_limits(double *lo, double *hi, cvol_type type)
-{
-    static const double limits[][2] = {
-        [CVOL_UINT8] = {0, UINT8_MAX},
-        [CVOL_INT8] = {INT8_MIN, INT8_MAX},
-        [CVOL_UINT16] = {0, UINT16_MAX},
-        [CVOL_INT16] = {INT16_MIN, INT16_MAX},
-        [CVOL_UINT32] = {0, UINT32_MAX},
-        [CVOL_INT32] = {INT32_MIN, INT32_MAX},
-        [CVOL_FLOAT32] = {-(double)FLT_MAX, (double)FLT_MAX},
-        [CVOL_FLOAT64] = {-DBL_MAX, DBL_MAX},
-    };
-    *lo = limits[type][0];
-    *hi = limits[type][1];
-}
-
 static int check_values(cvol_context *context, const cvol_header *h, const char *name)
 {
     const cvol_ledger *ledger = &h->ledger;
     double lo, hi;
-    type_limits(&lo, &hi, h->grid.type);
+    cvol_type_range(h->grid.type, &lo, &hi);
     int whole = !cvol_type_is_integer(h->grid.type) ||
                 (floor(ledger->value_min) == ledger->value_min &&
                  floor(ledger->value_max) == ledger->value_max);

@@ -6,6 +6,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "cvol/codec.h"
 
 /* Applies CASE(type) to the C type of a cvol_type. */
 #define FOR_TYPE(number, CASE) \
@@ -152,6 +153,33 @@ static void compare_row(cvol_distance *out, const void *samples, cvol_type type,
     out->l2_error += squares;
 }
 
+int cvol_array_measure(cvol_context *context, cvol_array *array, const void *samples)
+{
+    const cvol_grid *grid = &array->grid;
+    const size_t begin[3] = {0, 0, 0}, sheets = grid->dims[2];
+    const size_t per_sheet = grid->dims[0] * grid->dims[1], size = cvol_type_size(grid->type);
+    uint8_t *decoded = cvol_allocate(cvol_grid_samples(grid), size);
+    cvol_distance *distances = cvol_allocate_zero(sheets, sizeof *distances), sum = {0};
+    int code = decoded && distances
+                   ? cvol_array_evaluate_box(context, decoded, array, begin, grid->dims)
+                   : cvol_fail_memory(context, cvol_grid_bytes(grid), "the decoded samples");
+    if (!code) {
+#pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
+        for (size_t z = 0; z < sheets; z++)
+            compare_row(&distances[z], samples, grid->type, z * per_sheet,
+                        decoded + z * per_sheet * size, per_sheet);
+        for (size_t z = 0; z < sheets; z++) {
+            sum.max_error = fmax(sum.max_error, distances[z].max_error);
+            sum.l2_error += distances[z].l2_error;
+        }
+        sum.l2_error = sqrt(sum.l2_error);
+        cvol_array_set_measured(array, &sum);
+    }
+    free(decoded);
+    free(distances);
+    return code;
+}
+
 static cvol_distance compare_block(const cvol_array *array, const void *samples, size_t index,
                                    float *evaluated, double *row)
 {
@@ -211,4 +239,15 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
     if (failed)
         return cvol_fail_memory(context, per_block * sizeof(float), "a block");
     return CVOL_OK;
+}
+
+void cvol_array_set_measured(cvol_array *array, const cvol_distance *distance)
+{
+    const double span = array->ledger.value_max - array->ledger.value_min;
+    const double samples = (double)cvol_grid_samples(&array->grid);
+    array->measured = 1;
+    array->max_error = distance->max_error;
+    array->psnr_db = (double)INFINITY;
+    if (distance->l2_error > 0)
+        array->psnr_db = 20 * log10(span * sqrt(samples) / distance->l2_error);
 }

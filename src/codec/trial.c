@@ -98,14 +98,8 @@ int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
     code = cvol_measure_distance(context, &distance, array, trial->samples);
     if (code)
         return code;
-    const double samples = (double)cvol_grid_samples(&array->grid);
-    array->max_error = distance.max_error;
-    array->measured = 1;
+    cvol_array_set_measured(array, &distance);
     array->ledger.l2_error = distance.real_l2_error + CVOL_ROUNDING * distance.real_norm;
-    array->psnr_db = (double)INFINITY;
-    if (distance.l2_error > 0)
-        array->psnr_db = 20 * log10((array->ledger.value_max - array->ledger.value_min) *
-                                    sqrt(samples) / distance.l2_error);
     return CVOL_OK;
 }
 
