@@ -152,7 +152,8 @@ CVOL_API int cvol_array_evaluate_real(cvol_context *context, float *out, const c
 
 /* Evaluates the array's interpolant on points[a] places per axis that share the samples' span: DFT
  * and DHT at x = i n / points, DCT at x = (i + 1/2) n / points - 1/2. out: x fastest. Whole arrays
- * only (blocks: UNSUPPORTED). With points = dims these are the samples.
+ * only (blocks: UNSUPPORTED). With points = dims these are the samples. The interpolant is the sum
+ * over the kept terms at real x; in a DFT or DHT frequency n/2 stands for cos(pi x).
  * Cost: O(M log M) for M points; frequencies that the grid cannot hold fold (alias) onto it, exactly
  * as sampling does. */
 CVOL_API int cvol_array_evaluate_grid(cvol_context *context, float *out, const cvol_array *array,
