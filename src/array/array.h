@@ -118,6 +118,13 @@ void cvol_block_find_low(cvol_block *block, int block_log2);
 void cvol_block_gather(float *out, const void *samples, const cvol_grid *grid, int block,
                        size_t index, double offset);
 
+/* Samples first .. first + count - 1 of any type as floats, minus `offset`. */
+void cvol_samples_load(float *out, const void *samples, cvol_type type, size_t first, size_t count,
+                       double offset);
+/* Finds the least and largest sample. Errors: DATA (NaN or infinite samples). */
+int cvol_survey_samples(cvol_context *context, double *min, double *max, const void *samples,
+                        const cvol_grid *grid);
+
 /* Evaluates block `index` whole, as floats without `offset`, into out[B^rank] (x fastest, 64-byte
  * aligned), by the kernel that gives the same bits on every processor. */
 void cvol_block_evaluate(float *out, const cvol_array *array, size_t index);

@@ -3,8 +3,6 @@
 
 #include "array/array.h"
 
-/* Reads `count` samples of a row that starts at sample `first`, minus offset; positions past `last`
- * repeat the row's last sample. */
 #define GATHER_ROW(type)                                     \
     do {                                                     \
         const type *row = (const type *)samples + row_start; \
@@ -12,7 +10,7 @@
             line[x] = (float)((double)row[x] - offset);      \
     } while (0)
 
-static void gather_row(float *line, const void *samples, cvol_type type, size_t row_start,
+void cvol_samples_load(float *line, const void *samples, cvol_type type, size_t row_start,
                        size_t inside, double offset)
 {
     switch (type) {
@@ -59,9 +57,9 @@ void cvol_block_gather(float *out, const void *samples, const cvol_grid *grid, i
             if (sample_z >= grid->dims[2])
                 sample_z = grid->dims[2] - 1;
             float *line = out + (z * B + y) * B;
-            gather_row(line, samples, grid->type,
-                       begin[0] + grid->dims[0] * (sample_y + grid->dims[1] * sample_z), inside,
-                       offset);
+            cvol_samples_load(line, samples, grid->type,
+                              begin[0] + grid->dims[0] * (sample_y + grid->dims[1] * sample_z),
+                              inside, offset);
             for (size_t x = inside; x < B; x++)
                 line[x] = line[inside - 1];
         }
