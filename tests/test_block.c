@@ -122,7 +122,11 @@ static void test_terms_decode_to_reference(void **state)
         for (int trial = 0; trial < 8; trial++) {
             int block_log2 = 3 + s, B = 1 << block_log2, count = B * B * B;
             random_state r = {.state = 100u + (unsigned)(8 * s + trial)};
-            cvol_array array = {.block = B, .block_log2 = block_log2, .step = 0.5};
+            cvol_array array = {.rank = 3,
+                                .transform = CVOL_DCT,
+                                .block = B,
+                                .block_log2 = block_log2,
+                                .step = 0.5};
             cvol_block block = random_block(words, block_log2, 0.5f, &r);
             array.block_table = &block;
             cvol_block_evaluate(fast, &array, 0);

@@ -2,9 +2,10 @@
  *
  * Blocks are numbered x fastest: block (i, j, l) has index i + blocks[0] (j + blocks[1] l).
  * A block is a list of terms, one 32-bit word each: the low `place_bits` bits hold the
- * coefficient's place u + B v + B^2 w (v = w = 0 beyond the rank), the rest its quantised value as a signed number. A value
- * that does not fit is an escape word (the most negative value) followed by one word that is the
- * value itself. Places rise strictly within a block. A coefficient is value times step.
+ * coefficient's place u + B v + B^2 w (v = w = 0 beyond the rank), the rest its quantised value as
+ * a signed number. A value that does not fit is an escape word (the most negative value) followed
+ * by one word that is the value itself. Places rise strictly within a block. A coefficient is value
+ * times step.
  *
  * What decodes is `offset` plus the inverse transform of the terms.
  */
@@ -65,6 +66,20 @@ void cvol_array_derive_figures(cvol_array *array);
 /* B^rank. */
 size_t cvol_array_block_terms(const cvol_array *array);
 
+/* Samples that a block covers along an axis: B, or 1 beyond the rank. */
+static inline size_t cvol_block_side(const cvol_array *array, int axis)
+{
+    return axis < array->rank ? (size_t)array->block : 1;
+}
+
+/* The first sample (x, y, z) of block `index`. */
+static inline void cvol_block_origin(size_t at[3], const cvol_array *array, size_t index)
+{
+    at[0] = index % array->blocks[0] * cvol_block_side(array, 0);
+    at[1] = index / array->blocks[0] % array->blocks[1] * cvol_block_side(array, 1);
+    at[2] = index / array->blocks[0] / array->blocks[1] * cvol_block_side(array, 2);
+}
+
 /* Hands `words` words of terms, allocated with malloc, to the array, which frees them. On
  * failure the caller keeps them. Not safe for two threads at once. Errors: MEMORY. */
 int cvol_array_adopt_pool(cvol_context *context, cvol_array *array, uint32_t *terms, size_t words);
@@ -117,12 +132,12 @@ void cvol_block_find_low(cvol_block *block, int block_log2);
  * gradient, so it costs the fewest coefficients. */
 void cvol_block_gather(float *out, const void *samples, const cvol_grid *grid, int block,
                        size_t index, double offset);
+/* The same for blocks of any rank: out[B^rank], minus shape->offset. */
+void cvol_array_gather(float *out, const void *samples, const cvol_array *shape, size_t index);
 
-/* Samples first .. first + count - 1 of any type as floats, minus `offset`. */
-void cvol_samples_load(float *out, const void *samples, cvol_type type, size_t first, size_t count,
-                       double offset);
-/* Finds the least and largest sample. Errors: DATA (NaN or infinite samples). */
-int cvol_survey_samples(cvol_context *context, double *min, double *max, const void *samples,
+/* The least and the largest of dense samples. Errors: DATA where one is not finite, or so large
+ * that sums of squares overflow float32. */
+int cvol_samples_bounds(cvol_context *context, double bounds[2], const void *samples,
                         const cvol_grid *grid);
 
 /* Evaluates block `index` whole, as floats without `offset`, into out[B^rank] (x fastest, 64-byte

@@ -1,23 +1,25 @@
 /* Building an array in blocks from dense blocks of coefficients.
  *
- * A producer computes the coefficients of one block at a time, on any thread and possibly twice; the
- * builder keeps what a cvol_keep asks for and packs it (array.h). Rules that need to know all
+ * A producer computes the coefficients of one block at a time, on any thread and possibly twice;
+ * the builder keeps what a cvol_keep asks for and packs it (array.h). Rules that need to know all
  * magnitudes first (TERMS, RHO, RATIO, PSNR, L2) run the producer once for a histogram of
- * magnitudes, and once more to keep; ALL, THRESHOLD and STEP run it once. At no time are more than a
- * block per thread dense.
+ * magnitudes, and once more to keep; ALL, THRESHOLD and STEP run it once. At no time are more than
+ * a block per thread dense.
  */
 #ifndef CVOL_ARRAY_BUILD_H
 #define CVOL_ARRAY_BUILD_H
 
 #include "array/array.h"
 
-/* What a producer says of a block: coefficients beyond box[] are zero and need not have been written
- * (they are read as zero); energy is the exact sum of squares if the producer already left terms out,
- * else negative. */
+/* What a producer says of a block: coefficients beyond box[] are zero and need not have been
+ * written (they are read as zero); energy is the exact sum of squares if the producer already left
+ * terms out, else negative. */
 typedef struct cvol_dense_block {
-    float *coefficients; /* B^rank, u fastest; 64-byte aligned, written by the producer */
-    int box[3];          /* per axis one past the highest frequency that may be non-zero */
-    float max_abs;       /* of the block's samples before truncation; negative: not known */
+    float
+        *coefficients; /* B^rank, u fastest; 64-byte aligned, written by the producer where it is */
+    int box[3];        /* per axis one past the highest frequency that may be non-zero */
+    double energy;
+    float max_abs;     /* of the block's samples before truncation; negative: not known */
 } cvol_dense_block;
 
 typedef struct cvol_producer {
@@ -36,8 +38,13 @@ typedef struct cvol_build_result {
     double max_abs; /* the largest of the blocks' own; negative if one was not known */
 } cvol_build_result;
 
-/* Fills `array` (created, without terms). Sets step, threshold, coefficients; not the ranges, not the
- * ledger. The bits of the result do not depend on the number of threads.
+/* Fills `array` (created, without terms). array->ledger.max_abs and array->offset must be set: as
+ * |coefficient| <= (max_abs + |offset|) sqrt(B^rank), they give the fine step of all rules but
+ * STEP, a power of two with which the largest coefficient takes 22 bits (ALL: 25; finer where an
+ * L2 error asks for it). PSNR goes by array->ledger.value_min and value_max. RHO counts as cvol_array_info
+ * does, RATIO the resident bytes. Under DFT both slots (a, b) of a pair are kept or dropped
+ * together, by the magnitude |F| = sqrt((a^2 + b^2) / 2). Sets step, threshold, coefficients; not
+ * the ranges, not the ledger. The bits of the result do not depend on the number of threads.
  * Errors: ARGUMENT, DATA (coefficients beyond what a step can hold), TARGET, MEMORY, CANCELLED. */
 int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_result *result,
                       const cvol_producer *producer, const cvol_keep *keep);

@@ -4,6 +4,7 @@
 
 #include "array/array.h"
 #include "array/block_inverse.h"
+#include "array/block_transform.h"
 #include "base/context.h"
 #include "base/cpu.h"
 #include "base/memory.h"
@@ -30,7 +31,13 @@ void cvol_block_evaluate(float *out, const cvol_array *array, size_t index)
     const int B = array->block;
     const cvol_block *block = &array->block_table[index];
     if (block->words == 0) {
-        memset(out, 0, sizeof(float) * (size_t)(B * B * B));
+        memset(out, 0, sizeof *out * cvol_array_block_terms(array));
+        return;
+    }
+    if (array->rank != 3 || array->transform != CVOL_DCT) {
+        float slots[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
+        cvol_block_unpack(slots, array, index);
+        cvol_block_from_slots(out, slots, array);
         return;
     }
     float padded[8 * 16] __attribute__((aligned(64)));
@@ -54,17 +61,19 @@ void cvol_block_evaluate(float *out, const cvol_array *array, size_t index)
 static void store_block(uint8_t *out, const float *samples, const cvol_array *array,
                         const size_t at[3], const size_t begin[3], const size_t end[3])
 {
-    const size_t B = (size_t)array->block, size = cvol_type_size(array->grid.type);
+    const size_t size = cvol_type_size(array->grid.type);
+    const size_t side[3] = {cvol_block_side(array, 0), cvol_block_side(array, 1),
+                            cvol_block_side(array, 2)};
     size_t lo[3], hi[3];
     for (int a = 0; a < 3; a++) {
         lo[a] = at[a] > begin[a] ? at[a] : begin[a];
-        hi[a] = at[a] + B < end[a] ? at[a] + B : end[a];
+        hi[a] = at[a] + side[a] < end[a] ? at[a] + side[a] : end[a];
     }
     const size_t width = end[0] - begin[0], height = end[1] - begin[1];
     for (size_t z = lo[2]; z < hi[2]; z++)
         for (size_t y = lo[1]; y < hi[1]; y++) {
             size_t to = lo[0] - begin[0] + width * (y - begin[1] + height * (z - begin[2]));
-            size_t from = lo[0] - at[0] + B * (y - at[1] + B * (z - at[2]));
+            size_t from = lo[0] - at[0] + side[0] * (y - at[1] + side[1] * (z - at[2]));
             cvol_samples_store(out + to * size, samples + from, hi[0] - lo[0], array);
         }
 }
@@ -72,15 +81,17 @@ static void store_block(uint8_t *out, const float *samples, const cvol_array *ar
 int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *array,
                             const size_t begin[3], const size_t end[3])
 {
-    const size_t B = (size_t)array->block;
+    const size_t per_block = cvol_array_block_terms(array);
+    const size_t side[3] = {cvol_block_side(array, 0), cvol_block_side(array, 1),
+                            cvol_block_side(array, 2)};
     size_t first[3], count[3];
     for (int a = 0; a < 3; a++) {
         if (begin[a] >= end[a] || end[a] > array->grid.dims[a])
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                              "box %zu .. %zu on axis %c does not lie within 0 .. %zu", begin[a],
                              end[a], "xyz"[a], array -> grid.dims[a]);
-        first[a] = begin[a] / B;
-        count[a] = (end[a] - 1) / B + 1 - first[a];
+        first[a] = begin[a] / side[a];
+        count[a] = (end[a] - 1) / side[a] + 1 - first[a];
     }
     int failed = 0;
     for (size_t layer = 0; layer < count[2] && !failed; layer++) {
@@ -90,7 +101,7 @@ int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *
         size_t blocks = count[0] * count[1];
 #pragma omp parallel num_threads(cvol_context_threads(context))
         {
-            float *samples = cvol_allocate(B * B * B, sizeof *samples);
+            float *samples = cvol_allocate(per_block, sizeof *samples);
             if (!samples) {
 #pragma omp atomic write
                 failed = 1;
@@ -101,7 +112,7 @@ int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *
                     continue;
                 size_t place[3] = {first[0] + i % count[0], first[1] + i / count[0],
                                    first[2] + layer};
-                size_t at[3] = {place[0] * B, place[1] * B, place[2] * B};
+                size_t at[3] = {place[0] * side[0], place[1] * side[1], place[2] * side[2]};
                 cvol_block_evaluate(samples, array,
                                     place[0] + array->blocks[0] *
                                                    (place[1] + array->blocks[1] * place[2]));
@@ -111,7 +122,7 @@ int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *
         }
     }
     if (failed)
-        return cvol_fail_memory(context, B * B * B * sizeof(float), "a block");
+        return cvol_fail_memory(context, per_block * sizeof(float), "a block");
     return cvol_report_progress(context, "decoding", 1);
 }
 
@@ -145,7 +156,7 @@ static uint8_t range_code(const cvol_array *array, double value, int up)
 
 int cvol_array_find_ranges(cvol_context *context, cvol_array *array)
 {
-    const size_t B = (size_t)array->block, per_block = B * B * B;
+    const size_t per_block = cvol_array_block_terms(array);
     float(*bounds)[2] = cvol_allocate(array->block_count, sizeof *bounds);
     if (!bounds)
         return cvol_fail_memory(context, array->block_count * sizeof *bounds, "block ranges");

@@ -1,0 +1,26 @@
+/* Finding the coefficients of a dense block that are large enough to be kept. */
+#ifndef CVOL_ARRAY_BUILD_PACK_H
+#define CVOL_ARRAY_BUILD_PACK_H
+
+#include <stdint.h>
+
+/* The scan reads whole vectors: buffers of coefficients, keys, places and values are this much
+ * longer than a block. */
+#define CVOL_SCAN_MARGIN 16
+
+typedef struct cvol_scan_task {
+    const float *coefficients; /* B^rank, u fastest; what lies beyond the box is not looked at */
+    const float *keys;         /* magnitudes to go by; NULL: those of the coefficients */
+    int box[3], rank, block_log2;
+    float least; /* keys of at least this are kept; positive */
+    uint32_t *places;
+    float *values;
+    /* results: */
+    uint32_t count;
+    double lost; /* sum of squares of the others */
+} cvol_scan_task;
+
+/* Same bits on every processor. */
+void cvol_block_scan(cvol_scan_task *task);
+
+#endif

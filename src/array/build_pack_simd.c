@@ -1,0 +1,105 @@
+/* The scan for coefficients above a threshold, 16 at a time whatever the instruction set, so that
+ * the sum of squares of the rest has the same bits everywhere. Most of a block is below. */
+#include "array/build_pack.h"
+#include "base/cpu.h"
+#include "base/vector.h"
+
+void CVOL_SIMD(cvol_block_scan)(cvol_scan_task *task);
+
+typedef float vf16 __attribute__((vector_size(64)));
+typedef int32_t vi16 __attribute__((vector_size(64)));
+typedef float vf8 __attribute__((vector_size(32)));
+typedef double vd8 __attribute__((vector_size(64)));
+
+/* One bit a lane of a comparison's mask. */
+CVOL_INLINE uint32_t mask_bits(vi16 mask)
+{
+#if defined(__AVX512F__)
+    return (uint32_t)_mm512_test_epi32_mask((__m512i)mask, (__m512i)mask);
+#elif defined(__AVX2__)
+    __m256 halves[2];
+    memcpy(halves, &mask, sizeof mask);
+    return (uint32_t)_mm256_movemask_ps(halves[0]) | (uint32_t)_mm256_movemask_ps(halves[1]) << 8;
+#else
+    uint32_t bits = 0;
+    for (int lane = 0; lane < 16; lane++)
+        bits |= ((uint32_t)mask[lane] & 1) << lane;
+    return bits;
+#endif
+}
+
+/* Appends the lanes whose bit is set. */
+CVOL_INLINE uint32_t append(cvol_scan_task *task, uint32_t count, uint32_t bits, vf16 value,
+                            uint32_t at)
+{
+#if defined(__AVX512F__)
+    const __m512i lanes = _mm512_set_epi32(15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2, 1, 0);
+    const __m512i places = _mm512_add_epi32(lanes, _mm512_set1_epi32((int)at));
+    _mm512_storeu_ps(task->values + count,
+                     _mm512_maskz_compress_ps((__mmask16)bits, (__m512)value));
+    _mm512_storeu_si512(task->places + count, _mm512_maskz_compress_epi32((__mmask16)bits, places));
+    return count + (uint32_t)__builtin_popcount(bits);
+#else
+    float lanes[16];
+    memcpy(lanes, &value, sizeof value);
+    for (; bits; bits &= bits - 1) {
+        const uint32_t lane = (uint32_t)__builtin_ctz(bits);
+        task->places[count] = at + lane;
+        task->values[count++] = lanes[lane];
+    }
+    return count;
+#endif
+}
+
+CVOL_INLINE void scan(cvol_scan_task *task, int with_keys)
+{
+    const int B = 1 << task->block_log2;
+    const vi16 iota = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+    const vi16 positive = INT32_MAX - (vi16){0};
+    const int rows = task->rank > 1 ? task->box[1] : 1, sheets = task->rank > 2 ? task->box[2] : 1;
+    /* Rows that are looked at whole follow one another without a gap. */
+    const int merged = task->box[0] == B;
+    const int length = merged ? rows * B : task->box[0], lines = merged ? 1 : rows;
+    vd8 low = {0}, high = {0};
+    uint32_t count = 0;
+    for (int sheet = 0; sheet < sheets; sheet++)
+        for (int line = 0; line < lines; line++) {
+            const int begin = (sheet * B + line) * B;
+            for (int i = 0; i < length; i += 16) {
+                vf16 value, key;
+                memcpy(&value, task->coefficients + begin + i, sizeof value);
+                const vi16 inside = iota < length - i;
+                value = (vf16)((vi16)value & inside);
+                key = (vf16)((vi16)value & positive);
+                if (with_keys) {
+                    memcpy(&key, task->keys + begin + i, sizeof key);
+                    key = (vf16)((vi16)key & inside);
+                }
+                const vi16 kept = key >= task->least;
+                const uint32_t bits = mask_bits(kept);
+                if (bits)
+                    count = append(task, count, bits, value, (uint32_t)(begin + i));
+                const vf16 rest = (vf16)((vi16)value & ~kept);
+                vf8 half[2];
+                memcpy(half, &rest, sizeof rest);
+                const vd8 a = __builtin_convertvector(half[0], vd8);
+                const vd8 b = __builtin_convertvector(half[1], vd8);
+                low += a * a;
+                high += b * b;
+            }
+        }
+    low += high;
+    double sum = 0;
+    for (int lane = 0; lane < 8; lane++)
+        sum += low[lane];
+    task->lost = sum;
+    task->count = count;
+}
+
+void CVOL_SIMD(cvol_block_scan)(cvol_scan_task *task)
+{
+    if (task->keys)
+        scan(task, 1);
+    else
+        scan(task, 0);
+}
