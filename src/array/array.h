@@ -135,9 +135,11 @@ void cvol_block_gather(float *out, const void *samples, const cvol_grid *grid, i
 /* The same for blocks of any rank: out[B^rank], minus shape->offset. */
 void cvol_array_gather(float *out, const void *samples, const cvol_array *shape, size_t index);
 
-/* The least and the largest of dense samples. Errors: DATA where one is not finite, or so large
- * that sums of squares overflow float32. */
-int cvol_samples_bounds(cvol_context *context, double bounds[2], const void *samples,
+/* Samples first .. first + count - 1 of any type as floats, minus `offset`. */
+void cvol_samples_load(float *out, const void *samples, cvol_type type, size_t first, size_t count,
+                       double offset);
+/* Finds the least and largest sample. Errors: DATA (NaN or infinite samples). */
+int cvol_survey_samples(cvol_context *context, double *min, double *max, const void *samples,
                         const cvol_grid *grid);
 
 /* Evaluates block `index` whole, as floats without `offset`, into out[B^rank] (x fastest, 64-byte

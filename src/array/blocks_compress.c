@@ -29,13 +29,6 @@ static int produce(const void *user, cvol_dense_block *block, size_t index, void
 int cvol_blocks_compress(cvol_context *context, cvol_array *out, cvol_build_result *result,
                          const void *samples, const cvol_keep *keep)
 {
-    double bounds[2];
-    int code = cvol_samples_bounds(context, bounds, samples, &out->grid);
-    if (code)
-        return code;
-    out->ledger.value_min = bounds[0];
-    out->ledger.value_max = bounds[1];
-    out->ledger.max_abs = fmax(fabs(bounds[0]), fabs(bounds[1]));
     source s = {.shape = out, .samples = samples};
     cvol_producer producer = {.produce = produce,
                               .user = &s,

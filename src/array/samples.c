@@ -2,10 +2,7 @@
 #include <math.h>
 
 #include "array/array.h"
-#include "base/context.h"
 
-/* Reads `count` samples of a row that starts at sample `first`, minus offset; positions past `last`
- * repeat the row's last sample. */
 #define GATHER_ROW(type)                                     \
     do {                                                     \
         const type *row = (const type *)samples + row_start; \
@@ -13,7 +10,7 @@
             line[x] = (float)((double)row[x] - offset);      \
     } while (0)
 
-static void gather_row(float *line, const void *samples, cvol_type type, size_t row_start,
+void cvol_samples_load(float *line, const void *samples, cvol_type type, size_t row_start,
                        size_t inside, double offset)
 {
     switch (type) {
@@ -56,9 +53,9 @@ static void gather(float *out, const void *samples, const cvol_grid *grid, const
             if (sample_z >= grid->dims[2])
                 sample_z = grid->dims[2] - 1;
             float *line = out + (z * side[1] + y) * side[0];
-            gather_row(line, samples, grid->type,
-                       begin[0] + grid->dims[0] * (sample_y + grid->dims[1] * sample_z), inside,
-                       offset);
+            cvol_samples_load(line, samples, grid->type,
+                              begin[0] + grid->dims[0] * (sample_y + grid->dims[1] * sample_z),
+                              inside, offset);
             for (size_t x = inside; x < side[0]; x++)
                 line[x] = line[inside - 1];
         }
@@ -81,62 +78,6 @@ void cvol_array_gather(float *out, const void *samples, const cvol_array *shape,
     size_t begin[3];
     cvol_block_origin(begin, shape, index);
     gather(out, samples, &shape->grid, side, begin, shape->offset);
-}
-
-/* Comparisons are written so that NaN goes to neither bound: it is looked for by itself. */
-#define FIND_BOUNDS(type)                     \
-    do {                                      \
-        const type *from = samples;           \
-        type lo = from[0], hi = from[0];      \
-        for (size_t i = 0; i < count; i++) {  \
-            lo = from[i] < lo ? from[i] : lo; \
-            hi = from[i] > hi ? from[i] : hi; \
-            bad |= from[i] != from[i];        \
-        }                                     \
-        bounds[0] = (double)lo;               \
-        bounds[1] = (double)hi;               \
-    } while (0)
-
-int cvol_samples_bounds(cvol_context *context, double bounds[2], const void *samples,
-                        const cvol_grid *grid)
-{
-    const size_t count = cvol_grid_samples(grid);
-    const double largest = 1e15; /* its square, times 2^32 samples and more, is within float32 */
-    int bad = 0;
-    switch (grid->type) {
-    case CVOL_UINT8:
-        FIND_BOUNDS(uint8_t);
-        break;
-    case CVOL_INT8:
-        FIND_BOUNDS(int8_t);
-        break;
-    case CVOL_UINT16:
-        FIND_BOUNDS(uint16_t);
-        break;
-    case CVOL_INT16:
-        FIND_BOUNDS(int16_t);
-        break;
-    case CVOL_UINT32:
-        FIND_BOUNDS(uint32_t);
-        break;
-    case CVOL_INT32:
-        FIND_BOUNDS(int32_t);
-        break;
-    case CVOL_FLOAT32:
-        FIND_BOUNDS(float);
-        break;
-    case CVOL_FLOAT64:
-        FIND_BOUNDS(double);
-        break;
-    }
-    if (bad)
-        return cvol_fail(context, CVOL_ERROR_DATA, "a sample is NaN; replace such samples first");
-    if (!(fmax(fabs(bounds[0]), fabs(bounds[1])) <= largest))
-        return cvol_fail(context, CVOL_ERROR_DATA,
-                         "samples reach from %g to %g: beyond %g squares overflow; scale them down "
-                         "first",
-                         bounds[0], bounds[1], largest);
-    return CVOL_OK;
 }
 
 static double clamp(double value, double lo, double hi)

@@ -81,14 +81,25 @@ void cvol_spectrum_scatter(float *slots, const cvol_spectrum *spectrum, const si
         slots[spectrum->places[i]] = spectrum->values[i];
 }
 
+double cvol_sum_squares(const float *values, size_t count)
+{
+    double sums[16] = {0};
+    size_t i = 0;
+    for (; i + 16 <= count; i += 16)
+        for (size_t l = 0; l < 16; l++)
+            sums[l] += (double)values[i + l] * (double)values[i + l];
+    for (; i < count; i++)
+        sums[0] += (double)values[i] * (double)values[i];
+    for (size_t half = 8; half > 0; half /= 2)
+        for (size_t l = 0; l < half; l++)
+            sums[l] += sums[l + half];
+    return sums[0];
+}
+
 double cvol_spectrum_energy(const cvol_spectrum *spectrum)
 {
-    double sum = 0;
-    for (size_t i = 0; i < spectrum->low_count; i++)
-        sum += (double)spectrum->low_values[i] * (double)spectrum->low_values[i];
-    for (size_t i = 0; i < spectrum->sparse_count; i++)
-        sum += (double)spectrum->values[i] * (double)spectrum->values[i];
-    return sum;
+    return cvol_sum_squares(spectrum->low_values, spectrum->low_count) +
+           cvol_sum_squares(spectrum->values, spectrum->sparse_count);
 }
 
 void cvol_spectrum_extent(size_t extent[3], const cvol_spectrum *spectrum, cvol_transform transform,

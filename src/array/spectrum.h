@@ -42,7 +42,9 @@ static inline size_t cvol_box_index(size_t place, size_t low, size_t box, size_t
 /* Writes all terms into dense slots[N], zeros elsewhere. */
 void cvol_spectrum_scatter(float *slots, const cvol_spectrum *spectrum, const size_t dims[3]);
 
-/* The sum of squares of all terms, in double precision. */
+/* The sum of squares, in double precision, several sums side by side. */
+double cvol_sum_squares(const float *values, size_t count);
+/* The sum of squares of all terms. */
 double cvol_spectrum_energy(const cvol_spectrum *spectrum);
 /* The largest signed frequency's magnitude (DFT, DHT) or frequency (DCT) with a term, per axis. */
 void cvol_spectrum_extent(size_t extent[3], const cvol_spectrum *spectrum, cvol_transform transform,

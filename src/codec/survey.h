@@ -1,12 +1,8 @@
-/* What must be known of dense samples before and after compressing them. */
+/* What must be known of dense samples after compressing them. */
 #ifndef CVOL_CODEC_SURVEY_H
 #define CVOL_CODEC_SURVEY_H
 
 #include "array/array.h"
-
-/* Finds the least and largest sample. Errors: DATA (NaN or infinite samples). */
-int cvol_survey_samples(cvol_context *context, double *min, double *max, const void *samples,
-                        const cvol_grid *grid);
 
 /* How far an array is from the samples that it was made of. */
 typedef struct cvol_distance {
