@@ -11,8 +11,6 @@
 
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 
-PENDING(cvol_blocks_compress, cvol_array *out, cvol_build_result *result, const void *samples,
-        const cvol_keep *keep)
 PENDING(cvol_blocks_add, cvol_array *out, cvol_build_result *result, double alpha,
         const cvol_array *a, double beta, const cvol_array *b, const cvol_keep *keep)
 PENDING(cvol_blocks_scale, cvol_array *out, cvol_build_result *result, double alpha,
@@ -21,5 +19,3 @@ PENDING(cvol_blocks_truncate, cvol_array *out, cvol_build_result *result, const 
         const cvol_keep *keep)
 PENDING(cvol_blocks_sums, double *sum, double *squares, const cvol_array *a)
 PENDING(cvol_blocks_inner, double *inner, const cvol_array *a, const cvol_array *b)
-PENDING(cvol_blocks_evaluate, float *out, const cvol_array *array, const size_t begin[3],
-        const size_t end[3])
