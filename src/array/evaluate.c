@@ -5,6 +5,7 @@
 #include "array/array.h"
 #include "array/block_inverse.h"
 #include "array/block_transform.h"
+#include "array/operations.h"
 #include "base/context.h"
 #include "base/cpu.h"
 #include "base/memory.h"
@@ -81,21 +82,22 @@ static void store_block(uint8_t *out, const float *samples, const cvol_array *ar
 int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *array,
                             const size_t begin[3], const size_t end[3])
 {
+    int code = cvol_array_check_box(context, array, begin, end);
+    if (code)
+        return code;
+    if (!array->block)
+        return cvol_whole_evaluate_stored(context, out, array, begin, end);
     const size_t per_block = cvol_array_block_terms(array);
     const size_t side[3] = {cvol_block_side(array, 0), cvol_block_side(array, 1),
                             cvol_block_side(array, 2)};
     size_t first[3], count[3];
     for (int a = 0; a < 3; a++) {
-        if (begin[a] >= end[a] || end[a] > array->grid.dims[a])
-            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                             "box %zu .. %zu on axis %c does not lie within 0 .. %zu", begin[a],
-                             end[a], "xyz"[a], array -> grid.dims[a]);
         first[a] = begin[a] / side[a];
         count[a] = (end[a] - 1) / side[a] + 1 - first[a];
     }
     int failed = 0;
     for (size_t layer = 0; layer < count[2] && !failed; layer++) {
-        int code = cvol_report_progress(context, "decoding", (double)layer / (double)count[2]);
+        code = cvol_report_progress(context, "decoding", (double)layer / (double)count[2]);
         if (code)
             return code;
         size_t blocks = count[0] * count[1];

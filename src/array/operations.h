@@ -66,6 +66,10 @@ int cvol_multiply_sparse(cvol_context *context, cvol_array *out, cvol_build_resu
 int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_result *result,
                          const cvol_array *a, const cvol_array *b, const cvol_keep *keep);
 
+/* The energy of all terms but the mean's, and |a - b|: where sums as below would cancel. */
+double cvol_whole_variation(const cvol_array *a);
+int cvol_whole_distance(cvol_context *context, double *distance, const cvol_array *a,
+                        const cvol_array *b);
 /* Sums over the samples within the array: sum a, sum a^2; sum a b. Never evaluates more than the
  * blocks that reach beyond the array. */
 int cvol_whole_sums(cvol_context *context, double *sum, double *squares, const cvol_array *a);
@@ -75,6 +79,12 @@ int cvol_whole_inner(cvol_context *context, double *inner, const cvol_array *a,
 int cvol_blocks_inner(cvol_context *context, double *inner, const cvol_array *a,
                       const cvol_array *b);
 
+/* Whether a box is one. Errors: ARGUMENT. */
+int cvol_array_check_box(cvol_context *context, const cvol_array *array, const size_t begin[3],
+                         const size_t end[3]);
+/* A box of a whole array in the grid's type; arguments checked. */
+int cvol_whole_evaluate_stored(cvol_context *context, void *out, const cvol_array *array,
+                               const size_t begin[3], const size_t end[3]);
 /* Real values of a box; arguments checked. */
 int cvol_whole_evaluate(cvol_context *context, float *out, const cvol_array *array,
                         const size_t begin[3], const size_t end[3]);

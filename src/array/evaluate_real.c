@@ -1,0 +1,41 @@
+/* Boxes of samples as floats, and boxes of whole arrays in the grid's own type. */
+#include <stdlib.h>
+
+#include "array/operations.h"
+#include "base/context.h"
+#include "base/memory.h"
+
+int cvol_array_check_box(cvol_context *context, const cvol_array *array, const size_t begin[3],
+                         const size_t end[3])
+{
+    for (int a = 0; a < 3; a++)
+        if (begin[a] >= end[a] || end[a] > array->grid.dims[a])
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "box %zu .. %zu on axis %c does not lie within 0 .. %zu", begin[a],
+                             end[a], "xyz"[a], array -> grid.dims[a]);
+    return CVOL_OK;
+}
+
+int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,
+                             const size_t begin[3], const size_t end[3])
+{
+    int code = cvol_array_check_box(context, array, begin, end);
+    if (code)
+        return code;
+    return array->block ? cvol_blocks_evaluate(context, out, array, begin, end)
+                        : cvol_whole_evaluate(context, out, array, begin, end);
+}
+
+int cvol_whole_evaluate_stored(cvol_context *context, void *out, const cvol_array *array,
+                               const size_t begin[3], const size_t end[3])
+{
+    const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
+    float *samples = cvol_allocate(count, sizeof *samples);
+    if (!samples)
+        return cvol_fail_memory(context, count * sizeof *samples, "a box of samples");
+    int code = cvol_whole_evaluate(context, samples, array, begin, end);
+    if (!code)
+        cvol_samples_store(out, samples, count, array);
+    free(samples);
+    return code;
+}
