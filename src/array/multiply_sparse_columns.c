@@ -1,0 +1,115 @@
+/* Which fold: the number of bins along each axis, by the time it will take.
+ *
+ * Fewer bins hold more terms each, and want as many samplings (shifts) as the fullest column holds
+ * cells. n = 2^m has but one subgroup of each order: the folds are nested, and u -> sigma u (sigma
+ * odd) permutes the bins of each without parting two places that share one, so there is nothing
+ * else to choose from.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/multiply_sparse.h"
+#include "base/context.h"
+#include "base/memory.h"
+
+/* Nanoseconds of three real transforms of `count` points, measured: longer ones leave the caches.
+ */
+static double transforms_ns(double count)
+{
+    const double each = count <= 1 << 19 ? 0.15 : count <= 1 << 21 ? 0.2 : 0.3;
+    return 3 * each * count * log2(count + 1);
+}
+
+static double full_ns(const cvol_sparse_shape *shape)
+{
+    const double n = (double)shape->dims[0] * (double)shape->dims[1] * (double)shape->dims[2];
+    return transforms_ns(n) + 8 * n;
+}
+
+static double fold_ns(const cvol_sparse_shape *shape, size_t nodes, size_t shifts, size_t terms)
+{
+    const double bins = (double)(shape->cell_count * shape->cell_places / nodes);
+    const double s = (double)shifts, solved = (double)(shape->present_count * shape->cell_places);
+    return s * (transforms_ns(bins) + 2 * bins + 6 * (double)terms) + (3 * s + 10) * solved / 2;
+}
+
+/* The column of a cell, and the node that the cell is at. */
+static size_t column_of(const size_t cells[3], const size_t columns[3], const size_t nodes[3],
+                        size_t cell, unsigned *node)
+{
+    const size_t x = cell % cells[0], y = cell / cells[0] % cells[1],
+                 z = cell / cells[0] / cells[1];
+    *node = (unsigned)(x / columns[0] + nodes[0] * (y / columns[1] + nodes[1] * (z / columns[2])));
+    return x % columns[0] + columns[0] * (y % columns[1] + columns[1] * (z % columns[2]));
+}
+
+/* Most present cells in one column, not counted beyond `limit`. */
+static size_t fullest(const cvol_sparse_shape *shape, const size_t nodes[3], uint8_t *loads,
+                      size_t limit)
+{
+    const size_t columns[3] = {shape->cells[0] / nodes[0], shape->cells[1] / nodes[1],
+                               shape->cells[2] / nodes[2]};
+    size_t most = 0;
+    unsigned node;
+    memset(loads, 0, shape->cell_count);
+    for (size_t i = 0; i < shape->cell_count && most <= limit; i++)
+        if (shape->present[i]) {
+            const size_t load = ++loads[column_of(shape->cells, columns, nodes, i, &node)];
+            most = load > most ? load : most;
+        }
+    return most;
+}
+
+int cvol_sparse_choose_fold(cvol_context *context, cvol_sparse_shape *shape, int *found,
+                            size_t terms)
+{
+    double best = full_ns(shape) / 2; /* what saves less is no structure */
+    size_t nodes[3], chosen[3] = {0, 0, 0};
+    uint8_t *loads = cvol_allocate(shape->cell_count, 1);
+    *found = 0;
+    if (!loads)
+        return cvol_fail_memory(context, shape->cell_count, "folds of the product");
+    for (nodes[2] = 1; shape->cells[2] % nodes[2] == 0; nodes[2] *= 2)
+        for (nodes[1] = 1; shape->cells[1] % nodes[1] == 0; nodes[1] *= 2)
+            for (nodes[0] = 1; shape->cells[0] % nodes[0] == 0; nodes[0] *= 2) {
+                const size_t count = nodes[0] * nodes[1] * nodes[2];
+                const size_t mean = (shape->present_count * count + shape->cell_count - 1) /
+                                    shape->cell_count;
+                if (count > CVOL_SPARSE_NODES || mean > CVOL_SPARSE_SHIFTS ||
+                    fold_ns(shape, count, mean ? mean : 1, terms) >= best)
+                    continue;
+                size_t most = fullest(shape, nodes, loads, CVOL_SPARSE_SHIFTS);
+                most = most ? most : 1;
+                const double cost = fold_ns(shape, count, most, terms);
+                if (most > CVOL_SPARSE_SHIFTS || cost >= best)
+                    continue;
+                best = cost;
+                memcpy(chosen, nodes, sizeof chosen);
+                shape->most = most;
+            }
+    free(loads);
+    if (!chosen[0])
+        return CVOL_OK;
+    shape->node_count = shape->column_count = shape->bins = 1;
+    for (int a = 0; a < 3; a++) {
+        shape->nodes[a] = chosen[a];
+        shape->fold[a] = shape->host[a] / chosen[a];
+        shape->columns[a] = shape->cells[a] / chosen[a];
+        shape->node_count *= chosen[a];
+        shape->column_count *= shape->columns[a];
+        shape->bins *= shape->fold[a];
+    }
+    shape->masks = cvol_allocate_zero(shape->column_count, sizeof *shape->masks);
+    if (!shape->masks)
+        return cvol_fail_memory(context, shape->column_count * sizeof *shape->masks,
+                                "folds of the product");
+    for (size_t i = 0; i < shape->cell_count; i++)
+        if (shape->present[i]) {
+            unsigned node;
+            const size_t column = column_of(shape->cells, shape->columns, shape->nodes, i, &node);
+            shape->masks[column] |= UINT64_C(1) << node;
+        }
+    *found = 1;
+    return CVOL_OK;
+}
