@@ -310,7 +310,7 @@ static int make_workplace(workplace *w, const builder *b)
     w->keys = cvol_allocate_zero(count, sizeof(float));
     w->values = cvol_allocate(count, sizeof(float));
     w->places = cvol_allocate(count, sizeof(uint32_t));
-    w->scratch = cvol_allocate(b->producer->scratch_bytes, 1);
+    w->scratch = cvol_allocate_zero(b->producer->scratch_bytes, 1);
     return w->coefficients && w->keys && w->values && w->places && w->scratch &&
            reserve_words(w, 2 * count) && (!b->counting || cvol_bins_make(&w->bins));
 }

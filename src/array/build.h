@@ -19,12 +19,13 @@ typedef struct cvol_dense_block {
         *coefficients; /* B^rank, u fastest; 64-byte aligned, written by the producer where it is */
     int box[3];        /* per axis one past the highest frequency that may be non-zero */
     double energy;
-    float max_abs;     /* of the block's samples before truncation; negative: not known */
+    float max_abs; /* of the block's samples before truncation; negative: not known */
 } cvol_dense_block;
 
 typedef struct cvol_producer {
     /* Fills *block for block `index`; scratch is `scratch_bytes` of the thread's own, 64-byte
-     * aligned. 0, or an error code without a message. */
+     * aligned, zero at first and then as the last call left it. 0, or an error code without a
+     * message. */
     int (*produce)(const void *user, cvol_dense_block *block, size_t index, void *scratch);
     const void *user;
     size_t scratch_bytes;
@@ -41,11 +42,12 @@ typedef struct cvol_build_result {
 /* Fills `array` (created, without terms). array->ledger.max_abs and array->offset must be set: as
  * |coefficient| <= (max_abs + |offset|) sqrt(B^rank), they give the fine step of all rules but
  * STEP, a power of two with which the largest coefficient takes 22 bits (ALL: 25; finer where an
- * L2 error asks for it). PSNR goes by array->ledger.value_min and value_max. RHO counts as cvol_array_info
- * does, RATIO the resident bytes. Under DFT both slots (a, b) of a pair are kept or dropped
- * together, by the magnitude |F| = sqrt((a^2 + b^2) / 2). Sets step, threshold, coefficients; not
- * the ranges, not the ledger. The bits of the result do not depend on the number of threads.
- * Errors: ARGUMENT, DATA (coefficients beyond what a step can hold), TARGET, MEMORY, CANCELLED. */
+ * L2 error asks for it). PSNR goes by array->ledger.value_min and value_max. RHO counts as
+ * cvol_array_info does, RATIO the resident bytes. Under DFT both slots (a, b) of a pair are kept or
+ * dropped together, by the magnitude |F| = sqrt((a^2 + b^2) / 2). Sets step, threshold,
+ * coefficients; not the ranges, not the ledger. The bits of the result do not depend on the number
+ * of threads. Errors: ARGUMENT, DATA (coefficients beyond what a step can hold), TARGET, MEMORY,
+ * CANCELLED. */
 int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_result *result,
                       const cvol_producer *producer, const cvol_keep *keep);
 

@@ -1,0 +1,136 @@
+/* alpha a + beta b, alpha a + beta, and fewer terms of an array, on the terms of blocks. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/blocks_keep.h"
+#include "array/operations.h"
+#include "base/context.h"
+#include "base/memory.h"
+
+/* ---- add and truncate
+ * ---------------------------------------------------------------------------- */
+
+typedef struct sum {
+    const cvol_array *a, *b; /* b may be NULL */
+    double alpha, beta;
+} sum;
+
+static void add_terms(float *slots, const cvol_array *array, const cvol_block *block, double factor)
+{
+    const int place_bits = cvol_place_bits(array->block_log2);
+    const double step = factor * array->step;
+    const uint32_t *words = block->terms, *end = words + block->words;
+    while (words < end) {
+        uint32_t place;
+        const int32_t value = cvol_term_unpack(&words, &place, place_bits);
+        slots[place] += (float)(step * (double)value);
+    }
+}
+
+/* The coefficients of alpha a + beta b, within the box of both: that is all that is cleared. */
+static int produce_sum(const void *user, cvol_dense_block *out, size_t index, void *scratch)
+{
+    (void)scratch;
+    const sum *s = user;
+    const cvol_array *a = s->a;
+    const cvol_block *x = &a->block_table[index];
+    const cvol_block *y = s->b ? &s->b->block_table[index] : x;
+    for (int i = 0; i < 3; i++)
+        out->box[i] = x->low[i] > y->low[i] ? x->low[i] : y->low[i];
+    for (int w = 0; w < out->box[2]; w++)
+        for (int v = 0; v < out->box[1]; v++)
+            memset(out->coefficients + ((w << a->block_log2 | v) << a->block_log2), 0,
+                   sizeof(float) * (size_t)out->box[0]);
+    add_terms(out->coefficients, a, x, s->alpha);
+    if (s->b)
+        add_terms(out->coefficients, s->b, y, s->beta);
+    return CVOL_OK;
+}
+
+static int build_sum(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                     const sum *s, const cvol_keep *keep, const char *what)
+{
+    const cvol_producer producer = {.produce = produce_sum, .user = s, .what = what};
+    return cvol_build_blocks(context, out, result, &producer, keep);
+}
+
+int cvol_blocks_add(cvol_context *context, cvol_array *out, cvol_build_result *result, double alpha,
+                    const cvol_array *a, double beta, const cvol_array *b, const cvol_keep *keep)
+{
+    const sum s = {.a = a, .b = b, .alpha = alpha, .beta = beta};
+    out->offset = alpha * a->offset + beta * b->offset;
+    cvol_blocks_expect(out, cvol_ledger_add(alpha, &a->ledger, beta, &b->ledger));
+    const cvol_keep resolved = cvol_blocks_keep_for_add(out, keep, alpha, a, beta, b);
+    return build_sum(context, out, result, &s, &resolved, "adding");
+}
+
+int cvol_blocks_truncate(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                         const cvol_array *a, const cvol_keep *keep)
+{
+    if (keep->rule == CVOL_KEEP_LIKE_INPUTS)
+        return cvol_blocks_scale(context, out, result, 1, a, 0);
+    const sum s = {.a = a, .b = NULL, .alpha = 1, .beta = 0};
+    out->offset = a->offset;
+    cvol_blocks_expect(out, a->ledger);
+    return build_sum(context, out, result, &s, keep, "truncating");
+}
+
+/* ---- scale: nothing is lost
+ * ------------------------------------------------------------------------ */
+
+/* Copies a block's words; with their values negated if `negate`. */
+static void copy_terms(uint32_t *to, const cvol_block *from, int place_bits, int negate)
+{
+    if (!negate) {
+        memcpy(to, from->terms, from->words * sizeof *to);
+        return;
+    }
+    const uint32_t *words = from->terms, *end = words + from->words;
+    while (words < end) {
+        uint32_t place;
+        const int32_t value = cvol_term_unpack(&words, &place, place_bits);
+        to += cvol_term_pack(to, place, -value, place_bits);
+    }
+}
+
+int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                      double alpha, const cvol_array *a, double beta)
+{
+    double total, squares;
+    memset(result, 0, sizeof *result);
+    result->max_abs = -1;
+    out->offset = alpha * a->offset + beta;
+    out->coefficients = 0;
+    size_t words = 0;
+    for (size_t i = 0; i < a->block_count && alpha != 0; i++)
+        words += a->block_table[i].words;
+    if (words == 0)
+        return CVOL_OK;
+    out->step = fabs(alpha) * a->step;
+    out->threshold = fabs(alpha) * a->threshold;
+    int code = cvol_blocks_sums(context, &total, &squares, a);
+    if (code)
+        return code;
+    result->norm = fabs(alpha) * sqrt(squares);
+    uint32_t *pool = malloc(words * sizeof *pool);
+    if (!pool)
+        return cvol_fail_memory(context, words * sizeof *pool, "the coefficients");
+    code = cvol_array_adopt_pool(context, out, pool, words);
+    if (code) {
+        free(pool);
+        return code;
+    }
+    for (size_t i = 0; i < a->block_count; i++) {
+        const cvol_block *from = &a->block_table[i];
+        cvol_block *to = &out->block_table[i];
+        memcpy(to->low, from->low, sizeof to->low);
+        to->words = from->words;
+        to->terms = from->words ? pool : NULL;
+        if (from->words)
+            copy_terms(pool, from, cvol_place_bits(a->block_log2), alpha < 0);
+        pool += from->words;
+    }
+    out->coefficients = a->coefficients;
+    return CVOL_OK;
+}

@@ -1,0 +1,200 @@
+/* Sums over samples from the terms of blocks, by Parseval; of blocks that reach beyond the array,
+ * from the samples within. Partial sums are of fixed runs of blocks, added in order. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/operations.h"
+#include "base/context.h"
+#include "base/memory.h"
+
+enum { RUN_BLOCKS = 64 };
+
+/* Over one run: sum a, sum b, sum a b, without the offsets; samples counted. */
+typedef struct partial {
+    double a, b, product;
+} partial;
+
+typedef struct sums {
+    const cvol_array *a, *b; /* b may be a */
+    partial *runs;
+    size_t run_count;
+} sums;
+
+/* What one thread works with: integers of a block, zero between blocks, and samples. */
+typedef struct workplace {
+    int32_t *values;
+    float *x, *y;
+} workplace;
+
+/* How many samples of the block lie within the array along each axis; whether that is all of them.
+ */
+static int inside_of(size_t inside[3], const cvol_array *array, size_t index)
+{
+    size_t at[3];
+    int whole = 1;
+    cvol_block_origin(at, array, index);
+    for (int i = 0; i < 3; i++) {
+        const size_t side = cvol_block_side(array, i), left = array->grid.dims[i] - at[i];
+        inside[i] = left < side ? left : side;
+        whole = whole && left >= side;
+    }
+    return whole;
+}
+
+static void add_samples(partial *to, workplace *w, const sums *s, size_t index,
+                        const size_t inside[3])
+{
+    const size_t row = cvol_block_side(s->a, 0), sheet = row * cvol_block_side(s->a, 1);
+    const float *y = w->x;
+    cvol_block_evaluate(w->x, s->a, index);
+    if (s->a != s->b) {
+        cvol_block_evaluate(w->y, s->b, index);
+        y = w->y;
+    }
+    for (size_t k = 0; k < inside[2]; k++)
+        for (size_t j = 0; j < inside[1]; j++)
+            for (size_t i = 0; i < inside[0]; i++) {
+                const size_t p = i + row * j + sheet * k;
+                to->a += (double)w->x[p];
+                to->b += (double)y[p];
+                to->product += (double)w->x[p] * (double)y[p];
+            }
+}
+
+/* The sum of squares of a block's quantised values. Values that are no escapes are summed as
+ * integers: at most 2^22 each where a block has 2^9 of them, less where it has more. */
+static double squares_of(const cvol_block *block, int place_bits)
+{
+    const int32_t escape = cvol_term_escape(place_bits);
+    const uint32_t *words = block->terms, *end = words + block->words;
+    uint64_t small = 0;
+    double large = 0;
+    for (; words < end; words++) {
+        int64_t value = (int32_t)*words >> place_bits;
+        if (__builtin_expect(value == escape, 0)) {
+            const double v = (double)(int32_t) * ++words;
+            large += v * v;
+        } else {
+            small += (uint64_t)(value * value);
+        }
+    }
+    return large + (double)small;
+}
+
+/* The quantised value of the constant term. */
+static double constant_of(const cvol_block *block, int place_bits)
+{
+    uint32_t place;
+    const uint32_t *words = block->terms;
+    if (!block->words)
+        return 0;
+    const int32_t value = cvol_term_unpack(&words, &place, place_bits);
+    return place == 0 ? (double)value : 0;
+}
+
+/* sum of products of the values at common places: one block is spread out, the other looks there.
+ */
+static double products_of(int32_t *values, const cvol_block *x, const cvol_block *y, int place_bits)
+{
+    uint32_t place;
+    double sum = 0;
+    const uint32_t *words = x->terms, *end = words + x->words;
+    while (words < end) {
+        const int32_t value = cvol_term_unpack(&words, &place, place_bits);
+        values[place] = value;
+    }
+    words = y->terms;
+    end = words + y->words;
+    while (words < end) {
+        const int32_t value = cvol_term_unpack(&words, &place, place_bits);
+        sum += (double)values[place] * (double)value;
+    }
+    words = x->terms;
+    end = words + x->words;
+    while (words < end) {
+        (void)cvol_term_unpack(&words, &place, place_bits);
+        values[place] = 0;
+    }
+    return sum;
+}
+
+static void add_block(partial *to, workplace *w, const sums *s, size_t index)
+{
+    const cvol_block *x = &s->a->block_table[index], *y = &s->b->block_table[index];
+    size_t inside[3];
+    if (!x->words && !y->words)
+        return;
+    if (!inside_of(inside, s->a, index)) {
+        add_samples(to, w, s, index, inside);
+        return;
+    }
+    const int bits = cvol_place_bits(s->a->block_log2);
+    const double root = sqrt((double)cvol_array_block_terms(s->a));
+    const double step_a = (double)(float)s->a->step, step_b = (double)(float)s->b->step;
+    to->a += root * step_a * constant_of(x, bits);
+    to->b += root * step_b * constant_of(y, bits);
+    if (s->a == s->b)
+        to->product += step_a * step_a * squares_of(x, bits);
+    else if (x->words && y->words)
+        to->product += step_a * step_b * products_of(w->values, x, y, bits);
+}
+
+static int sum_blocks(cvol_context *context, partial *total, const cvol_array *a,
+                      const cvol_array *b)
+{
+    const size_t per_block = cvol_array_block_terms(a);
+    sums s = {.a = a, .b = b, .run_count = (a->block_count - 1) / RUN_BLOCKS + 1};
+    memset(total, 0, sizeof *total);
+    s.runs = cvol_allocate_zero(s.run_count, sizeof *s.runs);
+    if (!s.runs)
+        return cvol_fail_memory(context, s.run_count * sizeof *s.runs, "sums");
+    int failed = 0;
+#pragma omp parallel num_threads(cvol_context_threads(context))
+    {
+        workplace w = {.values = cvol_allocate_zero(per_block, sizeof *w.values),
+                       .x = cvol_allocate(per_block, sizeof *w.x),
+                       .y = cvol_allocate(per_block, sizeof *w.y)};
+        const int ready = w.values && w.x && w.y;
+        if (!ready) {
+#pragma omp atomic write
+            failed = 1;
+        }
+#pragma omp for schedule(dynamic)
+        for (size_t r = 0; r < s.run_count; r++)
+            for (size_t i = r * RUN_BLOCKS; ready && i < (r + 1) * RUN_BLOCKS; i++)
+                if (i < a->block_count)
+                    add_block(&s.runs[r], &w, &s, i);
+        free(w.values);
+        free(w.x);
+        free(w.y);
+    }
+    for (size_t r = 0; r < s.run_count; r++) {
+        total->a += s.runs[r].a;
+        total->b += s.runs[r].b;
+        total->product += s.runs[r].product;
+    }
+    free(s.runs);
+    return failed ? cvol_fail_memory(context, 3 * per_block * sizeof(float), "sums") : CVOL_OK;
+}
+
+int cvol_blocks_sums(cvol_context *context, double *sum, double *squares, const cvol_array *a)
+{
+    partial total;
+    int code = sum_blocks(context, &total, a, a);
+    const double samples = (double)cvol_grid_samples(&a->grid);
+    *sum = total.a + a->offset * samples;
+    *squares = total.product + a->offset * (2 * total.a + a->offset * samples);
+    return code;
+}
+
+int cvol_blocks_inner(cvol_context *context, double *inner, const cvol_array *a,
+                      const cvol_array *b)
+{
+    partial total;
+    int code = sum_blocks(context, &total, a, b);
+    const double samples = (double)cvol_grid_samples(&a->grid);
+    *inner = total.product + a->offset * total.b + b->offset * total.a +
+             a->offset * b->offset * samples;
+    return code;
+}
