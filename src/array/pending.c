@@ -19,3 +19,15 @@ PENDING(cvol_blocks_truncate, cvol_array *out, cvol_build_result *result, const 
         const cvol_keep *keep)
 PENDING(cvol_blocks_sums, double *sum, double *squares, const cvol_array *a)
 PENDING(cvol_blocks_inner, double *inner, const cvol_array *a, const cvol_array *b)
+PENDING(cvol_blocks_multiply, cvol_array *out, cvol_build_result *result, const cvol_array *a,
+        const cvol_array *b, const cvol_keep *keep)
+
+/* Not verified: an exact plan answers. */
+__attribute__((weak)) int cvol_multiply_sparse(cvol_context *context, cvol_array *out,
+                                               cvol_build_result *result, const cvol_array *a,
+                                               const cvol_array *b, const cvol_keep *keep,
+                                               int *verified)
+{
+    *verified = 0;
+    return CVOL_OK;
+}
