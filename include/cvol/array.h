@@ -177,18 +177,21 @@ CVOL_API int cvol_array_evaluate_points(cvol_context *context, float *out, const
  * From values to a whole array whose samples would be `grid`'s. */
 
 /* From values on points[a] <= dims[a] places per axis as cvol_array_evaluate_grid gives them: the
- * array with frequencies below what the points resolve (DFT, DHT: |u| < points/2; DCT: u < points)
- * that passes through them, then truncated by `keep`. Exact for spectra within. The bound says
- * nothing about frequencies that were never there to see: l2_error counts what `keep` drops. */
+ * array with the frequencies that the points resolve (DFT, DHT: |u| <= points/2, at points/2 the
+ * cosine alone; DCT: u < points), which passes through them, then truncated by `keep` (NULL: ALL).
+ * Exact for spectra within. The bound says nothing about frequencies that were never there to see:
+ * l2_error counts what `keep` drops. value_min and value_max are from the samples of the result.
+ * Errors: ARGUMENT, DATA, LIMIT, TARGET, MEMORY, CANCELLED. */
 CVOL_API int cvol_array_interpolate_grid(cvol_context *context, cvol_array **out,
                                          const float *values, const size_t points[3],
                                          const cvol_grid *grid, int rank, cvol_transform transform,
                                          const cvol_keep *keep);
 
-/* Rank 1, the support known: the terms at the `terms` places (0 <= place < n; DFT: both places of a
- * pair) that fit values at `count` >= terms chirp points start + i step best in least squares, by
- * conjugate gradients on the normal equations; the residual's norm goes to *residual (may be NULL).
- * TARGET when the points do not determine the terms (condition beyond single precision). */
+/* Rank 1, the support known: the terms at the `terms` places (0 <= place < n, in any order; DFT:
+ * both places of a pair) that fit values at `count` >= terms chirp points start + i step best in least
+ * squares, by conjugate gradients on the normal equations; the residual's norm goes to *residual (may
+ * be NULL). l2_error is that of rounding alone. Errors: ARGUMENT, DATA, TARGET when the points do not
+ * determine the terms (condition beyond single precision), LIMIT, MEMORY, CANCELLED. */
 CVOL_API int cvol_array_interpolate_chirp(cvol_context *context, cvol_array **out,
                                           double *residual, const float *values, size_t count,
                                           double start, double step, const uint32_t *places,
@@ -196,9 +199,9 @@ CVOL_API int cvol_array_interpolate_chirp(cvol_context *context, cvol_array **ou
                                           cvol_transform transform);
 
 /* Rank 1, the support unknown: at most `most` terms (most <= 64) from 2 most values at samples
- * x = 0, 1, ..., by the matrix pencil (Hua and Sarkar 1990), in double precision. DFT and DHT.
- * *residual as above. TARGET when no `most` terms pass through the values within 1e-4 of their
- * norm. */
+ * x = 0, 1, ..., by the matrix pencil (Hua and Sarkar 1990), in double precision. DFT and DHT (DCT:
+ * UNSUPPORTED). Both places of a pair count, even if one of them has no term. *residual as above. TARGET
+ * when no `most` terms pass through the values within 1e-4 of their norm. */
 CVOL_API int cvol_array_interpolate_pencil(cvol_context *context, cvol_array **out,
                                            double *residual, const float *values, size_t most,
                                            const cvol_grid *grid, cvol_transform transform);
