@@ -19,3 +19,9 @@ PENDING(cvol_blocks_truncate, cvol_array *out, cvol_build_result *result, const 
         const cvol_keep *keep)
 PENDING(cvol_blocks_sums, double *sum, double *squares, const cvol_array *a)
 PENDING(cvol_blocks_inner, double *inner, const cvol_array *a, const cvol_array *b)
+PENDING(cvol_blocks_convolve_kernel, cvol_array *out, cvol_build_result *result,
+        const cvol_array *a, const cvol_kernel *kernel, const cvol_keep *keep)
+PENDING(cvol_blocks_gradient, cvol_array *out, cvol_build_result *result, const cvol_array *a,
+        const double weight[3], const cvol_keep *keep)
+PENDING(cvol_blocks_resample, cvol_array *out, cvol_build_result *result, const cvol_array *a,
+        const cvol_keep *keep)
