@@ -1,8 +1,9 @@
 /* A small filter on blocks of any rank and transform: evaluate a block and what the filter reaches
- * around it, sum taps axis by axis, transform. */
+ * around it, sum taps axis by axis, transform. Volumes in DCT blocks have a shorter way. */
 #include <string.h>
 
 #include "array/block_transform.h"
+#include "array/blocks_convolve_dct.h"
 #include "array/blocks_keep.h"
 #include "array/halo.h"
 #include "array/operations.h"
@@ -97,6 +98,8 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
                              "blocks or a smaller kernel",
                              2 * f.radius[i] + 1, "xyz"[i], a -> block);
     }
+    if (a->rank == 3 && a->transform == CVOL_DCT)
+        return cvol_blocks_convolve_dct(context, out, result, a, kernel, keep);
     cvol_kernel_bounds(kernel, &norm, &sum);
     cvol_blocks_expect(out, cvol_ledger_convolve(&a->ledger, norm, sum));
     const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep, norm, a);

@@ -10,7 +10,7 @@ static cvol_keep resolve(const cvol_array *out, const cvol_keep *keep, double we
         return *keep;
     const cvol_array *inputs[2] = {a, b};
     const double weights[2] = {fabs(weight_a), fabs(weight_b)};
-    double step = INFINITY, threshold = INFINITY;
+    double step = 0, threshold = 0;
     int quantised = 1;
     for (int i = 0; i < 2; i++) {
         if (!inputs[i] || !inputs[i]->coefficients || !(weights[i] > 0))
@@ -18,10 +18,10 @@ static cvol_keep resolve(const cvol_array *out, const cvol_keep *keep, double we
         /* Of a quantised array the smallest term is one step. */
         const int steps = inputs[i]->threshold == 0;
         quantised = quantised && steps;
-        step = fmin(step, weights[i] * inputs[i]->step);
-        threshold = fmin(threshold, weights[i] * (steps ? inputs[i]->step : inputs[i]->threshold));
+        step = fmax(step, weights[i] * inputs[i]->step);
+        threshold = fmax(threshold, weights[i] * (steps ? inputs[i]->step : inputs[i]->threshold));
     }
-    if (isinf(step))
+    if (!(step > 0))
         return (cvol_keep){.rule = CVOL_KEEP_ALL};
     const double bound = (out->ledger.max_abs + fabs(out->offset)) *
                          sqrt((double)cvol_array_block_terms(out));

@@ -1,10 +1,11 @@
-/* What operations on blocks keep when nothing is said: as fine as their inputs are.
+/* What operations on blocks keep when nothing is said: as coarse as the coarsest
+ * input: what that one has lost already bounds what there is to gain.
  *
  * Inputs that are quantised and nothing else (the codec's: threshold 0) give STEP, others
- * THRESHOLD, each with the least of the inputs' own times what the operation makes of it:
+ * THRESHOLD, each with the largest of the inputs' own times what the operation makes of it:
  *
- *     add       min(|alpha| step_a, |beta| step_b)
- *     multiply  min(max|b| step_a, max|a| step_b)
+ *     add       max(|alpha| step_a, |beta| step_b)
+ *     multiply  max(max|b| step_a, max|a| step_b)
  *     filter    gain step_a
  *
  * Inputs without terms say nothing. The steps are never so fine that a result could not be held.

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <pthread.h>
+#include <stddef.h>
 
 #include "base/cpu.h"
 
@@ -12,12 +13,33 @@
 static float basis8[8 * 8] __attribute__((aligned(64)));
 static float basis16[16 * 16] __attribute__((aligned(64)));
 static float basis32[32 * 32] __attribute__((aligned(64)));
+/* Of each side, with rows for lanes; and at every even number of points, one matrix behind the
+ * other: that of p points begins at block * (2 + 4 + ... + (p - 2)). */
+static float lanes_of[3][CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
+static float columns_of[3][CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
+static float points_of[3][CVOL_BLOCK_MAX * 272] __attribute__((aligned(64)));
 static pthread_once_t basis_once = PTHREAD_ONCE_INIT;
+
+static double basis_at(int u, int x, int block, int points)
+{
+    double c = sqrt((u ? 2.0 : 1.0) / block);
+    return c * cos(PI * u * (x + 0.5) / points);
+}
 
 static double basis_value(int u, int x, int block)
 {
-    double c = sqrt((u ? 2.0 : 1.0) / block);
-    return c * cos(PI * u * (x + 0.5) / block);
+    return basis_at(u, x, block, block);
+}
+
+static int side_index(int block)
+{
+    return block == 8 ? 0 : block == 16 ? 1 : 2;
+}
+
+static size_t points_start(int block, int points)
+{
+    size_t half = (size_t)points / 2;
+    return (size_t)block * half * (half - 1);
 }
 
 static void fill(float *basis, int block)
@@ -27,8 +49,26 @@ static void fill(float *basis, int block)
             basis[u * block + x] = (float)basis_value(u, x, block);
 }
 
+static void fill_padded(int block)
+{
+    const int width = block < 16 ? 16 : block, side = side_index(block);
+    for (int u = 0; u < block; u++)
+        for (int x = 0; x < block; x++) {
+            lanes_of[side][u * width + x] = (float)basis_value(u, x, block);
+            columns_of[side][x * width + u] = (float)basis_value(u, x, block);
+        }
+    for (int points = 2; points <= block; points += 2) {
+        float *basis = points_of[side] + points_start(block, points);
+        for (int u = 0; u < block; u++)
+            for (int i = 0; i < points; i++)
+                basis[u * points + i] = (float)basis_at(u, i, block, points);
+    }
+}
+
 static void fill_all(void)
 {
+    for (int block = 8; block <= CVOL_BLOCK_MAX; block *= 2)
+        fill_padded(block);
     fill(basis8, 8);
     fill(basis16, 16);
     fill(basis32, 32);
@@ -38,6 +78,24 @@ const float *cvol_block_basis(int block)
 {
     pthread_once(&basis_once, fill_all);
     return block == 8 ? basis8 : block == 16 ? basis16 : basis32;
+}
+
+const float *cvol_block_lane_basis(int block)
+{
+    pthread_once(&basis_once, fill_all);
+    return lanes_of[side_index(block)];
+}
+
+const float *cvol_block_columns(int block)
+{
+    pthread_once(&basis_once, fill_all);
+    return columns_of[side_index(block)];
+}
+
+const float *cvol_block_points_basis(int block, int points)
+{
+    pthread_once(&basis_once, fill_all);
+    return points_of[side_index(block)] + points_start(block, points);
 }
 
 /* One dimension of the forward (or inverse) transform: every line of stride `stride`. */

@@ -1,0 +1,521 @@
+/* The certified bound: thousands of random chains of operations, each beside the same operations on
+ * exact samples in double precision. What is measured never exceeds what is certified; how much
+ * smaller it is, is printed. CVOL_LEDGER_CHAINS sets how many chains, CVOL_LEDGER_SEED the first
+ * seed. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "cvol/cvol.h"
+#include "random.h"
+
+enum { CHAINS = 2500, LENGTH_MOST = 4, SAMPLES_MOST = 40000 };
+
+/* ---- what is tested ------------------------------------------------------------------------ */
+
+/* An array and the exact samples that it stands for. */
+typedef struct subject {
+    cvol_array *array;
+    double *exact;
+    size_t count;
+} subject;
+
+typedef struct shape {
+    size_t dims[3];
+    int rank, block;
+    cvol_transform transform;
+} shape;
+
+typedef struct chain {
+    cvol_context *context;
+    random_state random;
+    uint64_t seed;
+    shape shape;
+    char story[512]; /* the operations so far, for messages */
+} chain;
+
+static double uniform(chain *c, double lo, double hi)
+{
+    return lo + (hi - lo) * ((double)(random_u64(&c->random) >> 11) * 0x1p-53);
+}
+
+static int below(chain *c, int count)
+{
+    return (int)random_below(&c->random, (uint32_t)(count > 0 ? count : 1));
+}
+
+static void tell(chain *c, const char *what)
+{
+    size_t length = strlen(c->story);
+    snprintf(c->story + length, sizeof c->story - length, " %s", what);
+}
+
+static void must(chain *c, int code)
+{
+    if (!code)
+        return;
+    print_message("seed %llu:%s: %s\n", (unsigned long long)c->seed, c->story,
+                  cvol_context_message(c->context));
+    fail();
+}
+
+static void drop(subject *s)
+{
+    cvol_array_free(s->array);
+    free(s->exact);
+    *s = (subject){0};
+}
+
+/* ---- random shapes and samples --------------------------------------------------------------- */
+
+static void choose_shape(chain *c)
+{
+    static const int lengths[] = {1, 2, 3, 4, 5, 7, 8, 9, 11, 13, 16, 17, 24, 31, 32, 33, 37};
+    static const int blocks[] = {0, 0, 8, 16, 32};
+    shape *s = &c->shape;
+    s->rank = 1 + below(c, 3);
+    s->block = blocks[below(c, 5)];
+    s->transform = (cvol_transform)(CVOL_DCT + below(c, 3));
+    for (int a = 0; a < 3; a++)
+        s->dims[a] = a < s->rank ? (size_t)lengths[below(c, 17)] : 1;
+    if (s->rank == 1 && below(c, 2))
+        s->dims[0] = 1 + (size_t)below(c, 1500);
+    if (s->rank == 2 && below(c, 3) == 0)
+        s->dims[0] = 1 + (size_t)below(c, 100);
+    snprintf(c->story, sizeof c->story,
+             " %s block %d %zux%zux%zu:", cvol_transform_name(s->transform), s->block, s->dims[0],
+             s->dims[1], s->dims[2]);
+}
+
+/* A piece of the brain scan; the scan is read once. */
+static cvol_volume *brain;
+
+static void fill_real(chain *c, float *samples)
+{
+    const size_t *n = c->shape.dims, *m = brain->grid.dims;
+    const uint8_t *from = brain->data;
+    size_t at[3];
+    for (int a = 0; a < 3; a++)
+        at[a] = m[a] / 4 + (size_t)below(c, (int)(m[a] / 2));
+    for (size_t i = 0; i < n[0] * n[1] * n[2]; i++) {
+        size_t x = (at[0] + i % n[0]) % m[0], y = (at[1] + i / n[0] % n[1]) % m[1];
+        size_t z = (at[2] + i / n[0] / n[1]) % m[2];
+        samples[i] = from[x + m[0] * (y + m[1] * z)];
+    }
+}
+
+static void fill_smooth(chain *c, float *samples)
+{
+    const size_t *n = c->shape.dims;
+    double wave[4][5];
+    for (int k = 0; k < 4; k++)
+        for (int i = 0; i < 5; i++)
+            wave[k][i] = uniform(c, -0.5, 0.5);
+    for (size_t i = 0; i < n[0] * n[1] * n[2]; i++) {
+        double sum = 0;
+        for (int k = 0; k < 4; k++)
+            sum += wave[k][0] *
+                   sin(wave[k][1] * (double)(i % n[0]) + wave[k][2] * (double)(i / n[0] % n[1]) +
+                       wave[k][3] * (double)(i / n[0] / n[1]) + 9 * wave[k][4]);
+        samples[i] = (float)sum;
+    }
+}
+
+static void fill_samples(chain *c, float *samples, size_t count)
+{
+    const int kind = below(c, 7);
+    const double size = kind == 6 ? 1e6 : kind == 5 ? 1e-3 : 1;
+    for (size_t i = 0; i < count; i++)
+        samples[i] = kind == 0   ? 0
+                     : kind == 1 ? 3.5f
+                     : kind == 2 ? (float)(below(c, 50) == 0)
+                                 : (float)(size * uniform(c, -1, 2));
+    if (kind == 3)
+        fill_smooth(c, samples);
+    if (kind == 4)
+        fill_real(c, samples);
+}
+
+static cvol_keep choose_keep(chain *c, size_t count)
+{
+    const size_t k = 1 + (size_t)below(c, 4);
+    cvol_keep keep = cvol_keep_all();
+    switch (below(c, 8)) {
+    case 0:
+        return keep;
+    case 1:
+        keep = cvol_keep_terms(0, 0); /* nothing at all */
+        return keep;
+    case 2:
+        return cvol_keep_rho(uniform(c, 0.02, 0.9));
+    case 3:
+        return cvol_keep_psnr(uniform(c, 10, 60));
+    case 4:
+        return cvol_keep_ratio(uniform(c, 1.5, 40));
+    default:
+        keep = cvol_keep_terms(0, (uint64_t)below(c, (int)(count / 2 + 1)));
+        for (int a = 0; a < c->shape.rank; a++)
+            keep.low[a] = k < c->shape.dims[a] / 2 + 1 ? k : 1;
+        return keep;
+    }
+}
+
+static subject make_subject(chain *c)
+{
+    const shape *s = &c->shape;
+    const cvol_grid grid = cvol_grid_make(s->dims[0], s->dims[1], s->dims[2], CVOL_FLOAT32);
+    subject out = {.count = cvol_grid_samples(&grid)};
+    float *samples = malloc(out.count * sizeof *samples);
+    out.exact = malloc(out.count * sizeof *out.exact);
+    assert_true(samples && out.exact);
+    fill_samples(c, samples, out.count);
+    for (size_t i = 0; i < out.count; i++)
+        out.exact[i] = (double)samples[i];
+    const cvol_keep keep = choose_keep(c, out.count);
+    int code = cvol_array_compress(c->context, &out.array, samples, &grid, s->rank, s->transform,
+                                   s->block, &keep);
+    if (code == CVOL_ERROR_TARGET) { /* a PSNR of noise around a large mean, say */
+        const cvol_keep all = cvol_keep_all();
+        code = cvol_array_compress(c->context, &out.array, samples, &grid, s->rank, s->transform,
+                                   s->block, &all);
+    }
+    free(samples);
+    must(c, code);
+    return out;
+}
+
+/* ---- the operations on exact samples --------------------------------------------------------- */
+
+static size_t extended(const shape *s, long x, size_t n)
+{
+    const int periodic = s->block == 0 && s->transform != CVOL_DCT;
+    const long period = periodic ? (long)n : 2 * (long)n;
+    x %= period;
+    x += x < 0 ? period : 0;
+    return (size_t)(x < (long)n ? x : period - 1 - x);
+}
+
+static void filter_axis(double *out, const double *in, const shape *s, const cvol_kernel_line *line,
+                        int axis)
+{
+    const size_t *n = s->dims, count = n[0] * n[1] * n[2];
+    const size_t stride = axis == 0 ? 1 : axis == 1 ? n[0] : n[0] * n[1];
+    for (size_t i = 0; i < count; i++) {
+        const size_t x = i / stride % n[axis], start = i - x * stride;
+        double sum = 0;
+        for (int m = -line->radius; m <= line->radius; m++) {
+            double tap = line->taps[abs(m)];
+            if (m < 0 && line->antisymmetric)
+                tap = -tap;
+            sum += tap * in[start + stride * extended(s, (long)x - m, n[axis])];
+        }
+        out[i] = sum;
+    }
+}
+
+static void filter_exactly(double *samples, const shape *s, const cvol_kernel *kernel)
+{
+    const size_t count = s->dims[0] * s->dims[1] * s->dims[2];
+    double *work = malloc(3 * count * sizeof *work), *sum = work + 2 * count;
+    assert_non_null(work);
+    memset(sum, 0, count * sizeof *sum);
+    for (int p = 0; p < kernel->parts; p++) {
+        memcpy(work, samples, count * sizeof *work);
+        for (int axis = 0; axis < s->rank; axis++) {
+            filter_axis(work + count, work, s, &kernel->line[p][axis], axis);
+            memcpy(work, work + count, count * sizeof *work);
+        }
+        for (size_t i = 0; i < count; i++)
+            sum[i] += kernel->weight[p] * work[i];
+    }
+    memcpy(samples, sum, count * sizeof *sum);
+    free(work);
+}
+
+static void gradient_exactly(double *samples, const shape *s, const double spacing[3])
+{
+    const size_t count = s->dims[0] * s->dims[1] * s->dims[2];
+    double *work = malloc(2 * count * sizeof *work), *sum = work + count;
+    assert_non_null(work);
+    memset(sum, 0, count * sizeof *sum);
+    const cvol_kernel_line line = {.radius = 1, .antisymmetric = 1, .taps = {0, -0.5}};
+    for (int axis = 0; axis < s->rank; axis++) {
+        filter_axis(work, samples, s, &line, axis);
+        for (size_t i = 0; i < count; i++)
+            sum[i] += work[i] * work[i] / spacing[axis] / spacing[axis];
+    }
+    for (size_t i = 0; i < count; i++)
+        samples[i] = sqrt(sum[i]);
+    free(work);
+}
+
+static void convolve_exactly(double *a, const double *b, const shape *s)
+{
+    const size_t *n = s->dims, count = n[0] * n[1] * n[2];
+    double *out = calloc(count, sizeof *out);
+    assert_non_null(out);
+    for (size_t i = 0; i < count; i++)
+        for (size_t j = 0; j < count; j++) {
+            size_t to = (i % n[0] + j % n[0]) % n[0] +
+                        n[0] * ((i / n[0] % n[1] + j / n[0] % n[1]) % n[1] +
+                                n[1] * ((i / n[0] / n[1] + j / n[0] / n[1]) % n[2]));
+            out[to] += a[i] * b[j];
+        }
+    memcpy(a, out, count * sizeof *out);
+    free(out);
+}
+
+/* ---- one operation, both ways ---------------------------------------------------------------- */
+
+typedef enum operation {
+    ADD,
+    SCALE,
+    ONE_MINUS,
+    TRUNCATE,
+    MULTIPLY,
+    FILTER,
+    GRADIENT,
+    CONVOLVE,
+    SHIFT,
+    COMPRESS, /* the first link */
+    OPERATIONS
+} operation;
+
+static const char *const names[OPERATIONS] = {"add",      "scale",   "one_minus", "truncate",
+                                              "multiply", "filter",  "gradient",  "convolve",
+                                              "shift",    "compress"};
+
+static int choose_kernel(chain *c, cvol_kernel *kernel)
+{
+    char text[40];
+    switch (below(c, 5)) {
+    case 0:
+        snprintf(text, sizeof text, "gaussian:%.3f", uniform(c, 0.3, 0.75));
+        break;
+    case 1:
+        snprintf(text, sizeof text, "box:3");
+        break;
+    case 2:
+        snprintf(text, sizeof text, "laplacian");
+        break;
+    case 3:
+        snprintf(text, sizeof text, "unsharp:0.7,%.3f", uniform(c, 0.1, 3));
+        break;
+    default:
+        snprintf(text, sizeof text, "derivative:%c", "xyz"[below(c, c->shape.rank)]);
+    }
+    tell(c, text);
+    return cvol_kernel_parse(c->context, kernel, c->shape.rank, text);
+}
+
+/* Replaces *s by the operation's result. */
+static void apply(chain *c, subject *s, operation op)
+{
+    cvol_array *out = NULL;
+    subject other = {0};
+    const cvol_keep chosen = choose_keep(c, s->count);
+    const cvol_keep *keep = below(c, 3) ? NULL : &chosen;
+    tell(c, names[op]);
+    if (op == ADD || op == MULTIPLY || op == CONVOLVE)
+        other = make_subject(c);
+    int code = CVOL_OK;
+    for (int attempt = 0; attempt < 2; attempt++) {
+        const uint64_t before = c->random.state;
+        const double alpha = uniform(c, -2, 2), beta = uniform(c, -2, 2);
+        cvol_kernel kernel;
+        double offset[3] = {0, 0, 0};
+        for (int a = 0; a < c->shape.rank; a++)
+            offset[a] = below(c, 9) - 4;
+        switch (op) {
+        case ADD:
+            code = cvol_array_add(c->context, &out, alpha, s->array, beta, other.array, keep);
+            for (size_t i = 0; i < s->count && !code; i++)
+                s->exact[i] = alpha * s->exact[i] + beta * other.exact[i];
+            break;
+        case SCALE:
+            code = cvol_array_scale(c->context, &out, alpha, s->array, beta);
+            for (size_t i = 0; i < s->count && !code; i++)
+                s->exact[i] = alpha * s->exact[i] + beta;
+            break;
+        case ONE_MINUS:
+            code = cvol_array_one_minus(c->context, &out, s->array);
+            for (size_t i = 0; i < s->count && !code; i++)
+                s->exact[i] = 1 - s->exact[i];
+            break;
+        case TRUNCATE:
+            code = cvol_array_truncate(c->context, &out, s->array, keep ? keep : &chosen);
+            break;
+        case MULTIPLY:
+            code = cvol_array_multiply(c->context, &out, s->array, other.array, keep,
+                                       CVOL_PLAN_AUTO, NULL);
+            for (size_t i = 0; i < s->count && !code; i++)
+                s->exact[i] *= other.exact[i];
+            break;
+        case FILTER:
+            must(c, choose_kernel(c, &kernel));
+            code = cvol_array_convolve_kernel(c->context, &out, s->array, &kernel, keep);
+            if (!code)
+                filter_exactly(s->exact, &c->shape, &kernel);
+            break;
+        case GRADIENT:
+            code = cvol_array_gradient(c->context, &out, s->array, keep);
+            if (!code)
+                gradient_exactly(s->exact, &c->shape, cvol_array_grid(s->array)->spacing);
+            break;
+        case CONVOLVE:
+            code = cvol_array_convolve(c->context, &out, s->array, other.array, keep);
+            if (!code)
+                convolve_exactly(s->exact, other.exact, &c->shape);
+            break;
+        case SHIFT:
+            code = cvol_array_shift(c->context, &out, s->array, offset);
+            if (!code) {
+                double *moved = malloc(s->count * sizeof *moved);
+                assert_non_null(moved);
+                const size_t *n = c->shape.dims;
+                for (size_t i = 0; i < s->count; i++)
+                    moved[i] =
+                        s->exact[extended(&c->shape, (long)(i % n[0]) - (long)offset[0], n[0]) +
+                                 n[0] * (extended(&c->shape,
+                                                  (long)(i / n[0] % n[1]) - (long)offset[1], n[1]) +
+                                         n[1] * extended(&c->shape,
+                                                         (long)(i / n[0] / n[1]) - (long)offset[2],
+                                                         n[2]))];
+                free(s->exact);
+                s->exact = moved;
+            }
+            break;
+        default:
+            fail();
+        }
+        if (code != CVOL_ERROR_TARGET || !keep)
+            break;
+        keep = NULL; /* the target was beyond float32: again, without one */
+        c->random.state = before;
+        tell(c, "(again)");
+        if (op == TRUNCATE)
+            break;
+    }
+    drop(&other);
+    if (op == TRUNCATE && code == CVOL_ERROR_TARGET)
+        return;
+    must(c, code);
+    cvol_array_free(s->array);
+    s->array = out;
+}
+
+/* ---- measuring --------------------------------------------------------------------------------
+ */
+
+enum { BINS = 9 };
+static size_t histogram[OPERATIONS]
+                       [BINS]; /* bound / measured below 1.1, 1.5, 2, 3, 5, 10, 30, 100 */
+static const double edges[BINS - 1] = {1.1, 1.5, 2, 3, 5, 10, 30, 100};
+
+static void measure(chain *c, const subject *s, operation op)
+{
+    const size_t begin[3] = {0, 0, 0};
+    float *samples = malloc(s->count * sizeof *samples);
+    assert_non_null(samples);
+    must(c, cvol_array_evaluate_real(c->context, samples, s->array, begin, c->shape.dims));
+    cvol_array_info info;
+    cvol_array_get_info(s->array, &info);
+    double squares = 0, energy = 0, largest = 0, lo = s->exact[0], hi = s->exact[0];
+    for (size_t i = 0; i < s->count; i++) {
+        double difference = (double)samples[i] - s->exact[i];
+        squares += difference * difference;
+        energy += s->exact[i] * s->exact[i];
+        largest = fmax(largest, fabs((double)samples[i]));
+        lo = fmin(lo, s->exact[i]);
+        hi = fmax(hi, s->exact[i]);
+    }
+    free(samples);
+    const double error = sqrt(squares), slack = 1e-5 * fmax(fabs(lo), fabs(hi)) + 1e-30;
+    if (!(error <= info.l2_error) || !(largest <= info.max_abs + slack) ||
+        !(lo >= info.value_min - slack) || !(hi <= info.value_max + slack)) {
+        print_message("seed %llu:%s: error %g, bound %g; largest %g, bound %g; values %g .. %g, "
+                      "bounds %g .. %g\n",
+                      (unsigned long long)c->seed, c->story, error, info.l2_error, largest,
+                      info.max_abs, lo, hi, info.value_min, info.value_max);
+        fail();
+    }
+    /* Where nothing but rounding is lost, the bound is rounding's, and says nothing. */
+    if (info.l2_error < 1e-4 * sqrt(energy) || error <= 0)
+        return;
+    int bin = 0;
+    while (bin < BINS - 1 && info.l2_error / error >= edges[bin])
+        bin++;
+    histogram[op][bin]++;
+}
+
+static int applies(const shape *s, operation op, size_t count)
+{
+    const int periodic = s->block == 0 && s->transform != CVOL_DCT;
+    if (op == CONVOLVE)
+        return periodic && count <= 1200;
+    return op != SHIFT || periodic;
+}
+
+static long environment(const char *name, long otherwise)
+{
+    const char *text = getenv(name);
+    return text ? atol(text) : otherwise;
+}
+
+static void run_chain(uint64_t seed, cvol_context *context)
+{
+    chain c = {.context = context, .random = {seed}, .seed = seed};
+    choose_shape(&c);
+    if (c.shape.dims[0] * c.shape.dims[1] * c.shape.dims[2] > SAMPLES_MOST)
+        return;
+    subject s = make_subject(&c);
+    measure(&c, &s, COMPRESS);
+    const int length = 1 + below(&c, LENGTH_MOST);
+    for (int link = 0; link < length; link++) {
+        operation op;
+        do
+            op = (operation)below(&c, COMPRESS);
+        while (!applies(&c.shape, op, s.count));
+        apply(&c, &s, op);
+        measure(&c, &s, op);
+    }
+    drop(&s);
+}
+
+static void measured_error_never_exceeds_the_bound(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    assert_non_null(context);
+    assert_int_equal(cvol_volume_read(context, &brain, CVOL_TEST_SAMPLES "/ch2better.nii.gz", NULL),
+                     0);
+    const uint64_t first = (uint64_t)environment("CVOL_LEDGER_SEED", 1);
+    const uint64_t chains = (uint64_t)environment("CVOL_LEDGER_CHAINS", CHAINS);
+    for (uint64_t seed = first; seed < first + chains; seed++)
+        run_chain(seed, context);
+    print_message("bound / measured, chains %llu .. %llu: how many below\n%-10s",
+                  (unsigned long long)first, (unsigned long long)(first + chains - 1), "");
+    for (int bin = 0; bin < BINS - 1; bin++)
+        print_message("%8g", edges[bin]);
+    print_message("    more\n");
+    for (int op = 0; op < OPERATIONS; op++) {
+        print_message("%-10s", names[op]);
+        for (int bin = 0; bin < BINS; bin++)
+            print_message("%8zu", histogram[op][bin]);
+        print_message("\n");
+    }
+    cvol_volume_free(brain);
+    cvol_context_destroy(context);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(measured_error_never_exceeds_the_bound)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
