@@ -10,7 +10,7 @@ static const char description[] =
     "one\n"
     "line of taps for all axes, an odd number, symmetric or antisymmetric: {\"taps\": [1, 2, 1]}.";
 
-static const char examples[] = "  cvol convolve a.cvol -o smooth.cvol --kernel gaussian:2\n"
+static const char examples[] = "  cvol convolve a.cvol -o smooth.cvol --kernel gaussian:1.5\n"
                                "  cvol convolve a.cvol -o sharp.cvol --kernel unsharp:1.5,0.7\n"
                                "  cvol convolve a.cvol -o edges.cvol --kernel derivative:x\n";
 
@@ -95,7 +95,7 @@ int command_convolve(int argc, char **argv)
         (status = check_result_output(&a, line.positionals, 1)))
         return status;
     if (!text)
-        return complain(EXIT_MISUSED, "which filter? Give --kernel, as in gaussian:2");
+        return complain(EXIT_MISUSED, "which filter? Give --kernel, as in gaussian:1.5");
     cvol_context *context = begin_command(&a.common);
     if (!context)
         return EXIT_FAILED;
