@@ -47,23 +47,25 @@
         }                                                                          \
     } while (0)
 
-#define COMPARE_REAL(type)                                   \
-    do {                                                     \
-        const type *a = (const type *)samples + first;       \
-        for (size_t i = 0; i < count; i++) {                 \
-            float value = (float)((double)real[i] + offset); \
-            double error = (double)a[i] - (double)value;     \
-            squares += error * error;                        \
-            norm += (double)value * (double)value;           \
-        }                                                    \
+#define COMPARE_REAL(type)                                                  \
+    do {                                                                    \
+        const type *a = (const type *)samples + first;                      \
+        for (size_t i = 0; i < count; i++) {                                \
+            float value = (float)((double)real[i] + offset);                \
+            double error = (double)a[i] - (double)value;                    \
+            squares += error * error;                                       \
+            norm += (double)value * (double)value;                          \
+            most = fabs((double)value) > most ? fabs((double)value) : most; \
+        }                                                                   \
     } while (0)
 
 /* The same with floats as cvol_array_evaluate_real gives them. */
 static void compare_real_row(cvol_distance *out, const void *samples, cvol_type type, size_t first,
                              const float *real, double offset, size_t count)
 {
-    double squares = 0, norm = 0;
+    double squares = 0, norm = 0, most = out->real_max_abs;
     FOR_TYPE(type, COMPARE_REAL);
+    out->real_max_abs = most;
     out->real_l2_error += squares;
     out->real_norm += norm;
 }
@@ -78,31 +80,68 @@ static void compare_row(cvol_distance *out, const void *samples, cvol_type type,
     out->l2_error += squares;
 }
 
-int cvol_array_measure(cvol_context *context, cvol_array *array, const void *samples)
+/* Sums sheets into *out, in order, so that threads do not matter. */
+static void add_distances(cvol_distance *out, const cvol_distance *distances, size_t count)
+{
+    *out = (cvol_distance){0};
+    for (size_t i = 0; i < count; i++) {
+        out->max_error = fmax(out->max_error, distances[i].max_error);
+        out->real_max_abs = fmax(out->real_max_abs, distances[i].real_max_abs);
+        out->l2_error += distances[i].l2_error;
+        out->real_l2_error += distances[i].real_l2_error;
+        out->real_norm += distances[i].real_norm;
+    }
+    out->l2_error = sqrt(out->l2_error);
+    out->real_l2_error = sqrt(out->real_l2_error);
+    out->real_norm = sqrt(out->real_norm);
+}
+
+/* Evaluates all, as stored samples or as they are, and compares sheet by sheet. */
+static int measure(cvol_context *context, cvol_distance *distances, const cvol_array *array,
+                   const void *samples, int real)
 {
     const cvol_grid *grid = &array->grid;
     const size_t begin[3] = {0, 0, 0}, sheets = grid->dims[2];
-    const size_t per_sheet = grid->dims[0] * grid->dims[1], size = cvol_type_size(grid->type);
+    const size_t per_sheet = grid->dims[0] * grid->dims[1];
+    const size_t size = real ? sizeof(float) : cvol_type_size(grid->type);
     uint8_t *decoded = cvol_allocate(cvol_grid_samples(grid), size);
-    cvol_distance *distances = cvol_allocate_zero(sheets, sizeof *distances), sum = {0};
-    int code = decoded && distances
-                   ? cvol_array_evaluate_box(context, decoded, array, begin, grid->dims)
-                   : cvol_fail_memory(context, cvol_grid_bytes(grid), "the decoded samples");
-    if (!code) {
+    if (!decoded)
+        return cvol_fail_memory(context, cvol_grid_samples(grid) * size, "the decoded samples");
+    int code = real ? cvol_array_evaluate_real(context, (float *)(void *)decoded, array, begin,
+                                               grid->dims)
+                    : cvol_array_evaluate_box(context, decoded, array, begin, grid->dims);
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
-        for (size_t z = 0; z < sheets; z++)
-            compare_row(&distances[z], samples, grid->type, z * per_sheet,
-                        decoded + z * per_sheet * size, per_sheet);
-        for (size_t z = 0; z < sheets; z++) {
-            sum.max_error = fmax(sum.max_error, distances[z].max_error);
-            sum.l2_error += distances[z].l2_error;
-        }
-        sum.l2_error = sqrt(sum.l2_error);
-        cvol_array_set_measured(array, &sum);
+    for (size_t z = 0; z < (code ? 0 : sheets); z++) {
+        const void *sheet = decoded + z * per_sheet * size;
+        if (real)
+            compare_real_row(&distances[z], samples, grid->type, z * per_sheet, sheet, 0,
+                             per_sheet);
+        else
+            compare_row(&distances[z], samples, grid->type, z * per_sheet, sheet, per_sheet);
     }
     free(decoded);
-    free(distances);
     return code;
+}
+
+int cvol_array_measure(cvol_context *context, cvol_array *array, const void *samples)
+{
+    const size_t sheets = array->grid.dims[2];
+    cvol_distance *distances = cvol_allocate_zero(sheets, sizeof *distances), sum;
+    if (!distances)
+        return cvol_fail_memory(context, sheets * sizeof *distances, "the distances");
+    int code = measure(context, distances, array, samples, 0);
+    if (!code)
+        code = measure(context, distances, array, samples, 1);
+    add_distances(&sum, distances, sheets);
+    free(distances);
+    if (code)
+        return code;
+    cvol_ledger *ledger = &array->ledger;
+    const double rounding = CVOL_ROUNDING * sum.real_norm;
+    cvol_array_set_measured(array, &sum);
+    ledger->l2_error = fmin(ledger->l2_error, sum.real_l2_error + rounding);
+    ledger->max_abs = fmin(ledger->max_abs, sum.real_max_abs + rounding);
+    return CVOL_OK;
 }
 
 static cvol_distance compare_block(const cvol_array *array, const void *samples, size_t index,
@@ -150,16 +189,8 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
         free(evaluated);
     }
     *out = (cvol_distance){0};
-    for (size_t i = 0; i < array->block_count && !failed; i++) {
-        out->max_error = distances[i].max_error > out->max_error ? distances[i].max_error
-                                                                 : out->max_error;
-        out->l2_error += distances[i].l2_error;
-        out->real_l2_error += distances[i].real_l2_error;
-        out->real_norm += distances[i].real_norm;
-    }
-    out->l2_error = sqrt(out->l2_error);
-    out->real_l2_error = sqrt(out->real_l2_error);
-    out->real_norm = sqrt(out->real_norm);
+    if (!failed)
+        add_distances(out, distances, array->block_count);
     free(distances);
     if (failed)
         return cvol_fail_memory(context, per_block * sizeof(float), "a block");
