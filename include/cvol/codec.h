@@ -48,7 +48,7 @@ CVOL_API int cvol_compress(cvol_context *context, cvol_array **out, cvol_compres
 
 /* Evaluates an array and sets its psnr_db and max_error to what they are, measured, against the
  * samples that it was compressed from; l2_error and max_abs become tighter if they can.
- * Cost: evaluating it twice, dense. Errors: MEMORY, CANCELLED. */
+ * Cost: evaluating it, dense (blocks: twice). Errors: MEMORY, CANCELLED. */
 CVOL_API int cvol_array_measure(cvol_context *context, cvol_array *array, const void *samples);
 
 /* Writes the array as a .cvol file (doc/format.md): temporary name, sync, rename.

@@ -8,6 +8,8 @@
 #include "base/memory.h"
 #include "cvol/codec.h"
 
+enum { ROW_MOST = 512 };
+
 /* Applies CASE(type) to the C type of a cvol_type. */
 #define FOR_TYPE(number, CASE) \
     switch (number) {          \
@@ -96,52 +98,55 @@ static void add_distances(cvol_distance *out, const cvol_distance *distances, si
     out->real_norm = sqrt(out->real_norm);
 }
 
-/* Evaluates all, as stored samples or as they are, and compares sheet by sheet. */
-static int measure(cvol_context *context, cvol_distance *distances, const cvol_array *array,
-                   const void *samples, int real)
+/* Compares what evaluates, as it is and as it is stored: `real` and `stored`, x fastest; without
+ * `stored` (whole arrays: they have no offset) rows are stored here. */
+static void compare_sheet(cvol_distance *out, const cvol_array *array, const void *samples,
+                          const float *real, const uint8_t *stored, size_t z)
 {
     const cvol_grid *grid = &array->grid;
-    const size_t begin[3] = {0, 0, 0}, sheets = grid->dims[2];
-    const size_t per_sheet = grid->dims[0] * grid->dims[1];
-    const size_t size = real ? sizeof(float) : cvol_type_size(grid->type);
-    uint8_t *decoded = cvol_allocate(cvol_grid_samples(grid), size);
-    if (!decoded)
-        return cvol_fail_memory(context, cvol_grid_samples(grid) * size, "the decoded samples");
-    int code = real ? cvol_array_evaluate_real(context, (float *)(void *)decoded, array, begin,
-                                               grid->dims)
-                    : cvol_array_evaluate_box(context, decoded, array, begin, grid->dims);
-#pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
-    for (size_t z = 0; z < (code ? 0 : sheets); z++) {
-        const void *sheet = decoded + z * per_sheet * size;
-        if (real)
-            compare_real_row(&distances[z], samples, grid->type, z * per_sheet, sheet, 0,
-                             per_sheet);
-        else
-            compare_row(&distances[z], samples, grid->type, z * per_sheet, sheet, per_sheet);
-    }
-    free(decoded);
-    return code;
+    const size_t size = cvol_type_size(grid->type), nx = grid->dims[0];
+    double row[ROW_MOST];
+    for (size_t y = 0; y < grid->dims[1]; y++)
+        for (size_t x = 0; x < nx; x += ROW_MOST) {
+            const size_t first = x + nx * (y + grid->dims[1] * z);
+            const size_t count = nx - x < ROW_MOST ? nx - x : ROW_MOST;
+            if (!stored)
+                cvol_samples_store(row, real + first, count, array);
+            compare_row(out, samples, grid->type, first,
+                        stored ? stored + first * size : (void *)row, count);
+            compare_real_row(out, samples, grid->type, first, real + first, 0, count);
+        }
 }
 
 int cvol_array_measure(cvol_context *context, cvol_array *array, const void *samples)
 {
-    const size_t sheets = array->grid.dims[2];
+    const size_t begin[3] = {0, 0, 0}, *dims = array->grid.dims, sheets = dims[2];
+    const size_t count = cvol_grid_samples(&array->grid), bytes = cvol_grid_bytes(&array->grid);
     cvol_distance *distances = cvol_allocate_zero(sheets, sizeof *distances), sum;
-    if (!distances)
-        return cvol_fail_memory(context, sheets * sizeof *distances, "the distances");
-    int code = measure(context, distances, array, samples, 0);
+    float *real = cvol_allocate(count, sizeof *real);
+    uint8_t *stored = array->block ? cvol_allocate(bytes, 1) : NULL;
+    int code = CVOL_OK;
+    if (!distances || !real || (array->block && !stored))
+        code = cvol_fail_memory(context, count * sizeof *real + bytes, "the decoded samples");
     if (!code)
-        code = measure(context, distances, array, samples, 1);
-    add_distances(&sum, distances, sheets);
+        code = cvol_array_evaluate_real(context, real, array, begin, dims);
+    if (!code && stored)
+        code = cvol_array_evaluate_box(context, stored, array, begin, dims);
+    if (!code) {
+#pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
+        for (size_t z = 0; z < sheets; z++)
+            compare_sheet(&distances[z], array, samples, real, stored, z);
+        add_distances(&sum, distances, sheets);
+        const double rounding = CVOL_ROUNDING * sum.real_norm;
+        cvol_ledger *ledger = &array->ledger;
+        cvol_array_set_measured(array, &sum);
+        ledger->l2_error = fmin(ledger->l2_error, sum.real_l2_error + rounding);
+        ledger->max_abs = fmin(ledger->max_abs, sum.real_max_abs + rounding);
+    }
     free(distances);
-    if (code)
-        return code;
-    cvol_ledger *ledger = &array->ledger;
-    const double rounding = CVOL_ROUNDING * sum.real_norm;
-    cvol_array_set_measured(array, &sum);
-    ledger->l2_error = fmin(ledger->l2_error, sum.real_l2_error + rounding);
-    ledger->max_abs = fmin(ledger->max_abs, sum.real_max_abs + rounding);
-    return CVOL_OK;
+    free(real);
+    free(stored);
+    return code;
 }
 
 static cvol_distance compare_block(const cvol_array *array, const void *samples, size_t index,
