@@ -37,7 +37,7 @@ done
 
 for fuzzer in cvol volume transfer png; do
     clang $flags -fsanitize=fuzzer "fuzz/fuzz_$fuzzer.c" $objects -o "$build/fuzz_$fuzzer" \
-        -lnifti2 -lznz -lz -lpng -lzstd -ljansson -lpthread -lm
+        -lnifti2 -lznz -lz -lfftw3f -lpng -lzstd -ljansson -lpthread -lm
     mkdir -p "$build/$fuzzer"
     corpus=$build/$fuzzer
     [ -d "fuzz/corpus/$fuzzer" ] && corpus="$corpus fuzz/corpus/$fuzzer"

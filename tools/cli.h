@@ -43,13 +43,17 @@ typedef struct command_line {
     const char *examples;    /* may be NULL */
     const option_spec *options;
     size_t option_count;
-    int positional_count; /* exactly this many */
+    int positional_count; /* this many, */
+    int optional_count;   /* of which the last ones may be left out */
     const char *positionals[POSITIONALS_MAX];
 } command_line;
 
 /* Reads argv[1 ..]. -1: go on; otherwise the exit status (help was printed, or one sentence about
  * what is wrong). */
 int parse_command_line(command_line *line, int argc, char **argv);
+
+/* "K,S" as a cvol_keep. Exit status, after a sentence. */
+int parse_keep(cvol_keep *keep, const char *text);
 
 /* One sentence on standard error, after "cvol: ", in the place of the progress line; returns
  * `status`. */
@@ -65,7 +69,7 @@ typedef struct common_options {
     cvol_read_options read;
     double fill;
     int fill_given;
-    const char *type_name;
+    const char *type_name; /* of raw samples */
 } common_options;
 
 #define COMMON_OPTIONS(c)                                                                       \
@@ -126,10 +130,10 @@ void close_input(input *in);
 /* Whether an option was given that only raw samples can have. */
 int has_raw_options(const common_options *common);
 const cvol_grid *input_grid(const input *in);
-/* Makes in->volume from in->array, or in->array (at the default ratio, and says so) from
- * in->volume, where it is missing. Exit status. */
+/* Makes in->volume from in->array, or in->array (at the default ratio, and says so; in blocks of
+ * `block`, 0: the default) from in->volume, where it is missing. Exit status. */
 int need_volume(cvol_context *context, input *in);
-int need_array(cvol_context *context, input *in, const char *path);
+int need_array(cvol_context *context, input *in, const char *path, int block);
 
 /* Refuses an output that is the input, or whose folder takes no files. Exit status. */
 int check_output(const char *in, const char *out);
@@ -160,5 +164,11 @@ int command_info(int argc, char **argv);
 int command_compare(int argc, char **argv);
 int command_render(int argc, char **argv);
 int command_bench(int argc, char **argv);
+int command_add(int argc, char **argv);
+int command_multiply(int argc, char **argv);
+int command_convolve(int argc, char **argv);
+int command_scale(int argc, char **argv);
+int command_gradient(int argc, char **argv);
+int command_stats(int argc, char **argv);
 
 #endif

@@ -4,73 +4,99 @@
 
 #include "cli.h"
 
+/* How it is compressed: by the codec, which searches the step of DCT blocks by the size of the
+ * coded file, or by truncation, for any other transform and block, or a number of terms. */
+typedef struct method {
+    cvol_compress_options options;
+    int truncate;
+    cvol_transform transform;
+    int block;
+    cvol_keep keep;
+} method;
+
 typedef struct compress_arguments {
     common_options common;
     double ratio, psnr, max_error;
     int ratio_given, psnr_given, max_error_given;
     int block;
-    const char *transform;
+    const char *transform, *keep;
 } compress_arguments;
 
 static const char description[] =
-    "Compresses a volume: the DCT coefficients of its blocks that matter, quantised by one step.\n"
-    "The step is searched until the target holds, and the result is verified by decoding it\n"
-    "before the file gets its name. Geometry and sample type are kept.";
+    "Compresses a volume: the coefficients of its transform that matter. Of DCT blocks they are\n"
+    "quantised by one step, which is searched until the target holds; other transforms (dht, "
+    "dft),\n"
+    "whole arrays (--block 0) and --keep drop the smallest. The error is measured by decoding "
+    "before\n"
+    "the file gets its name. Geometry and sample type are kept.";
 
 static const char examples[] =
     "  cvol compress brain.nii.gz brain.cvol                   a thirtieth of the raw bytes\n"
     "  cvol compress ct.mha ct.cvol --psnr 60                  at least 60 dB\n"
-    "  cvol compress field.raw f.cvol --dims 128x128x64 --type float32 --max-error 0.01\n";
+    "  cvol compress field.raw f.cvol --dims 128x128x64 --type float32 --max-error 0.01\n"
+    "  cvol compress wave.nrrd w.cvol --transform dft --block 0 --keep 16,1000\n";
 
 /* Which target the options ask for; EXIT_DONE, or EXIT_MISUSED after a sentence. */
-static int choose_target(cvol_compress_options *options, const compress_arguments *arguments)
+static int choose_target(method *m, const compress_arguments *a)
 {
-    if (arguments->ratio_given + arguments->psnr_given + arguments->max_error_given > 1)
-        return complain(EXIT_MISUSED, "give only one of --ratio, --psnr and --max-error");
-    if (arguments->psnr_given) {
-        options->target = CVOL_TARGET_PSNR;
-        options->target_value = arguments->psnr;
-    } else if (arguments->max_error_given) {
-        options->target = CVOL_TARGET_MAX_ERROR;
-        options->target_value = arguments->max_error;
-    } else if (arguments->ratio_given) {
-        options->target = CVOL_TARGET_RATIO;
-        options->target_value = arguments->ratio;
-    }
-    if (arguments->ratio_given && !(arguments->ratio > 1))
-        return complain(EXIT_MISUSED, "--ratio is %g, must be above 1", arguments->ratio);
-    if (arguments->psnr_given && !(arguments->psnr > 0 && arguments->psnr <= 200))
-        return complain(EXIT_MISUSED, "--psnr is %g dB, must be above 0 and at most 200",
-                        arguments->psnr);
-    if (arguments->max_error_given && !(arguments->max_error >= 0))
-        return complain(EXIT_MISUSED, "--max-error is %g, must not be negative",
-                        arguments->max_error);
-    if (arguments->block != 8 && arguments->block != 16 && arguments->block != 32)
-        return complain(EXIT_MISUSED, "--block is %d, must be 8, 16 or 32", arguments->block);
-    options->block = arguments->block;
-    if (strcmp(arguments->transform, "dct"))
-        return complain(EXIT_MISUSED, "--transform is '%s', this version has: dct",
-                        arguments->transform);
+    m->options.target = a->psnr_given        ? CVOL_TARGET_PSNR
+                        : a->max_error_given ? CVOL_TARGET_MAX_ERROR
+                                             : CVOL_TARGET_RATIO;
+    if (a->ratio_given + a->psnr_given + a->max_error_given + (a->keep != NULL) > 1)
+        return complain(EXIT_MISUSED, "give only one of --ratio, --psnr, --max-error and --keep");
+    if (a->ratio_given && !(a->ratio > 1))
+        return complain(EXIT_MISUSED, "--ratio is %g, must be above 1", a->ratio);
+    if (a->psnr_given && !(a->psnr > 0 && a->psnr <= 200))
+        return complain(EXIT_MISUSED, "--psnr is %g dB, must be above 0 and at most 200", a->psnr);
+    if (a->max_error_given && !(a->max_error >= 0))
+        return complain(EXIT_MISUSED, "--max-error is %g, must not be negative", a->max_error);
+    m->options.target_value = a->psnr_given        ? a->psnr
+                              : a->max_error_given ? a->max_error
+                                                   : a->ratio;
+    m->keep = a->psnr_given ? cvol_keep_psnr(a->psnr) : cvol_keep_ratio(a->ratio);
+    return a->keep ? parse_keep(&m->keep, a->keep) : EXIT_DONE;
+}
+
+static int choose_method(method *m, const compress_arguments *a)
+{
+    m->options = cvol_compress_options_defaults();
+    int status = choose_target(m, a);
+    if (status)
+        return status;
+    m->options.block = m->block = a->block;
+    m->transform = cvol_transform_from_name(a->transform);
+    if (a->block != 0 && a->block != 8 && a->block != 16 && a->block != 32)
+        return complain(EXIT_MISUSED, "--block is %d, must be 8, 16 or 32, or 0 for none",
+                        a->block);
+    if (!m->transform)
+        return complain(EXIT_MISUSED, "--transform is '%s', must be dct, dht or dft", a->transform);
+    m->truncate = m->transform != CVOL_DCT || m->block == 0 || a->keep;
+    if (m->truncate && a->max_error_given)
+        return complain(EXIT_MISUSED,
+                        "--max-error needs dct blocks: leave --transform and --block 0 away");
     return EXIT_DONE;
 }
+
+/* ---- what came of it ------------------------------------------------------------------------ */
 
 static int report_json(const cvol_array *array, const cvol_compress_report *report)
 {
     cvol_array_info info;
     cvol_array_get_info(array, &info);
     const cvol_grid *grid = cvol_array_grid(array);
-    return print_json(
-        json_pack("{s:o, s:s, s:I, s:f, s:f, s:o, s:f, s:b, s:b, s:i, s:f, s:I, s:f}", "dims",
-                  json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
-                  (json_int_t)report->file_bytes, "ratio", report->ratio, "bits_per_voxel",
-                  8 * (double)report->file_bytes / (double)cvol_grid_samples(grid), "psnr_db",
-                  json_decibels(report->psnr_db), "max_error", report->max_error, "lossless",
-                  report->lossless, "target_met", report->target_met, "block", info.block, "step",
-                  info.step, "coefficients", (json_int_t)info.coefficients, "rho", info.rho));
+    return print_json(json_pack(
+        "{s:o, s:s, s:I, s:f, s:f, s:o, s:f, s:b, s:b, s:i, s:f, s:I, s:f, s:s, s:i, s:o, s:o}",
+        "dims", json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
+        (json_int_t)report->file_bytes, "ratio", report->ratio, "bits_per_voxel",
+        8 * (double)report->file_bytes / (double)cvol_grid_samples(grid), "psnr_db",
+        json_decibels(report->psnr_db), "max_error", report->max_error, "lossless",
+        report->lossless, "target_met", report->target_met, "block", info.block, "step", info.step,
+        "coefficients", (json_int_t)info.coefficients, "rho", info.rho, "transform",
+        cvol_transform_name(info.transform), "rank", info.rank, "low", json_dims(info.low),
+        "l2_error", json_number(info.l2_error)));
 }
 
-static void report_text(const char *path, const cvol_compress_options *options,
-                        const cvol_compress_report *report)
+static void report_text(const char *path, const method *m, const cvol_compress_report *report)
 {
     clear_progress();
     printf("%s: %llu bytes, 1/%.2f of the raw samples, ", path,
@@ -79,20 +105,53 @@ static void report_text(const char *path, const cvol_compress_options *options,
         printf("lossless\n");
     else
         printf("PSNR %.2f dB, largest error %g\n", report->psnr_db, report->max_error);
-    if (report->lossless && options->target == CVOL_TARGET_RATIO &&
-        report->ratio > options->target_value * 1.02)
-        printf("(the volume is lossless before ratio %g is reached)\n", options->target_value);
+    if (m->truncate)
+        return;
+    if (report->lossless && m->options.target == CVOL_TARGET_RATIO &&
+        report->ratio > m->options.target_value * 1.02)
+        printf("(the volume is lossless before ratio %g is reached)\n", m->options.target_value);
     else if (!report->target_met)
         printf("(ratio %g is out of reach: this is the coarsest there is)\n",
-               options->target_value);
+               m->options.target_value);
 }
 
-static int compress(cvol_context *context, compress_arguments *arguments,
-                    const cvol_compress_options *options, const char *in_path, const char *out_path)
+/* ---- compressing ---------------------------------------------------------------------------- */
+
+/* Axes beyond the rank have one sample. Volumes in DCT blocks have rank 3 whatever their shape. */
+static int rank_of(const cvol_grid *grid, const method *m)
+{
+    if (m->transform == CVOL_DCT && m->block)
+        return 3;
+    return grid->dims[2] > 1 ? 3 : grid->dims[1] > 1 ? 2 : 1;
+}
+
+static int truncate_samples(cvol_context *context, cvol_array **array, const cvol_volume *volume,
+                            const method *m)
+{
+    const cvol_grid *grid = &volume->grid;
+    int code = cvol_array_compress(context, array, volume->data, grid, rank_of(grid, m),
+                                   m->transform, m->block, &m->keep);
+    return code ? code : cvol_array_measure(context, *array, volume->data);
+}
+
+/* The figures that the codec does not report itself. */
+static void fill_report(cvol_compress_report *report, const cvol_array *array)
+{
+    cvol_array_info info;
+    cvol_array_get_info(array, &info);
+    report->ratio = (double)cvol_grid_bytes(cvol_array_grid(array)) / (double)report->file_bytes;
+    report->psnr_db = info.psnr_db;
+    report->max_error = info.max_error;
+    report->lossless = info.max_error <= 0;
+    report->target_met = 1;
+}
+
+static int compress(cvol_context *context, compress_arguments *arguments, const method *m,
+                    const char *in_path, const char *out_path)
 {
     input in;
     cvol_array *array = NULL;
-    cvol_compress_report report;
+    cvol_compress_report report = {0};
     int status = check_output(in_path, out_path);
     if (status)
         return status;
@@ -100,36 +159,45 @@ static int compress(cvol_context *context, compress_arguments *arguments,
     if (!status && in.array)
         status = need_volume(context, &in);
     int code = 0;
-    if (!status && (code = cvol_compress(context, &array, &report, in.volume->data,
-                                         &in.volume->grid, options)))
+    if (!status)
+        code = m->truncate ? truncate_samples(context, &array, in.volume, m)
+                           : cvol_compress(context, &array, &report, in.volume->data,
+                                           &in.volume->grid, &m->options);
+    if (code)
         status = complain_context(context, code, in_path);
     close_input(&in);
     if (!status && (code = cvol_array_write(context, array, out_path, &report.file_bytes)))
         status = complain_context(context, code, NULL);
+    if (!status && m->truncate)
+        fill_report(&report, array);
     if (!status && arguments->common.json)
         status = report_json(array, &report);
     else if (!status)
-        report_text(out_path, options, &report);
+        report_text(out_path, m, &report);
     cvol_array_free(array);
     return status;
 }
 
 int command_compress(int argc, char **argv)
 {
-    compress_arguments a = {.block = 16, .transform = "dct"};
-    cvol_compress_options options = cvol_compress_options_defaults();
+    compress_arguments a = {.ratio = 30, .block = 16, .transform = "dct"};
+    method m;
     const option_spec specs[] = {
         {NULL, NULL, "Target (one of):", OPTION_HEADING, NULL, 0, NULL},
-        {"--ratio", "R", "raw bytes / file bytes (default 30)", OPTION_NUMBER, &a.ratio, 0,
-         &a.ratio_given},
+        {"--ratio", "R",
+         "raw bytes / file bytes; without DCT blocks: as floats, in memory "
+         "(default 30)",
+         OPTION_NUMBER, &a.ratio, 0, &a.ratio_given},
         {"--psnr", "DB", "at least so many dB, over the range of the samples", OPTION_NUMBER,
          &a.psnr, 0, &a.psnr_given},
         {"--max-error", "E", "no sample further off than E (0: lossless, for integers)",
          OPTION_NUMBER, &a.max_error, 0, &a.max_error_given},
+        {"--keep", "K,S", "the K lowest frequencies of each axis, S others", OPTION_TEXT, &a.keep,
+         0, NULL},
         {NULL, NULL, "Method:", OPTION_HEADING, NULL, 0, NULL},
-        {"--block", "B", "side of the blocks: 8, 16 (default) or 32", OPTION_INTEGER, &a.block, 0,
-         NULL},
-        {"--transform", "NAME", "dct", OPTION_TEXT, &a.transform, 0, NULL},
+        {"--block", "B", "side of the blocks: 8, 16 (default) or 32; 0: the whole volume at once",
+         OPTION_INTEGER, &a.block, 0, NULL},
+        {"--transform", "NAME", "dct (default), dht or dft", OPTION_TEXT, &a.transform, 0, NULL},
         INPUT_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),
     };
@@ -140,7 +208,7 @@ int command_compress(int argc, char **argv)
                          .option_count = sizeof specs / sizeof *specs,
                          .positional_count = 2};
     int status = parse_command_line(&line, argc, argv);
-    if (status >= 0 || (status = choose_target(&options, &a)))
+    if (status >= 0 || (status = choose_method(&m, &a)))
         return status;
     if (!has_ending(line.positionals[1], ".cvol"))
         return complain(EXIT_MISUSED, "%s: the output's name must end in .cvol",
@@ -148,6 +216,6 @@ int command_compress(int argc, char **argv)
     cvol_context *context = begin_command(&a.common);
     if (!context)
         return EXIT_FAILED;
-    status = compress(context, &a, &options, line.positionals[0], line.positionals[1]);
+    status = compress(context, &a, &m, line.positionals[0], line.positionals[1]);
     return end_command(context, status);
 }

@@ -1,4 +1,5 @@
 /* cvol info: what a volume or a .cvol file is, and what this build can do. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -6,7 +7,7 @@
 
 static const char description[] = "Shows shape, type, geometry and range of a volume; of a .cvol "
                                   "file also how it is compressed,\n"
-                                  "and the error that was measured when it was.";
+                                  "and a certified bound of its distance from what it stands for.";
 
 static json_t *describe_grid(const cvol_grid *grid)
 {
@@ -22,20 +23,24 @@ static json_t *describe_grid(const cvol_grid *grid)
 
 static json_t *describe_array(const cvol_array *array, uint64_t file_bytes)
 {
-    static const char *const transforms[] = {"", "dct", "dht", "dft"};
     const cvol_grid *grid = cvol_array_grid(array);
     cvol_array_info info;
     cvol_array_get_info(array, &info);
     json_t *object = describe_grid(grid);
     json_t *more = json_pack(
-        "{s:f, s:f, s:s, s:i, s:f, s:I, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:o}", "min",
-        info.value_min, "max", info.value_max, "transform", transforms[info.transform], "block",
-        info.block, "step", info.step, "coefficients", (json_int_t)info.coefficients, "rho",
-        info.rho, "ratio", (double)cvol_grid_bytes(grid) / (double)file_bytes, "bits_per_voxel",
+        "{s:f, s:f, s:i, s:s, s:i, s:o, s:f, s:I, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:b, s:o, "
+        "s:o, "
+        "s:o, s:f, s:f}",
+        "min", info.value_min, "max", info.value_max, "rank", info.rank, "transform",
+        cvol_transform_name(info.transform), "block", info.block, "low", json_dims(info.low),
+        "step", info.step, "coefficients", (json_int_t)info.coefficients, "rho", info.rho, "ratio",
+        (double)cvol_grid_bytes(grid) / (double)file_bytes, "bits_per_voxel",
         8 * (double)file_bytes / (double)cvol_grid_samples(grid), "file_bytes",
         (json_int_t)file_bytes, "resident_bytes", (json_int_t)info.resident_bytes, "psnr_db",
-        json_decibels(info.psnr_db), "max_error", json_number(info.max_error), "l2_error",
-        json_number(info.l2_error));
+        json_decibels(info.psnr_db), "max_error", json_number(info.max_error), "measured",
+        info.measured, "l2_error", json_number(info.l2_error), "rms_bound",
+        json_number(info.l2_error / sqrt((double)cvol_grid_samples(grid))), "max_abs",
+        json_number(info.max_abs), "value_min", info.value_min, "value_max", info.value_max);
     json_object_update(object, more);
     json_decref(more);
     return object;
@@ -57,6 +62,14 @@ static json_t *describe_volume(cvol_context *context, const cvol_volume *volume,
     return object;
 }
 
+/* What a key is called on paper. */
+static const char *label_of(const char *key)
+{
+    return !strcmp(key, "l2_error")    ? "error bound (L2)"
+           : !strcmp(key, "rms_bound") ? "... per sample"
+                                       : key;
+}
+
 /* One line a field, in the object's own order. */
 static void print_text(const char *path, json_t *object)
 {
@@ -66,7 +79,7 @@ static void print_text(const char *path, json_t *object)
     printf("%s\n", path);
     json_object_foreach(object, key, value)
     {
-        printf("  %-16s ", key);
+        printf("  %-16s ", label_of(key));
         if (json_is_string(value))
             printf("%s\n", json_string_value(value));
         else {
@@ -80,7 +93,8 @@ static void print_text(const char *path, json_t *object)
 static int describe_build(int json)
 {
     json_t *object = json_pack("{s:s, s:s, s:s, s:s}", "version", cvol_version(), "formats",
-                               cvol_volume_formats(), "engines", "sheet ray", "transforms", "dct");
+                               cvol_volume_formats(), "engines", "sheet ray", "transforms",
+                               "dct dht dft");
     if (json)
         return print_json(object);
     print_text("cvol", object);

@@ -150,12 +150,14 @@ int need_volume(cvol_context *context, input *in)
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
-int need_array(cvol_context *context, input *in, const char *path)
+int need_array(cvol_context *context, input *in, const char *path, int block)
 {
     if (in->array)
         return EXIT_DONE;
     cvol_compress_options options = cvol_compress_options_defaults();
     cvol_compress_report report;
+    if (block)
+        options.block = block;
     int code = cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid,
                              &options);
     if (code)

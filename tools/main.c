@@ -14,6 +14,12 @@ static const subcommand subcommands[] = {
     {"decompress", command_decompress, "a .cvol file back into a volume"},
     {"info", command_info, "what a volume or a .cvol file is"},
     {"compare", command_compare, "how far two volumes or two pictures are apart"},
+    {"add", command_add, "a weighted sum of two volumes"},
+    {"multiply", command_multiply, "a product of two volumes, sample by sample"},
+    {"convolve", command_convolve, "a volume through a small filter"},
+    {"scale", command_scale, "a volume times a number, plus another"},
+    {"gradient", command_gradient, "the length of a volume's gradient"},
+    {"stats", command_stats, "sums, means and distances, from coefficients"},
     {"render", command_render, "a picture of a volume"},
     {"bench", command_bench, "how long pictures take"},
 };
@@ -21,7 +27,7 @@ static const subcommand subcommands[] = {
 static void print_help(void)
 {
     puts("usage: cvol COMMAND ...\n\n"
-         "Volume data that stays compressed while you look at it.\n\nCommands:");
+         "Volume data that stays compressed while you look at it and compute on it.\n\nCommands:");
     for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
         printf("  %-12s %s\n", subcommands[i].name, subcommands[i].summary);
     puts("\ncvol COMMAND --help tells more. A first picture of a scan:\n\n"

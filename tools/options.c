@@ -88,6 +88,27 @@ static int parse_size(int out[2], const char *text)
     return *end == 'x' && parse_integer(&out[1], end + 1, &end) && *end == '\0' && out[1] >= 1;
 }
 
+int parse_keep(cvol_keep *keep, const char *text)
+{
+    char *end = NULL;
+    unsigned long long k = 0, s = 0;
+    int sound = isdigit((unsigned char)text[0]);
+    if (sound) {
+        k = strtoull(text, &end, 10);
+        sound = *end == ',' && isdigit((unsigned char)end[1]);
+    }
+    if (sound) {
+        s = strtoull(end + 1, &end, 10);
+        sound = !*end && k <= SIZE_MAX / 2 && s <= SIZE_MAX / 2;
+    }
+    if (!sound)
+        return complain(EXIT_MISUSED, "--keep is '%s', must be K,S, as in 16,1000", text);
+    if (!k && !s)
+        return complain(EXIT_MISUSED, "--keep is '%s', which keeps nothing", text);
+    *keep = cvol_keep_terms((size_t)k, s);
+    return EXIT_DONE;
+}
+
 /* Stores the value of an option; EXIT_DONE or, after a sentence, EXIT_MISUSED. */
 static int store_value(const option_spec *option, const char *text)
 {
@@ -215,7 +236,7 @@ int parse_command_line(command_line *line, int argc, char **argv)
         else
             line->positionals[positionals++] = argv[i];
     }
-    if (positionals < line->positional_count)
+    if (positionals < line->positional_count - line->optional_count)
         return complain(EXIT_MISUSED, "%d of %d arguments given; usage: %s", positionals,
                         line->positional_count, line->usage);
     return -1;

@@ -78,7 +78,7 @@ static int make_transfer(cvol_context *context, cvol_transfer **transfer, const 
 
 static int make_renderer(cvol_context *context, scene *s, const char *path)
 {
-    int status = s->engine == CVOL_ENGINE_SHEET ? need_array(context, &s->in, path)
+    int status = s->engine == CVOL_ENGINE_SHEET ? need_array(context, &s->in, path, 0)
                                                 : need_volume(context, &s->in);
     if (status)
         return status;

@@ -47,7 +47,8 @@ CVOL_API int cvol_compress(cvol_context *context, cvol_array **out, cvol_compres
                            const cvol_compress_options *options);
 
 /* Evaluates an array and sets its psnr_db and max_error to what they are, measured, against the
- * samples that it was compressed from. Cost: evaluating it, dense. Errors: MEMORY, CANCELLED. */
+ * samples that it was compressed from; l2_error and max_abs become tighter if they can.
+ * Cost: evaluating it, dense (blocks: twice). Errors: MEMORY, CANCELLED. */
 CVOL_API int cvol_array_measure(cvol_context *context, cvol_array *array, const void *samples);
 
 /* Writes the array as a .cvol file (doc/format.md): temporary name, sync, rename.

@@ -8,6 +8,8 @@
 #include "base/memory.h"
 #include "cvol/codec.h"
 
+enum { ROW_MOST = 512 };
+
 /* Applies CASE(type) to the C type of a cvol_type. */
 #define FOR_TYPE(number, CASE) \
     switch (number) {          \
@@ -47,23 +49,25 @@
         }                                                                          \
     } while (0)
 
-#define COMPARE_REAL(type)                                   \
-    do {                                                     \
-        const type *a = (const type *)samples + first;       \
-        for (size_t i = 0; i < count; i++) {                 \
-            float value = (float)((double)real[i] + offset); \
-            double error = (double)a[i] - (double)value;     \
-            squares += error * error;                        \
-            norm += (double)value * (double)value;           \
-        }                                                    \
+#define COMPARE_REAL(type)                                                  \
+    do {                                                                    \
+        const type *a = (const type *)samples + first;                      \
+        for (size_t i = 0; i < count; i++) {                                \
+            float value = (float)((double)real[i] + offset);                \
+            double error = (double)a[i] - (double)value;                    \
+            squares += error * error;                                       \
+            norm += (double)value * (double)value;                          \
+            most = fabs((double)value) > most ? fabs((double)value) : most; \
+        }                                                                   \
     } while (0)
 
 /* The same with floats as cvol_array_evaluate_real gives them. */
 static void compare_real_row(cvol_distance *out, const void *samples, cvol_type type, size_t first,
                              const float *real, double offset, size_t count)
 {
-    double squares = 0, norm = 0;
+    double squares = 0, norm = 0, most = out->real_max_abs;
     FOR_TYPE(type, COMPARE_REAL);
+    out->real_max_abs = most;
     out->real_l2_error += squares;
     out->real_norm += norm;
 }
@@ -78,30 +82,70 @@ static void compare_row(cvol_distance *out, const void *samples, cvol_type type,
     out->l2_error += squares;
 }
 
-int cvol_array_measure(cvol_context *context, cvol_array *array, const void *samples)
+/* Sums sheets into *out, in order, so that threads do not matter. */
+static void add_distances(cvol_distance *out, const cvol_distance *distances, size_t count)
+{
+    *out = (cvol_distance){0};
+    for (size_t i = 0; i < count; i++) {
+        out->max_error = fmax(out->max_error, distances[i].max_error);
+        out->real_max_abs = fmax(out->real_max_abs, distances[i].real_max_abs);
+        out->l2_error += distances[i].l2_error;
+        out->real_l2_error += distances[i].real_l2_error;
+        out->real_norm += distances[i].real_norm;
+    }
+    out->l2_error = sqrt(out->l2_error);
+    out->real_l2_error = sqrt(out->real_l2_error);
+    out->real_norm = sqrt(out->real_norm);
+}
+
+/* Compares what evaluates, as it is and as it is stored: `real` and `stored`, x fastest; without
+ * `stored` (whole arrays: they have no offset) rows are stored here. */
+static void compare_sheet(cvol_distance *out, const cvol_array *array, const void *samples,
+                          const float *real, const uint8_t *stored, size_t z)
 {
     const cvol_grid *grid = &array->grid;
-    const size_t begin[3] = {0, 0, 0}, sheets = grid->dims[2];
-    const size_t per_sheet = grid->dims[0] * grid->dims[1], size = cvol_type_size(grid->type);
-    uint8_t *decoded = cvol_allocate(cvol_grid_samples(grid), size);
-    cvol_distance *distances = cvol_allocate_zero(sheets, sizeof *distances), sum = {0};
-    int code = decoded && distances
-                   ? cvol_array_evaluate_box(context, decoded, array, begin, grid->dims)
-                   : cvol_fail_memory(context, cvol_grid_bytes(grid), "the decoded samples");
+    const size_t size = cvol_type_size(grid->type), nx = grid->dims[0];
+    double row[ROW_MOST];
+    for (size_t y = 0; y < grid->dims[1]; y++)
+        for (size_t x = 0; x < nx; x += ROW_MOST) {
+            const size_t first = x + nx * (y + grid->dims[1] * z);
+            const size_t count = nx - x < ROW_MOST ? nx - x : ROW_MOST;
+            if (!stored)
+                cvol_samples_store(row, real + first, count, array);
+            compare_row(out, samples, grid->type, first,
+                        stored ? stored + first * size : (void *)row, count);
+            compare_real_row(out, samples, grid->type, first, real + first, 0, count);
+        }
+}
+
+int cvol_array_measure(cvol_context *context, cvol_array *array, const void *samples)
+{
+    const size_t begin[3] = {0, 0, 0}, *dims = array->grid.dims, sheets = dims[2];
+    const size_t count = cvol_grid_samples(&array->grid), bytes = cvol_grid_bytes(&array->grid);
+    cvol_distance *distances = cvol_allocate_zero(sheets, sizeof *distances), sum;
+    float *real = cvol_allocate(count, sizeof *real);
+    uint8_t *stored = array->block ? cvol_allocate(bytes, 1) : NULL;
+    int code = CVOL_OK;
+    if (!distances || !real || (array->block && !stored))
+        code = cvol_fail_memory(context, count * sizeof *real + bytes, "the decoded samples");
+    if (!code)
+        code = cvol_array_evaluate_real(context, real, array, begin, dims);
+    if (!code && stored)
+        code = cvol_array_evaluate_box(context, stored, array, begin, dims);
     if (!code) {
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
         for (size_t z = 0; z < sheets; z++)
-            compare_row(&distances[z], samples, grid->type, z * per_sheet,
-                        decoded + z * per_sheet * size, per_sheet);
-        for (size_t z = 0; z < sheets; z++) {
-            sum.max_error = fmax(sum.max_error, distances[z].max_error);
-            sum.l2_error += distances[z].l2_error;
-        }
-        sum.l2_error = sqrt(sum.l2_error);
+            compare_sheet(&distances[z], array, samples, real, stored, z);
+        add_distances(&sum, distances, sheets);
+        const double rounding = CVOL_ROUNDING * sum.real_norm;
+        cvol_ledger *ledger = &array->ledger;
         cvol_array_set_measured(array, &sum);
+        ledger->l2_error = fmin(ledger->l2_error, sum.real_l2_error + rounding);
+        ledger->max_abs = fmin(ledger->max_abs, sum.real_max_abs + rounding);
     }
-    free(decoded);
     free(distances);
+    free(real);
+    free(stored);
     return code;
 }
 
@@ -150,16 +194,8 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
         free(evaluated);
     }
     *out = (cvol_distance){0};
-    for (size_t i = 0; i < array->block_count && !failed; i++) {
-        out->max_error = distances[i].max_error > out->max_error ? distances[i].max_error
-                                                                 : out->max_error;
-        out->l2_error += distances[i].l2_error;
-        out->real_l2_error += distances[i].real_l2_error;
-        out->real_norm += distances[i].real_norm;
-    }
-    out->l2_error = sqrt(out->l2_error);
-    out->real_l2_error = sqrt(out->real_l2_error);
-    out->real_norm = sqrt(out->real_norm);
+    if (!failed)
+        add_distances(out, distances, array->block_count);
     free(distances);
     if (failed)
         return cvol_fail_memory(context, per_block * sizeof(float), "a block");

@@ -6,9 +6,9 @@
 
 /* How far an array is from the samples that it was made of. */
 typedef struct cvol_distance {
-    double max_error, l2_error; /* in the samples' own type: rounded and clamped */
-    double real_l2_error;       /* of what evaluates, neither rounded nor clamped */
-    double real_norm;           /* L2 norm of that */
+    double max_error, l2_error;     /* in the samples' own type: rounded and clamped */
+    double real_l2_error;           /* of what evaluates, neither rounded nor clamped */
+    double real_norm, real_max_abs; /* L2 norm and largest magnitude of that */
 } cvol_distance;
 
 /* Sets measured, max_error and psnr_db. */

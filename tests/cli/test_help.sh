@@ -6,16 +6,27 @@
 options_of() {
     common='--threads --json --help'
     raw='--dims --type --big-endian --spacing --fill'
+    operand='--dims --raw-type --big-endian --spacing --fill'
+    result='-o --type'
+    keep='--keep --step'
     look='--size --zoom --engine --mode --transfer --background --step'
     case $1 in
-    compress) echo "$common $raw --ratio --psnr --max-error --transform --block" ;;
+    compress) echo "$common $raw --ratio --psnr --max-error --keep --transform --block" ;;
     decompress) echo "$common" ;;
     info) echo "$common $raw --build" ;;
     compare) echo "$common $raw" ;;
     render) echo "$common $raw $look -o --azimuth --elevation --roll" ;;
     bench) echo "$common $raw $look --views --repeat" ;;
+    add) echo "$common $operand $result $keep --alpha --beta" ;;
+    multiply) echo "$common $operand $result $keep --plan --explain" ;;
+    convolve) echo "$common $operand $result $keep --kernel" ;;
+    scale) echo "$common $operand $result --factor --offset" ;;
+    gradient) echo "$common $operand $result $keep" ;;
+    stats) echo "$common $operand" ;;
     esac | tr ' ' '\n' | sort
 }
+
+commands='compress decompress info compare render bench add multiply convolve scale gradient stats'
 
 # Of every help: status 0, nothing on stderr, lines that fit.
 expect_help() {
@@ -27,12 +38,12 @@ expect_help() {
 
 for help in --help -h help; do
     expect_help cvol $help
-    for command in compress decompress info compare render bench; do
+    for command in $commands; do
         grep -q "^  $command " "$out" || fail "must name $command"
     done
 done
 
-for command in compress decompress info compare render bench; do
+for command in $commands; do
     expect_help cvol $command --help
     cp "$out" help
     expect_help cvol $command -h

@@ -71,8 +71,8 @@ compress='cvol compress in.nrrd out.cvol'
 refuse $compress --ratio -- '' ' 30' $number 0 -3 1 0.5
 refuse $compress --psnr -- '' $number 0 -40 201
 refuse $compress --max-error -- '' $number -1 -1e-9
-refuse $compress --block -- '' x 0 -8 7 15 17 33 64 16.0 2147483648 99999999999999999999
-refuse $compress --transform -- '' x dht dft DCT
+refuse $compress --block -- '' x -8 7 15 17 33 64 16.0 2147483648 99999999999999999999
+refuse $compress --transform -- '' x fft DCT
 expect_failure 2 'only one of' $compress --ratio 30 --psnr 40
 expect_failure 2 'only one of' $compress --psnr 30 --max-error 4
 expect_failure 2 'only one of' $compress --ratio 30 --max-error 0

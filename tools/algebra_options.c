@@ -1,0 +1,184 @@
+/* Operands and results of the commands that compute on arrays. */
+#include "algebra_options.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- options ----------------------------------------------------------------------------------
+ */
+
+int check_result_arguments(algebra_arguments *a)
+{
+    if (!a->output)
+        return complain(EXIT_MISUSED, "no result to write: give -o OUT.cvol");
+    if (!has_ending(a->output, ".cvol"))
+        return complain(EXIT_MISUSED, "%s: the result's name must end in .cvol", a->output);
+    if (a->result_type_name && !(a->result_type = cvol_type_from_name(a->result_type_name)))
+        return complain(EXIT_MISUSED,
+                        "--type is '%s', must be uint8, int8, uint16, int16, uint32, int32, "
+                        "float32 or float64",
+                        a->result_type_name);
+    if (a->keep_text && a->step_given)
+        return complain(EXIT_MISUSED, "give only one of --keep and --step");
+    a->keep_given = a->keep_text || a->step_given;
+    if (a->keep_text)
+        return parse_keep(&a->keep, a->keep_text);
+    if (a->step_given && !(a->step > 0))
+        return complain(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
+    a->keep = cvol_keep_step(a->step);
+    return EXIT_DONE;
+}
+
+const cvol_keep *chosen_keep(const algebra_arguments *arguments)
+{
+    return arguments->keep_given ? &arguments->keep : NULL;
+}
+
+/* ---- operands ---------------------------------------------------------------------------------
+ */
+
+static int describes_itself(const char *path)
+{
+    return cvol_file_is_cvol(path) || cvol_file_is_volume(path);
+}
+
+/* Opens a file as it is. What describes itself does not hear of the raw options if another operand
+ * may need them. */
+static int open_one(cvol_context *context, input *in, const char *path, common_options *common,
+                    int others)
+{
+    common_options plain = *common;
+    const int raw = !describes_itself(path);
+    if (raw && file_size(path) && (!common->read.dims[0] || !common->type_name))
+        return complain(EXIT_MISUSED, "%s: raw samples need --dims NXxNYxNZ and --raw-type", path);
+    if (raw && common->type_name && !cvol_type_from_name(common->type_name))
+        return complain(EXIT_MISUSED,
+                        "--raw-type is '%s', must be uint8, int8, uint16, int16, uint32, int32, "
+                        "float32 or float64",
+                        common->type_name);
+    if (!raw && others) {
+        plain.read = cvol_read_options_defaults();
+        plain.type_name = NULL;
+    }
+    return open_input(context, in, path, &plain);
+}
+
+/* Compresses a dense operand like another array. */
+static int compress_like(cvol_context *context, input *in, const char *path, const cvol_array *like)
+{
+    cvol_array_info info;
+    cvol_array_get_info(like, &info);
+    const cvol_keep keep = cvol_keep_ratio(30);
+    if (info.rank == 3 && info.transform == CVOL_DCT && info.block)
+        return need_array(context, in, path, info.block);
+    int code = cvol_array_compress(context, &in->array, in->volume->data, &in->volume->grid,
+                                   info.rank, info.transform, info.block, &keep);
+    if (code)
+        return complain_context(context, code, path);
+    clear_progress();
+    fprintf(stderr, "cvol: %s: compressed in memory first; cvol compress keeps that\n", path);
+    return EXIT_DONE;
+}
+
+int open_operand(cvol_context *context, input *in, const char *path, algebra_arguments *arguments)
+{
+    int status = open_one(context, in, path, &arguments->common, 0);
+    return status ? status : need_array(context, in, path, 0);
+}
+
+/* Shapes that differ are told before anything is compressed. */
+static int check_dims(const input in[2], const char *const paths[2])
+{
+    const size_t *m = input_grid(&in[0])->dims, *n = input_grid(&in[1])->dims;
+    if (m[0] == n[0] && m[1] == n[1] && m[2] == n[2])
+        return EXIT_DONE;
+    return complain(EXIT_FAILED,
+                    "%s and %s: dims are %zux%zux%zu in one array and %zux%zux%zu in the other; "
+                    "resample or crop one before compressing",
+                    paths[0], paths[1], m[0], m[1], m[2], n[0], n[1], n[2]);
+}
+
+int open_operands(cvol_context *context, input in[2], const char *const paths[2],
+                  algebra_arguments *arguments)
+{
+    const int both = describes_itself(paths[0]) && describes_itself(paths[1]);
+    int status = EXIT_DONE;
+    if (both && has_raw_options(&arguments->common))
+        return complain(EXIT_MISUSED,
+                        "%s and %s describe themselves: --dims, --raw-type, --big-endian and "
+                        "--spacing are for raw samples",
+                        paths[0], paths[1]);
+    for (int i = 0; i < 2 && !status; i++)
+        status = open_one(context, &in[i], paths[i], &arguments->common, 1);
+    if (!status)
+        status = check_dims(in, paths);
+    for (int i = 0; i < 2 && !status; i++)
+        if (!in[i].array)
+            status = in[1 - i].array ? compress_like(context, &in[i], paths[i], in[1 - i].array)
+                                     : need_array(context, &in[i], paths[i], 0);
+    if (!status && cvol_array_agree(context, in[0].array, in[1].array))
+        status = complain(EXIT_FAILED, "%s and %s: %s", paths[0], paths[1],
+                          cvol_context_message(context));
+    return status;
+}
+
+/* ---- results ----------------------------------------------------------------------------------
+ */
+
+int check_result_output(const algebra_arguments *arguments, const char *const paths[], int count)
+{
+    int status = EXIT_DONE;
+    for (int i = 0; i < count && !status; i++)
+        status = check_output(paths[i], arguments->output);
+    return status;
+}
+
+static int tell_result(const cvol_array *result, uint64_t file_bytes,
+                       const algebra_arguments *arguments, json_t *more)
+{
+    cvol_array_info info;
+    cvol_array_get_info(result, &info);
+    const cvol_grid *grid = cvol_array_grid(result);
+    const double ratio = (double)cvol_grid_bytes(grid) / (double)file_bytes;
+    const double rms = info.l2_error / sqrt((double)cvol_grid_samples(grid));
+    clear_progress();
+    if (!arguments->common.json) {
+        printf("%s: %zu x %zu x %zu, %llu terms, %llu bytes, 1/%.2f of the raw samples; "
+               "error bound: RMS <= %.3g (L2 %.4g)\n",
+               arguments->output, grid->dims[0], grid->dims[1], grid->dims[2],
+               (unsigned long long)info.coefficients, (unsigned long long)file_bytes, ratio, rms,
+               info.l2_error);
+        return EXIT_DONE;
+    }
+    json_t *object = json_pack(
+        "{s:o, s:o, s:s, s:i, s:s, s:i, s:I, s:I, s:f, s:o, s:o, s:o, s:o, s:o}", "output",
+        json_text(arguments->output), "dims", json_dims(grid->dims), "type",
+        cvol_type_name(grid->type), "rank", info.rank, "transform",
+        cvol_transform_name(info.transform), "block", info.block, "terms",
+        (json_int_t)info.coefficients, "file_bytes", (json_int_t)file_bytes, "ratio", ratio,
+        "l2_error", json_number(info.l2_error), "rms_bound", json_number(rms), "max_abs",
+        json_number(info.max_abs), "value_min", json_number(info.value_min), "value_max",
+        json_number(info.value_max));
+    if (object && more)
+        json_object_update(object, more);
+    return print_json(object);
+}
+
+int finish_result(cvol_context *context, cvol_array *result, int code, const char *subject,
+                  const algebra_arguments *arguments, json_t *more)
+{
+    uint64_t file_bytes = 0;
+    int status = EXIT_DONE;
+    if (code)
+        status = complain_context(context, code, subject);
+    if (!status && arguments->result_type &&
+        (code = cvol_array_set_type(context, result, arguments->result_type)))
+        status = complain_context(context, code, subject);
+    if (!status && (code = cvol_array_write(context, result, arguments->output, &file_bytes)))
+        status = complain_context(context, code, NULL);
+    if (!status)
+        status = tell_result(result, file_bytes, arguments, more);
+    json_decref(more);
+    cvol_array_free(result);
+    return status;
+}
