@@ -73,21 +73,6 @@ static int produce(const void *user, cvol_dense_block *block, size_t index, void
     return CVOL_OK;
 }
 
-/* What the kernel makes of a constant 1. */
-static double sum_of_taps(const cvol_kernel *kernel)
-{
-    double sum = 0;
-    for (int p = 0; p < kernel->parts; p++) {
-        double product = kernel->weight[p];
-        for (int axis = 0; axis < 3; axis++)
-            product *= kernel->line[p][axis].antisymmetric
-                           ? 0
-                           : cvol_kernel_response(&kernel->line[p][axis], 0);
-        sum += product;
-    }
-    return sum;
-}
-
 int cvol_blocks_convolve_dct(cvol_context *context, cvol_array *out, cvol_build_result *result,
                              const cvol_array *a, const cvol_kernel *kernel, const cvol_keep *keep)
 {
@@ -103,8 +88,8 @@ int cvol_blocks_convolve_dct(cvol_context *context, cvol_array *out, cvol_build_
                                     .what = "convolving"};
     double norm, sum;
     cvol_kernel_bounds(kernel, &norm, &sum);
-    out->offset = a->offset * sum_of_taps(kernel);
-    cvol_blocks_expect(out, cvol_ledger_convolve(&a->ledger, norm, sum));
+    out->offset = a->offset * cvol_kernel_total(kernel);
+    cvol_blocks_expect(out, cvol_ledger_convolve(&a->ledger, norm, sum, cvol_kernel_total(kernel)));
     const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep, norm, a);
     if (!code)
         code = cvol_build_blocks(context, out, result, &producer, &resolved);

@@ -56,17 +56,6 @@ static int check_kernel(cvol_context *context, const cvol_array *a, const cvol_k
     return code;
 }
 
-/* The sum of all taps. */
-static double total_of(const cvol_kernel *kernel)
-{
-    double total = 0;
-    for (int t = 0; t < kernel->parts; t++)
-        total += kernel->weight[t] * cvol_kernel_response(&kernel->line[t][0], 0) *
-                 cvol_kernel_response(&kernel->line[t][1], 0) *
-                 cvol_kernel_response(&kernel->line[t][2], 0);
-    return total;
-}
-
 int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cvol_array *a,
                                const cvol_kernel *kernel, const cvol_keep *keep)
 {
@@ -84,7 +73,7 @@ int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cv
     if (code)
         goto done;
     cvol_kernel_bounds(kernel, &norm, &sum);
-    array->ledger = cvol_ledger_convolve(&a->ledger, norm, sum, total_of(kernel));
+    array->ledger = cvol_ledger_convolve(&a->ledger, norm, sum, cvol_kernel_total(kernel));
     code = cvol_ledger_check(context, &array->ledger, "convolve");
     if (code)
         goto done;

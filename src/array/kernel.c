@@ -395,3 +395,17 @@ int cvol_kernel_parse(cvol_context *context, cvol_kernel *out, int rank, const c
 #undef NAMED
     return unknown(context, text);
 }
+
+double cvol_kernel_total(const cvol_kernel *kernel)
+{
+    double sum = 0;
+    for (int p = 0; p < kernel->parts; p++) {
+        double product = kernel->weight[p];
+        for (int axis = 0; axis < 3; axis++)
+            product *= kernel->line[p][axis].antisymmetric
+                           ? 0
+                           : cvol_kernel_response(&kernel->line[p][axis], 0);
+        sum += product;
+    }
+    return sum;
+}

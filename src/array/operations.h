@@ -105,6 +105,8 @@ double cvol_kernel_response(const cvol_kernel_line *line, double omega);
 /* Bounds of max |H| over all frequencies (*norm) and of sum |h| (*sum); certified, by interval
  * arithmetic over the parts and axes. */
 void cvol_kernel_bounds(const cvol_kernel *kernel, double *norm, double *sum);
+/* The sum of all taps: what the kernel makes of a constant 1. */
+double cvol_kernel_total(const cvol_kernel *kernel);
 /* Whether the kernel is one: radii, parts, finite taps, antisymmetric taps[0] = 0. ARGUMENT. */
 int cvol_kernel_check(cvol_context *context, const cvol_kernel *kernel);
 /* The largest radius along an axis. */
