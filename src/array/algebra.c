@@ -39,7 +39,7 @@ static int finish(cvol_context *context, cvol_array **out, cvol_array *array,
     if (!code) {
         if (result->max_abs >= 0)
             array->ledger.max_abs = fmin(array->ledger.max_abs, result->max_abs);
-        cvol_ledger_drop(&array->ledger, result->dropped, result->norm);
+        cvol_array_account(array, result, 0);
         code = cvol_ledger_check(context, &array->ledger, operation);
     }
     if (code) {

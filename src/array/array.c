@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/operations.h"
 #include "base/context.h"
 #include "base/memory.h"
 
@@ -203,6 +204,16 @@ void cvol_array_derive_figures(cvol_array *array)
     if (l2_error > 0)
         array->psnr_db =
             20 * log10((ledger->value_max - ledger->value_min) * sqrt(samples) / l2_error);
+}
+
+void cvol_array_account(cvol_array *array, const cvol_build_result *result, double factors)
+{
+    const double constant = fabs(array->offset) * sqrt((double)cvol_grid_samples(&array->grid));
+    double sample = (double)INFINITY;
+    if (array->block)
+        sample = result->sample + CVOL_ROUNDING * sqrt((double)cvol_array_block_terms(array)) *
+                                      (array->ledger.max_abs + fabs(array->offset));
+    cvol_ledger_drop(&array->ledger, result->dropped, result->norm + factors + constant, sample);
 }
 
 /* ---- what operations ask of their operands ---------------------------------------------- */

@@ -26,6 +26,8 @@ typedef struct run {
     size_t words;
     uint64_t coefficients;
     double lost, norm; /* sums of squares */
+    double block_lost; /* at most, of the last block */
+    double worst_lost; /* the largest of those */
     float max_abs;
     int code;
     uncertain *candidates;
@@ -164,7 +166,7 @@ static int pack_terms(run *r, cvol_block *out, const workplace *w, const cvol_sc
     const int careful = b->critical > b->least;
     uint32_t *words = w->words + r->words, *begin = words, last_u = 0, last_v = 0, place = 0,
              any = 0;
-    double lost = 0, norm = 0, largest = 0;
+    double lost = 0, doubtful = 0, norm = 0, largest = 0;
     for (uint32_t i = 0; i < task->count; i++) {
         const double coefficient = (double)task->values[i];
         double value;
@@ -180,6 +182,7 @@ static int pack_terms(run *r, cvol_block *out, const workplace *w, const cvol_sc
         if (careful && key < b->critical) {
             if (!note_candidate(r, in_run, place, key, task->values[i]))
                 return CVOL_ERROR_MEMORY;
+            doubtful += coefficient * coefficient;
         } else {
             lost += rest * rest;
         }
@@ -195,6 +198,7 @@ static int pack_terms(run *r, cvol_block *out, const workplace *w, const cvol_sc
     out->low[1] = (uint8_t)(any ? last_v + 1 : 0);
     out->low[2] = (uint8_t)(any ? ((any & ~(1u << 31)) >> 2 * log2) + 1 : 0);
     r->words += out->words;
+    r->block_lost = lost + doubtful + task->lost;
     r->lost += lost + task->lost;
     r->norm += norm + task->lost;
     return largest < most && isfinite(task->lost) ? CVOL_OK : CVOL_ERROR_DATA;
@@ -206,6 +210,7 @@ static void count_left_out(run *r, double before, double energy)
     const double left = energy - (r->norm - before);
     if (energy >= 0 && left > 0) {
         r->lost += left;
+        r->block_lost += left;
         r->norm += left;
     }
 }
@@ -262,6 +267,7 @@ static int do_block(run *r, workplace *w, size_t index, size_t in_run, const bui
     const double before = r->norm;
     code = pack_terms(r, &array->block_table[index], w, &task, in_run, b);
     count_left_out(r, before, block.energy);
+    r->worst_lost = fmax(r->worst_lost, r->block_lost);
     return code;
 }
 
@@ -561,12 +567,13 @@ static int run_passes(cvol_context *context, builder *b, const cvol_keep *keep)
 static int hand_over(cvol_context *context, builder *b, cvol_build_result *result)
 {
     cvol_array *array = b->array;
-    double lost = 0, norm = 0;
+    double lost = 0, norm = 0, worst = 0;
     array->coefficients = 0;
     for (size_t r = 0; r < b->run_count; r++) {
         run *one = &b->runs[r];
         lost += one->lost;
         norm += one->norm;
+        worst = fmax(worst, one->worst_lost);
         result->max_abs = one->max_abs < 0 || result->max_abs < 0
                               ? -1
                               : fmax(result->max_abs, (double)one->max_abs);
@@ -580,6 +587,7 @@ static int hand_over(cvol_context *context, builder *b, cvol_build_result *resul
     }
     result->dropped = sqrt(lost);
     result->norm = sqrt(norm);
+    result->sample = sqrt(worst);
     return CVOL_OK;
 }
 

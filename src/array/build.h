@@ -37,6 +37,7 @@ typedef struct cvol_build_result {
     double dropped; /* L2 norm of what was dropped or lost to quantisation, all blocks, exactly */
     double norm;    /* L2 norm of all coefficients produced */
     double max_abs; /* the largest of the blocks' own; negative if one was not known */
+    double sample;  /* bounds what a sample lost: the most that a block did (L2); blocks only */
 } cvol_build_result;
 
 /* Fills `array` (created, without terms). array->ledger.max_abs and array->offset must be set: as

@@ -53,7 +53,7 @@ int cvol_array_compress(cvol_context *context, cvol_array **out, const void *sam
         cvol_array_free(array);
         return code;
     }
-    cvol_ledger_drop(&array->ledger, result.dropped, result.norm);
+    cvol_array_account(array, &result, 0);
     cvol_array_derive_figures(array);
     *out = array;
     return CVOL_OK;

@@ -72,7 +72,7 @@ int cvol_interpolated_finish(cvol_context *context, cvol_array *array, double dr
     }
     cvol_ledger *ledger = &array->ledger;
     *ledger = (cvol_ledger){.max_abs = fmax(fabs(bounds[0]), fabs(bounds[1]))};
-    cvol_ledger_drop(ledger, dropped, norm + dropped);
+    cvol_ledger_drop(ledger, dropped, norm + dropped, (double)INFINITY);
     ledger->value_min = bounds[0] - ledger->l2_error;
     ledger->value_max = bounds[1] + ledger->l2_error;
     cvol_array_derive_figures(array);

@@ -76,11 +76,11 @@ cvol_ledger cvol_ledger_multiply(const cvol_ledger *a, const cvol_ledger *b)
     return out;
 }
 
-void cvol_ledger_drop(cvol_ledger *ledger, double dropped, double norm)
+void cvol_ledger_drop(cvol_ledger *ledger, double dropped, double norm, double sample)
 {
     const double lost = dropped + CVOL_ROUNDING * norm;
     ledger->l2_error += lost;
-    ledger->max_abs += lost;
+    ledger->max_abs += fmin(lost, sample);
 }
 
 int cvol_ledger_check(cvol_context *context, const cvol_ledger *ledger, const char *operation)

@@ -29,9 +29,9 @@ cvol_ledger cvol_ledger_scale(double alpha, const cvol_ledger *a, double beta);
 cvol_ledger cvol_ledger_convolve(const cvol_ledger *a, double norm, double sum, double total);
 cvol_ledger cvol_ledger_multiply(const cvol_ledger *a, const cvol_ledger *b);
 
-/* Adds what truncation dropped (an L2 norm) and the rounding of a result whose norm is at most
- * `norm`; max_abs grows by `dropped` too, as no sample can change by more. */
-void cvol_ledger_drop(cvol_ledger *ledger, double dropped, double norm);
+/* Adds what truncation dropped (an L2 norm) and the rounding of what has this norm; a sample has
+ * changed by `sample` at most, and by no more than all together. */
+void cvol_ledger_drop(cvol_ledger *ledger, double dropped, double norm, double sample);
 
 /* CVOL_ERROR_DATA where a bound is beyond float32, with the operation's name. */
 int cvol_ledger_check(cvol_context *context, const cvol_ledger *ledger, const char *operation);

@@ -195,7 +195,7 @@ static void set_bound(cvol_array *out, const cvol_array *a, const cvol_array *b,
                            norm_of(b) * cvol_ledger_tighten(&a->ledger);
     if (result->max_abs >= 0) /* of float products: within their rounding of the exact ones */
         ledger->max_abs = fmin(ledger->max_abs, result->max_abs);
-    cvol_ledger_drop(ledger, result->dropped, result->norm + factors);
+    cvol_array_account(out, result, factors);
 }
 
 int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_array *a,

@@ -10,6 +10,10 @@
 #include "array/array.h"
 #include "array/build.h"
 
+/* Enters what a half reports into the result's ledger: what was dropped, and the rounding of its
+ * terms, of its offset, and of factors of this norm. */
+void cvol_array_account(cvol_array *array, const cvol_build_result *result, double factors);
+
 /* result->dropped, ->norm, ->max_abs: see build.h; whole arrays set max_abs negative unless known. */
 
 int cvol_whole_compress(cvol_context *context, cvol_array *out, cvol_build_result *result,

@@ -112,7 +112,7 @@ int cvol_array_resample(cvol_context *context, cvol_array **out, const cvol_arra
         goto done;
     if (result.max_abs >= 0)
         array->ledger.max_abs = fmin(array->ledger.max_abs, result.max_abs);
-    cvol_ledger_drop(&array->ledger, result.dropped, result.norm);
+    cvol_array_account(array, &result, 0);
     code = cvol_ledger_check(context, &array->ledger, "resample");
     if (code)
         goto done;

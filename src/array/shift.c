@@ -92,7 +92,7 @@ int cvol_array_shift(cvol_context *context, cvol_array **out, const cvol_array *
     if (code)
         goto done;
     array->ledger = cvol_ledger_convolve(&a->ledger, 1, sum_of_taps(&r), 1);
-    cvol_ledger_drop(&array->ledger, result.dropped, result.norm);
+    cvol_array_account(array, &result, 0);
     code = cvol_ledger_check(context, &array->ledger, "shift");
     if (code)
         goto done;
