@@ -29,11 +29,11 @@ cvol_ledger cvol_ledger_add(double alpha, const cvol_ledger *a, double beta, con
     double x[2], y[2];
     scale_values(x, alpha, a, 0);
     scale_values(y, beta, b, 0);
-    return (cvol_ledger){
-        .l2_error = fabs(alpha) * a->l2_error + fabs(beta) * b->l2_error,
-        .max_abs = fabs(alpha) * cvol_ledger_tighten(a) + fabs(beta) * cvol_ledger_tighten(b),
-        .value_min = x[0] + y[0],
-        .value_max = x[1] + y[1]};
+    return (cvol_ledger){.l2_error = fabs(alpha) * a->l2_error + fabs(beta) * b->l2_error,
+                         .max_abs = fabs(alpha) * cvol_ledger_tighten(a) +
+                                    fabs(beta) * cvol_ledger_tighten(b),
+                         .value_min = x[0] + y[0],
+                         .value_max = x[1] + y[1]};
 }
 
 cvol_ledger cvol_ledger_scale(double alpha, const cvol_ledger *a, double beta)
@@ -46,13 +46,15 @@ cvol_ledger cvol_ledger_scale(double alpha, const cvol_ledger *a, double beta)
                          .value_max = x[1]};
 }
 
-cvol_ledger cvol_ledger_convolve(const cvol_ledger *a, double norm, double sum)
+cvol_ledger cvol_ledger_convolve(const cvol_ledger *a, double norm, double sum, double total)
 {
-    const double largest = sum * cvol_ledger_largest(a);
+    /* a[x] = middle + r with |r| <= half; h * a = total middle + h * r */
+    const double middle = (a->value_min + a->value_max) / 2;
+    const double half = (a->value_max - a->value_min) / 2;
     return (cvol_ledger){.l2_error = norm * a->l2_error,
                          .max_abs = sum * cvol_ledger_tighten(a),
-                         .value_min = -largest,
-                         .value_max = largest};
+                         .value_min = total * middle - sum * half,
+                         .value_max = total * middle + sum * half};
 }
 
 cvol_ledger cvol_ledger_multiply(const cvol_ledger *a, const cvol_ledger *b)

@@ -40,13 +40,19 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
                                 const cvol_array *a, const cvol_kernel *kernel,
                                 const cvol_keep *keep);
 
-/* weight[axis]: 1 / spacing. */
+/* Array by array, circular; DFT and DHT. */
+int cvol_whole_convolve(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                        const cvol_array *a, const cvol_array *b, const cvol_keep *keep);
+/* The largest |F| of a DFT's or DHT's coefficients as complex numbers. */
+double cvol_whole_largest_coefficient(const cvol_array *a);
+
+/* weight[axis]: 1 / spacing. Whole arrays: result->norm counts what rounding is a share of. */
 int cvol_whole_gradient(cvol_context *context, cvol_array *out, cvol_build_result *result,
                         const cvol_array *a, const double weight[3], const cvol_keep *keep);
 int cvol_blocks_gradient(cvol_context *context, cvol_array *out, cvol_build_result *result,
                          const cvol_array *a, const double weight[3], const cvol_keep *keep);
 
-/* `out` has the new dims already. */
+/* `out` has the new dims already; they say whether it is half or twice. */
 int cvol_whole_resample(cvol_context *context, cvol_array *out, cvol_build_result *result,
                         const cvol_array *a, const cvol_keep *keep);
 int cvol_blocks_resample(cvol_context *context, cvol_array *out, cvol_build_result *result,

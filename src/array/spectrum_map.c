@@ -1,0 +1,204 @@
+/* Making a spectrum term by term: looking up, supports, filling. */
+#include "array/spectrum_map.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/truncate.h"
+#include "base/context.h"
+#include "base/memory.h"
+
+static const double SQRT_2 = 1.41421356237309504880, SQRT_HALF = 0.70710678118654752440;
+
+/* ---- looking up
+ * ---------------------------------------------------------------------------------- */
+
+/* The index in low_values, or SIZE_MAX. */
+static size_t find_low(const cvol_spectrum *spectrum, const size_t dims[3], const size_t place[3])
+{
+    size_t index[3];
+    if (!spectrum->low_count)
+        return SIZE_MAX;
+    for (int a = 0; a < 3; a++) {
+        index[a] = cvol_box_index(place[a], spectrum->low[a], spectrum->box[a], dims[a]);
+        if (index[a] == SIZE_MAX)
+            return SIZE_MAX;
+    }
+    return cvol_place_join(index, spectrum->box);
+}
+
+/* The index in places, or SIZE_MAX. */
+static size_t find_sparse(const cvol_spectrum *spectrum, size_t place)
+{
+    size_t begin = 0, end = spectrum->sparse_count;
+    while (begin < end) {
+        const size_t middle = begin + (end - begin) / 2;
+        if (spectrum->places[middle] == place)
+            return middle;
+        if (spectrum->places[middle] < place)
+            begin = middle + 1;
+        else
+            end = middle;
+    }
+    return SIZE_MAX;
+}
+
+float cvol_spectrum_value(const cvol_spectrum *spectrum, const size_t dims[3],
+                          const size_t place[3])
+{
+    size_t at = find_low(spectrum, dims, place);
+    if (at != SIZE_MAX)
+        return spectrum->low_values[at];
+    at = find_sparse(spectrum, cvol_place_join(place, dims));
+    return at == SIZE_MAX ? 0 : spectrum->values[at];
+}
+
+int cvol_spectrum_holds(const cvol_spectrum *spectrum, const size_t dims[3], const size_t place[3])
+{
+    return find_low(spectrum, dims, place) != SIZE_MAX ||
+           find_sparse(spectrum, cvol_place_join(place, dims)) != SIZE_MAX;
+}
+
+double complex cvol_spectrum_coefficient(const cvol_spectrum *spectrum, cvol_transform transform,
+                                         const size_t dims[3], const size_t place[3])
+{
+    const double here = (double)cvol_spectrum_value(spectrum, dims, place);
+    const int order = cvol_place_order(place, dims);
+    if (!order)
+        return here;
+    size_t mirror[3];
+    for (int a = 0; a < 3; a++)
+        mirror[a] = cvol_mirror_index(place[a], dims[a]);
+    const double there = (double)cvol_spectrum_value(spectrum, dims, mirror);
+    if (transform == CVOL_DHT)
+        return CMPLX((here + there) / 2, (there - here) / 2);
+    return order > 0 ? CMPLX(here * SQRT_HALF, there * SQRT_HALF)
+                     : CMPLX(there * SQRT_HALF, -here * SQRT_HALF);
+}
+
+double cvol_slot_of(cvol_transform transform, const size_t dims[3], const size_t place[3],
+                    double complex F)
+{
+    const int order = cvol_place_order(place, dims);
+    if (!order)
+        return creal(F);
+    if (transform == CVOL_DHT)
+        return creal(F) - cimag(F);
+    return order > 0 ? SQRT_2 * creal(F) : -SQRT_2 * cimag(F);
+}
+
+/* ---- supports
+ * ------------------------------------------------------------------------------------ */
+
+static int compare_places(const void *a, const void *b)
+{
+    const uint32_t x = *(const uint32_t *)a, y = *(const uint32_t *)b;
+    return (x > y) - (x < y);
+}
+
+int cvol_spectrum_start_places(cvol_context *context, cvol_spectrum *out, cvol_transform transform,
+                               const size_t dims[3], const size_t low[3], uint32_t *places,
+                               size_t count)
+{
+    int code = cvol_spectrum_start(context, out, transform, dims, low);
+    if (code || !count)
+        return code;
+    qsort(places, count, sizeof *places, compare_places);
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++) {
+        size_t place[3];
+        cvol_place_split(place, places[i], dims);
+        if ((!kept || places[kept - 1] != places[i]) && find_low(out, dims, place) == SIZE_MAX)
+            places[kept++] = places[i];
+    }
+    if (kept)
+        code = cvol_spectrum_reserve(context, out, kept);
+    if (code) {
+        cvol_spectrum_free(out);
+        return code;
+    }
+    if (kept) {
+        memcpy(out->places, places, kept * sizeof *places);
+        memset(out->values, 0, kept * sizeof *out->values);
+    }
+    out->sparse_count = kept;
+    return CVOL_OK;
+}
+
+int cvol_spectrum_start_like(cvol_context *context, cvol_spectrum *out, cvol_transform transform,
+                             const size_t dims[3], const cvol_spectrum *like, int pairs)
+{
+    memset(out, 0, sizeof *out);
+    const size_t copies = pairs ? 2 : 1, count = like->sparse_count;
+    uint32_t *places = cvol_allocate(count, copies * sizeof *places);
+    if (!places)
+        return cvol_fail_memory(context, count * copies * sizeof *places, "places");
+    for (size_t i = 0; i < count; i++) {
+        size_t place[3];
+        cvol_place_split(place, like->places[i], dims);
+        places[i] = like->places[i];
+        if (pairs)
+            places[count + i] = (uint32_t)cvol_place_mirror(place, dims);
+    }
+    int code = cvol_spectrum_start_places(context, out, transform, dims, like->low, places,
+                                          copies * count);
+    free(places);
+    return code;
+}
+
+/* ---- filling
+ * ------------------------------------------------------------------------------------- */
+
+void cvol_spectrum_fill(cvol_context *context, cvol_spectrum *spectrum, const size_t dims[3],
+                        double (*term)(const void *user, const size_t place[3]), const void *user)
+{
+    const size_t *low = spectrum->low, *box = spectrum->box;
+    const ptrdiff_t rows = spectrum->low_count ? (ptrdiff_t)(box[1] * box[2]) : 0;
+    const ptrdiff_t columns = (ptrdiff_t)box[0], others = (ptrdiff_t)spectrum->sparse_count;
+#pragma omp parallel num_threads(cvol_context_threads(context))
+    {
+#pragma omp for schedule(static) collapse(2) nowait
+        for (ptrdiff_t row = 0; row < rows; row++)
+            for (ptrdiff_t i = 0; i < columns; i++) {
+                const size_t v = (size_t)row % box[1], w = (size_t)row / box[1];
+                const size_t place[3] = {cvol_box_place((size_t)i, low[0], box[0], dims[0]),
+                                         cvol_box_place(v, low[1], box[1], dims[1]),
+                                         cvol_box_place(w, low[2], box[2], dims[2])};
+                spectrum->low_values[row * columns + i] = (float)term(user, place);
+            }
+#pragma omp for schedule(static)
+        for (ptrdiff_t i = 0; i < others; i++) {
+            size_t place[3];
+            cvol_place_split(place, spectrum->places[i], dims);
+            spectrum->values[i] = (float)term(user, place);
+        }
+    }
+    size_t kept = 0;
+    for (size_t i = 0; i < spectrum->sparse_count; i++)
+        if (spectrum->values[i] != 0) {
+            spectrum->places[kept] = spectrum->places[i];
+            spectrum->values[kept++] = spectrum->values[i];
+        }
+    spectrum->sparse_count = kept;
+}
+
+int cvol_spectrum_hand_over(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                            cvol_spectrum *spectrum, const cvol_keep *keep)
+{
+    result->dropped = 0;
+    result->norm = sqrt(cvol_spectrum_energy(spectrum));
+    result->max_abs = -1;
+    if (keep->rule == CVOL_KEEP_LIKE_INPUTS || keep->rule == CVOL_KEEP_ALL) {
+        out->whole = *spectrum;
+        memset(spectrum, 0, sizeof *spectrum);
+        return CVOL_OK;
+    }
+    cvol_candidates candidates = {.slots = spectrum->low_values,
+                                  .places = spectrum->places,
+                                  .values = spectrum->values,
+                                  .count = spectrum->sparse_count};
+    memcpy(candidates.low, spectrum->low, sizeof candidates.low);
+    memcpy(candidates.box, spectrum->box, sizeof candidates.box);
+    return cvol_truncate(context, out, &result->dropped, &candidates, keep);
+}
