@@ -84,7 +84,7 @@ int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cv
     if (code)
         goto done;
     cvol_kernel_bounds(kernel, &norm, &sum);
-    array->ledger = cvol_ledger_convolve(&a->ledger, norm, sum, total_of(kernel));
+    array->ledger = cvol_ledger_filter(&a->ledger, norm, sum, total_of(kernel));
     code = cvol_ledger_check(context, &array->ledger, "convolve");
     if (code)
         goto done;

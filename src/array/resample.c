@@ -105,7 +105,7 @@ int cvol_array_resample(cvol_context *context, cvol_array **out, const cvol_arra
         norm *= axis_norm;
         sum *= axis_sum;
     }
-    array->ledger = cvol_ledger_convolve(&a->ledger, norm, sum, 1);
+    array->ledger = cvol_ledger_filter(&a->ledger, norm, sum, 1);
     code = a->block ? cvol_blocks_resample(context, array, &result, a, rule)
                     : cvol_whole_resample(context, array, &result, a, rule);
     if (code)
