@@ -386,6 +386,7 @@ static void test_decaying(void **state)
         const cvol_transform transform = transforms[seed / 2 % 2];
         (void)check(context, a, a, dims, 1, transform, &all, seed);
         verified += check(context, a, a, dims, 1, transform, &l2, seed);
+        free(a);
     }
     cvol_context_destroy(context);
     print_message("decaying: %d of 8 verified\n", verified);
