@@ -101,7 +101,7 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
     if (a->rank == 3 && a->transform == CVOL_DCT)
         return cvol_blocks_convolve_dct(context, out, result, a, kernel, keep);
     cvol_kernel_bounds(kernel, &norm, &sum);
-    cvol_blocks_expect(out, cvol_ledger_convolve(&a->ledger, norm, sum, cvol_kernel_total(kernel)));
+    cvol_blocks_expect(out, cvol_ledger_convolve(&a->ledger, norm, sum));
     const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep, norm, a);
     const cvol_producer producer = {
         .produce = produce,

@@ -89,7 +89,7 @@ int cvol_blocks_convolve_dct(cvol_context *context, cvol_array *out, cvol_build_
     double norm, sum;
     cvol_kernel_bounds(kernel, &norm, &sum);
     out->offset = a->offset * cvol_kernel_total(kernel);
-    cvol_blocks_expect(out, cvol_ledger_convolve(&a->ledger, norm, sum, cvol_kernel_total(kernel)));
+    cvol_blocks_expect(out, cvol_ledger_convolve(&a->ledger, norm, sum));
     const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep, norm, a);
     if (!code)
         code = cvol_build_blocks(context, out, result, &producer, &resolved);

@@ -133,13 +133,14 @@ static void count_block(workplace *w, const cvol_dense_block *block, const build
 /* ---- packing ------------------------------------------------------------------------------------
  */
 
-/* What is left of a coefficient; its quantised value goes to *value. */
-static inline double quantise(double *value, double coefficient, double step, double inverse)
+/* What is left of a coefficient; its quantised value, if that is below 2^MOST_BITS, goes to *value.
+ */
+static inline double quantise(int32_t *value, double coefficient, double step, double inverse)
 {
-    const double exact = coefficient * inverse;
-    const double magnitude = floor(fabs(exact) + 0.5);
-    *value = copysign(magnitude, exact);
-    return coefficient - *value * step;
+    const double magnitude = fabs(coefficient) * inverse + 0.5;
+    const int32_t whole = magnitude < (double)(1 << MOST_BITS) ? (int32_t)magnitude : 0;
+    *value = coefficient < 0 ? -whole : whole;
+    return coefficient - (double)*value * step;
 }
 
 static int note_candidate(run *r, size_t block, uint32_t place, float key, float value)
@@ -162,18 +163,18 @@ static int pack_terms(run *r, cvol_block *out, const workplace *w, const cvol_sc
 {
     const int bits = cvol_place_bits(b->array->block_log2), log2 = b->array->block_log2;
     const uint32_t mask = (1u << log2) - 1;
-    const double step = b->step, inverse = 1 / step, most = (double)(1 << MOST_BITS);
+    const double step = b->step, inverse = 1 / step;
     const int careful = b->critical > b->least;
     uint32_t *words = w->words + r->words, *begin = words, last_u = 0, last_v = 0, place = 0,
              any = 0;
     double lost = 0, doubtful = 0, norm = 0, largest = 0;
     for (uint32_t i = 0; i < task->count; i++) {
         const double coefficient = (double)task->values[i];
-        double value;
+        int32_t value;
         const double rest = quantise(&value, coefficient, step, inverse);
         norm += coefficient * coefficient;
-        largest = fabs(value) > largest ? fabs(value) : largest;
-        if (value == 0 || !(fabs(value) < most)) {
+        largest = fabs(coefficient) > largest ? fabs(coefficient) : largest;
+        if (value == 0) {
             lost += coefficient * coefficient;
             continue;
         }
@@ -190,7 +191,7 @@ static int pack_terms(run *r, cvol_block *out, const workplace *w, const cvol_sc
         last_u = u > last_u ? u : last_u;
         last_v = v > last_v ? v : last_v;
         any = place | 1u << 31;
-        words += cvol_term_pack(words, place, (int32_t)value, bits);
+        words += cvol_term_pack(words, place, value, bits);
         r->coefficients++;
     }
     out->words = (uint32_t)(words - begin);
@@ -201,7 +202,8 @@ static int pack_terms(run *r, cvol_block *out, const workplace *w, const cvol_sc
     r->block_lost = lost + doubtful + task->lost;
     r->lost += lost + task->lost;
     r->norm += norm + task->lost;
-    return largest < most && isfinite(task->lost) ? CVOL_OK : CVOL_ERROR_DATA;
+    const double most = (double)(1 << MOST_BITS) - 1;
+    return largest * inverse < most && isfinite(task->lost) ? CVOL_OK : CVOL_ERROR_DATA;
 }
 
 /* What the producer itself left out. */

@@ -28,6 +28,20 @@ CVOL_INLINE uint32_t mask_bits(vi16 mask)
 #endif
 }
 
+/* The first and the last eight lanes in double precision. */
+CVOL_INLINE void widen(vd8 *first, vd8 *last, vf16 v)
+{
+#if defined(__AVX512F__)
+    *first = (vd8)_mm512_cvtps_pd(_mm512_castps512_ps256((__m512)v));
+    *last = (vd8)_mm512_cvtps_pd(_mm512_extractf32x8_ps((__m512)v, 1));
+#else
+    vf8 half[2];
+    memcpy(half, &v, sizeof v);
+    *first = __builtin_convertvector(half[0], vd8);
+    *last = __builtin_convertvector(half[1], vd8);
+#endif
+}
+
 /* Appends the lanes whose bit is set. */
 CVOL_INLINE uint32_t append(cvol_scan_task *task, uint32_t count, uint32_t bits, vf16 value,
                             uint32_t at)
@@ -60,6 +74,8 @@ CVOL_INLINE void scan(cvol_scan_task *task, int with_keys)
     /* Rows that are looked at whole follow one another without a gap. */
     const int merged = task->box[0] == B;
     const int length = merged ? rows * B : task->box[0], lines = merged ? 1 : rows;
+    const float *coefficients = task->coefficients, *keys = task->keys;
+    const float least = task->least;
     vd8 low = {0}, high = {0};
     uint32_t count = 0;
     for (int sheet = 0; sheet < sheets; sheet++)
@@ -67,23 +83,21 @@ CVOL_INLINE void scan(cvol_scan_task *task, int with_keys)
             const int begin = (sheet * B + line) * B;
             for (int i = 0; i < length; i += 16) {
                 vf16 value, key;
-                memcpy(&value, task->coefficients + begin + i, sizeof value);
+                memcpy(&value, coefficients + begin + i, sizeof value);
                 const vi16 inside = iota < length - i;
                 value = (vf16)((vi16)value & inside);
                 key = (vf16)((vi16)value & positive);
                 if (with_keys) {
-                    memcpy(&key, task->keys + begin + i, sizeof key);
+                    memcpy(&key, keys + begin + i, sizeof key);
                     key = (vf16)((vi16)key & inside);
                 }
-                const vi16 kept = key >= task->least;
+                const vi16 kept = key >= least;
                 const uint32_t bits = mask_bits(kept);
                 if (bits)
                     count = append(task, count, bits, value, (uint32_t)(begin + i));
                 const vf16 rest = (vf16)((vi16)value & ~kept);
-                vf8 half[2];
-                memcpy(half, &rest, sizeof rest);
-                const vd8 a = __builtin_convertvector(half[0], vd8);
-                const vd8 b = __builtin_convertvector(half[1], vd8);
+                vd8 a, b;
+                widen(&a, &b, rest);
                 low += a * a;
                 high += b * b;
             }

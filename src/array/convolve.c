@@ -63,7 +63,7 @@ int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cv
     const cvol_keep like = cvol_keep_like_inputs();
     const cvol_keep *rule = keep ? keep : &like;
     cvol_array *array = NULL;
-    cvol_build_result result = {0, 0, -1};
+    cvol_build_result result = {.max_abs = -1};
     double norm, sum;
     int code = check_kernel(context, a, kernel);
     if (!code)
@@ -73,7 +73,7 @@ int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cv
     if (code)
         goto done;
     cvol_kernel_bounds(kernel, &norm, &sum);
-    array->ledger = cvol_ledger_convolve(&a->ledger, norm, sum, cvol_kernel_total(kernel));
+    array->ledger = cvol_ledger_filter(&a->ledger, norm, sum, cvol_kernel_total(kernel));
     code = cvol_ledger_check(context, &array->ledger, "convolve");
     if (code)
         goto done;
@@ -128,7 +128,7 @@ int cvol_array_convolve(cvol_context *context, cvol_array **out, const cvol_arra
                          "convolution of two such arrays is about their samples, which dct cannot "
                          "hold; compress both with dht or dft");
     cvol_array *array = NULL;
-    cvol_build_result result = {0, 0, -1};
+    cvol_build_result result = {.max_abs = -1};
     code = cvol_array_create_like(context, &array, a);
     if (!code)
         code = cvol_keep_check(context, rule, array);
@@ -156,7 +156,7 @@ int cvol_array_gradient(cvol_context *context, cvol_array **out, const cvol_arra
     const cvol_keep like = cvol_keep_like_inputs();
     const cvol_keep *rule = keep ? keep : &like;
     cvol_array *array = NULL;
-    cvol_build_result result = {0, 0, -1};
+    cvol_build_result result = {.max_abs = -1};
     double weight[3] = {0, 0, 0}, squares = 0;
     for (int axis = 0; axis < a->rank; axis++) {
         weight[axis] = 1 / a->grid.spacing[axis];

@@ -46,15 +46,24 @@ cvol_ledger cvol_ledger_scale(double alpha, const cvol_ledger *a, double beta)
                          .value_max = x[1]};
 }
 
-cvol_ledger cvol_ledger_convolve(const cvol_ledger *a, double norm, double sum, double total)
+cvol_ledger cvol_ledger_convolve(const cvol_ledger *a, double norm, double sum)
+{
+    const double largest = sum * cvol_ledger_largest(a);
+    return (cvol_ledger){.l2_error = norm * a->l2_error,
+                         .max_abs = sum * cvol_ledger_tighten(a),
+                         .value_min = -largest,
+                         .value_max = largest};
+}
+
+cvol_ledger cvol_ledger_filter(const cvol_ledger *a, double norm, double sum, double total)
 {
     /* a[x] = middle + r with |r| <= half; h * a = total middle + h * r */
     const double middle = (a->value_min + a->value_max) / 2;
     const double half = (a->value_max - a->value_min) / 2;
-    return (cvol_ledger){.l2_error = norm * a->l2_error,
-                         .max_abs = sum * cvol_ledger_tighten(a),
-                         .value_min = total * middle - sum * half,
-                         .value_max = total * middle + sum * half};
+    cvol_ledger out = cvol_ledger_convolve(a, norm, sum);
+    out.value_min = total * middle - sum * half;
+    out.value_max = total * middle + sum * half;
+    return out;
 }
 
 cvol_ledger cvol_ledger_multiply(const cvol_ledger *a, const cvol_ledger *b)

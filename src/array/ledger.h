@@ -24,9 +24,11 @@ double cvol_ledger_tighten(const cvol_ledger *ledger);
 
 cvol_ledger cvol_ledger_add(double alpha, const cvol_ledger *a, double beta, const cvol_ledger *b);
 cvol_ledger cvol_ledger_scale(double alpha, const cvol_ledger *a, double beta);
-/* norm: the operator's L2 norm (max |H|); sum: sum of |taps|, which bounds samples; total: sum of
- * taps, which what all samples have in common is multiplied by. */
-cvol_ledger cvol_ledger_convolve(const cvol_ledger *a, double norm, double sum, double total);
+/* norm: the operator's L2 norm (max |H|); sum: sum of |taps|, which bounds samples. */
+cvol_ledger cvol_ledger_convolve(const cvol_ledger *a, double norm, double sum);
+/* The same with narrower values; total: sum of taps, which what all samples have in common is
+ * multiplied by. */
+cvol_ledger cvol_ledger_filter(const cvol_ledger *a, double norm, double sum, double total);
 cvol_ledger cvol_ledger_multiply(const cvol_ledger *a, const cvol_ledger *b);
 
 /* Adds what truncation dropped (an L2 norm) and the rounding of what has this norm; a sample has

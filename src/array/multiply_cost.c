@@ -16,22 +16,26 @@
 #define NS_DCT 0.44    /* contiguous or side by side */
 #define NS_POINT 1.2   /* multiplying, clearing, summing what is dropped */
 #define NS_LOAD 1.5    /* a coefficient between slots and lines, either way */
+#define NS_SELECT 11.0 /* a candidate, where more than a low box may be kept */
 #define LARGE 2.0      /* factor of transforms whose line or plane is larger than the cache */
 #define LARGE_FLOATS 100000
 #define NS_CALL 3000 /* of a transform: looking up its plan, clearing buffers; 16 samples */
 
 /* direct: a product of two terms; rank 1, 500 terms each, dense and scattered over 2^20 */
 #define NS_DENSE 1.0
-#define NS_HASHED 14.0
+#define NS_DENSE_SCATTERED 20.0 /* into an array beyond the cache */
+#define NS_HASHED 20.0
 #define NS_HASHED_LARGE 45.0 /* where the table is beyond the cache */
 #define HASHED_LARGE 30000   /* sums */
 #define NS_SUM 40.0          /* a sum: reading it out, folding, sorting */
 #define NS_HULL 1.5          /* a place of the dense array */
 #define MOST_SUMS 1e8        /* more does `direct` not hold */
 
-/* sparse: per kept term and log2, and per term of an operand and sample taken; rank 1, 2^20 */
-#define NS_SPARSE 400.0
-#define NS_SPARSE_CALL 2e5
+/* sparse: per term of the operands and of those kept, and log2; 2^16 to 2^22, rho 1/30, harmonics
+ * with side bands: 5 to 10, twice that as the supports may have less structure. A try that finds
+ * none costs 3 to 6 % of `full`. */
+#define NS_SPARSE 12.0
+#define NS_SPARSE_CALL 3e5
 
 /* ---- lengths ------------------------------------------------------------------------------------
  */
@@ -127,15 +131,37 @@ int cvol_multiply_is_dense(double hull, double products)
     return hull <= 65536 || (hull <= 2 * products && hull <= 67108864);
 }
 
+/* Frequencies of a low box of k on an axis of n. */
+static double side(const cvol_multiply_task *task, size_t k, size_t n)
+{
+    const double both = 2 * (double)k - 1;
+    return task->transform == CVOL_DCT ? (double)k : fmin(both, (double)n);
+}
+
+/* Whether neither operand fills half of the box that it lies in. */
+static int is_scattered(const cvol_multiply_task *task)
+{
+    int scattered = 1;
+    for (int i = 0; i < 2; i++) {
+        double box = 1;
+        for (int a = 0; a < 3; a++)
+            box *= side(task, task->extent[i][a] + 1, task->dims[a]);
+        scattered &= task->terms[i] < 0.5 * box;
+    }
+    return scattered;
+}
+
 double cvol_multiply_cost_direct(const cvol_multiply_task *task)
 {
     double hull = 1, products = task->terms[0] * task->terms[1];
     for (int a = 0; a < 3; a++)
         hull *= 2 * (double)(task->extent[0][a] + task->extent[1][a]) + 1;
     products *= task->transform == CVOL_DCT ? pow(2, task->rank) : 0.5;
-    if (cvol_multiply_is_dense(hull, products))
-        return 1e-6 * (NS_CALL + NS_DENSE * products +
-                       (NS_HULL + NS_SUM / 2) * fmin(hull, products) + NS_HULL * hull);
+    if (cvol_multiply_is_dense(hull, products)) {
+        const double each = hull > HASHED_LARGE && is_scattered(task) ? NS_DENSE_SCATTERED
+                                                                      : NS_DENSE;
+        return 1e-6 * (NS_CALL + each * products + NS_SUM * fmin(hull, products) + NS_HULL * hull);
+    }
     const double sums = fmin(hull, products);
     if (sums > MOST_SUMS)
         return (double)INFINITY;
@@ -145,13 +171,6 @@ double cvol_multiply_cost_direct(const cvol_multiply_task *task)
 
 /* ---- grid and full ------------------------------------------------------------------------------
  */
-
-/* Lines of coefficients u of a low box of k: u only, or with v. */
-static double side(const cvol_multiply_task *task, size_t k, size_t n)
-{
-    const double both = 2 * (double)k - 1;
-    return task->transform == CVOL_DCT ? (double)k : fmin(both, (double)n);
-}
 
 /* One operand, or the product, with a low box of k: all its lines, pruned. */
 static double transform_cost(const cvol_multiply_task *task, const size_t points[3],
@@ -188,6 +207,12 @@ double cvol_multiply_cost_grid(const cvol_multiply_task *task, const size_t poin
     double sum = NS_CALL + NS_POINT * all;
     for (int i = 0; i < 3; i++)
         sum += transform_cost(task, points, k[i]);
+    if (!task->low_only) {
+        double candidates = NS_SELECT;
+        for (int a = 0; a < 3; a++)
+            candidates *= side(task, k[2][a], task->dims[a]);
+        sum += candidates;
+    }
     return 1e-6 * sum;
 }
 

@@ -76,10 +76,10 @@ int cvol_multiply_sparse(cvol_context *context, cvol_array *out, cvol_build_resu
 int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_result *result,
                          const cvol_array *a, const cvol_array *b, const cvol_keep *keep);
 
-/* The energy of all terms but the mean's, and |a - b|: where sums as below would cancel. */
+/* The energy of all terms but the mean's; sum a b and |a - b|: where sums as below would cancel. */
 double cvol_whole_variation(const cvol_array *a);
-int cvol_whole_distance(cvol_context *context, double *distance, const cvol_array *a,
-                        const cvol_array *b);
+int cvol_whole_compare(cvol_context *context, double *inner, double *distance, const cvol_array *a,
+                       const cvol_array *b);
 /* Sums over the samples within the array: sum a, sum a^2; sum a b. Never evaluates more than the
  * blocks that reach beyond the array. */
 int cvol_whole_sums(cvol_context *context, double *sum, double *squares, const cvol_array *a);

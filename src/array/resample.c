@@ -90,7 +90,7 @@ int cvol_array_resample(cvol_context *context, cvol_array **out, const cvol_arra
                          factor);
     cvol_grid grid;
     cvol_array *array = NULL;
-    cvol_build_result result = {0, 0, -1};
+    cvol_build_result result = {.max_abs = -1};
     double norm = 1, sum = 1;
     int code = new_grid(context, &grid, a, factor);
     if (!code)
@@ -105,7 +105,7 @@ int cvol_array_resample(cvol_context *context, cvol_array **out, const cvol_arra
         norm *= axis_norm;
         sum *= axis_sum;
     }
-    array->ledger = cvol_ledger_convolve(&a->ledger, norm, sum, 1);
+    array->ledger = cvol_ledger_filter(&a->ledger, norm, sum, 1);
     code = a->block ? cvol_blocks_resample(context, array, &result, a, rule)
                     : cvol_whole_resample(context, array, &result, a, rule);
     if (code)

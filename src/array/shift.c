@@ -91,7 +91,7 @@ int cvol_array_shift(cvol_context *context, cvol_array **out, const cvol_array *
     code = cvol_spectrum_hand_over(context, array, &result, &terms, &all);
     if (code)
         goto done;
-    array->ledger = cvol_ledger_convolve(&a->ledger, 1, sum_of_taps(&r), 1);
+    array->ledger = cvol_ledger_filter(&a->ledger, 1, sum_of_taps(&r), 1);
     cvol_array_account(array, &result, 0);
     code = cvol_ledger_check(context, &array->ledger, "shift");
     if (code)

@@ -57,9 +57,7 @@ int cvol_array_compare(cvol_context *context, cvol_array_comparison *out, const 
         code = sums_of(context, &sum, &square_b, b);
     if (!code)
         code = a->block ? cvol_blocks_inner(context, &inner, a, b)
-                        : cvol_whole_inner(context, &inner, a, b);
-    if (!code && !a->block)
-        code = cvol_whole_distance(context, &out->distance, a, b);
+                        : cvol_whole_compare(context, &inner, &out->distance, a, b);
     if (code)
         return code;
     if (a->block)

@@ -37,10 +37,11 @@ static size_t copy_terms(uint32_t *places, float *values, const term_list *from,
  * step takes what is at the lower place, from both if they share it. */
 static size_t merge_terms(uint32_t *places, float *values, const term_list *a, const term_list *b)
 {
+    const double alpha[2] = {0, a->factor}, beta[2] = {0, b->factor};
     size_t i = 0, j = 0, count = 0;
     while (i < a->count && j < b->count) {
         const uint32_t p = a->places[i], q = b->places[j];
-        const double x = p <= q ? a->factor : 0, y = q <= p ? b->factor : 0;
+        const double x = alpha[p <= q], y = beta[q <= p];
         places[count] = p < q ? p : q;
         values[count++] = (float)(x * (double)a->values[i] + y * (double)b->values[j]);
         i += p <= q;

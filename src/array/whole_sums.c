@@ -72,17 +72,19 @@ typedef struct stretch {
     size_t i, i_end, j, j_end;
 } stretch;
 
-/* One step: what is at the lower place, of both if they share it. */
-#define STEP(s, sums)                                              \
-    do {                                                           \
-        const uint32_t p = a->places[(s).i], q = b->places[(s).j]; \
-        const double x = p <= q ? (double)a->values[(s).i] : 0;    \
-        const double y = q <= p ? (double)b->values[(s).j] : 0;    \
-        (sums).inner += x * y;                                     \
-        (sums).distance += (x - y) * (x - y);                      \
-        (s).i += p <= q;                                           \
-        (s).j += q <= p;                                           \
-    } while (0)
+/* One step: what is at the lower place, of both if they share it. Without a branch: which list is
+ * the lower one cannot be predicted. */
+static inline void take_step(stretch *s, pair_sums *sums, const cvol_spectrum *a,
+                             const cvol_spectrum *b)
+{
+    const uint32_t p = a->places[s->i], q = b->places[s->j];
+    const int from_a = p <= q, from_b = q <= p;
+    const double x = (double)a->values[s->i] * from_a, y = (double)b->values[s->j] * from_b;
+    sums->inner += x * y;
+    sums->distance += (x - y) * (x - y);
+    s->i += (size_t)from_a;
+    s->j += (size_t)from_b;
+}
 
 static size_t find_place(const cvol_spectrum *s, uint32_t place)
 {
@@ -112,14 +114,14 @@ static pair_sums sum_sparse(const cvol_spectrum *a, const cvol_spectrum *b)
     while (s[0].i < s[0].i_end && s[0].j < s[0].j_end && s[1].i < s[1].i_end &&
            s[1].j < s[1].j_end && s[2].i < s[2].i_end && s[2].j < s[2].j_end &&
            s[3].i < s[3].i_end && s[3].j < s[3].j_end) {
-        STEP(s[0], sums[0]);
-        STEP(s[1], sums[1]);
-        STEP(s[2], sums[2]);
-        STEP(s[3], sums[3]);
+        take_step(&s[0], &sums[0], a, b);
+        take_step(&s[1], &sums[1], a, b);
+        take_step(&s[2], &sums[2], a, b);
+        take_step(&s[3], &sums[3], a, b);
     }
     for (size_t k = 0; k < STRETCHES; k++) {
         while (s[k].i < s[k].i_end && s[k].j < s[k].j_end)
-            STEP(s[k], sums[k]);
+            take_step(&s[k], &sums[k], a, b);
         out.inner += sums[k].inner;
         out.distance += sums[k].distance +
                         cvol_sum_squares(a->values + s[k].i, s[k].i_end - s[k].i) +
@@ -191,16 +193,20 @@ int cvol_whole_inner(cvol_context *context, double *inner, const cvol_array *a, 
     return CVOL_OK;
 }
 
-int cvol_whole_distance(cvol_context *context, double *distance, const cvol_array *a,
-                        const cvol_array *b)
+int cvol_whole_compare(cvol_context *context, double *inner, double *distance, const cvol_array *a,
+                       const cvol_array *b)
 {
     cvol_array *difference;
     cvol_build_result result;
     if (same_box(&a->whole, &b->whole)) {
-        *distance = sqrt(sum_same(&a->whole, &b->whole).distance);
+        const pair_sums sums = sum_same(&a->whole, &b->whole);
+        *inner = sums.inner;
+        *distance = sqrt(sums.distance);
         return CVOL_OK;
     }
-    int code = cvol_array_create_like(context, &difference, a);
+    int code = cvol_whole_inner(context, inner, a, b);
+    if (!code)
+        code = cvol_array_create_like(context, &difference, a);
     if (code)
         return code;
     const cvol_keep keep = cvol_keep_like_inputs();
