@@ -13,7 +13,7 @@
 #include "base/cpu.h"
 #include "base/memory.h"
 
-enum { RUN_TERMS = 1 << 17, RUNS_AT_ONCE = 64, FINE_BITS = 22, ALL_BITS = 25, MOST_BITS = 30 };
+enum { RUN_TERMS = 1 << 17, RUNS_AT_ONCE = 64, FINE_BITS = 22, ALL_BITS = 28, MOST_BITS = 30 };
 
 /* A coefficient whose key lies in the critical bin: packed, and perhaps taken out again. */
 typedef struct uncertain {

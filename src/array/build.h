@@ -42,7 +42,7 @@ typedef struct cvol_build_result {
 
 /* Fills `array` (created, without terms). array->ledger.max_abs and array->offset must be set: as
  * |coefficient| <= (max_abs + |offset|) sqrt(B^rank), they give the fine step of all rules but
- * STEP, a power of two with which the largest coefficient takes 22 bits (ALL: 25; finer where an
+ * STEP, a power of two with which the largest coefficient takes 22 bits (ALL: 28; finer where an
  * L2 error asks for it). PSNR goes by array->ledger.value_min and value_max. RHO counts as
  * cvol_array_info does, RATIO the resident bytes. Under DFT both slots (a, b) of a pair are kept or
  * dropped together, by the magnitude |F| = sqrt((a^2 + b^2) / 2). Sets step, threshold,
