@@ -81,7 +81,7 @@ static void fuzz_read(const uint8_t *data, size_t size)
         for (int a = 0; a < 3; a++)
             end[a] = grid->dims[a] < 40 ? grid->dims[a] : 40;
         void *samples = malloc(end[0] * end[1] * end[2] * 8);
-        if (samples && cvol_array_is_volume(array))
+        if (samples)
             (void)cvol_array_evaluate_box(context, samples, array, begin, end);
         free(samples);
         cvol_array_free(array);

@@ -13,7 +13,7 @@ flags="-std=c11 -g -O1 -Iinclude -Isrc -Ifuzz -isystem /usr/include/nifti
 # Without OpenMP: one thread, and no runtime that the sanitizers do not know.
 objects=
 for source in src/*/*.c; do
-    name=$(basename "$source" .c)
+    name=$(basename "$(dirname "$source")")-$(basename "$source" .c) # rooms may share names
     case $source in
     *_simd.c)
         for set in base avx2 avx512; do
