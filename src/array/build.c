@@ -13,7 +13,7 @@
 #include "base/cpu.h"
 #include "base/memory.h"
 
-enum { RUN_TERMS = 1 << 17, RUNS_AT_ONCE = 64, FINE_BITS = 22, ALL_BITS = 28, MOST_BITS = 30 };
+enum { RUN_TERMS = 1 << 17, RUNS_AT_ONCE = 64, FINE_BITS = 22, ALL_BITS = 29, MOST_BITS = 30 };
 
 /* A coefficient whose key lies in the critical bin: packed, and perhaps taken out again. */
 typedef struct uncertain {
@@ -473,7 +473,7 @@ static double fine_step(const cvol_array *array, const cvol_keep *keep)
         return 1;
     int exponent;
     (void)frexp(bound, &exponent);
-    double step = ldexp(1, exponent - (keep->rule == CVOL_KEEP_ALL ? ALL_BITS : FINE_BITS));
+    double step = ldexp(1, exponent - FINE_BITS);
     if (keep->rule == CVOL_KEEP_L2 || keep->rule == CVOL_KEEP_PSNR) {
         const double all = sqrt(terms * (double)array->block_count);
         const double finest = ldexp(1, exponent - MOST_BITS + 1);
@@ -481,6 +481,23 @@ static double fine_step(const cvol_array *array, const cvol_keep *keep)
             step /= 2;
     }
     return step;
+}
+
+/* The step for all that there is: by the largest coefficient itself, which may be far below any
+ * bound. */
+static double step_for_all(const cvol_bins *bins, double otherwise)
+{
+    size_t top = CVOL_BINS;
+    while (top && !bins->bins[top - 1].count)
+        top--;
+    const uint32_t bits = (uint32_t)(top << CVOL_BIN_SHIFT); /* above all keys */
+    float largest;
+    memcpy(&largest, &bits, sizeof largest);
+    if (!top || !isfinite(largest))
+        return otherwise;
+    int exponent;
+    (void)frexp(1.5 * (double)largest, &exponent); /* DFT: a slot is at most sqrt(2) keys */
+    return ldexp(1, exponent - ALL_BITS);
 }
 
 /* The least float that is not below `value`, and positive. */
@@ -532,9 +549,6 @@ static int run_passes(cvol_context *context, builder *b, const cvol_keep *keep)
     b->step = keep->rule == CVOL_KEEP_STEP ? keep->value : fine_step(array, keep);
     array->step = b->step;
     switch (keep->rule) {
-    case CVOL_KEEP_ALL:
-        b->least = float_above(b->step / 2);
-        break;
     case CVOL_KEEP_STEP:
         b->least = float_above(0.6 * b->step);
         break;
@@ -550,6 +564,12 @@ static int run_passes(cvol_context *context, builder *b, const cvol_keep *keep)
         b->counting = &bins;
         int code = pass(context, b, 0, 0.4);
         b->counting = NULL;
+        if (!code && keep->rule == CVOL_KEEP_ALL) {
+            array->step = b->step = step_for_all(&bins, b->step);
+            b->least = float_above(b->step / 2);
+            cvol_bins_free(&bins);
+            return pass(context, b, 0.4, 1);
+        }
         if (!code)
             code = cvol_select(context, &selection, array, keep, &bins, base_bytes(b));
         cvol_bins_free(&bins);

@@ -2,8 +2,8 @@
  *
  * A producer computes the coefficients of one block at a time, on any thread and possibly twice;
  * the builder keeps what a cvol_keep asks for and packs it (array.h). Rules that need to know all
- * magnitudes first (TERMS, RHO, RATIO, PSNR, L2) run the producer once for a histogram of
- * magnitudes, and once more to keep; ALL, THRESHOLD and STEP run it once. At no time are more than
+ * magnitudes first (ALL, TERMS, RHO, RATIO, PSNR, L2) run the producer once for a histogram of
+ * magnitudes, and once more to keep; THRESHOLD and STEP run it once. At no time are more than
  * a block per thread dense.
  */
 #ifndef CVOL_ARRAY_BUILD_H
@@ -41,14 +41,14 @@ typedef struct cvol_build_result {
 } cvol_build_result;
 
 /* Fills `array` (created, without terms). array->ledger.max_abs and array->offset must be set: as
- * |coefficient| <= (max_abs + |offset|) sqrt(B^rank), they give the fine step of all rules but
- * STEP, a power of two with which the largest coefficient takes 22 bits (ALL: 28; finer where an
- * L2 error asks for it). PSNR goes by array->ledger.value_min and value_max. RHO counts as
- * cvol_array_info does, RATIO the resident bytes. Under DFT both slots (a, b) of a pair are kept or
- * dropped together, by the magnitude |F| = sqrt((a^2 + b^2) / 2). Sets step, threshold,
- * coefficients; not the ranges, not the ledger. The bits of the result do not depend on the number
- * of threads. Errors: ARGUMENT, DATA (coefficients beyond what a step can hold), TARGET, MEMORY,
- * CANCELLED. */
+ * |coefficient| <= (max_abs + |offset|) sqrt(B^rank), they give the fine step of all rules but STEP
+ * and ALL, a power of two with which the largest coefficient takes 22 bits (finer where an L2 error
+ * asks for it). ALL goes by the largest coefficient that there is, which takes 29 bits. PSNR goes
+ * by array->ledger.value_min and value_max. RHO counts as cvol_array_info does, RATIO the resident
+ * bytes. Under DFT both slots (a, b) of a pair are kept or dropped together, by the magnitude
+ * |F| = sqrt((a^2 + b^2) / 2). Sets step, threshold, coefficients; not the ranges, not the ledger.
+ * The bits of the result do not depend on the number of threads. Errors: ARGUMENT, DATA
+ * (coefficients beyond what a step can hold), TARGET, MEMORY, CANCELLED. */
 int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_result *result,
                       const cvol_producer *producer, const cvol_keep *keep);
 
