@@ -23,7 +23,7 @@ dependencies:
 	@scripts/dependencies.sh build test
 
 build:
-	@cmake -S . -B $(BUILD) -DCVOL_TESTS=OFF >$(BUILD).log 2>&1 || { cat $(BUILD).log; \
+	@cmake -S . -B $(BUILD) -DCVOL_TESTS=OFF $(CONFIGURE) >$(BUILD).log 2>&1 || { cat $(BUILD).log; \
 	  echo 'cvol: cmake could not configure; scripts/dependencies.sh says what is needed'; exit 1; }
 	@mkdir -p $(BUILD) && mv -f $(BUILD).log $(BUILD)/configure.log
 	@cmake --build $(BUILD) -j $(JOBS)
@@ -38,7 +38,7 @@ check: dependencies
 
 bench:
 	@scripts/dependencies.sh build bench
-	@$(MAKE) --no-print-directory build
+	@$(MAKE) --no-print-directory build CONFIGURE=-DCVOL_BENCH=ON
 	@bench/run.sh $(BUILD)/cvol
 
 fuzz:

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Measures everything that bench/README.md describes; takes about half an hour on two cores.
+# Measures everything that bench/README.md describes; takes about an hour on two cores.
 # usage: bench/run.sh CVOL [--data DIR] [--results DIR]
 set -eu
 
@@ -18,11 +18,13 @@ echo 'speed of rendering, beside VTK'
 "$bench/render_speed.py" "$@"
 echo 'quality of pictures'
 "$bench/render_quality.py" "$@" --difference
+echo 'computing on compressed arrays, beside FFTW, zfp and dense files'
+"$bench/algebra.py" "$@"
 
 results=$bench/results
 while [ $# -gt 1 ]; do
     [ "$1" = --results ] && results=$2
     shift
 done
-echo "Tables: $results/codec_table.md, render_speed.md, render_quality.md (and .csv);"
-echo "worst views: $results/difference"
+echo "Tables: $results/codec_table.md, render_speed.md, render_quality.md, algebra.md (and .csv);"
+echo "worst views: $results/difference; times against terms and samples: $results/algebra.png"
