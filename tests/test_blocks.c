@@ -236,13 +236,14 @@ static void test_sums(void **state)
     (void)state;
     for (unsigned seed = 200; seed < 200 + CASES; seed++) {
         pair p = make_pair(seed);
-        double sum, squares, inner, s = 0, q = 0, i = 0;
+        double sum, squares, inner, apart, s = 0, q = 0, i = 0, d = 0;
         assert_int_equal(cvol_blocks_sums(context, &sum, &squares, p.a), CVOL_OK);
         assert_int_equal(cvol_blocks_inner(context, &inner, p.a, p.b), CVOL_OK);
         for (size_t n = 0; n < p.da.count; n++) {
             s += p.da.v[n];
             q += p.da.v[n] * p.da.v[n];
             i += p.da.v[n] * p.db.v[n];
+            d += (p.da.v[n] - p.db.v[n]) * (p.da.v[n] - p.db.v[n]);
         }
         const double na = norm_of(&p.da), nb = norm_of(&p.db);
         CHECK(fabs(sum - s) <= 1e-5 * (na * sqrt((double)p.da.count)), seed);
@@ -250,6 +251,17 @@ static void test_sums(void **state)
         CHECK(fabs(inner - i) <= 1e-5 * na * nb, seed);
         assert_int_equal(cvol_blocks_inner(context, &inner, p.a, p.a), CVOL_OK);
         CHECK(fabs(inner - q) <= 1e-5 * na * na, seed);
+        assert_int_equal(cvol_blocks_distance(context, &apart, p.a, p.b), CVOL_OK);
+        CHECK(fabs(apart - d) <= 1e-5 * (na + nb) * (na + nb), seed);
+        assert_int_equal(cvol_blocks_distance(context, &apart, p.a, p.a), CVOL_OK);
+        CHECK(apart == 0, seed);
+        /* Nearly the same: a step that is 1e-5 longer. */
+        cvol_array near = *p.a;
+        near.step *= 1 + 1e-5;
+        assert_int_equal(cvol_blocks_distance(context, &apart, p.a, &near), CVOL_OK);
+        const double moved = (double)(float)near.step / (double)(float)p.a->step - 1;
+        const double without = q + p.a->offset * (p.a->offset * (double)p.da.count - 2 * s);
+        CHECK(fabs(sqrt(apart) - moved * sqrt(fmax(0, without))) <= 0.03 * moved * na, seed);
         free_pair(&p);
     }
 }

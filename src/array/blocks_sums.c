@@ -4,26 +4,31 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/block_sums.h"
 #include "array/operations.h"
 #include "base/context.h"
+#include "base/cpu.h"
 #include "base/memory.h"
 
 enum { RUN_BLOCKS = 64 };
 
-/* Over one run: sum a, sum b, sum a b, without the offsets; samples counted. */
+/* Over one run: sum a, sum b, sum a b (or sum (a - b)^2), without the offsets. */
 typedef struct partial {
     double a, b, product;
 } partial;
 
 typedef struct sums {
     const cvol_array *a, *b; /* b may be a */
+    int apart;               /* sum (a - b)^2 in place of sum a b */
+    int whole;               /* no block reaches beyond the array */
+    double root;             /* of a block's number of terms */
     partial *runs;
     size_t run_count;
 } sums;
 
-/* What one thread works with: integers of a block, zero between blocks, and samples. */
+/* What one thread works with: one integer a place, zero between blocks, and samples. */
 typedef struct workplace {
-    int32_t *values;
+    int32_t *table;
     float *x, *y;
 } workplace;
 
@@ -58,28 +63,16 @@ static void add_samples(partial *to, workplace *w, const sums *s, size_t index,
                 const size_t p = i + row * j + sheet * k;
                 to->a += (double)w->x[p];
                 to->b += (double)y[p];
-                to->product += (double)w->x[p] * (double)y[p];
+                const double apart = (double)w->x[p] - (double)y[p];
+                to->product += s->apart ? apart * apart : (double)w->x[p] * (double)y[p];
             }
 }
 
-/* The sum of squares of a block's quantised values. Values that are no escapes are summed as
- * integers: at most 2^22 each where a block has 2^9 of them, less where it has more. */
-static double squares_of(const cvol_block *block, int place_bits)
+CVOL_SIMD_DECLARE(double, cvol_block_squares, (const cvol_block *block, int place_bits));
+
+double cvol_block_squares(const cvol_block *block, int place_bits)
 {
-    const int32_t escape = cvol_term_escape(place_bits);
-    const uint32_t *words = block->terms, *end = words + block->words;
-    uint64_t small = 0;
-    double large = 0;
-    for (; words < end; words++) {
-        int64_t value = (int32_t)*words >> place_bits;
-        if (__builtin_expect(value == escape, 0)) {
-            const double v = (double)(int32_t) * ++words;
-            large += v * v;
-        } else {
-            small += (uint64_t)(value * value);
-        }
-    }
-    return large + (double)small;
+    return CVOL_SIMD_CHOOSE(cvol_block_squares)(block, place_bits);
 }
 
 /* The quantised value of the constant term. */
@@ -93,28 +86,81 @@ static double constant_of(const cvol_block *block, int place_bits)
     return place == 0 ? (double)value : 0;
 }
 
-/* sum of products of the values at common places: one block is spread out, the other looks there.
- */
-static double products_of(int32_t *values, const cvol_block *x, const cvol_block *y, int place_bits)
+/* The block's values to their places. */
+static void spread(int32_t *table, const cvol_block *block, int place_bits)
 {
+    const uint32_t mask = (UINT32_C(1) << place_bits) - 1;
+    const int32_t escape = cvol_term_escape(place_bits);
+    const uint32_t *words = block->terms, *end = words + block->words;
+#pragma GCC unroll 4
+    for (; words < end; words++) {
+        const uint32_t place = *words & mask;
+        int32_t value = (int32_t)*words >> place_bits;
+        if (__builtin_expect(value == escape, 0))
+            value = (int32_t) * ++words;
+        table[place] = value;
+    }
+}
+
+/* And zeros again. Second words of escapes are taken for terms too, which clears some more of the
+ * per_block places (a power of two). */
+static void clear(int32_t *table, const cvol_block *block, size_t per_block)
+{
+    const uint32_t mask = (uint32_t)per_block - 1;
+    const uint32_t *words = block->terms, *end = words + block->words;
+#pragma GCC unroll 8
+    for (; words < end; words++)
+        table[*words & mask] = 0;
+}
+
+/* Sum of products of the values at common places: one block is spread out in a table, the other
+ * looks there. (At each step of a merge the next address waits for the last comparison; here all of
+ * them are known at once.) A value that is no escape has 31 bits less those of a place, so that as
+ * many products of it with an int32_t as there are places fit into an int64_t. */
+static double products_of(int32_t *table, const cvol_block *x, const cvol_block *y,
+                          const cvol_array *shape)
+{
+    const int place_bits = cvol_place_bits(shape->block_log2);
+    const uint32_t mask = (UINT32_C(1) << place_bits) - 1;
+    const int32_t escape = cvol_term_escape(place_bits);
+    const uint32_t *words = y->terms, *end = words + y->words;
+    int64_t small = 0;
+    double large = 0;
+    spread(table, x, place_bits);
+#pragma GCC unroll 4
+    for (; words < end; words++) {
+        const uint32_t place = *words & mask;
+        const int64_t value = (int32_t)*words >> place_bits;
+        if (__builtin_expect(value == escape, 0))
+            large += (double)(int32_t) * ++words * (double)table[place];
+        else
+            small += value * table[place];
+    }
+    clear(table, x, cvol_array_block_terms(shape));
+    return (double)small + large;
+}
+
+/* Sum of squared differences of the terms, as they are and not from sums that would cancel. */
+static double distance_of(int32_t *table, const cvol_block *x, double step_x, const cvol_block *y,
+                          double step_y, int place_bits)
+{
+    const uint32_t *words = y->terms, *end = words + y->words;
     uint32_t place;
     double sum = 0;
-    const uint32_t *words = x->terms, *end = words + x->words;
+    spread(table, x, place_bits);
     while (words < end) {
         const int32_t value = cvol_term_unpack(&words, &place, place_bits);
-        values[place] = value;
-    }
-    words = y->terms;
-    end = words + y->words;
-    while (words < end) {
-        const int32_t value = cvol_term_unpack(&words, &place, place_bits);
-        sum += (double)values[place] * (double)value;
+        const double apart = step_x * (double)table[place] - step_y * (double)value;
+        sum += apart * apart;
+        table[place] = 0;
     }
     words = x->terms;
     end = words + x->words;
     while (words < end) {
         (void)cvol_term_unpack(&words, &place, place_bits);
-        values[place] = 0;
+        const double left = step_x * (double)table[place];
+        sum += left * left;
+        table[place] = 0;
     }
     return sum;
 }
@@ -125,37 +171,45 @@ static void add_block(partial *to, workplace *w, const sums *s, size_t index)
     size_t inside[3];
     if (!x->words && !y->words)
         return;
-    if (!inside_of(inside, s->a, index)) {
+    if (!s->whole && !inside_of(inside, s->a, index)) {
         add_samples(to, w, s, index, inside);
         return;
     }
     const int bits = cvol_place_bits(s->a->block_log2);
-    const double root = sqrt((double)cvol_array_block_terms(s->a));
     const double step_a = (double)(float)s->a->step, step_b = (double)(float)s->b->step;
-    to->a += root * step_a * constant_of(x, bits);
-    to->b += root * step_b * constant_of(y, bits);
-    if (s->a == s->b)
-        to->product += step_a * step_a * squares_of(x, bits);
+    to->a += s->root * step_a * constant_of(x, bits);
+    to->b += s->root * step_b * constant_of(y, bits);
+    if (s->apart)
+        to->product += distance_of(w->table, x, step_a, y, step_b, bits);
+    else if (s->a == s->b)
+        to->product += step_a * step_a * cvol_block_squares(x, bits);
     else if (x->words && y->words)
-        to->product += step_a * step_b * products_of(w->values, x, y, bits);
+        to->product += step_a * step_b * products_of(w->table, x, y, s->a);
 }
 
 static int sum_blocks(cvol_context *context, partial *total, const cvol_array *a,
-                      const cvol_array *b)
+                      const cvol_array *b, int apart)
 {
     const size_t per_block = cvol_array_block_terms(a);
-    sums s = {.a = a, .b = b, .run_count = (a->block_count - 1) / RUN_BLOCKS + 1};
+    sums s = {.a = a,
+              .b = b,
+              .apart = apart,
+              .whole = 1,
+              .root = sqrt((double)per_block),
+              .run_count = (a->block_count - 1) / RUN_BLOCKS + 1};
     memset(total, 0, sizeof *total);
+    for (int i = 0; i < a->rank; i++)
+        s.whole = s.whole && a->grid.dims[i] % (size_t)a->block == 0;
     s.runs = cvol_allocate_zero(s.run_count, sizeof *s.runs);
     if (!s.runs)
         return cvol_fail_memory(context, s.run_count * sizeof *s.runs, "sums");
     int failed = 0;
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
-        workplace w = {.values = cvol_allocate_zero(per_block, sizeof *w.values),
+        workplace w = {.table = cvol_allocate_zero(per_block, sizeof *w.table),
                        .x = cvol_allocate(per_block, sizeof *w.x),
                        .y = cvol_allocate(per_block, sizeof *w.y)};
-        const int ready = w.values && w.x && w.y;
+        const int ready = w.table && w.x && w.y;
         if (!ready) {
 #pragma omp atomic write
             failed = 1;
@@ -165,7 +219,7 @@ static int sum_blocks(cvol_context *context, partial *total, const cvol_array *a
             for (size_t i = r * RUN_BLOCKS; ready && i < (r + 1) * RUN_BLOCKS; i++)
                 if (i < a->block_count)
                     add_block(&s.runs[r], &w, &s, i);
-        free(w.values);
+        free(w.table);
         free(w.x);
         free(w.y);
     }
@@ -181,7 +235,7 @@ static int sum_blocks(cvol_context *context, partial *total, const cvol_array *a
 int cvol_blocks_sums(cvol_context *context, double *sum, double *squares, const cvol_array *a)
 {
     partial total;
-    int code = sum_blocks(context, &total, a, a);
+    int code = sum_blocks(context, &total, a, a, 0);
     const double samples = (double)cvol_grid_samples(&a->grid);
     *sum = total.a + a->offset * samples;
     *squares = total.product + a->offset * (2 * total.a + a->offset * samples);
@@ -192,9 +246,19 @@ int cvol_blocks_inner(cvol_context *context, double *inner, const cvol_array *a,
                       const cvol_array *b)
 {
     partial total;
-    int code = sum_blocks(context, &total, a, b);
+    int code = sum_blocks(context, &total, a, b, 0);
     const double samples = (double)cvol_grid_samples(&a->grid);
     *inner = total.product + a->offset * total.b + b->offset * total.a +
              a->offset * b->offset * samples;
+    return code;
+}
+
+int cvol_blocks_distance(cvol_context *context, double *squares, const cvol_array *a,
+                         const cvol_array *b)
+{
+    partial total;
+    int code = sum_blocks(context, &total, a, b, 1);
+    const double samples = (double)cvol_grid_samples(&a->grid), offset = a->offset - b->offset;
+    *squares = total.product + offset * (2 * (total.a - total.b) + offset * samples);
     return code;
 }

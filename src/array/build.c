@@ -13,7 +13,7 @@
 #include "base/cpu.h"
 #include "base/memory.h"
 
-enum { RUN_TERMS = 1 << 17, RUNS_AT_ONCE = 64, FINE_BITS = 22, ALL_BITS = 29, MOST_BITS = 30 };
+enum { RUN_TERMS = 1 << 17, RUNS_AT_ONCE = 64, FINE_BITS = 22, ALL_BITS = 29 };
 
 /* A coefficient whose key lies in the critical bin: packed, and perhaps taken out again. */
 typedef struct uncertain {
@@ -49,6 +49,7 @@ typedef struct builder {
 typedef struct workplace {
     float *coefficients, *keys, *values;
     uint32_t *places, *words;
+    int32_t *integers;
     size_t words_capacity;
     void *scratch;
     cvol_bins bins;
@@ -59,6 +60,13 @@ CVOL_SIMD_DECLARE(void, cvol_block_scan, (cvol_scan_task * task));
 void cvol_block_scan(cvol_scan_task *task)
 {
     CVOL_SIMD_CHOOSE(cvol_block_scan)(task);
+}
+
+CVOL_SIMD_DECLARE(void, cvol_block_quantise, (cvol_quantise_task * task));
+
+void cvol_block_quantise(cvol_quantise_task *task)
+{
+    CVOL_SIMD_CHOOSE(cvol_block_quantise)(task);
 }
 
 /* ---- keys ---------------------------------------------------------------------------------------
@@ -90,6 +98,17 @@ static uint32_t partner(const cvol_array *array, uint32_t place)
     for (int a = 0; a < array->rank; a++, field <<= array->block_log2)
         other |= cvol_block_mirror(place, field);
     return other;
+}
+
+/* A listed block as a dense one. */
+static void spread(cvol_dense_block *block, const cvol_array *array)
+{
+    for (int a = 0; a < 3; a++)
+        block->box[a] = 0;
+    complete(block, array);
+    for (int i = 0; i < block->count; i++)
+        block->coefficients[block->places[i]] = block->values[i];
+    block->count = -1;
 }
 
 static void make_keys(float *keys, const float *c, const builder *b)
@@ -133,16 +152,6 @@ static void count_block(workplace *w, const cvol_dense_block *block, const build
 /* ---- packing ------------------------------------------------------------------------------------
  */
 
-/* What is left of a coefficient; its quantised value, if that is below 2^MOST_BITS, goes to *value.
- */
-static inline double quantise(int32_t *value, double coefficient, double step, double inverse)
-{
-    const double magnitude = fabs(coefficient) * inverse + 0.5;
-    const int32_t whole = magnitude < (double)(1 << MOST_BITS) ? (int32_t)magnitude : 0;
-    *value = coefficient < 0 ? -whole : whole;
-    return coefficient - (double)*value * step;
-}
-
 static int note_candidate(run *r, size_t block, uint32_t place, float key, float value)
 {
     if (r->candidate_count == r->candidate_capacity) {
@@ -157,53 +166,55 @@ static int note_candidate(run *r, size_t block, uint32_t place, float key, float
     return 1;
 }
 
-/* Packs the coefficients that the scan found at w->words + r->words. */
+/* Packs the coefficients that the scan found, or that were listed, at w->words + r->words. */
 static int pack_terms(run *r, cvol_block *out, const workplace *w, const cvol_scan_task *task,
                       size_t in_run, const builder *b)
 {
     const int bits = cvol_place_bits(b->array->block_log2), log2 = b->array->block_log2;
     const uint32_t mask = (1u << log2) - 1;
-    const double step = b->step, inverse = 1 / step;
     const int careful = b->critical > b->least;
-    uint32_t *words = w->words + r->words, *begin = words, last_u = 0, last_v = 0, place = 0,
-             any = 0;
-    double lost = 0, doubtful = 0, norm = 0, largest = 0;
+    uint32_t *words = w->words + r->words, *begin = words, last_u = 0, last_v = 0, last = 0;
+    uint32_t kept = 0;
+    double doubtful = 0;
+    cvol_quantise_task whole = {.values = task->values,
+                                .count = task->count,
+                                .step = b->step,
+                                .least = task->keys ? 0 : b->least,
+                                .integers = w->integers};
+    cvol_block_quantise(&whole);
     for (uint32_t i = 0; i < task->count; i++) {
-        const double coefficient = (double)task->values[i];
-        int32_t value;
-        const double rest = quantise(&value, coefficient, step, inverse);
-        norm += coefficient * coefficient;
-        largest = fabs(coefficient) > largest ? fabs(coefficient) : largest;
-        if (value == 0) {
-            lost += coefficient * coefficient;
+        const int32_t value = w->integers[i];
+        if (value == 0)
             continue;
-        }
-        place = task->places[i];
-        const float key = careful ? task->keys ? task->keys[place] : fabsf(task->values[i]) : 0;
-        if (careful && key < b->critical) {
-            if (!note_candidate(r, in_run, place, key, task->values[i]))
-                return CVOL_ERROR_MEMORY;
-            doubtful += coefficient * coefficient;
-        } else {
-            lost += rest * rest;
+        const uint32_t place = task->places[i];
+        if (careful) {
+            const float key = task->keys ? task->keys[place] : fabsf(task->values[i]);
+            if (key < b->critical) {
+                if (!note_candidate(r, in_run, place, key, task->values[i]))
+                    return CVOL_ERROR_MEMORY;
+                doubtful += (double)task->values[i] * (double)task->values[i];
+            }
         }
         const uint32_t u = place & mask, v = place >> log2 & mask;
         last_u = u > last_u ? u : last_u;
         last_v = v > last_v ? v : last_v;
-        any = place | 1u << 31;
+        last = place;
         words += cvol_term_pack(words, place, value, bits);
-        r->coefficients++;
+        kept++;
     }
+    r->coefficients += kept;
     out->words = (uint32_t)(words - begin);
+    const int any = words > begin;
     out->low[0] = (uint8_t)(any ? last_u + 1 : 0);
     out->low[1] = (uint8_t)(any ? last_v + 1 : 0);
-    out->low[2] = (uint8_t)(any ? ((any & ~(1u << 31)) >> 2 * log2) + 1 : 0);
+    out->low[2] = (uint8_t)(any ? (last >> 2 * log2) + 1 : 0);
     r->words += out->words;
-    r->block_lost = lost + doubtful + task->lost;
-    r->lost += lost + task->lost;
-    r->norm += norm + task->lost;
-    const double most = (double)(1 << MOST_BITS) - 1;
-    return largest * inverse < most && isfinite(task->lost) ? CVOL_OK : CVOL_ERROR_DATA;
+    const double lost = whole.lost + task->lost;
+    r->block_lost = lost + doubtful;
+    r->lost += lost;
+    r->norm += whole.norm + task->lost;
+    const double most = (double)(1 << CVOL_MOST_BITS) - 1;
+    return whole.largest < most * b->step && isfinite(lost) ? CVOL_OK : CVOL_ERROR_DATA;
 }
 
 /* What the producer itself left out. */
@@ -237,12 +248,17 @@ static int do_block(run *r, workplace *w, size_t index, size_t in_run, const bui
                               .box = {array->block, array->rank > 1 ? array->block : 1,
                                       array->rank > 2 ? array->block : 1},
                               .energy = -1,
-                              .max_abs = -1};
+                              .max_abs = -1,
+                              .places = w->places,
+                              .values = w->values,
+                              .count = -1};
     int code = b->producer->produce(b->producer->user, &block, index, w->scratch);
     if (code)
         return code;
     for (int a = array->rank; a < 3; a++)
         block.box[a] = 1;
+    if (block.count >= 0 && (needs_keys(b) || b->counting))
+        spread(&block, array);
     if (needs_keys(b)) {
         complete(&block, array);
         make_keys(w->keys, block.coefficients, b);
@@ -258,8 +274,10 @@ static int do_block(run *r, workplace *w, size_t index, size_t in_run, const bui
                            .block_log2 = array->block_log2,
                            .least = b->least,
                            .places = w->places,
-                           .values = w->values};
-    cvol_block_scan(&task);
+                           .values = w->values,
+                           .count = (uint32_t)block.count};
+    if (block.count < 0)
+        cvol_block_scan(&task);
     if (!reserve_words(w, r->words + 2 * (size_t)task.count))
         return CVOL_ERROR_MEMORY;
     if (block.max_abs < 0 || r->max_abs < 0)
@@ -318,8 +336,9 @@ static int make_workplace(workplace *w, const builder *b)
     w->keys = cvol_allocate_zero(count, sizeof(float));
     w->values = cvol_allocate(count, sizeof(float));
     w->places = cvol_allocate(count, sizeof(uint32_t));
+    w->integers = cvol_allocate(count, sizeof(int32_t));
     w->scratch = cvol_allocate_zero(b->producer->scratch_bytes, 1);
-    return w->coefficients && w->keys && w->values && w->places && w->scratch &&
+    return w->coefficients && w->keys && w->values && w->places && w->integers && w->scratch &&
            reserve_words(w, 2 * count) && (!b->counting || cvol_bins_make(&w->bins));
 }
 
@@ -329,6 +348,7 @@ static void free_workplace(workplace *w)
     free(w->keys);
     free(w->values);
     free(w->places);
+    free(w->integers);
     free(w->words);
     free(w->scratch);
     cvol_bins_free(&w->bins);
@@ -342,7 +362,7 @@ static int fail(cvol_context *context, const builder *b, int code)
     if (code == CVOL_ERROR_DATA)
         return cvol_fail(context, code,
                          "%s: a coefficient is not finite, or larger than 2^%d steps of %g", what,
-                         MOST_BITS, b->step);
+                         CVOL_MOST_BITS, b->step);
     return cvol_fail(context, code, "%s: a block could not be computed", what);
 }
 
@@ -414,7 +434,7 @@ static void settle_run(const builder *b, size_t run_index, const cvol_candidate 
                 const cvol_candidate c = candidate_of(b, run_index, u);
                 const double whole = (double)u->value, rest = whole - b->step * (double)value;
                 keep = last && cvol_candidate_order(&c, last) <= 0;
-                r->lost += keep ? rest * rest : whole * whole;
+                r->lost += keep ? 0 : whole * whole - rest * rest;
                 r->coefficients -= !keep;
                 next++;
             }
@@ -476,7 +496,7 @@ static double fine_step(const cvol_array *array, const cvol_keep *keep)
     double step = ldexp(1, exponent - FINE_BITS);
     if (keep->rule == CVOL_KEEP_L2 || keep->rule == CVOL_KEEP_PSNR) {
         const double all = sqrt(terms * (double)array->block_count);
-        const double finest = ldexp(1, exponent - MOST_BITS + 1);
+        const double finest = ldexp(1, exponent - CVOL_MOST_BITS + 1);
         while (step > finest && step * all > cvol_select_allowed(array, keep))
             step /= 2;
     }

@@ -20,6 +20,11 @@ typedef struct cvol_dense_block {
     int box[3];        /* per axis one past the highest frequency that may be non-zero */
     double energy;
     float max_abs; /* of the block's samples before truncation; negative: not known */
+    /* Instead of all that, where a block has few coefficients: `count` of them that are not zero,
+     * in rising order of their places; -1: the block is dense. */
+    uint32_t *places;
+    float *values;
+    int count;
 } cvol_dense_block;
 
 typedef struct cvol_producer {

@@ -1,4 +1,5 @@
-/* Finding the coefficients of a dense block that are large enough to be kept. */
+/* Finding the coefficients of a dense block that are large enough to be kept, and quantising them.
+ */
 #ifndef CVOL_ARRAY_BUILD_PACK_H
 #define CVOL_ARRAY_BUILD_PACK_H
 
@@ -20,7 +21,21 @@ typedef struct cvol_scan_task {
     double lost; /* sum of squares of the others */
 } cvol_scan_task;
 
-/* Same bits on every processor. */
+/* Magnitudes of 2^CVOL_MOST_BITS steps and more cannot be quantised. */
+enum { CVOL_MOST_BITS = 30 };
+
+typedef struct cvol_quantise_task {
+    const float *values; /* readable up to the margin */
+    uint32_t count;
+    double step;
+    float least;       /* magnitudes below become zero */
+    int32_t *integers; /* result: to the nearest, halves away from zero; up to the margin */
+    double lost, norm; /* sums of squares: of what is left of the values, of the values */
+    double largest;    /* magnitude */
+} cvol_quantise_task;
+
+/* Same bits on every processor, both. */
 void cvol_block_scan(cvol_scan_task *task);
+void cvol_block_quantise(cvol_quantise_task *task);
 
 #endif

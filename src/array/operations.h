@@ -86,6 +86,8 @@ int cvol_whole_sums(cvol_context *context, double *sum, double *squares, const c
 int cvol_blocks_sums(cvol_context *context, double *sum, double *squares, const cvol_array *a);
 int cvol_whole_inner(cvol_context *context, double *inner, const cvol_array *a,
                      const cvol_array *b);
+int cvol_blocks_distance(cvol_context *context, double *squares, const cvol_array *a,
+                         const cvol_array *b);
 int cvol_blocks_inner(cvol_context *context, double *inner, const cvol_array *a,
                       const cvol_array *b);
 

@@ -45,6 +45,20 @@ int cvol_array_statistics_of(cvol_context *context, cvol_array_statistics *out, 
     return CVOL_OK;
 }
 
+/* |a - b|^2 = |a|^2 + |b|^2 - 2 <a, b> where that does not cancel. */
+static int compare_blocks(cvol_context *context, double *inner, double *distance, double squares,
+                          const cvol_array *a, const cvol_array *b)
+{
+    int code = cvol_blocks_inner(context, inner, a, b);
+    if (code)
+        return code;
+    double apart = squares - 2 * *inner;
+    if (apart < 1e-4 * squares)
+        code = cvol_blocks_distance(context, &apart, a, b);
+    *distance = sqrt(fmax(0, apart));
+    return code;
+}
+
 int cvol_array_compare(cvol_context *context, cvol_array_comparison *out, const cvol_array *a,
                        const cvol_array *b)
 {
@@ -56,12 +70,10 @@ int cvol_array_compare(cvol_context *context, cvol_array_comparison *out, const 
     if (!code)
         code = sums_of(context, &sum, &square_b, b);
     if (!code)
-        code = a->block ? cvol_blocks_inner(context, &inner, a, b)
+        code = a->block ? compare_blocks(context, &inner, &out->distance, square_a + square_b, a, b)
                         : cvol_whole_compare(context, &inner, &out->distance, a, b);
     if (code)
         return code;
-    if (a->block)
-        out->distance = sqrt(fmax(0, square_a + square_b - 2 * inner));
     const double norm_a = sqrt(square_a), norm_b = sqrt(square_b);
     const double error_a = a->ledger.l2_error, error_b = b->ledger.l2_error;
     out->inner_product = inner;
