@@ -90,11 +90,11 @@ done:
 /* ---- array by array
  * -------------------------------------------------------------------------------- */
 
-static cvol_ledger convolve_ledger(const cvol_array *a, const cvol_array *b)
+/* A, B: the largest coefficients. */
+static cvol_ledger convolve_ledger(const cvol_array *a, double A, const cvol_array *b, double B)
 {
     const cvol_ledger *x = &a->ledger, *y = &b->ledger;
     const double N = (double)cvol_grid_samples(&a->grid), root = sqrt(N);
-    const double A = cvol_whole_largest_coefficient(a), B = cvol_whole_largest_coefficient(b);
     const double kept_a = sqrt(cvol_spectrum_energy(&a->whole));
     const double kept_b = sqrt(cvol_spectrum_energy(&b->whole));
     const cvol_ledger product = cvol_ledger_multiply(x, y); /* for its interval */
@@ -134,7 +134,13 @@ int cvol_array_convolve(cvol_context *context, cvol_array **out, const cvol_arra
         code = cvol_keep_check(context, rule, array);
     if (code)
         goto done;
-    array->ledger = convolve_ledger(a, b);
+    double A, B;
+    code = cvol_whole_largest_coefficient(context, &A, a);
+    if (!code)
+        code = cvol_whole_largest_coefficient(context, &B, b);
+    if (code)
+        goto done;
+    array->ledger = convolve_ledger(a, A, b, B);
     code = cvol_ledger_check(context, &array->ledger, "convolve");
     if (!code)
         code = cvol_whole_convolve(context, array, &result, a, b, rule);

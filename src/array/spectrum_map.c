@@ -88,6 +88,78 @@ double cvol_slot_of(cvol_transform transform, const size_t dims[3], const size_t
     return order > 0 ? SQRT_2 * creal(F) : -SQRT_2 * cimag(F);
 }
 
+/* ---- rows of the low box
+ * ------------------------------------------------------------------------- */
+
+/* cvol_place_order of box index i of a row. */
+static int row_order(const cvol_spectrum *s, const size_t dims[3], size_t i, size_t v, size_t w)
+{
+    const size_t place[3] = {cvol_box_place(i, s->low[0], s->box[0], dims[0]),
+                             cvol_box_place(v, s->low[1], s->box[1], dims[1]),
+                             cvol_box_place(w, s->low[2], s->box[2], dims[2])};
+    return cvol_place_order(place, dims);
+}
+
+/* The pair of slots to the coefficient (DFT). */
+static void pair_to_coefficient(double *re, double *im, double here, double there, int order)
+{
+    *re = order == 0 ? here : (order > 0 ? here : there) * SQRT_HALF;
+    *im = order == 0 ? 0 : (order > 0 ? there : -here) * SQRT_HALF;
+}
+
+void cvol_spectrum_row(double *re, double *im, const cvol_spectrum *spectrum,
+                       cvol_transform transform, const size_t dims[3], size_t v, size_t w)
+{
+    /* A low box holds the mirror images of all its places: box index i has that of box[0] - i. */
+    const size_t count = spectrum->box[0], middle = (count + 1) / 2;
+    const size_t mirror_v = v ? spectrum->box[1] - v : 0, mirror_w = w ? spectrum->box[2] - w : 0;
+    const float *here = spectrum->low_values + count * (v + spectrum->box[1] * w);
+    const float *there = spectrum->low_values + count * (mirror_v + spectrum->box[1] * mirror_w);
+    if (transform == CVOL_DHT) {
+        for (size_t i = 0; i < count; i++) {
+            const double h = (double)here[i], t = (double)there[i ? count - i : 0];
+            re[i] = (h + t) / 2;
+            im[i] = (t - h) / 2;
+        }
+        return;
+    }
+    for (size_t i = 1; i < middle; i++)
+        pair_to_coefficient(&re[i], &im[i], (double)here[i], (double)there[count - i], 1);
+    for (size_t i = middle; i < count; i++)
+        pair_to_coefficient(&re[i], &im[i], (double)here[i], (double)there[count - i], -1);
+    pair_to_coefficient(&re[0], &im[0], (double)here[0], (double)there[0],
+                        row_order(spectrum, dims, 0, v, w));
+    const size_t half = count / 2; /* the frequency n / 2, where the box is the whole axis */
+    if (half && 2 * half == count)
+        pair_to_coefficient(&re[half], &im[half], (double)here[half], (double)there[half],
+                            row_order(spectrum, dims, half, v, w));
+}
+
+static float coefficient_to_slot(double re, double im, int order)
+{
+    return (float)(order == 0 ? re : order > 0 ? SQRT_2 * re : -SQRT_2 * im);
+}
+
+void cvol_spectrum_set_row(cvol_spectrum *spectrum, cvol_transform transform, const size_t dims[3],
+                           size_t v, size_t w, const double *re, const double *im)
+{
+    const size_t count = spectrum->box[0], middle = (count + 1) / 2, half = count / 2;
+    float *slots = spectrum->low_values + count * (v + spectrum->box[1] * w);
+    if (transform == CVOL_DHT) {
+        for (size_t i = 0; i < count; i++)
+            slots[i] = (float)(re[i] - im[i]);
+        return;
+    }
+    for (size_t i = 1; i < middle; i++)
+        slots[i] = coefficient_to_slot(re[i], im[i], 1);
+    for (size_t i = middle; i < count; i++)
+        slots[i] = coefficient_to_slot(re[i], im[i], -1);
+    slots[0] = coefficient_to_slot(re[0], im[0], row_order(spectrum, dims, 0, v, w));
+    if (half && 2 * half == count)
+        slots[half] = coefficient_to_slot(re[half], im[half],
+                                          row_order(spectrum, dims, half, v, w));
+}
+
 /* ---- supports
  * ------------------------------------------------------------------------------------ */
 
@@ -155,24 +227,29 @@ void cvol_spectrum_fill(cvol_context *context, cvol_spectrum *spectrum, const si
 {
     const size_t *low = spectrum->low, *box = spectrum->box;
     const ptrdiff_t rows = spectrum->low_count ? (ptrdiff_t)(box[1] * box[2]) : 0;
-    const ptrdiff_t columns = (ptrdiff_t)box[0], others = (ptrdiff_t)spectrum->sparse_count;
-#pragma omp parallel num_threads(cvol_context_threads(context))
-    {
-#pragma omp for schedule(static) collapse(2) nowait
-        for (ptrdiff_t row = 0; row < rows; row++)
-            for (ptrdiff_t i = 0; i < columns; i++) {
-                const size_t v = (size_t)row % box[1], w = (size_t)row / box[1];
-                const size_t place[3] = {cvol_box_place((size_t)i, low[0], box[0], dims[0]),
-                                         cvol_box_place(v, low[1], box[1], dims[1]),
-                                         cvol_box_place(w, low[2], box[2], dims[2])};
-                spectrum->low_values[row * columns + i] = (float)term(user, place);
-            }
-#pragma omp for schedule(static)
-        for (ptrdiff_t i = 0; i < others; i++) {
-            size_t place[3];
-            cvol_place_split(place, spectrum->places[i], dims);
-            spectrum->values[i] = (float)term(user, place);
+    const ptrdiff_t columns = (ptrdiff_t)box[0];
+#pragma omp parallel for schedule(static) collapse(2) num_threads(cvol_context_threads(context))
+    for (ptrdiff_t row = 0; row < rows; row++)
+        for (ptrdiff_t i = 0; i < columns; i++) {
+            const size_t v = (size_t)row % box[1], w = (size_t)row / box[1];
+            const size_t place[3] = {cvol_box_place((size_t)i, low[0], box[0], dims[0]),
+                                     cvol_box_place(v, low[1], box[1], dims[1]),
+                                     cvol_box_place(w, low[2], box[2], dims[2])};
+            spectrum->low_values[row * columns + i] = (float)term(user, place);
         }
+    cvol_spectrum_fill_sparse(context, spectrum, dims, term, user);
+}
+
+void cvol_spectrum_fill_sparse(cvol_context *context, cvol_spectrum *spectrum, const size_t dims[3],
+                               double (*term)(const void *user, const size_t place[3]),
+                               const void *user)
+{
+    const ptrdiff_t others = (ptrdiff_t)spectrum->sparse_count;
+#pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
+    for (ptrdiff_t i = 0; i < others; i++) {
+        size_t place[3];
+        cvol_place_split(place, spectrum->places[i], dims);
+        spectrum->values[i] = (float)term(user, place);
     }
     size_t kept = 0;
     for (size_t i = 0; i < spectrum->sparse_count; i++)

@@ -28,6 +28,13 @@ double complex cvol_spectrum_coefficient(const cvol_spectrum *spectrum, cvol_tra
 double cvol_slot_of(cvol_transform transform, const size_t dims[3], const size_t place[3],
                     double complex F);
 
+/* The same for one row of the low box, of box indices (v, w): re[i], im[i] for i < box[0]. */
+void cvol_spectrum_row(double *re, double *im, const cvol_spectrum *spectrum,
+                       cvol_transform transform, const size_t dims[3], size_t v, size_t w);
+/* And back: what that row holds where the coefficients are these. */
+void cvol_spectrum_set_row(cvol_spectrum *spectrum, cvol_transform transform, const size_t dims[3],
+                           size_t v, size_t w, const double *re, const double *im);
+
 static inline void cvol_place_split(size_t place[3], size_t index, const size_t dims[3])
 {
     place[0] = index % dims[0];
@@ -59,6 +66,11 @@ int cvol_spectrum_start_like(cvol_context *context, cvol_spectrum *out, cvol_tra
  * 0 are removed. */
 void cvol_spectrum_fill(cvol_context *context, cvol_spectrum *spectrum, const size_t dims[3],
                         double (*term)(const void *user, const size_t place[3]), const void *user);
+
+/* The same for the sparse ones alone. */
+void cvol_spectrum_fill_sparse(cvol_context *context, cvol_spectrum *spectrum, const size_t dims[3],
+                               double (*term)(const void *user, const size_t place[3]),
+                               const void *user);
 
 /* Hands the terms to `out`: all of them (keep ALL or LIKE_INPUTS, *spectrum is empty then), or
  * those that `keep` keeps. Sets result. Errors: those of cvol_truncate. */

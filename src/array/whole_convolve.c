@@ -28,6 +28,58 @@ static double product_term(const void *user, const size_t place[3])
     return o->root * cvol_slot_of(transform, o->dims, place, C);
 }
 
+/* One row of the result's low box, which lies within those of both operands. rows: room for six
+ * rows as long as the longest. */
+static void convolve_row(cvol_spectrum *out, const operands *o, size_t v, size_t w, double *rows,
+                         size_t longest)
+{
+    const cvol_transform transform = o->a->transform;
+    const cvol_spectrum *inputs[2] = {&o->a->whole, &o->b->whole};
+    double *re[2] = {rows, rows + 2 * longest}, *im[2] = {rows + longest, rows + 3 * longest};
+    for (int k = 0; k < 2; k++) {
+        const cvol_spectrum *s = inputs[k];
+        cvol_spectrum_row(re[k], im[k], s, transform, o->dims,
+                          v < out->low[1] ? v : v + s->box[1] - out->box[1],
+                          w < out->low[2] ? w : w + s->box[2] - out->box[2]);
+    }
+    double *product_re = rows + 4 * longest, *product_im = rows + 5 * longest;
+    for (size_t part = 0; part < 2; part++) { /* frequencies from 0 up, and the negative ones */
+        const size_t begin = part ? out->low[0] : 0, end = part ? out->box[0] : out->low[0];
+        const size_t a = part ? inputs[0]->box[0] - out->box[0] : 0;
+        const size_t b = part ? inputs[1]->box[0] - out->box[0] : 0;
+        for (size_t i = begin; i < end; i++) {
+            const double ar = re[0][i + a], ai = im[0][i + a];
+            const double br = re[1][i + b], bi = im[1][i + b];
+            product_re[i] = o->root * (ar * br - ai * bi);
+            product_im[i] = o->root * (ar * bi + ai * br);
+        }
+    }
+    cvol_spectrum_set_row(out, transform, o->dims, v, w, product_re, product_im);
+}
+
+static int convolve_low_box(cvol_context *context, cvol_spectrum *out, const operands *o)
+{
+    const size_t x = o->a->whole.box[0], y = o->b->whole.box[0], longest = x > y ? x : y;
+    const ptrdiff_t count = out->low_count ? (ptrdiff_t)(out->box[1] * out->box[2]) : 0;
+    int failed = 0;
+#pragma omp parallel num_threads(cvol_context_threads(context)) if (count > 1)
+    {
+        double *rows = cvol_allocate(6 * longest, sizeof *rows);
+        if (!rows) {
+#pragma omp atomic write
+            failed = 1;
+        }
+#pragma omp for schedule(static)
+        for (ptrdiff_t row = 0; row < count; row++)
+            if (rows)
+                convolve_row(out, o, (size_t)row % out->box[1], (size_t)row / out->box[1], rows,
+                             longest);
+        free(rows);
+    }
+    return failed ? cvol_fail_memory(context, 6 * longest * sizeof(double), "rows of coefficients")
+                  : CVOL_OK;
+}
+
 /* Adds the place and its mirror if `other` has one of them. */
 static void add_pair(uint32_t *places, size_t *count, const size_t place[3],
                      const cvol_spectrum *other, const size_t dims[3])
@@ -61,7 +113,8 @@ static int start_common(cvol_context *context, cvol_spectrum *out, const operand
     if (!places)
         return cvol_fail_memory(context, most * sizeof *places, "places");
     size_t count = 0;
-    for (size_t i = 0; i < x->low_count; i++) {
+    const int all = !memcmp(low, x->low, sizeof low);
+    for (size_t i = 0; !all && i < x->low_count; i++) {
         const size_t index[3] = {i % columns, i / columns % rows, i / columns / rows};
         size_t place[3];
         int inside = low[0] != 0;
@@ -92,27 +145,34 @@ int cvol_whole_convolve(cvol_context *context, cvol_array *out, cvol_build_resul
     int code = start_common(context, &terms, &o);
     if (code)
         return code;
-    cvol_spectrum_fill(context, &terms, o.dims, product_term, &o);
-    code = cvol_spectrum_hand_over(context, out, result, &terms, keep);
+    code = convolve_low_box(context, &terms, &o);
+    cvol_spectrum_fill_sparse(context, &terms, o.dims, product_term, &o);
+    if (!code)
+        code = cvol_spectrum_hand_over(context, out, result, &terms, keep);
     cvol_spectrum_free(&terms);
     return code;
 }
 
-double cvol_whole_largest_coefficient(const cvol_array *a)
+int cvol_whole_largest_coefficient(cvol_context *context, double *largest, const cvol_array *a)
 {
     const cvol_spectrum *s = &a->whole;
-    const size_t *dims = a->grid.dims;
-    double largest = 0;
-    for (size_t i = 0; i < s->low_count + s->sparse_count; i++) {
-        size_t place[3];
-        if (i < s->low_count) {
-            cvol_place_split(place, i, s->box);
-            for (int x = 0; x < 3; x++)
-                place[x] = cvol_box_place(place[x], s->low[x], s->box[x], dims[x]);
-        } else {
-            cvol_place_split(place, s->places[i - s->low_count], dims);
-        }
-        largest = fmax(largest, cabs(cvol_spectrum_coefficient(s, a->transform, dims, place)));
+    const size_t *dims = a->grid.dims, length = s->box[0];
+    double most = 0; /* a square */
+    double *rows = cvol_allocate(2 * length, sizeof *rows), *re = rows, *im = rows + length;
+    if (!rows)
+        return cvol_fail_memory(context, 2 * length * sizeof *rows, "a row of coefficients");
+    for (size_t row = 0; s->low_count && row < s->box[1] * s->box[2]; row++) {
+        cvol_spectrum_row(re, im, s, a->transform, dims, row % s->box[1], row / s->box[1]);
+        for (size_t i = 0; i < length; i++)
+            most = fmax(most, re[i] * re[i] + im[i] * im[i]);
     }
-    return largest;
+    free(rows);
+    for (size_t i = 0; i < s->sparse_count; i++) {
+        size_t place[3];
+        cvol_place_split(place, s->places[i], dims);
+        const double complex F = cvol_spectrum_coefficient(s, a->transform, dims, place);
+        most = fmax(most, creal(F) * creal(F) + cimag(F) * cimag(F));
+    }
+    *largest = sqrt(most);
+    return CVOL_OK;
 }
