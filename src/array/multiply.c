@@ -64,10 +64,6 @@ static void find_costs(cvol_multiply_report *report, size_t points[3], const cvo
     report->cost_ms[CVOL_PLAN_SPARSE] = cvol_multiply_cost_sparse(&task);
 }
 
-static int all_points(const size_t points[3], const size_t dims[3])
-{
-    return points[0] == dims[0] && points[1] == dims[1] && points[2] == dims[2];
-}
 
 /* The cheapest; of equals the one that is named last, so `full` where the grid has all points. */
 static cvol_plan cheapest(const double cost_ms[], int with_sparse)
@@ -157,8 +153,8 @@ static int run(cvol_context *context, cvol_array *out, cvol_build_result *result
     if (code)
         return code;
     /* Before it ran nobody knows how many terms the product has; where `keep` does not say either,
-     * or the supports are compact, sparse is no bet. */
-    const int with_sparse = keep->rule == CVOL_KEEP_TERMS && all_points(points, a->grid.dims);
+     * sparse is no bet. */
+    const int with_sparse = keep->rule == CVOL_KEEP_TERMS;
     report->plan = plan;
     if (plan == CVOL_PLAN_AUTO)
         report->plan = a->block ? CVOL_PLAN_BLOCKS : cheapest(report->cost_ms, with_sparse);

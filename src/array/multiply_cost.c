@@ -32,9 +32,9 @@
 #define MOST_SUMS 1e8        /* more does `direct` not hold */
 
 /* sparse: per term of the operands and of those kept, and log2; 2^16 to 2^22, rho 1/30, harmonics
- * with side bands: 5 to 10, twice that as the supports may have less structure. A try that finds
+ * with side bands and bands: 3.5 to 6; more, as supports may have less structure. A try that finds
  * none costs 3 to 6 % of `full`. */
-#define NS_SPARSE 12.0
+#define NS_SPARSE 8.0
 #define NS_SPARSE_CALL 3e5
 
 /* ---- lengths ------------------------------------------------------------------------------------

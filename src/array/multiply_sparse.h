@@ -12,8 +12,14 @@
 #include "array/array.h"
 #include "array/build.h"
 
-#define CVOL_SPARSE_NODES 64  /* most places a bin may hold: a mask is one word */
-#define CVOL_SPARSE_SHIFTS 12 /* most samplings; beyond that a full transform is as cheap */
+#define CVOL_SPARSE_NODES 4096 /* most places that fall into one bin */
+#define CVOL_SPARSE_SHIFTS \
+    12 /* most samplings, and terms in a bin; beyond that a full transform is as cheap */
+
+/* The nodes that a column may have terms at, rising; unused ones are 0. */
+typedef struct cvol_sparse_nodes {
+    uint16_t count, at[CVOL_SPARSE_SHIFTS];
+} cvol_sparse_nodes;
 
 /* A complex coefficient F (orthonormal) at a host place, and its conjugate at the mirror place. */
 typedef struct cvol_sparse_term {
@@ -38,8 +44,8 @@ typedef struct cvol_sparse_shape {
     size_t present_count; /* how many may */
     size_t fold[3], nodes[3], node_count, bins; /* bins: the product of fold[] */
     size_t columns[3], column_count;            /* fold / cell: cells that remain under the fold */
-    uint64_t *masks;                            /* of each column: its nodes that are present */
-    size_t most;                                /* nodes present in one column */
+    cvol_sparse_nodes *present_nodes;           /* of each column */
+    size_t most;                                /* of those, in one column */
     size_t shift_count, shifts[CVOL_SPARSE_SHIFTS][3];
     double gain; /* bounds the L2 norm of solving, times sqrt(shift_count); 1 at best */
 } cvol_sparse_shape;
@@ -85,10 +91,11 @@ void cvol_sparse_shape_free(cvol_sparse_shape *shape);
 /* Chooses the shifts, so that every column's nodes are told apart with a small gain; *found 0:
  * there are none. Errors: MEMORY. */
 int cvol_sparse_choose_shifts(cvol_context *context, cvol_sparse_shape *shape, int *found);
-/* The least squares solution for the nodes of `mask`: matrix[2 (shift_count i + s)] and the next
- * are the complex weight of shift s for the i-th node present. The Frobenius norm, times
+/* The least squares solution for these nodes: matrix[2 (shift_count i + s)] and the next
+ * are the complex weight of shift s for the i-th of them. The Frobenius norm, times
  * sqrt(shift_count) (infinity: not to be told apart). */
-double cvol_sparse_solver(const cvol_sparse_shape *shape, uint64_t mask, double *matrix);
+double cvol_sparse_solver(const cvol_sparse_shape *shape, const cvol_sparse_nodes *nodes,
+                          double *matrix);
 
 /* ---- multiply_sparse_fold.c --------------------------------------------------------------------
  */

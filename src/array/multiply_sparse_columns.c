@@ -52,7 +52,7 @@ static size_t fullest(const cvol_sparse_shape *shape, const size_t nodes[3], uin
                                shape->cells[2] / nodes[2]};
     size_t most = 0;
     unsigned node;
-    memset(loads, 0, shape->cell_count);
+    memset(loads, 0, columns[0] * columns[1] * columns[2]);
     for (size_t i = 0; i < shape->cell_count && most <= limit; i++)
         if (shape->present[i]) {
             const size_t load = ++loads[column_of(shape->cells, columns, nodes, i, &node)];
@@ -100,15 +100,16 @@ int cvol_sparse_choose_fold(cvol_context *context, cvol_sparse_shape *shape, int
         shape->column_count *= shape->columns[a];
         shape->bins *= shape->fold[a];
     }
-    shape->masks = cvol_allocate_zero(shape->column_count, sizeof *shape->masks);
-    if (!shape->masks)
-        return cvol_fail_memory(context, shape->column_count * sizeof *shape->masks,
+    shape->present_nodes = cvol_allocate_zero(shape->column_count, sizeof *shape->present_nodes);
+    if (!shape->present_nodes)
+        return cvol_fail_memory(context, shape->column_count * sizeof *shape->present_nodes,
                                 "folds of the product");
     for (size_t i = 0; i < shape->cell_count; i++)
         if (shape->present[i]) {
             unsigned node;
             const size_t column = column_of(shape->cells, shape->columns, shape->nodes, i, &node);
-            shape->masks[column] |= UINT64_C(1) << node;
+            cvol_sparse_nodes *list = &shape->present_nodes[column];
+            list->at[list->count++] = (uint16_t)node;
         }
     *found = 1;
     return CVOL_OK;

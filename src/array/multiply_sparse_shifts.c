@@ -20,18 +20,19 @@
 #define TRIES 12
 #define GOOD_GAIN 4.0  /* no further shift is spent below this */
 #define MOST_GAIN 64.0 /* rounding of single precision times this is still small */
-#define MOST_MASKS 4096
+#define MOST_SETS 4096
 
 /* (V^H V)^-1 V^H by Gauss-Jordan elimination with the diagonal as pivot (positive definite). */
-double cvol_sparse_solver(const cvol_sparse_shape *shape, uint64_t mask, double *matrix)
+double cvol_sparse_solver(const cvol_sparse_shape *shape, const cvol_sparse_nodes *nodes,
+                          double *matrix)
 {
     double complex v[CVOL_SPARSE_SHIFTS][CVOL_SPARSE_SHIFTS];
     double complex g[CVOL_SPARSE_SHIFTS][2 * CVOL_SPARSE_SHIFTS];
-    const size_t count = shape->shift_count;
-    size_t l = 0;
-    for (unsigned node = 0; node < shape->node_count; node++) {
-        if (!(mask >> node & 1))
-            continue;
+    const size_t count = shape->shift_count, l = nodes->count;
+    if (l > count)
+        return INFINITY;
+    for (size_t i = 0; i < l; i++) {
+        const size_t node = nodes->at[i];
         const size_t t[3] = {node % shape->nodes[0], node / shape->nodes[0] % shape->nodes[1],
                              node / shape->nodes[0] / shape->nodes[1]};
         for (size_t s = 0; s < count; s++) {
@@ -39,10 +40,8 @@ double cvol_sparse_solver(const cvol_sparse_shape *shape, uint64_t mask, double 
             for (int a = 0; a < 3; a++)
                 turn += (double)(t[a] * shape->shifts[s][a] % shape->nodes[a]) /
                         (double)shape->nodes[a];
-            v[s][l] = cos(2 * PI * turn) + I * sin(2 * PI * turn);
+            v[s][i] = cos(2 * PI * turn) + I * sin(2 * PI * turn);
         }
-        if (++l > count)
-            return INFINITY;
     }
     for (size_t i = 0; i < l; i++)
         for (size_t j = 0; j < l; j++) {
@@ -76,29 +75,37 @@ double cvol_sparse_solver(const cvol_sparse_shape *shape, uint64_t mask, double 
     return sqrt(norm * (double)count);
 }
 
-static int compare_masks(const void *one, const void *two)
+static int compare_nodes(const void *one, const void *two)
 {
-    const uint64_t a = *(const uint64_t *)one, b = *(const uint64_t *)two;
-    return a < b ? -1 : a > b;
+    return memcmp(one, two, sizeof(cvol_sparse_nodes));
 }
 
-/* Distinct masks of the columns, without 0. */
-static size_t distinct_masks(uint64_t *out, const cvol_sparse_shape *shape)
+/* The columns' distinct sets of nodes, without the empty one. */
+static size_t distinct_nodes(cvol_sparse_nodes *out, const cvol_sparse_shape *shape)
 {
-    memcpy(out, shape->masks, shape->column_count * sizeof *out);
-    qsort(out, shape->column_count, sizeof *out, compare_masks);
+    memcpy(out, shape->present_nodes, shape->column_count * sizeof *out);
+    qsort(out, shape->column_count, sizeof *out, compare_nodes);
     size_t count = 0;
     for (size_t i = 0; i < shape->column_count; i++)
-        if (out[i] && (!count || out[i] != out[count - 1]))
+        if (out[i].count && (!count || compare_nodes(&out[i], &out[count - 1])))
             out[count++] = out[i];
     return count;
+}
+
+static int is_drawn(const size_t *shifts, size_t count, size_t shift)
+{
+    for (size_t i = 0; i < count; i++)
+        if (shifts[i] == shift)
+            return 1;
+    return 0;
 }
 
 /* The try-th set of `count` shifts: consecutive ones along x, y, z, then random ones without
  * repetition. The first is 0. */
 static void draw_shifts(cvol_sparse_shape *shape, size_t count, uint64_t try)
 {
-    uint64_t used = 0, seed = UINT64_C(0x9E3779B97F4A7C15) * (try + 1);
+    size_t drawn[CVOL_SPARSE_SHIFTS];
+    uint64_t seed = UINT64_C(0x9E3779B97F4A7C15) * (try + 1);
     for (size_t s = 0; s < count; s++) {
         size_t shift = s;
         if (try && s) {
@@ -107,9 +114,9 @@ static void draw_shifts(cvol_sparse_shape *shape, size_t count, uint64_t try)
                 seed ^= seed >> 7;
                 seed ^= seed << 17;
                 shift = (size_t)(seed >> 32) % shape->node_count;
-            } while (used >> shift & 1);
+            } while (is_drawn(drawn, s, shift));
         }
-        used |= UINT64_C(1) << shift;
+        drawn[s] = shift;
         shape->shifts[s][0] = shift % shape->nodes[0];
         shape->shifts[s][1] = shift / shape->nodes[0] % shape->nodes[1];
         shape->shifts[s][2] = shift / shape->nodes[0] / shape->nodes[1];
@@ -117,33 +124,33 @@ static void draw_shifts(cvol_sparse_shape *shape, size_t count, uint64_t try)
     shape->shift_count = count;
 }
 
-static double worst_gain(const cvol_sparse_shape *shape, const uint64_t *masks, size_t count,
-                         double limit)
+static double worst_gain(const cvol_sparse_shape *shape, const cvol_sparse_nodes *nodes,
+                         size_t count, double limit)
 {
     double worst = 1, matrix[2 * CVOL_SPARSE_SHIFTS * CVOL_SPARSE_SHIFTS];
     for (size_t i = 0; i < count && worst < limit; i++)
-        worst = fmax(worst, cvol_sparse_solver(shape, masks[i], matrix));
+        worst = fmax(worst, cvol_sparse_solver(shape, &nodes[i], matrix));
     return worst;
 }
 
 int cvol_sparse_choose_shifts(cvol_context *context, cvol_sparse_shape *shape, int *found)
 {
-    uint64_t *masks = cvol_allocate(shape->column_count, sizeof *masks);
+    cvol_sparse_nodes *nodes = cvol_allocate(shape->column_count, sizeof *nodes);
     *found = 0;
-    if (!masks)
-        return cvol_fail_memory(context, shape->column_count * sizeof *masks,
+    if (!nodes)
+        return cvol_fail_memory(context, shape->column_count * sizeof *nodes,
                                 "folds of the product");
-    const size_t distinct = distinct_masks(masks, shape);
+    const size_t distinct = distinct_nodes(nodes, shape);
     size_t limit = shape->most + 2;
     limit = limit < CVOL_SPARSE_SHIFTS ? limit : CVOL_SPARSE_SHIFTS;
     limit = limit < shape->node_count ? limit : shape->node_count;
     double best = MOST_GAIN;
     size_t best_count = 0;
     uint64_t best_try = 0;
-    for (size_t count = shape->most; count <= limit && distinct <= MOST_MASKS; count++) {
+    for (size_t count = shape->most; count <= limit && distinct <= MOST_SETS; count++) {
         for (uint64_t try = 0; try < TRIES && best > GOOD_GAIN; try++) {
             draw_shifts(shape, count, try);
-            const double gain = worst_gain(shape, masks, distinct, best);
+            const double gain = worst_gain(shape, nodes, distinct, best);
             if (gain < best) {
                 best = gain;
                 best_count = count;
@@ -151,7 +158,7 @@ int cvol_sparse_choose_shifts(cvol_context *context, cvol_sparse_shape *shape, i
             }
         }
     }
-    free(masks);
+    free(nodes);
     if (!best_count)
         return CVOL_OK;
     draw_shifts(shape, best_count, best_try);

@@ -29,22 +29,26 @@ typedef struct solver {
 
 /* A thread's own. */
 typedef struct workspace {
-    uint64_t masks[KNOWN];
+    cvol_sparse_nodes nodes[KNOWN]; /* of the matrices */
     float (*matrices)[2 * CVOL_SPARSE_SHIFTS * CVOL_SPARSE_SHIFTS];
     float *turned; /* per shift: real parts of a row, imaginary parts */
     float *row;    /* the same of one node's terms */
     double stray;
 } workspace;
 
-static const float *known_matrix(workspace *work, const cvol_sparse_shape *shape, uint64_t mask)
+static const float *known_matrix(workspace *work, const cvol_sparse_shape *shape,
+                                 const cvol_sparse_nodes *nodes)
 {
-    const size_t at = (size_t)(mask * UINT64_C(0x9E3779B97F4A7C15) >> 56);
-    if (work->masks[at] != mask) {
+    uint64_t hash = 0;
+    for (int i = 0; i < nodes->count; i++)
+        hash = (hash ^ nodes->at[i]) * UINT64_C(0x9E3779B97F4A7C15);
+    const size_t at = (size_t)(hash >> 56);
+    if (memcmp(&work->nodes[at], nodes, sizeof *nodes)) {
         double matrix[2 * CVOL_SPARSE_SHIFTS * CVOL_SPARSE_SHIFTS] = {0};
-        (void)cvol_sparse_solver(shape, mask, matrix);
+        (void)cvol_sparse_solver(shape, nodes, matrix);
         for (size_t i = 0; i < 2 * CVOL_SPARSE_SHIFTS * CVOL_SPARSE_SHIFTS; i++)
             work->matrices[at][i] = (float)matrix[i];
-        work->masks[at] = mask;
+        work->nodes[at] = *nodes;
     }
     return work->matrices[at];
 }
@@ -137,18 +141,16 @@ static void solve_column(const solver *solve, workspace *work, size_t column)
     const size_t first[3] = {column % columns[0] * cell[0],
                              column / columns[0] % columns[1] * cell[1],
                              column / columns[0] / columns[1] * cell[2]};
-    const uint64_t mask = shape->masks[column];
-    const float *matrix = mask ? known_matrix(work, shape, mask) : NULL;
+    const cvol_sparse_nodes *nodes = &shape->present_nodes[column];
+    const float *matrix = nodes->count ? known_matrix(work, shape, nodes) : NULL;
     for (size_t row = 0; row < cell[1] * cell[2]; row++) {
         const size_t bin[3] = {first[0], first[1] + row % cell[1], first[2] + row / cell[1]};
         turn_row(solve, work, bin);
-        for (size_t i = 0; !mask && i < 2 * width * shape->shift_count; i++)
+        for (size_t i = 0; !nodes->count && i < 2 * width * shape->shift_count; i++)
             work->stray += (double)work->turned[i] * (double)work->turned[i];
-        size_t l = 0;
-        for (unsigned node = 0; mask >> node; node++) {
-            if (!(mask >> node & 1))
-                continue;
-            const float *weights = matrix + 2 * shape->shift_count * l++;
+        for (size_t l = 0; l < nodes->count; l++) {
+            const size_t node = nodes->at[l];
+            const float *weights = matrix + 2 * shape->shift_count * l;
             const size_t at[3] = {
                 bin[0] + shape->fold[0] * (node % shape->nodes[0]),
                 bin[1] + shape->fold[1] * (node / shape->nodes[0] % shape->nodes[1]),
@@ -157,8 +159,6 @@ static void solve_column(const solver *solve, workspace *work, size_t column)
                 combine_row(work, weights, shape->shift_count, width);
                 write_row(solve, work, at);
             }
-            if (node == CVOL_SPARSE_NODES - 1)
-                break;
         }
     }
 }
@@ -200,7 +200,7 @@ static int solve_all(cvol_context *context, const solver *solve, double *stray)
         return cvol_fail_memory(context, shape->column_count * sizeof *strays, "columns");
 #pragma omp parallel num_threads(threads) reduction(| : failed)
     {
-        workspace work = {.masks = {0}};
+        workspace work = {.nodes = {{0}}};
         work.matrices = cvol_allocate(KNOWN, sizeof *work.matrices);
         work.turned = cvol_allocate(2 * width * shape->shift_count, sizeof *work.turned);
         work.row = cvol_allocate(2 * width, sizeof *work.row);

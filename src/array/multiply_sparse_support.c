@@ -200,6 +200,6 @@ int cvol_sparse_support(cvol_context *context, cvol_sparse_shape *shape, int *fo
 void cvol_sparse_shape_free(cvol_sparse_shape *shape)
 {
     free(shape->present);
-    free(shape->masks);
+    free(shape->present_nodes);
     memset(shape, 0, sizeof *shape);
 }
