@@ -34,29 +34,31 @@
 #include "base/memory.h"
 #include "transform/fft.h"
 
-/* Steps 1 to 3. */
+#define NEAR 5.0 /* times the least cost: where another plan is not looked for */
+
+/* Steps 1 and 2. */
 static int plan_shape(cvol_context *context, cvol_sparse_shape *shape, int *found,
                       cvol_sparse_terms *a, cvol_sparse_terms *b)
 {
     int rc = cvol_sparse_support(context, shape, found, a, b);
     if (rc || !*found)
         return rc;
-    rc = cvol_sparse_choose_fold(context, shape, found, a->count + b->count);
-    if (rc || !*found)
-        return rc;
-    return cvol_sparse_choose_shifts(context, shape, found);
+    return cvol_sparse_choose_fold(context, shape, found, a->count + b->count);
 }
 
-/* Steps 4 to 6. */
+/* Steps 3 to 6. */
 static int carry_out(cvol_context *context, cvol_array *out, cvol_build_result *result,
-                     const cvol_sparse_shape *shape, const cvol_sparse_terms *a,
+                     cvol_sparse_shape *shape, const cvol_sparse_terms *a,
                      const cvol_sparse_terms *b, double spent, const cvol_keep *keep, int *verified)
 {
     cvol_sparse_roots roots[3];
     cvol_sparse_found found = {0};
     float *values[CVOL_SPARSE_SHIFTS] = {NULL};
     double noise = 0, stray = 0;
-    int rc = cvol_sparse_roots_make(context, roots, shape);
+    int apart, rc = cvol_sparse_choose_shifts(context, shape, &apart);
+    if (rc || !apart)
+        return rc;
+    rc = cvol_sparse_roots_make(context, roots, shape);
     if (rc)
         return rc;
     for (size_t s = 0; s < shape->shift_count; s++) {
@@ -103,36 +105,65 @@ static int make_terms(cvol_context *context, cvol_sparse_terms terms[2], double 
 }
 
 /* One way: all terms or the larger ones, as they lie or dilated. */
-static int try_way(cvol_context *context, cvol_array *out, cvol_build_result *result,
-                   const cvol_array *a, const cvol_array *b, double least, int dilate,
-                   const cvol_keep *keep, int *verified)
-{
-    cvol_sparse_terms terms[2] = {{0}, {0}};
-    cvol_sparse_terms *of_b = a == b ? &terms[0] : &terms[1];
-    const size_t *dims = a->grid.dims;
-    cvol_sparse_shape shape = {.transform = a->transform,
-                               .dims = {dims[0], dims[1], dims[2]},
-                               .multiplier = 1,
-                               .inverse = 1};
+typedef struct way {
+    cvol_sparse_terms terms[2];
+    const cvol_sparse_terms *of_b; /* terms[1], or terms[0] for a square */
+    cvol_sparse_shape shape;
     double spent;
-    int found = 0, rc = make_terms(context, terms, &spent, a, b, least);
+    int found;
+} way;
+
+static int plan_way(cvol_context *context, way *out, const cvol_array *a, const cvol_array *b,
+                    double least, int dilate)
+{
+    const size_t *dims = a->grid.dims;
+    cvol_sparse_terms *first = &out->terms[0], *second = a == b ? first : &out->terms[1];
+    out->of_b = second;
+    out->shape.transform = a->transform;
+    memcpy(out->shape.dims, dims, sizeof out->shape.dims);
+    out->shape.multiplier = out->shape.inverse = 1;
+    int rc = make_terms(context, out->terms, &out->spent, a, b, least);
     if (rc)
-        goto done;
+        return rc;
     if (dilate) {
-        shape.multiplier = cvol_sparse_multiplier(&terms[0], of_b, dims[0], &shape.inverse);
-        if (shape.multiplier == 1)
-            goto done;
-        cvol_sparse_terms_dilate(&terms[0], dims[0], shape.multiplier);
-        if (a != b)
-            cvol_sparse_terms_dilate(&terms[1], dims[0], shape.multiplier);
+        out->shape.multiplier = cvol_sparse_multiplier(first, second, dims[0], &out->shape.inverse);
+        if (out->shape.multiplier == 1)
+            return CVOL_OK;
+        cvol_sparse_terms_dilate(first, dims[0], out->shape.multiplier);
+        if (second != first)
+            cvol_sparse_terms_dilate(second, dims[0], out->shape.multiplier);
     }
-    rc = plan_shape(context, &shape, &found, &terms[0], of_b);
-    if (!rc && found)
-        rc = carry_out(context, out, result, &shape, &terms[0], of_b, spent, keep, verified);
-done:
-    cvol_sparse_terms_free(&terms[0]);
-    cvol_sparse_terms_free(&terms[1]);
-    cvol_sparse_shape_free(&shape);
+    return plan_shape(context, &out->shape, &out->found, first, second);
+}
+
+static void free_way(way *w)
+{
+    cvol_sparse_terms_free(&w->terms[0]);
+    cvol_sparse_terms_free(&w->terms[1]);
+    cvol_sparse_shape_free(&w->shape);
+}
+
+/* Plans both ways unless the first is near the best there could be, and goes the cheaper. */
+static int try_ways(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                    const cvol_array *a, const cvol_array *b, double least, const cvol_keep *keep,
+                    int *verified)
+{
+    way ways[2];
+    memset(ways, 0, sizeof ways);
+    int rc = plan_way(context, &ways[0], a, b, least, 0), first = 0;
+    const cvol_sparse_shape *plain = &ways[0].shape;
+    if (!rc && a->rank == 1 && !(ways[0].found && plain->cost_ns < NEAR * plain->least_ns))
+        rc = plan_way(context, &ways[1], a, b, least, 1);
+    if (ways[1].found && (!ways[0].found || ways[1].shape.cost_ns < plain->cost_ns))
+        first = 1;
+    for (int i = 0; i < 2 && !rc && !*verified; i++) {
+        way *w = &ways[i ? 1 - first : first];
+        if (w->found)
+            rc = carry_out(context, out, result, &w->shape, &w->terms[0], w->of_b, w->spent, keep,
+                           verified);
+    }
+    free_way(&ways[0]);
+    free_way(&ways[1]);
     return rc;
 }
 
@@ -176,9 +207,7 @@ int cvol_multiply_sparse(cvol_context *context, cvol_array *out, cvol_build_resu
             if (rc || least == 0)
                 break;
         }
-        rc = try_way(context, out, result, a, b, least, 0, keep, verified);
-        if (!rc && !*verified && a->rank == 1)
-            rc = try_way(context, out, result, a, b, least, 1, keep, verified);
+        rc = try_ways(context, out, result, a, b, least, keep, verified);
     }
     return rc;
 }

@@ -46,6 +46,8 @@ typedef struct cvol_sparse_shape {
     size_t columns[3], column_count;            /* fold / cell: cells that remain under the fold */
     cvol_sparse_nodes *present_nodes;           /* of each column */
     size_t most;                                /* of those, in one column */
+    double *node_roots[3];                      /* e(t / nodes[a]) of each axis, re and im */
+    double cost_ns, least_ns; /* by the model: of this fold, of the best there could be */
     size_t shift_count, shifts[CVOL_SPARSE_SHIFTS][3];
     double gain; /* bounds the L2 norm of solving, times sqrt(shift_count); 1 at best */
 } cvol_sparse_shape;

@@ -13,6 +13,8 @@
 #include "base/context.h"
 #include "base/memory.h"
 
+#define PI 3.14159265358979323846
+
 /* Nanoseconds of three real transforms of `count` points, measured: longer ones leave the caches.
  */
 static double transforms_ns(double count)
@@ -27,11 +29,20 @@ static double full_ns(const cvol_sparse_shape *shape)
     return transforms_ns(n) + 8 * n;
 }
 
+/* Choosing shifts and solving: a system for each set of nodes, mostly a few times. */
+static double systems_ns(const cvol_sparse_shape *shape, size_t nodes, double shifts)
+{
+    const double columns = (double)(shape->cell_count / nodes);
+    const double sets = fmin(columns, (double)shape->present_count / shifts);
+    return shifts > 1 ? 3 * sets * shifts * shifts * (15 + 4 * shifts) : 0;
+}
+
 static double fold_ns(const cvol_sparse_shape *shape, size_t nodes, size_t shifts, size_t terms)
 {
     const double bins = (double)(shape->cell_count * shape->cell_places / nodes);
     const double s = (double)shifts, solved = (double)(shape->present_count * shape->cell_places);
-    return s * (transforms_ns(bins) + 2 * bins + 6 * (double)terms) + (3 * s + 10) * solved / 2;
+    return s * (transforms_ns(bins) + 2 * bins + 6 * (double)terms) + (3 * s + 10) * solved / 2 +
+           systems_ns(shape, nodes, s);
 }
 
 /* The column of a cell, and the node that the cell is at. */
@@ -59,6 +70,22 @@ static size_t fullest(const cvol_sparse_shape *shape, const size_t nodes[3], uin
             most = load > most ? load : most;
         }
     return most;
+}
+
+static int make_node_roots(cvol_context *context, cvol_sparse_shape *shape)
+{
+    for (int a = 0; a < 3; a++) {
+        const size_t count = shape->nodes[a];
+        shape->node_roots[a] = cvol_allocate(2 * count, sizeof *shape->node_roots[a]);
+        if (!shape->node_roots[a])
+            return cvol_fail_memory(context, 2 * count * sizeof(double), "roots of unity");
+        for (size_t t = 0; t < count; t++) {
+            const double turn = 2 * PI * (double)t / (double)count;
+            shape->node_roots[a][2 * t] = cos(turn);
+            shape->node_roots[a][2 * t + 1] = sin(turn);
+        }
+    }
+    return CVOL_OK;
 }
 
 int cvol_sparse_choose_fold(cvol_context *context, cvol_sparse_shape *shape, int *found,
@@ -91,6 +118,10 @@ int cvol_sparse_choose_fold(cvol_context *context, cvol_sparse_shape *shape, int
     free(loads);
     if (!chosen[0])
         return CVOL_OK;
+    shape->cost_ns = best;
+    /* |A + B| >= |A| + |B| - 1 (without wrapping around), each in a bin of its own, and this
+     * planning. */
+    shape->least_ns = transforms_ns((double)(2 * terms)) + transforms_ns((double)shape->cell_count);
     shape->node_count = shape->column_count = shape->bins = 1;
     for (int a = 0; a < 3; a++) {
         shape->nodes[a] = chosen[a];
@@ -112,5 +143,5 @@ int cvol_sparse_choose_fold(cvol_context *context, cvol_sparse_shape *shape, int
             list->at[list->count++] = (uint16_t)node;
         }
     *found = 1;
-    return CVOL_OK;
+    return make_node_roots(context, shape);
 }

@@ -16,7 +16,6 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-#define PI 3.14159265358979323846
 #define TRIES 12
 #define GOOD_GAIN 4.0  /* no further shift is spent below this */
 #define MOST_GAIN 64.0 /* rounding of single precision times this is still small */
@@ -36,11 +35,12 @@ double cvol_sparse_solver(const cvol_sparse_shape *shape, const cvol_sparse_node
         const size_t t[3] = {node % shape->nodes[0], node / shape->nodes[0] % shape->nodes[1],
                              node / shape->nodes[0] / shape->nodes[1]};
         for (size_t s = 0; s < count; s++) {
-            double turn = 0;
-            for (int a = 0; a < 3; a++)
-                turn += (double)(t[a] * shape->shifts[s][a] % shape->nodes[a]) /
-                        (double)shape->nodes[a];
-            v[s][i] = cos(2 * PI * turn) + I * sin(2 * PI * turn);
+            v[s][i] = 1;
+            for (int a = 0; a < 3; a++) {
+                const size_t turn = t[a] * shape->shifts[s][a] % shape->nodes[a];
+                const double *root = shape->node_roots[a] + 2 * turn;
+                v[s][i] *= CMPLX(root[0], root[1]);
+            }
         }
     }
     for (size_t i = 0; i < l; i++)

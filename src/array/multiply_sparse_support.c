@@ -201,5 +201,7 @@ void cvol_sparse_shape_free(cvol_sparse_shape *shape)
 {
     free(shape->present);
     free(shape->present_nodes);
+    for (int a = 0; a < 3; a++)
+        free(shape->node_roots[a]);
     memset(shape, 0, sizeof *shape);
 }
