@@ -19,6 +19,7 @@
 #include "transform/fft.h"
 
 #define MOST_CELLS ((size_t)1 << 17)
+#define CELLS_PER_TERM 8
 #define LEAST_POWER 32 /* a host's lengths are multiples of this power of two */
 
 /* ---- host and cells -----------------------------------------------------------------------------
@@ -58,8 +59,9 @@ static int choose_host(cvol_sparse_shape *shape, const cvol_sparse_terms *a,
     return 1;
 }
 
-/* Cells as fine as MOST_CELLS allow; no finer than a column of the finest useful fold. */
-static int choose_cells(cvol_sparse_shape *shape)
+/* Cells as fine as MOST_CELLS allow; no finer than a column of the finest useful fold, nor finer
+ * than so many terms can have a use for. */
+static int choose_cells(cvol_sparse_shape *shape, size_t terms)
 {
     size_t places = 1;
     for (int axis = 0; axis < 3; axis++) {
@@ -68,7 +70,9 @@ static int choose_cells(cvol_sparse_shape *shape)
         if (!cvol_size_multiply(&places, places, shape->host[axis]))
             return 0;
     }
-    const size_t aim = places / 32 > MOST_CELLS ? MOST_CELLS : places / 32 > 64 ? places / 32 : 64;
+    size_t aim = places / 32 < MOST_CELLS ? places / 32 : MOST_CELLS;
+    aim = aim < CELLS_PER_TERM * terms ? aim : CELLS_PER_TERM * terms;
+    aim = aim > 64 ? aim : 64;
     shape->cell_count = places;
     shape->cell_places = 1;
     while (shape->cell_count > aim) {
@@ -185,7 +189,7 @@ int cvol_sparse_support(cvol_context *context, cvol_sparse_shape *shape, int *fo
                         cvol_sparse_terms *a, cvol_sparse_terms *b)
 {
     *found = 0;
-    if (!choose_host(shape, a, b) || !choose_cells(shape))
+    if (!choose_host(shape, a, b) || !choose_cells(shape, a->count + b->count))
         return CVOL_OK;
     shape->present = cvol_allocate(shape->cell_count, 1);
     if (!shape->present)
