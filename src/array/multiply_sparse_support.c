@@ -20,7 +20,8 @@
 
 #define MOST_CELLS ((size_t)1 << 17)
 #define CELLS_PER_TERM 8
-#define LEAST_POWER 32 /* a host's lengths are multiples of this power of two */
+#define ENOUGH_CELLS ((size_t)1 << 14) /* cost little */
+#define LEAST_POWER 32                 /* a host's lengths are multiples of this power of two */
 
 /* ---- host and cells -----------------------------------------------------------------------------
  */
@@ -70,8 +71,10 @@ static int choose_cells(cvol_sparse_shape *shape, size_t terms)
         if (!cvol_size_multiply(&places, places, shape->host[axis]))
             return 0;
     }
+    const size_t of_use = CELLS_PER_TERM * terms > ENOUGH_CELLS ? CELLS_PER_TERM * terms
+                                                                : ENOUGH_CELLS;
     size_t aim = places / 32 < MOST_CELLS ? places / 32 : MOST_CELLS;
-    aim = aim < CELLS_PER_TERM * terms ? aim : CELLS_PER_TERM * terms;
+    aim = aim < of_use ? aim : of_use;
     aim = aim > 64 ? aim : 64;
     shape->cell_count = places;
     shape->cell_places = 1;
