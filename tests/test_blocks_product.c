@@ -219,8 +219,14 @@ static void kernels_know_no_faces(void **state)
         for (size_t k = 0; k < sizeof kernels / sizeof *kernels; k++)
             for (int block = 8; block <= 32; block *= 2)
                 check_kernel(shapes[s], block, kernels[k], s * 100 + k);
-    const size_t wide[3] = {70, 40, 36};
+    const size_t wide[3] = {70, 40, 36}, middle[3] = {33, 18, 25}, line[3] = {81, 3, 2};
     check_kernel(wide, 32, "gaussian:3", 1);
+    check_kernel(middle, 16, "gaussian:2", 2);
+    check_kernel(middle, 8, "gaussian:2", 3); /* as far as it may reach */
+    for (size_t x = 0; x <= 16; x += 4) {
+        const size_t cut[3] = {line[0] - x, line[1], line[2]};
+        check_kernel(cut, 16, "gaussian:4", x);
+    }
 }
 
 int main(void)

@@ -45,9 +45,9 @@ CVOL_API int cvol_array_truncate(cvol_context *context, cvol_array **out, const 
 CVOL_API int cvol_array_shift(cvol_context *context, cvol_array **out, const cvol_array *a,
                               const double offset[3]);
 /* Half (factor -2) or twice (factor 2) as many samples along each axis, spacing to match.
- * Whole arrays: the band-limited function on the new grid (half: frequencies that it cannot hold are
- * dropped, not folded; dims must be even or 1). Blocks: half: means of 2^rank neighbours (a last odd
- * sample stands for itself); twice: linear interpolation at -1/4 and +1/4. */
+ * Whole arrays: the band-limited function on the new grid (half: frequencies that it cannot hold
+ * are dropped, not folded; dims must be even or 1). Blocks: half: means of 2^rank neighbours (a
+ * last odd sample stands for itself); twice: linear interpolation at -1/4 and +1/4. */
 CVOL_API int cvol_array_resample(cvol_context *context, cvol_array **out, const cvol_array *a,
                                  int factor, const cvol_keep *keep);
 
@@ -89,7 +89,8 @@ CVOL_API int cvol_kernel_parse(cvol_context *context, cvol_kernel *out, int rank
 
 /* h * a. Whole arrays: one factor H(u) a term, and an antisymmetric line under DCT by way of all
  * samples of its axis (the result's symmetry is another). Blocks: exact across block faces; the
- * kernel's width 2 radius + 1 must not exceed the block, or ARGUMENT. O(terms); blocks O(N). */
+ * kernel must reach no further than one block to each side (radius <= block), or ARGUMENT.
+ * O(terms); blocks O(N). */
 CVOL_API int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out,
                                         const cvol_array *a, const cvol_kernel *kernel,
                                         const cvol_keep *keep);
@@ -110,7 +111,8 @@ CVOL_API int cvol_array_compress_padded(cvol_context *context, cvol_array **out,
 CVOL_API int cvol_array_gradient(cvol_context *context, cvol_array **out, const cvol_array *a,
                                  const cvol_keep *keep);
 
-/* ---- multiply --------------------------------------------------------------------------------- */
+/* ---- multiply ---------------------------------------------------------------------------------
+ */
 
 typedef enum cvol_plan {
     CVOL_PLAN_AUTO = 0, /* the cheapest by the cost model */
@@ -125,22 +127,23 @@ CVOL_API const char *cvol_plan_name(cvol_plan plan); /* "direct", ... */
 /* What was considered and done. Costs are the model's, in milliseconds on one thread of the machine
  * that it was calibrated on; infinity where a plan does not apply. */
 typedef struct cvol_multiply_report {
-    cvol_plan plan;                        /* that gave the result */
-    double cost_ms[CVOL_PLAN_BLOCKS + 1];  /* by plan */
-    size_t points[3];                      /* evaluated per axis: grid and full */
+    cvol_plan plan;                       /* that gave the result */
+    double cost_ms[CVOL_PLAN_BLOCKS + 1]; /* by plan */
+    size_t points[3];                     /* evaluated per axis: grid and full */
     uint64_t terms_a, terms_b, terms_out;
-    int sparse_failed;                     /* the sparse plan was tried and not verified */
-    char reason[160];                      /* one sentence: why this plan */
+    int sparse_failed; /* the sparse plan was tried and not verified */
+    char reason[160];  /* one sentence: why this plan */
 } cvol_multiply_report;
 
-/* a b, samplewise. A plan asked for that does not apply: UNSUPPORTED, except SPARSE, which falls back
- * to an exact plan when its result is not verified. report may be NULL.
- * Like its inputs a whole array keeps as many terms as the larger operand, in the larger low box. */
+/* a b, samplewise. A plan asked for that does not apply: UNSUPPORTED, except SPARSE, which falls
+ * back to an exact plan when its result is not verified. report may be NULL. Like its inputs a
+ * whole array keeps as many terms as the larger operand, in the larger low box. */
 CVOL_API int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_array *a,
                                  const cvol_array *b, const cvol_keep *keep, cvol_plan plan,
                                  cvol_multiply_report *report);
 
-/* ---- statistics, without evaluation ------------------------------------------------------------ */
+/* ---- statistics, without evaluation ------------------------------------------------------------
+ */
 
 /* Of the samples as the array stands for them; *_error bounds how far that is from the exact. */
 typedef struct cvol_array_statistics {

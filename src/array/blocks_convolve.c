@@ -90,14 +90,8 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
 {
     filter f = {.a = a, .shape = out, .kernel = kernel};
     double norm, sum;
-    for (int i = 0; i < a->rank; i++) {
+    for (int i = 0; i < a->rank; i++)
         f.radius[i] = (size_t)cvol_kernel_radius(kernel, i);
-        if (2 * f.radius[i] + 1 > (size_t)a->block)
-            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                             "the kernel is %zu samples wide along %c, blocks are %d; use larger "
-                             "blocks or a smaller kernel",
-                             2 * f.radius[i] + 1, "xyz"[i], a -> block);
-    }
     if (a->rank == 3 && a->transform == CVOL_DCT)
         return cvol_blocks_convolve_dct(context, out, result, a, kernel, keep);
     cvol_kernel_bounds(kernel, &norm, &sum);

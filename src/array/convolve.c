@@ -46,11 +46,11 @@ static int check_kernel(cvol_context *context, const cvol_array *a, const cvol_k
                              "kernel is %d samples wide along %c, but the array has rank %d: make "
                              "the kernel for that rank",
                              width, "xyz"[axis], a -> rank);
-        else if (a->block && width > a->block)
+        else if (a->block && radius > a->block)
             code = cvol_fail(
                 context, CVOL_ERROR_ARGUMENT,
-                "kernel is %d samples wide along %c, a block has %d: use larger blocks "
-                "or a whole array (block 0)",
+                "kernel is %d samples wide along %c and reaches beyond the next block of %d: use "
+                "larger blocks or a whole array (block 0)",
                 width, "xyz"[axis], a -> block);
     }
     return code;

@@ -11,7 +11,7 @@ typedef struct cvol_axis_matrices {
     size_t kinds, block_count;
 } cvol_axis_matrices;
 
-/* n samples in blocks of B; the line's width 2 radius + 1 is at most B. transposed: as the x axis
+/* n samples in blocks of B; the line's radius is at most B. transposed: as the x axis
  * wants them. Errors: MEMORY. */
 int cvol_axis_matrices_make(cvol_context *context, cvol_axis_matrices *out,
                             const cvol_kernel_line *line, size_t n, int block, int transposed);

@@ -264,7 +264,7 @@ for kernel in '' gauss gaussian gaussian:x gaussian:-1 gaussian:100 box:2 box:0 
     unsharp:1,2,3; do
     expect_failure 2 '--kernel: ' cvol convolve a.cvol --kernel "$kernel" -o x.cvol
 done
-expect_failure 2 '' cvol convolve a.cvol --kernel gaussian:3 -o x.cvol # 25 wide, blocks of 16
+expect_failure 2 '' cvol convolve a.cvol --kernel gaussian:5 -o x.cvol # reaches 20, blocks of 16
 expect_failure 2 'which filter' cvol convolve a.cvol -o x.cvol
 expect_failure 1 'no.json: ' cvol convolve a.cvol --kernel no.json -o x.cvol
 # refuse_taps SENTENCE TEXT
