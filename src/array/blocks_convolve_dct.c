@@ -90,7 +90,8 @@ int cvol_blocks_convolve_dct(cvol_context *context, cvol_array *out, cvol_build_
     cvol_kernel_bounds(kernel, &norm, &sum);
     out->offset = a->offset * cvol_kernel_total(kernel);
     cvol_blocks_expect(out, cvol_ledger_convolve(&a->ledger, norm, sum));
-    const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep, norm, a);
+    const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep,
+                                                           cvol_kernel_noise_gain(kernel), a);
     if (!code)
         code = cvol_build_blocks(context, out, result, &producer, &resolved);
     for (int p = 0; p < CVOL_KERNEL_PARTS; p++)

@@ -63,7 +63,7 @@ int cvol_blocks_gradient(cvol_context *context, cvol_array *out, cvol_build_resu
                                           .max_abs = gain * cvol_ledger_tighten(&a->ledger),
                                           .value_min = 0,
                                           .value_max = most});
-    const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep, gain, a);
+    const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep, gain / sqrt(2), a);
     const cvol_producer producer = {.produce = produce,
                                     .user = &g,
                                     .scratch_bytes = cvol_halo_bytes(a) +

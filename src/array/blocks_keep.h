@@ -1,12 +1,12 @@
-/* What operations on blocks keep when nothing is said: as coarse as the coarsest
- * input: what that one has lost already bounds what there is to gain.
+/* What operations on blocks keep when nothing is said: as coarse as what the
+ * coarsest input has lost comes out of the operation: to keep more is to keep noise.
  *
  * Inputs that are quantised and nothing else (the codec's: threshold 0) give STEP, others
  * THRESHOLD, each with the largest of the inputs' own times what the operation makes of it:
  *
  *     add       max(|alpha| step_a, |beta| step_b)
  *     multiply  max(max|b| step_a, max|a| step_b)
- *     filter    gain step_a
+ *     filter    gain step_a, gain: what it makes of white noise (the L2 norm of its taps)
  *
  * Inputs without terms say nothing. The steps are never so fine that a result could not be held.
  */

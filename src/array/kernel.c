@@ -121,6 +121,31 @@ void cvol_kernel_bounds(const cvol_kernel *kernel, double *norm, double *sum)
     *sum *= 1 + SLACK;
 }
 
+/* sum over x of f[x] g[x] */
+static double line_inner(const cvol_kernel_line *f, const cvol_kernel_line *g)
+{
+    const int radius = f->radius < g->radius ? f->radius : g->radius;
+    double sum = f->taps[0] * g->taps[0];
+    if (f->antisymmetric != g->antisymmetric)
+        return 0;
+    for (int i = 1; i <= radius; i++)
+        sum += 2 * f->taps[i] * g->taps[i];
+    return sum;
+}
+
+double cvol_kernel_noise_gain(const cvol_kernel *kernel)
+{
+    double sum = 0;
+    for (int s = 0; s < kernel->parts; s++)
+        for (int t = 0; t < kernel->parts; t++) {
+            double product = kernel->weight[s] * kernel->weight[t];
+            for (int a = 0; a < 3; a++)
+                product *= line_inner(&kernel->line[s][a], &kernel->line[t][a]);
+            sum += product;
+        }
+    return sqrt(fmax(sum, 0));
+}
+
 int cvol_kernel_radius(const cvol_kernel *kernel, int axis)
 {
     int radius = 0;
