@@ -125,11 +125,11 @@ int main(int argc, char **argv)
 
     cvol_kernel unsharp;
     must(context, cvol_kernel_unsharp(context, &unsharp, 2, 0.7, 1.5));
-    must(context, cvol_array_convolve_kernel(context, &sharp, picture, &unsharp, NULL));
+    must(context, cvol_array_convolve_kernel(context, &sharp, picture, &unsharp, &tenth));
     sharpen_exactly(exact, slice, &grid, &unsharp);
     report(context, "sharpened (convolve)", sharp, exact);
 
-    must(context, cvol_array_multiply(context, &result, sharp, mask, NULL, CVOL_PLAN_AUTO, NULL));
+    must(context, cvol_array_multiply(context, &result, sharp, mask, &tenth, CVOL_PLAN_AUTO, NULL));
     for (size_t i = 0; i < count; i++)
         exact[i] *= disc[i];
     report(context, "vignetted (multiply)", result, exact);

@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "array/operations.h"
+
 static cvol_keep resolve(const cvol_array *out, const cvol_keep *keep, double weight_a,
                          const cvol_array *a, double weight_b, const cvol_array *b)
 {
@@ -10,16 +12,21 @@ static cvol_keep resolve(const cvol_array *out, const cvol_keep *keep, double we
         return *keep;
     const cvol_array *inputs[2] = {a, b};
     const double weights[2] = {fabs(weight_a), fabs(weight_b)};
-    double step = 0, threshold = 0;
+    double step = 0, threshold = 0, error = 0;
     int quantised = 1;
     for (int i = 0; i < 2; i++) {
         if (!inputs[i] || !inputs[i]->coefficients || !(weights[i] > 0))
             continue;
         /* Of a quantised array the smallest term is one step. */
         const int steps = inputs[i]->threshold == 0;
-        quantised = quantised && steps;
-        step = fmax(step, weights[i] * inputs[i]->step);
-        threshold = fmax(threshold, weights[i] * (steps ? inputs[i]->step : inputs[i]->threshold));
+        const double smallest = weights[i] * (steps ? inputs[i]->step : inputs[i]->threshold);
+        const double lost = weights[i] * inputs[i]->ledger.l2_error;
+        if (step > 0 && (lost < error || (lost == error && smallest >= threshold)))
+            continue;
+        error = lost;
+        quantised = steps;
+        step = weights[i] * inputs[i]->step;
+        threshold = smallest;
     }
     if (!(step > 0))
         return (cvol_keep){.rule = CVOL_KEEP_ALL};
@@ -37,11 +44,22 @@ cvol_keep cvol_blocks_keep_for_add(const cvol_array *out, const cvol_keep *keep,
     return resolve(out, keep, alpha, a, beta, b);
 }
 
-cvol_keep cvol_blocks_keep_for_multiply(const cvol_array *out, const cvol_keep *keep,
-                                        const cvol_array *a, const cvol_array *b)
+int cvol_blocks_keep_for_multiply(cvol_context *context, cvol_keep *resolved, const cvol_array *out,
+                                  const cvol_keep *keep, const cvol_array *a, const cvol_array *b)
 {
-    return resolve(out, keep, cvol_ledger_tighten(&b->ledger), a, cvol_ledger_tighten(&a->ledger),
-                   b);
+    *resolved = *keep;
+    if (keep->rule != CVOL_KEEP_LIKE_INPUTS)
+        return CVOL_OK;
+    const double samples = (double)cvol_grid_samples(&a->grid);
+    double sum, squares_a, squares_b;
+    int code = cvol_blocks_sums(context, &sum, &squares_a, a);
+    if (!code)
+        code = cvol_blocks_sums(context, &sum, &squares_b, b);
+    if (code)
+        return code;
+    *resolved = resolve(out, keep, sqrt(fmax(squares_b, 0) / samples), a,
+                        sqrt(fmax(squares_a, 0) / samples), b);
+    return CVOL_OK;
 }
 
 cvol_keep cvol_blocks_keep_for_filter(const cvol_array *out, const cvol_keep *keep, double gain,
