@@ -101,17 +101,19 @@ const float *cvol_block_points_basis(int block, int points)
 /* One dimension of the forward (or inverse) transform: every line of stride `stride`. */
 static void transform_lines(double *block_data, int block, int stride, int inverse)
 {
+    double basis[CVOL_BLOCK_MAX][CVOL_BLOCK_MAX];
     int count = block * block * block;
+    for (int i = 0; i < block; i++)
+        for (int j = 0; j < block; j++)
+            basis[i][j] = inverse ? basis_value(j, i, block) : basis_value(i, j, block);
     for (int start = 0; start < count; start++) {
         if (start / stride % block)
             continue;
         double line[CVOL_BLOCK_MAX];
         for (int i = 0; i < block; i++) {
             line[i] = 0;
-            for (int j = 0; j < block; j++) {
-                double d = inverse ? basis_value(j, i, block) : basis_value(i, j, block);
-                line[i] += d * block_data[start + j * stride];
-            }
+            for (int j = 0; j < block; j++)
+                line[i] += basis[i][j] * block_data[start + j * stride];
         }
         for (int i = 0; i < block; i++)
             block_data[start + i * stride] = line[i];
