@@ -166,7 +166,7 @@ static int check(cvol_context *context, const float *a, const float *b, const si
     cvol_build_result result = {0};
     int verified = -1;
     const int rc = cvol_multiply_sparse(context, arrays[2], &result, arrays[0], arrays[1], keep,
-                                        &verified);
+                                        (double)INFINITY, &verified);
     if (rc)
         fail_msg("seed %llu: %s", (unsigned long long)seed, cvol_context_message(context));
     if (!verified) {

@@ -146,7 +146,7 @@ static void free_way(way *w)
 /* Plans both ways unless the first is near the best there could be, and goes the cheaper. */
 static int try_ways(cvol_context *context, cvol_array *out, cvol_build_result *result,
                     const cvol_array *a, const cvol_array *b, double least, const cvol_keep *keep,
-                    int *verified)
+                    double limit_ms, int *verified)
 {
     way ways[2];
     memset(ways, 0, sizeof ways);
@@ -158,7 +158,7 @@ static int try_ways(cvol_context *context, cvol_array *out, cvol_build_result *r
         first = 1;
     for (int i = 0; i < 2 && !rc && !*verified; i++) {
         way *w = &ways[i ? 1 - first : first];
-        if (w->found)
+        if (w->found && 1e-6 * w->shape.cost_ns <= limit_ms)
             rc = carry_out(context, out, result, &w->shape, &w->terms[0], w->of_b, w->spent, keep,
                            verified);
     }
@@ -191,7 +191,7 @@ static int find_least(cvol_context *context, double *least, const cvol_array *a,
 
 int cvol_multiply_sparse(cvol_context *context, cvol_array *out, cvol_build_result *result,
                          const cvol_array *a, const cvol_array *b, const cvol_keep *keep,
-                         int *verified)
+                         double limit_ms, int *verified)
 {
     *verified = 0;
     if (a->block || a->transform == CVOL_DCT)
@@ -207,7 +207,7 @@ int cvol_multiply_sparse(cvol_context *context, cvol_array *out, cvol_build_resu
             if (rc || least == 0)
                 break;
         }
-        rc = try_ways(context, out, result, a, b, least, keep, verified);
+        rc = try_ways(context, out, result, a, b, least, keep, limit_ms, verified);
     }
     return rc;
 }

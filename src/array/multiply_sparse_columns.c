@@ -41,7 +41,10 @@ static double fold_ns(const cvol_sparse_shape *shape, size_t nodes, size_t shift
 {
     const double bins = (double)(shape->cell_count * shape->cell_places / nodes);
     const double s = (double)shifts, solved = (double)(shape->present_count * shape->cell_places);
-    return s * (transforms_ns(bins) + 2 * bins + 6 * (double)terms) + (3 * s + 10) * solved / 2 +
+    const int plain = !memcmp(shape->host, shape->dims, sizeof shape->host) && shape->inverse == 1;
+    /* Short rows cost more; where the host is another group the terms have to be sorted. */
+    const double each = (1.5 * s + 5) * (1 + 8 / (double)shape->cell[0]) + (plain ? 0 : 40);
+    return s * (transforms_ns(bins) + 2 * bins + 6 * (double)terms) + each * solved +
            systems_ns(shape, nodes, s);
 }
 
@@ -55,20 +58,49 @@ static size_t column_of(const size_t cells[3], const size_t columns[3], const si
     return x % columns[0] + columns[0] * (y % columns[1] + columns[1] * (z % columns[2]));
 }
 
-/* Most present cells in one column, not counted beyond `limit`. */
-static size_t fullest(const cvol_sparse_shape *shape, const size_t nodes[3], uint8_t *loads,
-                      size_t limit)
+/* The cells that may have terms, and counters of columns. */
+typedef struct present_cells {
+    uint32_t (*at)[3];
+    size_t count;
+    uint8_t *loads;
+} present_cells;
+
+static int list_cells(cvol_context *context, present_cells *out, const cvol_sparse_shape *shape)
 {
-    const size_t columns[3] = {shape->cells[0] / nodes[0], shape->cells[1] / nodes[1],
-                               shape->cells[2] / nodes[2]};
-    size_t most = 0;
-    unsigned node;
-    memset(loads, 0, columns[0] * columns[1] * columns[2]);
-    for (size_t i = 0; i < shape->cell_count && most <= limit; i++)
+    const size_t *cells = shape->cells, count = shape->present_count;
+    out->at = cvol_allocate(count, sizeof *out->at);
+    out->loads = cvol_allocate(shape->cell_count, 1);
+    if (!out->at || !out->loads)
+        return cvol_fail_memory(context, shape->cell_count + count * sizeof *out->at,
+                                "folds of the product");
+    out->count = 0;
+    for (size_t i = 0; i < shape->cell_count; i++)
         if (shape->present[i]) {
-            const size_t load = ++loads[column_of(shape->cells, columns, nodes, i, &node)];
-            most = load > most ? load : most;
+            uint32_t *at = out->at[out->count++];
+            at[0] = (uint32_t)(i % cells[0]);
+            at[1] = (uint32_t)(i / cells[0] % cells[1]);
+            at[2] = (uint32_t)(i / cells[0] / cells[1]);
         }
+    return CVOL_OK;
+}
+
+/* Most present cells in one column, not counted beyond `limit`. */
+static size_t fullest(const cvol_sparse_shape *shape, const size_t nodes[3],
+                      const present_cells *present, size_t limit)
+{
+    const uint32_t columns[3] = {(uint32_t)(shape->cells[0] / nodes[0]),
+                                 (uint32_t)(shape->cells[1] / nodes[1]),
+                                 (uint32_t)(shape->cells[2] / nodes[2])};
+    size_t most = 0;
+    memset(present->loads, 0, (size_t)columns[0] * columns[1] * columns[2]);
+    for (size_t i = 0; i < present->count && most <= limit; i++) {
+        const uint32_t *at = present->at[i];
+        const size_t column = at[0] % columns[0] +
+                              columns[0] *
+                                  (at[1] % columns[1] + (size_t)columns[1] * (at[2] % columns[2]));
+        const size_t load = ++present->loads[column];
+        most = load > most ? load : most;
+    }
     return most;
 }
 
@@ -93,11 +125,10 @@ int cvol_sparse_choose_fold(cvol_context *context, cvol_sparse_shape *shape, int
 {
     double best = full_ns(shape) / 2; /* what saves less is no structure */
     size_t nodes[3], chosen[3] = {0, 0, 0};
-    uint8_t *loads = cvol_allocate(shape->cell_count, 1);
+    present_cells present = {0};
     *found = 0;
-    if (!loads)
-        return cvol_fail_memory(context, shape->cell_count, "folds of the product");
-    for (nodes[2] = 1; shape->cells[2] % nodes[2] == 0; nodes[2] *= 2)
+    int code = list_cells(context, &present, shape);
+    for (nodes[2] = 1; !code && shape->cells[2] % nodes[2] == 0; nodes[2] *= 2)
         for (nodes[1] = 1; shape->cells[1] % nodes[1] == 0; nodes[1] *= 2)
             for (nodes[0] = 1; shape->cells[0] % nodes[0] == 0; nodes[0] *= 2) {
                 const size_t count = nodes[0] * nodes[1] * nodes[2];
@@ -106,7 +137,7 @@ int cvol_sparse_choose_fold(cvol_context *context, cvol_sparse_shape *shape, int
                 if (count > CVOL_SPARSE_NODES || mean > CVOL_SPARSE_SHIFTS ||
                     fold_ns(shape, count, mean ? mean : 1, terms) >= best)
                     continue;
-                size_t most = fullest(shape, nodes, loads, CVOL_SPARSE_SHIFTS);
+                size_t most = fullest(shape, nodes, &present, CVOL_SPARSE_SHIFTS);
                 most = most ? most : 1;
                 const double cost = fold_ns(shape, count, most, terms);
                 if (most > CVOL_SPARSE_SHIFTS || cost >= best)
@@ -115,9 +146,10 @@ int cvol_sparse_choose_fold(cvol_context *context, cvol_sparse_shape *shape, int
                 memcpy(chosen, nodes, sizeof chosen);
                 shape->most = most;
             }
-    free(loads);
-    if (!chosen[0])
-        return CVOL_OK;
+    free(present.at);
+    free(present.loads);
+    if (code || !chosen[0])
+        return code;
     shape->cost_ns = best;
     /* |A + B| >= |A| + |B| - 1 (without wrapping around), each in a bin of its own, and this
      * planning. */

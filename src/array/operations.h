@@ -69,10 +69,11 @@ int cvol_multiply_direct(cvol_context *context, cvol_array *out, cvol_build_resu
 int cvol_multiply_grid(cvol_context *context, cvol_array *out, cvol_build_result *result,
                        const cvol_array *a, const cvol_array *b, const size_t points[3],
                        const cvol_keep *keep);
-/* *verified 0: nothing was made, an exact plan has to. */
+/* *verified 0: nothing was made, an exact plan has to. It is not carried out if it would take more
+ * than limit_ms on one thread, which is known once the supports have been looked at. */
 int cvol_multiply_sparse(cvol_context *context, cvol_array *out, cvol_build_result *result,
                          const cvol_array *a, const cvol_array *b, const cvol_keep *keep,
-                         int *verified);
+                         double limit_ms, int *verified);
 int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_result *result,
                          const cvol_array *a, const cvol_array *b, const cvol_keep *keep);
 
