@@ -11,7 +11,7 @@ build_and_test() { # FOLDER CMAKE_OPTIONS...
     shift
     cmake -S . -B "$where" -DCVOL_WERROR=ON -DCVOL_TESTS=ON "$@" >/dev/null
     cmake --build "$where" -j "$jobs"
-    ctest --test-dir "$where" --output-on-failure
+    ctest --test-dir "$where" --output-on-failure -j "$jobs"
 }
 
 tests/check_rooms.sh
