@@ -16,31 +16,7 @@ typedef struct algebra_arguments {
 } algebra_arguments;
 
 /* As INPUT_OPTIONS: --type is the result's here. */
-#define RAW_OPERAND_OPTIONS(c)                                                                    \
-    {NULL, NULL, "Operands of raw samples (x fastest):", OPTION_HEADING, NULL, 0, NULL},          \
-        {"--dims", "NXxNYxNZ", "number of samples along each axis", OPTION_DIMS, (c).read.dims,   \
-         0,        NULL},                                                                         \
-        {"--raw-type", "TYPE",         "uint8 int8 uint16 int16 uint32 int32 float32 float64",    \
-         OPTION_TEXT,  &(c).type_name, 0,                                                         \
-         NULL},                                                                                   \
-        {"--big-endian",                                                                          \
-         NULL,                                                                                    \
-         "samples are stored high byte first",                                                    \
-         OPTION_FLAG,                                                                             \
-         &(c).read.big_endian,                                                                    \
-         0,                                                                                       \
-         NULL},                                                                                   \
-        {"--spacing",                                                                             \
-         "SX,SY,SZ",                                                                              \
-         "distance of samples (default 1,1,1)",                                                   \
-         OPTION_NUMBERS3,                                                                         \
-         (c).read.spacing,                                                                        \
-         0,                                                                                       \
-         NULL},                                                                                   \
-    {                                                                                             \
-        "--fill", "VALUE", "replace NaN and infinite samples by VALUE", OPTION_NUMBER, &(c).fill, \
-            0, &(c).fill_given                                                                    \
-    }
+#define RAW_OPERAND_OPTIONS(c) RAW_OPTIONS(c, "Operands of raw samples (x fastest):", "--raw-type")
 
 #define RESULT_OPTIONS(a)                                                         \
     {"-o", "OUT.cvol", "the result (needed)", OPTION_TEXT, &(a).output, 0, NULL}, \

@@ -81,11 +81,12 @@ typedef struct common_options {
             NULL                                                                                \
     }
 
-#define INPUT_OPTIONS(c)                                                                          \
-    {NULL, NULL, "Raw samples (x fastest):", OPTION_HEADING, NULL, 0, NULL},                      \
+/* Samples without a header; type_option is what their type is called. */
+#define RAW_OPTIONS(c, heading, type_option)                                                      \
+    {NULL, NULL, heading, OPTION_HEADING, NULL, 0, NULL},                                         \
         {"--dims", "NXxNYxNZ", "number of samples along each axis", OPTION_DIMS, (c).read.dims,   \
          0,        NULL},                                                                         \
-        {"--type",    "TYPE",         "uint8 int8 uint16 int16 uint32 int32 float32 float64",     \
+        {type_option, "TYPE",         "uint8 int8 uint16 int16 uint32 int32 float32 float64",     \
          OPTION_TEXT, &(c).type_name, 0,                                                          \
          NULL},                                                                                   \
         {"--big-endian",                                                                          \
@@ -106,6 +107,8 @@ typedef struct common_options {
         "--fill", "VALUE", "replace NaN and infinite samples by VALUE", OPTION_NUMBER, &(c).fill, \
             0, &(c).fill_given                                                                    \
     }
+
+#define INPUT_OPTIONS(c) RAW_OPTIONS(c, "Raw samples (x fastest):", "--type")
 
 /* A context with the threads, progress on a terminal, and cancelling by Ctrl-C; NULL (after a
  * sentence) without memory. */

@@ -4,36 +4,8 @@
 
 #include "array/array.h"
 #include "base/context.h"
+#include "base/for_type.h"
 #include "base/memory.h"
-
-/* Applies CASE(type) to the C type of a cvol_type. */
-#define FOR_TYPE(number, CASE) \
-    switch (number) {          \
-    case CVOL_UINT8:           \
-        CASE(uint8_t);         \
-        break;                 \
-    case CVOL_INT8:            \
-        CASE(int8_t);          \
-        break;                 \
-    case CVOL_UINT16:          \
-        CASE(uint16_t);        \
-        break;                 \
-    case CVOL_INT16:           \
-        CASE(int16_t);         \
-        break;                 \
-    case CVOL_UINT32:          \
-        CASE(uint32_t);        \
-        break;                 \
-    case CVOL_INT32:           \
-        CASE(int32_t);         \
-        break;                 \
-    case CVOL_FLOAT32:         \
-        CASE(float);           \
-        break;                 \
-    case CVOL_FLOAT64:         \
-        CASE(double);          \
-        break;                 \
-    }
 
 /* Of one sheet of samples. */
 typedef struct sheet_survey {
@@ -66,9 +38,9 @@ typedef struct sheet_survey {
 static sheet_survey survey_sheet(const void *samples, cvol_type type, size_t first, size_t count)
 {
     sheet_survey out = {0};
-    FOR_TYPE(type, SURVEY);
+    CVOL_FOR_TYPE(type, SURVEY);
     if (!cvol_type_is_integer(type))
-        FOR_TYPE(type, FIND_STRANGE);
+        CVOL_FOR_TYPE(type, FIND_STRANGE);
     return out;
 }
 

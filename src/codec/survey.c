@@ -5,39 +5,11 @@
 #include <stdlib.h>
 
 #include "base/context.h"
+#include "base/for_type.h"
 #include "base/memory.h"
 #include "cvol/codec.h"
 
 enum { ROW_MOST = 512 };
-
-/* Applies CASE(type) to the C type of a cvol_type. */
-#define FOR_TYPE(number, CASE) \
-    switch (number) {          \
-    case CVOL_UINT8:           \
-        CASE(uint8_t);         \
-        break;                 \
-    case CVOL_INT8:            \
-        CASE(int8_t);          \
-        break;                 \
-    case CVOL_UINT16:          \
-        CASE(uint16_t);        \
-        break;                 \
-    case CVOL_INT16:           \
-        CASE(int16_t);         \
-        break;                 \
-    case CVOL_UINT32:          \
-        CASE(uint32_t);        \
-        break;                 \
-    case CVOL_INT32:           \
-        CASE(int32_t);         \
-        break;                 \
-    case CVOL_FLOAT32:         \
-        CASE(float);           \
-        break;                 \
-    case CVOL_FLOAT64:         \
-        CASE(double);          \
-        break;                 \
-    }
 
 #define COMPARE(type)                                                              \
     do {                                                                           \
@@ -66,7 +38,7 @@ static void compare_real_row(cvol_distance *out, const void *samples, cvol_type 
                              const float *real, double offset, size_t count)
 {
     double squares = 0, norm = 0, most = out->real_max_abs;
-    FOR_TYPE(type, COMPARE_REAL);
+    CVOL_FOR_TYPE(type, COMPARE_REAL);
     out->real_max_abs = most;
     out->real_l2_error += squares;
     out->real_norm += norm;
@@ -77,7 +49,7 @@ static void compare_row(cvol_distance *out, const void *samples, cvol_type type,
                         const void *decoded, size_t count)
 {
     double most = out->max_error, squares = 0;
-    FOR_TYPE(type, COMPARE);
+    CVOL_FOR_TYPE(type, COMPARE);
     out->max_error = most;
     out->l2_error += squares;
 }
