@@ -197,7 +197,8 @@ def block_rows(label, keep, planner, found):
             row(f'FFTW multiply ({planner})', found['dense_ms'], 'whole array, low box of 1/30',
                 **{'PSNR dB': f"{found['dense_psnr_db']:.2f}", 'over cvol': f'{dense / cvol:.2f}'})]
     rows += [row('cvol ' + what, found[key]) for what, key in
-             (('add', 'add_ms'), ('statistics', 'statistics_ms'), ('inner product', 'compare_ms'))]
+             (('add', 'add_ms'), ('statistics', 'statistics_ms'), ('inner product', 'inner_ms'),
+              ('compare', 'compare_ms'))]
     for zfp in found.get('zfp', []):
         for way, key in (('iterators', 'iterators_ms'), ('indices', 'indices_ms'),
                          ('get, multiply, set', 'whole_ms')):
@@ -234,8 +235,8 @@ def describe_blocks(arguments, rows):
                       'notes'], rows), '',
             '`rho`: 1/30 of the terms; `codec`: what a file of 1/30 keeps. *Over cvol*: how many '
             "times as long as cvol's product. zfp's arrays hold at least one bit a value "
-            '(ratio 32). `statistics` gives sum, mean, variance and norm; `inner product` '
-            'also distance and cosine.', '']
+            '(ratio 32). `statistics` gives sum, mean, variance and norm; `compare` the inner product, '
+            'distance, cosine and their bounds.', '']
 
 
 # ---- all --------------------------------------------------------------------------------------

@@ -307,6 +307,9 @@ static void test_statistics(void **state)
         cvol_array_comparison c;
         CHECK(cvol_array_statistics_of(context, &s, first.array) == CVOL_OK);
         CHECK(cvol_array_compare(context, &c, first.array, second.array) == CVOL_OK);
+        double inner;
+        CHECK(cvol_array_inner_product(context, &inner, first.array, second.array) == CVOL_OK);
+        CHECK(inner == c.inner_product);
         for (int exact = 0; exact < 2; exact++) {
             const double *x = exact ? first.exact : a, *y = exact ? second.exact : b;
             double sum = 0, xx = 0, yy = 0, xy = 0, distance = 0, variance = 0;

@@ -134,6 +134,15 @@ static void call_statistics(void *user, int turn)
                 "statistics");
 }
 
+static void call_inner(void *user, int turn)
+{
+    bench *b = user;
+    double found;
+    (void)turn;
+    bench_check(b->context, cvol_array_inner_product(b->context, &found, b->a, b->b),
+                "inner product");
+}
+
 static void call_compare(void *user, int turn)
 {
     bench *b = user;
@@ -272,6 +281,7 @@ int main(int count, char **texts)
     } measured[] = {{"multiply_ms", call_multiply},
                     {"add_ms", call_add},
                     {"statistics_ms", call_statistics},
+                    {"inner_ms", call_inner},
                     {"compare_ms", call_compare},
                     {"dense_ms", call_dense}};
     enum { MEASURED = sizeof measured / sizeof *measured };

@@ -159,6 +159,9 @@ typedef struct cvol_array_comparison {
 } cvol_array_comparison;
 CVOL_API int cvol_array_compare(cvol_context *context, cvol_array_comparison *out,
                                 const cvol_array *a, const cvol_array *b);
+/* sum a b alone, for algorithms that want nothing else: no norms, no bound. Same errors. */
+CVOL_API int cvol_array_inner_product(cvol_context *context, double *out, const cvol_array *a,
+                                      const cvol_array *b);
 
 #ifdef __cplusplus
 }

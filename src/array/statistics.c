@@ -45,6 +45,16 @@ int cvol_array_statistics_of(cvol_context *context, cvol_array_statistics *out, 
     return CVOL_OK;
 }
 
+int cvol_array_inner_product(cvol_context *context, double *out, const cvol_array *a,
+                             const cvol_array *b)
+{
+    *out = 0;
+    int code = cvol_array_agree(context, a, b);
+    if (code)
+        return code;
+    return a->block ? cvol_blocks_inner(context, out, a, b) : cvol_whole_inner(context, out, a, b);
+}
+
 /* |a - b|^2 = |a|^2 + |b|^2 - 2 <a, b> where that does not cancel. */
 static int compare_blocks(cvol_context *context, double *inner, double *distance, double squares,
                           const cvol_array *a, const cvol_array *b)
