@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "array/operations.h"
+#include "array/block_sums.h"
 
 static cvol_keep resolve(const cvol_array *out, const cvol_keep *keep, double weight_a,
                          const cvol_array *a, double weight_b, const cvol_array *b)
@@ -44,22 +44,35 @@ cvol_keep cvol_blocks_keep_for_add(const cvol_array *out, const cvol_keep *keep,
     return resolve(out, keep, alpha, a, beta, b);
 }
 
-int cvol_blocks_keep_for_multiply(cvol_context *context, cvol_keep *resolved, const cvol_array *out,
-                                  const cvol_keep *keep, const cvol_array *a, const cvol_array *b)
+/* The root of the mean square in a block, and of that the mean over blocks, weighted with their
+ * energy: how loud the array is where it is loud. (Of a mask about 1, however small it is.) */
+static double loudness(const cvol_array *a)
 {
-    *resolved = *keep;
+    const int place_bits = cvol_place_bits(a->block_log2);
+    const double count = (double)cvol_array_block_terms(a), step = a->step, offset = a->offset;
+    double energies = 0, squares = 0;
+    for (size_t i = 0; i < a->block_count; i++) {
+        const cvol_block *block = &a->block_table[i];
+        double energy = offset * offset * count;
+        if (block->words) {
+            uint32_t place;
+            const uint32_t *words = block->terms;
+            const double first = step * (double)cvol_term_unpack(&words, &place, place_bits);
+            energy += step * step * cvol_block_squares(block, place_bits);
+            energy += place ? 0 : 2 * offset * first * sqrt(count);
+        }
+        energies += energy;
+        squares += energy * energy;
+    }
+    return energies > 0 ? sqrt(squares / energies / count) : 0;
+}
+
+cvol_keep cvol_blocks_keep_for_multiply(const cvol_array *out, const cvol_keep *keep,
+                                        const cvol_array *a, const cvol_array *b)
+{
     if (keep->rule != CVOL_KEEP_LIKE_INPUTS)
-        return CVOL_OK;
-    const double samples = (double)cvol_grid_samples(&a->grid);
-    double sum, squares_a, squares_b;
-    int code = cvol_blocks_sums(context, &sum, &squares_a, a);
-    if (!code)
-        code = cvol_blocks_sums(context, &sum, &squares_b, b);
-    if (code)
-        return code;
-    *resolved = resolve(out, keep, sqrt(fmax(squares_b, 0) / samples), a,
-                        sqrt(fmax(squares_a, 0) / samples), b);
-    return CVOL_OK;
+        return *keep;
+    return resolve(out, keep, loudness(b), a, loudness(a), b);
 }
 
 cvol_keep cvol_blocks_keep_for_filter(const cvol_array *out, const cvol_keep *keep, double gain,

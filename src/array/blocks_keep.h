@@ -4,7 +4,7 @@
  * What an input has lost is taken for white noise, which the operation multiplies by a weight:
  *
  *     add       |alpha|, |beta|
- *     multiply  the root of the other operand's mean square
+ *     multiply  the root mean square of the other operand, where it is loud
  *     filter    the L2 norm of its taps
  *
  * The input whose l2_error times its weight is the larger one decides: its step (the codec's
@@ -20,8 +20,8 @@
 /* Each gives *keep itself unless its rule is LIKE_INPUTS. out->ledger.max_abs must be set. */
 cvol_keep cvol_blocks_keep_for_add(const cvol_array *out, const cvol_keep *keep, double alpha,
                                    const cvol_array *a, double beta, const cvol_array *b);
-int cvol_blocks_keep_for_multiply(cvol_context *context, cvol_keep *resolved, const cvol_array *out,
-                                  const cvol_keep *keep, const cvol_array *a, const cvol_array *b);
+cvol_keep cvol_blocks_keep_for_multiply(const cvol_array *out, const cvol_keep *keep,
+                                        const cvol_array *a, const cvol_array *b);
 cvol_keep cvol_blocks_keep_for_filter(const cvol_array *out, const cvol_keep *keep, double gain,
                                       const cvol_array *a);
 

@@ -69,7 +69,6 @@ int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_resu
                                     .what = "multiplying"};
     out->offset = a->offset * b->offset;
     cvol_blocks_expect(out, cvol_ledger_multiply(&a->ledger, &b->ledger));
-    cvol_keep resolved;
-    int code = cvol_blocks_keep_for_multiply(context, &resolved, out, keep, a, b);
-    return code ? code : cvol_build_blocks(context, out, result, &producer, &resolved);
+    const cvol_keep resolved = cvol_blocks_keep_for_multiply(out, keep, a, b);
+    return cvol_build_blocks(context, out, result, &producer, &resolved);
 }
