@@ -1,4 +1,4 @@
-/* Finding the coefficients of a dense block that are large enough to be kept, and quantising them.
+/* Finding the coefficients of a dense block that are large enough to be kept, and packing them.
  */
 #ifndef CVOL_ARRAY_BUILD_PACK_H
 #define CVOL_ARRAY_BUILD_PACK_H
@@ -24,18 +24,23 @@ typedef struct cvol_scan_task {
 /* Magnitudes of 2^CVOL_MOST_BITS steps and more cannot be quantised. */
 enum { CVOL_MOST_BITS = 30 };
 
-typedef struct cvol_quantise_task {
-    const float *values; /* readable up to the margin */
+typedef struct cvol_pack_task {
+    const float *values;    /* all three readable up to the margin */
+    const uint32_t *places; /* rising */
     uint32_t count;
+    int block_log2;
     double step;
     float least;       /* magnitudes below become zero */
     int32_t *integers; /* result: to the nearest, halves away from zero; up to the margin */
+    uint32_t *words; /* result: the terms that are not zero; room for two a value, and the margin */
+    uint32_t word_count, terms;
+    uint8_t low[3];    /* as cvol_block's */
     double lost, norm; /* sums of squares: of what is left of the values, of the values */
     double largest;    /* magnitude */
-} cvol_quantise_task;
+} cvol_pack_task;
 
 /* Same bits on every processor, both. */
 void cvol_block_scan(cvol_scan_task *task);
-void cvol_block_quantise(cvol_quantise_task *task);
+void cvol_block_pack(cvol_pack_task *task);
 
 #endif

@@ -1,11 +1,12 @@
 /* The scan for coefficients above a threshold, 16 at a time whatever the instruction set, so that
  * the sum of squares of the rest has the same bits everywhere. Most of a block is below. */
+#include "array/array.h"
 #include "array/build_pack.h"
 #include "base/cpu.h"
 #include "base/vector.h"
 
 void CVOL_SIMD(cvol_block_scan)(cvol_scan_task *task);
-void CVOL_SIMD(cvol_block_quantise)(cvol_quantise_task *task);
+void CVOL_SIMD(cvol_block_pack)(cvol_pack_task *task);
 
 typedef float vf16 __attribute__((vector_size(64)));
 typedef int32_t vi16 __attribute__((vector_size(64)));
@@ -121,15 +122,75 @@ void CVOL_SIMD(cvol_block_scan)(cvol_scan_task *task)
         scan(task, 0);
 }
 
+/* ---- packing ------------------------------------------------------------------------------- */
+
+CVOL_INLINE uint32_t mask_bits8(vi8 mask)
+{
+#if defined(__AVX2__)
+    return (uint32_t)_mm256_movemask_ps((__m256)mask);
+#else
+    uint32_t bits = 0;
+    for (int lane = 0; lane < 8; lane++)
+        bits |= ((uint32_t)mask[lane] & 1) << lane;
+    return bits;
+#endif
+}
+
+CVOL_INLINE vi8 larger_of(vi8 a, vi8 b)
+{
+    const vi8 first = a > b;
+    return (a & first) | (b & ~first);
+}
+
+CVOL_INLINE int largest_lane(vi8 v)
+{
+    int largest = 0;
+    for (int lane = 0; lane < 8; lane++)
+        largest = v[lane] > largest ? v[lane] : largest;
+    return largest;
+}
+
+/* Appends the words of the lanes whose bit is set. */
+CVOL_INLINE uint32_t *append_words(uint32_t *words, vi8 word, uint32_t bits)
+{
+#if defined(__AVX512F__)
+    const __m256i kept = _mm256_maskz_compress_epi32((__mmask8)bits, (__m256i)word);
+    memcpy(words, &kept, sizeof kept);
+    return words + __builtin_popcount(bits);
+#else
+    int32_t lanes[8];
+    memcpy(lanes, &word, sizeof lanes);
+    for (; bits; bits &= bits - 1)
+        *words++ = (uint32_t)lanes[__builtin_ctz(bits)];
+    return words;
+#endif
+}
+
+/* The same where one is an escape. */
+static uint32_t *append_terms(uint32_t *words, const int32_t *integers, const uint32_t *places,
+                              uint32_t bits, int place_bits)
+{
+    for (; bits; bits &= bits - 1) {
+        const int lane = __builtin_ctz(bits);
+        words += cvol_term_pack(words, places[lane], integers[lane], place_bits);
+    }
+    return words;
+}
+
 /* Eight at a time in double precision, for the same reason. */
-void CVOL_SIMD(cvol_block_quantise)(cvol_quantise_task *task)
+void CVOL_SIMD(cvol_block_pack)(cvol_pack_task *task)
 {
     const vi8 iota = {0, 1, 2, 3, 4, 5, 6, 7};
     const vl8 positive = INT64_MAX - (vl8){0};
     const double step = task->step, inverse = 1 / step, least = (double)task->least;
     const double most = (double)(1 << CVOL_MOST_BITS);
-    const int count = (int)task->count;
+    const int count = (int)task->count, log2 = task->block_log2;
+    const int place_bits = cvol_place_bits(log2), field = (1 << log2) - 1;
+    const int32_t escape = -cvol_term_escape(place_bits);
+    uint32_t *words = task->words;
     vd8 lost = {0}, norm = {0}, largest = {0};
+    vi8 last_u = {0}, last_v = {0}, last = {0};
+    uint32_t terms = 0;
     for (int i = 0; i < count; i += 8) {
         vf8 value;
         memcpy(&value, task->values + i, sizeof value);
@@ -147,7 +208,26 @@ void CVOL_SIMD(cvol_block_quantise)(cvol_quantise_task *task)
         lost += rest * rest;
         norm += c * c;
         largest = (vd8)(((vl8)magnitude & larger) | ((vl8)largest & ~larger));
+
+        vi8 place;
+        memcpy(&place, task->places + i, sizeof place);
+        const vi8 there = whole != 0;
+        const uint32_t set = mask_bits8(there);
+        place &= there;
+        last_u = larger_of(last_u, place & field);
+        last_v = larger_of(last_v, place >> log2 & field);
+        last = larger_of(last, place);
+        terms += (uint32_t)__builtin_popcount(set);
+        if (__builtin_expect(mask_bits8(whole >= escape) != 0, 0))
+            words = append_terms(words, task->integers + i, task->places + i, set, place_bits);
+        else
+            words = append_words(words, integer << place_bits | place, set);
     }
+    task->word_count = (uint32_t)(words - task->words);
+    task->terms = terms;
+    task->low[0] = (uint8_t)(terms ? largest_lane(last_u) + 1 : 0);
+    task->low[1] = (uint8_t)(terms ? largest_lane(last_v) + 1 : 0);
+    task->low[2] = (uint8_t)(terms ? (largest_lane(last) >> 2 * log2) + 1 : 0);
     task->lost = task->norm = task->largest = 0;
     for (int lane = 0; lane < 8; lane++) {
         task->lost += lost[lane];

@@ -29,11 +29,11 @@ void cvol_block_scan(cvol_scan_task *task)
     CVOL_SIMD_CHOOSE(cvol_block_scan)(task);
 }
 
-CVOL_SIMD_DECLARE(void, cvol_block_quantise, (cvol_quantise_task * task));
+CVOL_SIMD_DECLARE(void, cvol_block_pack, (cvol_pack_task * task));
 
-void cvol_block_quantise(cvol_quantise_task *task)
+void cvol_block_pack(cvol_pack_task *task)
 {
-    CVOL_SIMD_CHOOSE(cvol_block_quantise)(task);
+    CVOL_SIMD_CHOOSE(cvol_block_pack)(task);
 }
 
 /* ---- keys ---------------------------------------------------------------------------------------
@@ -132,55 +132,52 @@ static int note_candidate(cvol_build_run *r, size_t block, uint32_t place, float
     return 1;
 }
 
+/* Notes those of the terms whose keys lie in the critical bin; *doubtful is their sum of squares.
+ */
+static int note_candidates(cvol_build_run *r, const workplace *w, const cvol_scan_task *task,
+                           size_t in_run, float critical, double *doubtful)
+{
+    for (uint32_t i = 0; i < task->count; i++) {
+        const uint32_t place = task->places[i];
+        const float key = task->keys ? task->keys[place] : fabsf(task->values[i]);
+        if (!w->integers[i] || key >= critical)
+            continue;
+        if (!note_candidate(r, in_run, place, key, task->values[i]))
+            return CVOL_ERROR_MEMORY;
+        *doubtful += (double)task->values[i] * (double)task->values[i];
+    }
+    return CVOL_OK;
+}
+
 /* Packs the coefficients that the scan found, or that were listed, at w->words + r->words. */
 static int pack_terms(cvol_build_run *r, cvol_block *out, const workplace *w,
                       const cvol_scan_task *task, size_t in_run, const cvol_builder *b)
 {
-    const int bits = cvol_place_bits(b->array->block_log2), log2 = b->array->block_log2;
-    const uint32_t mask = (1u << log2) - 1;
-    const int careful = b->critical > b->least;
-    uint32_t *words = w->words + r->words, *begin = words, last_u = 0, last_v = 0, last = 0;
-    uint32_t kept = 0;
     double doubtful = 0;
-    cvol_quantise_task whole = {.values = task->values,
-                                .count = task->count,
-                                .step = b->step,
-                                .least = task->keys ? 0 : b->least,
-                                .integers = w->integers};
-    cvol_block_quantise(&whole);
-    for (uint32_t i = 0; i < task->count; i++) {
-        const int32_t value = w->integers[i];
-        if (value == 0)
-            continue;
-        const uint32_t place = task->places[i];
-        if (careful) {
-            const float key = task->keys ? task->keys[place] : fabsf(task->values[i]);
-            if (key < b->critical) {
-                if (!note_candidate(r, in_run, place, key, task->values[i]))
-                    return CVOL_ERROR_MEMORY;
-                doubtful += (double)task->values[i] * (double)task->values[i];
-            }
-        }
-        const uint32_t u = place & mask, v = place >> log2 & mask;
-        last_u = u > last_u ? u : last_u;
-        last_v = v > last_v ? v : last_v;
-        last = place;
-        words += cvol_term_pack(words, place, value, bits);
-        kept++;
+    cvol_pack_task pack = {.values = task->values,
+                           .places = task->places,
+                           .count = task->count,
+                           .block_log2 = b->array->block_log2,
+                           .step = b->step,
+                           .least = task->keys ? 0 : b->least,
+                           .integers = w->integers,
+                           .words = w->words + r->words};
+    cvol_block_pack(&pack);
+    if (b->critical > b->least) {
+        int code = note_candidates(r, w, task, in_run, b->critical, &doubtful);
+        if (code)
+            return code;
     }
-    r->coefficients += kept;
-    out->words = (uint32_t)(words - begin);
-    const int any = words > begin;
-    out->low[0] = (uint8_t)(any ? last_u + 1 : 0);
-    out->low[1] = (uint8_t)(any ? last_v + 1 : 0);
-    out->low[2] = (uint8_t)(any ? (last >> 2 * log2) + 1 : 0);
-    r->words += out->words;
-    const double lost = whole.lost + task->lost;
+    out->words = pack.word_count;
+    memcpy(out->low, pack.low, sizeof out->low);
+    r->coefficients += pack.terms;
+    r->words += pack.word_count;
+    const double lost = pack.lost + task->lost;
     r->block_lost = lost + doubtful;
     r->lost += lost;
-    r->norm += whole.norm + task->lost;
+    r->norm += pack.norm + task->lost;
     const double most = (double)(1 << CVOL_MOST_BITS) - 1;
-    return whole.largest < most * b->step && isfinite(lost) ? CVOL_OK : CVOL_ERROR_DATA;
+    return pack.largest < most * b->step && isfinite(lost) ? CVOL_OK : CVOL_ERROR_DATA;
 }
 
 /* What the producer itself left out. */
@@ -245,7 +242,7 @@ static int do_block(cvol_build_run *r, workplace *w, size_t index, size_t in_run
                            .count = (uint32_t)block.count};
     if (block.count < 0)
         cvol_block_scan(&task);
-    if (!reserve_words(w, r->words + 2 * (size_t)task.count))
+    if (!reserve_words(w, r->words + 2 * (size_t)task.count + CVOL_SCAN_MARGIN))
         return CVOL_ERROR_MEMORY;
     if (block.max_abs < 0 || r->max_abs < 0)
         r->max_abs = -1;
