@@ -28,8 +28,8 @@ def main():
     draw(both[0], rows, "against n'", "n'", "n', terms kept of an operand")
     draw(both[1], rows, 'against n', 'n', 'n, samples')
     both[0].set_ylabel('ms (lines: compressed; dotted: the classical way)')
-    both[0].legend(fontsize='small')
-    figure.tight_layout()
+    figure.tight_layout(rect=(0, 0.08, 1, 1))
+    figure.legend(*both[0].get_legend_handles_labels(), loc='lower center', ncol=6, fontsize='small')
     figure.savefig(sys.argv[2], dpi=120)
 
 
