@@ -6,6 +6,9 @@ set -eu
 folder=$1
 jobs=$2
 
+# Threads that wait do so without taking processors from other tests.
+export OMP_WAIT_POLICY=passive
+
 build_and_test() { # FOLDER CMAKE_OPTIONS...
     where=$1
     shift

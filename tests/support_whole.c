@@ -61,7 +61,7 @@ support_whole support_whole_make(cvol_context *context, random_state *r, cvol_tr
     w.exact = support_doubles(N);
     double *slots = support_doubles(N);
     cvol_ledger *ledger = &w.array->ledger;
-    *ledger = (cvol_ledger){0, 0, (double)INFINITY, -(double)INFINITY};
+    *ledger = (cvol_ledger){.value_min = (double)INFINITY, .value_max = -(double)INFINITY};
     for (size_t i = 0; i < N; i++) {
         w.exact[i] = offset + random_signed(r);
         ledger->value_min = fmin(ledger->value_min, w.exact[i]);

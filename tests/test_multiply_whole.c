@@ -405,7 +405,7 @@ static void test_threads(void **state)
             cvol_array *a = make_empty(large[s], transforms[t], 6);
             for (size_t i = 0; i < a->whole.low_count; i++)
                 a->whole.low_values[i] = (float)random_signed(&r);
-            a->ledger = (cvol_ledger){0, 1e3, -1e3, 1e3};
+            a->ledger = (cvol_ledger){.max_abs = 1e3, .value_min = -1e3, .value_max = 1e3};
             for (size_t p = 1; p < 3; p++) {
                 for (int threads = 0; threads < 2; threads++) {
                     cvol_context_set_threads(context, threads ? 5 : 1);
@@ -435,15 +435,15 @@ static void test_choice(void **state)
         cvol_array *few = make_empty(dims, transforms[t], 0);
         add_sparse(few, 1000, 1);
         add_sparse(few, 2500, 1);
-        few->ledger = (cvol_ledger){0, 1, -1, 1};
+        few->ledger = (cvol_ledger){.max_abs = 1, .value_min = -1, .value_max = 1};
         cvol_array *low = make_empty(dims, transforms[t], 300);
         for (size_t i = 0; i < low->whole.low_count; i++)
             low->whole.low_values[i] = (float)random_signed(&r);
-        low->ledger = (cvol_ledger){0, 100, -100, 100};
+        low->ledger = (cvol_ledger){.max_abs = 100, .value_min = -100, .value_max = 100};
         cvol_array *wide = make_empty(dims, transforms[t], 2049);
         for (size_t i = 0; i < wide->whole.low_count; i++)
             wide->whole.low_values[i] = (float)random_signed(&r);
-        wide->ledger = (cvol_ledger){0, 100, -100, 100};
+        wide->ledger = (cvol_ledger){.max_abs = 100, .value_min = -100, .value_max = 100};
         const cvol_keep all = cvol_keep_all();
         const cvol_array *operands[] = {few, low, wide};
         const cvol_plan expected[] = {CVOL_PLAN_DIRECT, CVOL_PLAN_GRID, CVOL_PLAN_FULL};

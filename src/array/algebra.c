@@ -112,6 +112,16 @@ int cvol_array_one_minus(cvol_context *context, cvol_array **out, const cvol_arr
     return scale(context, out, -1, a, 1, "one minus");
 }
 
+/* Whether the low box of `out` has places that `a` did not keep. */
+static int low_box_grew(const cvol_array *out, const cvol_array *a)
+{
+    const cvol_spectrum *x = &out->whole, *y = &a->whole;
+    int grew = 0;
+    for (int i = 0; i < 3 && x->low_count; i++)
+        grew |= !y->low_count || x->low[i] > y->low[i];
+    return grew;
+}
+
 int cvol_array_truncate(cvol_context *context, cvol_array **out, const cvol_array *a,
                         const cvol_keep *keep)
 {
@@ -125,5 +135,7 @@ int cvol_array_truncate(cvol_context *context, cvol_array **out, const cvol_arra
         return code;
     code = a->block ? cvol_blocks_truncate(context, array, &result, a, keep)
                     : cvol_whole_truncate(context, array, &result, a, keep);
+    if (low_box_grew(array, a))
+        array->ledger.support_known = 0;
     return finish(context, out, array, &result, "truncate", code);
 }

@@ -53,6 +53,7 @@ int cvol_array_compress(cvol_context *context, cvol_array **out, const void *sam
         cvol_array_free(array);
         return code;
     }
+    array->ledger.support_known = !block; /* what is dropped is elsewhere */
     cvol_array_account(array, &result, 0);
     cvol_array_derive_figures(array);
     *out = array;

@@ -90,8 +90,16 @@ done:
 /* ---- array by array
  * -------------------------------------------------------------------------------- */
 
-/* A, B: the largest coefficients. */
-static cvol_ledger convolve_ledger(const cvol_array *a, double A, const cvol_array *b, double B)
+/* Bounds |A E| where A is an array's coefficients and E the error of the other one: at the places
+ * that both have E is no more than the error on the support, elsewhere no more than all of it. */
+static double error_through(const cvol_largest *A, const cvol_ledger *other)
+{
+    return fmin(hypot(A->common * cvol_ledger_support(other), A->alone * other->l2_error),
+                fmax(A->common, A->alone) * other->l2_error);
+}
+
+static cvol_ledger convolve_ledger(const cvol_array *a, const cvol_largest *A, const cvol_array *b,
+                                   const cvol_largest *B)
 {
     const cvol_ledger *x = &a->ledger, *y = &b->ledger;
     const double N = (double)cvol_grid_samples(&a->grid), root = sqrt(N);
@@ -99,12 +107,12 @@ static cvol_ledger convolve_ledger(const cvol_array *a, double A, const cvol_arr
     const double kept_b = sqrt(cvol_spectrum_energy(&b->whole));
     const cvol_ledger product = cvol_ledger_multiply(x, y); /* for its interval */
     const double exact = (kept_a + x->l2_error) * (kept_b + y->l2_error);
-    cvol_ledger out = {.l2_error = root *
-                                   (A * y->l2_error + B * x->l2_error + x->l2_error * y->l2_error),
-                       .max_abs = fmin(kept_a * kept_b * (1 + CVOL_ROUNDING),
-                                       N * cvol_ledger_tighten(x) * cvol_ledger_tighten(y)),
-                       .value_min = fmax(-exact, N * product.value_min),
-                       .value_max = fmin(exact, N * product.value_max)};
+    cvol_ledger out = {
+        .l2_error = root * (error_through(A, y) + error_through(B, x) + x->l2_error * y->l2_error),
+        .max_abs = fmin(kept_a * kept_b * (1 + CVOL_ROUNDING),
+                        N * cvol_ledger_tighten(x) * cvol_ledger_tighten(y)),
+        .value_min = fmax(-exact, N * product.value_min),
+        .value_max = fmin(exact, N * product.value_max)};
     return out;
 }
 
@@ -134,13 +142,13 @@ int cvol_array_convolve(cvol_context *context, cvol_array **out, const cvol_arra
         code = cvol_keep_check(context, rule, array);
     if (code)
         goto done;
-    double A, B;
-    code = cvol_whole_largest_coefficient(context, &A, a);
+    cvol_largest A, B;
+    code = cvol_whole_largest_coefficients(context, &A, a, b);
     if (!code)
-        code = cvol_whole_largest_coefficient(context, &B, b);
+        code = cvol_whole_largest_coefficients(context, &B, b, a);
     if (code)
         goto done;
-    array->ledger = convolve_ledger(a, A, b, B);
+    array->ledger = convolve_ledger(a, &A, b, &B);
     code = cvol_ledger_check(context, &array->ledger, "convolve");
     if (!code)
         code = cvol_whole_convolve(context, array, &result, a, b, rule);

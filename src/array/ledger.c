@@ -16,6 +16,11 @@ double cvol_ledger_tighten(const cvol_ledger *ledger)
     return fmin(ledger->max_abs, cvol_ledger_largest(ledger) + ledger->l2_error);
 }
 
+double cvol_ledger_support(const cvol_ledger *ledger)
+{
+    return ledger->support_known ? fmin(ledger->support_error, ledger->l2_error) : ledger->l2_error;
+}
+
 /* The interval alpha [a] + beta. */
 static void scale_values(double out[2], double alpha, const cvol_ledger *a, double beta)
 {
@@ -43,7 +48,9 @@ cvol_ledger cvol_ledger_scale(double alpha, const cvol_ledger *a, double beta)
     return (cvol_ledger){.l2_error = fabs(alpha) * a->l2_error,
                          .max_abs = fabs(alpha) * cvol_ledger_tighten(a) + fabs(beta),
                          .value_min = x[0],
-                         .value_max = x[1]};
+                         .value_max = x[1],
+                         .support_error = fabs(alpha) * a->support_error,
+                         .support_known = a->support_known && !(fabs(beta) > 0)};
 }
 
 cvol_ledger cvol_ledger_convolve(const cvol_ledger *a, double norm, double sum)
@@ -89,6 +96,7 @@ void cvol_ledger_drop(cvol_ledger *ledger, double dropped, double norm, double s
 {
     const double lost = dropped + CVOL_ROUNDING * norm;
     ledger->l2_error += lost;
+    ledger->support_error += CVOL_ROUNDING * norm;
     ledger->max_abs += fmin(lost, sample);
 }
 

@@ -11,6 +11,9 @@
 
 typedef struct cvol_ledger {
     double l2_error, max_abs, value_min, value_max;
+    /* Whole arrays: the part of l2_error at the places that are kept, where it is known apart. */
+    double support_error;
+    int support_known;
 } cvol_ledger;
 
 /* What single precision transforms and sums may lose, as a share of the L2 norm: FFTW's error grows
@@ -22,6 +25,9 @@ double cvol_ledger_largest(const cvol_ledger *ledger);
 /* The best bound of |evaluated|: max_abs, or the exact samples' plus l2_error. */
 double cvol_ledger_tighten(const cvol_ledger *ledger);
 
+/* What l2_error is at the places that are kept, at most. */
+double cvol_ledger_support(const cvol_ledger *ledger);
+
 cvol_ledger cvol_ledger_add(double alpha, const cvol_ledger *a, double beta, const cvol_ledger *b);
 cvol_ledger cvol_ledger_scale(double alpha, const cvol_ledger *a, double beta);
 /* norm: the operator's L2 norm (max |H|); sum: sum of |taps|, which bounds samples. */
@@ -32,7 +38,8 @@ cvol_ledger cvol_ledger_filter(const cvol_ledger *a, double norm, double sum, do
 cvol_ledger cvol_ledger_multiply(const cvol_ledger *a, const cvol_ledger *b);
 
 /* Adds what truncation dropped (an L2 norm) and the rounding of what has this norm; a sample has
- * changed by `sample` at most, and by no more than all together. */
+ * changed by `sample` at most, and by no more than all together. What was dropped is out of the
+ * support, rounding is in it. */
 void cvol_ledger_drop(cvol_ledger *ledger, double dropped, double norm, double sample);
 
 /* CVOL_ERROR_DATA where a bound is beyond float32, with the operation's name. */

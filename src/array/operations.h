@@ -47,8 +47,13 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
 /* Array by array, circular; DFT and DHT. */
 int cvol_whole_convolve(cvol_context *context, cvol_array *out, cvol_build_result *result,
                         const cvol_array *a, const cvol_array *b, const cvol_keep *keep);
-/* The largest |F| of a DFT's or DHT's coefficients as complex numbers. Errors: MEMORY. */
-int cvol_whole_largest_coefficient(cvol_context *context, double *largest, const cvol_array *a);
+/* The largest |F| of a DFT's or DHT's coefficients as complex numbers: at places of which b has both
+ * slots too, and at others. Errors: MEMORY. */
+typedef struct cvol_largest {
+    double common, alone;
+} cvol_largest;
+int cvol_whole_largest_coefficients(cvol_context *context, cvol_largest *out, const cvol_array *a,
+                                    const cvol_array *b);
 
 /* weight[axis]: 1 / spacing. Whole arrays: result->norm counts what rounding is a share of. */
 int cvol_whole_gradient(cvol_context *context, cvol_array *out, cvol_build_result *result,

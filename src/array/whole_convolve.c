@@ -153,26 +153,53 @@ int cvol_whole_convolve(cvol_context *context, cvol_array *out, cvol_build_resul
     return code;
 }
 
-int cvol_whole_largest_coefficient(cvol_context *context, double *largest, const cvol_array *a)
+/* Whether b has both slots of the pair. */
+static int has_pair(const cvol_spectrum *b, const size_t dims[3], const size_t place[3])
+{
+    size_t mirror[3];
+    cvol_place_split(mirror, cvol_place_mirror(place, dims), dims);
+    return cvol_spectrum_holds(b, dims, place) && cvol_spectrum_holds(b, dims, mirror);
+}
+
+/* Squares of magnitudes of one row of a's low box. */
+static void largest_of_row(cvol_largest *most, const double *re, const double *im,
+                           const cvol_array *a, const cvol_array *b, size_t v, size_t w)
+{
+    const cvol_spectrum *s = &a->whole;
+    const size_t *dims = a->grid.dims;
+    const int within = b->whole.low_count && s->low[0] <= b->whole.low[0] &&
+                       s->low[1] <= b->whole.low[1] && s->low[2] <= b->whole.low[2];
+    for (size_t i = 0; i < s->box[0]; i++) {
+        const size_t place[3] = {cvol_box_place(i, s->low[0], s->box[0], dims[0]),
+                                 cvol_box_place(v, s->low[1], s->box[1], dims[1]),
+                                 cvol_box_place(w, s->low[2], s->box[2], dims[2])};
+        double *at = within || has_pair(&b->whole, dims, place) ? &most->common : &most->alone;
+        *at = fmax(*at, re[i] * re[i] + im[i] * im[i]);
+    }
+}
+
+int cvol_whole_largest_coefficients(cvol_context *context, cvol_largest *out, const cvol_array *a,
+                                    const cvol_array *b)
 {
     const cvol_spectrum *s = &a->whole;
     const size_t *dims = a->grid.dims, length = s->box[0];
-    double most = 0; /* a square */
+    cvol_largest most = {0, 0}; /* squares */
     double *rows = cvol_allocate(2 * length, sizeof *rows), *re = rows, *im = rows + length;
     if (!rows)
         return cvol_fail_memory(context, 2 * length * sizeof *rows, "a row of coefficients");
     for (size_t row = 0; s->low_count && row < s->box[1] * s->box[2]; row++) {
-        cvol_spectrum_row(re, im, s, a->transform, dims, row % s->box[1], row / s->box[1]);
-        for (size_t i = 0; i < length; i++)
-            most = fmax(most, re[i] * re[i] + im[i] * im[i]);
+        const size_t v = row % s->box[1], w = row / s->box[1];
+        cvol_spectrum_row(re, im, s, a->transform, dims, v, w);
+        largest_of_row(&most, re, im, a, b, v, w);
     }
     free(rows);
     for (size_t i = 0; i < s->sparse_count; i++) {
         size_t place[3];
         cvol_place_split(place, s->places[i], dims);
         const double complex F = cvol_spectrum_coefficient(s, a->transform, dims, place);
-        most = fmax(most, creal(F) * creal(F) + cimag(F) * cimag(F));
+        double *at = has_pair(&b->whole, dims, place) ? &most.common : &most.alone;
+        *at = fmax(*at, creal(F) * creal(F) + cimag(F) * cimag(F));
     }
-    *largest = sqrt(most);
+    *out = (cvol_largest){sqrt(most.common), sqrt(most.alone)};
     return CVOL_OK;
 }
