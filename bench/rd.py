@@ -65,7 +65,7 @@ def measure_rate(arguments, cvol, path, about, rate, packed):
 def measure_volume(arguments, cvol, tool, path, folder):
     name = short_name(path)
     raw, packed = (os.path.join(folder, 'volume.' + ending) for ending in ('raw', 'cvol'))
-    about = run_json([os.path.join(BENCH, 'volumes.py'), path, raw])
+    about = run_json([os.path.join(BENCH, 'volumes.py'), path, raw, '--stored'])
     run([os.path.join(BENCH, 'rd', 'to_float.py'), raw, about['type']])
     curve = zfp_curve(tool, about['dims'], raw)
     rows = []

@@ -147,7 +147,7 @@ def read_metaimage(path):
 NIFTI_TYPES = {2: 'uint8', 4: 'int16', 16: 'float32', 64: 'float64', 256: 'int8', 512: 'uint16'}
 
 
-def read_nifti(path):
+def read_nifti(path, stored=False):
     opener = gzip.open if path.endswith('.gz') else open
     with opener(path, 'rb') as file:
         content = file.read()
@@ -159,7 +159,7 @@ def read_nifti(path):
     offset, slope, intercept = struct.unpack_from('<3f', content, 108)
     if not kind or any(n > 1 for n in dim[4:dim[0] + 1]):
         raise Refused(f'{path}: not a plain three-dimensional NIfTI-1 file')
-    if (slope, intercept) not in ((1, 0), (0, 0)):
+    if (slope, intercept) not in ((1, 0), (0, 0)) and not stored:
         raise Refused(f'{path}: its samples are scaled ({slope:g} v + {intercept:g})')
     return list(dim[1:4]), kind, list(spacing), content[int(offset):]
 
@@ -170,21 +170,22 @@ def read_raw(path):
         return dims, kind, [1.0, 1.0, 1.0], file.read()
 
 
-def read_volume(path):
-    """(numpy array in z y x order, type, spacing)."""
+def read_volume(path, stored=False):
+    """(numpy array in z y x order, type, spacing); stored: NIfTI's numbers before they are scaled."""
     import numpy
     for ending, reader in (('.nrrd', read_nrrd), ('.mha', read_metaimage), ('.nii', read_nifti),
                            ('.nii.gz', read_nifti), ('.raw', read_raw)):
         if path.endswith(ending):
-            dims, kind, spacing, body = reader(path)
+            more = {'stored': True} if stored and reader is read_nifti else {}
+            dims, kind, spacing, body = reader(path, **more)
             break
     else:
         raise Refused(f'{path}: no reader for it here')
-    stored = numpy.dtype(kind).newbyteorder('<')
+    of_file = numpy.dtype(kind).newbyteorder('<')
     count = dims[0] * dims[1] * dims[2]
-    if len(body) < count * stored.itemsize:
+    if len(body) < count * of_file.itemsize:
         raise Refused(f'{path}: its samples stop early')
-    samples = numpy.frombuffer(body, dtype=stored, count=count)
+    samples = numpy.frombuffer(body, dtype=of_file, count=count)
     return samples.reshape(dims[::-1]), kind, spacing
 
 
@@ -193,9 +194,10 @@ def main():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument('volume')
     parser.add_argument('out')
+    parser.add_argument('--stored', action='store_true', help='samples before they are scaled')
     arguments = parser.parse_args()
     try:
-        samples, kind, spacing = read_volume(arguments.volume)
+        samples, kind, spacing = read_volume(arguments.volume, arguments.stored)
     except Refused as problem:
         sys.exit(f'volumes.py: {problem}')
     samples.tofile(arguments.out)
