@@ -1,4 +1,5 @@
-/* Fuzzing of the .cvol reader: any bytes must give an array that evaluates, or an error.
+/* Fuzzing of the .cvol reader: any bytes must give an array that evaluates, or an error; and
+ * verifying them must tell which.
  *
  * With libFuzzer:  clang -fsanitize=fuzzer,address,undefined ... fuzz/fuzz_cvol.c
  * Without:         -DCVOL_FUZZ_MAIN reads the files named on the command line.
@@ -13,6 +14,7 @@
 
 #include "base/bytes.h"
 #include "codec/container.h"
+#include "codec/layout.h"
 #include "cvol/codec.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -74,7 +76,12 @@ static void fuzz_read(const uint8_t *data, size_t size)
         return;
     cvol_context_set_threads(context, 1);
     cvol_context_set_limit_bytes(context, FUZZ_LIMIT_BYTES);
-    if (!cvol_container_read(context, &array, data, size, "fuzz")) {
+    cvol_file_layout layout;
+    const int damaged = cvol_layout_verify(context, &layout, data, size, "fuzz");
+    const int refused = cvol_container_read(context, &array, data, size, "fuzz");
+    if (!damaged != !refused)
+        abort(); /* what is verified can be read, and nothing else */
+    if (!refused) {
         const cvol_grid *grid = cvol_array_grid(array);
         const size_t begin[3] = {0, 0, 0};
         size_t end[3];

@@ -46,6 +46,8 @@ typedef struct command_line {
     int positional_count; /* this many, */
     int optional_count;   /* of which the last ones may be left out */
     const char *positionals[POSITIONALS_MAX];
+    const char **all; /* if not NULL: positional_count or more, which are put here (argc at most) */
+    int all_count;
 } command_line;
 
 /* Reads argv[1 ..]. -1: go on; otherwise the exit status (help was printed, or one sentence about
@@ -164,6 +166,7 @@ int print_json(json_t *object);
 int command_compress(int argc, char **argv);
 int command_decompress(int argc, char **argv);
 int command_info(int argc, char **argv);
+int command_verify(int argc, char **argv);
 int command_compare(int argc, char **argv);
 int command_render(int argc, char **argv);
 int command_bench(int argc, char **argv);

@@ -5,9 +5,12 @@
 
 #include "cli.h"
 
-static const char description[] = "Shows shape, type, geometry and range of a volume; of a .cvol "
-                                  "file also how it is compressed,\n"
-                                  "and a certified bound of its distance from what it stands for.";
+static const char description[] =
+    "Shows shape, type, geometry and range of a volume; of a .cvol "
+    "file also how it is compressed,\n"
+    "and a certified bound of its distance from what it stands for. --layout "
+    "shows its sections,\n"
+    "damaged ones too, and exits with 1 if there are such.";
 
 static json_t *describe_grid(const cvol_grid *grid)
 {
@@ -122,13 +125,61 @@ static int describe(cvol_context *context, common_options *common, const char *p
     return status;
 }
 
+/* ---- the sections of a file ------------------------------------------------------------------ */
+
+static json_t *describe_layout(const cvol_file_layout *layout)
+{
+    json_t *sections = json_array();
+    for (int i = 0; i < layout->section_count; i++) {
+        const cvol_file_section *s = &layout->sections[i];
+        json_array_append_new(
+            sections, json_pack("{s:s, s:I, s:I, s:s, s:s}", "tag", s->tag, "offset",
+                                (json_int_t)s->offset, "length", (json_int_t)s->length, "checksum",
+                                cvol_section_state_name(s->state), "content", s->content));
+    }
+    return json_pack("{s:I, s:I, s:o}", "file_bytes", (json_int_t)layout->file_bytes, "version",
+                     (json_int_t)layout->version, "sections", sections);
+}
+
+static void print_layout(const char *path, const cvol_file_layout *layout)
+{
+    printf("%s: version %u, %llu bytes\n", path, layout->version,
+           (unsigned long long)layout->file_bytes);
+    printf("  %-4s  %12s  %12s  %-11s  %s\n", "tag", "offset", "length", "checksum", "content");
+    for (int i = 0; i < layout->section_count; i++) {
+        const cvol_file_section *s = &layout->sections[i];
+        printf("  %-4s  %12llu  %12llu  %-11s  %s\n", s->tag, (unsigned long long)s->offset,
+               (unsigned long long)s->length, cvol_section_state_name(s->state), s->content);
+    }
+}
+
+/* What is there is shown whatever the damage; nothing is, of what is no .cvol file. */
+static int show_layout(cvol_context *context, const common_options *common, const char *path)
+{
+    cvol_file_layout layout;
+    if (has_raw_options(common) || common->fill_given)
+        return complain(EXIT_MISUSED, "--layout is for .cvol files, other options for raw samples");
+    int code = cvol_file_layout_read(context, &layout, path);
+    if (code != CVOL_OK && code != CVOL_ERROR_CORRUPT)
+        return complain_context(context, code, NULL);
+    clear_progress();
+    int status = EXIT_DONE;
+    if (common->json)
+        status = print_json(describe_layout(&layout));
+    else
+        print_layout(path, &layout);
+    return code ? complain_context(context, code, NULL) : status;
+}
+
 int command_info(int argc, char **argv)
 {
     common_options common = {0};
-    int build = 0;
+    int build = 0, layout = 0;
     const option_spec specs[] = {
         {"--build", NULL, "show what this build of cvol can do, and no file", OPTION_FLAG, &build,
          0, NULL},
+        {"--layout", NULL, "show the sections of a .cvol file and check their checksums",
+         OPTION_FLAG, &layout, 0, NULL},
         INPUT_OPTIONS(common),
         COMMON_OPTIONS(common),
     };
@@ -146,6 +197,9 @@ int command_info(int argc, char **argv)
     cvol_context *context = begin_command(&common);
     if (!context)
         return EXIT_FAILED;
-    status = build ? describe_build(common.json) : describe(context, &common, line.positionals[0]);
+    const char *path = line.positionals[0];
+    status = build    ? describe_build(common.json)
+             : layout ? show_layout(context, &common, path)
+                      : describe(context, &common, path);
     return end_command(context, status);
 }

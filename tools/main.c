@@ -13,6 +13,7 @@ static const subcommand subcommands[] = {
     {"compress", command_compress, "a volume into a .cvol file"},
     {"decompress", command_decompress, "a .cvol file back into a volume"},
     {"info", command_info, "what a volume or a .cvol file is"},
+    {"verify", command_verify, "whether .cvol files are whole"},
     {"compare", command_compare, "how far two volumes or two pictures are apart"},
     {"add", command_add, "a weighted sum of two volumes"},
     {"multiply", command_multiply, "a product of two volumes, sample by sample"},

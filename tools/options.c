@@ -230,7 +230,9 @@ int parse_command_line(command_line *line, int argc, char **argv)
             int status = take_option(line, &i, argc, argv);
             if (status != EXIT_DONE)
                 return status;
-        } else if (positionals == line->positional_count)
+        } else if (line->all)
+            line->all[positionals++] = argv[i];
+        else if (positionals == line->positional_count)
             return complain(EXIT_MISUSED, "one argument too many: '%s'; usage: %s", argv[i],
                             line->usage);
         else
@@ -239,5 +241,6 @@ int parse_command_line(command_line *line, int argc, char **argv)
     if (positionals < line->positional_count - line->optional_count)
         return complain(EXIT_MISUSED, "%d of %d arguments given; usage: %s", positionals,
                         line->positional_count, line->usage);
+    line->all_count = positionals;
     return -1;
 }

@@ -61,6 +61,46 @@ CVOL_API int cvol_array_write(cvol_context *context, const cvol_array *array, co
 CVOL_API int cvol_array_read(cvol_context *context, cvol_array **out, const char *path,
                              uint64_t *file_bytes);
 
+/* ---- a file as it lies there -------------------------------------------------------------- */
+
+typedef enum cvol_section_state {
+    CVOL_SECTION_SOUND = 0,     /* every checksum of it holds */
+    CVOL_SECTION_DAMAGED = 1,   /* one of its header, its content or a group of it does not */
+    CVOL_SECTION_TRUNCATED = 2, /* the file ends within it */
+    CVOL_SECTION_UNCHECKED = 3  /* its checksums are in a section that is damaged */
+} cvol_section_state;
+
+/* "sound", "damaged", "truncated", "not checked"; NULL for a number that is none. */
+CVOL_API const char *cvol_section_state_name(cvol_section_state state);
+
+typedef struct cvol_file_section {
+    char tag[5];         /* "HEAD", ...; letters that cannot be printed are '?' */
+    uint64_t offset;     /* of its header in the file; the content begins 20 bytes behind */
+    uint64_t length;     /* of its content in bytes, as its header says */
+    const char *content; /* what it is, in words; static storage */
+    cvol_section_state state;
+} cvol_file_section;
+
+enum { CVOL_FILE_SECTIONS_MAX = 16 };
+
+typedef struct cvol_file_layout {
+    uint64_t file_bytes;
+    uint32_t version; /* of the format */
+    int section_count;
+    cvol_file_section sections[CVOL_FILE_SECTIONS_MAX]; /* in the file's order */
+} cvol_file_layout;
+
+/* Finds a .cvol file's sections and checks every checksum: of their headers, their contents, and
+ * each group of blocks. The message is about the first damage: section, byte, what differs. *out is
+ * filled as far as the file can be followed, whatever is returned.
+ * Cost: one pass over the file, whose bytes it holds in memory.
+ * Errors: IO, FORMAT (no .cvol file), CORRUPT, UNSUPPORTED (its version), MEMORY. */
+CVOL_API int cvol_file_layout_read(cvol_context *context, cvol_file_layout *out, const char *path);
+
+/* The same, and that the file decodes: cvol_array_read succeeds after it. out may be NULL.
+ * Cost: that of cvol_array_read and one more pass over the file. Errors: those of both. */
+CVOL_API int cvol_file_verify(cvol_context *context, cvol_file_layout *out, const char *path);
+
 /* 1 if the file begins with the .cvol signature, 0 if not or unreadable. */
 CVOL_API int cvol_file_is_cvol(const char *path);
 

@@ -17,9 +17,22 @@ static const uint8_t signature[CVOL_SIGNATURE_BYTES] = {0x8B, 'C',  'V',  'L',
 
 enum { INDEX_ENTRY_BYTES = 12 };
 
+size_t cvol_container_matches(const uint8_t *data, size_t size)
+{
+    size_t same = 0;
+    while (same < sizeof signature && same < size && data[same] == signature[same])
+        same++;
+    return same;
+}
+
+uint8_t cvol_container_signature(size_t i)
+{
+    return signature[i];
+}
+
 int cvol_container_is(const uint8_t *data, size_t size)
 {
-    return size >= sizeof signature && !memcmp(data, signature, sizeof signature);
+    return cvol_container_matches(data, size) == sizeof signature;
 }
 
 /* ---- writing ---------------------------------------------------------------------------- */

@@ -10,6 +10,9 @@ enum { CVOL_SIGNATURE_BYTES = 8, CVOL_FORMAT_VERSION = 0 };
 
 /* 1 if data begins with the signature. */
 int cvol_container_is(const uint8_t *data, size_t size);
+/* How many bytes of data are the signature's; its byte `i`. */
+size_t cvol_container_matches(const uint8_t *data, size_t size);
+uint8_t cvol_container_signature(size_t i);
 
 /* Appends all that comes before the groups' bytes. The file is `out` followed by the groups in
  * order. Only volumes in DCT blocks have groups (and must have ranges); of others `out` is the

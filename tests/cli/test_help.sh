@@ -13,7 +13,8 @@ options_of() {
     case $1 in
     compress) echo "$common $raw --ratio --psnr --max-error --keep --transform --block" ;;
     decompress) echo "$common" ;;
-    info) echo "$common $raw --build" ;;
+    info) echo "$common $raw --build --layout" ;;
+    verify) echo "$common" ;;
     compare) echo "$common $raw" ;;
     render) echo "$common $raw $look -o --azimuth --elevation --roll" ;;
     bench) echo "$common $raw $look --views --repeat" ;;
@@ -26,7 +27,7 @@ options_of() {
     esac | tr ' ' '\n' | sort
 }
 
-commands='compress decompress info compare render bench add multiply convolve scale gradient stats'
+commands='compress decompress info verify compare render bench add multiply convolve scale gradient stats'
 
 # Of every help: status 0, nothing on stderr, lines that fit.
 expect_help() {

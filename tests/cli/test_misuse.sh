@@ -16,7 +16,7 @@ expect_failure 2 "no command ''" cvol ''
 expect_failure 2 "no command '--json'" cvol --json info in.cvol
 expect_failure 2 "no command 'Info'" cvol Info in.cvol
 expect_failure 2 "no command '--version'" cvol --version now
-for command in compress decompress info compare render bench; do
+for command in compress decompress info verify compare render bench; do
     expect_failure 2 'arguments given; usage: cvol' cvol $command
     expect_failure 2 'unknown option --frobnicate' cvol $command --frobnicate in.cvol
     expect_failure 2 'unknown option -x' cvol $command -x

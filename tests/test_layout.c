@@ -1,0 +1,277 @@
+/* Files as they lie there: sections and their states, every flip and every cut told with its place.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/bytes.h"
+#include "codec/container.h"
+#include "codec/layout.h"
+#include "cvol/cvol.h"
+#include "random.h"
+#include "support.h"
+
+static cvol_context *context;
+static char *folder, *path;
+
+static int start(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    cvol_context_set_threads(context, 2);
+    folder = support_folder_make();
+    path = support_path(folder, "a.cvol");
+    return !context;
+}
+
+static int stop(void **state)
+{
+    (void)state;
+    free(path);
+    support_folder_remove(folder);
+    cvol_context_destroy(context);
+    return 0;
+}
+
+/* Writes FOLDER/a.cvol; its bytes, which the caller frees. x beyond 128: two groups. */
+static uint8_t *make_file(size_t *size, size_t nx, cvol_transform transform, int block)
+{
+    cvol_grid grid = cvol_grid_make(nx, 5, 4, CVOL_INT16);
+    const size_t count = cvol_grid_samples(&grid);
+    int16_t *samples = malloc(count * sizeof *samples);
+    random_state r = {5};
+    cvol_array *array;
+    assert_non_null(samples);
+    for (size_t i = 0; i < count; i++)
+        samples[i] = (int16_t)(500 * sin((double)i / 9) + 60 * random_signed(&r));
+    if (transform == CVOL_DCT && block) {
+        cvol_compress_options options = cvol_compress_options_defaults();
+        options.block = block;
+        options.target_value = 3;
+        assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
+    } else {
+        const cvol_keep keep = cvol_keep_terms(0, 20);
+        assert_int_equal(
+            cvol_array_compress(context, &array, samples, &grid, 3, transform, block, &keep),
+            CVOL_OK);
+    }
+    assert_int_equal(cvol_array_write(context, array, path, NULL), CVOL_OK);
+    cvol_array_free(array);
+    free(samples);
+    return support_read(path, size);
+}
+
+static void expect_whole(const uint8_t *data, size_t size, const char *tags)
+{
+    cvol_file_layout layout;
+    char found[64] = "";
+    assert_int_equal(cvol_layout_verify(context, &layout, data, size, "f"), CVOL_OK);
+    uint64_t next = 12;
+    for (int i = 0; i < layout.section_count; i++) {
+        strcat(found, layout.sections[i].tag);
+        strcat(found, " ");
+        assert_int_equal(layout.sections[i].state, CVOL_SECTION_SOUND);
+        assert_int_equal(layout.sections[i].offset, next);
+        assert_true(strlen(layout.sections[i].content) > 5);
+        next += 20 + layout.sections[i].length;
+    }
+    assert_string_equal(found, tags);
+    assert_int_equal(next, size);
+    assert_int_equal(layout.file_bytes, size);
+}
+
+static void whole_files_are_whole(void **state)
+{
+    (void)state;
+    static const struct {
+        cvol_transform transform;
+        int block;
+        const char *tags;
+    } cases[] = {{CVOL_DCT, 8, "HEAD RNGE INDX DATA "},
+                 {CVOL_DHT, 16, "HEAD TERM "},
+                 {CVOL_DFT, 8, "HEAD TERM "},
+                 {CVOL_DFT, 0, "HEAD SPEC "}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        size_t size;
+        uint8_t *data = make_file(&size, 140, cases[i].transform, cases[i].block);
+        expect_whole(data, size, cases[i].tags);
+        assert_int_equal(cvol_file_verify(context, NULL, path), CVOL_OK);
+        free(data);
+    }
+}
+
+/* The sentence must name the file and a place that is not behind the damage at byte `at`. */
+static void expect_place(size_t at)
+{
+    const char *message = cvol_context_message(context);
+    const char *byte = strstr(message, "byte ");
+    unsigned long long told;
+    if (strncmp(message, "f: ", 3) || !byte || sscanf(byte, "byte %llu", &told) != 1 || told > at)
+        fail_msg("byte %zu: '%s'", at, message);
+}
+
+/* Each byte of the file in turn with another value. */
+static void expect_flips_seen(const uint8_t *data, size_t size)
+{
+    uint8_t *copy = malloc(size);
+    random_state r = {7};
+    assert_non_null(copy);
+    memcpy(copy, data, size);
+    for (size_t at = 0; at < size; at++) {
+        cvol_file_layout layout;
+        copy[at] ^= (uint8_t)(1 + random_below(&r, 255));
+        const int walked = cvol_layout_walk(context, &layout, copy, size, "f");
+        assert_int_not_equal(walked, CVOL_OK);
+        assert_int_equal(cvol_layout_verify(context, &layout, copy, size, "f"), walked);
+        assert_int_equal(walked, at < 8    ? CVOL_ERROR_FORMAT
+                                 : at < 12 ? CVOL_ERROR_UNSUPPORTED
+                                           : CVOL_ERROR_CORRUPT);
+        expect_place(at);
+        /* The section that has the byte is not called sound. */
+        for (int i = 0; i < layout.section_count; i++) {
+            const cvol_file_section *s = &layout.sections[i];
+            if (at >= s->offset && at < s->offset + 20)
+                assert_int_equal(s->state, CVOL_SECTION_DAMAGED);
+            else if (s->state == CVOL_SECTION_SOUND)
+                assert_true(at < s->offset || at >= s->offset + 20 + s->length);
+        }
+        copy[at] = data[at];
+    }
+    assert_int_equal(cvol_layout_verify(context, &(cvol_file_layout){0}, copy, size, "f"), CVOL_OK);
+    free(copy);
+}
+
+static void expect_cuts_seen(const uint8_t *data, size_t size)
+{
+    for (size_t length = 0; length < size; length++) {
+        cvol_file_layout layout;
+        uint8_t *cut = malloc(length ? length : 1); /* so that reading beyond it is found */
+        assert_non_null(cut);
+        memcpy(cut, data, length);
+        assert_int_equal(cvol_layout_verify(context, &layout, cut, length, "f"),
+                         CVOL_ERROR_CORRUPT);
+        if (!strstr(cvol_context_message(context), "f: truncated: "))
+            fail_msg("%zu bytes: '%s'", length, cvol_context_message(context));
+        assert_int_equal(layout.file_bytes, length);
+        free(cut);
+    }
+}
+
+static void every_flip_and_cut_is_seen(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = make_file(&size, 140, CVOL_DCT, 8); /* two groups */
+    expect_flips_seen(data, size);
+    expect_cuts_seen(data, size);
+    free(data);
+    data = make_file(&size, 20, CVOL_DHT, 8);
+    expect_flips_seen(data, size);
+    expect_cuts_seen(data, size);
+    free(data);
+    data = make_file(&size, 20, CVOL_DFT, 0);
+    expect_flips_seen(data, size);
+    expect_cuts_seen(data, size);
+    free(data);
+}
+
+static void what_follows_the_end_is_seen(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = make_file(&size, 20, CVOL_DCT, 8);
+    cvol_file_layout layout;
+    char wanted[64];
+    data = realloc(data, size + 3);
+    assert_non_null(data);
+    memset(data + size, 0, 3);
+    assert_int_equal(cvol_layout_verify(context, &layout, data, size + 3, "f"), CVOL_ERROR_CORRUPT);
+    snprintf(wanted, sizeof wanted, "f: 3 bytes follow the end, at byte %zu", size);
+    assert_string_equal(cvol_context_message(context), wanted);
+    assert_int_equal(layout.section_count, 4);
+    free(data);
+}
+
+static void damage_is_followed(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = make_file(&size, 140, CVOL_DCT, 8);
+    cvol_file_layout layout, whole;
+    assert_int_equal(cvol_layout_walk(context, &whole, data, size, "f"), CVOL_OK);
+    /* The index is damaged: then nobody knows where groups end, but the rest is looked at. */
+    data[whole.sections[2].offset + 20] ^= 1;
+    assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
+    assert_non_null(strstr(cvol_context_message(context), "f: section INDX at byte "));
+    assert_int_equal(layout.section_count, 4);
+    assert_int_equal(layout.sections[1].state, CVOL_SECTION_SOUND);
+    assert_int_equal(layout.sections[2].state, CVOL_SECTION_DAMAGED);
+    assert_int_equal(layout.sections[3].state, CVOL_SECTION_UNCHECKED);
+    data[whole.sections[2].offset + 20] ^= 1;
+    /* The second group: it is named. */
+    data[size - 1] ^= 1;
+    assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
+    assert_non_null(strstr(cvol_context_message(context), "group 1 of 2, "));
+    assert_int_equal(layout.sections[3].state, CVOL_SECTION_DAMAGED);
+    free(data);
+    assert_string_equal(cvol_section_state_name(CVOL_SECTION_TRUNCATED), "truncated");
+    assert_null(cvol_section_state_name((cvol_section_state)9));
+}
+
+/* What only decoding finds: the checksums are right, the content is not. */
+static void lies_are_told_with_their_place(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = make_file(&size, 20, CVOL_DCT, 8);
+    cvol_file_layout layout;
+    enum { RANK_AT = 32 + 292 };
+    data[RANK_AT] = 9;
+    for (int i = 0; i < 2; i++) { /* of the content, then of the header that has it */
+        const uint32_t sum = i ? cvol_crc32c(data + 12, 16) : cvol_crc32c(data + 32, 296);
+        for (int b = 0; b < 4; b++)
+            data[24 + 4 * i + b] = (uint8_t)(sum >> 8 * b);
+    }
+    assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_OK);
+    assert_int_equal(cvol_layout_verify(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
+    assert_string_equal(cvol_context_message(context), "f: section HEAD: rank is 9, must be 1, 2 "
+                                                       "or 3 (section HEAD is at byte 12)");
+    free(data);
+}
+
+static void files_that_are_none(void **state)
+{
+    (void)state;
+    char *other = support_path(folder, "other");
+    cvol_file_layout layout;
+    support_write_text(other, "NRRD0004\n");
+    assert_int_equal(cvol_file_layout_read(context, &layout, other), CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(context),
+                           "other: is not a .cvol file: byte 0 is 4e, must be 8b"));
+    assert_int_equal(layout.section_count, 0);
+    support_write_text(other, "");
+    assert_int_not_equal(cvol_file_verify(context, &layout, other), CVOL_OK);
+    free(other);
+    other = support_path(folder, "missing");
+    assert_int_equal(cvol_file_verify(context, &layout, other), CVOL_ERROR_IO);
+    free(other);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(whole_files_are_whole),
+        cmocka_unit_test(every_flip_and_cut_is_seen),
+        cmocka_unit_test(what_follows_the_end_is_seen),
+        cmocka_unit_test(damage_is_followed),
+        cmocka_unit_test(lies_are_told_with_their_place),
+        cmocka_unit_test(files_that_are_none),
+    };
+    return cmocka_run_group_tests(tests, start, stop);
+}
