@@ -221,6 +221,24 @@ static void ratios_are_within_two_percent(void **state)
     }
 }
 
+static void bits_are_not_exceeded(void **state)
+{
+    (void)state;
+    static const double bits[] = {0.3, 1, 2.5};
+    static const cvol_type types[] = {CVOL_UINT8, CVOL_INT16, CVOL_FLOAT64};
+    for (int t = 0; t < 3; t++) {
+        cvol_grid grid = cvol_grid_make(50, 45, 40, types[t]);
+        void *samples = make_volume(&grid, (uint64_t)t + 40);
+        for (int i = 0; i < 3; i++) {
+            cvol_compress_report report = run(samples, &grid, 16, CVOL_TARGET_BITS, bits[i]);
+            const double got = 8 * (double)report.file_bytes / (double)cvol_grid_samples(&grid);
+            assert_true(got <= bits[i] && got >= bits[i] / 1.0201);
+            assert_true(report.target_met);
+        }
+        free(samples);
+    }
+}
+
 static void psnr_is_reached(void **state)
 {
     (void)state;
@@ -351,6 +369,11 @@ static void options_are_checked(void **state)
         {CVOL_TARGET_RATIO, (double)INFINITY},
         {CVOL_TARGET_RATIO, -3},
         {CVOL_TARGET_RATIO, (double)NAN},
+        {CVOL_TARGET_BITS, 0},
+        {CVOL_TARGET_BITS, -1},
+        {CVOL_TARGET_BITS, 8}, /* those of the samples */
+        {CVOL_TARGET_BITS, (double)NAN},
+        {CVOL_TARGET_BITS, 1e-320},
         {CVOL_TARGET_PSNR, 0},
         {CVOL_TARGET_PSNR, 201},
         {CVOL_TARGET_PSNR, (double)NAN},
@@ -453,6 +476,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ratios_are_within_two_percent),
+        cmocka_unit_test(bits_are_not_exceeded),
         cmocka_unit_test(psnr_is_reached),
         cmocka_unit_test(max_error_is_kept),
         cmocka_unit_test(integers_can_be_exact),

@@ -16,8 +16,8 @@ typedef struct method {
 
 typedef struct compress_arguments {
     common_options common;
-    double ratio, psnr, max_error;
-    int ratio_given, psnr_given, max_error_given;
+    double ratio, psnr, max_error, bits;
+    int ratio_given, psnr_given, max_error_given, bits_given;
     int block;
     const char *transform, *keep;
 } compress_arguments;
@@ -33,6 +33,7 @@ static const char description[] =
 static const char examples[] =
     "  cvol compress brain.nii.gz brain.cvol                   a thirtieth of the raw bytes\n"
     "  cvol compress ct.mha ct.cvol --psnr 60                  at least 60 dB\n"
+    "  cvol compress ct.mha ct.cvol --bpv 0.5                  half a bit a voxel\n"
     "  cvol compress field.raw f.cvol --dims 128x128x64 --type float32 --max-error 0.01\n"
     "  cvol compress wave.nrrd w.cvol --transform dft --block 0 --keep 16,1000\n";
 
@@ -41,17 +42,22 @@ static int choose_target(method *m, const compress_arguments *a)
 {
     m->options.target = a->psnr_given        ? CVOL_TARGET_PSNR
                         : a->max_error_given ? CVOL_TARGET_MAX_ERROR
+                        : a->bits_given      ? CVOL_TARGET_BITS
                                              : CVOL_TARGET_RATIO;
-    if (a->ratio_given + a->psnr_given + a->max_error_given + (a->keep != NULL) > 1)
-        return complain(EXIT_MISUSED, "give only one of --ratio, --psnr, --max-error and --keep");
+    if (a->ratio_given + a->bits_given + a->psnr_given + a->max_error_given + (a->keep != NULL) > 1)
+        return complain(EXIT_MISUSED,
+                        "give only one of --ratio, --bpv, --psnr, --max-error and --keep");
     if (a->ratio_given && !(a->ratio > 1))
         return complain(EXIT_MISUSED, "--ratio is %g, must be above 1", a->ratio);
+    if (a->bits_given && !(a->bits > 0))
+        return complain(EXIT_MISUSED, "--bpv is %g, must be above 0", a->bits);
     if (a->psnr_given && !(a->psnr > 0 && a->psnr <= 200))
         return complain(EXIT_MISUSED, "--psnr is %g dB, must be above 0 and at most 200", a->psnr);
     if (a->max_error_given && !(a->max_error >= 0))
         return complain(EXIT_MISUSED, "--max-error is %g, must not be negative", a->max_error);
     m->options.target_value = a->psnr_given        ? a->psnr
                               : a->max_error_given ? a->max_error
+                              : a->bits_given      ? a->bits
                                                    : a->ratio;
     m->keep = a->psnr_given ? cvol_keep_psnr(a->psnr) : cvol_keep_ratio(a->ratio);
     return a->keep ? parse_keep(&m->keep, a->keep) : EXIT_DONE;
@@ -71,13 +77,18 @@ static int choose_method(method *m, const compress_arguments *a)
     if (!m->transform)
         return complain(EXIT_MISUSED, "--transform is '%s', must be dct, dht or dft", a->transform);
     m->truncate = m->transform != CVOL_DCT || m->block == 0 || a->keep;
-    if (m->truncate && a->max_error_given)
-        return complain(EXIT_MISUSED,
-                        "--max-error needs dct blocks: leave --transform and --block 0 away");
+    if (m->truncate && (a->max_error_given || a->bits_given))
+        return complain(EXIT_MISUSED, "%s needs dct blocks: leave --transform and --block 0 away",
+                        a->bits_given ? "--bpv" : "--max-error");
     return EXIT_DONE;
 }
 
 /* ---- what came of it ------------------------------------------------------------------------ */
+
+static double bits_a_voxel(const cvol_array *array, const cvol_compress_report *report)
+{
+    return 8 * (double)report->file_bytes / (double)cvol_grid_samples(cvol_array_grid(array));
+}
 
 static int report_json(const cvol_array *array, const cvol_compress_report *report)
 {
@@ -88,31 +99,44 @@ static int report_json(const cvol_array *array, const cvol_compress_report *repo
         "{s:o, s:s, s:I, s:f, s:f, s:o, s:f, s:b, s:b, s:i, s:f, s:I, s:f, s:s, s:i, s:o, s:o}",
         "dims", json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
         (json_int_t)report->file_bytes, "ratio", report->ratio, "bits_per_voxel",
-        8 * (double)report->file_bytes / (double)cvol_grid_samples(grid), "psnr_db",
-        json_decibels(report->psnr_db), "max_error", report->max_error, "lossless",
-        report->lossless, "target_met", report->target_met, "block", info.block, "step", info.step,
-        "coefficients", (json_int_t)info.coefficients, "rho", info.rho, "transform",
-        cvol_transform_name(info.transform), "rank", info.rank, "low", json_dims(info.low),
-        "l2_error", json_number(info.l2_error)));
+        bits_a_voxel(array, report), "psnr_db", json_decibels(report->psnr_db), "max_error",
+        report->max_error, "lossless", report->lossless, "target_met", report->target_met, "block",
+        info.block, "step", info.step, "coefficients", (json_int_t)info.coefficients, "rho",
+        info.rho, "transform", cvol_transform_name(info.transform), "rank", info.rank, "low",
+        json_dims(info.low), "l2_error", json_number(info.l2_error)));
 }
 
-static void report_text(const char *path, const method *m, const cvol_compress_report *report)
+/* A target by size that was missed, and which way: `asked` names it. */
+static void report_miss(const cvol_compress_report *report, const char *asked, double shortfall)
 {
+    if (report->lossless && shortfall > 1.02)
+        printf("(the volume is lossless before %s reached)\n", asked);
+    else if (!report->target_met)
+        printf("(%s out of reach: this is the coarsest there is)\n", asked);
+}
+
+static void report_text(const char *path, const method *m, const cvol_compress_report *report,
+                        double bits)
+{
+    const double wanted = m->options.target_value;
+    char asked[64];
     clear_progress();
-    printf("%s: %llu bytes, 1/%.2f of the raw samples, ", path,
-           (unsigned long long)report->file_bytes, report->ratio);
+    printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits a voxel, ", path,
+           (unsigned long long)report->file_bytes, report->ratio, bits);
     if (report->lossless)
         printf("lossless\n");
     else
         printf("PSNR %.2f dB, largest error %g\n", report->psnr_db, report->max_error);
     if (m->truncate)
         return;
-    if (report->lossless && m->options.target == CVOL_TARGET_RATIO &&
-        report->ratio > m->options.target_value * 1.02)
-        printf("(the volume is lossless before ratio %g is reached)\n", m->options.target_value);
-    else if (!report->target_met)
-        printf("(ratio %g is out of reach: this is the coarsest there is)\n",
-               m->options.target_value);
+    if (m->options.target == CVOL_TARGET_BITS) {
+        snprintf(asked, sizeof asked, "%g bits a voxel are", wanted);
+        report_miss(report, asked, wanted / bits);
+    } else {
+        snprintf(asked, sizeof asked, "ratio %g is", wanted);
+        report_miss(report, asked,
+                    m->options.target == CVOL_TARGET_RATIO ? report->ratio / wanted : 0);
+    }
 }
 
 /* ---- compressing ---------------------------------------------------------------------------- */
@@ -173,7 +197,7 @@ static int compress(cvol_context *context, compress_arguments *arguments, const 
     if (!status && arguments->common.json)
         status = report_json(array, &report);
     else if (!status)
-        report_text(out_path, m, &report);
+        report_text(out_path, m, &report, bits_a_voxel(array, &report));
     cvol_array_free(array);
     return status;
 }
@@ -188,6 +212,8 @@ int command_compress(int argc, char **argv)
          "raw bytes / file bytes; without DCT blocks: as floats, in memory "
          "(default 30)",
          OPTION_NUMBER, &a.ratio, 0, &a.ratio_given},
+        {"--bpv", "B", "at most B bits a voxel: 8 file bytes / samples", OPTION_NUMBER, &a.bits, 0,
+         &a.bits_given},
         {"--psnr", "DB", "at least so many dB, over the range of the samples", OPTION_NUMBER,
          &a.psnr, 0, &a.psnr_given},
         {"--max-error", "E", "no sample further off than E (0: lossless, for integers)",

@@ -9,9 +9,10 @@ extern "C" {
 #endif
 
 typedef enum cvol_target {
-    CVOL_TARGET_RATIO = 1,    /* raw bytes / file bytes at least, and at most 2 % more */
-    CVOL_TARGET_PSNR = 2,     /* dB over the range of the samples, at least */
-    CVOL_TARGET_MAX_ERROR = 3 /* largest |original - decoded|, at most */
+    CVOL_TARGET_RATIO = 1,     /* raw bytes / file bytes at least, and at most 2 % more */
+    CVOL_TARGET_PSNR = 2,      /* dB over the range of the samples, at least */
+    CVOL_TARGET_MAX_ERROR = 3, /* largest |original - decoded|, at most */
+    CVOL_TARGET_BITS = 4 /* bits a sample, 8 file bytes / samples: at most, and at most 2 % less */
 } cvol_target;
 
 typedef struct cvol_compress_options {
@@ -31,14 +32,15 @@ typedef struct cvol_compress_report {
     double max_error;
     uint64_t file_bytes;
     int lossless;   /* decoded samples equal the original ones */
-    int target_met; /* 0 only for a ratio that lies beyond lossless or beyond the coarsest step */
+    int target_met; /* 0 only for a ratio (or bits) beyond lossless or beyond the coarsest step */
     int trials;     /* steps tried */
 } cvol_compress_report;
 
 /* Compresses the samples (described by `grid`, x fastest) into a new array.
  * The step is searched so that the target holds, and the result is verified by decoding the
  * encoded bytes. A ratio lower than what is lossless already gives the lossless array
- * (report->lossless, a ratio above the asked one). report may be NULL. The caller frees *out.
+ * (report->lossless, a ratio above the asked one); bits a sample are a ratio, of the bits of the
+ * samples' type. report may be NULL. The caller frees *out.
  * Cost: one forward transform, and per trial one quantisation and coding of it.
  * Errors: ARGUMENT, DATA (NaN or infinite samples: how many and the index of the first),
  * TARGET, MEMORY, CANCELLED, UNSUPPORTED. */

@@ -45,6 +45,11 @@ static int check_options(cvol_context *context, const cvol_compress_options *opt
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "block is %d, must be 8, 16 or 32",
                          options->block);
     switch (options->target) {
+    case CVOL_TARGET_BITS:
+        if (!(value > 0) || !isfinite(value))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "bits a sample are %g, must be above 0",
+                             value);
+        return CVOL_OK;
     case CVOL_TARGET_RATIO:
         if (!(value > 1) || !isfinite(value))
             return cvol_fail(context, CVOL_ERROR_ARGUMENT, "ratio is %g, must be above 1", value);
@@ -61,6 +66,18 @@ static int check_options(cvol_context *context, const cvol_compress_options *opt
         return CVOL_OK;
     }
     return cvol_fail(context, CVOL_ERROR_ARGUMENT, "target %d is none", (int)options->target);
+}
+
+/* Bits a sample, as the ratio that they are. */
+static int ratio_of_bits(cvol_context *context, double *ratio, double bits, cvol_type type)
+{
+    const double raw = 8 * (double)cvol_type_size(type);
+    if (!(bits < raw) || !isfinite(raw / bits))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "bits a sample are %g, must be above 0 and below the %g of %s samples",
+                         bits, raw, cvol_type_name(type));
+    *ratio = raw / bits;
+    return CVOL_OK;
 }
 
 /* ---- the search ------------------------------------------------------------------------- */
@@ -352,7 +369,14 @@ int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report 
         return code;
     compression c = {.context = context, .target = options->target, .value = options->target_value};
     int met = 0;
-    code = cvol_trial_start(context, &c.trial, samples, grid, options->block);
+    if (c.target == CVOL_TARGET_BITS) {
+        c.target = CVOL_TARGET_RATIO;
+        code = cvol_grid_check(context, grid, "array");
+        if (!code)
+            code = ratio_of_bits(context, &c.value, options->target_value, grid->type);
+    }
+    if (!code)
+        code = cvol_trial_start(context, &c.trial, samples, grid, options->block);
     if (!code) {
         c.raw_bytes = cvol_grid_bytes(grid);
         code = run(&c, &met);

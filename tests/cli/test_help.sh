@@ -11,7 +11,7 @@ options_of() {
     keep='--keep --step'
     look='--size --zoom --engine --mode --transfer --background --step'
     case $1 in
-    compress) echo "$common $raw --ratio --psnr --max-error --keep --transform --block" ;;
+    compress) echo "$common $raw --ratio --bpv --psnr --max-error --keep --transform --block" ;;
     decompress) echo "$common" ;;
     info) echo "$common $raw --build --layout" ;;
     verify) echo "$common" ;;

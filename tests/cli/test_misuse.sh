@@ -69,14 +69,24 @@ refuse() {
 number="x 1x 1,5 nan inf -inf 1e999"
 compress='cvol compress in.nrrd out.cvol'
 refuse $compress --ratio -- '' ' 30' $number 0 -3 1 0.5
+refuse $compress --bpv -- '' $number 0 -0.5
+for bits in 8 8.5 1e9 1e-320; do
+    expect_failure 2 "in.nrrd: bits a sample are*below the 8 of uint8" $compress --bpv $bits
+done
+expect_failure 2 '--bpv needs dct blocks' $compress --bpv 1 --transform dft
+expect_failure 2 '--bpv needs dct blocks' $compress --bpv 1 --block 0
 refuse $compress --psnr -- '' $number 0 -40 201
 refuse $compress --max-error -- '' $number -1 -1e-9
 refuse $compress --block -- '' x -8 7 15 17 33 64 16.0 2147483648 99999999999999999999
 refuse $compress --transform -- '' x fft DCT
 expect_failure 2 'only one of' $compress --ratio 30 --psnr 40
+expect_failure 2 'only one of' $compress --ratio 30 --bpv 1
+expect_failure 2 'only one of' $compress --bpv 1 --psnr 40
+expect_failure 2 'only one of' $compress --bpv 1 --max-error 1
+expect_failure 2 'only one of' $compress --bpv 1 --keep 1,2
 expect_failure 2 'only one of' $compress --psnr 30 --max-error 4
 expect_failure 2 'only one of' $compress --ratio 30 --max-error 0
-for option in --ratio --psnr --max-error --block --transform --dims --type --spacing --fill; do
+for option in --ratio --bpv --psnr --max-error --block --transform --dims --type --spacing --fill; do
     expect_failure 2 "$option needs a value" $compress $option
 done
 

@@ -104,6 +104,13 @@ for block in 8 16 32; do
         expect_number "$ratio" '>=' $wanted
         expect_number "$ratio" '<=' $most
     done
+    for wanted in 3 0.8 0.25; do
+        expect_done cvol compress in.raw a.cvol $raw --block $block --bpv $wanted --json
+        expect_equal "$(value_of target_met)" true
+        expect_number "$(value_of bits_per_voxel)" '<=' $wanted
+        expect_number "$(value_of bits_per_voxel)" '>=' "$(awk "BEGIN { print $wanted / 1.02 }")"
+        check_figures
+    done
     for wanted in 35 60; do
         expect_done cvol compress in.raw a.cvol $raw --block $block --psnr $wanted --json
         check_figures
@@ -122,7 +129,18 @@ expect_done cvol compress flat.raw a.cvol $raw --ratio 2 --json
 expect_equal "$(value_of lossless)" true
 expect_number "$(value_of ratio)" '>' 2
 expect_done cvol compress flat.raw a.cvol $raw --ratio 2
-grep -q 'lossless before ratio 2' "$out" || fail 'must say that it is lossless'
+grep -q 'lossless before ratio 2 is reached' "$out" || fail 'must say that it is lossless'
+expect_done cvol compress flat.raw a.cvol $raw --bpv 8
+grep -q 'lossless before 8 bits a voxel are reached' "$out" || fail 'must say that it is lossless'
+# And less than the coarsest there is cannot be had: that is said, too.
+expect_done cvol compress in.raw a.cvol $raw --bpv 0.0001
+grep -q '(0.0001 bits a voxel are out of reach' "$out" || fail 'must say that it is out of reach'
+expect_done cvol compress in.raw a.cvol $raw --bpv 0.0001 --json
+expect_equal "$(value_of target_met)" false
+# A bit rate is a ratio, of the type's own bits.
+expect_done cvol compress in.raw a.cvol $raw --bpv 0.5
+expect_done cvol compress in.raw b.cvol $raw --ratio 32
+expect_same_file a.cvol b.cvol
 
 # The same bytes from any number of threads, and of a second time.
 for threads in 1 2 3; do
