@@ -1,0 +1,228 @@
+/* The transforms of split cells on vectors, separable: x, then y, then z, both ways, so that the
+ * inverse runs from the sparse end to the dense one.
+ *
+ * Along x, vectors are eight lanes whatever the instruction set, one for each half of the cell:
+ * with octants these are the two octants of a row; with a whole cell they are its even and its odd
+ * frequencies, which see the sums and the differences of mirrored samples. Both are the same loop.
+ * Along y and z lanes are x (or u), and the basis' symmetry halves the work: transform/lines.h.
+ */
+#include "base/cpu.h"
+#include "base/vector.h"
+#include "transform/cell.h"
+#include "transform/cell_bases.h"
+#include "transform/lines.h"
+
+#define N CVOL_CELL
+
+typedef float eight __attribute__((vector_size(32)));
+
+void CVOL_SIMD(cvol_cell_forward_by)(float *out, const float *in, int way,
+                                     const cvol_cell_bases *with);
+void CVOL_SIMD(cvol_cell_inverse_box)(float *out, const float *in, uint16_t split, const int box[3],
+                                      const cvol_cell_bases *with);
+
+CVOL_INLINE eight load_eight(const float *from)
+{
+    eight v;
+    memcpy(&v, from, sizeof v);
+    return v;
+}
+
+CVOL_INLINE void store_eight(float *to, eight v)
+{
+    memcpy(to, &v, sizeof v);
+}
+
+CVOL_INLINE eight reverse(eight v)
+{
+    return (eight){v[7], v[6], v[5], v[4], v[3], v[2], v[1], v[0]};
+}
+
+/* The matrix D of one way along an axis, and the side of its DCTs. */
+CVOL_INLINE const float *square(const cvol_cell_bases *with, int way)
+{
+    return way == CVOL_CELL_BY_16 ? with->of_16 : way == CVOL_CELL_BY_8 ? with->of_8 : with->of_4;
+}
+
+/* Rows of samples to rows of places. */
+CVOL_INLINE void forward_x(float *out, const float *in, int way, const cvol_cell_bases *with)
+{
+    for (int row = 0; row < N * N; row++, in += N, out += N) {
+        float halves[2][8] __attribute__((aligned(32)));
+        eight low = load_eight(in), high = load_eight(in + 8);
+        if (way == CVOL_CELL_BY_16) {
+            high = reverse(high);
+            store_eight(halves[0], low + high);
+            store_eight(halves[1], low - high);
+        } else {
+            store_eight(halves[0], low);
+            store_eight(halves[1], high);
+        }
+        eight even = {0}, odd = {0};
+        for (int x = 0; x < 8; x++) {
+            even += halves[0][x] * load_eight(with->columns[way][0][x]);
+            odd += halves[1][x] * load_eight(with->columns[way][1][x]);
+        }
+        store_eight(out,
+                    (eight){even[0], odd[0], even[1], odd[1], even[2], odd[2], even[3], odd[3]});
+        store_eight(out + 8,
+                    (eight){even[4], odd[4], even[5], odd[5], even[6], odd[6], even[7], odd[7]});
+    }
+}
+
+/* One DCT of side M for CVOL_LANES lines: out[f out_stride] = sum_x D[f][x] in[x in_stride]. */
+CVOL_INLINE void forward_line(float *out, long out_stride, const float *in, long in_stride,
+                              const float *basis, int M)
+{
+    cvol_vf sum[N / 2], difference[N / 2];
+    for (int i = 0; i < M / 2; i++) {
+        cvol_vf a = cvol_load(in + i * in_stride), b = cvol_load(in + (M - 1 - i) * in_stride);
+        sum[i] = a + b;
+        difference[i] = a - b;
+    }
+    for (int f = 0; f < M; f += 2) {
+        cvol_vf even = {0}, odd = {0};
+        for (int i = 0; i < M / 2; i++) {
+            even += basis[f * M + i] * sum[i];
+            odd += basis[(f + 1) * M + i] * difference[i];
+        }
+        cvol_store(out + f * out_stride, even);
+        cvol_store(out + (f + 1) * out_stride, odd);
+    }
+}
+
+/* The place of frequency 0 of the DCT that begins at sample `begin` of an axis. */
+CVOL_INLINE int first_place(int begin)
+{
+    return (begin >> 3) + 2 * (begin >> 2 & 1);
+}
+
+/* Along the axis whose neighbours lie `stride` floats apart, all lines of N. */
+CVOL_INLINE void forward_axis(float *out, const float *in, long stride, int way,
+                              const cvol_cell_bases *with)
+{
+    const int M = N >> way;
+    const long other = stride == N ? (long)N * N : N;
+    for (int line = 0; line < N; line++)
+        for (int part = 0; part < N; part += CVOL_LANES)
+            for (int begin = 0; begin < N; begin += M)
+                forward_line(out + line * other + first_place(begin) * stride + part,
+                             (N / M) * stride, in + line * other + begin * stride + part, stride,
+                             square(with, way), M);
+}
+
+CVOL_INLINE void forward(float *out, const float *in, int way, const cvol_cell_bases *with)
+{
+    float first[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
+    float second[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
+    forward_x(first, in, way, with);
+    forward_axis(second, first, N, way, with);
+    forward_axis(out, second, (long)N * N, way, with);
+}
+
+void CVOL_SIMD(cvol_cell_forward_by)(float *out, const float *in, int way,
+                                     const cvol_cell_bases *with)
+{
+    if (way == CVOL_CELL_BY_16)
+        forward(out, in, CVOL_CELL_BY_16, with);
+    else if (way == CVOL_CELL_BY_8)
+        forward(out, in, CVOL_CELL_BY_8, with);
+    else
+        forward(out, in, CVOL_CELL_BY_4, with);
+}
+
+/* A row of places, of which the first K are not zero, to a row of samples. */
+CVOL_INLINE void inverse_row(float *out, const float *in, int K, int whole,
+                             const float even_basis[8][8], const float odd_basis[8][8])
+{
+    eight even = {0}, odd = {0};
+    int g = 0;
+    for (; 2 * g + 1 < K; g++) {
+        even += in[2 * g] * load_eight(even_basis[g]);
+        odd += in[2 * g + 1] * load_eight(odd_basis[g]);
+    }
+    if (2 * g < K)
+        even += in[2 * g] * load_eight(even_basis[g]);
+    store_eight(out, whole ? even + odd : even);
+    store_eight(out + 8, whole ? reverse(even - odd) : odd);
+}
+
+CVOL_INLINE void inverse_x(float *out, const float *in, uint16_t split, const int box[3],
+                           const cvol_cell_bases *with)
+{
+    const int whole = !(split & 1);
+    for (int w = 0; w < box[2]; w++)
+        for (int v = 0; v < box[1]; v++) {
+            const int left = cvol_cell_way(split, 0, v & 1, w & 1),
+                      right = cvol_cell_way(split, 1, v & 1, w & 1);
+            inverse_row(out + (w * N + v) * N, in + (w * N + v) * N, box[0], whole,
+                        with->lanes[left][0], with->lanes[right][1]);
+        }
+}
+
+/* How many of the places first, first + step, ... lie below K. */
+CVOL_INLINE int count_places(int K, int first, int step)
+{
+    return K > first ? (K - first + step - 1) / step : 0;
+}
+
+/* `count` neighbouring lines along an axis, from places of half c below K to its 8 samples, or
+ * (BY_16) from all places to all samples. */
+CVOL_INLINE void inverse_lines(float *out, const float *in, long stride, int K, int c, int way,
+                               const cvol_cell_bases *with, int count)
+{
+    const int M = N >> way, step = N / M, end = way == CVOL_CELL_BY_16 ? N : 8;
+    for (int part = 0; part < count; part += CVOL_LANES)
+        for (int begin = 0; begin < end; begin += M) {
+            const int first = first_place(8 * c + begin);
+            cvol_lines_inverse(out + (8 * c + begin) * stride + part, stride,
+                               in + first * stride + part, step * stride,
+                               count_places(K, first, step), square(with, way), M,
+                               count < CVOL_LANES ? count : CVOL_LANES);
+        }
+}
+
+/* Of the two octants of a row, half c of the axis: together if they are split alike. */
+CVOL_INLINE void inverse_pair(float *out, const float *in, long stride, int K, int c, int left,
+                              int right, const cvol_cell_bases *with)
+{
+    if (left == right && left == CVOL_CELL_BY_8)
+        inverse_lines(out, in, stride, K, c, CVOL_CELL_BY_8, with, N);
+    else if (left == right)
+        inverse_lines(out, in, stride, K, c, CVOL_CELL_BY_4, with, N);
+    else {
+        const int eights = left == CVOL_CELL_BY_8 ? 0 : 8;
+        inverse_lines(out + eights, in + eights, stride, K, c, CVOL_CELL_BY_8, with, 8);
+        inverse_lines(out + 8 - eights, in + 8 - eights, stride, K, c, CVOL_CELL_BY_4, with, 8);
+    }
+}
+
+void CVOL_SIMD(cvol_cell_inverse_box)(float *out, const float *in, uint16_t split, const int box[3],
+                                      const cvol_cell_bases *with)
+{
+    /* Half a row is loaded as a whole vector: eight floats more than the cell has. */
+    float first[CVOL_CELL_SAMPLES + 8] __attribute__((aligned(64)));
+    float second[CVOL_CELL_SAMPLES + 8] __attribute__((aligned(64)));
+    memset(first + CVOL_CELL_SAMPLES, 0, 8 * sizeof *first);
+    memset(second + CVOL_CELL_SAMPLES, 0, 8 * sizeof *second);
+    const long sheet = (long)N * N;
+    inverse_x(first, in, split, box, with);
+    if (!(split & 1)) {
+        for (int w = 0; w < box[2]; w++)
+            inverse_lines(second + w * sheet, first + w * sheet, N, box[1], 0, CVOL_CELL_BY_16,
+                          with, N);
+        for (int y = 0; y < N; y++)
+            inverse_lines(out + y * N, second + y * N, sheet, box[2], 0, CVOL_CELL_BY_16, with, N);
+        return;
+    }
+    for (int w = 0; w < box[2]; w++)
+        for (int c = 0; c < 2; c++)
+            inverse_pair(second + w * sheet, first + w * sheet, N, box[1], c,
+                         cvol_cell_way(split, 0, c, w & 1), cvol_cell_way(split, 1, c, w & 1),
+                         with);
+    for (int y = 0; y < N; y++)
+        for (int c = 0; c < 2; c++)
+            inverse_pair(out + y * N, second + y * N, sheet, box[2], c,
+                         cvol_cell_way(split, 0, y >> 3, c), cvol_cell_way(split, 1, y >> 3, c),
+                         with);
+}
