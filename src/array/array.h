@@ -22,6 +22,7 @@ typedef struct cvol_block {
     uint32_t words;        /* how many, escapes included */
     uint8_t low[3];        /* per axis 1 + the highest frequency with a term; 0 if none */
     uint8_t range[2];      /* bounds of the block's decoded samples, see cvol_array_range */
+    uint16_t split;        /* B = 16: how the cell is split (transform/cell.h); 0: it is not */
 } cvol_block;
 
 struct cvol_array {

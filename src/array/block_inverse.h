@@ -12,28 +12,9 @@
 #ifndef CVOL_ARRAY_BLOCK_INVERSE_H
 #define CVOL_ARRAY_BLOCK_INVERSE_H
 
-#include "array/array.h"
-#include "transform/block.h"
+#include "array/block_inverse_steps.h"
+#include "array/split_inverse.h"
 #include "transform/lines.h"
-
-typedef struct cvol_block_axes {
-    int lane, row, sheet; /* 0 x, 1 y, 2 z: each once, lane < row */
-    /* Points per block and axis, even, at most B, and the basis there: basis[v * points + i], the
-     * lane basis padded with zeros to a row of 16 or 32. All 64-byte aligned. */
-    int lane_points, row_points, sheet_points;
-    const float *lane_basis, *row_basis, *sheet_basis;
-} cvol_block_axes;
-
-/* Scratch memory of one thread. */
-typedef struct cvol_block_work {
-    float first[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
-    float second[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
-} cvol_block_work;
-
-/* How many rows of each sheet of frequencies have terms. */
-typedef struct cvol_block_rows {
-    uint8_t count[CVOL_BLOCK_MAX];
-} cvol_block_rows;
 
 /* A batch of terms, unpacked by vectors: their coefficients and where they go. */
 #define CVOL_BATCH 16
@@ -188,7 +169,9 @@ CVOL_INLINE void cvol_block_inverse(float *out, long row_stride, long sheet_stri
                                     const cvol_block *block, const cvol_block_axes *axes,
                                     int block_log2, float step, cvol_block_work *work)
 {
-    if (block_log2 == 4)
+    if (__builtin_expect(block->split != 0, 0))
+        cvol_split_inverse(out, row_stride, sheet_stride, block, axes, step, work);
+    else if (block_log2 == 4)
         cvol_block_inverse_size(out, row_stride, sheet_stride, block, axes, 4, step, work);
     else if (block_log2 == 3)
         cvol_block_inverse_size(out, row_stride, sheet_stride, block, axes, 3, step, work);

@@ -10,6 +10,7 @@
 #include "base/cpu.h"
 #include "base/memory.h"
 #include "transform/block.h"
+#include "transform/cell_points.h"
 
 CVOL_SIMD_DECLARE(void, cvol_block_decode,
                   (float *out, const cvol_block *block, const cvol_block_axes *axes, int block_log2,
@@ -53,6 +54,10 @@ void cvol_block_evaluate(float *out, const cvol_array *array, size_t index)
                             .lane_basis = lane_basis(padded, basis, B),
                             .row_basis = basis,
                             .sheet_basis = basis};
+    if (block->split)
+        for (int i = 0; i < 2; i++)
+            axes.lane_parts[i] = axes.row_parts[i] = axes.sheet_parts[i] = cvol_cell_samples_basis(
+                i ? 4 : 8);
     CVOL_SIMD_CHOOSE(cvol_block_decode)
     (out, block, &axes, array->block_log2, (float)array->step, &work);
 }

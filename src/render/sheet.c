@@ -20,6 +20,7 @@
 #include "base/memory.h"
 #include "base/thread.h"
 #include "render/sheet_band.h"
+#include "transform/cell_points.h"
 
 typedef struct sheet_state {
     const cvol_array *array;
@@ -31,7 +32,7 @@ typedef struct sheet_state {
     cvol_tiles tiles;
     size_t line_capacity, scratch_capacity, span_capacity, opaque_capacity, met_capacity,
         tile_capacity;
-    float *bases;            /* lane, row and sheet basis of the frame */
+    float *bases;            /* lane, row and sheet basis of the frame; lane and row of parts */
     cvol_band_memory *bands; /* one for each thread */
     int band_count;
 } sheet_state;
@@ -68,7 +69,7 @@ int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array
         return cvol_fail_memory(context, sizeof *state, "a renderer");
     state->array = array;
     state->table = cvol_allocate_zero(1, sizeof *state->table);
-    state->bases = cvol_allocate_zero(3 * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX, sizeof(float));
+    state->bases = cvol_allocate_zero(7 * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX, sizeof(float));
     if (!state->table || !state->bases) {
         sheet_free(state);
         return cvol_fail_memory(context, sizeof *state->table, "a renderer");
@@ -169,6 +170,16 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
     fill_basis(lane, B, axes.lane_points, (B < 16 ? 16 : B));
     fill_basis(row, B, axes.row_points, axes.row_points);
     fill_basis(sheet, B, B, B);
+    for (int i = 0; i < 2 && B == 16; i++) {
+        const int side = i ? 4 : 8;
+        float *parts = state->bases + (3 + 2 * i) * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX;
+        float *rows = parts + CVOL_BLOCK_MAX * CVOL_BLOCK_MAX;
+        cvol_cell_points_basis(parts, side, axes.lane_points, B);
+        cvol_cell_points_basis(rows, side, axes.row_points, axes.row_points);
+        axes.lane_parts[i] = parts;
+        axes.row_parts[i] = rows;
+        axes.sheet_parts[i] = cvol_cell_samples_basis(side);
+    }
     return axes;
 }
 

@@ -1,0 +1,32 @@
+/* What evaluating blocks and evaluating split cells share: the view of the axes, and scratch memory.
+ */
+#ifndef CVOL_ARRAY_BLOCK_INVERSE_STEPS_H
+#define CVOL_ARRAY_BLOCK_INVERSE_STEPS_H
+
+#include "array/array.h"
+#include "base/vector.h"
+#include "transform/block.h"
+
+typedef struct cvol_block_axes {
+    int lane, row, sheet; /* 0 x, 1 y, 2 z: each once, lane < row */
+    /* Points per block and axis, even, at most B, and the basis there: basis[v * points + i], the
+     * lane basis padded with zeros to a row of 16 or 32. All 64-byte aligned. */
+    int lane_points, row_points, sheet_points;
+    const float *lane_basis, *row_basis, *sheet_basis;
+    /* The same of the parts of split cells, by 8 and by 4; index v of the cell's axis (cell.h). Not
+     * looked at where no block is split. */
+    const float *lane_parts[2], *row_parts[2], *sheet_parts[2];
+} cvol_block_axes;
+
+/* Scratch memory of one thread. */
+typedef struct cvol_block_work {
+    float first[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
+    float second[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
+} cvol_block_work;
+
+/* How many rows of each sheet of frequencies have terms. */
+typedef struct cvol_block_rows {
+    uint8_t count[CVOL_BLOCK_MAX];
+} cvol_block_rows;
+
+#endif

@@ -1,0 +1,169 @@
+/* From the terms of a split cell (transform/cell.h) to its samples, on any view of its axes.
+ *
+ * The same three steps as for blocks (block_inverse.h). Along an axis, index v belongs to the half
+ * v & 1, so a term's octant follows from the low bits of its place, and says which basis it has:
+ * that of 8 or that of 4. A vector of lanes reaches through both halves of the lane axis. Where
+ * their octants differ, sums are made with the basis of either, and each lane takes its own.
+ *
+ * To be included by kernel files only: each compiles it for its instruction set.
+ */
+#ifndef CVOL_ARRAY_SPLIT_INVERSE_H
+#define CVOL_ARRAY_SPLIT_INVERSE_H
+
+#include "array/block_inverse_steps.h"
+
+/* How the octants of two halves of an axis are split: 0 into nothing (8), 1 into fours. */
+typedef struct cvol_split_halves {
+    int of[2];
+} cvol_split_halves;
+
+/* Octant bits along the view's axes. */
+CVOL_INLINE int cvol_split_kind(uint16_t split, const cvol_block_axes *axes, int lane_half,
+                                int row_half, int sheet_half)
+{
+    const int octant = lane_half << axes->lane | row_half << axes->row | sheet_half << axes->sheet;
+    return split >> (1 + octant) & 1;
+}
+
+CVOL_INLINE cvol_split_halves cvol_split_lanes(uint16_t split, const cvol_block_axes *axes,
+                                               int row_half, int sheet_half)
+{
+    return (cvol_split_halves){{cvol_split_kind(split, axes, 0, row_half, sheet_half),
+                                cvol_split_kind(split, axes, 1, row_half, sheet_half)}};
+}
+
+/* Step 1: terms onto lines of lanes. */
+CVOL_INLINE void cvol_split_gather_lanes(float *first, cvol_block_rows *rows,
+                                         const cvol_block *block, const cvol_block_axes *axes,
+                                         float step)
+{
+    enum { LOG2 = 4, B = 1 << LOG2 };
+    for (int s = 0; s < block->low[axes->sheet]; s++) {
+        memset(first + (long)s * B * B, 0, sizeof(float) * (size_t)(block->low[axes->row] * B));
+        rows->count[s] = 0;
+    }
+    const uint32_t *words = block->terms, *end = words + block->words;
+    while (words < end) {
+        uint32_t place;
+        const float value = step * (float)cvol_term_unpack(&words, &place, 3 * LOG2);
+        const uint32_t f = place >> axes->lane * LOG2 & (B - 1);
+        const uint32_t r = place >> axes->row * LOG2 & (B - 1);
+        const uint32_t s = place >> axes->sheet * LOG2 & (B - 1);
+        const int kind = cvol_split_kind(block->split, axes, (int)f & 1, (int)r & 1, (int)s & 1);
+        const float *lanes = axes->lane_parts[kind] + f * B;
+        float *line = first + (s * B + r) * B;
+        rows->count[s] = (uint8_t)(r + 1 > rows->count[s] ? r + 1 : rows->count[s]);
+        for (int part = 0; part < B; part += CVOL_LANES)
+            cvol_store(line + part, cvol_load(line + part) + value * cvol_load(lanes + part));
+    }
+}
+
+/* `tile` outputs from i on: the sums over places v = first, first + step, ... below K. */
+CVOL_INLINE void cvol_split_sums(cvol_vf *sums, const float *in, long in_stride, int first,
+                                 int step, int K, const float *basis, int M, int i, int tile)
+{
+    for (int t = 0; t < tile; t++)
+        sums[t] = (cvol_vf){0};
+    for (int v = first; v < K; v += step) {
+        const cvol_vf line = cvol_load(in + v * in_stride);
+        for (int t = 0; t < tile; t++)
+            sums[t] += basis[v * M + i + t] * line;
+    }
+}
+
+/* What the outputs of one half and quarter of an axis take: which bases, the lane axis' first half
+ * by [0], and the places that reach them. own: all bits of the lanes of that first half. */
+typedef struct cvol_split_reach {
+    const float *bases[2];
+    int first[2], step[2], mixed, M, K;
+    cvol_vi own;
+} cvol_split_reach;
+
+CVOL_INLINE cvol_split_reach cvol_split_reach_of(const float *const parts[2],
+                                                 cvol_split_halves kinds, int quarter, int M, int K,
+                                                 cvol_vi own)
+{
+    cvol_split_reach reach = {.mixed = kinds.of[0] != kinds.of[1], .M = M, .K = K, .own = own};
+    for (int h = 0; h < 2; h++) {
+        const int fours = kinds.of[h];
+        reach.bases[h] = parts[fours];
+        reach.first[h] = fours ? 2 * (quarter & 1) + (quarter >> 1) : quarter >> 1;
+        reach.step[h] = fours ? 4 : 2;
+    }
+    return reach;
+}
+
+CVOL_INLINE void cvol_split_tile(float *out, long out_stride, const float *in, long in_stride,
+                                 const cvol_split_reach *r, int i, int tile, int lanes)
+{
+    cvol_vf sums[4], others[4];
+    cvol_split_sums(sums, in, in_stride, r->first[0], r->step[0], r->K, r->bases[0], r->M, i, tile);
+    if (r->mixed) {
+        cvol_split_sums(others, in, in_stride, r->first[1], r->step[1], r->K, r->bases[1], r->M, i,
+                        tile);
+        for (int t = 0; t < tile; t++)
+            sums[t] = (cvol_vf)(((cvol_vi)sums[t] & r->own) | ((cvol_vi)others[t] & ~r->own));
+    }
+    for (int t = 0; t < tile; t++)
+        if (lanes == CVOL_LANES)
+            cvol_store(out + (i + t) * out_stride, sums[t]);
+        else
+            cvol_store_first(out + (i + t) * out_stride, sums[t], lanes);
+}
+
+CVOL_INLINE void cvol_split_lines(float *out, long out_stride, const float *in, long in_stride,
+                                  const cvol_split_reach *reach, int begin, int end, int lanes)
+{
+    int i = begin;
+    for (; i + 4 <= end; i += 4)
+        cvol_split_tile(out, out_stride, in, in_stride, reach, i, 4, lanes);
+    for (; i < end; i++)
+        cvol_split_tile(out, out_stride, in, in_stride, reach, i, 1, lanes);
+}
+
+/* The first of M points across a cell that lies in quarter q. */
+CVOL_INLINE int cvol_split_point(int M, int q)
+{
+    return (q * M + 1) / 4; /* the least i with (i + 1/2) 4 / M >= q: ceil(q M / 4 - 1/2) */
+}
+
+static void cvol_split_inverse(float *out, long row_stride, long sheet_stride,
+                               const cvol_block *block, const cvol_block_axes *axes, float step,
+                               cvol_block_work *work)
+{
+    enum { B = 16 };
+    const int low_sheet = block->low[axes->sheet];
+    const int rows = axes->row_points, sheets = axes->sheet_points;
+    cvol_block_rows low_rows;
+    cvol_split_gather_lanes(work->first, &low_rows, block, axes, step);
+    for (int part = 0; part < axes->lane_points; part += CVOL_LANES) {
+        const int lanes = axes->lane_points - part < CVOL_LANES ? axes->lane_points - part
+                                                                : CVOL_LANES;
+        cvol_vi own;
+        for (int i = 0; i < CVOL_LANES; i++)
+            own[i] = part + i < axes->lane_points / 2 ? -1 : 0;
+        for (int s = 0; s < low_sheet; s++)
+            for (int q = 0; q < 4; q++) {
+                const cvol_split_reach reach = cvol_split_reach_of(
+                    axes->row_parts, cvol_split_lanes(block->split, axes, q >> 1, s & 1), q, rows,
+                    low_rows.count[s], own);
+                cvol_split_lines(work->second + (long)s * rows * B + part, B,
+                                 work->first + (long)s * B * B + part, B, &reach,
+                                 cvol_split_point(rows, q), cvol_split_point(rows, q + 1),
+                                 CVOL_LANES);
+            }
+        for (int half = 0; half < 2; half++)
+            for (int q = 0; q < 4; q++) {
+                const cvol_split_reach reach = cvol_split_reach_of(
+                    axes->sheet_parts, cvol_split_lanes(block->split, axes, half, q >> 1), q,
+                    sheets, low_sheet, own);
+                for (int j = half * rows / 2; j < (half + 1) * rows / 2; j++)
+                    cvol_split_lines(out + j * row_stride + part, sheet_stride,
+                                     work->second + j * B + part, (long)rows * B, &reach,
+                                     cvol_split_point(sheets, q), cvol_split_point(sheets, q + 1),
+                                     lanes);
+            }
+    }
+}
+
+#endif

@@ -1,0 +1,48 @@
+/* Cosines of the parts of an axis, frequency first (transform/cell.h). */
+#define _DEFAULT_SOURCE /* M_PI */
+#include "transform/cell_points.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stddef.h>
+#include <string.h>
+
+enum { CELL = 16 };
+
+/* Which of an axis' parts of this side index v belongs to: 2 f + c; 4 f + 2 c' + c. */
+static int part_of(int v, int side)
+{
+    const int half = v & 1;
+    return side == 8 ? half : 2 * half + (v >> 1 & 1);
+}
+
+void cvol_cell_points_basis(float *basis, int side, int points, int width)
+{
+    const int parts = CELL / side;
+    memset(basis, 0, sizeof *basis * (size_t)(CELL * width));
+    for (int v = 0; v < CELL; v++) {
+        const int part = part_of(v, side), f = v / parts;
+        const double scale = sqrt((f ? 2.0 : 1.0) / side);
+        for (int i = 0; i < points; i++)
+            if ((2 * i + 1) * parts / (2 * points) == part) {
+                const double at = (i + 0.5) * CELL / points - part * side;
+                basis[v * width + i] = (float)(scale * cos(M_PI * f * at / side));
+            }
+    }
+}
+
+static float of_8[CELL * CELL] __attribute__((aligned(64)));
+static float of_4[CELL * CELL] __attribute__((aligned(64)));
+static pthread_once_t filled = PTHREAD_ONCE_INIT;
+
+static void fill(void)
+{
+    cvol_cell_points_basis(of_8, 8, CELL, CELL);
+    cvol_cell_points_basis(of_4, 4, CELL, CELL);
+}
+
+const float *cvol_cell_samples_basis(int side)
+{
+    pthread_once(&filled, fill);
+    return side == 8 ? of_8 : of_4;
+}

@@ -1,0 +1,197 @@
+/* Split cells are evaluated as their parts' cosines say, on every view of the axes, at samples and
+ * at fewer places, with the same bits on every instruction set. */
+#define _DEFAULT_SOURCE /* M_PI */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "array/block_inverse_steps.h"
+#include "base/cpu.h"
+#include "random.h"
+#include "transform/cell_points.h"
+
+enum { CELL = 16, COUNT = CELL * CELL * CELL, WIDTH = CELL };
+
+CVOL_SIMD_DECLARE(void, cvol_block_decode,
+                  (float *out, const cvol_block *block, const cvol_block_axes *axes, int block_log2,
+                   float step, cvol_block_work *work));
+
+static float in[COUNT], out[COUNT] __attribute__((aligned(64)));
+static uint32_t words[2 * COUNT];
+static cvol_block_work work;
+
+/* Any split: none of the octants, some, all. */
+static uint16_t random_split(random_state *r)
+{
+    const uint32_t kind = random_below(r, 4);
+    return (uint16_t)(1 | (kind == 0 ? 0 : kind == 1 ? 0x1fe : random_below(r, 256) << 1));
+}
+
+static cvol_block random_cell(random_state *r, float step)
+{
+    int low[3];
+    for (int a = 0; a < 3; a++)
+        low[a] = 1 + (int)random_below(r, CELL);
+    memset(in, 0, sizeof in);
+    cvol_block block = {.terms = words, .split = random_split(r)};
+    for (uint32_t i = 0; i < COUNT; i++) {
+        const int u = i % CELL, v = i / CELL % CELL, w = (int)i / CELL / CELL;
+        if (u >= low[0] || v >= low[1] || w >= low[2] || random_below(r, 4))
+            continue;
+        const int32_t value = (int32_t)(random_signed(r) * (random_below(r, 50) ? 50 : 5e7));
+        if (!value)
+            continue;
+        block.words += cvol_term_pack(words + block.words, i, value, cvol_place_bits(4));
+        in[i] = step * (float)value;
+    }
+    cvol_block_find_low(&block, 4);
+    return block;
+}
+
+/* Index v of an axis at position `at` (samples from the cell's face on) in parts of this side. */
+static double basis_at(int v, int side, double at)
+{
+    const int parts = CELL / side, half = v & 1;
+    const int part = side == 8 ? half : 2 * half + (v >> 1 & 1), f = v / parts;
+    const double local = at - part * side;
+    if (local < 0 || local >= side)
+        return 0;
+    return sqrt((f ? 2.0 : 1.0) / side) * cos(M_PI * f * local / side);
+}
+
+/* The cell at places (i + 1/2) 16 / points of each axis of x, y, z, straight from the definition.
+ */
+static double value_at(uint16_t split, const double at[3])
+{
+    double table[2][3][CELL], sum = 0;
+    for (int kind = 0; kind < 2; kind++)
+        for (int a = 0; a < 3; a++)
+            for (int v = 0; v < CELL; v++)
+                table[kind][a][v] = basis_at(v, kind ? 4 : 8, at[a]);
+    for (int i = 0; i < COUNT; i++) {
+        const int p[3] = {i % CELL, i / CELL % CELL, i / CELL / CELL};
+        const int octant = (p[0] & 1) + 2 * (p[1] & 1) + 4 * (p[2] & 1);
+        const int kind = split >> (1 + octant) & 1;
+        sum += (double)in[i] * table[kind][0][p[0]] * table[kind][1][p[1]] * table[kind][2][p[2]];
+    }
+    return sum;
+}
+
+typedef struct view {
+    cvol_block_axes axes;
+    float lanes[2][CELL * WIDTH] __attribute__((aligned(64)));
+    float rows[2][CELL * CELL], sheets[2][CELL * CELL];
+} view;
+
+static void make_view(view *v, int sheet_axis, const int points[3])
+{
+    memset(v, 0, sizeof *v);
+    v->axes = (cvol_block_axes){.lane = sheet_axis == 0,
+                                .row = sheet_axis == 2 ? 1 : 2,
+                                .sheet = sheet_axis,
+                                .lane_points = points[0],
+                                .row_points = points[1],
+                                .sheet_points = points[2]};
+    for (int i = 0; i < 2; i++) {
+        cvol_cell_points_basis(v->lanes[i], i ? 4 : 8, points[0], WIDTH);
+        cvol_cell_points_basis(v->rows[i], i ? 4 : 8, points[1], points[1]);
+        cvol_cell_points_basis(v->sheets[i], i ? 4 : 8, points[2], points[2]);
+        v->axes.lane_parts[i] = v->lanes[i];
+        v->axes.row_parts[i] = v->rows[i];
+        v->axes.sheet_parts[i] = v->sheets[i];
+    }
+}
+
+static void check_view(uint64_t seed, int sheet_axis, const int points[3])
+{
+    static view v;
+    random_state r = {seed};
+    const cvol_block block = random_cell(&r, 0.25f);
+    make_view(&v, sheet_axis, points);
+    memset(out, 0, sizeof out);
+    CVOL_SIMD_CHOOSE(cvol_block_decode)(out, &block, &v.axes, 4, 0.25f, &work);
+    double scale = 0, worst = 0;
+    for (int i = 0; i < COUNT; i++)
+        scale += fabs((double)in[i]) / 64;
+    for (int trial = 0; trial < 24; trial++) {
+        int at[3];
+        double place[3];
+        const int axes[3] = {v.axes.lane, v.axes.row, v.axes.sheet};
+        for (int a = 0; a < 3; a++) {
+            at[a] = (int)random_below(&r, (uint32_t)points[a]);
+            place[axes[a]] = (at[a] + 0.5) * CELL / points[a];
+        }
+        /* Lanes, rows and sheets lie as cvol_block_decode puts them. */
+        const double got = (double)out[at[0] + CELL * at[1] + CELL * CELL * at[2]];
+        worst = fmax(worst, fabs(got - value_at(block.split, place)));
+    }
+    if (!(worst <= 1e-5 * fmax(scale, 1e-30))) {
+        print_message("seed %llu: split %x, sheets along %d, %d x %d x %d places: error %g of %g\n",
+                      (unsigned long long)seed, block.split, sheet_axis, points[0], points[1],
+                      points[2], worst, scale);
+        fail();
+    }
+}
+
+static void cells_are_the_sum_of_their_parts(void **state)
+{
+    (void)state;
+    static const int full[3] = {CELL, CELL, CELL};
+    for (uint64_t seed = 1; seed <= 60; seed++)
+        for (int axis = 0; axis < 3; axis++)
+            check_view(seed, axis, full);
+}
+
+static void at_fewer_places_too(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1000; seed < 1120; seed++) {
+        random_state r = {seed};
+        int points[3];
+        for (int a = 0; a < 3; a++)
+            points[a] = 2 * (1 + (int)random_below(&r, CELL / 2));
+        points[2] = CELL;
+        check_view(seed, (int)random_below(&r, 3), points);
+    }
+}
+
+#if defined(__x86_64__)
+static void the_same_bits_on_every_set(void **state)
+{
+    (void)state;
+    typedef void decode(float *, const cvol_block *, const cvol_block_axes *, int, float,
+                        cvol_block_work *);
+    decode *const decoders[] = {cvol_block_decode_base, cvol_block_decode_avx2,
+                                cvol_block_decode_avx512};
+    static float other[COUNT] __attribute__((aligned(64)));
+    static view v;
+    static const int full[3] = {CELL, CELL, CELL};
+    for (uint64_t seed = 1; seed <= 40; seed++) {
+        random_state r = {seed};
+        const cvol_block block = random_cell(&r, 0.3f);
+        make_view(&v, (int)(seed % 3), full);
+        decoders[0](out, &block, &v.axes, 4, 0.3f, &work);
+        for (int set = 1; set <= (int)cvol_cpu_best(); set++) {
+            decoders[set](other, &block, &v.axes, 4, 0.3f, &work);
+            assert_memory_equal(out, other, sizeof out);
+        }
+    }
+}
+#endif
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(cells_are_the_sum_of_their_parts),
+        cmocka_unit_test(at_fewer_places_too),
+#if defined(__x86_64__)
+        cmocka_unit_test(the_same_bits_on_every_set),
+#endif
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
