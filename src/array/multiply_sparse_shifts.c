@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "array/multiply_sparse.h"
+#include "base/complex.h"
 #include "base/context.h"
 #include "base/memory.h"
 
@@ -39,7 +40,7 @@ double cvol_sparse_solver(const cvol_sparse_shape *shape, const cvol_sparse_node
             for (int a = 0; a < 3; a++) {
                 const size_t turn = t[a] * shape->shifts[s][a] % shape->nodes[a];
                 const double *root = shape->node_roots[a] + 2 * turn;
-                v[s][i] *= CMPLX(root[0], root[1]);
+                v[s][i] *= cvol_complex(root[0], root[1]);
             }
         }
     }

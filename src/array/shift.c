@@ -11,6 +11,7 @@
 #include "array/dirichlet.h"
 #include "array/operations.h"
 #include "array/spectrum_map.h"
+#include "base/complex.h"
 #include "base/context.h"
 
 static const double PI = 3.14159265358979323846;
@@ -36,7 +37,7 @@ static double shifted_term(const void *user, const size_t place[3])
     const double complex F = cvol_spectrum_coefficient(&r->a->whole, r->a->transform, dims, place);
     const double c = scale * cos(phase), s = scale * sin(phase);
     return cvol_slot_of(r->a->transform, dims, place,
-                        CMPLX(c * creal(F) - s * cimag(F), c * cimag(F) + s * creal(F)));
+                        cvol_complex(c * creal(F) - s * cimag(F), c * cimag(F) + s * creal(F)));
 }
 
 /* The sum of |taps| of the shift. */

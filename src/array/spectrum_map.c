@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "array/truncate.h"
+#include "base/complex.h"
 #include "base/context.h"
 #include "base/memory.h"
 
@@ -72,9 +73,9 @@ double complex cvol_spectrum_coefficient(const cvol_spectrum *spectrum, cvol_tra
         mirror[a] = cvol_mirror_index(place[a], dims[a]);
     const double there = (double)cvol_spectrum_value(spectrum, dims, mirror);
     if (transform == CVOL_DHT)
-        return CMPLX((here + there) / 2, (there - here) / 2);
-    return order > 0 ? CMPLX(here * SQRT_HALF, there * SQRT_HALF)
-                     : CMPLX(there * SQRT_HALF, -here * SQRT_HALF);
+        return cvol_complex((here + there) / 2, (there - here) / 2);
+    return order > 0 ? cvol_complex(here * SQRT_HALF, there * SQRT_HALF)
+                     : cvol_complex(there * SQRT_HALF, -here * SQRT_HALF);
 }
 
 double cvol_slot_of(cvol_transform transform, const size_t dims[3], const size_t place[3],

@@ -8,6 +8,7 @@
 
 #include "array/operations.h"
 #include "array/spectrum_map.h"
+#include "base/complex.h"
 #include "base/context.h"
 #include "base/memory.h"
 
@@ -23,7 +24,7 @@ static double product_term(const void *user, const size_t place[3])
     const cvol_transform transform = o->a->transform;
     const double complex A = cvol_spectrum_coefficient(&o->a->whole, transform, o->dims, place);
     const double complex B = cvol_spectrum_coefficient(&o->b->whole, transform, o->dims, place);
-    const double complex C = CMPLX(creal(A) * creal(B) - cimag(A) * cimag(B),
+    const double complex C = cvol_complex(creal(A) * creal(B) - cimag(A) * cimag(B),
                                    creal(A) * cimag(B) + cimag(A) * creal(B));
     return o->root * cvol_slot_of(transform, o->dims, place, C);
 }

@@ -17,6 +17,7 @@
 #include "array/operations.h"
 #include "array/spectrum_map.h"
 #include "array/truncate.h"
+#include "base/complex.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "transform/fft.h"
@@ -78,7 +79,7 @@ static double complex_term(const void *user, const size_t place[3])
     const double complex F = cvol_spectrum_coefficient(f->from, f->transform, f->dims, place);
     const double re = sum_of(f, 0, place), im = sum_of(f, 1, place);
     return cvol_slot_of(f->transform, f->dims, place,
-                        CMPLX(re * creal(F) - im * cimag(F), re * cimag(F) + im * creal(F)));
+                        cvol_complex(re * creal(F) - im * cimag(F), re * cimag(F) + im * creal(F)));
 }
 
 static void close_filter(filter *f)

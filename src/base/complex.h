@@ -1,0 +1,17 @@
+/* Complex numbers from their parts. */
+#ifndef CVOL_BASE_COMPLEX_H
+#define CVOL_BASE_COMPLEX_H
+
+#include <complex.h>
+
+/* re + i im, whatever they are; C11's CMPLX, which not every compiler has. */
+static inline double complex cvol_complex(double re, double im)
+{
+    const union {
+        double parts[2];
+        double complex whole;
+    } number = {{re, im}};
+    return number.whole;
+}
+
+#endif
