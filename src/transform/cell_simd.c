@@ -1,9 +1,9 @@
 /* The transforms of split cells on vectors, separable: x, then y, then z, both ways, so that the
  * inverse runs from the sparse end to the dense one.
  *
- * Along x, vectors are eight lanes whatever the instruction set, one for each half of the cell:
- * with octants these are the two octants of a row; with a whole cell they are its even and its odd
- * frequencies, which see the sums and the differences of mirrored samples. Both are the same loop.
+ * Along x the lanes are half a row (eight, or twice four), and there are two sums: with octants one
+ * for each octant of the row; with a whole cell one for its even and one for its odd frequencies,
+ * which see the sums and the differences of mirrored samples. Both are the same loop.
  * Along y and z lanes are x (or u), and the basis' symmetry halves the work: transform/lines.h.
  */
 #include "base/cpu.h"
@@ -14,28 +14,47 @@
 
 #define N CVOL_CELL
 
-typedef float eight __attribute__((vector_size(32)));
+/* Vectors along x: as long as half a row, or as the set's own if these are shorter. */
+#define LANES (CVOL_LANES < 8 ? CVOL_LANES : 8)
+#define PARTS (8 / LANES)
+typedef float lanes __attribute__((vector_size(4 * LANES)));
 
 void CVOL_SIMD(cvol_cell_forward_by)(float *out, const float *in, int way,
                                      const cvol_cell_bases *with);
 void CVOL_SIMD(cvol_cell_inverse_box)(float *out, const float *in, uint16_t split, const int box[3],
                                       const cvol_cell_bases *with);
 
-CVOL_INLINE eight load_eight(const float *from)
+CVOL_INLINE lanes load_lanes(const float *from)
 {
-    eight v;
+    lanes v;
     memcpy(&v, from, sizeof v);
     return v;
 }
 
-CVOL_INLINE void store_eight(float *to, eight v)
+CVOL_INLINE void store_lanes(float *to, lanes v)
 {
     memcpy(to, &v, sizeof v);
 }
 
-CVOL_INLINE eight reverse(eight v)
+CVOL_INLINE lanes reverse(lanes v)
 {
-    return (eight){v[7], v[6], v[5], v[4], v[3], v[2], v[1], v[0]};
+#if CVOL_LANES == 4
+    return (lanes){v[3], v[2], v[1], v[0]};
+#else
+    return (lanes){v[7], v[6], v[5], v[4], v[3], v[2], v[1], v[0]};
+#endif
+}
+
+/* Stores a0 b0 a1 b1 ... */
+CVOL_INLINE void store_in_turn(float *to, lanes a, lanes b)
+{
+#if CVOL_LANES == 4
+    store_lanes(to, (lanes){a[0], b[0], a[1], b[1]});
+    store_lanes(to + 4, (lanes){a[2], b[2], a[3], b[3]});
+#else
+    store_lanes(to, (lanes){a[0], b[0], a[1], b[1], a[2], b[2], a[3], b[3]});
+    store_lanes(to + 8, (lanes){a[4], b[4], a[5], b[5], a[6], b[6], a[7], b[7]});
+#endif
 }
 
 /* The matrix D of one way along an axis, and the side of its DCTs. */
@@ -44,30 +63,29 @@ CVOL_INLINE const float *square(const cvol_cell_bases *with, int way)
     return way == CVOL_CELL_BY_16 ? with->of_16 : way == CVOL_CELL_BY_8 ? with->of_8 : with->of_4;
 }
 
-/* Rows of samples to rows of places. */
+/* Rows folded about the cell's centre: sums of mirrored samples, then their differences. */
+CVOL_INLINE void fold_x(float *out, const float *in)
+{
+    for (int row = 0; row < N * N; row++, in += N, out += N)
+        for (int part = 0; part < 8; part += LANES) {
+            lanes low = load_lanes(in + part), high = reverse(load_lanes(in + N - LANES - part));
+            store_lanes(out + part, low + high);
+            store_lanes(out + 8 + part, low - high);
+        }
+}
+
+/* Rows of samples (folded ones of a whole cell) to rows of places. */
 CVOL_INLINE void forward_x(float *out, const float *in, int way, const cvol_cell_bases *with)
 {
-    for (int row = 0; row < N * N; row++, in += N, out += N) {
-        float halves[2][8] __attribute__((aligned(32)));
-        eight low = load_eight(in), high = load_eight(in + 8);
-        if (way == CVOL_CELL_BY_16) {
-            high = reverse(high);
-            store_eight(halves[0], low + high);
-            store_eight(halves[1], low - high);
-        } else {
-            store_eight(halves[0], low);
-            store_eight(halves[1], high);
+    for (int row = 0; row < N * N; row++, in += N, out += N)
+        for (int part = 0; part < 8; part += LANES) {
+            lanes even = {0}, odd = {0};
+            for (int x = 0; x < 8; x++) {
+                even += in[x] * load_lanes(with->columns[way][0][x] + part);
+                odd += in[8 + x] * load_lanes(with->columns[way][1][x] + part);
+            }
+            store_in_turn(out + 2 * part, even, odd);
         }
-        eight even = {0}, odd = {0};
-        for (int x = 0; x < 8; x++) {
-            even += halves[0][x] * load_eight(with->columns[way][0][x]);
-            odd += halves[1][x] * load_eight(with->columns[way][1][x]);
-        }
-        store_eight(out,
-                    (eight){even[0], odd[0], even[1], odd[1], even[2], odd[2], even[3], odd[3]});
-        store_eight(out + 8,
-                    (eight){even[4], odd[4], even[5], odd[5], even[6], odd[6], even[7], odd[7]});
-    }
 }
 
 /* One DCT of side M for CVOL_LANES lines: out[f out_stride] = sum_x D[f][x] in[x in_stride]. */
@@ -115,7 +133,9 @@ CVOL_INLINE void forward(float *out, const float *in, int way, const cvol_cell_b
 {
     float first[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
     float second[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
-    forward_x(first, in, way, with);
+    if (way == CVOL_CELL_BY_16)
+        fold_x(second, in);
+    forward_x(first, way == CVOL_CELL_BY_16 ? second : in, way, with);
     forward_axis(second, first, N, way, with);
     forward_axis(out, second, (long)N * N, way, with);
 }
@@ -135,16 +155,24 @@ void CVOL_SIMD(cvol_cell_forward_by)(float *out, const float *in, int way,
 CVOL_INLINE void inverse_row(float *out, const float *in, int K, int whole,
                              const float even_basis[8][8], const float odd_basis[8][8])
 {
-    eight even = {0}, odd = {0};
+    lanes even[PARTS], odd[PARTS];
+    for (int p = 0; p < PARTS; p++)
+        even[p] = odd[p] = (lanes){0};
     int g = 0;
-    for (; 2 * g + 1 < K; g++) {
-        even += in[2 * g] * load_eight(even_basis[g]);
-        odd += in[2 * g + 1] * load_eight(odd_basis[g]);
+    for (; 2 * g + 1 < K; g++)
+        for (int p = 0; p < PARTS; p++) {
+            even[p] += in[2 * g] * load_lanes(even_basis[g] + p * LANES);
+            odd[p] += in[2 * g + 1] * load_lanes(odd_basis[g] + p * LANES);
+        }
+    for (int p = 0; p < PARTS; p++) {
+        if (2 * g < K)
+            even[p] += in[2 * g] * load_lanes(even_basis[g] + p * LANES);
+        store_lanes(out + p * LANES, whole ? even[p] + odd[p] : even[p]);
+        if (whole)
+            store_lanes(out + N - LANES - p * LANES, reverse(even[p] - odd[p]));
+        else
+            store_lanes(out + 8 + p * LANES, odd[p]);
     }
-    if (2 * g < K)
-        even += in[2 * g] * load_eight(even_basis[g]);
-    store_eight(out, whole ? even + odd : even);
-    store_eight(out + 8, whole ? reverse(even - odd) : odd);
 }
 
 CVOL_INLINE void inverse_x(float *out, const float *in, uint16_t split, const int box[3],
