@@ -207,6 +207,166 @@ static void trailing_bytes_are_refused(void **state)
     free(data);
 }
 
+/* ---- boxes ------------------------------------------------------------------------------- */
+
+/* Samples of a box, read as that and cut from the whole, as floats. */
+static void expect_box(const char *path, const cvol_array *whole, const size_t begin[3],
+                       const size_t end[3])
+{
+    const cvol_grid grid = cvol_grid_box(cvol_array_grid(whole), begin, end);
+    const size_t bytes = cvol_grid_bytes(&grid);
+    cvol_array *part;
+    uint64_t file_bytes = 0;
+    assert_int_equal(cvol_array_read_box(context, &part, path, begin, end, &file_bytes), CVOL_OK);
+    assert_true(file_bytes > 0);
+    assert_memory_equal(cvol_array_grid(part)->dims, cvol_array_grid(whole)->dims,
+                        sizeof grid.dims);
+    void *a = calloc(1, bytes), *b = calloc(1, bytes);
+    assert_true(a && b);
+    assert_int_equal(cvol_array_evaluate_box(context, a, whole, begin, end), CVOL_OK);
+    assert_int_equal(cvol_array_evaluate_box(context, b, part, begin, end), CVOL_OK);
+    assert_memory_equal(a, b, bytes);
+    free(a);
+    free(b);
+    cvol_array_free(part);
+}
+
+/* Three groups along x, two along y; the caller frees the path, the folder and the array. */
+static cvol_array *grouped_file(const char *path)
+{
+    cvol_grid grid = cvol_grid_make(270, 140, 11, CVOL_INT16);
+    const size_t count = cvol_grid_samples(&grid);
+    const cvol_keep keep = cvol_keep_step(100);
+    int16_t *samples = malloc(count * sizeof *samples);
+    cvol_array *array, *back;
+    assert_non_null(samples);
+    for (size_t i = 0; i < count; i++)
+        samples[i] = (int16_t)(1000 * sin((double)i / 50));
+    assert_int_equal(cvol_array_compress(context, &array, samples, &grid, 3, CVOL_DCT, 8, &keep),
+                     CVOL_OK);
+    free(samples);
+    assert_int_equal(cvol_group_count(array), 6);
+    assert_int_equal(cvol_array_write(context, array, path, NULL), CVOL_OK);
+    cvol_array_free(array);
+    assert_int_equal(cvol_array_read(context, &back, path, NULL), CVOL_OK);
+    return back;
+}
+
+static void boxes_are_cut_from_the_whole(void **state)
+{
+    (void)state;
+    char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
+    cvol_array *whole = grouped_file(path);
+    const size_t *dims = cvol_array_grid(whole)->dims;
+    random_state r = {21};
+    cvol_array *part;
+    expect_box(path, whole, (size_t[3]){0, 0, 0}, dims);
+    expect_box(path, whole, (size_t[3]){127, 127, 0}, (size_t[3]){129, 129, 1});
+    expect_box(path, whole, (size_t[3]){269, 139, 10}, dims);
+    for (int i = 0; i < 40; i++) {
+        size_t begin[3], end[3];
+        for (int a = 0; a < 3; a++) {
+            begin[a] = random_below(&r, (uint32_t)dims[a]);
+            end[a] = begin[a] + 1 + random_below(&r, (uint32_t)(dims[a] - begin[a]));
+        }
+        expect_box(path, whole, begin, end);
+    }
+    /* Only what the box touches was decoded. */
+    cvol_array_info all, some;
+    assert_int_equal(cvol_array_read_box(context, &part, path, (size_t[3]){0, 0, 0},
+                                         (size_t[3]){128, 128, 11}, NULL),
+                     CVOL_OK);
+    cvol_array_get_info(whole, &all);
+    cvol_array_get_info(part, &some);
+    assert_true(some.coefficients > 0 && some.coefficients < all.coefficients * 2 / 3);
+    cvol_array_free(part);
+    cvol_array_free(whole);
+    free(path);
+    support_folder_remove(folder);
+}
+
+static void boxes_see_the_damage_that_they_touch(void **state)
+{
+    (void)state;
+    char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
+    size_t size;
+    cvol_array *whole = grouped_file(path), *part;
+    uint8_t *data = support_read(path, &size);
+    data[size - 1] ^= 1; /* the last group */
+    support_write(path, data, size);
+    assert_int_equal(cvol_array_read(context, &part, path, NULL), CVOL_ERROR_CORRUPT);
+    expect_box(path, whole, (size_t[3]){0, 0, 0}, (size_t[3]){256, 140, 11});
+    expect_box(path, whole, (size_t[3]){0, 0, 0}, (size_t[3]){270, 128, 11});
+    assert_int_equal(cvol_array_read_box(context, &part, path, (size_t[3]){256, 128, 0},
+                                         (size_t[3]){257, 129, 1}, NULL),
+                     CVOL_ERROR_CORRUPT);
+    assert_null(part);
+    assert_non_null(strstr(cvol_context_message(context), "group 5 of 6"));
+    /* What all need is checked always. */
+    data[40] ^= 1;
+    support_write(path, data, size);
+    assert_int_equal(
+        cvol_array_read_box(context, &part, path, (size_t[3]){0, 0, 0}, (size_t[3]){1, 1, 1}, NULL),
+        CVOL_ERROR_CORRUPT);
+    free(data);
+    cvol_array_free(whole);
+    free(path);
+    support_folder_remove(folder);
+}
+
+static void wrong_boxes_are_refused(void **state)
+{
+    (void)state;
+    char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
+    static const struct {
+        size_t begin[3], end[3];
+        const char *sentence;
+    } cases[] = {
+        {{5, 0, 0}, {5, 9, 9}, "the box is empty along x: it is 5:5 there, the volume 0:270"},
+        {{0, 7, 0}, {5, 2, 9}, "the box is reversed along y: it is 7:2 there, the volume 0:140"},
+        {{0, 0, 0},
+         {5, 9, 12},
+         "the box reaches beyond the volume along z: it is 0:12 there, the "
+         "volume 0:11"},
+        {{SIZE_MAX - 1, 0, 0}, {SIZE_MAX, 9, 1}, "the box reaches beyond the volume along x"},
+    };
+    cvol_array_free(grouped_file(path));
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        cvol_array *part;
+        assert_int_equal(
+            cvol_array_read_box(context, &part, path, cases[i].begin, cases[i].end, NULL),
+            CVOL_ERROR_ARGUMENT);
+        assert_null(part);
+        if (!strstr(cvol_context_message(context), cases[i].sentence))
+            fail_msg("%s", cvol_context_message(context));
+    }
+    free(path);
+    support_folder_remove(folder);
+}
+
+static void a_box_stays_where_it_is(void **state)
+{
+    (void)state;
+    cvol_grid grid = small_grid();
+    const size_t begin[3] = {3, 4, 5}, end[3] = {10, 6, 9};
+    grid.direction[1][0] = 0.6;
+    grid.direction[1][1] = 0.8;
+    const cvol_grid box = cvol_grid_box(&grid, begin, end);
+    assert_int_equal(box.dims[0], 7);
+    assert_int_equal(box.dims[1], 2);
+    assert_int_equal(box.dims[2], 4);
+    for (int i = 0; i < 3; i++) {
+        double world = grid.origin[i];
+        for (int a = 0; a < 3; a++)
+            world += grid.direction[a][i] * grid.spacing[a] * (double)begin[a];
+        assert_true(fabs(box.origin[i] - world) < 1e-12);
+    }
+    assert_true(fabs(box.origin[0] - (-3 + 0.6)) < 1e-12);
+    assert_memory_equal(box.direction, grid.direction, sizeof grid.direction);
+    assert_memory_equal(box.spacing, grid.spacing, sizeof grid.spacing);
+    assert_string_equal(box.unit, grid.unit);
+}
+
 /* ---- lies with right checksums ---------------------------------------------------------- */
 
 /* Puts bytes at a place, repairs the checksums, and reads. */
@@ -341,10 +501,18 @@ static void mutations_do_no_harm(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(file_keeps_everything),      cmocka_unit_test(ranges_hold),
-        cmocka_unit_test(truncation_is_seen),         cmocka_unit_test(every_flipped_byte_is_seen),
-        cmocka_unit_test(trailing_bytes_are_refused), cmocka_unit_test(lying_headers_are_refused),
-        cmocka_unit_test(strangers_are_refused),      cmocka_unit_test(mutations_do_no_harm),
+        cmocka_unit_test(file_keeps_everything),
+        cmocka_unit_test(ranges_hold),
+        cmocka_unit_test(truncation_is_seen),
+        cmocka_unit_test(every_flipped_byte_is_seen),
+        cmocka_unit_test(boxes_are_cut_from_the_whole),
+        cmocka_unit_test(boxes_see_the_damage_that_they_touch),
+        cmocka_unit_test(wrong_boxes_are_refused),
+        cmocka_unit_test(a_box_stays_where_it_is),
+        cmocka_unit_test(trailing_bytes_are_refused),
+        cmocka_unit_test(lying_headers_are_refused),
+        cmocka_unit_test(strangers_are_refused),
+        cmocka_unit_test(mutations_do_no_harm),
     };
     return cmocka_run_group_tests(tests, start, stop);
 }

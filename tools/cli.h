@@ -21,6 +21,7 @@ typedef enum option_kind {
     OPTION_DIMS,     /* size_t[3]: NXxNYxNZ */
     OPTION_SIZE,     /* int[2]: W or WxH */
     OPTION_NUMBERS3, /* double[3]: A,B,C */
+    OPTION_BOX,      /* size_t[6]: X0:X1,Y0:Y1,Z0:Z1 */
     OPTION_HEADING   /* no option: a line of the help */
 } option_kind;
 

@@ -3,10 +3,12 @@
 
 static const char description[] =
     "Decodes a .cvol file into a volume of the original sample type and geometry. The output's\n"
-    "ending chooses its format.";
+    "ending chooses its format. With --box only that part, which stays where it is in the world.";
 
-static const char examples[] = "  cvol decompress brain.cvol brain.nii.gz\n"
-                               "  cvol decompress brain.cvol brain.nrrd\n";
+static const char examples[] =
+    "  cvol decompress brain.cvol brain.nii.gz\n"
+    "  cvol decompress brain.cvol brain.nrrd\n"
+    "  cvol decompress brain.cvol part.nrrd --box 100:200,150:250,90:91\n";
 
 /* Whether the name ends in one of the formats' endings: known before the work is done. */
 static int can_be_written(const char *path)
@@ -20,24 +22,55 @@ static int can_be_written(const char *path)
     return 0;
 }
 
-static int decompress(cvol_context *context, common_options *common, const char *in_path,
-                      const char *out_path)
+/* Makes in->volume of the box X0 X1 Y0 Y1 Z0 Z1 of a file. Exit status. */
+static int open_box(cvol_context *context, input *in, const char *path, const size_t box[6])
+{
+    const size_t begin[3] = {box[0], box[2], box[4]}, end[3] = {box[1], box[3], box[5]};
+    int code = cvol_array_read_box(context, &in->array, path, begin, end, &in->file_bytes);
+    if (!code) {
+        const cvol_grid grid = cvol_grid_box(cvol_array_grid(in->array), begin, end);
+        code = cvol_volume_create(context, &in->volume, &grid);
+    }
+    if (!code)
+        code = cvol_array_evaluate_box(context, in->volume->data, in->array, begin, end);
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
+static int open_all(cvol_context *context, input *in, const char *path)
+{
+    int code = cvol_array_read(context, &in->array, path, &in->file_bytes);
+    return code ? complain_context(context, code, NULL) : need_volume(context, in);
+}
+
+static int report_json(const cvol_grid *grid, const size_t *box, const char *out_path)
+{
+    json_t *object = json_pack("{s:o, s:s, s:I}", "dims", json_dims(grid->dims), "type",
+                               cvol_type_name(grid->type), "file_bytes",
+                               (json_int_t)file_size(out_path));
+    if (box && object) {
+        const size_t begin[3] = {box[0], box[2], box[4]}, end[3] = {box[1], box[3], box[5]};
+        json_object_set_new(object, "begin", json_dims(begin));
+        json_object_set_new(object, "end", json_dims(end));
+    }
+    return print_json(object);
+}
+
+/* box NULL: all of it. */
+static int decompress(cvol_context *context, const common_options *common, const size_t *box,
+                      const char *in_path, const char *out_path)
 {
     input in = {0};
-    int status = check_output(in_path, out_path);
+    int code, status = check_output(in_path, out_path);
     if (status)
         return status;
-    int code = cvol_array_read(context, &in.array, in_path, &in.file_bytes);
-    status = code ? complain_context(context, code, NULL) : need_volume(context, &in);
+    status = box ? open_box(context, &in, in_path, box) : open_all(context, &in, in_path);
     if (!status && (code = cvol_volume_write(context, in.volume, out_path)))
         status = complain_context(context, code, NULL);
     if (!status) {
         clear_progress();
         const cvol_grid *grid = &in.volume->grid;
         if (common->json)
-            status = print_json(json_pack("{s:o, s:s, s:I}", "dims", json_dims(grid->dims), "type",
-                                          cvol_type_name(grid->type), "file_bytes",
-                                          (json_int_t)file_size(out_path)));
+            status = report_json(grid, box, out_path);
         else
             printf("%s: %zu x %zu x %zu samples of %s\n", out_path, grid->dims[0], grid->dims[1],
                    grid->dims[2], cvol_type_name(grid->type));
@@ -49,7 +82,14 @@ static int decompress(cvol_context *context, common_options *common, const char 
 int command_decompress(int argc, char **argv)
 {
     common_options common = {0};
-    const option_spec specs[] = {COMMON_OPTIONS(common)};
+    size_t box[6];
+    int box_given = 0;
+    const option_spec specs[] = {
+        {NULL, NULL, "What:", OPTION_HEADING, NULL, 0, NULL},
+        {"--box", "X0:X1,Y0:Y1,Z0:Z1", "only samples X0 <= x < X1 and so on (default: all)",
+         OPTION_BOX, box, 0, &box_given},
+        COMMON_OPTIONS(common),
+    };
     command_line line = {.usage = "cvol decompress IN.cvol OUT [options]",
                          .description = description,
                          .examples = examples,
@@ -66,6 +106,6 @@ int command_decompress(int argc, char **argv)
     cvol_context *context = begin_command(&common);
     if (!context)
         return EXIT_FAILED;
-    return end_command(context,
-                       decompress(context, &common, line.positionals[0], line.positionals[1]));
+    return end_command(context, decompress(context, &common, box_given ? box : NULL,
+                                           line.positionals[0], line.positionals[1]));
 }

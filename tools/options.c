@@ -76,6 +76,23 @@ static int parse_numbers3(double out[3], const char *text)
     return 1;
 }
 
+/* X0:X1,Y0:Y1,Z0:Z1, whatever their order: the volume is not known yet. */
+static int parse_box(size_t box[6], const char *text)
+{
+    for (int i = 0; i < 6; i++) {
+        char *stop;
+        errno = 0;
+        if (!isdigit((unsigned char)*text))
+            return 0;
+        unsigned long long value = strtoull(text, &stop, 10);
+        if (errno || value > SIZE_MAX || *stop != (i == 5 ? '\0' : i % 2 ? ',' : ':'))
+            return 0;
+        box[i] = (size_t)value;
+        text = stop + 1;
+    }
+    return 1;
+}
+
 /* W or WxH. */
 static int parse_size(int out[2], const char *text)
 {
@@ -146,6 +163,12 @@ static int store_value(const option_spec *option, const char *text)
     case OPTION_NUMBERS3:
         if (!parse_numbers3(option->value, text))
             return complain(EXIT_MISUSED, "%s is '%s', must be three numbers, as in 1,0.5,0.5",
+                            option->name, text);
+        return EXIT_DONE;
+    case OPTION_BOX:
+        if (!parse_box(option->value, text))
+            return complain(EXIT_MISUSED,
+                            "%s is '%s', must be X0:X1,Y0:Y1,Z0:Z1, as in 0:64,0:64,10:20",
                             option->name, text);
         return EXIT_DONE;
     case OPTION_FLAG:

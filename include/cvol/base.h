@@ -125,6 +125,9 @@ CVOL_API cvol_grid cvol_grid_make(size_t nx, size_t ny, size_t nz, cvol_type typ
  * dims product and bytes within size_t and the context's limit. `name` (a file's name,
  * say) begins the message. */
 CVOL_API int cvol_grid_check(cvol_context *context, const cvol_grid *grid, const char *name);
+/* The grid of the box of samples [begin, end), which must lie within `grid`: sample `begin` becomes
+ * its first, and stays where it is in the world. */
+CVOL_API cvol_grid cvol_grid_box(const cvol_grid *grid, const size_t begin[3], const size_t end[3]);
 /* nx ny nz. The grid must have passed cvol_grid_check. */
 CVOL_API size_t cvol_grid_samples(const cvol_grid *grid);
 /* samples times the bytes of one. */

@@ -114,6 +114,17 @@ int cvol_grid_check(cvol_context *context, const cvol_grid *grid, const char *na
     return CVOL_OK;
 }
 
+cvol_grid cvol_grid_box(const cvol_grid *grid, const size_t begin[3], const size_t end[3])
+{
+    cvol_grid box = *grid;
+    for (int a = 0; a < 3; a++) {
+        box.dims[a] = end[a] - begin[a];
+        for (int i = 0; i < 3; i++)
+            box.origin[i] += grid->direction[a][i] * grid->spacing[a] * (double)begin[a];
+    }
+    return box;
+}
+
 size_t cvol_grid_samples(const cvol_grid *grid)
 {
     return grid->dims[0] * grid->dims[1] * grid->dims[2];

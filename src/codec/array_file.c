@@ -51,7 +51,8 @@ int cvol_array_write(cvol_context *context, const cvol_array *array, const char 
     return code;
 }
 
-int cvol_array_read(cvol_context *context, cvol_array **out, const char *path, uint64_t *file_bytes)
+static int read_file(cvol_context *context, cvol_array **out, const char *path, const cvol_box *box,
+                     uint64_t *file_bytes)
 {
     *out = NULL;
     uint8_t *data;
@@ -59,11 +60,25 @@ int cvol_array_read(cvol_context *context, cvol_array **out, const char *path, u
     int code = cvol_file_read(context, &data, &size, path, 0, SIZE_MAX);
     if (code)
         return code;
-    code = cvol_container_read(context, out, data, size, path);
+    code = cvol_container_read_box(context, out, data, size, box, path);
     free(data);
     if (!code && file_bytes)
         *file_bytes = size;
     return code;
+}
+
+int cvol_array_read(cvol_context *context, cvol_array **out, const char *path, uint64_t *file_bytes)
+{
+    return read_file(context, out, path, NULL, file_bytes);
+}
+
+int cvol_array_read_box(cvol_context *context, cvol_array **out, const char *path,
+                        const size_t begin[3], const size_t end[3], uint64_t *file_bytes)
+{
+    cvol_box box;
+    memcpy(box.begin, begin, sizeof box.begin);
+    memcpy(box.end, end, sizeof box.end);
+    return read_file(context, out, path, &box, file_bytes);
 }
 
 int cvol_file_is_cvol(const char *path)

@@ -162,8 +162,16 @@ static int fail_left(cvol_context *context, const cvol_cursor *file, const char 
                      cvol_cursor_left(file));
 }
 
+/* Leaves only the groups that the box touches. */
+static void choose_groups(cvol_span *spans, const cvol_array *array, const cvol_box *box)
+{
+    for (size_t g = cvol_group_count(array); g-- > 0;)
+        if (!cvol_group_touches(array, g, box->begin, box->end))
+            spans[g].data = NULL;
+}
+
 static int take_groups(cvol_context *context, cvol_array *array, cvol_cursor *file,
-                       const char *name)
+                       const cvol_box *box, const char *name)
 {
     const size_t count = cvol_group_count(array);
     group_table table = {0};
@@ -184,6 +192,8 @@ static int take_groups(cvol_context *context, cvol_array *array, cvol_cursor *fi
     code = take_spans(context, &table, &index, &data, count, name);
     if (!code)
         code = check_data(context, table.checksums, count, checksum, name);
+    if (!code && box)
+        choose_groups(table.spans, array, box);
     if (!code)
         code = cvol_array_decode(context, array, table.spans, table.checksums, name);
     free(table.spans);
@@ -229,7 +239,7 @@ static int make_array(cvol_context *context, cvol_array **out, const cvol_header
 
 /* Sections RNGE, INDX and DATA. */
 static int read_volume(cvol_context *context, cvol_array **array, const cvol_header *header,
-                       cvol_cursor *file, const char *name)
+                       cvol_cursor *file, const cvol_box *box, const char *name)
 {
     cvol_cursor ranges;
     int code = take_checked(context, &ranges, file, "RNGE", name);
@@ -240,7 +250,7 @@ static int read_volume(cvol_context *context, cvol_array **array, const cvol_hea
     if (!code)
         code = cvol_ranges_take(context, *array, &ranges, name);
     if (!code)
-        code = take_groups(context, *array, file, name);
+        code = take_groups(context, *array, file, box, name);
     return code;
 }
 
@@ -262,18 +272,39 @@ static int read_terms(cvol_context *context, cvol_array **array, const cvol_head
                          : cvol_spectrum_take(context, *array, &content, name);
 }
 
+/* A box of samples must not be empty, and must lie within the array. */
+static int check_box(cvol_context *context, const cvol_box *box, const size_t dims[3],
+                     const char *name)
+{
+    for (int a = 0; a < 3; a++) {
+        const size_t begin = box->begin[a], end = box->end[a];
+        const char *wrong = begin == end    ? "is empty"
+                            : begin > end   ? "is reversed"
+                            : end > dims[a] ? "reaches beyond the volume"
+                                            : NULL;
+        if (wrong)
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "%s: the box %s along %c: it is %zu:%zu there, the volume 0:%zu", name,
+                             wrong, "xyz"[a], begin, end, dims[a]);
+    }
+    return CVOL_OK;
+}
+
 static int read_sections(cvol_context *context, cvol_array **array, cvol_cursor *file,
-                         const char *name)
+                         const cvol_box *box, const char *name)
 {
     cvol_cursor content;
     cvol_header header;
     int code = take_checked(context, &content, file, "HEAD", name);
     if (!code)
         code = cvol_header_take(context, &header, &content, name);
+    if (!code && box)
+        code = check_box(context, box, header.grid.dims, name);
     if (!code)
-        code = cvol_header_is_volume(&header) ? read_volume(context, array, &header, file, name)
-                                              : read_terms(context, array, &header, file, name);
-    if (code)
+        code = cvol_header_is_volume(&header)
+                   ? read_volume(context, array, &header, file, box, name)
+                   : read_terms(context, array, &header, file, name);
+    if (code || (box && cvol_header_is_volume(&header))) /* not all coefficients are there */
         return code;
     cvol_array_info info;
     cvol_array_get_info(*array, &info);
@@ -286,6 +317,12 @@ static int read_sections(cvol_context *context, cvol_array **array, cvol_cursor 
 
 int cvol_container_read(cvol_context *context, cvol_array **out, const uint8_t *data, size_t size,
                         const char *name)
+{
+    return cvol_container_read_box(context, out, data, size, NULL, name);
+}
+
+int cvol_container_read_box(cvol_context *context, cvol_array **out, const uint8_t *data,
+                            size_t size, const cvol_box *box, const char *name)
 {
     *out = NULL;
     cvol_cursor file = cvol_cursor_make(data, size);
@@ -300,7 +337,7 @@ int cvol_container_read(cvol_context *context, cvol_array **out, const uint8_t *
                          "%s: is a .cvol of version %u, this library reads version %d", name,
                          version, (int)CVOL_FORMAT_VERSION);
     cvol_array *array = NULL;
-    int code = read_sections(context, &array, &file, name);
+    int code = read_sections(context, &array, &file, box, name);
     if (code) {
         cvol_array_free(array);
         return code;

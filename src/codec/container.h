@@ -20,6 +20,15 @@ uint8_t cvol_container_signature(size_t i);
 int cvol_container_begin(cvol_context *context, cvol_bytes *out, const cvol_array *array,
                          const cvol_groups *groups);
 
+/* A box of samples, [begin, end). */
+typedef struct cvol_box {
+    size_t begin[3], end[3];
+} cvol_box;
+
+/* Reads a file from memory as far as the box needs it: what cvol_array_read_box does. box NULL:
+ * all. Errors: those of both. */
+int cvol_container_read_box(cvol_context *context, cvol_array **out, const uint8_t *data,
+                            size_t size, const cvol_box *box, const char *name);
 /* Reads a whole file from memory; `name` begins its messages. Errors: FORMAT, CORRUPT, LIMIT,
  * UNSUPPORTED, MEMORY, CANCELLED. */
 int cvol_container_read(cvol_context *context, cvol_array **out, const uint8_t *data, size_t size,

@@ -46,6 +46,17 @@ static group_box group_box_of(const cvol_array *array, size_t group)
     return box;
 }
 
+int cvol_group_touches(const cvol_array *array, size_t group, const size_t begin[3],
+                       const size_t end[3])
+{
+    const group_box box = group_box_of(array, group);
+    const size_t side = (size_t)array->block;
+    for (int a = 0; a < 3; a++)
+        if (box.first[a] * side >= end[a] || (box.first[a] + box.count[a]) * side <= begin[a])
+            return 0;
+    return 1;
+}
+
 /* The array's number of block `place` of a group. */
 static size_t block_index(const cvol_array *array, const group_box *box, size_t place)
 {
@@ -281,6 +292,8 @@ static void decode_all(int threads, decoded *out, cvol_array *array, const cvol_
         int ready = scratch_allocate(&work);
 #pragma omp for schedule(dynamic)
         for (size_t g = first; g < end; g++) {
+            if (!groups[g].data)
+                continue;
             if (!ready)
                 out[g].code = CVOL_ERROR_MEMORY;
             else if (checksums && checksums[g] != cvol_crc32c(groups[g].data, groups[g].size))
@@ -303,7 +316,7 @@ static int adopt_all(cvol_context *context, cvol_array *array, decoded *groups, 
                              "%s: section DATA: group %zu of %zu is damaged", name, g, count);
         else if (groups[g].code)
             code = cvol_fail_memory(context, sizeof(cvol_block_coder), "a group");
-        else
+        else if (groups[g].words)
             code = cvol_array_adopt_pool(context, array, groups[g].words, groups[g].count);
         if (!code) {
             groups[g].words = NULL;

@@ -23,6 +23,9 @@ uint64_t cvol_groups_size(const cvol_groups *groups);
 
 /* The group grid of an array. */
 size_t cvol_group_count(const cvol_array *array);
+/* Whether a group has samples within the box [begin, end). */
+int cvol_group_touches(const cvol_array *array, size_t group, const size_t begin[3],
+                       const size_t end[3]);
 
 /* Where a group's blocks come from: fetch() writes block `index` (of the array) in scan order as
  * cvol_block_encode wants it and returns `used`, or 0 when a value is out of range. `coder` is the
@@ -50,9 +53,9 @@ typedef struct cvol_span {
     size_t size;
 } cvol_span;
 
-/* Decodes all groups into an array that has no terms yet; sets its coefficients. If checksums is
- * not NULL, each group's bytes must have it. `name` begins the message. Errors: CORRUPT, MEMORY,
- * CANCELLED. */
+/* Decodes all groups into an array that has no terms yet; sets its coefficients. Groups whose data
+ * is NULL are left without terms. If checksums is not NULL, each group's bytes must have it. `name`
+ * begins the message. Errors: CORRUPT, MEMORY, CANCELLED. */
 int cvol_array_decode(cvol_context *context, cvol_array *array, const cvol_span *groups,
                       const uint32_t *checksums, const char *name);
 

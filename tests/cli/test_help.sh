@@ -12,7 +12,7 @@ options_of() {
     look='--size --zoom --engine --mode --transfer --background --step'
     case $1 in
     compress) echo "$common $raw --ratio --bpv --psnr --max-error --keep --transform --block" ;;
-    decompress) echo "$common" ;;
+    decompress) echo "$common --box" ;;
     info) echo "$common $raw --build --layout" ;;
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;

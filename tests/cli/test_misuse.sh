@@ -75,6 +75,18 @@ for bits in 8 8.5 1e9 1e-320; do
 done
 expect_failure 2 '--bpv needs dct blocks' $compress --bpv 1 --transform dft
 expect_failure 2 '--bpv needs dct blocks' $compress --bpv 1 --block 0
+refuse cvol decompress in.cvol out.nrrd --box -- '' x 1 0:1 0:1,0:1 0:1,0:1,0: 0:1,0:1,0:1, 0:1,0:1,-1:1 \
+    '0:1, 0:1,0:1' 0:1,0:1,0:1,0:1 0-1,0-1,0-1 0:1,0:1,0:1.5 0:1,0:1,0:99999999999999999999
+box_is="the volume 0:"
+expect_failure 2 "in.cvol: the box is empty along x: it is 4:4 there, ${box_is}9" \
+    cvol decompress in.cvol out.nrrd --box 4:4,0:8,0:7
+expect_failure 2 "in.cvol: the box is reversed along y: it is 5:2 there, ${box_is}8" \
+    cvol decompress in.cvol out.nrrd --box 0:9,5:2,0:7
+expect_failure 2 "in.cvol: the box reaches beyond the volume along z: it is 0:8 there, ${box_is}7" \
+    cvol decompress in.cvol out.nrrd --box 0:9,0:8,0:8
+expect_failure 2 'in.cvol: the box reaches beyond the volume along x: it is 9:12' \
+    cvol decompress in.cvol out.nrrd --box 9:12,0:8,0:7
+expect_failure 2 '--box needs a value' cvol decompress in.cvol out.nrrd --box
 refuse $compress --psnr -- '' $number 0 -40 201
 refuse $compress --max-error -- '' $number -1 -1e-9
 refuse $compress --block -- '' x -8 7 15 17 33 64 16.0 2147483648 99999999999999999999

@@ -211,6 +211,42 @@ for format in cvol nrrd mha nii nii.gz; do
     expect_near "$(value_of spacing.1)" 0.75 1e-5
 done
 
+# A box of it stays where it is: here sample (2, 3, 4) comes first.
+expect_done cvol decompress turned.cvol part.nrrd --box 2:9,3:11,4:10 --json
+expect_equal "$(value_of dims)" '[7,8,6]'
+expect_equal "$(value_of begin)" '[2,3,4]'
+expect_equal "$(value_of end)" '[9,11,10]'
+expect_done cvol decompress turned.cvol part.nrrd --box 2:9,3:11,4:10
+expect_equal "$(cat "$out")" 'part.nrrd: 7 x 8 x 6 samples of int16'
+geometry_of part.nrrd >part.geometry
+# -12.5 + 2 * 0.4 - 3 * 0.45, 40.25 + 2 * 0.3 + 3 * 0.6, 7 + 4 * 2.5
+line=4
+for wanted in -13.05 42.65 17; do
+    expect_near "$(sed -n ${line}p part.geometry)" $wanted 1e-9
+    line=$((line + 1))
+done
+sed '4,6d' in.geometry >in.rest
+sed '4,6d' part.geometry >part.rest
+expect_same_file in.rest part.rest
+# Whole slices lie in the raw samples one after the other; a box of a box, and all of it.
+expect_done cvol decompress turned.cvol slices.raw --box 0:12,0:11,3:7
+tail -c +$((1 + 2 * 12 * 11 * 3)) in.raw | head -c $((2 * 12 * 11 * 4)) >wanted.raw
+expect_same_file slices.raw wanted.raw
+expect_done cvol decompress turned.cvol all.raw --box 0:12,0:11,0:10
+expect_same_file all.raw in.raw
+expect_done cvol compress part.nrrd part.cvol --max-error 0
+expect_done cvol decompress part.cvol inner.raw --box 1:3,2:4,1:2
+expect_done cvol decompress turned.cvol direct.raw --box 3:5,5:7,5:6
+expect_same_file inner.raw direct.raw
+# And of arrays that are no volumes in DCT blocks.
+for method in '--transform dft --block 0' '--transform dht --block 8'; do
+    expect_done cvol compress turned.nrrd other.cvol $method --keep 4,100
+    expect_done cvol decompress other.cvol other.raw
+    expect_done cvol decompress other.cvol slices.raw --box 0:12,0:11,3:7
+    tail -c +$((1 + 2 * 12 * 11 * 3)) other.raw | head -c $((2 * 12 * 11 * 4)) >wanted.raw
+    expect_same_file slices.raw wanted.raw
+done
+
 expect_done cvol compress in.raw a.cvol --dims 12x11x10 --type int16 --spacing 0.5,0.5,3
 expect_done cvol info a.cvol --json
 expect_equal "$(value_of spacing)" '[0.5,0.5,3.0]'
