@@ -68,6 +68,17 @@ static void fuzz_repair(uint8_t *file, size_t size)
     }
 }
 
+/* The first sample alone, of a file that may be damaged elsewhere. */
+static void fuzz_read_corner(cvol_context *context, const uint8_t *data, size_t size)
+{
+    const cvol_box corner = {{0, 0, 0}, {1, 1, 1}};
+    uint8_t sample[8];
+    cvol_array *array;
+    if (!cvol_container_read_box(context, &array, data, size, &corner, "fuzz"))
+        (void)cvol_array_evaluate_box(context, sample, array, corner.begin, corner.end);
+    cvol_array_free(array);
+}
+
 static void fuzz_read(const uint8_t *data, size_t size)
 {
     cvol_context *context = cvol_context_create();
@@ -93,6 +104,7 @@ static void fuzz_read(const uint8_t *data, size_t size)
         free(samples);
         cvol_array_free(array);
     }
+    fuzz_read_corner(context, data, size);
     cvol_context_destroy(context);
 }
 

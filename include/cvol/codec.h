@@ -66,8 +66,9 @@ CVOL_API int cvol_array_read(cvol_context *context, cvol_array **out, const char
 /* Reads what the box of samples [begin, end) (x, y, z) needs: of a volume in DCT blocks only the
  * groups of blocks that it touches are checked and decoded. The array has the file's grid; samples
  * of other groups evaluate to a constant, so that only samples within the box may be asked for, and
- * it counts only the coefficients that it has. The caller frees *out. file_bytes may be NULL.
- * Errors: those of cvol_array_read, and ARGUMENT (the box is empty, reversed, or not within). */
+ * it counts only the coefficients that it has. The file's bytes are all read, and of other arrays
+ * all terms. The caller frees *out. file_bytes may be NULL. Errors: those of cvol_array_read, and
+ * ARGUMENT (the box is empty, reversed, or not within). */
 CVOL_API int cvol_array_read_box(cvol_context *context, cvol_array **out, const char *path,
                                  const size_t begin[3], const size_t end[3], uint64_t *file_bytes);
 
