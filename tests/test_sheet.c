@@ -14,10 +14,8 @@
 
 #include <cmocka.h>
 
-#include "array/array.h"
-#include "random.h"
 #include "support_render.h"
-#include "transform/cell.h"
+#include "support_split.h"
 
 static cvol_context *context;
 
@@ -150,34 +148,6 @@ static cvol_render_options look(size_t view, int size, cvol_mode mode)
     return options;
 }
 
-/* The same samples in cells that are split at random. */
-static void split_cells(cvol_array *array, uint64_t seed)
-{
-    float *samples = aligned_alloc(64, CVOL_CELL_SAMPLES * sizeof *samples);
-    float *terms = aligned_alloc(64, CVOL_CELL_SAMPLES * sizeof *terms);
-    uint32_t *pool = malloc(2 * CVOL_CELL_SAMPLES * array->block_count * sizeof *pool), *at = pool;
-    random_state r = {seed};
-    assert_true(samples && terms && pool);
-    for (size_t i = 0; i < array->block_count; i++) {
-        cvol_block *block = &array->block_table[i];
-        const uint16_t split = (uint16_t)random_below(&r, 512);
-        cvol_block_evaluate(samples, array, i);
-        block->split = split & 1 ? split : 0;
-        cvol_cell_forward(terms, samples, block->split);
-        block->terms = at;
-        for (uint32_t place = 0; place < CVOL_CELL_SAMPLES; place++) {
-            const int32_t value = (int32_t)lrint((double)terms[place] / array->step);
-            if (value)
-                at += cvol_term_pack(at, place, value, cvol_place_bits(4));
-        }
-        block->words = (uint32_t)(at - block->terms);
-        cvol_block_find_low(block, 4);
-    }
-    assert_int_equal(cvol_array_adopt_pool(context, array, pool, (size_t)(at - pool)), CVOL_OK);
-    free(samples);
-    free(terms);
-}
-
 /* ---- against the truth --------------------------------------------------------------------- */
 
 static void test_directions(void **state)
@@ -198,7 +168,7 @@ static void test_split_cells(void **state)
 {
     (void)state;
     subject s = blobs(37, 45, 41, 16);
-    split_cells(s.array, 1);
+    support_split_cells(context, s.array, 1);
     for (size_t v = 0; v < VIEWS; v++) {
         expect_truth(&s, &soft, look(v, 96, CVOL_MODE_COMPOSITE), 58);
         expect_truth(&s, &surface, look(v, 96, CVOL_MODE_COMPOSITE), 45);

@@ -12,7 +12,9 @@
 
 #include "array/block_inverse_steps.h"
 #include "base/cpu.h"
+#include "cvol/cvol.h"
 #include "random.h"
+#include "support_split.h"
 #include "transform/cell_points.h"
 
 enum { CELL = 16, COUNT = CELL * CELL * CELL, WIDTH = CELL };
@@ -184,11 +186,153 @@ static void the_same_bits_on_every_set(void **state)
 }
 #endif
 
+/* ---- the algebra ------------------------------------------------------------------------------
+ */
+
+static const size_t dims[3] = {40, 33, 17};
+enum { SAMPLES = 40 * 33 * 17 };
+
+static cvol_array *random_array(cvol_context *context, random_state *r, int is_split)
+{
+    static float samples[SAMPLES];
+    const cvol_grid grid = cvol_grid_make(dims[0], dims[1], dims[2], CVOL_FLOAT32);
+    const cvol_keep all = cvol_keep_all();
+    cvol_array *array;
+    for (int i = 0; i < SAMPLES; i++)
+        samples[i] = (float)(2 + random_signed(r) + sin(0.3 * (i % 40)));
+    assert_int_equal(cvol_array_compress(context, &array, samples, &grid, 3, CVOL_DCT, 16, &all),
+                     0);
+    if (is_split)
+        support_split_cells(context, array, random_u64(r));
+    return array;
+}
+
+static void expect_near(cvol_context *context, const cvol_array *got, const cvol_array *expected)
+{
+    static float x[SAMPLES], y[SAMPLES];
+    const size_t begin[3] = {0, 0, 0};
+    assert_int_equal(cvol_array_evaluate_real(context, x, got, begin, dims), 0);
+    assert_int_equal(cvol_array_evaluate_real(context, y, expected, begin, dims), 0);
+    double apart = 0, size = 0;
+    for (int i = 0; i < SAMPLES; i++) {
+        apart = fmax(apart, fabs((double)x[i] - (double)y[i]));
+        size = fmax(size, fabs((double)y[i]));
+    }
+    assert_true(apart <= 1e-5 * size);
+}
+
+typedef int operation(cvol_context *context, cvol_array **result, const cvol_array *a,
+                      const cvol_array *b);
+
+static int add(cvol_context *context, cvol_array **result, const cvol_array *a, const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    return cvol_array_add(context, result, 1.5, a, -0.5, b, &all);
+}
+
+static int multiply(cvol_context *context, cvol_array **result, const cvol_array *a,
+                    const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    return cvol_array_multiply(context, result, a, b, &all, CVOL_PLAN_AUTO, NULL);
+}
+
+static int scale(cvol_context *context, cvol_array **result, const cvol_array *a,
+                 const cvol_array *b)
+{
+    (void)b;
+    return cvol_array_scale(context, result, -2, a, 3);
+}
+
+static int truncate_all(cvol_context *context, cvol_array **result, const cvol_array *a,
+                        const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    (void)b;
+    return cvol_array_truncate(context, result, a, &all);
+}
+
+static int filter(cvol_context *context, cvol_array **result, const cvol_array *a,
+                  const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    cvol_kernel kernel;
+    (void)b;
+    int code = cvol_kernel_gaussian(context, &kernel, 3, 1);
+    return code ? code : cvol_array_convolve_kernel(context, result, a, &kernel, &all);
+}
+
+static int gradient(cvol_context *context, cvol_array **result, const cvol_array *a,
+                    const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    (void)b;
+    return cvol_array_gradient(context, result, a, &all);
+}
+
+/* Of the four ways in which two operands are split or not, all give what whole cells give. */
+static void operations_know_split_cells(void **state)
+{
+    (void)state;
+    operation *const operations[] = {add, multiply, scale, truncate_all, filter, gradient};
+    cvol_context *context = cvol_context_create();
+    assert_non_null(context);
+    for (uint64_t seed = 1; seed <= 4; seed++)
+        for (int way = 1; way < 4; way++) {
+            random_state first = {seed}, second = {seed};
+            cvol_array *whole[2], *cells[2];
+            for (int i = 0; i < 2; i++) {
+                whole[i] = random_array(context, &first, 0);
+                cells[i] = random_array(context, &second, way >> i & 1);
+                if (way >> i & 1)
+                    (void)random_u64(&first);
+            }
+            for (size_t k = 0; k < sizeof operations / sizeof *operations; k++) {
+                cvol_array *got, *expected;
+                assert_int_equal(operations[k](context, &got, cells[0], cells[1]), 0);
+                assert_int_equal(operations[k](context, &expected, whole[0], whole[1]), 0);
+                expect_near(context, got, expected);
+                cvol_array_free(got);
+                cvol_array_free(expected);
+            }
+            cvol_array_statistics got, expected;
+            assert_int_equal(cvol_array_statistics_of(context, &got, cells[0]), 0);
+            assert_int_equal(cvol_array_statistics_of(context, &expected, whole[0]), 0);
+            assert_true(fabs(got.sum - expected.sum) <= 1e-5 * fabs(expected.sum));
+            assert_true(fabs(got.l2_norm - expected.l2_norm) <= 1e-5 * expected.l2_norm);
+            cvol_array_comparison near, wanted;
+            assert_int_equal(cvol_array_compare(context, &near, cells[0], cells[1]), 0);
+            assert_int_equal(cvol_array_compare(context, &wanted, whole[0], whole[1]), 0);
+            assert_true(fabs(near.inner_product - wanted.inner_product) <=
+                        1e-5 * fabs(wanted.inner_product));
+            assert_true(fabs(near.distance - wanted.distance) <= 1e-4 * wanted.distance);
+            for (int i = 0; i < 2; i++) {
+                cvol_array_free(whole[i]);
+                cvol_array_free(cells[i]);
+            }
+        }
+    cvol_context_destroy(context);
+}
+
+static void no_file_of_this_version_has_them(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    random_state r = {1};
+    cvol_array *array = random_array(context, &r, 1);
+    assert_int_equal(cvol_array_write(context, array, "split.cvol", NULL), CVOL_ERROR_UNSUPPORTED);
+    assert_non_null(strstr(cvol_context_message(context), "split"));
+    cvol_array_free(array);
+    cvol_context_destroy(context);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(cells_are_the_sum_of_their_parts),
         cmocka_unit_test(at_fewer_places_too),
+        cmocka_unit_test(operations_know_split_cells),
+        cmocka_unit_test(no_file_of_this_version_has_them),
 #if defined(__x86_64__)
         cmocka_unit_test(the_same_bits_on_every_set),
 #endif

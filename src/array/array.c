@@ -247,6 +247,14 @@ int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_arra
     return CVOL_OK;
 }
 
+int cvol_array_has_splits(const cvol_array *array)
+{
+    for (size_t i = 0; i < array->block_count; i++)
+        if (array->block_table[i].split)
+            return 1;
+    return 0;
+}
+
 int cvol_array_is_volume(const cvol_array *array)
 {
     return array->rank == 3 && array->transform == CVOL_DCT && array->block;

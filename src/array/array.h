@@ -66,6 +66,8 @@ int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const
 void cvol_array_derive_figures(cvol_array *array);
 /* B^rank. */
 size_t cvol_array_block_terms(const cvol_array *array);
+/* Whether any block is a split cell (transform/cell.h). */
+int cvol_array_has_splits(const cvol_array *array);
 
 /* Samples that a block covers along an axis: B, or 1 beyond the rank. */
 static inline size_t cvol_block_side(const cvol_array *array, int axis)

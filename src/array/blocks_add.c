@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/block_transform.h"
 #include "array/blocks_keep.h"
 #include "array/operations.h"
 #include "base/context.h"
@@ -59,14 +60,31 @@ static void add_listed(cvol_dense_block *out, const sum *s, const cvol_block *x,
     out->count = count;
 }
 
+/* Cells that are split in two ways meet as samples; the sum is not split. */
+static void add_samples(cvol_dense_block *out, const sum *s, size_t index, float *x)
+{
+    const size_t count = cvol_array_block_terms(s->a);
+    float *y = x + count;
+    cvol_block_evaluate(x, s->a, index);
+    cvol_block_evaluate(y, s->b, index);
+    for (size_t i = 0; i < count; i++)
+        x[i] = (float)(s->alpha * (double)x[i] + s->beta * (double)y[i]);
+    cvol_block_to_slots(out->coefficients, x, s->a);
+}
+
 static int produce_sum(const void *user, cvol_dense_block *out, size_t index, void *scratch)
 {
-    (void)scratch;
     const sum *s = user;
     const int place_bits = cvol_place_bits(s->a->block_log2);
     const cvol_block *x = &s->a->block_table[index];
+    const cvol_block *y = s->b ? &s->b->block_table[index] : x;
+    if (x->split != y->split && x->words && y->words) {
+        add_samples(out, s, index, scratch);
+        return CVOL_OK;
+    }
+    out->split = x->words ? x->split : y->split;
     if (s->b)
-        add_listed(out, s, x, &s->b->block_table[index], place_bits);
+        add_listed(out, s, x, y, place_bits);
     else
         out->count = list_terms(out->places, out->values, x->terms, x->terms + x->words,
                                 s->alpha * s->a->step, place_bits);
@@ -76,7 +94,11 @@ static int produce_sum(const void *user, cvol_dense_block *out, size_t index, vo
 static int build_sum(cvol_context *context, cvol_array *out, cvol_build_result *result,
                      const sum *s, const cvol_keep *keep, const char *what)
 {
-    const cvol_producer producer = {.produce = produce_sum, .user = s, .what = what};
+    const cvol_producer producer = {.produce = produce_sum,
+                                    .user = s,
+                                    .scratch_bytes = 2 * cvol_array_block_terms(s->a) *
+                                                     sizeof(float),
+                                    .what = what};
     return cvol_build_blocks(context, out, result, &producer, keep);
 }
 
@@ -150,6 +172,7 @@ int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result 
         const cvol_block *from = &a->block_table[i];
         cvol_block *to = &out->block_table[i];
         memcpy(to->low, from->low, sizeof to->low);
+        to->split = from->split;
         to->words = from->words;
         to->terms = from->words ? pool : NULL;
         if (from->words)

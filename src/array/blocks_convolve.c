@@ -92,7 +92,7 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
     double norm, sum;
     for (int i = 0; i < a->rank; i++)
         f.radius[i] = (size_t)cvol_kernel_radius(kernel, i);
-    if (a->rank == 3 && a->transform == CVOL_DCT)
+    if (a->rank == 3 && a->transform == CVOL_DCT && !cvol_array_has_splits(a))
         return cvol_blocks_convolve_dct(context, out, result, a, kernel, keep);
     cvol_kernel_bounds(kernel, &norm, &sum);
     cvol_blocks_expect(out, cvol_ledger_convolve(&a->ledger, norm, sum));

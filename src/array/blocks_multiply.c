@@ -30,15 +30,6 @@ static cvol_product_factor factor_of(const cvol_array *array, size_t index)
                                  .offset = (float)array->offset};
 }
 
-static int produce_volume(const void *user, cvol_dense_block *block, size_t index, void *scratch)
-{
-    const factors *f = user;
-    const cvol_product_factor a = factor_of(f->a, index), b = factor_of(f->b, index);
-    block->max_abs = -1;
-    cvol_block_product(block->coefficients, block->box, &a, &b, f->a->block_log2, scratch);
-    return CVOL_OK;
-}
-
 static int produce_any(const void *user, cvol_dense_block *block, size_t index, void *scratch)
 {
     const factors *f = user;
@@ -56,16 +47,28 @@ static int produce_any(const void *user, cvol_dense_block *block, size_t index, 
     return CVOL_OK;
 }
 
+static int produce_volume(const void *user, cvol_dense_block *block, size_t index, void *scratch)
+{
+    const factors *f = user;
+    const cvol_product_factor a = factor_of(f->a, index), b = factor_of(f->b, index);
+    if (a.block->split || b.block->split)
+        return produce_any(user, block, index, scratch);
+    block->max_abs = -1;
+    cvol_block_product(block->coefficients, block->box, &a, &b, f->a->block_log2, scratch);
+    return CVOL_OK;
+}
+
 int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_result *result,
                          const cvol_array *a, const cvol_array *b, const cvol_keep *keep)
 {
     const int volume = a->rank == 3 && a->transform == CVOL_DCT;
     const factors f = {a, b};
+    const size_t samples = 2 * cvol_array_block_terms(a) * sizeof(float);
     const cvol_producer producer = {.produce = volume ? produce_volume : produce_any,
                                     .user = &f,
-                                    .scratch_bytes = volume ? sizeof(cvol_product_work)
-                                                            : 2 * cvol_array_block_terms(a) *
-                                                                  sizeof(float),
+                                    .scratch_bytes = volume && sizeof(cvol_product_work) > samples
+                                                         ? sizeof(cvol_product_work)
+                                                         : samples,
                                     .what = "multiplying"};
     out->offset = a->offset * b->offset;
     cvol_blocks_expect(out, cvol_ledger_multiply(&a->ledger, &b->ledger));

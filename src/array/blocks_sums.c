@@ -75,6 +75,24 @@ double cvol_block_squares(const cvol_block *block, int place_bits)
     return CVOL_SIMD_CHOOSE(cvol_block_squares)(block, place_bits);
 }
 
+/* The sum of a split cell's samples, by the constant terms of its parts: frequency 0 of a part of
+ * side 8 stands at 0 or 1 of each axis, of one of side 4 at 0 to 3. */
+static double sum_of_parts(const cvol_block *block, int place_bits)
+{
+    const uint32_t *words = block->terms, *end = words + block->words;
+    double sum = 0;
+    while (words < end) {
+        uint32_t place;
+        const double value = (double)cvol_term_unpack(&words, &place, place_bits);
+        const uint32_t u = place & 15, v = place >> 4 & 15, w = place >> 8;
+        const uint32_t octant = (u & 1) + 2 * (v & 1) + 4 * (w & 1);
+        const int fours = block->split >> (1 + octant) & 1;
+        if ((u | v | w) < (fours ? 4 : 2))
+            sum += value * sqrt(fours ? 64 : 512);
+    }
+    return sum;
+}
+
 /* The quantised value of the constant term. */
 static double constant_of(const cvol_block *block, int place_bits)
 {
@@ -171,14 +189,15 @@ static void add_block(partial *to, workplace *w, const sums *s, size_t index)
     size_t inside[3];
     if (!x->words && !y->words)
         return;
-    if (!s->whole && !inside_of(inside, s->a, index)) {
+    if ((!s->whole || x->split != y->split) &&
+        (!inside_of(inside, s->a, index) || x->split != y->split)) {
         add_samples(to, w, s, index, inside);
         return;
     }
     const int bits = cvol_place_bits(s->a->block_log2);
     const double step_a = (double)(float)s->a->step, step_b = (double)(float)s->b->step;
-    to->a += s->root * step_a * constant_of(x, bits);
-    to->b += s->root * step_b * constant_of(y, bits);
+    to->a += step_a * (x->split ? sum_of_parts(x, bits) : s->root * constant_of(x, bits));
+    to->b += step_b * (y->split ? sum_of_parts(y, bits) : s->root * constant_of(y, bits));
     if (s->apart)
         to->product += distance_of(w->table, x, step_a, y, step_b, bits);
     else if (s->a == s->b)

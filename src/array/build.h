@@ -20,6 +20,7 @@ typedef struct cvol_dense_block {
     int box[3];        /* per axis one past the highest frequency that may be non-zero */
     double energy;
     float max_abs; /* of the block's samples before truncation; negative: not known */
+    uint16_t split; /* what the coefficients are those of; 0 at first: they are the block's own */
     /* Instead of all that, where a block has few coefficients: `count` of them that are not zero,
      * in rising order of their places; -1: the block is dense. */
     uint32_t *places;

@@ -248,6 +248,7 @@ static int do_block(cvol_build_run *r, workplace *w, size_t index, size_t in_run
         r->max_abs = -1;
     else
         r->max_abs = block.max_abs > r->max_abs ? block.max_abs : r->max_abs;
+    array->block_table[index].split = block.split;
     const double before = r->norm;
     code = pack_terms(r, &array->block_table[index], w, &task, in_run, b);
     count_left_out(r, before, block.energy);

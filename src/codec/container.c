@@ -80,6 +80,10 @@ int cvol_container_begin(cvol_context *context, cvol_bytes *out, const cvol_arra
 {
     cvol_bytes header = {0};
     int code = array->block ? cvol_terms_check(context, array) : CVOL_OK;
+    if (!code && cvol_array_has_splits(array))
+        code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "cells that are split cannot be written in version %d of the format",
+                         CVOL_FORMAT_VERSION);
     if (code)
         return code;
     cvol_bytes_append(out, signature, sizeof signature);

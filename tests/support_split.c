@@ -1,0 +1,39 @@
+#include "support_split.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "random.h"
+#include "transform/cell.h"
+
+void support_split_cells(cvol_context *context, cvol_array *array, uint64_t seed)
+{
+    float *samples = aligned_alloc(64, CVOL_CELL_SAMPLES * sizeof *samples);
+    float *terms = aligned_alloc(64, CVOL_CELL_SAMPLES * sizeof *terms);
+    uint32_t *pool = malloc(2 * CVOL_CELL_SAMPLES * array->block_count * sizeof *pool), *at = pool;
+    random_state r = {seed};
+    assert_true(samples && terms && pool);
+    for (size_t i = 0; i < array->block_count; i++) {
+        cvol_block *block = &array->block_table[i];
+        const uint16_t split = (uint16_t)random_below(&r, 512);
+        cvol_block_evaluate(samples, array, i);
+        block->split = split & 1 ? split : 0;
+        cvol_cell_forward(terms, samples, block->split);
+        block->terms = at;
+        for (uint32_t place = 0; place < CVOL_CELL_SAMPLES; place++) {
+            const int32_t value = (int32_t)lrint((double)terms[place] / array->step);
+            if (value)
+                at += cvol_term_pack(at, place, value, cvol_place_bits(4));
+        }
+        block->words = (uint32_t)(at - block->terms);
+        cvol_block_find_low(block, 4);
+    }
+    assert_int_equal(cvol_array_adopt_pool(context, array, pool, (size_t)(at - pool)), CVOL_OK);
+    free(samples);
+    free(terms);
+}
