@@ -249,7 +249,7 @@ int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_arra
 
 int cvol_array_has_splits(const cvol_array *array)
 {
-    for (size_t i = 0; i < array->block_count; i++)
+    for (size_t i = 0; array->block_table && i < array->block_count; i++)
         if (array->block_table[i].split)
             return 1;
     return 0;
