@@ -243,11 +243,61 @@ static void kernels_know_no_faces(void **state)
     }
 }
 
+/* ---- what is kept when nothing is said --------------------------------------------------------
+ */
+
+/* A volume of multiples of a step, as files have them; with `mask` 0 or 1, by halves. */
+static cvol_array *quantised(cvol_context *context, double step, int mask)
+{
+    enum { N = 48 };
+    const cvol_grid grid = cvol_grid_make(N, N, N, CVOL_FLOAT32);
+    const cvol_keep keep = cvol_keep_step(step);
+    float *samples = malloc(N * N * N * sizeof *samples);
+    random_state random = {7};
+    cvol_array *out;
+    assert_non_null(samples);
+    for (size_t i = 0; i < N * N * N; i++)
+        samples[i] = mask ? (float)(i % N < N / 3)
+                          : (float)(20 * random_signed(&random) + 40 * sin(0.1 * (double)(i % N)));
+    assert_int_equal(cvol_array_compress(context, &out, samples, &grid, 3, CVOL_DCT, 16, &keep), 0);
+    free(samples);
+    return out;
+}
+
+/* Results are as coarse as what the operands lost comes out of the operation, no coarser: a step of
+ * an operand in a smoothed volume shows the faces of blocks. */
+static void results_keep_what_is_above_the_noise(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    assert_non_null(context);
+    cvol_array *a = quantised(context, 4, 0), *mask = quantised(context, 1e-3, 1), *out;
+    cvol_kernel kernel;
+    assert_int_equal(cvol_kernel_gaussian(context, &kernel, 3, 2), 0);
+    assert_int_equal(cvol_array_convolve_kernel(context, &out, a, &kernel, NULL), 0);
+    double squares = 0; /* of an axis' taps: white noise's gain is its root, three times */
+    for (int m = -8; m <= 8; m++)
+        squares += tap(&kernel.line[0][0], m) * tap(&kernel.line[0][0], m);
+    assert_true(fabs(out->step / (4 * pow(squares, 1.5)) - 1) < 1e-6);
+    cvol_array_free(out);
+    /* A mask is loud where it is 1, however little that is; its own fine step does not decide. */
+    assert_int_equal(cvol_array_multiply(context, &out, a, mask, NULL, CVOL_PLAN_AUTO, NULL), 0);
+    assert_true(out->step > 0.9 * 4 && out->step < 1.1 * 4);
+    cvol_array_free(out);
+    assert_int_equal(cvol_array_add(context, &out, 1, a, -3, mask, NULL), 0);
+    assert_true(fabs(out->step / 4 - 1) < 1e-6);
+    cvol_array_free(out);
+    cvol_array_free(a);
+    cvol_array_free(mask);
+    cvol_context_destroy(context);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(products_of_blocks_are_those_of_samples),
         cmocka_unit_test(kernels_know_no_faces),
+        cmocka_unit_test(results_keep_what_is_above_the_noise),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -517,6 +517,31 @@ static int tear_down(void **state)
     return 0;
 }
 
+/* Steps that single precision cannot hold would lose what nobody counts. */
+static void test_tiny_values(void **state)
+{
+    (void)state;
+    enum { N = 64 };
+    const size_t begin[3] = {0, 0, 0}, end[3] = {N, 1, 1};
+    const cvol_keep all = cvol_keep_all();
+    for (int exponent = -30; exponent >= -37; exponent--) {
+        random_state r = {.state = (uint64_t)-exponent};
+        const cvol_grid grid = cvol_grid_make(N, 1, 1, CVOL_FLOAT32);
+        float samples[N], found[N];
+        for (int i = 0; i < N; i++)
+            samples[i] = (float)(random_signed(&r) * pow(10, exponent));
+        cvol_array *array;
+        assert_int_equal(
+            cvol_array_compress(context, &array, samples, &grid, 1, CVOL_DCT, 16, &all), CVOL_OK);
+        assert_int_equal(cvol_array_evaluate_real(context, found, array, begin, end), CVOL_OK);
+        double squares = 0;
+        for (int i = 0; i < N; i++)
+            squares += pow((double)samples[i] - (double)found[i], 2);
+        CHECK(sqrt(squares) <= array->ledger.l2_error, -exponent);
+        cvol_array_free(array);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -527,6 +552,7 @@ int main(void)
         cmocka_unit_test(test_step_grid_and_ties),
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_refuses),
+        cmocka_unit_test(test_tiny_values),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

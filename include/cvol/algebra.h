@@ -131,7 +131,7 @@ typedef struct cvol_multiply_report {
     double cost_ms[CVOL_PLAN_BLOCKS + 1]; /* by plan */
     size_t points[3];                     /* evaluated per axis: grid and full */
     uint64_t terms_a, terms_b, terms_out;
-    int sparse_failed; /* the sparse plan was tried and not verified */
+    int sparse_failed; /* the sparse plan was tried, and not verified or not cheaper */
     char reason[160];  /* one sentence: why this plan */
 } cvol_multiply_report;
 

@@ -1,6 +1,7 @@
 /* The builder: what a keep asks for, passes over all blocks, and the runs put together in order. */
 #include "array/build.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,6 +46,13 @@ static double step_for_all(const cvol_bins *bins, double otherwise)
     int exponent;
     (void)frexp(1.5 * (double)largest, &exponent); /* DFT: a slot is at most sqrt(2) keys */
     return ldexp(1, exponent - ALL_BITS);
+}
+
+/* Blocks are evaluated with the step in single precision: what is lost by one that it can hold is
+ * counted, what it would lose of a smaller one is not. */
+static double at_least_float(double step)
+{
+    return fmax(step, (double)FLT_MIN);
 }
 
 /* The least float that is not below `value`, and positive. */
@@ -93,7 +101,7 @@ static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *k
 {
     cvol_array *array = b->array;
     array->threshold = 0;
-    b->step = keep->rule == CVOL_KEEP_STEP ? keep->value : fine_step(array, keep);
+    b->step = at_least_float(keep->rule == CVOL_KEEP_STEP ? keep->value : fine_step(array, keep));
     array->step = b->step;
     switch (keep->rule) {
     case CVOL_KEEP_STEP:
@@ -112,7 +120,7 @@ static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *k
         int code = cvol_build_pass(context, b, 0, 0.4);
         b->counting = NULL;
         if (!code && keep->rule == CVOL_KEEP_ALL) {
-            array->step = b->step = step_for_all(&bins, b->step);
+            array->step = b->step = at_least_float(step_for_all(&bins, b->step));
             b->least = float_above(b->step / 2);
             cvol_bins_free(&bins);
             return cvol_build_pass(context, b, 0.4, 1);
