@@ -1,5 +1,6 @@
 /* The builder: what every rule keeps of blocks against exact truncation, of every rank, transform
  * and size of block; the energy it says it dropped; the same bits for any number of threads. */
+#include <float.h>
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -538,6 +539,25 @@ static void test_tiny_values(void **state)
         for (int i = 0; i < N; i++)
             squares += pow((double)samples[i] - (double)found[i], 2);
         CHECK(sqrt(squares) <= array->ledger.l2_error, -exponent);
+        /* The same from values about 1, scaled down, whose step then is smaller still. */
+        float about_one[N];
+        cvol_array *large, *small;
+        for (int i = 0; i < N; i++)
+            about_one[i] = (float)((double)samples[i] * pow(10, -exponent));
+        assert_int_equal(
+            cvol_array_compress(context, &large, about_one, &grid, 1, CVOL_DCT, 16, &all), CVOL_OK);
+        assert_int_equal(cvol_array_scale(context, &small, pow(10, exponent), large, 0), CVOL_OK);
+        assert_int_equal(cvol_array_evaluate_real(context, found, small, begin, end), CVOL_OK);
+        squares = 0;
+        for (int i = 0; i < N; i++)
+            squares += pow((double)samples[i] - (double)found[i], 2);
+        CHECK(sqrt(squares) <= small->ledger.l2_error, -exponent);
+        /* Half a step twice, of the least step that there is, for each of N terms; rounding. */
+        CHECK(small->ledger.l2_error <
+                  1.1 * sqrt((double)N) * (double)FLT_MIN + 1e-4 * pow(10, exponent),
+              -exponent);
+        cvol_array_free(large);
+        cvol_array_free(small);
         cvol_array_free(array);
     }
 }

@@ -1,4 +1,5 @@
 /* alpha a + beta b, alpha a + beta, and fewer terms of an array, on the terms of blocks. */
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -145,6 +146,13 @@ int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result 
                       double alpha, const cvol_array *a, double beta)
 {
     double total, squares;
+    if (alpha != 0 && fabs(alpha) * a->step < (double)FLT_MIN) { /* as it cannot be held, others */
+        const cvol_keep all = cvol_keep_all();
+        const sum s = {.a = a, .b = NULL, .alpha = alpha, .beta = 0};
+        out->offset = alpha * a->offset + beta;
+        cvol_blocks_expect(out, cvol_ledger_scale(alpha, &a->ledger, beta));
+        return build_sum(context, out, result, &s, &all, "scaling");
+    }
     memset(result, 0, sizeof *result);
     result->max_abs = -1;
     out->offset = alpha * a->offset + beta;
