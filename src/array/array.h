@@ -40,6 +40,8 @@ struct cvol_array {
     int block_log2; /* 3, 4 or 5 */
     size_t blocks[3], block_count;
     double step;
+    int lapped; /* rank 3, DCT, B = 16: what blocks evaluate to is then post-filtered across their
+                   faces (transform/lap.h, grid 16), along x, then y, then z */
     int has_ranges;              /* whether the next two and the blocks' range codes are known */
     double range_min, range_max; /* what range codes 0 and 255 stand for */
     cvol_block *block_table;
