@@ -1,10 +1,11 @@
-/* Samples from a compressed array: one block, any box, and the bounds of every block. */
+/* Samples from a compressed array: one block, and any box. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "array/array.h"
 #include "array/block_inverse.h"
 #include "array/block_transform.h"
+#include "array/lapped.h"
 #include "array/operations.h"
 #include "base/context.h"
 #include "base/cpu.h"
@@ -84,6 +85,38 @@ static void store_block(uint8_t *out, const float *samples, const cvol_array *ar
         }
 }
 
+/* The box of a lapped volume. */
+typedef struct stored_box {
+    const cvol_stream *stream;
+    uint8_t *out;
+} stored_box;
+
+static void store_piece(void *user, const cvol_piece *piece)
+{
+    const stored_box *to = user;
+    const cvol_array *array = to->stream->arrays[0];
+    const size_t *begin = to->stream->begin, *end = to->stream->end;
+    const size_t size = cvol_type_size(array->grid.type);
+    const size_t width = end[0] - begin[0], height = end[1] - begin[1];
+    for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
+        for (size_t y = piece->begin[1]; y < piece->end[1]; y++)
+            cvol_samples_store(to->out + size * width * (y - begin[1] + height * (z - begin[2])),
+                               piece->samples[0] + (y - piece->begin[1]) * piece->line +
+                                   (z - piece->begin[2]) * piece->sheet,
+                               width, array);
+}
+
+static int evaluate_lapped(cvol_context *context, void *out, const cvol_array *array,
+                           const size_t begin[3], const size_t end[3])
+{
+    cvol_stream stream = {.arrays = {array}, .take = store_piece, .what = "decoding"};
+    stored_box to = {&stream, out};
+    memcpy(stream.begin, begin, sizeof stream.begin);
+    memcpy(stream.end, end, sizeof stream.end);
+    stream.user = &to;
+    return cvol_stream_run(context, &stream);
+}
+
 int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *array,
                             const size_t begin[3], const size_t end[3])
 {
@@ -92,6 +125,8 @@ int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *
         return code;
     if (!array->block)
         return cvol_whole_evaluate_stored(context, out, array, begin, end);
+    if (array->lapped)
+        return evaluate_lapped(context, out, array, begin, end);
     const size_t per_block = cvol_array_block_terms(array);
     const size_t side[3] = {cvol_block_side(array, 0), cvol_block_side(array, 1),
                             cvol_block_side(array, 2)};
@@ -131,74 +166,4 @@ int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *
     if (failed)
         return cvol_fail_memory(context, per_block * sizeof(float), "a block");
     return cvol_report_progress(context, "decoding", 1);
-}
-
-/* ---- the bounds of every block ------------------------------------------------------------ */
-
-static void find_bounds(float bounds[2], const float *samples, size_t count)
-{
-    bounds[0] = bounds[1] = samples[0];
-    for (size_t i = 1; i < count; i++) {
-        bounds[0] = samples[i] < bounds[0] ? samples[i] : bounds[0];
-        bounds[1] = samples[i] > bounds[1] ? samples[i] : bounds[1];
-    }
-}
-
-/* The code whose value is the largest not above (up = 0) or the smallest not below `value`. */
-static uint8_t range_code(const cvol_array *array, double value, int up)
-{
-    double span = array->range_max - array->range_min;
-    double exact = span > 0 ? 255 * (value - array->range_min) / span : up ? 255 : 0;
-    int code = (int)exact;
-    if (up && code < exact && code < 255)
-        code++;
-    /* The division may have rounded across a step: widen until the bound holds. */
-    double unit = span / 255;
-    while (!up && code > 0 && array->range_min + unit * code > value)
-        code--;
-    while (up && code < 255 && array->range_min + unit * code < value)
-        code++;
-    return (uint8_t)(code < 0 ? 0 : code > 255 ? 255 : code);
-}
-
-int cvol_array_find_ranges(cvol_context *context, cvol_array *array)
-{
-    const size_t per_block = cvol_array_block_terms(array);
-    float(*bounds)[2] = cvol_allocate(array->block_count, sizeof *bounds);
-    if (!bounds)
-        return cvol_fail_memory(context, array->block_count * sizeof *bounds, "block ranges");
-    int failed = 0;
-#pragma omp parallel num_threads(cvol_context_threads(context))
-    {
-        float *samples = cvol_allocate(per_block, sizeof *samples);
-        if (!samples) {
-#pragma omp atomic write
-            failed = 1;
-        }
-#pragma omp for schedule(dynamic, 16)
-        for (size_t i = 0; i < array->block_count; i++) {
-            if (!samples)
-                continue;
-            cvol_block_evaluate(samples, array, i);
-            find_bounds(bounds[i], samples, per_block);
-        }
-        free(samples);
-    }
-    if (failed) {
-        free(bounds);
-        return cvol_fail_memory(context, per_block * sizeof(float), "a block");
-    }
-    float lo = bounds[0][0], hi = bounds[0][1];
-    for (size_t i = 1; i < array->block_count; i++) {
-        lo = bounds[i][0] < lo ? bounds[i][0] : lo;
-        hi = bounds[i][1] > hi ? bounds[i][1] : hi;
-    }
-    array->range_min = array->offset + (double)lo;
-    array->range_max = array->offset + (double)hi;
-    for (size_t i = 0; i < array->block_count; i++) {
-        array->block_table[i].range[0] = range_code(array, array->offset + (double)bounds[i][0], 0);
-        array->block_table[i].range[1] = range_code(array, array->offset + (double)bounds[i][1], 1);
-    }
-    free(bounds);
-    return CVOL_OK;
 }

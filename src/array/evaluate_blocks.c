@@ -1,6 +1,8 @@
 /* Real values of a box of samples, block by block. */
 #include <stdlib.h>
+#include <string.h>
 
+#include "array/lapped.h"
 #include "array/operations.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -37,12 +39,47 @@ static void write_block(float *out, float *samples, const cvol_array *array, con
         }
 }
 
+/* The box of a lapped volume. */
+typedef struct real_box {
+    const cvol_stream *stream;
+    float *out;
+} real_box;
+
+static void write_piece(void *user, const cvol_piece *piece)
+{
+    const real_box *to = user;
+    const size_t *begin = to->stream->begin, *end = to->stream->end;
+    const size_t width = end[0] - begin[0], height = end[1] - begin[1];
+    const float offset = (float)to->stream->arrays[0]->offset;
+    for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
+        for (size_t y = piece->begin[1]; y < piece->end[1]; y++) {
+            float *line = to->out + width * (y - begin[1] + height * (z - begin[2]));
+            const float *from = piece->samples[0] + (y - piece->begin[1]) * piece->line +
+                                (z - piece->begin[2]) * piece->sheet;
+            for (size_t x = 0; x < width; x++)
+                line[x] = from[x] + offset;
+        }
+}
+
+static int evaluate_lapped(cvol_context *context, float *out, const cvol_array *array,
+                           const size_t begin[3], const size_t end[3])
+{
+    cvol_stream stream = {.arrays = {array}, .take = write_piece, .what = "decoding"};
+    real_box to = {&stream, out};
+    memcpy(stream.begin, begin, sizeof stream.begin);
+    memcpy(stream.end, end, sizeof stream.end);
+    stream.user = &to;
+    return cvol_stream_run(context, &stream);
+}
+
 int cvol_blocks_evaluate(cvol_context *context, float *out, const cvol_array *array,
                          const size_t begin[3], const size_t end[3])
 {
     enum { AT_ONCE = 1 << 24 }; /* samples between reports of progress */
     const size_t per_block = cvol_array_block_terms(array);
     box b = {.begin = begin, .end = end};
+    if (array->lapped)
+        return evaluate_lapped(context, out, array, begin, end);
     for (int a = 0; a < 3; a++) {
         const size_t side = cvol_block_side(array, a);
         b.first[a] = begin[a] / side;

@@ -1,12 +1,143 @@
-/* Block ranges where they are needed: files and the renderer want them, operations do not find
- * them, as that means evaluating every block. */
+/* Block ranges: the bounds of what every block's samples evaluate to. Files and the renderer want
+ * them, operations do not find them, as that means evaluating every block. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "array/array.h"
+#include "array/lapped.h"
 #include "base/context.h"
 #include "base/memory.h"
+
+static void find_bounds(float out[2], const float *samples, size_t count)
+{
+    out[0] = out[1] = samples[0];
+    for (size_t i = 1; i < count; i++) {
+        out[0] = samples[i] < out[0] ? samples[i] : out[0];
+        out[1] = samples[i] > out[1] ? samples[i] : out[1];
+    }
+}
+
+/* The code whose value is the largest not above (up = 0) or the smallest not below `value`. */
+static uint8_t range_code(const cvol_array *array, double value, int up)
+{
+    double span = array->range_max - array->range_min;
+    double exact = span > 0 ? 255 * (value - array->range_min) / span : up ? 255 : 0;
+    int code = (int)exact;
+    if (up && code < exact && code < 255)
+        code++;
+    /* The division may have rounded across a step: widen until the bound holds. */
+    double unit = span / 255;
+    while (!up && code > 0 && array->range_min + unit * code > value)
+        code--;
+    while (up && code < 255 && array->range_min + unit * code < value)
+        code++;
+    return (uint8_t)(code < 0 ? 0 : code > 255 ? 255 : code);
+}
+
+/* ---- all blocks --------------------------------------------------------------------------------
+ */
+
+typedef float bounds[2];
+
+static int bound_blocks(cvol_context *context, bounds *out, const cvol_array *array)
+{
+    const size_t per_block = cvol_array_block_terms(array);
+    int failed = 0;
+#pragma omp parallel num_threads(cvol_context_threads(context))
+    {
+        float *samples = cvol_allocate(per_block, sizeof *samples);
+        if (!samples) {
+#pragma omp atomic write
+            failed = 1;
+        }
+#pragma omp for schedule(dynamic, 16)
+        for (size_t i = 0; i < array->block_count; i++) {
+            if (!samples)
+                continue;
+            cvol_block_evaluate(samples, array, i);
+            find_bounds(out[i], samples, per_block);
+        }
+        free(samples);
+    }
+    return failed ? cvol_fail_memory(context, per_block * sizeof(float), "a block") : CVOL_OK;
+}
+
+/* Pieces of a lapped volume end two sheets before their cells do: the bounds of these two sheets
+ * stand in a table of their own, so that no two pieces write to one place. */
+typedef struct lapped_bounds {
+    const cvol_array *array;
+    bounds *most, *last_sheets;
+} lapped_bounds;
+
+static void bound_piece(void *user, const cvol_piece *piece)
+{
+    const lapped_bounds *to = user;
+    const size_t *blocks = to->array->blocks, B = (size_t)to->array->block;
+    const size_t layer = (piece->end[2] - 1) / B;
+    for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
+        for (size_t y = piece->begin[1]; y < piece->end[1]; y++) {
+            const float *line = piece->samples[0] + (y - piece->begin[1]) * piece->line +
+                                (z - piece->begin[2]) * piece->sheet;
+            bounds *row = (z / B == layer ? to->most : to->last_sheets) +
+                          blocks[0] * (y / B + blocks[1] * (z / B));
+            for (size_t x = 0; x < piece->end[0]; x += B) {
+                const size_t left = piece->end[0] - x;
+                bounds of;
+                find_bounds(of, line + x, left < B ? left : B);
+                row[x / B][0] = of[0] < row[x / B][0] ? of[0] : row[x / B][0];
+                row[x / B][1] = of[1] > row[x / B][1] ? of[1] : row[x / B][1];
+            }
+        }
+}
+
+static int bound_lapped(cvol_context *context, bounds *out, const cvol_array *array)
+{
+    const size_t count = array->block_count;
+    cvol_stream stream = cvol_stream_of(array, NULL);
+    lapped_bounds to = {array, out, cvol_allocate(count, sizeof *out)};
+    if (!to.last_sheets)
+        return cvol_fail_memory(context, count * sizeof *out, "block ranges");
+    for (size_t i = 0; i < count; i++) {
+        to.most[i][0] = to.last_sheets[i][0] = INFINITY;
+        to.most[i][1] = to.last_sheets[i][1] = -INFINITY;
+    }
+    stream.take = bound_piece;
+    stream.user = &to;
+    stream.what = "finding ranges";
+    int code = cvol_stream_run(context, &stream);
+    for (size_t i = 0; i < count; i++) {
+        out[i][0] = fminf(out[i][0], to.last_sheets[i][0]);
+        out[i][1] = fmaxf(out[i][1], to.last_sheets[i][1]);
+    }
+    free(to.last_sheets);
+    return code;
+}
+
+int cvol_array_find_ranges(cvol_context *context, cvol_array *array)
+{
+    bounds *of = cvol_allocate(array->block_count, sizeof *of);
+    if (!of)
+        return cvol_fail_memory(context, array->block_count * sizeof *of, "block ranges");
+    int code = array->lapped ? bound_lapped(context, of, array) : bound_blocks(context, of, array);
+    if (code) {
+        free(of);
+        return code;
+    }
+    float lo = of[0][0], hi = of[0][1];
+    for (size_t i = 1; i < array->block_count; i++) {
+        lo = of[i][0] < lo ? of[i][0] : lo;
+        hi = of[i][1] > hi ? of[i][1] : hi;
+    }
+    array->range_min = array->offset + (double)lo;
+    array->range_max = array->offset + (double)hi;
+    for (size_t i = 0; i < array->block_count; i++) {
+        array->block_table[i].range[0] = range_code(array, array->offset + (double)of[i][0], 0);
+        array->block_table[i].range[1] = range_code(array, array->offset + (double)of[i][1], 1);
+    }
+    free(of);
+    return CVOL_OK;
+}
 
 int cvol_array_know_ranges(cvol_context *context, cvol_array *array)
 {

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "array/lapped.h"
 #include "base/context.h"
 #include "base/for_type.h"
 #include "base/memory.h"
@@ -145,12 +146,11 @@ static cvol_distance compare_block(const cvol_array *array, const void *samples,
     return distance;
 }
 
-int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_array *array,
+static int measure_blocks(cvol_context *context, cvol_distance *out, const cvol_array *array,
                           const void *samples)
 {
     const size_t B = (size_t)array->block, per_block = B * B * B;
-    cvol_distance *distances = cvol_allocate(array->block_count, sizeof *distances);
-    int failed = !distances;
+    int failed = 0;
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
         float *evaluated = cvol_allocate(per_block, sizeof *evaluated);
@@ -161,17 +161,62 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
         }
 #pragma omp for schedule(dynamic, 16)
         for (size_t i = 0; i < array->block_count; i++)
-            if (evaluated && distances)
-                distances[i] = compare_block(array, samples, i, evaluated, row);
+            if (evaluated)
+                out[i] = compare_block(array, samples, i, evaluated, row);
         free(evaluated);
     }
+    return failed ? cvol_fail_memory(context, per_block * sizeof(float), "a block") : CVOL_OK;
+}
+
+/* Lapped volumes: the distance of every piece of the stream. */
+typedef struct lapped_distance {
+    const cvol_array *array;
+    const void *samples;
+    cvol_distance *pieces;
+} lapped_distance;
+
+static void compare_piece(void *user, const cvol_piece *piece)
+{
+    const lapped_distance *to = user;
+    const cvol_grid *grid = &to->array->grid;
+    const size_t nx = grid->dims[0];
+    cvol_distance distance = {0};
+    double row[ROW_MOST];
+    for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
+        for (size_t y = piece->begin[1]; y < piece->end[1]; y++)
+            for (size_t x = 0; x < nx; x += ROW_MOST) {
+                const size_t first = x + nx * (y + grid->dims[1] * z);
+                const size_t count = nx - x < ROW_MOST ? nx - x : ROW_MOST;
+                const float *line = piece->samples[0] + x + (y - piece->begin[1]) * piece->line +
+                                    (z - piece->begin[2]) * piece->sheet;
+                cvol_samples_store(row, line, count, to->array);
+                compare_row(&distance, to->samples, grid->type, first, row, count);
+                compare_real_row(&distance, to->samples, grid->type, first, line, to->array->offset,
+                                 count);
+            }
+    to->pieces[piece->index] = distance;
+}
+
+int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_array *array,
+                          const void *samples)
+{
+    cvol_stream stream = cvol_stream_of(array, NULL);
+    const size_t count = array->lapped ? cvol_stream_pieces(&stream) : array->block_count;
+    cvol_distance *distances = cvol_allocate_zero(count, sizeof *distances);
+    lapped_distance to = {array, samples, distances};
+    int code;
     *out = (cvol_distance){0};
-    if (!failed)
-        add_distances(out, distances, array->block_count);
+    if (!distances)
+        return cvol_fail_memory(context, count * sizeof *distances, "distances of blocks");
+    stream.take = compare_piece;
+    stream.user = &to;
+    stream.what = "measuring";
+    code = array->lapped ? cvol_stream_run(context, &stream)
+                         : measure_blocks(context, distances, array, samples);
+    if (!code)
+        add_distances(out, distances, count);
     free(distances);
-    if (failed)
-        return cvol_fail_memory(context, per_block * sizeof(float), "a block");
-    return CVOL_OK;
+    return code;
 }
 
 void cvol_array_set_measured(cvol_array *array, const cvol_distance *distance)

@@ -14,7 +14,8 @@ typedef struct cvol_distance {
 /* Sets measured, max_error and psnr_db. */
 void cvol_array_set_measured(cvol_array *array, const cvol_distance *distance);
 
-/* Evaluates all blocks and compares. The same result for any number of threads. Errors: MEMORY. */
+/* Evaluates all blocks and compares. The same result for any number of threads. Errors: MEMORY,
+ * CANCELLED. */
 int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_array *array,
                           const void *samples);
 

@@ -1,0 +1,16 @@
+/* Lapped volumes, for tests: made, and evaluated, as a whole, straight from what they are. */
+#ifndef CVOL_TESTS_SUPPORT_LAPPED_H
+#define CVOL_TESTS_SUPPORT_LAPPED_H
+
+#include "array/array.h"
+
+/* Samples (of float32) pre-filtered, transformed in cells of 16^3, split at random if `is_split`,
+ * and quantised by this step. The ledger is measured; offset: of the array. */
+cvol_array *support_lapped(cvol_context *context, const float *samples, const size_t dims[3],
+                           double offset, double step, int is_split, uint64_t seed);
+
+/* What a volume evaluates to, without the offset: all blocks, post-filtered as a whole if it is
+ * lapped. */
+void support_lapped_samples(float *out, const cvol_array *array);
+
+#endif
