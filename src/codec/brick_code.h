@@ -41,6 +41,10 @@ typedef struct cvol_brick_coder cvol_brick_coder;
 cvol_brick_coder *cvol_brick_coder_create(const cvol_token_tables *tables);
 void cvol_brick_coder_free(cvol_brick_coder *coder);
 
+/* The order of a cell's parts is that of cvol_cell_list_parts; before them, of cells of 16, comes
+ * the token of the split: 0 none, 1 into octants of 8, 2 (followed by a token for octants 0 .. 3
+ * and one for 4 .. 7, lowest bit first) octants of which some are split, 3 all into fours. */
+
 /* Encodes the terms of one brick of an array; the bytes replace those of shells[]. 1, or 0 when
  * memory is short. */
 int cvol_brick_encode(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS],

@@ -1,0 +1,333 @@
+/* Coding of one brick, both ways. */
+#include "codec/brick_code.h"
+
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "codec/brick_internal.h"
+
+/* Tokens of a cell's split. */
+enum { SPLIT_NONE, SPLIT_OCTANTS, SPLIT_MIXED, SPLIT_FOURS };
+
+/* ---- bricks of an array ----------------------------------------------------------------- */
+
+void cvol_brick_grid(size_t bricks[3], const cvol_array *array)
+{
+    for (int a = 0; a < 3; a++)
+        bricks[a] = (array->grid.dims[a] - 1) / CVOL_BRICK_SIDE + 1;
+}
+
+size_t cvol_brick_count(const cvol_array *array)
+{
+    size_t bricks[3];
+    cvol_brick_grid(bricks, array);
+    return bricks[0] * bricks[1] * bricks[2];
+}
+
+cvol_brick_box cvol_brick_box_of(const cvol_array *array, size_t brick)
+{
+    const size_t side = CVOL_BRICK_SIDE / (size_t)array->block;
+    size_t bricks[3];
+    cvol_brick_grid(bricks, array);
+    const size_t place[3] = {brick % bricks[0], brick / bricks[0] % bricks[1],
+                             brick / bricks[0] / bricks[1]};
+    cvol_brick_box box;
+    for (int a = 0; a < 3; a++) {
+        box.first[a] = place[a] * side;
+        const size_t left = array->blocks[a] - box.first[a];
+        box.count[a] = left < side ? left : side;
+    }
+    return box;
+}
+
+size_t cvol_brick_box_blocks(const cvol_brick_box *box)
+{
+    return box->count[0] * box->count[1] * box->count[2];
+}
+
+size_t cvol_brick_block_index(const cvol_array *array, const cvol_brick_box *box, size_t i)
+{
+    size_t place[3];
+    cvol_brick_box_place(place, box, i);
+    for (int a = 0; a < 3; a++)
+        place[a] += box->first[a];
+    return place[0] + array->blocks[0] * (place[1] + array->blocks[1] * place[2]);
+}
+
+/* ---- a coder ---------------------------------------------------------------------------- */
+
+cvol_brick_coder *cvol_brick_coder_create(const cvol_token_tables *tables)
+{
+    cvol_brick_coder *coder = cvol_allocate_zero(1, sizeof *coder);
+    if (coder)
+        coder->tables = tables;
+    return coder;
+}
+
+void cvol_brick_coder_free(cvol_brick_coder *coder)
+{
+    if (!coder)
+        return;
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        cvol_token_writer_free(&coder->writers[s]);
+    free(coder->words);
+    free(coder);
+}
+
+int cvol_block_parts(cvol_cell_part parts[CVOL_CELL_PARTS_MAX], int block, uint16_t split)
+{
+    if (block == CVOL_CELL)
+        return cvol_cell_list_parts(parts, split);
+    parts[0] = (cvol_cell_part){.side = block};
+    return 1;
+}
+
+/* ---- encoding --------------------------------------------------------------------------- */
+
+void cvol_brick_start(cvol_brick_coder *coder)
+{
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        cvol_token_writer_start(&coder->writers[s]);
+}
+
+void cvol_brick_put_split(cvol_brick_coder *coder, const size_t place[3], uint16_t split)
+{
+    const int cell[3] = {(int)place[0], (int)place[1], (int)place[2]};
+    const int token = split == CVOL_CELL_WHOLE     ? SPLIT_NONE
+                      : split == CVOL_CELL_OCTANTS ? SPLIT_OCTANTS
+                      : split == CVOL_CELL_FOURS   ? SPLIT_FOURS
+                                                   : SPLIT_MIXED;
+    cvol_token_put(&coder->writers[0], cvol_split_row(&coder->context, cell), (uint32_t)token);
+    if (token == SPLIT_MIXED)
+        for (int half = 0; half < 2; half++)
+            cvol_token_put(&coder->writers[0], CVOL_ROW_OCTANTS + half,
+                           split >> (1 + 4 * half) & 15);
+    cvol_split_note(&coder->context, cell, token);
+}
+
+int cvol_brick_finish(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS])
+{
+    int done = 1;
+    for (int s = 0; s < CVOL_SHELLS; s++) {
+        shells[s].size = 0;
+        done &= cvol_token_writer_finish(&coder->writers[s], coder->tables, &shells[s]);
+    }
+    return done;
+}
+
+/* Spreads a block's terms out by place. */
+static void spread_terms(cvol_brick_coder *coder, const cvol_block *block, int block_log2)
+{
+    const uint32_t *words = block->terms, *end = words + block->words;
+    while (words < end) {
+        uint32_t place;
+        const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));
+        coder->values[place] = value;
+    }
+}
+
+static void unspread_terms(cvol_brick_coder *coder, const cvol_block *block, int block_log2)
+{
+    const uint32_t *words = block->terms, *end = words + block->words;
+    while (words < end) {
+        uint32_t place;
+        cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));
+        coder->values[place] = 0;
+    }
+}
+
+static int first_place(const cvol_cell_part *part)
+{
+    return part->first[0] + CVOL_CELL * (part->first[1] + CVOL_CELL * part->first[2]);
+}
+
+/* Brings a part's values into scan order; one past the last that is not 0, at least 1. */
+static int scan_part(cvol_brick_coder *coder, const cvol_cell_part *part, int in_cell)
+{
+    const cvol_scan *scan = cvol_part_scan_of(cvol_size_class(part->side));
+    const int first = first_place(part);
+    int used = 1;
+    for (int i = 0; i < scan->count; i++) {
+        const int place = in_cell ? first + scan->entries[i].in_cell : scan->entries[i].place;
+        coder->scanned[i] = coder->values[place];
+        used = coder->scanned[i] ? i + 1 : used;
+    }
+    return used;
+}
+
+static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
+                         const size_t place[3])
+{
+    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    const int count = cvol_block_parts(parts, array->block, block->split);
+    const int in_cell = array->block == CVOL_CELL;
+    if (in_cell)
+        cvol_brick_put_split(coder, place, block->split);
+    spread_terms(coder, block, array->block_log2);
+    for (int p = 0; p < count; p++) {
+        const int size_class = cvol_size_class(parts[p].side);
+        const int used = scan_part(coder, &parts[p], in_cell);
+        int at[3];
+        cvol_part_place(at, &parts[p], place, array->block);
+        const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
+        cvol_part_encode(coder->writers, size_class, &context, coder->scanned, used,
+                         coder->scatter);
+        cvol_part_note(&coder->context, at, size_class, coder->scanned[0],
+                       used > 1 ? cvol_bit_length((uint32_t)used - 1) : 0);
+    }
+    unspread_terms(coder, block, array->block_log2);
+}
+
+int cvol_brick_encode(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS],
+                      const cvol_array *array, size_t brick)
+{
+    const cvol_brick_box box = cvol_brick_box_of(array, brick);
+    cvol_brick_start(coder);
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
+        size_t place[3];
+        cvol_brick_box_place(place, &box, i);
+        encode_block(coder, array, &array->block_table[cvol_brick_block_index(array, &box, i)],
+                     place);
+    }
+    return cvol_brick_finish(coder, shells);
+}
+
+/* ---- decoding --------------------------------------------------------------------------- */
+
+/* How a cell is split; 0 if the stream says what cannot be. */
+static int take_split(cvol_brick_coder *coder, cvol_token_reader *in, const size_t place[3],
+                      uint16_t *split)
+{
+    const int cell[3] = {(int)place[0], (int)place[1], (int)place[2]};
+    const uint32_t token = cvol_token_take(in, cvol_split_row(&coder->context, cell));
+    *split = token == SPLIT_OCTANTS ? CVOL_CELL_OCTANTS
+             : token == SPLIT_FOURS ? CVOL_CELL_FOURS
+                                    : CVOL_CELL_WHOLE;
+    if (token > SPLIT_FOURS)
+        return 0;
+    if (token == SPLIT_MIXED) {
+        *split = CVOL_CELL_OCTANTS;
+        for (int half = 0; half < 2; half++)
+            *split |= (uint16_t)(cvol_token_take(in, CVOL_ROW_OCTANTS + half) << (1 + 4 * half));
+    }
+    cvol_split_note(&coder->context, cell, (int)token);
+    return 1;
+}
+
+/* Appends the found values as words in order of place, and clears them. The sum of their
+ * magnitudes; *words and *terms are counted up. */
+static uint64_t take_terms(cvol_brick_coder *coder, int block_log2, uint32_t *words, size_t *terms)
+{
+    const int place_bits = cvol_place_bits(block_log2);
+    uint32_t *to = coder->words + coder->word_count;
+    uint64_t sum = 0;
+    for (int i = 0; i < 1 << (3 * block_log2 - 6); i++) {
+        for (uint64_t bits = coder->found[i]; bits; bits &= bits - 1) {
+            const uint32_t place = (uint32_t)(64 * i + __builtin_ctzll(bits));
+            const int32_t value = coder->values[place];
+            to += cvol_term_pack(to, place, value, place_bits);
+            sum += cvol_magnitude(value);
+            (*terms)++;
+            coder->values[place] = 0;
+        }
+        coder->found[i] = 0;
+    }
+    *words = (uint32_t)(to - (coder->words + coder->word_count));
+    coder->word_count += *words;
+    return sum;
+}
+
+static int reserve_words(cvol_brick_coder *coder, size_t more)
+{
+    if (coder->word_capacity - coder->word_count >= more)
+        return 1;
+    const size_t capacity = 2 * coder->word_capacity + more;
+    uint32_t *words = realloc(coder->words, capacity * sizeof *words);
+    if (!words)
+        return 0;
+    coder->words = words;
+    coder->word_capacity = capacity;
+    return 1;
+}
+
+static int decode_parts(cvol_brick_coder *coder, cvol_token_reader streams[CVOL_SHELLS], int shells,
+                        int B, uint16_t split, const size_t place[3])
+{
+    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    const int count = cvol_block_parts(parts, B, split);
+    for (int p = 0; p < count; p++) {
+        const int size_class = cvol_size_class(parts[p].side);
+        const cvol_part_target target = {coder->values, coder->found, first_place(&parts[p]),
+                                         B == CVOL_CELL};
+        int at[3], length;
+        int32_t dc;
+        cvol_part_place(at, &parts[p], place, B);
+        const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
+        if (!cvol_part_decode(streams, shells, size_class, &context, &target, &dc, &length,
+                              coder->scatter))
+            return 0;
+        cvol_part_note(&coder->context, at, size_class, dc, length);
+    }
+    return 1;
+}
+
+static int decode_block(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array *array,
+                        cvol_block *block, cvol_token_reader streams[CVOL_SHELLS], int shells,
+                        const size_t place[3])
+{
+    const int B = array->block;
+    block->split = CVOL_CELL_WHOLE;
+    if (!reserve_words(coder, 2 * (size_t)B * (size_t)B * (size_t)B))
+        return CVOL_ERROR_MEMORY;
+    if (B == CVOL_CELL && !take_split(coder, &streams[0], place, &block->split))
+        return CVOL_ERROR_CORRUPT;
+    if (!decode_parts(coder, streams, shells, B, block->split, place))
+        return CVOL_ERROR_CORRUPT;
+    const uint64_t sum = take_terms(coder, array->block_log2, &block->words, &out->terms);
+    /* No sample, and nothing on the way to it, is larger than this sum: floats must hold it. */
+    return (double)sum * array->step < (double)FLT_MAX ? CVOL_OK : CVOL_ERROR_CORRUPT;
+}
+
+/* A damaged brick may leave anything behind. */
+static void clear_scratch(cvol_brick_coder *coder)
+{
+    memset(coder->values, 0, sizeof coder->values);
+    memset(coder->found, 0, sizeof coder->found);
+    memset(coder->scatter, 0, sizeof coder->scatter);
+}
+
+static int all_ended(const cvol_token_reader streams[CVOL_SHELLS], int count)
+{
+    for (int s = 0; s < count; s++)
+        if (!cvol_token_reader_ended(&streams[s]))
+            return 0;
+    return 1;
+}
+
+int cvol_brick_decode(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array *array,
+                      size_t brick, const cvol_span shells[CVOL_SHELLS], int count)
+{
+    const cvol_brick_box box = cvol_brick_box_of(array, brick);
+    cvol_token_reader streams[CVOL_SHELLS];
+    int code = CVOL_OK;
+    *out = (cvol_brick_terms){0};
+    coder->word_count = 0;
+    for (int s = 0; s < count; s++)
+        cvol_token_reader_start(&streams[s], coder->tables, shells[s].data, shells[s].size);
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box) && !code; i++) {
+        size_t place[3];
+        cvol_brick_box_place(place, &box, i);
+        code = decode_block(coder, out, array,
+                            &array->block_table[cvol_brick_block_index(array, &box, i)], streams,
+                            count, place);
+    }
+    if (!code && !all_ended(streams, count))
+        code = CVOL_ERROR_CORRUPT;
+    if (code)
+        clear_scratch(coder);
+    out->words = coder->words;
+    out->word_count = coder->word_count;
+    return code;
+}

@@ -1,0 +1,121 @@
+/* From dense samples to a brick's bytes: gather, choose cell by cell, code. */
+#include "codec/brick_samples.h"
+
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "codec/brick_internal.h"
+#include "transform/block.h"
+
+struct cvol_brick_maker {
+    float *cells, *scratch, *coefficients;
+    cvol_cell_chooser *chooser;
+    cvol_brick_coder *coder;
+};
+
+cvol_brick_maker *cvol_brick_maker_create(const cvol_array *shape)
+{
+    const size_t side = CVOL_BRICK_SIDE / (size_t)shape->block, all[3] = {side, side, side};
+    const size_t samples = (size_t)CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE;
+    cvol_brick_maker *maker = cvol_allocate_zero(1, sizeof *maker);
+    if (!maker)
+        return NULL;
+    maker->cells = cvol_allocate(samples, sizeof *maker->cells);
+    maker->scratch = cvol_allocate(cvol_brick_scratch(shape, all), sizeof *maker->scratch);
+    maker->coefficients = cvol_allocate(2 * CVOL_PART_SAMPLES_MAX, sizeof *maker->coefficients);
+    maker->chooser = cvol_cell_chooser_create();
+    maker->coder = cvol_brick_coder_create(NULL);
+    if (maker->cells && maker->scratch && maker->coefficients && maker->chooser && maker->coder)
+        return maker;
+    cvol_brick_maker_free(maker);
+    return NULL;
+}
+
+void cvol_brick_maker_free(cvol_brick_maker *maker)
+{
+    if (!maker)
+        return;
+    free(maker->cells);
+    free(maker->scratch);
+    free(maker->coefficients);
+    cvol_cell_chooser_free(maker->chooser);
+    cvol_brick_coder_free(maker->coder);
+    free(maker);
+}
+
+static void code_part(cvol_brick_coder *coder, const int at[3], int size_class,
+                      const int32_t *values, int used)
+{
+    const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
+    cvol_part_encode(coder->writers, size_class, &context, values, used, coder->scatter);
+    cvol_part_note(&coder->context, at, size_class, values[0],
+                   used > 1 ? cvol_bit_length((uint32_t)used - 1) : 0);
+}
+
+/* A cell of 16^3; 0 where a value is beyond the limit. */
+static int code_cell(cvol_brick_maker *maker, const cvol_brick_recipe *recipe, const float *samples,
+                     const size_t place[3])
+{
+    cvol_cell_choice choice;
+    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    cvol_cell_choose(maker->chooser, &choice, samples, &maker->coder->context, place, recipe->costs,
+                     &recipe->options);
+    cvol_brick_put_split(maker->coder, place, choice.split);
+    cvol_cell_list_parts(parts, choice.split);
+    for (int p = 0; p < choice.parts; p++) {
+        int at[3];
+        if (!choice.used[p])
+            return 0;
+        cvol_part_place(at, &parts[p], place, CVOL_CELL);
+        code_part(maker->coder, at, cvol_size_class(parts[p].side), choice.values[p],
+                  choice.used[p]);
+    }
+    return 1;
+}
+
+/* A block of 8^3 or 32^3. */
+static int code_block(cvol_brick_maker *maker, const cvol_brick_recipe *recipe,
+                      const float *samples, const size_t place[3])
+{
+    const int B = recipe->shape->block, size_class = cvol_size_class(B);
+    const cvol_scan *scan = cvol_part_scan_of(size_class);
+    const cvol_cell_part part = {.side = B};
+    cvol_brick_coder *coder = maker->coder;
+    float *scaled = maker->coefficients + CVOL_PART_SAMPLES_MAX;
+    int at[3];
+    cvol_part_place(at, &part, place, B);
+    cvol_block_forward(maker->coefficients, samples, B);
+    for (int i = 0; i < scan->count; i++)
+        scaled[i] = maker->coefficients[scan->entries[i].place] * (float)(1 / recipe->options.step);
+    const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
+    const cvol_part_choice choice = cvol_part_choose(coder->scanned, scaled, size_class,
+                                                     recipe->costs, &context, recipe->options.plain,
+                                                     coder->scatter);
+    if (!choice.used)
+        return 0;
+    code_part(coder, at, size_class, coder->scanned, choice.used);
+    return 1;
+}
+
+int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS],
+                    const cvol_brick_recipe *recipe, const cvol_slab *slab, size_t brick)
+{
+    const cvol_array *shape = recipe->shape;
+    const cvol_brick_box box = cvol_brick_box_of(shape, brick);
+    const size_t samples = (size_t)shape->block * (size_t)shape->block * (size_t)shape->block;
+    maker->coder->tables = recipe->tables;
+    cvol_brick_gather(maker->cells, maker->scratch, slab, shape, box.first, box.count);
+    cvol_brick_start(maker->coder);
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
+        size_t place[3];
+        cvol_brick_box_place(place, &box, i);
+        const float *block = maker->cells + i * samples;
+        if (!(shape->block == CVOL_CELL ? code_cell(maker, recipe, block, place)
+                                        : code_block(maker, recipe, block, place)))
+            return CVOL_ERROR_TARGET;
+    }
+    if (recipe->counts)
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            cvol_token_writer_count(&maker->coder->writers[s], recipe->counts);
+    return cvol_brick_finish(maker->coder, shells) ? CVOL_OK : CVOL_ERROR_MEMORY;
+}

@@ -1,0 +1,29 @@
+/* From dense samples to a brick's bytes. */
+#ifndef CVOL_CODEC_BRICK_SAMPLES_H
+#define CVOL_CODEC_BRICK_SAMPLES_H
+
+#include "array/brick.h"
+#include "codec/brick_code.h"
+#include "codec/cell_choice.h"
+
+/* One thread's memory: of about 3 MiB. */
+typedef struct cvol_brick_maker cvol_brick_maker;
+cvol_brick_maker *cvol_brick_maker_create(const cvol_array *shape);
+void cvol_brick_maker_free(cvol_brick_maker *maker);
+
+/* What all bricks of one run are made with. */
+typedef struct cvol_brick_recipe {
+    const cvol_array *shape; /* dims, block, lapped, offset */
+    const cvol_token_tables *tables;
+    const cvol_token_costs *costs; /* of these tables */
+    cvol_chooser_options options;
+    cvol_token_counts *counts; /* added to; may be NULL */
+} cvol_brick_recipe;
+
+/* Encodes a brick of the slab's samples; the bytes replace those of shells[]. CVOL_OK,
+ * CVOL_ERROR_MEMORY, or CVOL_ERROR_TARGET where the step is too small for a value; without a
+ * message. */
+int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS],
+                    const cvol_brick_recipe *recipe, const cvol_slab *slab, size_t brick);
+
+#endif

@@ -1,0 +1,172 @@
+/* The choice of a cell's split. */
+#include "codec/cell_choice.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "codec/brick_internal.h"
+
+/* Splitting costs at least about this many bits. */
+#define SPLIT_BITS_LEAST 12.0f
+
+/* Three ways, whole, by eights and by fours, have room for all their parts' values. */
+enum { WHOLE, EIGHTS, FOURS, WAYS };
+
+struct cvol_cell_chooser {
+    float coefficients[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
+    float eights[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
+    float fours[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
+    float scaled[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
+    int32_t values[WAYS][CVOL_CELL_SAMPLES];
+    uint16_t scatter[CVOL_SCATTER_MAX];
+};
+
+/* One cell's choice on its way. */
+typedef struct choosing {
+    cvol_cell_chooser *chooser;
+    cvol_brick_context *brick;
+    int at[3]; /* the cell's first sample, in fours of the brick */
+    const cvol_token_costs *costs;
+    float inverse; /* of the step */
+    int plain;
+} choosing;
+
+cvol_cell_chooser *cvol_cell_chooser_create(void)
+{
+    cvol_cell_chooser *chooser = cvol_allocate(1, sizeof *chooser);
+    if (chooser)
+        memset(chooser->scatter, 0, sizeof chooser->scatter);
+    return chooser;
+}
+
+void cvol_cell_chooser_free(cvol_cell_chooser *chooser)
+{
+    free(chooser);
+}
+
+/* Chooses for one part. begin: its first sample within the cell, in fours. */
+static cvol_part_choice choose_part(const choosing *c, int32_t *values, const float *coefficients,
+                                    int size_class, const int begin[3], int first)
+{
+    const cvol_scan *scan = cvol_part_scan_of(size_class);
+    const int at[3] = {c->at[0] + begin[0], c->at[1] + begin[1], c->at[2] + begin[2]};
+    float *scaled = c->chooser->scaled;
+    for (int i = 0; i < scan->count; i++)
+        scaled[i] = coefficients[first + scan->entries[i].in_cell] * c->inverse;
+    const cvol_part_context context = cvol_part_context_of(c->brick, at, size_class);
+    return cvol_part_choose(values, scaled, size_class, c->costs, &context, c->plain,
+                            c->chooser->scatter);
+}
+
+static void note_part(const choosing *c, const int32_t *values, int used, int size_class,
+                      const int begin[3])
+{
+    const int at[3] = {c->at[0] + begin[0], c->at[1] + begin[1], c->at[2] + begin[2]};
+    cvol_part_note(c->brick, at, size_class, values[0],
+                   used > 1 ? cvol_bit_length((uint32_t)used - 1) : 0);
+}
+
+/* The eight parts of an octant that is split; the cost of all. */
+static float choose_fours(const choosing *c, int used[8], int octant)
+{
+    const int half[3] = {octant & 1, octant >> 1 & 1, octant >> 2};
+    float cost = 0;
+    for (int i = 0; i < 8; i++) {
+        const int quarter[3] = {i & 1, i >> 1 & 1, i >> 2};
+        int begin[3], first = 0;
+        for (int a = 2; a >= 0; a--) {
+            begin[a] = 2 * half[a] + quarter[a];
+            first = CVOL_CELL * first + 2 * quarter[a] + half[a];
+        }
+        int32_t *values = c->chooser->values[FOURS] + 512 * octant + 64 * i;
+        const cvol_part_choice choice = choose_part(c, values, c->chooser->fours, 0, begin, first);
+        used[i] = choice.used;
+        cost += choice.cost;
+        note_part(c, values, choice.used, 0, begin);
+    }
+    return cost;
+}
+
+/* An octant, split or not; its cost. */
+static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
+                           cvol_split_choice split)
+{
+    const int begin[3] = {2 * (octant & 1), 2 * (octant >> 1 & 1), 2 * (octant >> 2)};
+    const int first = (octant & 1) + CVOL_CELL * ((octant >> 1 & 1) + CVOL_CELL * (octant >> 2));
+    int32_t *values = c->chooser->values[EIGHTS] + 512 * octant;
+    cvol_part_choice choice = {0, INFINITY};
+    if (split != CVOL_SPLIT_FOURS)
+        choice = choose_part(c, values, c->chooser->eights, 1, begin, first);
+    if (split == CVOL_SPLIT_FOURS ||
+        (split == CVOL_SPLIT_BEST && choice.cost > CVOL_LAMBDA * SPLIT_BITS_LEAST)) {
+        int used[8];
+        const float cost = choose_fours(c, used, octant);
+        if (cost < choice.cost) {
+            for (int i = 0; i < 8; i++) {
+                out->values[out->parts] = c->chooser->values[FOURS] + 512 * octant + 64 * i;
+                out->used[out->parts++] = used[i];
+            }
+            out->split |= (uint16_t)(2u << octant);
+            return cost;
+        }
+    }
+    out->values[out->parts] = values;
+    out->used[out->parts++] = choice.used;
+    note_part(c, values, choice.used, 1, begin);
+    return choice.cost;
+}
+
+/* Bits of saying how the cell is split. */
+static float bits_of_split(const choosing *c, const int cell[3], uint16_t split)
+{
+    const float *row = c->costs->of[cvol_split_row(c->brick, cell)];
+    if (split == CVOL_CELL_WHOLE)
+        return row[0];
+    if (split == CVOL_CELL_OCTANTS)
+        return row[1];
+    if (split == CVOL_CELL_FOURS)
+        return row[3];
+    return row[2] + c->costs->of[CVOL_ROW_OCTANTS][split >> 1 & 15] +
+           c->costs->of[CVOL_ROW_OCTANTS + 1][split >> 5 & 15];
+}
+
+void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const float *samples,
+                      cvol_brick_context *brick, const size_t place[3],
+                      const cvol_token_costs *costs, const cvol_chooser_options *options)
+{
+    static const int origin[3] = {0, 0, 0};
+    const int cell[3] = {(int)place[0], (int)place[1], (int)place[2]};
+    const choosing c = {chooser,
+                        brick,
+                        {4 * cell[0], 4 * cell[1], 4 * cell[2]},
+                        costs,
+                        (float)(1 / options->step),
+                        options->plain};
+    const cvol_split_choice split = options->split;
+    cvol_part_choice whole = {0, INFINITY};
+    if (split == CVOL_SPLIT_BEST || split == CVOL_SPLIT_NEVER) {
+        cvol_cell_forward(chooser->coefficients, samples, CVOL_CELL_WHOLE);
+        whole = choose_part(&c, chooser->values[WHOLE], chooser->coefficients, 2, origin, 0);
+        whole.cost += CVOL_LAMBDA * bits_of_split(&c, cell, CVOL_CELL_WHOLE);
+    }
+    *out = (cvol_cell_choice){.split = CVOL_CELL_OCTANTS};
+    float cost = INFINITY;
+    if (split != CVOL_SPLIT_NEVER && whole.cost > CVOL_LAMBDA * SPLIT_BITS_LEAST) {
+        cost = 0;
+        if (split != CVOL_SPLIT_FOURS)
+            cvol_cell_forward(chooser->eights, samples, CVOL_CELL_OCTANTS);
+        if (split == CVOL_SPLIT_BEST || split == CVOL_SPLIT_FOURS)
+            cvol_cell_forward(chooser->fours, samples, CVOL_CELL_FOURS);
+        for (int octant = 0; octant < 8; octant++)
+            cost += choose_octant(&c, out, octant, split);
+        cost += CVOL_LAMBDA * bits_of_split(&c, cell, out->split);
+    }
+    if (whole.cost <= cost && split != CVOL_SPLIT_OCTANTS && split != CVOL_SPLIT_FOURS) {
+        *out = (cvol_cell_choice){
+            .split = CVOL_CELL_WHOLE, .parts = 1, .values = {chooser->values[WHOLE]}};
+        out->used[0] = whole.used;
+        note_part(&c, chooser->values[WHOLE], whole.used, 2, origin);
+    }
+}

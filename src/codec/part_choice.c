@@ -1,0 +1,173 @@
+/* Greedy rate-distortion optimised quantisation. */
+#include "codec/part_choice.h"
+
+#include <math.h>
+
+#include "codec/part_code.h"
+#include "codec/quantise.h"
+
+/* Below this share of a step a magnitude is never worth coding. */
+#define LEAST_SHARE 0.5f
+/* Coefficients after the last one of this share are taken as zero. */
+#define LAST_SHARE 0.6f
+
+void cvol_token_costs_set(cvol_token_costs *costs, const cvol_token_tables *tables)
+{
+    for (int r = 0; r < CVOL_ROWS; r++)
+        for (int t = 0; t < CVOL_TOKENS; t++) {
+            const uint16_t *bounds = tables->rows[r].bounds + 7 + t;
+            costs->of[r][t] = CVOL_TOKEN_SCALE - log2f((float)(bounds[1] - bounds[0]));
+        }
+}
+
+/* Bits of a number's token and what follows it. */
+static float bits_of_number(const float *row, uint64_t number)
+{
+    const uint32_t token = cvol_number_token(number);
+    if (token < 4)
+        return row[token];
+    const int length = cvol_bit_length((uint32_t)number);
+    return row[token] + (float)(length - 1) + (token == 15 ? 5 : 0);
+}
+
+/* Bits of a magnitude >= 1 and its sign. */
+static inline float bits_of_value(const cvol_token_costs *costs, const float *row, int level,
+                                  uint32_t magnitude)
+{
+    const int shift = cvol_level_shift[level];
+    const uint32_t high = magnitude >> shift;
+    float bits = 1 + (float)shift;
+    if (high < 15)
+        return bits + row[high];
+    const int more = cvol_bit_length(high - 14) - 1;
+    bits += row[15] + (float)more + (more < 15 ? 0 : 4);
+    return bits + costs->of[CVOL_ROW_ESCAPE + level][more < 15 ? more : 15];
+}
+
+/* The DC: the nearest value, or the next one on the prediction's side. */
+static int32_t choose_dc(float *cost, float scaled, const cvol_token_costs *costs,
+                         const cvol_part_context *context, int plain)
+{
+    const float *row = costs->of[context->dc_row];
+    const int32_t nearest = (int32_t)lrintf(scaled);
+    int32_t chosen = nearest;
+    *cost = INFINITY;
+    for (int i = 0; i < (plain ? 1 : 2); i++) {
+        const int32_t value = i == 0                                ? nearest
+                              : (float)context->prediction < scaled ? nearest - 1
+                                                                    : nearest + 1;
+        const int64_t difference = value - context->prediction;
+        const uint64_t number = (uint64_t)(difference < 0 ? -difference : difference);
+        const float error = scaled - (float)value;
+        const float sum = error * error +
+                          CVOL_LAMBDA * (bits_of_number(row, number) + (number ? 1 : 0));
+        if (sum < *cost) {
+            *cost = sum;
+            chosen = value;
+        }
+    }
+    return chosen;
+}
+
+/* The best magnitude; *cost is error and lambda bits, *saved what is saved where the coefficient is
+ * known not to be 0: roughly, that it is not. */
+static inline uint32_t decide(float *cost, float *saved, const cvol_token_costs *costs,
+                              const float *row, int level, float scaled, int plain)
+{
+    float best = scaled * scaled + CVOL_LAMBDA * (row[0] + (float)cvol_level_shift[level]);
+    uint32_t chosen = 0;
+    *saved = 0;
+    if (scaled >= LEAST_SHARE) {
+        const uint32_t high = (uint32_t)(scaled + 0.5f);
+        if (plain)
+            best = INFINITY;
+        for (uint32_t m = high > 1 && !plain ? high - 1 : high; m <= high; m++) {
+            const float error = scaled - (float)m;
+            const float sum = error * error + CVOL_LAMBDA * bits_of_value(costs, row, level, m);
+            if (sum < best) {
+                best = sum;
+                chosen = m;
+            }
+        }
+    }
+    *cost = best;
+    return chosen;
+}
+
+/* Bits of a last index. */
+static float bits_of_last(const cvol_token_costs *costs, int size_class, uint32_t last)
+{
+    const int length = cvol_bit_length(last);
+    const float *row = costs->of[cvol_more_row(size_class, length)];
+    if (length == 1)
+        return 0;
+    if (length == 2)
+        return row[last & 1];
+    return row[last >> (length - 3) & 3] + (float)(length - 3);
+}
+
+/* Chooses values 1 .. extent - 1, and where the part ends. */
+static cvol_part_choice choose_rest(int32_t *values, const float *scaled, int extent,
+                                    const cvol_scan *scan, const cvol_token_costs *costs,
+                                    const float *length_row, float tail, int plain,
+                                    uint16_t *scatter)
+{
+    const int size_class = scan->size_class;
+    float sum = 0;
+    cvol_part_choice choice = {1, tail + CVOL_LAMBDA * length_row[0]};
+    if (plain && extent > 1)
+        choice.cost = INFINITY;
+    cvol_scatter_dc(scatter, scan->row, scan->sheet, values[0]);
+    for (int i = 1; i < extent; i++) {
+        const cvol_scan_entry *entry = &scan->entries[i];
+        const float size = fabsf(scaled[i]);
+        const int level = cvol_level_of(scatter[entry->scatter]);
+        const float *row = costs->of[cvol_value_row(size_class, entry->band, level)];
+        float cost, saved;
+        const uint32_t m = decide(&cost, &saved, costs, row, level, size, plain);
+        values[i] = scaled[i] < 0 ? -(int32_t)m : (int32_t)m;
+        tail -= size * size;
+        sum += cost;
+        if (!m)
+            continue;
+        cvol_scatter(scatter + entry->scatter, scan->row, scan->sheet, m);
+        const float *last_row = costs->of[cvol_last_row(size_class, level)];
+        const float error = size - (float)m;
+        const float last_cost = error * error +
+                                CVOL_LAMBDA *
+                                    (m == 1 ? 1 + (float)cvol_level_shift[level] + last_row[0]
+                                            : bits_of_value(costs, last_row, level, m - 1));
+        const float whole = sum - cost + last_cost + tail +
+                            CVOL_LAMBDA * (length_row[cvol_bit_length((uint32_t)i)] +
+                                           bits_of_last(costs, size_class, (uint32_t)i));
+        if (whole < choice.cost || plain)
+            choice = (cvol_part_choice){i + 1, whole};
+    }
+    int side = 1;
+    while (side * side * side < extent)
+        side *= 2;
+    cvol_scatter_clear(scatter, scan->row, scan->sheet, side);
+    return choice;
+}
+
+cvol_part_choice cvol_part_choose(int32_t *values, const float *scaled, int size_class,
+                                  const cvol_token_costs *costs, const cvol_part_context *context,
+                                  int plain, uint16_t *scatter)
+{
+    const cvol_scan *scan = cvol_part_scan_of(size_class);
+    const int extent = cvol_quantise_extent(scaled, scan->count, plain ? 0.4999f : LAST_SHARE);
+    float tail = 0, dc_cost;
+    if (!cvol_quantise_fits(scaled, extent, 1))
+        return (cvol_part_choice){0, INFINITY};
+    for (int i = 1; i < scan->count; i++)
+        tail += scaled[i] * scaled[i];
+    values[0] = choose_dc(&dc_cost, scaled[0], costs, context, plain);
+    const int64_t difference = values[0] - context->prediction;
+    const float *length_row = costs->of[cvol_length_row(
+        context, size_class, (uint64_t)(difference < 0 ? -difference : difference))];
+    cvol_part_choice choice = {1, tail + CVOL_LAMBDA * length_row[0]};
+    if (extent > 1)
+        choice = choose_rest(values, scaled, extent, scan, costs, length_row, tail, plain, scatter);
+    choice.cost += dc_cost;
+    return choice;
+}

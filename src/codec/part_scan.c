@@ -1,0 +1,74 @@
+/* Scan orders and context classes. */
+#include "codec/part_scan.h"
+
+#include <pthread.h>
+
+static cvol_scan_entry entries4[64], entries8[512], entries16[4096], entries32[32768];
+static uint16_t inverse4[64], inverse8[512], inverse16[4096], inverse32[32768];
+uint8_t cvol_level_table[CVOL_LEVEL_TABLE];
+static pthread_once_t tables_once = PTHREAD_ONCE_INIT;
+
+static const cvol_scan scans[CVOL_PART_SIZES] = {
+    {4, 64, 0, 6, 36, entries4, inverse4},
+    {8, 512, 1, 10, 100, entries8, inverse8},
+    {16, 4096, 2, 18, 324, entries16, inverse16},
+    {32, 32768, 3, 34, 1156, entries32, inverse32},
+};
+
+/* Band class of u + v + w = norm: bounds are 2.5, 5.5, 9.5, 14.5, 21.5 sixteenths of M. */
+static int norm_class(int norm, int side)
+{
+    static const int bounds[5] = {5, 11, 19, 29, 43};
+    int class = 0;
+    while (class < 5 && 32 * norm > bounds[class] * side)
+        class ++;
+    return class;
+}
+
+static int largest(int u, int v, int w)
+{
+    const int uv = u > v ? u : v;
+    return uv > w ? uv : w;
+}
+
+static void fill_scan(cvol_scan_entry *entries, uint16_t *inverse, int M)
+{
+    int index = 0;
+    for (int inner = 0, outer = 1; inner < M; inner = outer, outer *= 2)
+        for (int norm = inner; norm <= 3 * (outer - 1); norm++)
+            for (int w = 0; w < outer && w <= norm; w++)
+                for (int v = 0; v < outer && v + w <= norm; v++) {
+                    const int u = norm - v - w;
+                    if (u >= outer || largest(u, v, w) < inner)
+                        continue;
+                    const int zeros = (u == 0) + (v == 0) + (w == 0);
+                    const int place = u + M * (v + M * w);
+                    entries[index] = (cvol_scan_entry){
+                        .place = (uint16_t)place,
+                        .in_cell = (uint16_t)(M < 16 ? 16 / M * (u + 16 * (v + 16 * w)) : place),
+                        .scatter = (uint16_t)(u + (M + 2) * (v + (M + 2) * w)),
+                        .band = (uint16_t)(3 * norm_class(norm, M) + (zeros > 2 ? 2 : zeros))};
+                    inverse[place] = (uint16_t)index++;
+                }
+}
+
+static void fill_tables(void)
+{
+    static const int bounds[CVOL_LEVELS - 1] = {
+        0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 28, 40, 60, 100, 200, 400, 800, 1600, 3200, 6400, 12800};
+    for (int sum = 0, level = 0; sum < CVOL_LEVEL_TABLE; sum++) {
+        while (sum > bounds[level])
+            level++;
+        cvol_level_table[sum] = (uint8_t)level;
+    }
+    fill_scan(entries4, inverse4, 4);
+    fill_scan(entries8, inverse8, 8);
+    fill_scan(entries16, inverse16, 16);
+    fill_scan(entries32, inverse32, 32);
+}
+
+const cvol_scan *cvol_part_scan_of(int size_class)
+{
+    pthread_once(&tables_once, fill_tables);
+    return &scans[size_class];
+}
