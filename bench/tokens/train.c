@@ -23,7 +23,7 @@ enum { STEPS = 8 };
 static const double steps[STEPS] = {0.35, 0.16, 0.08, 0.04, 0.02, 0.008, 0.003, 0.001};
 
 typedef struct run_result {
-    double bits, samples, error, energy;
+    double bits, samples, error, chosen; /* chosen: the error that the encoder tells */
     double encode_seconds, decode_seconds;
 } run_result;
 
@@ -102,9 +102,11 @@ static run_result run(cvol_context *context, const cvol_volume *volume, const cv
     decoded->offset = shape->offset;
     for (size_t b = stride / 2; b < cvol_brick_count(shape); b += stride) {
         double start = now();
-        if (cvol_brick_make(maker, shells, &recipe, &slab, b))
+        double error;
+        if (cvol_brick_make(maker, shells, &error, &recipe, &slab, b))
             fail("a brick cannot be made");
         result.encode_seconds += now() - start;
+        result.chosen += error * step * step;
         cvol_span spans[CVOL_SHELLS];
         for (int s = 0; s < CVOL_SHELLS; s++) {
             result.bits += 8 * (double)shells[s].size;
@@ -199,14 +201,15 @@ int main(int argc, char **argv)
                 cvol_token_tables_put(context, &section, own);
                 all += log(result.bits + 8 * (double)section.size);
                 if (!rounds)
-                    printf(
-                        "%-24.24s step %6g bits %8.4f + %.4f dB %6.2f  encode %6.1f decode %7.1f "
-                        "Msamples/s\n",
-                        strrchr(name, '/') ? strrchr(name, '/') + 1 : name, steps[k],
-                        result.bits / result.samples, 8 * (double)section.size / result.samples,
-                        20 * log10(max - min) - 10 * log10(result.error / result.samples),
-                        result.samples / 1e6 / result.encode_seconds,
-                        result.samples / 1e6 / result.decode_seconds);
+                    printf("%-24.24s step %6g bits %8.4f + %.4f dB %6.2f (%+.4f)  encode %6.1f "
+                           "decode %7.1f "
+                           "Msamples/s\n",
+                           strrchr(name, '/') ? strrchr(name, '/') + 1 : name, steps[k],
+                           result.bits / result.samples, 8 * (double)section.size / result.samples,
+                           20 * log10(max - min) - 10 * log10(result.error / result.samples),
+                           10 * log10(result.error / result.chosen),
+                           result.samples / 1e6 / result.encode_seconds,
+                           result.samples / 1e6 / result.decode_seconds);
                 cvol_bytes_free(&section);
                 const double weight = 1e9 / result.bits;
                 for (int r = 0; r < CVOL_ROWS; r++)

@@ -53,13 +53,14 @@ static void code_part(cvol_brick_coder *coder, const int at[3], int size_class,
 }
 
 /* A cell of 16^3; 0 where a value is beyond the limit. */
-static int code_cell(cvol_brick_maker *maker, const cvol_brick_recipe *recipe, const float *samples,
-                     const size_t place[3])
+static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_recipe *recipe,
+                     const float *samples, const size_t place[3])
 {
     cvol_cell_choice choice;
     cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
     cvol_cell_choose(maker->chooser, &choice, samples, &maker->coder->context, place, recipe->costs,
                      &recipe->options);
+    *error += (double)choice.error;
     cvol_brick_put_split(maker->coder, place, choice.split);
     cvol_cell_list_parts(parts, choice.split);
     for (int p = 0; p < choice.parts; p++) {
@@ -74,7 +75,7 @@ static int code_cell(cvol_brick_maker *maker, const cvol_brick_recipe *recipe, c
 }
 
 /* A block of 8^3 or 32^3. */
-static int code_block(cvol_brick_maker *maker, const cvol_brick_recipe *recipe,
+static int code_block(cvol_brick_maker *maker, double *error, const cvol_brick_recipe *recipe,
                       const float *samples, const size_t place[3])
 {
     const int B = recipe->shape->block, size_class = cvol_size_class(B);
@@ -93,11 +94,12 @@ static int code_block(cvol_brick_maker *maker, const cvol_brick_recipe *recipe,
                                                      coder->scatter);
     if (!choice.used)
         return 0;
+    *error += (double)choice.error;
     code_part(coder, at, size_class, coder->scanned, choice.used);
     return 1;
 }
 
-int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS],
+int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], double *error,
                     const cvol_brick_recipe *recipe, const cvol_slab *slab, size_t brick)
 {
     const cvol_array *shape = recipe->shape;
@@ -106,12 +108,13 @@ int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS],
     maker->coder->tables = recipe->tables;
     cvol_brick_gather(maker->cells, maker->scratch, slab, shape, box.first, box.count);
     cvol_brick_start(maker->coder);
+    *error = 0;
     for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
         size_t place[3];
         cvol_brick_box_place(place, &box, i);
         const float *block = maker->cells + i * samples;
-        if (!(shape->block == CVOL_CELL ? code_cell(maker, recipe, block, place)
-                                        : code_block(maker, recipe, block, place)))
+        if (!(shape->block == CVOL_CELL ? code_cell(maker, error, recipe, block, place)
+                                        : code_block(maker, error, recipe, block, place)))
             return CVOL_ERROR_TARGET;
     }
     if (recipe->counts)

@@ -20,10 +20,11 @@ typedef struct cvol_brick_recipe {
     cvol_token_counts *counts; /* added to; may be NULL */
 } cvol_brick_recipe;
 
-/* Encodes a brick of the slab's samples; the bytes replace those of shells[]. CVOL_OK,
+/* Encodes a brick of the slab's samples; the bytes replace those of shells[]. *error: the squared
+ * error of all coefficients, in steps squared. CVOL_OK,
  * CVOL_ERROR_MEMORY, or CVOL_ERROR_TARGET where the step is too small for a value; without a
  * message. */
-int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS],
+int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], double *error,
                     const cvol_brick_recipe *recipe, const cvol_slab *slab, size_t brick);
 
 #endif

@@ -68,11 +68,11 @@ static void note_part(const choosing *c, const int32_t *values, int used, int si
                    used > 1 ? cvol_bit_length((uint32_t)used - 1) : 0);
 }
 
-/* The eight parts of an octant that is split; the cost of all. */
-static float choose_fours(const choosing *c, int used[8], int octant)
+/* The eight parts of an octant that is split: cost and error of all. */
+static cvol_part_choice choose_fours(const choosing *c, int used[8], int octant)
 {
     const int half[3] = {octant & 1, octant >> 1 & 1, octant >> 2};
-    float cost = 0;
+    cvol_part_choice all = {0};
     for (int i = 0; i < 8; i++) {
         const int quarter[3] = {i & 1, i >> 1 & 1, i >> 2};
         int begin[3], first = 0;
@@ -83,10 +83,11 @@ static float choose_fours(const choosing *c, int used[8], int octant)
         int32_t *values = c->chooser->values[FOURS] + 512 * octant + 64 * i;
         const cvol_part_choice choice = choose_part(c, values, c->chooser->fours, 0, begin, first);
         used[i] = choice.used;
-        cost += choice.cost;
+        all.cost += choice.cost;
+        all.error += choice.error;
         note_part(c, values, choice.used, 0, begin);
     }
-    return cost;
+    return all;
 }
 
 /* An octant, split or not; its cost. */
@@ -96,24 +97,26 @@ static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
     const int begin[3] = {2 * (octant & 1), 2 * (octant >> 1 & 1), 2 * (octant >> 2)};
     const int first = (octant & 1) + CVOL_CELL * ((octant >> 1 & 1) + CVOL_CELL * (octant >> 2));
     int32_t *values = c->chooser->values[EIGHTS] + 512 * octant;
-    cvol_part_choice choice = {0, INFINITY};
+    cvol_part_choice choice = {.cost = INFINITY};
     if (split != CVOL_SPLIT_FOURS)
         choice = choose_part(c, values, c->chooser->eights, 1, begin, first);
     if (split == CVOL_SPLIT_FOURS ||
         (split == CVOL_SPLIT_BEST && choice.cost > CVOL_LAMBDA * SPLIT_BITS_LEAST)) {
         int used[8];
-        const float cost = choose_fours(c, used, octant);
-        if (cost < choice.cost) {
+        const cvol_part_choice fours = choose_fours(c, used, octant);
+        if (fours.cost < choice.cost) {
             for (int i = 0; i < 8; i++) {
                 out->values[out->parts] = c->chooser->values[FOURS] + 512 * octant + 64 * i;
                 out->used[out->parts++] = used[i];
             }
             out->split |= (uint16_t)(2u << octant);
-            return cost;
+            out->error += fours.error;
+            return fours.cost;
         }
     }
     out->values[out->parts] = values;
     out->used[out->parts++] = choice.used;
+    out->error += choice.error;
     note_part(c, values, choice.used, 1, begin);
     return choice.cost;
 }
@@ -145,7 +148,7 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
                         (float)(1 / options->step),
                         options->plain};
     const cvol_split_choice split = options->split;
-    cvol_part_choice whole = {0, INFINITY};
+    cvol_part_choice whole = {.cost = INFINITY};
     if (split == CVOL_SPLIT_BEST || split == CVOL_SPLIT_NEVER) {
         cvol_cell_forward(chooser->coefficients, samples, CVOL_CELL_WHOLE);
         whole = choose_part(&c, chooser->values[WHOLE], chooser->coefficients, 2, origin, 0);
@@ -164,8 +167,10 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
         cost += CVOL_LAMBDA * bits_of_split(&c, cell, out->split);
     }
     if (whole.cost <= cost && split != CVOL_SPLIT_OCTANTS && split != CVOL_SPLIT_FOURS) {
-        *out = (cvol_cell_choice){
-            .split = CVOL_CELL_WHOLE, .parts = 1, .values = {chooser->values[WHOLE]}};
+        *out = (cvol_cell_choice){.split = CVOL_CELL_WHOLE,
+                                  .parts = 1,
+                                  .error = whole.error,
+                                  .values = {chooser->values[WHOLE]}};
         out->used[0] = whole.used;
         note_part(&c, chooser->values[WHOLE], whole.used, 2, origin);
     }

@@ -24,6 +24,7 @@ typedef struct cvol_chooser_options {
 typedef struct cvol_cell_choice {
     uint16_t split;
     int parts;
+    float error;                                /* squared, in steps squared */
     const int32_t *values[CVOL_CELL_PARTS_MAX]; /* of each part, in scan order */
     int used[CVOL_CELL_PARTS_MAX];              /* 0: a value is beyond the limit */
 } cvol_cell_choice;

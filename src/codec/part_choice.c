@@ -45,13 +45,14 @@ static inline float bits_of_value(const cvol_token_costs *costs, const float *ro
 }
 
 /* The DC: the nearest value, or the next one on the prediction's side. */
-static int32_t choose_dc(float *cost, float scaled, const cvol_token_costs *costs,
+static int32_t choose_dc(float *cost, float *squared, float scaled, const cvol_token_costs *costs,
                          const cvol_part_context *context, int plain)
 {
     const float *row = costs->of[context->dc_row];
     const int32_t nearest = (int32_t)lrintf(scaled);
     int32_t chosen = nearest;
     *cost = INFINITY;
+    *squared = 0;
     for (int i = 0; i < (plain ? 1 : 2); i++) {
         const int32_t value = i == 0                                ? nearest
                               : (float)context->prediction < scaled ? nearest - 1
@@ -63,20 +64,19 @@ static int32_t choose_dc(float *cost, float scaled, const cvol_token_costs *cost
                           CVOL_LAMBDA * (bits_of_number(row, number) + (number ? 1 : 0));
         if (sum < *cost) {
             *cost = sum;
+            *squared = error * error;
             chosen = value;
         }
     }
     return chosen;
 }
 
-/* The best magnitude; *cost is error and lambda bits, *saved what is saved where the coefficient is
- * known not to be 0: roughly, that it is not. */
-static inline uint32_t decide(float *cost, float *saved, const cvol_token_costs *costs,
-                              const float *row, int level, float scaled, int plain)
+/* The best magnitude; *cost is error and lambda bits. */
+static inline uint32_t decide(float *cost, const cvol_token_costs *costs, const float *row,
+                              int level, float scaled, int plain)
 {
     float best = scaled * scaled + CVOL_LAMBDA * (row[0] + (float)cvol_level_shift[level]);
     uint32_t chosen = 0;
-    *saved = 0;
     if (scaled >= LEAST_SHARE) {
         const uint32_t high = (uint32_t)(scaled + 0.5f);
         if (plain)
@@ -109,12 +109,12 @@ static float bits_of_last(const cvol_token_costs *costs, int size_class, uint32_
 /* Chooses values 1 .. extent - 1, and where the part ends. */
 static cvol_part_choice choose_rest(int32_t *values, const float *scaled, int extent,
                                     const cvol_scan *scan, const cvol_token_costs *costs,
-                                    const float *length_row, float tail, int plain,
+                                    const float *length_row, double tail, int plain,
                                     uint16_t *scatter)
 {
     const int size_class = scan->size_class;
-    float sum = 0;
-    cvol_part_choice choice = {1, tail + CVOL_LAMBDA * length_row[0]};
+    double sum = 0, squared = 0; /* single precision would lose small errors in large tails */
+    cvol_part_choice choice = {1, (float)tail, (float)tail + CVOL_LAMBDA * length_row[0]};
     if (plain && extent > 1)
         choice.cost = INFINITY;
     cvol_scatter_dc(scatter, scan->row, scan->sheet, values[0]);
@@ -123,25 +123,26 @@ static cvol_part_choice choose_rest(int32_t *values, const float *scaled, int ex
         const float size = fabsf(scaled[i]);
         const int level = cvol_level_of(scatter[entry->scatter]);
         const float *row = costs->of[cvol_value_row(size_class, entry->band, level)];
-        float cost, saved;
-        const uint32_t m = decide(&cost, &saved, costs, row, level, size, plain);
+        float cost;
+        const uint32_t m = decide(&cost, costs, row, level, size, plain);
         values[i] = scaled[i] < 0 ? -(int32_t)m : (int32_t)m;
-        tail -= size * size;
-        sum += cost;
+        tail -= (double)size * (double)size;
+        sum += (double)cost;
+        const float error = size - (float)m;
+        squared += (double)(error * error);
         if (!m)
             continue;
         cvol_scatter(scatter + entry->scatter, scan->row, scan->sheet, m);
         const float *last_row = costs->of[cvol_last_row(size_class, level)];
-        const float error = size - (float)m;
         const float last_cost = error * error +
                                 CVOL_LAMBDA *
                                     (m == 1 ? 1 + (float)cvol_level_shift[level] + last_row[0]
                                             : bits_of_value(costs, last_row, level, m - 1));
-        const float whole = sum - cost + last_cost + tail +
+        const float whole = (float)(sum + tail) - cost + last_cost +
                             CVOL_LAMBDA * (length_row[cvol_bit_length((uint32_t)i)] +
                                            bits_of_last(costs, size_class, (uint32_t)i));
         if (whole < choice.cost || plain)
-            choice = (cvol_part_choice){i + 1, whole};
+            choice = (cvol_part_choice){i + 1, (float)(squared + tail), whole};
     }
     int side = 1;
     while (side * side * side < extent)
@@ -150,24 +151,38 @@ static cvol_part_choice choose_rest(int32_t *values, const float *scaled, int ex
     return choice;
 }
 
+/* The sum of squares of c[begin .. end). Eight sums, so that additions need not wait. */
+static double squares(const float *c, int begin, int end)
+{
+    double sums[8] = {0};
+    int i = begin;
+    for (; i + 8 <= end; i += 8)
+        for (int k = 0; k < 8; k++)
+            sums[k] += (double)c[i + k] * (double)c[i + k];
+    for (; i < end; i++)
+        sums[0] += (double)c[i] * (double)c[i];
+    return ((sums[0] + sums[1]) + (sums[2] + sums[3])) +
+           ((sums[4] + sums[5]) + (sums[6] + sums[7]));
+}
+
 cvol_part_choice cvol_part_choose(int32_t *values, const float *scaled, int size_class,
                                   const cvol_token_costs *costs, const cvol_part_context *context,
                                   int plain, uint16_t *scatter)
 {
     const cvol_scan *scan = cvol_part_scan_of(size_class);
     const int extent = cvol_quantise_extent(scaled, scan->count, plain ? 0.4999f : LAST_SHARE);
-    float tail = 0, dc_cost;
+    float dc_cost, dc_error;
     if (!cvol_quantise_fits(scaled, extent, 1))
-        return (cvol_part_choice){0, INFINITY};
-    for (int i = 1; i < scan->count; i++)
-        tail += scaled[i] * scaled[i];
-    values[0] = choose_dc(&dc_cost, scaled[0], costs, context, plain);
+        return (cvol_part_choice){0, 0, INFINITY};
+    const double tail = squares(scaled, 1, extent) + squares(scaled, extent, scan->count);
+    values[0] = choose_dc(&dc_cost, &dc_error, scaled[0], costs, context, plain);
     const int64_t difference = values[0] - context->prediction;
     const float *length_row = costs->of[cvol_length_row(
         context, size_class, (uint64_t)(difference < 0 ? -difference : difference))];
-    cvol_part_choice choice = {1, tail + CVOL_LAMBDA * length_row[0]};
+    cvol_part_choice choice = {1, (float)tail, (float)tail + CVOL_LAMBDA * length_row[0]};
     if (extent > 1)
         choice = choose_rest(values, scaled, extent, scan, costs, length_row, tail, plain, scatter);
+    choice.error += dc_error;
     choice.cost += dc_cost;
     return choice;
 }

@@ -20,8 +20,9 @@ typedef struct cvol_token_costs {
 void cvol_token_costs_set(cvol_token_costs *costs, const cvol_token_tables *tables);
 
 typedef struct cvol_part_choice {
-    int used;   /* one past the last value that is not 0, at least 1 */
-    float cost; /* error and lambda bits together, in steps squared */
+    int used;    /* one past the last value that is not 0, at least 1 */
+    float error; /* squared, in steps squared */
+    float cost;  /* error and lambda bits together */
 } cvol_part_choice;
 
 /* Chooses values[0 .. used) for coefficients in scan order, divided by the step. `plain`: the
