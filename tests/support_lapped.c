@@ -62,7 +62,7 @@ static void measure(cvol_array *array, const float *samples)
         ledger->value_min = fmin(ledger->value_min, exact);
         ledger->value_max = fmax(ledger->value_max, exact);
     }
-    ledger->l2_error = sqrt(squares) + CVOL_ROUNDING * sqrt(energy);
+    ledger->l2_error = sqrt(squares) + CVOL_ROUNDING * sqrt(squares + energy);
     free(real);
 }
 

@@ -197,6 +197,282 @@ static void ranges_are_those_of_the_samples(void **state)
     cvol_context_destroy(context);
 }
 
+/* ---- the algebra -------------------------------------------------------------------------------
+ */
+
+static const size_t shape[3] = {40, 35, 50};
+enum { SAMPLES = 40 * 35 * 50 };
+
+/* The same samples in blocks that are not lapped. */
+static cvol_array *plain_twin(cvol_context *context, const cvol_array *lapped)
+{
+    static float samples[SAMPLES];
+    const cvol_grid grid = cvol_grid_make(shape[0], shape[1], shape[2], CVOL_FLOAT32);
+    const cvol_keep all = cvol_keep_all();
+    cvol_array *array;
+    support_lapped_samples(samples, lapped);
+    for (int i = 0; i < SAMPLES; i++)
+        samples[i] = (float)((double)samples[i] + lapped->offset);
+    assert_int_equal(cvol_array_compress(context, &array, samples, &grid, 3, CVOL_DCT, 16, &all),
+                     0);
+    return array;
+}
+
+static void expect_near(cvol_context *context, const cvol_array *got, const cvol_array *expected)
+{
+    const size_t begin[3] = {0, 0, 0}, *dims = got->grid.dims,
+                 count = cvol_grid_samples(&got->grid);
+    float *x = malloc(count * sizeof *x), *y = malloc(count * sizeof *y);
+    assert_true(x && y && count == cvol_grid_samples(&expected->grid));
+    assert_int_equal(cvol_array_evaluate_real(context, x, got, begin, dims), 0);
+    assert_int_equal(cvol_array_evaluate_real(context, y, expected, begin, dims), 0);
+    double apart = 0, size = 0;
+    for (size_t i = 0; i < count; i++) {
+        apart = fmax(apart, fabs((double)x[i] - (double)y[i]));
+        size = fmax(size, fabs((double)y[i]));
+    }
+    assert_true(apart <= 1e-5 * size);
+    free(x);
+    free(y);
+}
+
+typedef int operation(cvol_context *context, cvol_array **result, const cvol_array *a,
+                      const cvol_array *b);
+
+static int add(cvol_context *context, cvol_array **result, const cvol_array *a, const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    int code = cvol_array_add(context, result, 1.5, a, -0.5, b, &all);
+    assert_true(code || (*result)->lapped == (a->lapped && b->lapped));
+    return code;
+}
+
+static int multiply(cvol_context *context, cvol_array **result, const cvol_array *a,
+                    const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    int code = cvol_array_multiply(context, result, a, b, &all, CVOL_PLAN_AUTO, NULL);
+    assert_true(code || !(*result)->lapped);
+    return code;
+}
+
+static int scale(cvol_context *context, cvol_array **result, const cvol_array *a,
+                 const cvol_array *b)
+{
+    (void)b;
+    int code = cvol_array_scale(context, result, -2, a, 3);
+    assert_true(code || (*result)->lapped == a->lapped);
+    return code;
+}
+
+static int one_minus(cvol_context *context, cvol_array **result, const cvol_array *a,
+                     const cvol_array *b)
+{
+    (void)b;
+    return cvol_array_one_minus(context, result, a);
+}
+
+static int truncate_all(cvol_context *context, cvol_array **result, const cvol_array *a,
+                        const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    (void)b;
+    int code = cvol_array_truncate(context, result, a, &all);
+    assert_true(code || (*result)->lapped == a->lapped);
+    return code;
+}
+
+static int filter(cvol_context *context, cvol_array **result, const cvol_array *a,
+                  const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    cvol_kernel kernel;
+    (void)b;
+    int code = cvol_kernel_gaussian(context, &kernel, 3, 1);
+    return code ? code : cvol_array_convolve_kernel(context, result, a, &kernel, &all);
+}
+
+/* As far as a kernel may reach. */
+static int filter_widely(cvol_context *context, cvol_array **result, const cvol_array *a,
+                         const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    cvol_kernel kernel;
+    (void)b;
+    int code = cvol_kernel_box(context, &kernel, 3, 33);
+    return code ? code : cvol_array_convolve_kernel(context, result, a, &kernel, &all);
+}
+
+static int gradient(cvol_context *context, cvol_array **result, const cvol_array *a,
+                    const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    (void)b;
+    return cvol_array_gradient(context, result, a, &all);
+}
+
+static int halve(cvol_context *context, cvol_array **result, const cvol_array *a,
+                 const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    (void)b;
+    return cvol_array_resample(context, result, a, -2, &all);
+}
+
+static int twice(cvol_context *context, cvol_array **result, const cvol_array *a,
+                 const cvol_array *b)
+{
+    const cvol_keep all = cvol_keep_all();
+    (void)b;
+    return cvol_array_resample(context, result, a, 2, &all);
+}
+
+static void expect_same_figures(cvol_context *context, cvol_array *const got[2],
+                                cvol_array *const wanted[2])
+{
+    cvol_array_statistics one, other;
+    assert_int_equal(cvol_array_statistics_of(context, &one, got[0]), 0);
+    assert_int_equal(cvol_array_statistics_of(context, &other, wanted[0]), 0);
+    assert_true(fabs(one.sum - other.sum) <= 1e-5 * fabs(other.sum));
+    assert_true(fabs(one.l2_norm - other.l2_norm) <= 1e-5 * other.l2_norm);
+    assert_true(fabs(one.standard_deviation - other.standard_deviation) <=
+                1e-4 * other.standard_deviation);
+    cvol_array_comparison near, expected;
+    assert_int_equal(cvol_array_compare(context, &near, got[0], got[1]), 0);
+    assert_int_equal(cvol_array_compare(context, &expected, wanted[0], wanted[1]), 0);
+    assert_true(fabs(near.inner_product - expected.inner_product) <=
+                1e-5 * fabs(expected.inner_product));
+    assert_true(fabs(near.distance - expected.distance) <= 1e-4 * expected.distance);
+}
+
+/* Of the four ways in which two operands are lapped or not, all give what plain ones give. */
+static void operations_know_lapped_volumes(void **state)
+{
+    (void)state;
+    operation *const operations[] = {add,    multiply,      scale,    one_minus, truncate_all,
+                                     filter, filter_widely, gradient, halve,     twice};
+    cvol_context *context = cvol_context_create();
+    for (uint64_t seed = 1; seed <= 3; seed++) {
+        random_state r = {seed};
+        cvol_array *lapped[2], *plain[2];
+        for (int i = 0; i < 2; i++) {
+            lapped[i] = random_lapped(context, &r, shape, 0.05);
+            plain[i] = plain_twin(context, lapped[i]);
+        }
+        for (int way = 1; way < 4; way++) {
+            cvol_array *const of[2] = {way & 1 ? lapped[0] : plain[0],
+                                       way & 2 ? lapped[1] : plain[1]};
+            for (size_t k = 0; k < sizeof operations / sizeof *operations; k++) {
+                cvol_array *got, *expected;
+                if (k > 1 && way != 1) /* one operand */
+                    continue;
+                assert_int_equal(operations[k](context, &got, of[0], of[1]), 0);
+                assert_int_equal(operations[k](context, &expected, plain[0], plain[1]), 0);
+                expect_near(context, got, expected);
+                cvol_array_free(got);
+                cvol_array_free(expected);
+            }
+            expect_same_figures(context, of, plain);
+        }
+        for (int i = 0; i < 2; i++) {
+            cvol_array_free(lapped[i]);
+            cvol_array_free(plain[i]);
+        }
+    }
+    cvol_context_destroy(context);
+}
+
+static void points_are_interpolated_from_samples(void **state)
+{
+    (void)state;
+    enum { POINTS = 600 };
+    static double points[3 * POINTS];
+    static float got[POINTS], expected[POINTS];
+    cvol_context *context = cvol_context_create();
+    random_state r = {5};
+    cvol_array *lapped = random_lapped(context, &r, shape, 0.05);
+    cvol_array *plain = plain_twin(context, lapped);
+    for (int i = 0; i < 3 * POINTS; i++) {
+        points[i] = random_signed(&r) * 0.5 * (double)(shape[i % 3] + 2) +
+                    0.5 * (double)shape[i % 3];
+        if (i % 2)
+            points[i] = rint(points[i]);
+    }
+    assert_int_equal(cvol_array_evaluate_points(context, got, lapped, points, POINTS), 0);
+    assert_int_equal(cvol_array_evaluate_points(context, expected, plain, points, POINTS), 0);
+    for (int i = 0; i < POINTS; i++)
+        assert_true(fabs((double)got[i] - (double)expected[i]) < 1e-4);
+    cvol_array_free(lapped);
+    cvol_array_free(plain);
+    cvol_context_destroy(context);
+}
+
+static void split_cells_are_interpolated_too(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    random_state r = {6};
+    float *samples = random_samples(&r, shape), *all = malloc(SAMPLES * sizeof *all);
+    assert_non_null(all);
+    cvol_array *array = support_lapped(context, samples, shape, 0, 0.05, 1, 9);
+    array->lapped = 0; /* other samples, but cells that are split */
+    support_lapped_samples(all, array);
+    for (int i = 0; i < 300; i++) {
+        const size_t at[3] = {random_below(&r, 40), random_below(&r, 35), random_below(&r, 50)};
+        const double point[3] = {(double)at[0], (double)at[1], (double)at[2]};
+        const float wanted = all[at[0] + shape[0] * (at[1] + shape[1] * at[2])];
+        float got;
+        assert_int_equal(cvol_array_evaluate_points(context, &got, array, point, 1), 0);
+        assert_true(fabs((double)got - (double)wanted) < 1e-4);
+    }
+    free(samples);
+    free(all);
+    cvol_array_free(array);
+    cvol_context_destroy(context);
+}
+
+static void results_do_not_depend_on_threads(void **state)
+{
+    (void)state;
+    static float x[SAMPLES], y[SAMPLES];
+    const size_t begin[3] = {0, 0, 0};
+    cvol_context *context = cvol_context_create();
+    random_state r = {8};
+    cvol_array *a = random_lapped(context, &r, shape, 0.05), *result;
+    for (int threads = 1; threads <= 4; threads += 3) {
+        cvol_context_set_threads(context, threads);
+        assert_int_equal(cvol_array_multiply(context, &result, a, a, NULL, CVOL_PLAN_AUTO, NULL),
+                         0);
+        assert_int_equal(
+            cvol_array_evaluate_real(context, threads == 1 ? x : y, result, begin, shape), 0);
+        cvol_array_free(result);
+    }
+    assert_memory_equal(x, y, sizeof x);
+    double sums[2];
+    for (int i = 0; i < 2; i++) {
+        cvol_context_set_threads(context, 1 + 3 * i);
+        assert_int_equal(cvol_array_inner_product(context, &sums[i], a, a), 0);
+    }
+    assert_memory_equal(&sums[0], &sums[1], sizeof sums[0]);
+    cvol_array_free(a);
+    cvol_context_destroy(context);
+}
+
+static void no_file_of_this_version_has_them(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    const size_t dims[3] = {20, 20, 20};
+    random_state r = {1};
+    float *samples = random_samples(&r, dims);
+    cvol_array *array = support_lapped(context, samples, dims, 0, 0.1, 0, 1);
+    assert_int_equal(cvol_array_write(context, array, "lapped.cvol", NULL), CVOL_ERROR_UNSUPPORTED);
+    assert_non_null(strstr(cvol_context_message(context), "lapped"));
+    free(samples);
+    cvol_array_free(array);
+    cvol_context_destroy(context);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -204,6 +480,11 @@ int main(void)
         cmocka_unit_test(quantisation_is_the_only_loss),
         cmocka_unit_test(the_distance_does_not_depend_on_threads),
         cmocka_unit_test(ranges_are_those_of_the_samples),
+        cmocka_unit_test(operations_know_lapped_volumes),
+        cmocka_unit_test(points_are_interpolated_from_samples),
+        cmocka_unit_test(split_cells_are_interpolated_too),
+        cmocka_unit_test(results_do_not_depend_on_threads),
+        cmocka_unit_test(no_file_of_this_version_has_them),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 /* The certified bound: thousands of random chains of operations, each beside the same operations on
  * exact samples in double precision. What is measured never exceeds what is certified; how much
- * smaller it is, is printed. CVOL_LEDGER_CHAINS sets how many chains, CVOL_LEDGER_SEED the first
- * seed. */
+ * smaller it is, is printed. Some chains are of volumes whose operands are lapped, or have split
+ * cells, or neither. CVOL_LEDGER_CHAINS sets how many chains, CVOL_LEDGER_SEED the first seed. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -14,8 +14,10 @@
 
 #include "cvol/cvol.h"
 #include "random.h"
+#include "support_lapped.h"
+#include "support_split.h"
 
-enum { CHAINS = 2500, LENGTH_MOST = 4, SAMPLES_MOST = 40000 };
+enum { CHAINS = 2500, CELL_CHAINS = 500, LENGTH_MOST = 4, SAMPLES_MOST = 40000 };
 
 /* ---- what is tested ------------------------------------------------------------------------ */
 
@@ -37,6 +39,7 @@ typedef struct chain {
     random_state random;
     uint64_t seed;
     shape shape;
+    int cells;       /* volumes in cells of 16: some lapped, some split */
     char story[512]; /* the operations so far, for messages */
 } chain;
 
@@ -82,6 +85,11 @@ static void choose_shape(chain *c)
     s->rank = 1 + below(c, 3);
     s->block = blocks[below(c, 5)];
     s->transform = (cvol_transform)(CVOL_DCT + below(c, 3));
+    if (c->cells) {
+        s->rank = 3;
+        s->block = 16;
+        s->transform = CVOL_DCT;
+    }
     for (int a = 0; a < 3; a++)
         s->dims[a] = a < s->rank ? (size_t)lengths[below(c, 17)] : 1;
     if (s->rank == 1 && below(c, 2))
@@ -166,6 +174,40 @@ static cvol_keep choose_keep(chain *c, size_t count)
     }
 }
 
+/* A lapped volume, quantised coarsely or finely. */
+static cvol_array *make_lapped(chain *c, const float *samples, size_t count)
+{
+    double largest = 0;
+    for (size_t i = 0; i < count; i++)
+        largest = fmax(largest, fabs((double)samples[i]));
+    const double step = largest > 0 ? ldexp(largest, -below(c, 12)) : 1;
+    const int is_split = below(c, 2);
+    tell(c, is_split ? "lapped and split" : "lapped");
+    return support_lapped(c->context, samples, c->shape.dims,
+                          below(c, 2) ? (double)samples[count / 2] : 0, step, is_split,
+                          random_u64(&c->random));
+}
+
+/* Splits the cells of an array; what that loses is measured. */
+static void split_cells(chain *c, cvol_array *array, const double *exact, size_t count)
+{
+    float *samples = malloc(count * sizeof *samples);
+    double squares = 0, energy = 0;
+    assert_non_null(samples);
+    tell(c, "split");
+    support_split_cells(c->context, array, random_u64(&c->random));
+    support_lapped_samples(samples, array);
+    array->ledger.max_abs = 0;
+    for (size_t i = 0; i < count; i++) {
+        const double value = (double)samples[i] + array->offset;
+        squares += (value - exact[i]) * (value - exact[i]);
+        energy += value * value;
+        array->ledger.max_abs = fmax(array->ledger.max_abs, fabs(value) * (1 + 1e-6));
+    }
+    array->ledger.l2_error = sqrt(squares) + CVOL_ROUNDING * sqrt(squares + energy);
+    free(samples);
+}
+
 static subject make_subject(chain *c)
 {
     const shape *s = &c->shape;
@@ -177,6 +219,11 @@ static subject make_subject(chain *c)
     fill_samples(c, samples, out.count);
     for (size_t i = 0; i < out.count; i++)
         out.exact[i] = (double)samples[i];
+    if (c->cells && below(c, 5) > 1) {
+        out.array = make_lapped(c, samples, out.count);
+        free(samples);
+        return out;
+    }
     const cvol_keep keep = choose_keep(c, out.count);
     int code = cvol_array_compress(c->context, &out.array, samples, &grid, s->rank, s->transform,
                                    s->block, &keep);
@@ -187,6 +234,8 @@ static subject make_subject(chain *c)
     }
     free(samples);
     must(c, code);
+    if (c->cells && below(c, 2))
+        split_cells(c, out.array, out.exact, out.count);
     return out;
 }
 
@@ -468,9 +517,9 @@ static long environment(const char *name, long otherwise)
     return text ? atol(text) : otherwise;
 }
 
-static void run_chain(uint64_t seed, cvol_context *context)
+static void run_chain(uint64_t seed, int cells, cvol_context *context)
 {
-    chain c = {.context = context, .random = {seed}, .seed = seed};
+    chain c = {.context = context, .random = {seed}, .seed = seed, .cells = cells};
     choose_shape(&c);
     if (c.shape.dims[0] * c.shape.dims[1] * c.shape.dims[2] > SAMPLES_MOST)
         return;
@@ -498,7 +547,10 @@ static void measured_error_never_exceeds_the_bound(void **state)
     const uint64_t first = (uint64_t)environment("CVOL_LEDGER_SEED", 1);
     const uint64_t chains = (uint64_t)environment("CVOL_LEDGER_CHAINS", CHAINS);
     for (uint64_t seed = first; seed < first + chains; seed++)
-        run_chain(seed, context);
+        run_chain(seed, 0, context);
+    const uint64_t cell_chains = chains == CHAINS ? CELL_CHAINS : chains;
+    for (uint64_t seed = first; seed < first + cell_chains; seed++)
+        run_chain(seed, 1, context);
     print_message("bound / measured, chains %llu .. %llu: how many below\n%-10s",
                   (unsigned long long)first, (unsigned long long)(first + chains - 1), "");
     for (int bin = 0; bin < BINS - 1; bin++)

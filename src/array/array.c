@@ -8,6 +8,7 @@
 #include "array/operations.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "transform/lap.h"
 
 static int block_log2_of(int block)
 {
@@ -202,18 +203,31 @@ void cvol_array_derive_figures(cvol_array *array)
     array->max_error = ledger->l2_error + half;
     array->psnr_db = (double)INFINITY;
     if (l2_error > 0)
-        array->psnr_db =
-            20 * log10((ledger->value_max - ledger->value_min) * sqrt(samples) / l2_error);
+        array->psnr_db = 20 *
+                         log10((ledger->value_max - ledger->value_min) * sqrt(samples) / l2_error);
+}
+
+/* Of lapped volumes: |pre-filtered cell| <= CVOL_LAP_PRE_NORM_3 |cell and two samples around it|,
+ * sqrt(20^3) max_abs, which is less than 4 sqrt(16^3) max_abs. */
+double cvol_array_coefficient_bound(const cvol_array *array)
+{
+    return (array->lapped ? 4 : 1) * sqrt((double)cvol_array_block_terms(array)) *
+           (array->ledger.max_abs + fabs(array->offset));
 }
 
 void cvol_array_account(cvol_array *array, const cvol_build_result *result, double factors)
 {
     const double constant = fabs(array->offset) * sqrt((double)cvol_grid_samples(&array->grid));
-    double sample = (double)INFINITY;
+    double sample = (double)INFINITY, dropped = result->dropped, norm = result->norm;
     if (array->block)
-        sample = result->sample + CVOL_ROUNDING * sqrt((double)cvol_array_block_terms(array)) *
-                                      (array->ledger.max_abs + fabs(array->offset));
-    cvol_ledger_drop(&array->ledger, result->dropped, result->norm + factors + constant, sample);
+        sample = result->sample + CVOL_ROUNDING * cvol_array_coefficient_bound(array);
+    if (array->lapped) { /* the filter's norms, and its rounding, which the L2 one includes */
+        const double rounding = 1 + (CVOL_LAP_POST_NORM_3 - 1) / CVOL_ROUNDING;
+        dropped *= CVOL_LAP_POST_NORM_3;
+        norm *= rounding;
+        sample *= CVOL_LAP_POST_PEAK_3 * rounding;
+    }
+    cvol_ledger_drop(&array->ledger, dropped, norm + factors + constant, sample);
 }
 
 /* ---- what operations ask of their operands ---------------------------------------------- */
@@ -222,8 +236,8 @@ int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_arra
 {
     const size_t *m = a->grid.dims, *n = b->grid.dims;
     if (a->rank != b->rank)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "rank is %d in one array and %d in the other",
-                         a->rank, b->rank);
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "rank is %d in one array and %d in the other", a->rank, b->rank);
     if (m[0] != n[0] || m[1] != n[1] || m[2] != n[2])
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "dims are %zux%zux%zu in one array and %zux%zux%zu in the other; resample "
@@ -235,15 +249,16 @@ int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_arra
                          "same",
                          cvol_transform_name(a->transform), cvol_transform_name(b->transform));
     if (a->block != b->block)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "block is %d in one array and %d in the other; compress both with the same",
-                         a->block, b->block);
+        return cvol_fail(
+            context, CVOL_ERROR_ARGUMENT,
+            "block is %d in one array and %d in the other; compress both with the same", a->block,
+            b->block);
     for (int i = 0; i < a->rank; i++)
         if (!(fabs(a->grid.spacing[i] - b->grid.spacing[i]) <=
               1e-5 * fabs(a->grid.spacing[i]) + 1e-12))
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                              "spacing along %c is %g in one array and %g in the other", "xyz"[i],
-                             a->grid.spacing[i], b->grid.spacing[i]);
+                             a -> grid.spacing[i], b->grid.spacing[i]);
     return CVOL_OK;
 }
 

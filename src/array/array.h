@@ -68,6 +68,8 @@ int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const
 void cvol_array_derive_figures(cvol_array *array);
 /* B^rank. */
 size_t cvol_array_block_terms(const cvol_array *array);
+/* Bounds the coefficients of an array of this shape whose samples are within ledger.max_abs. */
+double cvol_array_coefficient_bound(const cvol_array *array);
 /* Whether any block is a split cell (transform/cell.h). */
 int cvol_array_has_splits(const cvol_array *array);
 
@@ -148,7 +150,8 @@ int cvol_survey_samples(cvol_context *context, double *min, double *max, const v
                         const cvol_grid *grid);
 
 /* Evaluates block `index` whole, as floats without `offset`, into out[B^rank] (x fastest, 64-byte
- * aligned), by the kernel that gives the same bits on every processor. */
+ * aligned), by the kernel that gives the same bits on every processor. Not filtered: the samples of
+ * lapped volumes are those of array/lapped.h and array/halo.h. */
 void cvol_block_evaluate(float *out, const cvol_array *array, size_t index);
 
 /* Turns float samples without `offset` into the grid's type as cvol_array_evaluate_box

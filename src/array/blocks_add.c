@@ -1,11 +1,15 @@
-/* alpha a + beta b, alpha a + beta, and fewer terms of an array, on the terms of blocks. */
+/* alpha a + beta b, alpha a + beta, and fewer terms of an array, on the terms of blocks. The filter
+ * of lapped volumes is linear too: sums of two are lapped, and a lapped and a plain one meet as
+ * samples. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/block_sums.h"
 #include "array/block_transform.h"
 #include "array/blocks_keep.h"
+#include "array/halo.h"
 #include "array/operations.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -61,16 +65,37 @@ static void add_listed(cvol_dense_block *out, const sum *s, const cvol_block *x,
     out->count = count;
 }
 
-/* Cells that are split in two ways meet as samples; the sum is not split. */
-static void add_samples(cvol_dense_block *out, const sum *s, size_t index, float *x)
+/* x = alpha x + beta y */
+static void add_samples(float *x, const float *y, const sum *s)
 {
     const size_t count = cvol_array_block_terms(s->a);
-    float *y = x + count;
-    cvol_block_evaluate(x, s->a, index);
-    cvol_block_evaluate(y, s->b, index);
     for (size_t i = 0; i < count; i++)
         x[i] = (float)(s->alpha * (double)x[i] + s->beta * (double)y[i]);
+}
+
+/* Cells that are split in two ways meet as samples (of lapped volumes, as they are before the
+ * filter); the sum is not split. */
+static void add_cells(cvol_dense_block *out, const sum *s, size_t index, float *x)
+{
+    float *y = x + cvol_array_block_terms(s->a);
+    cvol_block_evaluate(x, s->a, index);
+    cvol_block_evaluate(y, s->b, index);
+    add_samples(x, y, s);
     cvol_block_to_slots(out->coefficients, x, s->a);
+}
+
+/* One of the two is lapped: the sum is neither that nor split. */
+static int produce_mixed(const void *user, cvol_dense_block *out, size_t index, void *scratch)
+{
+    const sum *s = user;
+    const size_t halo_a = cvol_halo_bytes(s->a);
+    float *x = (float *)((char *)scratch + halo_a + cvol_halo_bytes(s->b));
+    float *y = x + cvol_array_block_terms(s->a);
+    cvol_halo_evaluate(x, scratch, s->a, index);
+    cvol_halo_evaluate(y, (char *)scratch + halo_a, s->b, index);
+    add_samples(x, y, s);
+    (void)cvol_halo_finish(out->coefficients, x, s->a, index);
+    return CVOL_OK;
 }
 
 static int produce_sum(const void *user, cvol_dense_block *out, size_t index, void *scratch)
@@ -80,7 +105,7 @@ static int produce_sum(const void *user, cvol_dense_block *out, size_t index, vo
     const cvol_block *x = &s->a->block_table[index];
     const cvol_block *y = s->b ? &s->b->block_table[index] : x;
     if (x->split != y->split && x->words && y->words) {
-        add_samples(out, s, index, scratch);
+        add_cells(out, s, index, scratch);
         return CVOL_OK;
     }
     out->split = x->words ? x->split : y->split;
@@ -95,11 +120,14 @@ static int produce_sum(const void *user, cvol_dense_block *out, size_t index, vo
 static int build_sum(cvol_context *context, cvol_array *out, cvol_build_result *result,
                      const sum *s, const cvol_keep *keep, const char *what)
 {
-    const cvol_producer producer = {.produce = produce_sum,
-                                    .user = s,
-                                    .scratch_bytes = 2 * cvol_array_block_terms(s->a) *
-                                                     sizeof(float),
-                                    .what = what};
+    cvol_producer producer = {.produce = produce_sum,
+                              .user = s,
+                              .scratch_bytes = 2 * cvol_array_block_terms(s->a) * sizeof(float),
+                              .what = what};
+    if (s->b && s->a->lapped != s->b->lapped) {
+        producer.produce = produce_mixed;
+        producer.scratch_bytes += cvol_halo_bytes(s->a) + cvol_halo_bytes(s->b);
+    }
     return cvol_build_blocks(context, out, result, &producer, keep);
 }
 
@@ -108,6 +136,7 @@ int cvol_blocks_add(cvol_context *context, cvol_array *out, cvol_build_result *r
 {
     const sum s = {.a = a, .b = b, .alpha = alpha, .beta = beta};
     out->offset = alpha * a->offset + beta * b->offset;
+    out->lapped = a->lapped && b->lapped;
     cvol_blocks_expect(out, cvol_ledger_add(alpha, &a->ledger, beta, &b->ledger));
     const cvol_keep resolved = cvol_blocks_keep_for_add(out, keep, alpha, a, beta, b);
     return build_sum(context, out, result, &s, &resolved, "adding");
@@ -120,6 +149,7 @@ int cvol_blocks_truncate(cvol_context *context, cvol_array *out, cvol_build_resu
         return cvol_blocks_scale(context, out, result, 1, a, 0);
     const sum s = {.a = a, .b = NULL, .alpha = 1, .beta = 0};
     out->offset = a->offset;
+    out->lapped = a->lapped;
     cvol_blocks_expect(out, a->ledger);
     return build_sum(context, out, result, &s, keep, "truncating");
 }
@@ -142,10 +172,21 @@ static void copy_terms(uint32_t *to, const cvol_block *from, int place_bits, int
     }
 }
 
+/* The energy of all terms. */
+static double energy_of(const cvol_array *a)
+{
+    const double step = (double)(float)a->step;
+    double squares = 0;
+    for (size_t i = 0; i < a->block_count; i++)
+        squares += cvol_block_squares(&a->block_table[i], cvol_place_bits(a->block_log2));
+    return step * step * squares;
+}
+
 int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result *result,
                       double alpha, const cvol_array *a, double beta)
 {
     double total, squares;
+    out->lapped = a->lapped;
     if (alpha != 0 && fabs(alpha) * a->step < (double)FLT_MIN) { /* as it cannot be held, others */
         const cvol_keep all = cvol_keep_all();
         const sum s = {.a = a, .b = NULL, .alpha = alpha, .beta = 0};
@@ -164,7 +205,11 @@ int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result 
         return CVOL_OK;
     out->step = fabs(alpha) * a->step;
     out->threshold = fabs(alpha) * a->threshold;
-    int code = cvol_blocks_sums(context, &total, &squares, a);
+    int code = CVOL_OK;
+    if (a->lapped)
+        squares = energy_of(a);
+    else
+        code = cvol_blocks_sums(context, &total, &squares, a);
     if (code)
         return code;
     result->norm = fabs(alpha) * sqrt(squares);

@@ -1,5 +1,6 @@
 /* A small filter on blocks of any rank and transform: evaluate a block and what the filter reaches
- * around it, sum taps axis by axis, transform. Volumes in DCT blocks have a shorter way. */
+ * around it, sum taps axis by axis, transform. Volumes in DCT blocks, neither split nor lapped,
+ * have a shorter way. */
 #include <string.h>
 
 #include "array/block_transform.h"
@@ -92,7 +93,7 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
     double norm, sum;
     for (int i = 0; i < a->rank; i++)
         f.radius[i] = (size_t)cvol_kernel_radius(kernel, i);
-    if (a->rank == 3 && a->transform == CVOL_DCT && !cvol_array_has_splits(a))
+    if (a->rank == 3 && a->transform == CVOL_DCT && !a->lapped && !cvol_array_has_splits(a))
         return cvol_blocks_convolve_dct(context, out, result, a, kernel, keep);
     cvol_kernel_bounds(kernel, &norm, &sum);
     cvol_blocks_expect(out, cvol_ledger_convolve(&a->ledger, norm, sum));

@@ -30,9 +30,7 @@ static cvol_keep resolve(const cvol_array *out, const cvol_keep *keep, double we
     }
     if (!(step > 0))
         return (cvol_keep){.rule = CVOL_KEEP_ALL};
-    const double bound = (out->ledger.max_abs + fabs(out->offset)) *
-                         sqrt((double)cvol_array_block_terms(out));
-    const double finest = ldexp(bound, -28);
+    const double finest = ldexp(cvol_array_coefficient_bound(out), -28);
     if (quantised)
         return (cvol_keep){.rule = CVOL_KEEP_STEP, .value = fmax(step, finest)};
     return (cvol_keep){.rule = CVOL_KEEP_THRESHOLD, .value = threshold};
@@ -45,7 +43,8 @@ cvol_keep cvol_blocks_keep_for_add(const cvol_array *out, const cvol_keep *keep,
 }
 
 /* The root of the mean square in a block, and of that the mean over blocks, weighted with their
- * energy: how loud the array is where it is loud. (Of a mask about 1, however small it is.) */
+ * energy: how loud the array is where it is loud. (Of a mask about 1, however small it is. The
+ * filter of lapped volumes hardly changes that.) */
 static double loudness(const cvol_array *a)
 {
     const int place_bits = cvol_place_bits(a->block_log2);

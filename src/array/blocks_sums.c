@@ -1,10 +1,12 @@
 /* Sums over samples from the terms of blocks, by Parseval; of blocks that reach beyond the array,
- * from the samples within. Partial sums are of fixed runs of blocks, added in order. */
+ * from the samples within. Lapped volumes have no Parseval: their samples are summed, all of them
+ * (lapped.h). Partial sums are of fixed runs of blocks, or of pieces, added in order. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "array/block_sums.h"
+#include "array/lapped.h"
 #include "array/operations.h"
 #include "base/context.h"
 #include "base/cpu.h"
@@ -206,6 +208,61 @@ static void add_block(partial *to, workplace *w, const sums *s, size_t index)
         to->product += step_a * step_b * products_of(w->table, x, y, s->a);
 }
 
+static void add_runs(partial *total, const partial *runs, size_t count)
+{
+    memset(total, 0, sizeof *total);
+    for (size_t r = 0; r < count; r++) {
+        total->a += runs[r].a;
+        total->b += runs[r].b;
+        total->product += runs[r].product;
+    }
+}
+
+/* ---- lapped volumes
+ * ------------------------------------------------------------------------------- */
+
+static void add_piece(void *user, const cvol_piece *piece)
+{
+    const sums *s = user;
+    const size_t count = piece->end[0] - piece->begin[0];
+    partial sum = {0};
+    for (size_t z = 0; z < piece->end[2] - piece->begin[2]; z++)
+        for (size_t y = 0; y < piece->end[1] - piece->begin[1]; y++) {
+            const size_t at = y * piece->line + z * piece->sheet;
+            const float *a = piece->samples[0] + at, *b = a;
+            if (s->a != s->b)
+                b = piece->samples[1] + at;
+            for (size_t x = 0; x < count; x++) {
+                const double apart = (double)a[x] - (double)b[x];
+                sum.a += (double)a[x];
+                sum.b += (double)b[x];
+                sum.product += s->apart ? apart * apart : (double)a[x] * (double)b[x];
+            }
+        }
+    s->runs[piece->index] = sum;
+}
+
+static int sum_lapped(cvol_context *context, partial *total, const cvol_array *a,
+                      const cvol_array *b, int apart)
+{
+    sums s = {.a = a, .b = b, .apart = apart};
+    cvol_stream stream = cvol_stream_of(a, a == b ? NULL : b);
+    stream.take = add_piece;
+    stream.user = &s;
+    stream.what = "summing";
+    s.run_count = cvol_stream_pieces(&stream);
+    s.runs = cvol_allocate_zero(s.run_count, sizeof *s.runs);
+    if (!s.runs)
+        return cvol_fail_memory(context, s.run_count * sizeof *s.runs, "sums");
+    int code = cvol_stream_run(context, &stream);
+    add_runs(total, s.runs, s.run_count);
+    free(s.runs);
+    return code;
+}
+
+/* ---- all
+ * ------------------------------------------------------------------------------------------ */
+
 static int sum_blocks(cvol_context *context, partial *total, const cvol_array *a,
                       const cvol_array *b, int apart)
 {
@@ -217,6 +274,8 @@ static int sum_blocks(cvol_context *context, partial *total, const cvol_array *a
               .root = sqrt((double)per_block),
               .run_count = (a->block_count - 1) / RUN_BLOCKS + 1};
     memset(total, 0, sizeof *total);
+    if (a->lapped || b->lapped)
+        return sum_lapped(context, total, a, b, apart);
     for (int i = 0; i < a->rank; i++)
         s.whole = s.whole && a->grid.dims[i] % (size_t)a->block == 0;
     s.runs = cvol_allocate_zero(s.run_count, sizeof *s.runs);
@@ -242,11 +301,7 @@ static int sum_blocks(cvol_context *context, partial *total, const cvol_array *a
         free(w.x);
         free(w.y);
     }
-    for (size_t r = 0; r < s.run_count; r++) {
-        total->a += s.runs[r].a;
-        total->b += s.runs[r].b;
-        total->product += s.runs[r].product;
-    }
+    add_runs(total, s.runs, s.run_count);
     free(s.runs);
     return failed ? cvol_fail_memory(context, 3 * per_block * sizeof(float), "sums") : CVOL_OK;
 }

@@ -16,7 +16,7 @@ enum { RUN_TERMS = 1 << 17, FINE_BITS = 22, ALL_BITS = 29 };
 static double fine_step(const cvol_array *array, const cvol_keep *keep)
 {
     const double terms = (double)cvol_array_block_terms(array);
-    const double bound = (array->ledger.max_abs + fabs(array->offset)) * sqrt(terms);
+    const double bound = cvol_array_coefficient_bound(array);
     if (!(bound > 0) || !isfinite(bound))
         return 1;
     int exponent;

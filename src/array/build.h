@@ -19,7 +19,7 @@ typedef struct cvol_dense_block {
         *coefficients; /* B^rank, u fastest; 64-byte aligned, written by the producer where it is */
     int box[3];        /* per axis one past the highest frequency that may be non-zero */
     double energy;
-    float max_abs; /* of the block's samples before truncation; negative: not known */
+    float max_abs;  /* of the block's samples before truncation; negative: not known */
     uint16_t split; /* what the coefficients are those of; 0 at first: they are the block's own */
     /* Instead of all that, where a block has few coefficients: `count` of them that are not zero,
      * in rising order of their places; -1: the block is dense. */
@@ -47,13 +47,13 @@ typedef struct cvol_build_result {
 } cvol_build_result;
 
 /* Fills `array` (created, without terms). array->ledger.max_abs and array->offset must be set: as
- * |coefficient| <= (max_abs + |offset|) sqrt(B^rank), they give the fine step of all rules but STEP
- * and ALL, a power of two with which the largest coefficient takes 22 bits (finer where an L2 error
- * asks for it). ALL goes by the largest coefficient that there is, which takes 29 bits. PSNR goes
- * by array->ledger.value_min and value_max. RHO counts as cvol_array_info does, RATIO the resident
- * bytes. Under DFT both slots (a, b) of a pair are kept or dropped together, by the magnitude
- * |F| = sqrt((a^2 + b^2) / 2). Sets step, threshold, coefficients; not the ranges, not the ledger.
- * The bits of the result do not depend on the number of threads. Errors: ARGUMENT, DATA
+ * bounds of coefficients (cvol_array_coefficient_bound), they give the fine step of all rules but
+ * STEP and ALL, a power of two with which the largest coefficient takes 22 bits (finer where an L2
+ * error asks for it). ALL goes by the largest coefficient that there is, which takes 29 bits. PSNR
+ * goes by array->ledger.value_min and value_max. RHO counts as cvol_array_info does, RATIO the
+ * resident bytes. Under DFT both slots (a, b) of a pair are kept or dropped together, by the
+ * magnitude |F| = sqrt((a^2 + b^2) / 2). Sets step, threshold, coefficients; not the ranges, not
+ * the ledger. The bits of the result do not depend on the number of threads. Errors: ARGUMENT, DATA
  * (coefficients beyond what a step can hold), TARGET, MEMORY, CANCELLED. */
 int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_result *result,
                       const cvol_producer *producer, const cvol_keep *keep);

@@ -1,12 +1,14 @@
 /* Arrays at scattered points: the interpolant (array/interpolant.h), summed term by term in double
  * precision. The low box is summed row by row over tables of one dimension; sparse terms one by
- * one.
+ * one. Cells that are split, or of lapped volumes, have the interpolant of their samples' DCT.
  */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "array/array.h"
+#include "array/block_transform.h"
+#include "array/halo.h"
 #include "array/interpolant.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -150,6 +152,41 @@ static double sum_sparse(const double *table, const point_sum *sum, const double
 
 /* ---- blocks ------------------------------------------------------------------------------- */
 
+/* What a thread keeps of the cell that it last read. */
+typedef struct cell_work {
+    size_t index; /* 1 + the cell's; 0: none */
+    float *samples, *slots;
+    void *halo;
+} cell_work;
+
+static void free_cells(cell_work *work, int threads)
+{
+    for (int t = 0; work && t < threads; t++) {
+        free(work[t].samples);
+        free(work[t].slots);
+        free(work[t].halo);
+    }
+    free(work);
+}
+
+static int make_cells(cvol_context *context, cell_work **out, const cvol_array *array, int threads)
+{
+    const size_t floats = cvol_array_block_terms(array), bytes = cvol_halo_bytes(array);
+    cell_work *work = *out = cvol_allocate_zero((size_t)threads, sizeof *work);
+    for (int t = 0; work && t < threads; t++) {
+        work[t].samples = cvol_allocate(floats, sizeof(float));
+        work[t].slots = cvol_allocate(floats, sizeof(float));
+        work[t].halo = cvol_allocate_zero(bytes, 1);
+        if (!work[t].samples || !work[t].slots || !work[t].halo) {
+            free_cells(work, threads);
+            work = *out = NULL;
+        }
+    }
+    return work ? CVOL_OK
+                : cvol_fail_memory(context, (size_t)threads * (2 * floats * sizeof(float) + bytes),
+                                   "cells of points");
+}
+
 /* The block that holds the nearest sample, and x relative to its first one. */
 static const cvol_block *find_block(double local[3], const cvol_array *array, const double x[3])
 {
@@ -165,12 +202,42 @@ static const cvol_block *find_block(double local[3], const cvol_array *array, co
     return &array->block_table[index];
 }
 
-static double sum_block(double *table, const cvol_array *array, const double x[3])
+/* The DCT of the cell's samples at x, relative to the first of them; under DCT phi is real. */
+static double sum_cell(double *table, cell_work *work, const cvol_array *array, size_t index,
+                       const double local[3])
+{
+    const size_t B = (size_t)array->block;
+    if (work->index != index + 1) {
+        cvol_halo_evaluate(work->samples, work->halo, array, index);
+        (void)cvol_halo_finish(work->slots, work->samples, array, index);
+        work->index = index + 1;
+    }
+    for (size_t a = 0; a < 3; a++)
+        for (size_t u = 0; u < B; u++) {
+            double phi[2];
+            cvol_axis_value(phi, CVOL_DCT, u, local[a], B);
+            table[B * a + u] = phi[0] * sqrt((u ? 2.0 : 1.0) / (double)B);
+        }
+    double result = 0;
+    for (size_t w = 0; w < B; w++)
+        for (size_t v = 0; v < B; v++) {
+            const float *row = work->slots + B * (v + B * w);
+            double sum = 0;
+            for (size_t u = 0; u < B; u++)
+                sum += (double)row[u] * table[u];
+            result += sum * table[B + v] * table[2 * B + w];
+        }
+    return result + array->offset;
+}
+
+static double sum_block(double *table, cell_work *cell, const cvol_array *array, const double x[3])
 {
     const size_t B = (size_t)array->block, log2 = (size_t)array->block_log2;
     size_t dims[3];
     double local[3];
     const cvol_block *block = find_block(local, array, x);
+    if (array->lapped || block->split)
+        return sum_cell(table, cell, array, (size_t)(block - array->block_table), local);
     for (int a = 0; a < 3; a++) {
         dims[a] = a < array->rank ? B : 1;
         for (size_t u = 0; u < dims[a]; u++)
@@ -194,11 +261,12 @@ static double sum_block(double *table, const cvol_array *array, const double x[3
 
 /* ---- points ---------------------------------------------------------------------------------- */
 
-static double evaluate_point(double *table, const point_sum *sum, const double x[3])
+static double evaluate_point(double *table, cell_work *cell, const point_sum *sum,
+                             const double x[3])
 {
     const cvol_array *array = sum->array;
     if (array->block)
-        return sum_block(table, array, x);
+        return sum_block(table, cell, array, x);
     fill_tables(table, sum, x);
     return sum_box(table, sum) + sum_sparse(table, sum, x) + array->offset;
 }
@@ -219,11 +287,15 @@ int cvol_array_evaluate_points(cvol_context *context, float *out, const cvol_arr
     const int threads = cvol_context_threads(context);
     point_sum sum = {.array = array};
     double *tables = NULL;
+    cell_work *cells = NULL;
+    const int sampled = array->lapped || cvol_array_has_splits(array);
     int code = check_points(context, points, count, array->rank);
     if (!code && !array->block)
         code = prepare_whole(context, &sum);
     if (array->block)
         sum.table_floats = 2 * 3 * (size_t)array->block;
+    if (!code && sampled)
+        code = make_cells(context, &cells, array, threads);
     if (code)
         goto done;
     tables = cvol_allocate(sum.table_floats, (size_t)threads * sizeof *tables);
@@ -238,12 +310,14 @@ int cvol_array_evaluate_points(cvol_context *context, float *out, const cvol_arr
         for (size_t i = begin; i < end; i++) {
             double x[3] = {0};
             memcpy(x, points + rank * i, rank * sizeof *x);
-            double *table = tables + sum.table_floats * (size_t)cvol_thread_index();
-            out[i] = (float)evaluate_point(table, &sum, x);
+            const size_t thread = (size_t)cvol_thread_index();
+            out[i] = (float)evaluate_point(tables + sum.table_floats * thread,
+                                           sampled ? &cells[thread] : NULL, &sum, x);
         }
         code = cvol_report_progress(context, "evaluating", (double)end / (double)count);
     }
 done:
+    free_cells(cells, threads);
     free(tables);
     free(sum.box);
     free(sum.sparse);

@@ -5,10 +5,14 @@
 #include <string.h>
 
 #include "array/block_transform.h"
+#include "array/lapped.h"
 
 /* Blocks are kept by the last two bits of their number along each axis: neighbours never collide.
  */
 enum { KEPT = 64 };
+
+/* Lapped volumes: a box of at most three blocks, and two samples more on either side. */
+enum { REGION_SIDE = 3 * 16 + 4, REGION = REGION_SIDE * REGION_SIDE * REGION_SIDE };
 
 typedef struct halo {
     uint64_t owner[KEPT]; /* 1 + the block's index; 0: none */
@@ -19,10 +23,14 @@ static size_t slots_of(const cvol_array *array)
     return (size_t)1 << 2 * array->rank;
 }
 
+static size_t floats_kept(const cvol_array *array)
+{
+    return slots_of(array) * ((cvol_array_block_terms(array) + 15) & ~(size_t)15);
+}
+
 size_t cvol_halo_bytes(const cvol_array *array)
 {
-    return sizeof(halo) +
-           slots_of(array) * ((cvol_array_block_terms(array) + 15) & ~(size_t)15) * sizeof(float);
+    return sizeof(halo) + (floats_kept(array) + (array->lapped ? REGION : 0)) * sizeof(float);
 }
 
 static const float *block_samples(halo *h, const cvol_array *array, const size_t place[3])
@@ -46,10 +54,9 @@ static size_t reflect(long x, size_t n)
     return (size_t)x;
 }
 
-void cvol_halo_read(float *out, void *memory, const cvol_array *array, const long begin[3],
-                    const size_t size[3])
+static void read_plain(float *out, halo *h, const cvol_array *array, const long begin[3],
+                       const size_t size[3])
 {
-    halo *h = memory;
     size_t side[3], block[3][CVOL_HALO_MOST], local[3][CVOL_HALO_MOST];
     for (int a = 0; a < 3; a++) {
         side[a] = cvol_block_side(array, a);
@@ -71,6 +78,88 @@ void cvol_halo_read(float *out, void *memory, const cvol_array *array, const lon
                     row[x] = from[local[0][x]] + offset;
             }
         }
+}
+
+/* ---- lapped volumes ----------------------------------------------------------------------------
+ */
+
+/* Copies what a block has of the region begin .. begin + size - 1. */
+static void copy_block(float *region, halo *h, const cvol_array *array, const size_t place[3],
+                       const size_t begin[3], const size_t size[3])
+{
+    const size_t B = (size_t)array->block;
+    const float *from = block_samples(h, array, place);
+    size_t lo[3], hi[3];
+    for (int a = 0; a < 3; a++) {
+        const size_t first = place[a] * B, end = begin[a] + size[a];
+        lo[a] = first > begin[a] ? first : begin[a];
+        hi[a] = first + B < end ? first + B : end;
+    }
+    for (size_t z = lo[2]; z < hi[2]; z++)
+        for (size_t y = lo[1]; y < hi[1]; y++)
+            memcpy(region + lo[0] - begin[0] + size[0] * (y - begin[1] + size[1] * (z - begin[2])),
+                   from + lo[0] % B + B * (y % B + B * (z % B)), (hi[0] - lo[0]) * sizeof *region);
+}
+
+/* Assembles the region that the read needs, filters it, and reads from there. */
+static void read_lapped(float *out, halo *h, const cvol_array *array, float offset,
+                        const long from[3], const size_t wanted[3])
+{
+    const size_t B = (size_t)array->block;
+    float *region = (float *)(h + 1) + floats_kept(array);
+    size_t begin[3], end[3], size[3], place[3], at[3][REGION_SIDE];
+    for (int a = 0; a < 3; a++) {
+        begin[a] = end[a] = reflect(from[a], array->grid.dims[a]);
+        for (size_t i = 0; i < wanted[a]; i++) {
+            at[a][i] = reflect(from[a] + (long)i, array->grid.dims[a]);
+            begin[a] = at[a][i] < begin[a] ? at[a][i] : begin[a];
+            end[a] = at[a][i] > end[a] ? at[a][i] : end[a];
+        }
+        end[a]++;
+    }
+    cvol_lapped_widen(begin, end, array);
+    for (int a = 0; a < 3; a++)
+        size[a] = end[a] - begin[a];
+    for (place[2] = begin[2] / B; place[2] * B < end[2]; place[2]++)
+        for (place[1] = begin[1] / B; place[1] * B < end[1]; place[1]++)
+            for (place[0] = begin[0] / B; place[0] * B < end[0]; place[0]++)
+                copy_block(region, h, array, place, begin, size);
+    const size_t stride[3] = {1, size[0], size[0] * size[1]};
+    cvol_lapped_filter(region, array, begin, size, stride);
+    for (size_t z = 0; z < wanted[2]; z++)
+        for (size_t y = 0; y < wanted[1]; y++) {
+            const float *line = region + stride[1] * (at[1][y] - begin[1]) +
+                                stride[2] * (at[2][z] - begin[2]);
+            float *row = out + wanted[0] * (y + wanted[1] * z);
+            for (size_t x = 0; x < wanted[0]; x++)
+                row[x] = line[at[0][x] - begin[0]] + offset;
+        }
+}
+
+/* ---- public ------------------------------------------------------------------------------------
+ */
+
+void cvol_halo_read(float *out, void *memory, const cvol_array *array, const long begin[3],
+                    const size_t size[3])
+{
+    if (array->lapped)
+        read_lapped(out, memory, array, (float)array->offset, begin, size);
+    else
+        read_plain(out, memory, array, begin, size);
+}
+
+void cvol_halo_evaluate(float *out, void *memory, const cvol_array *array, size_t index)
+{
+    const size_t side[3] = {cvol_block_side(array, 0), cvol_block_side(array, 1),
+                            cvol_block_side(array, 2)};
+    size_t at[3];
+    if (!array->lapped) {
+        cvol_block_evaluate(out, array, index);
+        return;
+    }
+    cvol_block_origin(at, array, index);
+    const long begin[3] = {(long)at[0], (long)at[1], (long)at[2]};
+    read_lapped(out, memory, array, 0, begin, side);
 }
 
 float cvol_halo_finish(float *slots, float *samples, const cvol_array *shape, size_t index)

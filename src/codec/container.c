@@ -84,6 +84,10 @@ int cvol_container_begin(cvol_context *context, cvol_bytes *out, const cvol_arra
         code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "cells that are split cannot be written in version %d of the format",
                          CVOL_FORMAT_VERSION);
+    if (!code && array->lapped)
+        code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "lapped volumes cannot be written in version %d of the format",
+                         CVOL_FORMAT_VERSION);
     if (code)
         return code;
     cvol_bytes_append(out, signature, sizeof signature);
