@@ -44,7 +44,8 @@ typedef struct cvol_stream {
 cvol_stream cvol_stream_of(const cvol_array *a, const cvol_array *b);
 /* No index of a piece is as large; some may not come. */
 size_t cvol_stream_pieces(const cvol_stream *stream);
-/* Memory: a few layers of cells, in floats. Errors: MEMORY, CANCELLED. */
+/* Memory: floats of four sheets, and of two rows of cells for each thread. Errors: MEMORY,
+ * CANCELLED. */
 int cvol_stream_run(cvol_context *context, const cvol_stream *stream);
 
 #endif

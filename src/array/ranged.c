@@ -63,30 +63,35 @@ static int bound_blocks(cvol_context *context, bounds *out, const cvol_array *ar
     return failed ? cvol_fail_memory(context, per_block * sizeof(float), "a block") : CVOL_OK;
 }
 
-/* Pieces of a lapped volume end two sheets before their cells do: the bounds of these two sheets
- * stand in a table of their own, so that no two pieces write to one place. */
+/* Pieces of a lapped volume begin two lines and two sheets before the cells that they end in. So a
+ * cell's bounds are found by up to four pieces, each with a table of its own. */
 typedef struct lapped_bounds {
     const cvol_array *array;
-    bounds *most, *last_sheets;
+    bounds *table[4]; /* 1: of the lines, 2: of the sheets before the last cells of the piece */
 } lapped_bounds;
+
+static void widen(float out[2], const float by[2])
+{
+    out[0] = by[0] < out[0] ? by[0] : out[0];
+    out[1] = by[1] > out[1] ? by[1] : out[1];
+}
 
 static void bound_piece(void *user, const cvol_piece *piece)
 {
     const lapped_bounds *to = user;
     const size_t *blocks = to->array->blocks, B = (size_t)to->array->block;
-    const size_t layer = (piece->end[2] - 1) / B;
+    const size_t last_row = (piece->end[1] - 1) / B, last_layer = (piece->end[2] - 1) / B;
     for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
         for (size_t y = piece->begin[1]; y < piece->end[1]; y++) {
             const float *line = piece->samples[0] + (y - piece->begin[1]) * piece->line +
                                 (z - piece->begin[2]) * piece->sheet;
-            bounds *row = (z / B == layer ? to->most : to->last_sheets) +
+            bounds *row = to->table[(y / B < last_row) + 2 * (z / B < last_layer)] +
                           blocks[0] * (y / B + blocks[1] * (z / B));
             for (size_t x = 0; x < piece->end[0]; x += B) {
                 const size_t left = piece->end[0] - x;
                 bounds of;
                 find_bounds(of, line + x, left < B ? left : B);
-                row[x / B][0] = of[0] < row[x / B][0] ? of[0] : row[x / B][0];
-                row[x / B][1] = of[1] > row[x / B][1] ? of[1] : row[x / B][1];
+                widen(row[x / B], of);
             }
         }
 }
@@ -95,22 +100,24 @@ static int bound_lapped(cvol_context *context, bounds *out, const cvol_array *ar
 {
     const size_t count = array->block_count;
     cvol_stream stream = cvol_stream_of(array, NULL);
-    lapped_bounds to = {array, out, cvol_allocate(count, sizeof *out)};
-    if (!to.last_sheets)
-        return cvol_fail_memory(context, count * sizeof *out, "block ranges");
-    for (size_t i = 0; i < count; i++) {
-        to.most[i][0] = to.last_sheets[i][0] = INFINITY;
-        to.most[i][1] = to.last_sheets[i][1] = -INFINITY;
+    bounds *tables = cvol_allocate(count, 4 * sizeof *tables);
+    if (!tables)
+        return cvol_fail_memory(context, count * 4 * sizeof *tables, "block ranges");
+    lapped_bounds to = {array, {tables, tables + count, tables + 2 * count, tables + 3 * count}};
+    for (size_t i = 0; i < 4 * count; i++) {
+        tables[i][0] = INFINITY;
+        tables[i][1] = -INFINITY;
     }
     stream.take = bound_piece;
     stream.user = &to;
     stream.what = "finding ranges";
     int code = cvol_stream_run(context, &stream);
     for (size_t i = 0; i < count; i++) {
-        out[i][0] = fminf(out[i][0], to.last_sheets[i][0]);
-        out[i][1] = fmaxf(out[i][1], to.last_sheets[i][1]);
+        for (int k = 1; k < 4; k++)
+            widen(to.table[0][i], to.table[k][i]);
+        memcpy(out[i], to.table[0][i], sizeof out[i]);
     }
-    free(to.last_sheets);
+    free(tables);
     return code;
 }
 
