@@ -142,6 +142,13 @@ CVOL_INLINE void cvol_block_inverse_of(float *out, long row_stride, long sheet_s
             cvol_lines_inverse(work->second + (long)s * rows * width + part, width,
                                work->first + (long)s * B * width + part, width, low_rows.count[s],
                                axes->row_basis, rows, CVOL_LANES);
+        if (__builtin_expect(axes->sheet_ends != 0, 0)) {
+            for (int j = 0; j < rows; j++)
+                cvol_lines_tile(out + j * row_stride + part, sheet_stride,
+                                work->second + j * width + part, (long)rows * width, low_sheet,
+                                axes->sheet_basis, sheets, 0, 2, lanes);
+            continue;
+        }
         for (int j = 0; j < rows; j++)
             cvol_lines_inverse(out + j * row_stride + part, sheet_stride,
                                work->second + j * width + part, (long)rows * width, low_sheet,

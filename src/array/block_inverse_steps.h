@@ -16,6 +16,9 @@ typedef struct cvol_block_axes {
     /* The same of the parts of split cells, by 8 and by 4; index v of the cell's axis (cell.h). Not
      * looked at where no block is split. */
     const float *lane_parts[2], *row_parts[2], *sheet_parts[2];
+    /* 0: all sheets. Else only the two outermost are wanted, at the low end (1), the high (2), or
+     * both; others may be written, or not. Then sheet_points is 16. */
+    int sheet_ends;
 } cvol_block_axes;
 
 /* Scratch memory of one thread. */

@@ -127,6 +127,12 @@ CVOL_INLINE int cvol_split_point(int M, int q)
     return (q * M + 1) / 4; /* the least i with (i + 1/2) 4 / M >= q: ceil(q M / 4 - 1/2) */
 }
 
+/* Whether sheets of this half are wanted. */
+CVOL_INLINE int cvol_split_wants(const cvol_block_axes *axes, int half)
+{
+    return !axes->sheet_ends || axes->sheet_ends >> half & 1;
+}
+
 static void cvol_split_inverse(float *out, long row_stride, long sheet_stride,
                                const cvol_block *block, const cvol_block_axes *axes, float step,
                                cvol_block_work *work)
@@ -143,7 +149,7 @@ static void cvol_split_inverse(float *out, long row_stride, long sheet_stride,
         for (int i = 0; i < CVOL_LANES; i++)
             own[i] = part + i < axes->lane_points / 2 ? -1 : 0;
         for (int s = 0; s < low_sheet; s++)
-            for (int q = 0; q < 4; q++) {
+            for (int q = 0; q < 4 && cvol_split_wants(axes, s & 1); q++) {
                 const cvol_split_reach reach = cvol_split_reach_of(
                     axes->row_parts, cvol_split_lanes(block->split, axes, q >> 1, s & 1), q, rows,
                     low_rows.count[s], own);
@@ -154,6 +160,8 @@ static void cvol_split_inverse(float *out, long row_stride, long sheet_stride,
             }
         for (int half = 0; half < 2; half++)
             for (int q = 0; q < 4; q++) {
+                if (axes->sheet_ends && (q % 3 || !cvol_split_wants(axes, q >> 1)))
+                    continue;
                 const cvol_split_reach reach = cvol_split_reach_of(
                     axes->sheet_parts, cvol_split_lanes(block->split, axes, half, q >> 1), q,
                     sheets, low_sheet, own);

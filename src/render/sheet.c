@@ -315,6 +315,7 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
         .array = array,
         .plan = &plan,
         .axes = make_axes(state, &plan),
+        .filters = cvol_lapped_filters_of(&plan),
         .table = state->table,
         .visibility = colour ? &state->by_transfer : &state->everything,
         .kernel = choose_kernel(options->mode),

@@ -47,6 +47,7 @@ typedef struct cvol_sheet_plan {
     int axis_lane, axis_row, axis_sheet;
     size_t lanes, rows, sheets; /* samples along each */
     size_t blocks_lane, blocks_row, layers;
+    int lapped;    /* the array is */
     int ascending; /* sheets are met in rising order */
     double shear_lane, shear_row;
     double distance; /* between sheets along a ray, in mean spacings */
@@ -137,6 +138,20 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_evaluate,
 typedef void cvol_sheet_evaluator(float *out, long row_stride, long sheet_stride,
                                   const cvol_block *block, const cvol_block_axes *axes,
                                   int block_log2, float step, cvol_block_work *work);
+
+/* Filters the four samples nearest to faces in place (transform/lap.h), a0 a1 | a2 a3:
+ *     d = h (a1 - a2, a0 - a3),  a1 += d0,  a2 -= d0,  a0 += d1,  a3 -= d1.
+ * Faces between lanes: `a2` is the first of `rows` rows in each of `sheets`. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_lap_lanes,
+                  (float *a2, long row_stride, long sheet_stride, int rows, int sheets,
+                   const float h[4]));
+/* Others: of each of the four, `lines` lines of `columns` samples, which lie `stride` apart. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_lap_across,
+                  (float *const a[4], long stride, int columns, int lines, const float h[4]));
+/* Bounds samples from below and above. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_clamp,
+                  (float *samples, long row_stride, long sheet_stride, int columns, int rows,
+                   int sheets, float lo, float hi));
 
 /* Draws the picture from the intermediate image's colour and transmittance by Catmull-Rom
  * interpolation, over the background. The lines are used up: they are turned into pixels in place.

@@ -25,23 +25,24 @@ int cvol_ensure(void *memory_pointer, size_t *capacity, size_t count, size_t siz
     return 1;
 }
 
-static void layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, int block,
-                         size_t layer)
+void cvol_layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, int block,
+                       size_t layer)
 {
     *begin = layer * (size_t)block;
     *end = *begin + (size_t)block < plan->sheets ? *begin + (size_t)block : plan->sheets;
 }
 
-/* Rows of blocks that lines line_begin .. line_end - 1 reach in a layer: *first .. *last; 0 if
- * none. */
-static int band_block_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, int block,
-                           size_t layer, int line_begin, int line_end)
+int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, int block,
+                    size_t layer, int line_begin, int line_end)
 {
     size_t z_begin, z_end;
-    layer_sheets(&z_begin, &z_end, plan, block, layer);
-    double a = plan->shear_row * (double)z_begin, b = plan->shear_row * (double)(z_end - 1);
-    double lo = plan->v0 + line_begin * plan->dv + fmin(a, b) - plan->pitch_row;
-    double hi = plan->v0 + (line_end - 1) * plan->dv + fmax(a, b) + plan->pitch_row;
+    cvol_layer_sheets(&z_begin, &z_end, plan, block, layer);
+    const double around = plan->lapped ? 2 : 0; /* rows and sheets that faces mix */
+    double from = (double)z_begin - around, to = (double)(z_end - 1) + around;
+    double a = plan->shear_row * from, b = plan->shear_row * to;
+    double reach = (1 + around) * plan->pitch_row;
+    double lo = plan->v0 + line_begin * plan->dv + fmin(a, b) - reach;
+    double hi = plan->v0 + (line_end - 1) * plan->dv + fmax(a, b) + reach;
     double rows = (double)(plan->rows - 1);
     if (hi < -2 || lo > rows + 2) /* rays may enter or leave half way to the next sheet */
         return 0;
@@ -58,19 +59,20 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
         for (size_t layer = 0; layer < plan->layers; layer++) {
             size_t first, last;
             int end = begin + lines < plan->height ? begin + lines : plan->height;
-            if (band_block_rows(&first, &last, plan, block, layer, begin, end) &&
+            if (cvol_layer_rows(&first, &last, plan, block, layer, begin, end) &&
                 last - first + 1 > most)
                 most = last - first + 1;
         }
     const size_t lanes = plan->blocks_lane * (size_t)plan->points_lane;
     const size_t row_stride = (lanes + 2 * CVOL_SHEET_PAD + 15) / 16 * 16;
     const size_t rows = most * (size_t)plan->points_row + 2;
+    const size_t sheets = (size_t)block + (plan->lapped ? 2 : 0);
     memory->row_stride = (long)row_stride;
     memory->sheet_stride = (long)(rows * row_stride);
     memory->skip.windows = cvol_layer_windows(plan);
     const size_t windows = plan->blocks_row * (size_t)memory->skip.windows;
     const size_t blocks = plan->blocks_lane * plan->blocks_row;
-    if (!cvol_ensure(&memory->samples, &memory->sample_capacity, rows * row_stride * (size_t)block,
+    if (!cvol_ensure(&memory->samples, &memory->sample_capacity, rows * row_stride * sheets,
                      sizeof(float)) ||
         !cvol_ensure(&memory->skip.within, &memory->skip_capacity, 2 * windows + blocks, 1) ||
         !cvol_ensure(&memory->seen, &memory->seen_capacity, plan->blocks_row, 1) ||
@@ -78,7 +80,7 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
         return 0;
     memory->skip.across = memory->skip.within + windows;
     memory->skip.touched = memory->skip.across + windows;
-    return 1;
+    return !plan->lapped || cvol_lapped_prepare(&memory->lapped, plan);
 }
 
 void cvol_band_memory_free(cvol_band_memory *memory)
@@ -87,16 +89,10 @@ void cvol_band_memory_free(cvol_band_memory *memory)
     free(memory->skip.within);
     free(memory->seen);
     free(memory->work);
+    cvol_lapped_free(&memory->lapped);
 }
 
 /* ---- evaluating a layer ---------------------------------------------------------------------- */
-
-/* A layer as one band sees it. */
-typedef struct band_layer {
-    size_t layer, z_begin, z_end;
-    size_t first_row, last_row; /* of blocks */
-    int tile_begin, tile_end;   /* rows of tiles */
-} band_layer;
 
 /* Repeats the outermost samples, twice to the left and once elsewhere, since rays are followed a
  * little beyond the faces. */
@@ -122,7 +118,7 @@ static void extend_faces(float *at, const cvol_band_memory *memory, const cvol_s
 }
 
 static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                           const band_layer *at, size_t lane, size_t row)
+                           const cvol_band_layer *at, size_t lane, size_t row)
 {
     const cvol_sheet_plan *plan = frame->plan;
     const cvol_array *array = frame->array;
@@ -139,7 +135,7 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
 /* Evaluates those blocks of a row that can be seen through the transfer function and past what is
  * opaque; memory->seen says whether there are any. */
 static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                         const band_layer *at, size_t row)
+                         const cvol_band_layer *at, size_t row)
 {
     const cvol_sheet_plan *plan = frame->plan;
     memory->seen[row] = 0;
@@ -187,11 +183,12 @@ static void find_faces(double *enter, double *leave, float *turn, size_t samples
     *turn = (float)((shear < 0 ? -1 : 1) / fmax(fabs(shear) / pitch, least_shear));
 }
 
-static void describe_layer(cvol_layer *out, const cvol_band_memory *memory,
-                           const cvol_sheet_plan *plan, const band_layer *at)
+void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride, long sheet_stride,
+                         const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
+                         const cvol_band_layer *at)
 {
     out->sheet_count = (int)(at->z_end - at->z_begin);
-    out->row_stride = memory->row_stride;
+    out->row_stride = row_stride;
     out->lane_step = plan->du / plan->pitch_lane;
     out->row_step = plan->dv / plan->pitch_row;
     const double way = plan->ascending ? 1 : -1;
@@ -201,9 +198,9 @@ static void describe_layer(cvol_layer *out, const cvol_band_memory *memory,
                plan->pitch_row, way * plan->shear_row);
     out->row_points = plan->points_row;
     out->block_rows = (int)plan->blocks_row;
-    out->within = memory->skip.within;
-    out->across = memory->skip.across;
-    out->windows = memory->skip.windows;
+    out->within = skip->within;
+    out->across = skip->across;
+    out->windows = skip->windows;
     /* Row 0 of the samples that the kernels speak of lies before the buffer when the band does not
      * reach it; they touch only rows that the band's lines meet. */
     const long row_0 = 1 - (long)at->first_row * plan->points_row;
@@ -216,15 +213,15 @@ static void describe_layer(cvol_layer *out, const cvol_band_memory *memory,
         const double margin = cvol_sheet_margin(plan->sheets);
         sheet->front = (float)(-sheet->ordinal - margin);
         sheet->back = (float)((double)(plan->sheets - 1) - sheet->ordinal + margin);
-        sheet->samples = memory->samples;
-        sheet->first = CVOL_SHEET_PAD + row_0 * memory->row_stride + slice * memory->sheet_stride;
+        sheet->samples = samples;
+        sheet->first = CVOL_SHEET_PAD + row_0 * row_stride + slice * sheet_stride;
         sheet->lane_at = (plan->u0 + plan->shear_lane * z - plan->first_lane) / plan->pitch_lane;
         sheet->row_at = (plan->v0 + plan->shear_row * z - plan->first_row) / plan->pitch_row;
         find_groups(sheet, out, plan->width);
     }
 }
 
-static cvol_line line_of(const cvol_intermediate *image, int j)
+cvol_line cvol_band_line(const cvol_intermediate *image, int j)
 {
     const size_t width = (size_t)image->width, groups = width / CVOL_GROUP, at = (size_t)j;
     return (cvol_line){.values = image->lines + at * CVOL_LINES * width,
@@ -238,7 +235,7 @@ static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
 {
     const int width = frame->intermediate->width;
     for (int j = begin; j < end; j++) {
-        cvol_line line = line_of(frame->intermediate, j);
+        cvol_line line = cvol_band_line(frame->intermediate, j);
         for (int k = 0; k < CVOL_LINES; k++)
             for (int i = 0; i < width; i++)
                 line.values[k * width + i] = frame->start[k];
@@ -251,23 +248,24 @@ static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
 /* Evaluates and draws a layer, some lines at a time: a row of blocks is evaluated just before the
  * first lines that meet it, so that they find its samples in the cache. */
 static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                       const band_layer *at, int begin, int end)
+                       const cvol_band_layer *at, int begin, int end)
 {
     const cvol_sheet_plan *plan = frame->plan;
     size_t next_row = at->first_row;
     cvol_layer layer;
-    describe_layer(&layer, memory, plan, at);
+    cvol_layer_describe(&layer, memory->samples, memory->row_stride, memory->sheet_stride,
+                        &memory->skip, plan, at);
     for (int from = begin; from < end; from += CVOL_TILE) {
         const int to = from + CVOL_TILE < end ? from + CVOL_TILE : end;
         size_t first, last;
-        if (!band_block_rows(&first, &last, plan, frame->array->block, at->layer, from, to))
+        if (!cvol_layer_rows(&first, &last, plan, frame->array->block, at->layer, from, to))
             continue;
         for (; next_row <= last; next_row++)
             evaluate_row(memory, frame, at, next_row);
         if (!memchr(memory->seen + first, 1, last - first + 1))
             continue;
         for (int j = from; j < to; j++) {
-            cvol_line line = line_of(frame->intermediate, j);
+            cvol_line line = cvol_band_line(frame->intermediate, j);
             frame->kernel(&layer, frame->table, &line);
         }
     }
@@ -278,17 +276,22 @@ int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_s
 {
     const cvol_sheet_plan *plan = frame->plan;
     const int block = frame->array->block;
-    band_layer at = {.tile_begin = begin / CVOL_TILE,
-                     .tile_end = (end + CVOL_TILE - 1) / CVOL_TILE};
+    cvol_band_layer at = {.tile_begin = begin / CVOL_TILE,
+                          .tile_end = (end + CVOL_TILE - 1) / CVOL_TILE};
     clear_lines(frame, begin, end);
     cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
     for (size_t step = 0; step < plan->layers; step++) {
         double fraction = progress + share * (double)step / (double)plan->layers;
         if (context && cvol_report_progress(context, "rendering", fraction))
             return CVOL_ERROR_CANCELLED;
+        if (plan->lapped) {
+            cvol_lapped_draw(memory, frame, step, begin, end);
+            cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
+            continue;
+        }
         at.layer = plan->ascending ? step : plan->layers - 1 - step;
-        layer_sheets(&at.z_begin, &at.z_end, plan, block, at.layer);
-        if (!band_block_rows(&at.first_row, &at.last_row, plan, block, at.layer, begin, end))
+        cvol_layer_sheets(&at.z_begin, &at.z_end, plan, block, at.layer);
+        if (!cvol_layer_rows(&at.first_row, &at.last_row, plan, block, at.layer, begin, end))
             continue;
         cvol_layer_skip_make(&memory->skip, plan, frame->array, frame->visibility, at.layer,
                              at.first_row, at.last_row);

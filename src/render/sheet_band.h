@@ -7,13 +7,15 @@
 #define CVOL_RENDER_SHEET_BAND_H
 
 #include "render/sheet.h"
+#include "render/sheet_lapped.h"
 #include "render/sheet_skip.h"
 
 /* What all bands of a frame share. */
-typedef struct cvol_sheet_frame {
+struct cvol_sheet_frame {
     const cvol_array *array;
     const cvol_sheet_plan *plan;
     cvol_block_axes axes;
+    cvol_lapped_filters filters; /* of lapped arrays */
     const cvol_sheet_table *table;
     const cvol_visibility *visibility;
     cvol_sheet_kernel *kernel;
@@ -21,17 +23,18 @@ typedef struct cvol_sheet_frame {
     cvol_intermediate *intermediate;
     const cvol_tiles *tiles;
     float start[CVOL_LINES]; /* what the lines hold before the first sheet */
-} cvol_sheet_frame;
+};
 
 /* One thread's working memory; all zero is empty. */
-typedef struct cvol_band_memory {
-    float *samples; /* of one layer: [B][rows + 2][row_stride] */
+struct cvol_band_memory {
+    float *samples; /* of one layer: [B][rows + 2][row_stride]; lapped: B + 2 sheets */
     long row_stride, sheet_stride;
     cvol_layer_skip skip;
     uint8_t *seen; /* for each row of blocks: whether some of it can be seen */
     cvol_block_work *work;
     size_t sample_capacity, skip_capacity, seen_capacity, work_capacity;
-} cvol_band_memory;
+    cvol_lapped_memory lapped;
+};
 
 /* Makes room for bands of up to `lines` lines; 0 without memory. */
 int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *plan, int block,
@@ -42,6 +45,21 @@ void cvol_band_memory_free(cvol_band_memory *memory);
  * `progress` on by `share`; NULL: silently. CVOL_OK or CVOL_ERROR_CANCELLED. */
 int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_sheet_frame *frame,
                    int begin, int end, double progress, double share);
+
+/* ---- what drawing lapped layers shares ------------------------------------------------------ */
+
+void cvol_layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, int block,
+                       size_t layer);
+
+/* Rows of blocks that lines line_begin .. line_end - 1 reach in a layer: *first .. *last; 0 if
+ * none. */
+int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, int block,
+                    size_t layer, int line_begin, int line_end);
+
+void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride, long sheet_stride,
+                         const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
+                         const cvol_band_layer *at);
+cvol_line cvol_band_line(const cvol_intermediate *image, int j);
 
 /* Grows *memory (a pointer to any object pointer) to `count` elements, zeroed; what it held is
  * lost. 0 without memory. */

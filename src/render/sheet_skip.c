@@ -26,6 +26,11 @@ static int is_visible(const cvol_visibility *visibility, int lo, int hi)
     return visibility->next[lo] < hi;
 }
 
+int cvol_visibility_of(const cvol_visibility *visibility, const cvol_block *block)
+{
+    return is_visible(visibility, block->range[0], block->range[1]);
+}
+
 /* Whether a value that two blocks do not hold, but that lies between all of one and all of the
  * other, is visible: it is met on the way from one to the other. */
 static int is_gap_visible(const cvol_visibility *visibility, const cvol_block *a,
@@ -138,9 +143,9 @@ void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *interme
 
 /* First and last tile that samples of one block and axis reach, over the sheets of a layer. */
 static void tile_span(int *first, int *last, double start, double delta, double shear, int block,
-                      size_t place, size_t z_begin, size_t z_end, int count)
+                      double margin, size_t place, size_t z_begin, size_t z_end, int count)
 {
-    double lo = (double)(place * (size_t)block) - 2, hi = lo + block + 3;
+    double lo = (double)(place * (size_t)block) - margin, hi = lo + block - 1 + 2 * margin;
     double drift_a = shear * (double)z_begin, drift_b = shear * (double)(z_end - 1);
     double from = floor((lo - fmax(drift_a, drift_b) - start) / delta) - 1;
     double to = ceil((hi - fmin(drift_a, drift_b) - start) / delta) + 1;
@@ -152,10 +157,11 @@ int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, int
                        size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end)
 {
     int left, right, top, bottom;
-    tile_span(&left, &right, plan->u0, plan->du, plan->shear_lane, block, lane, z_begin, z_end,
-              tiles->across);
-    tile_span(&top, &bottom, plan->v0, plan->dv, plan->shear_row, block, row, z_begin, z_end,
-              tiles->down);
+    const double beyond = plan->lapped ? 2 : 0; /* points that the block's own reach */
+    tile_span(&left, &right, plan->u0, plan->du, plan->shear_lane, block,
+              2 + beyond * plan->pitch_lane, lane, z_begin, z_end, tiles->across);
+    tile_span(&top, &bottom, plan->v0, plan->dv, plan->shear_row, block,
+              2 + beyond * plan->pitch_row, row, z_begin, z_end, tiles->down);
     top = top < tile_begin ? tile_begin : top;
     bottom = bottom >= tile_end ? tile_end - 1 : bottom;
     for (int y = top; y <= bottom; y++)

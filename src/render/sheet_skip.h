@@ -15,6 +15,9 @@ typedef struct cvol_visibility {
 void cvol_visibility_make(cvol_visibility *visibility, const cvol_array *array,
                           const cvol_transfer *transfer);
 
+/* Whether the samples of the block, by themselves, can be seen. */
+int cvol_visibility_of(const cvol_visibility *visibility, const cvol_block *block);
+
 /* One layer's windows (see cvol_layer) and which of its blocks they touch. */
 typedef struct cvol_layer_skip {
     uint8_t *within, *across; /* [blocks_row][windows] */

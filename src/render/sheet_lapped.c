@@ -1,0 +1,186 @@
+/* Drawing lapped arrays: as other arrays, layer after layer of cells, but the last two sheets of a
+ * layer wait until the next layer's first two are evaluated, as the filter mixes these four.
+ *
+ * Cells that are drawn (cvol_layer_skip's `touched`) are evaluated whole. Of their neighbours in
+ * the layers before and behind, the two sheets at the face are needed; within a layer, the cells
+ * around any that can be seen are among those drawn.
+ */
+#include "render/sheet_lapped.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "render/sheet_band.h"
+
+int cvol_lapped_prepare(cvol_lapped_memory *memory, const cvol_sheet_plan *plan)
+{
+    const size_t blocks = plan->blocks_lane * plan->blocks_row;
+    for (int i = 0; i < 3; i++) {
+        cvol_lapped_layer *layer = &memory->layers[i];
+        layer->skip.windows = cvol_layer_windows(plan);
+        const size_t windows = plan->blocks_row * (size_t)layer->skip.windows;
+        if (!cvol_ensure(&layer->skip.within, &layer->skip_capacity, 2 * windows + blocks, 1) ||
+            !cvol_ensure(&layer->have, &layer->have_capacity, blocks, 1) ||
+            !cvol_ensure(&layer->seen, &layer->seen_capacity, plan->blocks_row, 1))
+            return 0;
+        layer->skip.across = layer->skip.within + windows;
+        layer->skip.touched = layer->skip.across + windows;
+    }
+    return 1;
+}
+
+void cvol_lapped_free(cvol_lapped_memory *memory)
+{
+    for (int i = 0; i < 3; i++) {
+        free(memory->layers[i].skip.within);
+        free(memory->layers[i].have);
+        free(memory->layers[i].seen);
+    }
+}
+
+/* Where a layer's sheets are: in the order in which they are met, in every other layer from the
+ * band's third sheet on to its last, in those between backwards from its last but two. So the two
+ * that a layer holds lie where the next one does not. */
+static void place_sheets(cvol_lapped_layer *layer, const cvol_band_memory *memory, size_t step,
+                         int ascending)
+{
+    const long stride = memory->sheet_stride, way = step % 2 ? -1 : 1;
+    const long first_met = step % 2 ? CVOL_CELL - 1 : 2;
+    layer->sheet_stride = ascending ? way * stride : -way * stride;
+    layer->samples = memory->samples +
+                     (ascending ? first_met : first_met + way * (CVOL_CELL - 1)) * stride;
+}
+
+/* What is known of a layer before its first cell is evaluated. Cells are looked at two rows beyond
+ * what the lines reach: the layers beside this one reach one row further, and whether a cell is
+ * drawn depends on the next. */
+static void open_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
+                       int begin, int end)
+{
+    cvol_lapped_layer *layer = &memory->lapped.layers[step % 3];
+    const cvol_sheet_plan *plan = frame->plan;
+    const int block = frame->array->block;
+    layer->reached = 0;
+    if (step >= plan->layers)
+        return;
+    cvol_band_layer *at = &layer->at;
+    at->layer = plan->ascending ? step : plan->layers - 1 - step;
+    at->tile_begin = begin / CVOL_TILE;
+    at->tile_end = (end + CVOL_TILE - 1) / CVOL_TILE;
+    cvol_layer_sheets(&at->z_begin, &at->z_end, plan, block, at->layer);
+    if (!cvol_layer_rows(&at->first_row, &at->last_row, plan, block, at->layer, begin, end))
+        return;
+    layer->reached = 1;
+    place_sheets(layer, memory, step, plan->ascending);
+    layer->count = (int)(at->z_end - at->z_begin);
+    layer->held = cvol_lapped_face(at->layer + (size_t)plan->ascending, plan->sheets) ? 2 : 0;
+    cvol_layer_skip_make(&layer->skip, plan, frame->array, frame->visibility, at->layer,
+                         at->first_row > 2 ? at->first_row - 2 : 0,
+                         at->last_row + 2 < plan->blocks_row ? at->last_row + 2
+                                                             : plan->blocks_row - 1);
+    memset(layer->have, 0, plan->blocks_lane * plan->blocks_row);
+    memset(layer->seen, 0, plan->blocks_row);
+}
+
+/* What of a cell is needed: `low` and `high` are the layers beside this one. */
+static int what_of_cell(const cvol_lapped_layer *layer, const cvol_lapped_layer *low,
+                        const cvol_lapped_layer *high, const cvol_sheet_plan *plan, size_t cell)
+{
+    if (layer->skip.touched[cell])
+        return CVOL_HAVE_ALL;
+    int what = 0;
+    if (low->reached && low->skip.touched[cell] && cvol_lapped_face(layer->at.layer, plan->sheets))
+        what |= CVOL_HAVE_LOW;
+    if (high->reached && high->skip.touched[cell] &&
+        cvol_lapped_face(layer->at.layer + 1, plan->sheets))
+        what |= CVOL_HAVE_HIGH;
+    return what;
+}
+
+static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                          const cvol_lapped_layer *layer, size_t lane, size_t row, int what)
+{
+    const cvol_band_layer *at = &layer->at;
+    const cvol_sheet_plan *plan = frame->plan;
+    const cvol_array *array = frame->array;
+    float *out = layer->samples + CVOL_SHEET_PAD + (long)lane * plan->points_lane +
+                 (1 + (long)(row - at->first_row) * plan->points_row) * memory->row_stride;
+    cvol_block_axes axes = frame->axes;
+    axes.sheet_ends = what == CVOL_HAVE_ALL ? 0 : what;
+    frame->evaluate(out, memory->row_stride, layer->sheet_stride,
+                    &array->block_table[cvol_sheet_block_index(plan, array, lane, row, at->layer)],
+                    &axes, array->block_log2, (float)array->step, memory->work);
+}
+
+static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
+                         size_t row)
+{
+    const cvol_sheet_plan *plan = frame->plan;
+    cvol_lapped_layer *layers = memory->lapped.layers, *layer = &layers[step % 3];
+    const cvol_lapped_layer *low = &layers[(step + (plan->ascending ? 2 : 1)) % 3];
+    const cvol_lapped_layer *high = &layers[(step + (plan->ascending ? 1 : 2)) % 3];
+    const cvol_band_layer *at = &layer->at;
+    const size_t z_begin = at->z_begin > 2 ? at->z_begin - 2 : 0;
+    const size_t z_end = at->z_end + 2 < plan->sheets ? at->z_end + 2 : plan->sheets;
+    for (size_t lane = 0; lane < plan->blocks_lane; lane++) {
+        const size_t cell = row * plan->blocks_lane + lane;
+        const int what = what_of_cell(layer, low, high, plan, cell);
+        if (!what || !cvol_block_is_seen(frame->tiles, plan, frame->array->block, lane, row,
+                                         z_begin, z_end, at->tile_begin, at->tile_end))
+            continue;
+        evaluate_cell(memory, frame, layer, lane, row, what);
+        layer->have[cell] = (uint8_t)what;
+        layer->seen[row] = 1;
+    }
+}
+
+/* Two views of a layer: of what can be drawn now, and, kept with it, of the sheets that wait. */
+static void describe(cvol_layer *now, const cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                     cvol_lapped_layer *layer)
+{
+    cvol_layer_describe(now, layer->samples, memory->row_stride, layer->sheet_stride, &layer->skip,
+                        frame->plan, &layer->at);
+    now->sheet_count -= layer->held;
+    layer->drawn = *now;
+    layer->drawn.sheet_count = layer->held;
+    for (int i = 0; i < layer->held; i++)
+        layer->drawn.sheets[i] = now->sheets[now->sheet_count + i];
+}
+
+void cvol_lapped_draw(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
+                      int begin, int end)
+{
+    const cvol_sheet_plan *plan = frame->plan;
+    cvol_lapped_layer *layers = memory->lapped.layers, *layer = &layers[step % 3],
+                      *before = &layers[(step + 2) % 3];
+    if (step == 0) {
+        before->reached = 0;
+        open_layer(memory, frame, 0, begin, end);
+    }
+    open_layer(memory, frame, step + 1, begin, end);
+    if (!layer->reached)
+        return;
+    cvol_layer now;
+    describe(&now, memory, frame, layer);
+    size_t next_row = layer->at.first_row;
+    for (int from = begin; from < end; from += CVOL_TILE) {
+        const int to = from + CVOL_TILE < end ? from + CVOL_TILE : end;
+        size_t first, last;
+        if (!cvol_layer_rows(&first, &last, plan, frame->array->block, layer->at.layer, from, to))
+            continue;
+        for (; next_row <= last; next_row++) {
+            evaluate_row(memory, frame, step, next_row);
+            cvol_lapped_filter_row(memory, frame, layer, before, next_row);
+        }
+        const size_t rows = last - first + 1;
+        const int held = before->reached && before->held && memchr(before->seen + first, 1, rows);
+        const int here = memchr(layer->seen + first, 1, rows) != NULL;
+        for (int j = from; j < to && (held || here); j++) {
+            cvol_line line = cvol_band_line(frame->intermediate, j);
+            if (held)
+                frame->kernel(&before->drawn, frame->table, &line);
+            if (here)
+                frame->kernel(&now, frame->table, &line);
+        }
+    }
+}

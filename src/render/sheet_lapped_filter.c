@@ -1,0 +1,290 @@
+/* Across the faces of cells: the post-filter of transform/lap.h on what is evaluated onto a layer.
+ *
+ * Where cells are evaluated on fewer points than they have samples, points lie `pitch` samples
+ * apart, at t_k = (k + 1/2) pitch from a face. The filter's odd part there: L takes the differences
+ * of mirrored samples, at t = 1/2 and 3/2, from those of points, by straight lines; H is the
+ * filter's; R takes the corrections from samples (1/2 and 3/2; there is none at 5/2) to points,
+ * again by straight lines. h = R H L; with pitch 1, h = H.
+ *
+ * A cell that is drawn may have a neighbour that is not evaluated, because nothing in it or between
+ * the two can be seen. Its samples at that face then lack the filter and might be anything, also
+ * visible: they are brought back into the cell's range, which is transparent. All neighbours of a
+ * cell that can be seen itself are evaluated.
+ */
+#include "render/sheet_lapped.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "render/sheet_band.h"
+#include "transform/lap.h"
+
+static void find_filter(float h[4], double pitch)
+{
+    static const float H[4] = CVOL_LAP_POST_H;
+    double L[2][2], R[2][2];
+    for (int k = 0; k < 2; k++) {
+        const double at = (k + 0.5) / pitch - 0.5, to = (k + 0.5) * pitch - 0.5;
+        L[k][0] = 1 - at;
+        L[k][1] = at;
+        R[k][0] = fmax(1 - to, 0);
+        R[k][1] = fmax(1 - fabs(to - 1), 0);
+    }
+    for (int k = 0; k < 2; k++)
+        for (int j = 0; j < 2; j++) {
+            double sum = 0;
+            for (int p = 0; p < 2; p++)
+                for (int q = 0; q < 2; q++)
+                    sum += R[k][p] * (double)H[2 * p + q] * L[q][j];
+            h[2 * k + j] = (float)sum;
+        }
+}
+
+cvol_lapped_filters cvol_lapped_filters_of(const cvol_sheet_plan *plan)
+{
+    cvol_lapped_filters filters;
+    find_filter(filters.lane, plan->pitch_lane);
+    find_filter(filters.row, plan->pitch_row);
+    find_filter(filters.sheet, 1);
+    return filters;
+}
+
+/* What filtering one row of cells works on. */
+typedef struct work {
+    const cvol_band_memory *memory;
+    const cvol_sheet_frame *frame;
+    const cvol_sheet_plan *plan;
+    const cvol_lapped_layer *layer, *before;
+} work;
+
+/* Some rows of samples of a row of cells: the first, counted within these cells, and how many. */
+typedef struct piece {
+    size_t row;
+    int begin, count;
+} piece;
+
+/* The first sample of a cell's row `within`, in the layer's lowest sheet. */
+static float *find_samples(const work *w, const cvol_lapped_layer *layer, size_t lane, size_t row,
+                           int within)
+{
+    const long line = 1 + (long)(row - layer->at.first_row) * w->plan->points_row + within;
+    return layer->samples + CVOL_SHEET_PAD + (long)lane * w->plan->points_lane +
+           line * w->memory->row_stride;
+}
+
+/* The first run of cells from *begin on in which a[i] & b[i] & mask is the same and not 0: that
+ * value, 0 if there is none. */
+static int next_run(size_t *begin, size_t *end, const uint8_t *a, const uint8_t *b, int mask,
+                    size_t count)
+{
+    while (*begin < count && !(a[*begin] & b[*begin] & mask))
+        ++*begin;
+    if (*begin == count)
+        return 0;
+    const int value = a[*begin] & b[*begin] & mask;
+    for (*end = *begin + 1; *end < count && (a[*end] & b[*end] & mask) == value;)
+        ++*end;
+    return value;
+}
+
+static const uint8_t *row_of(const uint8_t *cells, const cvol_sheet_plan *plan, size_t row)
+{
+    return cells + row * plan->blocks_lane;
+}
+
+/* ---- faces between lanes and rows -------------------------------------------------------------
+ */
+
+typedef struct sheet_span {
+    int begin, count;
+} sheet_span;
+
+/* The sheets that cells have of which `have` is evaluated. */
+static int find_spans(sheet_span spans[2], int have, int sheets)
+{
+    int count = 0;
+    if (have == CVOL_HAVE_ALL)
+        spans[count++] = (sheet_span){0, sheets};
+    else {
+        if (have & CVOL_HAVE_LOW)
+            spans[count++] = (sheet_span){0, 2};
+        if (have & CVOL_HAVE_HIGH)
+            spans[count++] = (sheet_span){CVOL_CELL - 2, 2};
+    }
+    return count;
+}
+
+static void filter_lanes(const work *w, size_t row)
+{
+    const uint8_t *have = row_of(w->layer->have, w->plan, row);
+    for (size_t lane = 1; lane < w->plan->blocks_lane; lane++) {
+        const int both = have[lane - 1] & have[lane];
+        if (!both || !cvol_lapped_face(lane, w->plan->lanes))
+            continue;
+        sheet_span spans[2];
+        const int count = find_spans(spans, both, w->layer->count);
+        float *a2 = find_samples(w, w->layer, lane, row, 0);
+        for (int i = 0; i < count; i++)
+            CVOL_SIMD_CHOOSE(cvol_sheet_lap_lanes)
+        (a2 + spans[i].begin * w->layer->sheet_stride, w->memory->row_stride,
+         w->layer->sheet_stride, w->plan->points_row, spans[i].count, w->frame->filters.lane);
+    }
+}
+
+/* The face between this row of cells and the one before. */
+static void filter_rows(const work *w, size_t row)
+{
+    const cvol_sheet_plan *plan = w->plan;
+    const long row_stride = w->memory->row_stride, sheet_stride = w->layer->sheet_stride;
+    size_t begin = 0, end;
+    int both;
+    if (!cvol_lapped_face(row, plan->rows))
+        return;
+    for (; (both = next_run(&begin, &end, row_of(w->layer->have, plan, row - 1),
+                            row_of(w->layer->have, plan, row), CVOL_HAVE_ALL, plan->blocks_lane));
+         begin = end) {
+        sheet_span spans[2];
+        const int count = find_spans(spans, both, w->layer->count);
+        for (int i = 0; i < count; i++) {
+            float *a2 = find_samples(w, w->layer, begin, row, 0) + spans[i].begin * sheet_stride;
+            float *const a[4] = {a2 - 2 * row_stride, a2 - row_stride, a2, a2 + row_stride};
+            CVOL_SIMD_CHOOSE(cvol_sheet_lap_across)
+            (a, sheet_stride, (int)(end - begin) * plan->points_lane, spans[i].count,
+             w->frame->filters.row);
+        }
+    }
+}
+
+/* ---- completing rows of samples ---------------------------------------------------------------
+ */
+
+static int lacks_neighbour(const work *w, const cvol_lapped_layer *layer, size_t lane, size_t row)
+{
+    const cvol_sheet_plan *plan = w->plan;
+    for (size_t r = row ? row - 1 : 0; r <= row + 1 && r < plan->blocks_row; r++)
+        for (size_t l = lane ? lane - 1 : 0; l <= lane + 1 && l < plan->blocks_lane; l++)
+            if (!row_of(layer->skip.touched, plan, r)[l])
+                return 1;
+    return 0;
+}
+
+/* Brings the samples of transparent cells that lack a neighbour back into their ranges. */
+static void bound_cells(const work *w, const cvol_lapped_layer *layer, piece p, sheet_span sheets)
+{
+    const cvol_array *array = w->frame->array;
+    for (size_t lane = 0; lane < w->plan->blocks_lane; lane++) {
+        if (row_of(layer->have, w->plan, p.row)[lane] != CVOL_HAVE_ALL ||
+            !row_of(layer->skip.touched, w->plan, p.row)[lane])
+            continue;
+        const size_t index = cvol_sheet_block_index(w->plan, array, lane, p.row, layer->at.layer);
+        if (cvol_visibility_of(w->frame->visibility, &array->block_table[index]) ||
+            !lacks_neighbour(w, layer, lane, p.row))
+            continue;
+        double lo, hi;
+        cvol_array_range(array, index, &lo, &hi);
+        CVOL_SIMD_CHOOSE(cvol_sheet_clamp)
+        (find_samples(w, layer, lane, p.row, p.begin) + sheets.begin * layer->sheet_stride,
+         w->memory->row_stride, layer->sheet_stride, w->plan->points_lane, p.count, sheets.count,
+         (float)(lo - array->offset), (float)(hi - array->offset));
+    }
+}
+
+/* Repeats the volume's outermost samples, as where cells are not lapped. */
+static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p, sheet_span sheets)
+{
+    const cvol_sheet_plan *plan = w->plan;
+    const long row_stride = w->memory->row_stride,
+               lanes = (long)plan->blocks_lane * plan->points_lane;
+    const size_t bytes = sizeof(float) * (size_t)(lanes + 3);
+    const int above = p.row == 0 && p.begin == 0;
+    const int below = p.row + 1 == plan->blocks_row && p.begin + p.count == plan->points_row;
+    for (int z = sheets.begin; z < sheets.begin + sheets.count; z++) {
+        float *first = find_samples(w, layer, 0, p.row, p.begin) + z * layer->sheet_stride;
+        for (int r = 0; r < p.count; r++) {
+            float *line = first + r * row_stride;
+            line[-1] = line[-2] = line[0];
+            line[lanes] = line[lanes - 1];
+        }
+        float *last = first + (p.count - 1) * row_stride;
+        if (above)
+            memcpy(first - 2 - row_stride, first - 2, bytes);
+        if (below)
+            memcpy(last - 2 + row_stride, last - 2, bytes);
+    }
+}
+
+static void finish(const work *w, const cvol_lapped_layer *layer, piece p, sheet_span sheets)
+{
+    bound_cells(w, layer, p, sheets);
+    extend_faces(w, layer, p, sheets);
+}
+
+/* The slice of a layer, counted along its axis, that is the i-th met. */
+static int slice_met(const cvol_sheet_plan *plan, const cvol_lapped_layer *layer, int i)
+{
+    return plan->ascending ? i : layer->count - 1 - i;
+}
+
+/* The face between the layer before and this one. */
+static void filter_sheets(const work *w, piece p)
+{
+    const cvol_sheet_plan *plan = w->plan;
+    const uint8_t *have[2] = {row_of(w->before->have, plan, p.row),
+                              row_of(w->layer->have, plan, p.row)};
+    size_t begin = 0, end;
+    /* One of the two faces at both: of its neighbours on the other side, the layer has the low bit
+     * if the one before has the high. */
+    uint8_t sides[2][2] = {{CVOL_HAVE_HIGH, CVOL_HAVE_LOW}, {CVOL_HAVE_LOW, CVOL_HAVE_HIGH}};
+    const uint8_t *side = sides[!plan->ascending];
+    for (; begin < plan->blocks_lane; begin = end) {
+        end = begin + 1;
+        if (!(have[0][begin] & side[0]) || !(have[1][begin] & side[1]))
+            continue;
+        while (end < plan->blocks_lane && have[0][end] & side[0] && have[1][end] & side[1])
+            end++;
+        float *a[4];
+        for (int i = 0; i < 4; i++) {
+            const cvol_lapped_layer *of = i < 2 ? w->before : w->layer;
+            const int slice = slice_met(plan, of, i < 2 ? of->count - 2 + i : i - 2);
+            a[i] = find_samples(w, of, begin, p.row, p.begin) + slice * of->sheet_stride;
+        }
+        CVOL_SIMD_CHOOSE(cvol_sheet_lap_across)
+        (a, w->memory->row_stride, (int)(end - begin) * plan->points_lane, p.count,
+         w->frame->filters.sheet);
+    }
+}
+
+/* All sheets of a layer but those that wait, or those. */
+static sheet_span find_waiting(const cvol_sheet_plan *plan, const cvol_lapped_layer *layer,
+                               int waiting)
+{
+    const int now = layer->count - layer->held;
+    if (waiting)
+        return (sheet_span){plan->ascending ? now : 0, layer->held};
+    return (sheet_span){plan->ascending ? 0 : layer->held, now};
+}
+
+static void complete(const work *w, piece p)
+{
+    const cvol_lapped_layer *before = w->before;
+    if (before->reached && before->held && p.row >= before->at.first_row &&
+        p.row <= before->at.last_row) {
+        filter_sheets(w, p);
+        finish(w, before, p, find_waiting(w->plan, before, 1));
+    }
+    finish(w, w->layer, p, find_waiting(w->plan, w->layer, 0));
+}
+
+void cvol_lapped_filter_row(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                            const cvol_lapped_layer *layer, const cvol_lapped_layer *before,
+                            size_t row)
+{
+    const work w = {memory, frame, frame->plan, layer, before};
+    const int points = frame->plan->points_row;
+    filter_lanes(&w, row);
+    if (row > layer->at.first_row) {
+        filter_rows(&w, row);
+        complete(&w, (piece){row - 1, points - 2, 2});
+    }
+    complete(&w, (piece){row, 0, row == layer->at.last_row ? points : points - 2});
+}
