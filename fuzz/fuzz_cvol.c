@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "base/bytes.h"
+#include "codec/brick_index.h"
 #include "codec/container.h"
 #include "codec/layout.h"
 #include "cvol/codec.h"
@@ -28,55 +29,124 @@ static void fuzz_put_u32(uint8_t *at, uint32_t value)
         at[i] = (uint8_t)(value >> 8 * i);
 }
 
-/* Sets the checksums of the groups: INDX has one per group of DATA, whose own is theirs. */
-static void fuzz_repair_groups(uint8_t *index, size_t index_size, uint8_t *data, size_t data_size)
+static uint32_t fuzz_u32(const uint8_t *at)
 {
-    cvol_cursor left = cvol_cursor_make(data, data_size);
-    cvol_bytes checksums = {0};
-    for (size_t i = 0; i + 12 <= index_size; i += 12) {
-        cvol_cursor entry = cvol_cursor_make(index + i, 8);
-        uint64_t size = cvol_cursor_u64(&entry);
-        const uint8_t *group = size <= data_size ? cvol_cursor_take(&left, (size_t)size) : NULL;
-        if (group)
-            fuzz_put_u32(index + i + 8, cvol_crc32c(group, (size_t)size));
-        cvol_cursor stored = cvol_cursor_make(index + i + 8, 4);
-        cvol_bytes_put_u32(&checksums, cvol_cursor_u32(&stored));
+    return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
+}
+
+/* Sets the checksums of a shell's runs, which INDX has behind its lengths, and from them that of
+ * the shell's header. `index`: what follows the lengths; `ends`: of the runs in the shell. */
+static void fuzz_repair_shell(uint8_t *header, uint8_t *sums, size_t runs, const uint64_t *ends,
+                              uint64_t size)
+{
+    const uint8_t *data = header + CVOL_SECTION_HEADER_BYTES;
+    uint64_t begin = 0;
+    for (size_t r = 0; r < runs && ends[r] <= size; r++) {
+        fuzz_put_u32(sums + 4 * r, cvol_crc32c(data + begin, (size_t)(ends[r] - begin)));
+        begin = ends[r];
     }
-    fuzz_put_u32(data - 8, cvol_crc32c(checksums.data, checksums.size));
-    cvol_bytes_free(&checksums);
+    fuzz_put_u32(header + 16, cvol_crc32c(sums, 4 * runs));
+}
+
+/* The runs of a file whose shells have `bricks` bricks; INDX is at index[0 .. size). */
+static void fuzz_repair_runs(uint8_t *index, size_t size, size_t bricks,
+                             uint8_t *shells[CVOL_SHELLS], const uint64_t sizes[CVOL_SHELLS])
+{
+    const size_t runs = (bricks + CVOL_RUN_BRICKS - 1) / CVOL_RUN_BRICKS;
+    uint64_t *ends = calloc(runs * CVOL_SHELLS + 1, sizeof *ends);
+    cvol_cursor lengths = cvol_cursor_make(index, size);
+    for (size_t s = 0; ends && s < CVOL_SHELLS; s++) {
+        uint64_t end = 0;
+        for (size_t b = 0; b < bricks; b++) {
+            end += cvol_cursor_varint(&lengths) & UINT32_MAX;
+            ends[s * runs + b / CVOL_RUN_BRICKS] = end;
+        }
+    }
+    if (ends && cvol_cursor_left(&lengths) == 4 * CVOL_SHELLS * runs)
+        for (size_t s = 0; s < CVOL_SHELLS; s++)
+            if (shells[s])
+                fuzz_repair_shell(shells[s], index + lengths.at + 4 * s * runs, runs,
+                                  ends + s * runs, sizes[s]);
+    free(ends);
+}
+
+/* How many bricks HEAD claims, as far as that is less than `most`. */
+static size_t fuzz_bricks(const uint8_t *head, size_t most)
+{
+    uint64_t bricks = 1;
+    for (int a = 0; a < 3; a++) {
+        const uint64_t dim = fuzz_u32(head + 8 * a), more = fuzz_u32(head + 8 * a + 4);
+        bricks *= dim / CVOL_BRICK_SIDE + (dim % CVOL_BRICK_SIDE != 0);
+        if (more || bricks > most)
+            return most + 1;
+    }
+    return (size_t)bricks;
 }
 
 static void fuzz_repair(uint8_t *file, size_t size)
 {
-    uint8_t *sections[4] = {0};
-    size_t sizes[4] = {0}, at = 12;
-    for (int i = 0; i < 4 && at + 20 <= size; i++) {
-        cvol_cursor header = cvol_cursor_make(file + at + 4, 8);
-        uint64_t length = cvol_cursor_u64(&header);
-        if (length > size - at - 20)
-            break;
-        sections[i] = file + at + 20;
-        sizes[i] = (size_t)length;
-        at += 20 + (size_t)length;
-    }
-    if (sections[3])
-        fuzz_repair_groups(sections[2], sizes[2], sections[3], sizes[3]);
-    for (int i = 0; i < 4 && sections[i]; i++) {
-        if (i < 3)
-            fuzz_put_u32(sections[i] - 8, cvol_crc32c(sections[i], sizes[i]));
-        fuzz_put_u32(sections[i] - 4, cvol_crc32c(sections[i] - 20, 16));
+    uint8_t *shells[CVOL_SHELLS] = {0}, *index = NULL, *head = NULL;
+    uint64_t sizes[CVOL_SHELLS] = {0}, index_size = 0;
+    size_t at = CVOL_SECTIONS_AT;
+    for (int pass = 0; pass < 2; pass++) { /* lengths of all; then the checksums that hold them */
+        for (at = CVOL_SECTIONS_AT; size >= at && size - at >= CVOL_SECTION_HEADER_BYTES;) {
+            uint8_t *header = file + at;
+            cvol_cursor field = cvol_cursor_make(header + 8, 8);
+            const uint64_t length = cvol_cursor_u64(&field);
+            const int is_there = length <= size - at - CVOL_SECTION_HEADER_BYTES;
+            const int is_shell = !memcmp(header, "SHL", 3) && header[3] >= '0' && header[3] < '4';
+            if (pass && is_there && !is_shell)
+                fuzz_put_u32(header + 16,
+                             cvol_crc32c(header + CVOL_SECTION_HEADER_BYTES, (size_t)length));
+            if (pass)
+                fuzz_put_u32(header + 20, cvol_crc32c(header, 20));
+            if (!is_there)
+                break;
+            if (is_shell) {
+                shells[header[3] - '0'] = header;
+                sizes[header[3] - '0'] = length;
+            } else if (!memcmp(header, "INDX", 4)) {
+                index = header + CVOL_SECTION_HEADER_BYTES;
+                index_size = length;
+            } else if (!memcmp(header, "HEAD", 4) && length >= 24) {
+                head = header + CVOL_SECTION_HEADER_BYTES;
+            }
+            at += CVOL_SECTION_HEADER_BYTES + (size_t)length;
+        }
+        const size_t bricks = head ? fuzz_bricks(head, (size_t)index_size) : SIZE_MAX;
+        if (!pass && index && bricks <= index_size)
+            fuzz_repair_runs(index, (size_t)index_size, bricks, shells, sizes);
     }
 }
 
 /* The first sample alone, of a file that may be damaged elsewhere. */
 static void fuzz_read_corner(cvol_context *context, const uint8_t *data, size_t size)
 {
-    const cvol_box corner = {{0, 0, 0}, {1, 1, 1}};
+    const size_t begin[3] = {0, 0, 0}, end[3] = {1, 1, 1};
+    const cvol_file_part corner = {.begin = begin, .end = end};
     uint8_t sample[8];
     cvol_array *array;
-    if (!cvol_container_read_box(context, &array, data, size, &corner, "fuzz"))
-        (void)cvol_array_evaluate_box(context, sample, array, corner.begin, corner.end);
+    if (!cvol_container_read_part(context, &array, NULL, data, size, &corner, "fuzz"))
+        (void)cvol_array_evaluate_box(context, sample, array, begin, end);
     cvol_array_free(array);
+}
+
+/* Of a file that may end early, and at a coarse level. */
+static void fuzz_read_levels(cvol_context *context, const uint8_t *data, size_t size)
+{
+    const size_t begin[3] = {0, 0, 0}, end[3] = {1, 1, 1};
+    for (int level = 0; level < 4; level += 2) {
+        const cvol_file_part part = {.level = level, .cut = !level};
+        cvol_file_report report = {0};
+        uint8_t sample[8];
+        cvol_array *array;
+        if (!cvol_container_read_part(context, &array, &report, data, size, &part, "fuzz")) {
+            if (report.level < 0 || report.level > 3)
+                abort();
+            (void)cvol_array_evaluate_box(context, sample, array, begin, end);
+        }
+        cvol_array_free(array);
+    }
 }
 
 static void fuzz_read(const uint8_t *data, size_t size)
@@ -105,6 +175,7 @@ static void fuzz_read(const uint8_t *data, size_t size)
         cvol_array_free(array);
     }
     fuzz_read_corner(context, data, size);
+    fuzz_read_levels(context, data, size);
     cvol_context_destroy(context);
 }
 

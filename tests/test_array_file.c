@@ -19,8 +19,10 @@
 
 #include "../fuzz/fuzz_cvol.c"
 
-/* Places in a file: signature 8, version 4, section header 20, HEAD 296, section header 20. */
-enum { HEAD_AT = 32, COUNT_AT = HEAD_AT + 264, CONTENT_AT = HEAD_AT + 296 + 20 };
+/* Places in a file: signature 8, version 4, then HEAD, GEOM and ERRS, each behind a header of 24.
+ */
+enum { HEAD_AT = 36, STEP_AT = HEAD_AT + 44, COUNT_AT = HEAD_AT + 76 };
+enum { CONTENT_AT = HEAD_AT + 84 + 24 + 156 + 24 + 76 + 24 };
 
 static cvol_context *context;
 
@@ -248,7 +250,7 @@ static void trailing_bytes_are_refused(void **state)
         assert_non_null(data);
         data[size] = 0;
         assert_int_equal(read_code(data, size + 1), CVOL_ERROR_CORRUPT);
-        assert_string_equal(cvol_context_message(context), "f.cvol: 1 bytes follow the end");
+        assert_non_null(strstr(cvol_context_message(context), "f.cvol: 1 bytes follow the end"));
         free(data);
     }
 }
@@ -296,8 +298,7 @@ static void lies_are_refused(void **state)
     expect_lie(blocks, HEAD_AT, 40, "section TERM");
     expect_lie(blocks, COUNT_AT, 1, "section TERM");
     expect_lie(blocks, COUNT_AT, UINT64_C(1) << 60, "coefficients in 27 blocks");
-    expect_lie(blocks, HEAD_AT + 192, UINT64_C(0x47E0000000000000),
-               "section TERM"); /* step 2^127 */
+    expect_lie(blocks, STEP_AT, UINT64_C(0x47E0000000000000), "section TERM"); /* step 2^127 */
 }
 
 /* A file of hand-made content, its checksums right. */
@@ -309,8 +310,9 @@ static int read_content(const kind *k, uint64_t coefficients, const cvol_bytes *
     cvol_bytes content = {0}, file = {0};
     cvol_bytes_append(&content, prefix->data, prefix->size);
     assert_int_equal(cvol_packed_put(context, &content, raw), CVOL_OK);
-    cvol_bytes_append(&file, data, CONTENT_AT - 20);
-    cvol_section_put(&file, k->block ? "TERM" : "SPEC", &content);
+    cvol_bytes_append(&file, data, CONTENT_AT - 24);
+    cvol_section_put(&file, k->block ? CVOL_TERM : CVOL_SPEC, &content);
+    cvol_section_put(&file, CVOL_ENDS, &(cvol_bytes){0});
     for (int i = 0; i < 8; i++)
         file.data[COUNT_AT + i] = (uint8_t)(coefficients >> 8 * i);
     fuzz_repair(file.data, file.size);

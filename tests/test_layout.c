@@ -39,7 +39,7 @@ static int stop(void **state)
     return 0;
 }
 
-/* Writes FOLDER/a.cvol; its bytes, which the caller frees. x beyond 128: two groups. */
+/* Writes FOLDER/a.cvol; its bytes, which the caller frees. x beyond 128: three bricks. */
 static uint8_t *make_file(size_t *size, size_t nx, cvol_transform transform, int block)
 {
     cvol_grid grid = cvol_grid_make(nx, 5, 4, CVOL_INT16);
@@ -70,7 +70,7 @@ static uint8_t *make_file(size_t *size, size_t nx, cvol_transform transform, int
 static void expect_whole(const uint8_t *data, size_t size, const char *tags)
 {
     cvol_file_layout layout;
-    char found[64] = "";
+    char found[128] = "";
     assert_int_equal(cvol_layout_verify(context, &layout, data, size, "f"), CVOL_OK);
     uint64_t next = 12;
     for (int i = 0; i < layout.section_count; i++) {
@@ -79,7 +79,7 @@ static void expect_whole(const uint8_t *data, size_t size, const char *tags)
         assert_int_equal(layout.sections[i].state, CVOL_SECTION_SOUND);
         assert_int_equal(layout.sections[i].offset, next);
         assert_true(strlen(layout.sections[i].content) > 5);
-        next += 20 + layout.sections[i].length;
+        next += 24 + layout.sections[i].length;
     }
     assert_string_equal(found, tags);
     assert_int_equal(next, size);
@@ -93,10 +93,10 @@ static void whole_files_are_whole(void **state)
         cvol_transform transform;
         int block;
         const char *tags;
-    } cases[] = {{CVOL_DCT, 8, "HEAD RNGE INDX DATA "},
-                 {CVOL_DHT, 16, "HEAD TERM "},
-                 {CVOL_DFT, 8, "HEAD TERM "},
-                 {CVOL_DFT, 0, "HEAD SPEC "}};
+    } cases[] = {{CVOL_DCT, 8, "HEAD GEOM ERRS TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS "},
+                 {CVOL_DHT, 16, "HEAD GEOM ERRS TERM ENDS "},
+                 {CVOL_DFT, 8, "HEAD GEOM ERRS TERM ENDS "},
+                 {CVOL_DFT, 0, "HEAD GEOM ERRS SPEC ENDS "}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         size_t size;
         uint8_t *data = make_file(&size, 140, cases[i].transform, cases[i].block);
@@ -136,10 +136,10 @@ static void expect_flips_seen(const uint8_t *data, size_t size)
         /* The section that has the byte is not called sound. */
         for (int i = 0; i < layout.section_count; i++) {
             const cvol_file_section *s = &layout.sections[i];
-            if (at >= s->offset && at < s->offset + 20)
+            if (at >= s->offset && at < s->offset + 24)
                 assert_int_equal(s->state, CVOL_SECTION_DAMAGED);
             else if (s->state == CVOL_SECTION_SOUND)
-                assert_true(at < s->offset || at >= s->offset + 20 + s->length);
+                assert_true(at < s->offset || at >= s->offset + 24 + s->length);
         }
         copy[at] = data[at];
     }
@@ -167,7 +167,7 @@ static void every_flip_and_cut_is_seen(void **state)
 {
     (void)state;
     size_t size;
-    uint8_t *data = make_file(&size, 140, CVOL_DCT, 8); /* two groups */
+    uint8_t *data = make_file(&size, 140, CVOL_DCT, 8); /* three bricks */
     expect_flips_seen(data, size);
     expect_cuts_seen(data, size);
     free(data);
@@ -194,7 +194,7 @@ static void what_follows_the_end_is_seen(void **state)
     assert_int_equal(cvol_layout_verify(context, &layout, data, size + 3, "f"), CVOL_ERROR_CORRUPT);
     snprintf(wanted, sizeof wanted, "f: 3 bytes follow the end, at byte %zu", size);
     assert_string_equal(cvol_context_message(context), wanted);
-    assert_int_equal(layout.section_count, 4);
+    assert_int_equal(layout.section_count, 10);
     free(data);
 }
 
@@ -205,20 +205,25 @@ static void damage_is_followed(void **state)
     uint8_t *data = make_file(&size, 140, CVOL_DCT, 8);
     cvol_file_layout layout, whole;
     assert_int_equal(cvol_layout_walk(context, &whole, data, size, "f"), CVOL_OK);
-    /* The index is damaged: then nobody knows where groups end, but the rest is looked at. */
-    data[whole.sections[2].offset + 20] ^= 1;
+    /* The index is damaged: then nobody knows where runs end, but the rest is looked at. */
+    data[whole.sections[4].offset + 24] ^= 1;
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
     assert_non_null(strstr(cvol_context_message(context), "f: section INDX at byte "));
-    assert_int_equal(layout.section_count, 4);
-    assert_int_equal(layout.sections[1].state, CVOL_SECTION_SOUND);
-    assert_int_equal(layout.sections[2].state, CVOL_SECTION_DAMAGED);
-    assert_int_equal(layout.sections[3].state, CVOL_SECTION_UNCHECKED);
-    data[whole.sections[2].offset + 20] ^= 1;
-    /* The second group: it is named. */
-    data[size - 1] ^= 1;
+    assert_int_equal(layout.section_count, 10);
+    assert_int_equal(layout.level, -1);
+    assert_int_equal(layout.sections[3].state, CVOL_SECTION_SOUND);
+    assert_int_equal(layout.sections[4].state, CVOL_SECTION_DAMAGED);
+    for (int i = 5; i < 9; i++)
+        assert_int_equal(layout.sections[i].state, CVOL_SECTION_UNCHECKED);
+    assert_int_equal(layout.sections[9].state, CVOL_SECTION_SOUND);
+    data[whole.sections[4].offset + 24] ^= 1;
+    /* The last run: it is named, and what is sound before it. */
+    data[size - 25] ^= 1;
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
-    assert_non_null(strstr(cvol_context_message(context), "group 1 of 2, "));
-    assert_int_equal(layout.sections[3].state, CVOL_SECTION_DAMAGED);
+    assert_non_null(strstr(cvol_context_message(context), "f: section SHL3 at byte "));
+    assert_non_null(strstr(cvol_context_message(context), ": run 0 of 1, "));
+    assert_int_equal(layout.sections[8].state, CVOL_SECTION_DAMAGED);
+    assert_int_equal(layout.level, 1);
     free(data);
     assert_string_equal(cvol_section_state_name(CVOL_SECTION_TRUNCATED), "truncated");
     assert_null(cvol_section_state_name((cvol_section_state)9));
@@ -231,14 +236,17 @@ static void lies_are_told_with_their_place(void **state)
     size_t size;
     uint8_t *data = make_file(&size, 20, CVOL_DCT, 8);
     cvol_file_layout layout;
-    enum { RANK_AT = 32 + 292 };
+    enum { HEAD_AT = 12, RANK_AT = HEAD_AT + 24 + 32 };
     data[RANK_AT] = 9;
     for (int i = 0; i < 2; i++) { /* of the content, then of the header that has it */
-        const uint32_t sum = i ? cvol_crc32c(data + 12, 16) : cvol_crc32c(data + 32, 296);
+        const uint32_t sum = i ? cvol_crc32c(data + HEAD_AT, 20)
+                               : cvol_crc32c(data + HEAD_AT + 24, 84);
         for (int b = 0; b < 4; b++)
-            data[24 + 4 * i + b] = (uint8_t)(sum >> 8 * b);
+            data[HEAD_AT + 16 + 4 * i + b] = (uint8_t)(sum >> 8 * b);
     }
+    /* Nobody knows then how many bricks there are. */
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_OK);
+    assert_int_equal(layout.sections[5].state, CVOL_SECTION_UNCHECKED);
     assert_int_equal(cvol_layout_verify(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
     assert_string_equal(cvol_context_message(context), "f: section HEAD: rank is 9, must be 1, 2 "
                                                        "or 3 (section HEAD is at byte 12)");

@@ -73,6 +73,8 @@ typedef struct common_options {
     double fill;
     int fill_given;
     const char *type_name; /* of raw samples */
+    int level;             /* of .cvol files */
+    int accept_cut; /* whether one that ends early may be opened, at the finest whole level */
 } common_options;
 
 #define COMMON_OPTIONS(c)                                                                       \
@@ -128,6 +130,7 @@ typedef struct input {
     cvol_array *array;
     cvol_volume *volume;
     uint64_t file_bytes;
+    int level, cut; /* cvol_file_report */
 } input;
 
 /* Opens a .cvol or any format that a reader knows (then with --fill applied). Exit status. */

@@ -1,5 +1,8 @@
 /* cvol compress: a dense volume into a .cvol file. */
+#define _GNU_SOURCE
+#include <errno.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "cli.h"
@@ -19,7 +22,7 @@ typedef struct compress_arguments {
     double ratio, psnr, max_error, bits;
     int ratio_given, psnr_given, max_error_given, bits_given;
     int block;
-    const char *transform, *keep;
+    const char *transform, *keep, *attributes;
 } compress_arguments;
 
 static const char description[] =
@@ -170,16 +173,74 @@ static void fill_report(cvol_compress_report *report, const cvol_array *array)
     report->target_met = 1;
 }
 
+/* A file as text, which the caller frees; NULL after a sentence. */
+static char *read_text(const char *path)
+{
+    FILE *file = fopen(path, "rb");
+    char *text = NULL;
+    size_t size = 0;
+    if (!file) {
+        complain(EXIT_FAILED, "%s: %s", path, strerror(errno));
+        return NULL;
+    }
+    for (size_t capacity = 4096;; capacity *= 2) {
+        char *more = realloc(text, capacity);
+        if (!more) {
+            complain(EXIT_FAILED, "%s: not enough memory", path);
+            break;
+        }
+        text = more;
+        size += fread(text + size, 1, capacity - 1 - size, file);
+        if (size < capacity - 1) {
+            const int trouble = ferror(file) ? errno : 0;
+            fclose(file);
+            text[size] = '\0';
+            if (!trouble && strlen(text) == size)
+                return text;
+            complain(EXIT_FAILED, "%s: %s", path, trouble ? strerror(trouble) : "is no text");
+            free(text);
+            return NULL;
+        }
+    }
+    fclose(file);
+    free(text);
+    return NULL;
+}
+
+/* The attributes of the file named so, or those of a .cvol that is compressed again; the caller
+ * frees *text. Exit status. */
+static int find_attributes(char **text, const input *in, const char *path)
+{
+    const char *old = in->array ? cvol_array_attributes(in->array) : NULL;
+    json_error_t error;
+    *text = NULL;
+    if (!path && old && !(*text = strdup(old)))
+        return complain(EXIT_FAILED, "not enough memory");
+    if (!path)
+        return EXIT_DONE;
+    *text = read_text(path);
+    if (!*text)
+        return EXIT_FAILED;
+    json_t *value = json_loads(*text, JSON_DECODE_ANY | JSON_ALLOW_NUL, &error);
+    json_decref(value);
+    return value ? EXIT_DONE
+                 : complain(EXIT_FAILED, "%s: is no JSON: line %d, column %d: %s", path, error.line,
+                            error.column, error.text);
+}
+
 static int compress(cvol_context *context, compress_arguments *arguments, const method *m,
                     const char *in_path, const char *out_path)
 {
     input in;
     cvol_array *array = NULL;
+    char *attributes = NULL;
     cvol_compress_report report = {0};
     int status = check_output(in_path, out_path);
     if (status)
         return status;
     status = open_input(context, &in, in_path, &arguments->common);
+    if (!status)
+        status = find_attributes(&attributes, &in, arguments->attributes);
     if (!status && in.array)
         status = need_volume(context, &in);
     int code = 0;
@@ -190,6 +251,9 @@ static int compress(cvol_context *context, compress_arguments *arguments, const 
     if (code)
         status = complain_context(context, code, in_path);
     close_input(&in);
+    if (!status && (code = cvol_array_set_attributes(context, array, attributes)))
+        status = complain_context(context, code, arguments->attributes);
+    free(attributes);
     if (!status && (code = cvol_array_write(context, array, out_path, &report.file_bytes)))
         status = complain_context(context, code, NULL);
     if (!status && m->truncate)
@@ -220,6 +284,9 @@ int command_compress(int argc, char **argv)
          OPTION_NUMBER, &a.max_error, 0, &a.max_error_given},
         {"--keep", "K,S", "the K lowest frequencies of each axis, S others", OPTION_TEXT, &a.keep,
          0, NULL},
+        {NULL, NULL, "What is kept beside the samples:", OPTION_HEADING, NULL, 0, NULL},
+        {"--attributes", "FILE.json", "a JSON text (default: that of a .cvol as input)",
+         OPTION_TEXT, &a.attributes, 0, NULL},
         {NULL, NULL, "Method:", OPTION_HEADING, NULL, 0, NULL},
         {"--block", "B", "side of the blocks: 8, 16 (default) or 32; 0: the whole volume at once",
          OPTION_INTEGER, &a.block, 0, NULL},

@@ -24,8 +24,18 @@ static json_t *describe_grid(const cvol_grid *grid)
                      spaces[grid->space], "unit", json_text(grid->unit));
 }
 
-static json_t *describe_array(const cvol_array *array, uint64_t file_bytes)
+/* What the attributes say, or null. */
+static json_t *describe_attributes(const cvol_array *array)
 {
+    const char *text = cvol_array_attributes(array);
+    json_t *value = text ? json_loads(text, JSON_DECODE_ANY | JSON_ALLOW_NUL, NULL) : NULL;
+    return value ? value : text ? json_text(text) : json_null();
+}
+
+static json_t *describe_array(const input *in)
+{
+    const cvol_array *array = in->array;
+    const uint64_t file_bytes = in->file_bytes;
     const cvol_grid *grid = cvol_array_grid(array);
     cvol_array_info info;
     cvol_array_get_info(array, &info);
@@ -33,7 +43,7 @@ static json_t *describe_array(const cvol_array *array, uint64_t file_bytes)
     json_t *more = json_pack(
         "{s:f, s:f, s:i, s:s, s:i, s:o, s:f, s:I, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:b, s:o, "
         "s:o, "
-        "s:o, s:f, s:f}",
+        "s:o, s:f, s:f, s:b, s:i}",
         "min", info.value_min, "max", info.value_max, "rank", info.rank, "transform",
         cvol_transform_name(info.transform), "block", info.block, "low", json_dims(info.low),
         "step", info.step, "coefficients", (json_int_t)info.coefficients, "rho", info.rho, "ratio",
@@ -43,7 +53,8 @@ static json_t *describe_array(const cvol_array *array, uint64_t file_bytes)
         json_decibels(info.psnr_db), "max_error", json_number(info.max_error), "measured",
         info.measured, "l2_error", json_number(info.l2_error), "rms_bound",
         json_number(info.l2_error / sqrt((double)cvol_grid_samples(grid))), "max_abs",
-        json_number(info.max_abs), "value_min", info.value_min, "value_max", info.value_max);
+        json_number(info.max_abs), "value_min", info.value_min, "value_max", info.value_max,
+        "whole", !in->cut, "level", in->level);
     json_object_update(object, more);
     json_decref(more);
     return object;
@@ -108,17 +119,22 @@ static int describe_build(int json)
 static int describe(cvol_context *context, common_options *common, const char *path)
 {
     input in;
+    common->accept_cut = 1;
     int status = open_input(context, &in, path, common);
     if (!status) {
-        json_t *object = in.array ? describe_array(in.array, in.file_bytes)
+        json_t *object = in.array ? describe_array(&in)
                                   : describe_volume(context, in.volume, in.file_bytes);
         if (!object)
             status = complain(EXIT_FAILED, "not enough memory to describe %s", path);
-        else if (common->json)
+        else if (common->json) {
+            if (in.array)
+                json_object_set_new(object, "attributes", describe_attributes(in.array));
             status = print_json(object);
-        else {
+        } else {
             print_text(path, object);
             json_decref(object);
+            if (in.array && cvol_array_attributes(in.array))
+                printf("  %-16s %s\n", "attributes", cvol_array_attributes(in.array));
         }
     }
     close_input(&in);
@@ -132,13 +148,16 @@ static json_t *describe_layout(const cvol_file_layout *layout)
     json_t *sections = json_array();
     for (int i = 0; i < layout->section_count; i++) {
         const cvol_file_section *s = &layout->sections[i];
-        json_array_append_new(
-            sections, json_pack("{s:s, s:I, s:I, s:s, s:s}", "tag", s->tag, "offset",
-                                (json_int_t)s->offset, "length", (json_int_t)s->length, "checksum",
-                                cvol_section_state_name(s->state), "content", s->content));
+        json_array_append_new(sections,
+                              json_pack("{s:s, s:b, s:I, s:I, s:s, s:s}", "tag", s->tag, "required",
+                                        s->flags & 1, "offset", (json_int_t)s->offset, "length",
+                                        (json_int_t)s->length, "checksum",
+                                        cvol_section_state_name(s->state), "content", s->content));
     }
-    return json_pack("{s:I, s:I, s:o}", "file_bytes", (json_int_t)layout->file_bytes, "version",
-                     (json_int_t)layout->version, "sections", sections);
+    return json_pack("{s:I, s:I, s:o, s:o}", "file_bytes", (json_int_t)layout->file_bytes,
+                     "version", (json_int_t)layout->version, "level",
+                     layout->level < 0 ? json_null() : json_integer(layout->level), "sections",
+                     sections);
 }
 
 static void print_layout(const char *path, const cvol_file_layout *layout)

@@ -34,11 +34,11 @@ static int render(cvol_context *context, render_arguments *arguments, scene *s, 
         status = complain_context(context, code, NULL);
     clear_progress();
     if (!status && arguments->common.json)
-        status = print_json(json_pack("{s:o, s:i, s:i, s:s, s:s, s:f, s:f, s:i}", "output",
-                                      json_text(arguments->output), "width", image->width, "height",
-                                      image->height, "engine", arguments->engine_name, "mode",
-                                      arguments->mode_name, "load_ms", s->load_ms, "render_ms",
-                                      render_ms, "threads", cvol_context_threads(context)));
+        status = print_json(json_pack(
+            "{s:o, s:i, s:i, s:i, s:s, s:s, s:f, s:f, s:i}", "output", json_text(arguments->output),
+            "level", s->in.level, "width", image->width, "height", image->height, "engine",
+            arguments->engine_name, "mode", arguments->mode_name, "load_ms", s->load_ms,
+            "render_ms", render_ms, "threads", cvol_context_threads(context)));
     else if (!status)
         printf("%s: %d x %d, loaded in %.0f ms, rendered in %.0f ms\n", arguments->output,
                image->width, image->height, s->load_ms, render_ms);
@@ -80,6 +80,7 @@ int command_render(int argc, char **argv)
         return complain(EXIT_MISUSED, "no picture to write: give -o OUT.png");
     if (!has_ending(a.output, ".png"))
         return complain(EXIT_MISUSED, "%s: the picture's name must end in .png", a.output);
+    a.common.accept_cut = 1;
     cvol_context *context = begin_command(&a.common);
     if (!context)
         return EXIT_FAILED;

@@ -4,7 +4,7 @@
 #include "cli.h"
 
 static const char description[] = "Checks every checksum of .cvol files (of headers, of sections, "
-                                  "of each group of blocks), that\n"
+                                  "of each run of bricks), that\n"
                                   "lengths and index agree, and that everything decodes. All files "
                                   "are looked at; the status is 1\n"
                                   "if one of them is damaged, and a sentence says where.";

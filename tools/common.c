@@ -119,8 +119,15 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
                             "%s: is a .cvol file, which describes itself: --dims, --type, "
                             "--big-endian and --spacing are for raw samples",
                             path);
-        int code = cvol_array_read(context, &in->array, path, &in->file_bytes);
-        return code ? complain_context(context, code, NULL) : EXIT_DONE;
+        const cvol_file_part part = {.level = common->level, .cut = common->accept_cut};
+        cvol_file_report report;
+        int code = cvol_array_read_part(context, &in->array, &report, path, &part);
+        if (code)
+            return complain_context(context, code, NULL);
+        in->file_bytes = report.file_bytes;
+        in->level = report.level;
+        in->cut = report.cut;
+        return EXIT_DONE;
     }
     in->file_bytes = file_size(path);
     return read_dense(context, in, path, common);

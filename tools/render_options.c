@@ -38,6 +38,8 @@ int check_render_arguments(scene *s, const render_arguments *a)
         return complain(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
     if (!(a->zoom > 0))
         return complain(EXIT_MISUSED, "--zoom is %g, must be above 0", a->zoom);
+    if (a->common.level > 3)
+        return complain(EXIT_MISUSED, "--level is %d, must be 0 to 3", a->common.level);
     for (int i = 0; i < 2; i++)
         if (a->size[i] > CVOL_IMAGE_SIZE_MAX)
             return complain(EXIT_MISUSED, "--size has %d, must be 1 to %d", a->size[i],
@@ -99,6 +101,11 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
 {
     double start = milliseconds();
     int status = open_input(context, &s->in, path, &arguments->common);
+    if (!status && s->in.cut) {
+        clear_progress();
+        fprintf(stderr, "cvol: %s: ends early; drawn at level %d, which is whole\n", path,
+                s->in.level);
+    }
     if (!status)
         status = make_renderer(context, s, path);
     if (!status && s->options.mode == CVOL_MODE_COMPOSITE) {

@@ -37,6 +37,13 @@ typedef struct render_arguments {
          (a).background,                                                                       \
          0,                                                                                    \
          NULL},                                                                                \
+        {"--level",                                                                            \
+         "L",                                                                                  \
+         "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser previews",                    \
+         OPTION_INTEGER,                                                                       \
+         &(a).common.level,                                                                    \
+         0,                                                                                    \
+         NULL},                                                                                \
         {"--engine",  "ENGINE",         "sheet (default), or ray: slow, from dense samples",   \
          OPTION_TEXT, &(a).engine_name, 0,                                                     \
          NULL},                                                                                \

@@ -122,6 +122,13 @@ CVOL_API void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
  * would). */
 CVOL_API int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type);
 
+/* Attributes: a JSON text (UTF-8, at most 16 MiB) about the volume, which files keep byte for byte.
+ * Results of operations have none. The array keeps a copy; NULL: none. Errors: ARGUMENT (no JSON:
+ * line and column), LIMIT, MEMORY. */
+CVOL_API int cvol_array_set_attributes(cvol_context *context, cvol_array *array, const char *json);
+/* Owned by the array; NULL if there are none. */
+CVOL_API const char *cvol_array_attributes(const cvol_array *array);
+
 /* ---- the certified bound --------------------------------------------------------------------
  *
  * l2_error is carried through every operation: it bounds the L2 distance, over all samples, between

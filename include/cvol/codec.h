@@ -58,17 +58,44 @@ CVOL_API int cvol_array_measure(cvol_context *context, cvol_array *array, const 
 CVOL_API int cvol_array_write(cvol_context *context, const cvol_array *array, const char *path,
                               uint64_t *file_bytes);
 
-/* Reads a .cvol file. The caller frees *out. file_bytes may be NULL.
+/* Reads a .cvol file. The caller frees *out. file_bytes may be NULL. Of a file that ends early the
+ * message says which level is whole.
  * Errors: IO, FORMAT, CORRUPT, LIMIT, UNSUPPORTED, MEMORY. */
 CVOL_API int cvol_array_read(cvol_context *context, cvol_array **out, const char *path,
                              uint64_t *file_bytes);
 
-/* Reads what the box of samples [begin, end) (x, y, z) needs: of a volume in DCT blocks only the
- * groups of blocks that it touches are checked and decoded. The array has the file's grid; samples
- * of other groups evaluate to a constant, so that only samples within the box may be asked for, and
- * it counts only the coefficients that it has. The file's bytes are all read, and of other arrays
- * all terms. The caller frees *out. file_bytes may be NULL. Errors: those of cvol_array_read, and
- * ARGUMENT (the box is empty, reversed, or not within). */
+/* What is read of a file; all zero: everything. */
+typedef struct cvol_file_part {
+    /* The box of samples [begin, end) (x, y, z), NULL: all. Of a volume in DCT blocks only the
+     * bricks of 64^3 samples that it touches are read, checked and decoded. The array has the file's
+     * grid; samples of other bricks evaluate to a constant, so that only samples within the box may
+     * be asked for, and it counts only the coefficients that it has. */
+    const size_t *begin, *end;
+    /* 0: all coefficients; level 1, 2, 3: of a volume in DCT blocks those of the lowest 1/2, 1/4,
+     * 1/8 of the frequencies along each axis, which stand first in the file. What is behind them is
+     * not looked at. l2_error and max_abs count what is left away. */
+    int level;
+    /* 1: of a volume whose file ends early, the finest level that is whole (but no finer than
+     * `level`) instead of an error. */
+    int cut;
+} cvol_file_part;
+
+/* What was read. */
+typedef struct cvol_file_report {
+    uint64_t file_bytes;
+    int level; /* of the array */
+    int cut;   /* 1: the file ends early */
+} cvol_file_report;
+
+/* Reads a part of a .cvol file. Other arrays than volumes in DCT blocks are read whole. The file is
+ * mapped: only what is needed is read. The caller frees *out. part, report: may be NULL.
+ * Errors: those of cvol_array_read, and ARGUMENT (the box is empty, reversed, or not within; no such
+ * level). */
+CVOL_API int cvol_array_read_part(cvol_context *context, cvol_array **out,
+                                  cvol_file_report *report, const char *path,
+                                  const cvol_file_part *part);
+
+/* The same of a box, at level 0. file_bytes may be NULL. */
 CVOL_API int cvol_array_read_box(cvol_context *context, cvol_array **out, const char *path,
                                  const size_t begin[3], const size_t end[3], uint64_t *file_bytes);
 
@@ -76,7 +103,7 @@ CVOL_API int cvol_array_read_box(cvol_context *context, cvol_array **out, const 
 
 typedef enum cvol_section_state {
     CVOL_SECTION_SOUND = 0,     /* every checksum of it holds */
-    CVOL_SECTION_DAMAGED = 1,   /* one of its header, its content or a group of it does not */
+    CVOL_SECTION_DAMAGED = 1,   /* one of its header, its content or a run of bricks does not */
     CVOL_SECTION_TRUNCATED = 2, /* the file ends within it */
     CVOL_SECTION_UNCHECKED = 3  /* its checksums are in a section that is damaged */
 } cvol_section_state;
@@ -86,23 +113,25 @@ CVOL_API const char *cvol_section_state_name(cvol_section_state state);
 
 typedef struct cvol_file_section {
     char tag[5];         /* "HEAD", ...; letters that cannot be printed are '?' */
-    uint64_t offset;     /* of its header in the file; the content begins 20 bytes behind */
+    uint32_t flags;      /* bit 0: readers must know it */
+    uint64_t offset;     /* of its header in the file; the content begins 24 bytes behind */
     uint64_t length;     /* of its content in bytes, as its header says */
     const char *content; /* what it is, in words; static storage */
     cvol_section_state state;
 } cvol_file_section;
 
-enum { CVOL_FILE_SECTIONS_MAX = 16 };
+enum { CVOL_FILE_SECTIONS_MAX = 64 };
 
 typedef struct cvol_file_layout {
     uint64_t file_bytes;
     uint32_t version; /* of the format */
-    int section_count;
+    int section_count; /* of more than CVOL_FILE_SECTIONS_MAX the first are told, all are checked */
     cvol_file_section sections[CVOL_FILE_SECTIONS_MAX]; /* in the file's order */
+    int level; /* volumes in DCT blocks: the finest level whose sections are sound; -1: none */
 } cvol_file_layout;
 
 /* Finds a .cvol file's sections and checks every checksum: of their headers, their contents, and
- * each group of blocks. The message is about the first damage: section, byte, what differs. *out is
+ * each run of bricks. The message is about the first damage: section, byte, what differs. *out is
  * filled as far as the file can be followed, whatever is returned.
  * Cost: one pass over the file, whose bytes it holds in memory.
  * Errors: IO, FORMAT (no .cvol file), CORRUPT, UNSUPPORTED (its version), MEMORY. */

@@ -87,7 +87,8 @@ int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_gri
         array->block_count *= array->blocks[a];
     }
     if (block) {
-        array->block_table = cvol_allocate_zero(array->block_count, sizeof *array->block_table);
+        /* calloc: of a huge volume of which a part is read, most pages are never touched. */
+        array->block_table = calloc(array->block_count, sizeof *array->block_table);
         if (!array->block_table) {
             code = cvol_fail_memory(context, array->block_count * sizeof *array->block_table,
                                     "the block table");
@@ -126,6 +127,7 @@ void cvol_array_free(cvol_array *array)
     free(array->pools);
     free(array->block_table);
     cvol_spectrum_free(&array->whole);
+    free(array->attributes);
     free(array);
 }
 

@@ -34,6 +34,7 @@ struct cvol_array {
     int measured;              /* whether the next two are, or follow from the ledger */
     double psnr_db, max_error; /* of the samples as the grid's type stores them */
     double threshold;          /* terms smaller than this were dropped; 0: none */
+    char *attributes;          /* JSON text, or NULL: of the volume it was read with */
     double offset;             /* added to every sample; whole arrays: 0 */
     /* blocks only: */
     int block;      /* B; 0: whole */
@@ -64,6 +65,13 @@ int cvol_array_is_volume(const cvol_array *array);
 /* Refuses arrays that are no volumes: UNSUPPORTED with what to do. `what`: "the
  * sheet engine", "a .cvol file". */
 int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const char *what);
+/* Attributes are texts, not data. */
+enum { CVOL_ATTRIBUTES_MOST = 16 << 20 };
+/* Whether bytes are UTF-8 without a zero. */
+int cvol_attributes_are_text(const char *text, size_t size);
+/* Sets an array's attributes as they are. Errors: MEMORY. */
+int cvol_array_keep_attributes(cvol_context *context, cvol_array *array, const char *text,
+                               size_t size);
 /* psnr_db and max_error from the ledger. */
 void cvol_array_derive_figures(cvol_array *array);
 /* B^rank. */

@@ -24,9 +24,14 @@ static void fill_table(void)
 
 uint32_t cvol_crc32c(const void *data, size_t size)
 {
+    return cvol_crc32c_more(0, data, size);
+}
+
+uint32_t cvol_crc32c_more(uint32_t crc, const void *data, size_t size)
+{
     pthread_once(&table_once, fill_table);
     const uint8_t *p = data;
-    uint32_t crc = UINT32_C(0xFFFFFFFF);
+    crc = ~crc;
     for (; size >= 8; size -= 8, p += 8)
         crc = table[7][(crc ^ p[0]) & 255] ^ table[6][(crc >> 8 ^ p[1]) & 255] ^
               table[5][(crc >> 16 ^ p[2]) & 255] ^ table[4][(crc >> 24 ^ p[3]) & 255] ^

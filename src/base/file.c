@@ -1,4 +1,4 @@
-/* Whole-file reads, and outputs by temporary file, sync and rename. */
+/* Whole-file reads, mappings, and outputs by temporary file, sync and rename. */
 #define _GNU_SOURCE
 #include "base/file.h"
 
@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -101,6 +102,42 @@ int cvol_file_peek(cvol_context *context, uint8_t *data, size_t *read_size, size
     if (*read_size == 0)
         return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is empty", path);
     return CVOL_OK;
+}
+
+int cvol_file_map(cvol_context *context, cvol_map *map, const char *path)
+{
+    static const uint8_t none = 0;
+    *map = (cvol_map){.data = &none};
+    int fd;
+    struct stat status;
+    int code = open_regular(context, &fd, &status, path);
+    if (code)
+        return code;
+    if (status.st_size > 0 && (uint64_t)status.st_size <= SIZE_MAX) {
+        map->memory = mmap(NULL, (size_t)status.st_size, PROT_READ, MAP_PRIVATE, fd, 0);
+        map->is_mapping = map->memory != MAP_FAILED;
+    }
+    close(fd);
+    if (map->is_mapping) {
+        map->data = map->memory;
+        map->size = (size_t)status.st_size;
+        return CVOL_OK;
+    }
+    uint8_t *data;
+    code = cvol_file_read(context, &data, &map->size, path, 0, SIZE_MAX);
+    map->memory = data;
+    if (data)
+        map->data = data;
+    return code;
+}
+
+void cvol_file_unmap(cvol_map *map)
+{
+    if (map->is_mapping)
+        munmap(map->memory, map->size);
+    else
+        free(map->memory);
+    *map = (cvol_map){0};
 }
 
 /* ---- writing ------------------------------------------------------------------------- */
@@ -213,6 +250,40 @@ int cvol_output_write(cvol_context *context, cvol_output *output, const void *da
         size -= (size_t)wrote;
     }
     return CVOL_OK;
+}
+
+const char *cvol_output_name(const cvol_output *output)
+{
+    return output->final_name;
+}
+
+int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *fd)
+{
+    const char *root = getenv("TMPDIR"), *slash = strrchr(output->final_name, '/');
+    char *folder = output->in_place ? strdup(root && *root ? root : "/tmp")
+                   : slash ? strndup(output->final_name, (size_t)(slash + 1 - output->final_name))
+                           : strdup(".");
+    const size_t length = folder ? strlen(folder) + sizeof "/.cvol-XXXXXX" : 0;
+    char *name = folder ? malloc(length) : NULL;
+    int code = CVOL_OK;
+    *fd = -1;
+    if (!name) {
+        code = cvol_fail_memory(context, length, output->final_name);
+    } else {
+        *fd = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+        if (*fd < 0) { /* not on every file system */
+            snprintf(name, length, "%s/.cvol-XXXXXX", folder);
+            *fd = mkostemp(name, O_CLOEXEC);
+            if (*fd < 0)
+                code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s",
+                                 output->final_name, strerror(errno));
+            else
+                unlink(name);
+        }
+    }
+    free(name);
+    free(folder);
+    return code;
 }
 
 const char *cvol_output_temporary_name(const cvol_output *output)

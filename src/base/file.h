@@ -1,4 +1,5 @@
-/* Files: whole input files in memory, and outputs that appear only when they are whole. */
+/* Files: whole input files in memory, or mapped, and outputs that appear only when they are whole.
+ */
 #ifndef CVOL_BASE_FILE_H
 #define CVOL_BASE_FILE_H
 
@@ -16,6 +17,20 @@ int cvol_file_read(cvol_context *context, uint8_t **data, size_t *read_size, con
 int cvol_file_peek(cvol_context *context, uint8_t *data, size_t *read_size, size_t size,
                    const char *path);
 
+/* A regular file's bytes, all of them, to be read where they lie: pages come when they are touched.
+ */
+typedef struct cvol_map {
+    const uint8_t *data; /* never NULL */
+    size_t size;
+    void *memory; /* what is freed: a mapping, or what was read where there can be none */
+    int is_mapping;
+} cvol_map;
+
+/* Errors: IO, LIMIT, MEMORY. A file must not shrink while it is mapped (its size is what it was
+ * here; pages that are gone kill the process): ours are replaced, never rewritten. */
+int cvol_file_map(cvol_context *context, cvol_map *map, const char *path);
+void cvol_file_unmap(cvol_map *map);
+
 /* An output under a temporary name beside its final one. What had the final name stays
  * untouched until cvol_output_commit has the whole file on disk and renames it. A final name
  * that is a device or a pipe is written in place; a symbolic link is followed. */
@@ -24,6 +39,11 @@ typedef struct cvol_output cvol_output;
 /* Errors: IO (folder does not exist, name is a directory, file is read-only, ...), MEMORY. */
 int cvol_output_open(cvol_context *context, cvol_output **out, const char *path);
 int cvol_output_write(cvol_context *context, cvol_output *output, const void *data, size_t size);
+/* Opens a file without a name for reading and writing, in the output's folder (of a device or pipe:
+ * where temporary files lie), which is gone when *fd is closed. Errors: IO, MEMORY. */
+int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *fd);
+/* What messages call it. */
+const char *cvol_output_name(const cvol_output *output);
 /* The temporary file's name, for libraries that want to open it themselves. */
 const char *cvol_output_temporary_name(const cvol_output *output);
 /* Syncs, renames and frees the output (also when it fails: then nothing was replaced). */

@@ -1,84 +1,170 @@
 /* Arrays to files and back. */
+#include "codec/array_file.h"
+
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/context.h"
 #include "base/file.h"
+#include "codec/bricks.h"
 #include "codec/container.h"
 #include "codec/ranges.h"
+#include "codec/terms.h"
+#include "codec/writer.h"
 #include "cvol/codec.h"
 
-static int write_all(cvol_context *context, const cvol_bytes *begin, const cvol_groups *groups,
-                     const char *path)
+/* ---- writing ---------------------------------------------------------------------------- */
+
+/* Ranges take a few bits a cell of 16^3 at least: where that is more than a hundredth of the
+ * shells, the writer would leave them out. */
+static int may_have_ranges(const cvol_array *array, uint64_t shells)
 {
-    cvol_output *output;
-    int code = cvol_output_open(context, &output, path);
+    return cvol_grid_samples(&array->grid) / 4096 / 16 < shells / 100 + 64;
+}
+
+/* The content of RNGE. An array that has no ranges yet is evaluated for it; `found` are then its
+ * bounds. */
+static int put_ranges(cvol_context *context, cvol_bytes *out, const cvol_array *array,
+                      cvol_header *header)
+{
+    cvol_array *ranged = NULL;
+    int code = CVOL_OK;
+    if (!array->has_ranges) {
+        code = cvol_array_share(context, &ranged, array);
+        if (!code)
+            code = cvol_ranges_find(context, ranged);
+        if (!code)
+            header->ledger.max_abs = ranged->ledger.max_abs;
+        array = ranged;
+    }
+    if (!code)
+        code = cvol_ranges_put(context, out, array);
+    cvol_array_free(ranged);
+    return code;
+}
+
+static int take_brick(cvol_context *context, void *user, size_t brick,
+                      const cvol_span shells[CVOL_SHELLS])
+{
+    (void)brick;
+    return cvol_file_writer_add(context, user, shells);
+}
+
+/* The tables that take the fewest bytes for these terms: as they are coded twice, no more than this
+ * array is needed to know them. The caller frees *out. */
+static int make_tables(cvol_context *context, cvol_token_tables **out, const cvol_array *array)
+{
+    cvol_token_tables *tables = cvol_token_tables_create();
+    cvol_token_counts *counts = calloc(1, sizeof *counts);
+    int code = tables && counts ? cvol_bricks_count(context, counts, array)
+                                : cvol_fail_memory(context, sizeof *counts, "the coder's tables");
+    if (!code)
+        cvol_token_tables_fit(tables, counts);
+    free(counts);
+    *out = tables;
+    return code;
+}
+
+/* Fills the front and gives the writer the bricks. */
+static int write_volume(cvol_context *context, cvol_file_writer *writer, cvol_file_front *front,
+                        cvol_bytes *ranges, cvol_header *header, const cvol_array *array)
+{
+    const cvol_brick_sink sink = {take_brick, writer};
+    int code = cvol_bricks_encode(context, array, front->tables, &sink);
+    if (!code && may_have_ranges(array, cvol_file_writer_shells(writer))) {
+        code = put_ranges(context, ranges, array, header);
+        front->ranges = ranges;
+    }
+    return code;
+}
+
+static int check_array(cvol_context *context, const cvol_array *array)
+{
+    if (!cvol_array_is_volume(array) && (array->lapped || cvol_array_has_splits(array)))
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "only volumes in dct blocks may be lapped or split in a file");
+    return array->block ? cvol_terms_check(context, array) : CVOL_OK;
+}
+
+/* path NULL: only counted. */
+static int write_file(cvol_context *context, const cvol_array *array, const char *path,
+                      uint64_t *file_bytes)
+{
+    const int is_volume = cvol_array_is_volume(array);
+    cvol_file_writer *writer = NULL;
+    cvol_bytes content = {0}; /* of RNGE, TERM or SPEC */
+    cvol_token_tables *tables = NULL;
+    int code = check_array(context, array);
     if (code)
         return code;
-    code = cvol_output_write(context, output, begin->data, begin->size);
-    for (size_t g = 0; g < groups->count && !code; g++)
-        code = cvol_output_write(context, output, groups->bytes[g].data, groups->bytes[g].size);
-    if (!code)
-        return cvol_output_commit(context, output);
-    cvol_output_abandon(output);
+    code = cvol_file_writer_open(context, &writer, path, is_volume ? cvol_brick_count(array) : 0);
+    if (code)
+        return code;
+    cvol_header header = cvol_header_of(array);
+    cvol_file_front front = {.header = &header, .attributes = array->attributes};
+    if (is_volume) {
+        code = make_tables(context, &tables, array);
+        front.tables = tables;
+        if (!code)
+            code = write_volume(context, writer, &front, &content, &header, array);
+    } else {
+        code = array->block ? cvol_terms_put(context, &content, array)
+                            : cvol_spectrum_put(context, &content, array);
+        front.terms = &content;
+    }
+    if (code)
+        cvol_file_writer_abandon(writer);
+    else
+        code = cvol_file_writer_finish(context, writer, &front, file_bytes);
+    cvol_bytes_free(&content);
+    free(tables);
     return code;
 }
 
 int cvol_array_write(cvol_context *context, const cvol_array *array, const char *path,
                      uint64_t *file_bytes)
 {
-    cvol_groups groups = {0};
-    cvol_bytes begin = {0};
-    cvol_array *ranged = NULL; /* the same with block ranges, if it has none */
-    int code = CVOL_OK;
-    if (cvol_array_is_volume(array) && !array->has_ranges) {
-        code = cvol_array_share(context, &ranged, array);
-        if (!code)
-            code = cvol_ranges_find(context, ranged);
-        array = ranged;
-    }
-    if (!code && cvol_array_is_volume(array))
-        code = cvol_array_encode(context, &groups, array);
-    if (!code)
-        code = cvol_container_begin(context, &begin, array, &groups);
-    if (!code)
-        code = write_all(context, &begin, &groups, path);
-    if (!code && file_bytes)
-        *file_bytes = begin.size + cvol_groups_size(&groups);
-    cvol_bytes_free(&begin);
-    cvol_groups_free(&groups);
-    cvol_array_free(ranged);
-    return code;
+    return write_file(context, array, path, file_bytes);
 }
 
-static int read_file(cvol_context *context, cvol_array **out, const char *path, const cvol_box *box,
-                     uint64_t *file_bytes)
+int cvol_array_file_bytes(cvol_context *context, const cvol_array *array, uint64_t *file_bytes)
 {
+    return write_file(context, array, NULL, file_bytes);
+}
+
+/* ---- reading ---------------------------------------------------------------------------- */
+
+int cvol_array_read_part(cvol_context *context, cvol_array **out, cvol_file_report *report,
+                         const char *path, const cvol_file_part *part)
+{
+    cvol_map file;
     *out = NULL;
-    uint8_t *data;
-    size_t size;
-    int code = cvol_file_read(context, &data, &size, path, 0, SIZE_MAX);
+    int code = cvol_file_map(context, &file, path);
     if (code)
         return code;
-    code = cvol_container_read_box(context, out, data, size, box, path);
-    free(data);
-    if (!code && file_bytes)
-        *file_bytes = size;
+    code = cvol_container_read_part(context, out, report, file.data, file.size, part, path);
+    cvol_file_unmap(&file);
     return code;
 }
 
 int cvol_array_read(cvol_context *context, cvol_array **out, const char *path, uint64_t *file_bytes)
 {
-    return read_file(context, out, path, NULL, file_bytes);
+    cvol_file_report report;
+    int code = cvol_array_read_part(context, out, &report, path, NULL);
+    if (!code && file_bytes)
+        *file_bytes = report.file_bytes;
+    return code;
 }
 
 int cvol_array_read_box(cvol_context *context, cvol_array **out, const char *path,
                         const size_t begin[3], const size_t end[3], uint64_t *file_bytes)
 {
-    cvol_box box;
-    memcpy(box.begin, begin, sizeof box.begin);
-    memcpy(box.end, end, sizeof box.end);
-    return read_file(context, out, path, &box, file_bytes);
+    const cvol_file_part part = {.begin = begin, .end = end};
+    cvol_file_report report;
+    int code = cvol_array_read_part(context, out, &report, path, &part);
+    if (!code && file_bytes)
+        *file_bytes = report.file_bytes;
+    return code;
 }
 
 int cvol_file_is_cvol(const char *path)

@@ -168,7 +168,8 @@ static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const
     spread_terms(coder, block, array->block_log2);
     for (int p = 0; p < count; p++) {
         const int size_class = cvol_size_class(parts[p].side);
-        const int used = scan_part(coder, &parts[p], in_cell);
+        coder->scanned[0] = 0;
+        const int used = block->words ? scan_part(coder, &parts[p], in_cell) : 1;
         int at[3];
         cvol_part_place(at, &parts[p], place, array->block);
         const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
@@ -192,6 +193,12 @@ int cvol_brick_encode(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS],
                      place);
     }
     return cvol_brick_finish(coder, shells);
+}
+
+void cvol_brick_coder_count(const cvol_brick_coder *coder, cvol_token_counts *counts)
+{
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        cvol_token_writer_count(&coder->writers[s], counts);
 }
 
 /* ---- decoding --------------------------------------------------------------------------- */

@@ -50,6 +50,9 @@ void cvol_brick_coder_free(cvol_brick_coder *coder);
 int cvol_brick_encode(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS],
                       const cvol_array *array, size_t brick);
 
+/* Adds what the last brick was encoded in to the counts. */
+void cvol_brick_coder_count(const cvol_brick_coder *coder, cvol_token_counts *counts);
+
 /* What a brick decoded to. */
 typedef struct cvol_brick_terms {
     const uint32_t *words; /* of all its blocks in order, the coder's until its next use */

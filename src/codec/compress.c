@@ -105,9 +105,11 @@ static int try_step(compression *c, double step, int decode)
     cvol_array_free(c->trial.array); /* of another step */
     c->trial.array = NULL;
     int code = cvol_trial_encode(c->context, &c->trial, step, 1);
-    if (!code && decode)
+    (void)decode; /* the file is of another coder than the trial: what it takes is known from terms */
+    if (!code)
         code = cvol_trial_decode(c->context, &c->trial);
-    c->file_bytes = c->trial.begin_bytes + cvol_groups_size(&c->trial.groups);
+    if (!code)
+        code = cvol_trial_finish(c->context, &c->trial, &c->file_bytes);
     return code;
 }
 

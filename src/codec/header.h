@@ -1,29 +1,47 @@
-/* Section HEAD: what the array is. */
+/* Sections HEAD, GEOM and ERRS: what an array is but for its terms.
+ *
+ * Each is a record of fixed length. One that is longer comes from a later writer: what stands
+ * behind the fields that are known here is ignored.
+ */
 #ifndef CVOL_CODEC_HEADER_H
 #define CVOL_CODEC_HEADER_H
 
 #include "array/array.h"
 #include "base/bytes.h"
+#include "codec/brick_code.h"
 
-/* All fields of HEAD but the samples themselves. */
 typedef struct cvol_header {
-    cvol_grid grid;
-    uint32_t transform, block;
+    cvol_grid grid; /* GEOM: all of it but shape and type */
+    /* HEAD */
+    uint32_t transform, rank, block, lapped;
     double step, offset;
-    cvol_ledger ledger;
-    double range_min, range_max;
-    double psnr_db, max_error;
     uint64_t coefficients;
-    double threshold;
-    uint32_t measured, rank;
+    cvol_ledger ledger; /* HEAD: value_min and value_max; ERRS: the other two */
+    /* ERRS */
+    double psnr_db, max_error, threshold;
+    double shell_norm[CVOL_SHELLS]; /* volumes: L2 norms of the coefficients of each shell */
+    uint32_t measured;
 } cvol_header;
 
-/* Whether an array's terms are coded in groups (RNGE, INDX, DATA); others have a section of their
- * own. */
+/* What the header of an array's file says. */
+cvol_header cvol_header_of(const cvol_array *array);
+/* Whether an array's terms are coded in bricks; others have a section of their own. */
 int cvol_header_is_volume(const cvol_header *header);
-void cvol_header_put(cvol_bytes *out, const cvol_array *array);
-/* Reads and checks every field. Errors: CORRUPT, FORMAT, LIMIT, UNSUPPORTED. */
-int cvol_header_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+/* How many blocks it claims along each axis; how many bricks, of a volume. */
+void cvol_header_blocks(uint64_t blocks[3], const cvol_header *header);
+uint64_t cvol_header_bricks(const cvol_header *header);
+
+/* Append a section's content. */
+void cvol_head_put(cvol_bytes *out, const cvol_header *header);
+void cvol_geometry_put(cvol_bytes *out, const cvol_header *header);
+void cvol_errors_put(cvol_bytes *out, const cvol_header *header);
+
+/* Read and check every field, HEAD first. Errors: CORRUPT, FORMAT, LIMIT, UNSUPPORTED. */
+int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                   const char *name);
+int cvol_geometry_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                       const char *name);
+int cvol_errors_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
                      const char *name);
 
 #endif

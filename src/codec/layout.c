@@ -1,5 +1,6 @@
-/* Sections in order: their headers, their contents' checksums, those of every group; then, to
- * verify, the reader itself. The first damage in the file's own order is the one that is told. */
+/* Sections in order: their headers, their contents' checksums, those of every run of bricks; then,
+ * to verify, the reader itself. The first damage in the file's own order is the one that is told.
+ */
 #include "codec/layout.h"
 
 #include <stdarg.h>
@@ -7,27 +8,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/bytes.h"
 #include "base/context.h"
 #include "base/file.h"
+#include "codec/brick_index.h"
 #include "codec/container.h"
+#include "codec/header.h"
 #include "codec/section.h"
-
-enum { INDEX_ENTRY_BYTES = 12, FIRST_SECTION_AT = CVOL_SIGNATURE_BYTES + 4 };
-
-/* What each section holds, which ones it may follow, and whether it is a file's last. */
-static const struct section_kind {
-    const char *tag, *after, *content;
-    int last;
-} kinds[] = {
-    {"HEAD", "", "shape, type, geometry, method, error bounds", 0},
-    {"RNGE", "HEAD", "bounds of the decoded samples, for skipping", 0},
-    {"INDX", "RNGE", "length and checksum of each group of blocks", 0},
-    {"DATA", "INDX", "the coefficients, coded in groups of blocks", 1},
-    {"TERM", "HEAD", "the terms of all blocks", 1},
-    {"SPEC", "HEAD", "the terms of the whole array", 1},
-};
-enum { KIND_COUNT = sizeof kinds / sizeof *kinds };
 
 const char *cvol_section_state_name(cvol_section_state state)
 {
@@ -47,227 +33,146 @@ const char *cvol_section_state_name(cvol_section_state state)
 typedef struct walk {
     cvol_context *context;
     cvol_file_layout *out;
-    cvol_cursor file, index; /* index: the content of INDX */
+    cvol_section_walk sections;
     const char *name;
-    int code; /* of the first damage */
+    int code;                         /* of the first damage */
+    char message[CVOL_MESSAGE_BYTES]; /* of it */
+    int has_header, has_index;
+    cvol_header header;
+    cvol_brick_index index;
 } walk;
 
-static void tell(walk *w, const char *format, ...) __attribute__((format(printf, 2, 3)));
-
-/* Notes damage: its sentence, unless there was one before. */
-static void tell(walk *w, const char *format, ...)
+/* Keeps the first failure, of whose sentence the context holds the last. */
+static void note(walk *w, int code)
 {
-    char what[CVOL_MESSAGE_BYTES];
-    va_list args;
-    if (w->code)
+    if (!code || w->code)
         return;
-    va_start(args, format);
-    vsnprintf(what, sizeof what, format, args);
-    va_end(args);
-    w->code = cvol_fail(w->context, CVOL_ERROR_CORRUPT, "%s: %s", w->name, what);
-}
-
-static size_t place(const walk *w)
-{
-    return w->file.size - cvol_cursor_left(&w->file);
-}
-
-/* ---- which section may come ------------------------------------------------------------- */
-
-static const cvol_file_section *last_section(const cvol_file_layout *layout)
-{
-    return layout->section_count ? &layout->sections[layout->section_count - 1] : NULL;
-}
-
-static const char *last_tag(const cvol_file_layout *layout)
-{
-    const cvol_file_section *last = last_section(layout);
-    return last ? last->tag : "";
-}
-
-static const struct section_kind *kind_of(const char *tag)
-{
-    for (int i = 0; i < KIND_COUNT; i++)
-        if (!strcmp(kinds[i].tag, tag))
-            return &kinds[i];
-    return NULL;
-}
-
-/* The tags that may follow `tag`: "RNGE or TERM or SPEC". */
-static void list_followers(char out[64], const char *tag)
-{
-    size_t used = 0;
-    out[0] = '\0';
-    for (int i = 0; i < KIND_COUNT; i++)
-        if (!strcmp(kinds[i].after, tag))
-            used += (size_t)snprintf(out + used, 64 - used, "%s%s", used ? " or " : "",
-                                     kinds[i].tag);
-}
-
-static int is_complete(const cvol_file_layout *layout)
-{
-    const struct section_kind *kind = kind_of(last_tag(layout));
-    return kind && kind->last;
+    w->code = code;
+    snprintf(w->message, sizeof w->message, "%s", cvol_context_message(w->context));
 }
 
 /* ---- one section ------------------------------------------------------------------------ */
 
-/* DATA, group by group; the section's checksum is that of the groups' own. */
-static void check_groups(walk *w, cvol_file_section *section, cvol_cursor content, uint32_t stored)
+/* A shell, run by run; the section's checksum is that of the runs' own. */
+static cvol_section_state check_shell(walk *w, const cvol_section *section)
 {
-    const size_t count = w->index.size / INDEX_ENTRY_BYTES, at = (size_t)section->offset;
-    cvol_bytes checksums = {0};
-    int sound = 1;
-    for (size_t g = 0; g < count; g++) {
-        const size_t left = cvol_cursor_left(&content);
-        const size_t begin = at + CVOL_SECTION_HEADER_BYTES + content.size - left;
-        const uint64_t length = cvol_cursor_u64(&w->index);
-        const uint32_t checksum = cvol_cursor_u32(&w->index);
-        cvol_bytes_put_u32(&checksums, checksum);
-        if (length == 0 || length > left) {
-            tell(w, "section DATA at byte %zu: group %zu of %zu has %llu bytes, %zu are left", at,
-                 g, count, (unsigned long long)length, left);
-            sound = 0;
+    const int shell = (int)section->kind - CVOL_SHL0;
+    int code = cvol_brick_index_check(w->context, &w->index, shell, section, w->name);
+    cvol_section_state state = code ? CVOL_SECTION_DAMAGED : CVOL_SECTION_SOUND;
+    note(w, code);
+    for (size_t r = 0; r < w->index.runs; r++) {
+        if (cvol_brick_index_size(&w->index, shell) > section->length)
             break;
-        }
-        const uint8_t *bytes = cvol_cursor_take(&content, (size_t)length);
-        const uint32_t found = cvol_crc32c(bytes, (size_t)length);
-        if (found != checksum) {
-            tell(w,
-                 "section DATA at byte %zu: group %zu of %zu, %llu bytes from byte %zu: checksum "
-                 "is %08x, its bytes give %08x",
-                 at, g, count, (unsigned long long)length, begin, checksum, found);
-            sound = 0;
-        }
+        const cvol_span run = cvol_brick_index_run(&w->index, shell, r, section->content);
+        const uint32_t stored = w->index.checksums[(size_t)shell * w->index.runs + r];
+        const uint32_t found = cvol_crc32c(run.data, run.size);
+        if (stored == found)
+            continue;
+        const unsigned long long begin = section->offset + CVOL_SECTION_HEADER_BYTES +
+                                         (uint64_t)(run.data - section->content);
+        note(w, cvol_fail(w->context, CVOL_ERROR_CORRUPT,
+                          "%s: section %s at byte %llu: run %zu of %zu, %zu bytes from byte %llu: "
+                          "checksum is %08x, its bytes give %08x",
+                          w->name, section->tag, (unsigned long long)section->offset, r,
+                          w->index.runs, run.size, begin, stored, found));
+        state = CVOL_SECTION_DAMAGED;
     }
-    const uint32_t found = cvol_crc32c(checksums.data, checksums.size);
-    if (checksums.failed && !w->code)
-        w->code = cvol_fail_memory(w->context, 4 * count, "the index");
-    if (sound && cvol_cursor_left(&content))
-        tell(w, "section DATA at byte %zu: %zu bytes belong to no group", at,
-             cvol_cursor_left(&content));
-    else if (sound && found != stored)
-        tell(w, "section DATA at byte %zu: checksum is %08x, its groups' give %08x", at, stored,
-             found);
-    else if (sound)
-        section->state = CVOL_SECTION_SOUND;
-    cvol_bytes_free(&checksums);
+    return state;
 }
 
-static void check_content(walk *w, cvol_file_section *section, uint32_t stored)
+/* What later sections are checked by. Lies are the reader's to tell. */
+static void keep_content(walk *w, const cvol_section *section)
 {
-    const size_t length = (size_t)section->length;
-    const cvol_cursor content = cvol_cursor_make(cvol_cursor_take(&w->file, length), length);
-    section->state = CVOL_SECTION_DAMAGED;
-    if (!strcmp(section->tag, "DATA")) {
-        if (w->index.data)
-            check_groups(w, section, content, stored);
-        else
-            section->state = CVOL_SECTION_UNCHECKED; /* only a sound INDX says where groups end */
-        return;
-    }
-    const uint32_t found = cvol_crc32c(content.data, length);
-    if (found == stored)
-        section->state = CVOL_SECTION_SOUND;
-    else
-        tell(w, "section %s at byte %llu: checksum is %08x, its content gives %08x", section->tag,
-             (unsigned long long)section->offset, stored, found);
-    if (found == stored && !strcmp(section->tag, "INDX"))
-        w->index = content;
+    cvol_cursor content = cvol_section_cursor(section);
+    if (section->kind == CVOL_HEAD)
+        w->has_header = !cvol_head_take(w->context, &w->header, &content, w->name);
+    if (section->kind == CVOL_INDX && w->has_header && cvol_header_is_volume(&w->header))
+        w->has_index = !cvol_brick_index_take(w->context, &w->index, section,
+                                              cvol_header_bricks(&w->header), w->name);
+}
+
+static cvol_section_state check_content(walk *w, const cvol_section *section)
+{
+    if (section->kind >= CVOL_SHL0 && section->kind <= CVOL_SHL3)
+        return w->has_index ? check_shell(w, section) : CVOL_SECTION_UNCHECKED;
+    int code = cvol_section_check(w->context, section, w->name);
+    note(w, code);
+    if (!code)
+        keep_content(w, section);
+    return code ? CVOL_SECTION_DAMAGED : CVOL_SECTION_SOUND;
 }
 
 /* The section that comes next; 0: what follows it cannot be found. */
 static int take_section(walk *w)
 {
-    const size_t at = place(w), left = cvol_cursor_left(&w->file);
-    char wanted[64];
-    list_followers(wanted, last_tag(w->out));
-    const uint8_t *header = cvol_cursor_take(&w->file, CVOL_SECTION_HEADER_BYTES);
-    if (!header) {
-        tell(w, "truncated: of section %s at byte %zu %zu of %d bytes of its header are there",
-             wanted, at, left, (int)CVOL_SECTION_HEADER_BYTES);
+    cvol_section section;
+    int code = cvol_section_next(w->context, &section, &w->sections, w->name);
+    note(w, code);
+    if (!section.tag[0])
         return 0;
+    cvol_section_state state = w->sections.cut    ? CVOL_SECTION_TRUNCATED
+                               : !section.content ? CVOL_SECTION_DAMAGED
+                                                  : check_content(w, &section);
+    if (w->out->section_count < CVOL_FILE_SECTIONS_MAX) {
+        cvol_file_section *out = &w->out->sections[w->out->section_count++];
+        *out = (cvol_file_section){.flags = section.flags,
+                                   .offset = section.offset,
+                                   .length = section.length,
+                                   .content = cvol_section_content(section.kind),
+                                   .state = state};
+        memcpy(out->tag, section.tag, sizeof out->tag);
     }
-    cvol_cursor fields = cvol_cursor_make(header + 4, CVOL_SECTION_HEADER_BYTES - 4);
-    cvol_file_section *section = &w->out->sections[w->out->section_count];
-    *section = (cvol_file_section){.offset = at, .state = CVOL_SECTION_DAMAGED, .content = ""};
-    for (int i = 0; i < 4; i++)
-        section->tag[i] = (char)(header[i] > ' ' && header[i] <= '~' ? header[i] : '?');
-    const struct section_kind *kind = kind_of(section->tag);
-    const int in_order = kind && !strcmp(kind->after, last_tag(w->out));
-    w->out->section_count++;
-    section->content = kind ? kind->content : "unknown";
-    section->length = cvol_cursor_u64(&fields);
-    const uint32_t checksum = cvol_cursor_u32(&fields), stored = cvol_cursor_u32(&fields);
-    const uint32_t found = cvol_crc32c(header, 16);
-    if (stored != found) {
-        tell(w, "section %s at byte %zu: its header's checksum is %08x, its content gives %08x",
-             section->tag, at, stored, found);
-        return 0;
+    return section.content && !code;
+}
+
+/* The finest level that whole shells give, with all that stands before them. */
+static int find_level(const cvol_file_layout *layout)
+{
+    int shells = 0;
+    for (int i = 0; i < layout->section_count; i++) {
+        const cvol_file_section *s = &layout->sections[i];
+        if (s->state != CVOL_SECTION_SOUND)
+            break;
+        shells += !strncmp(s->tag, "SHL", 3);
     }
-    if (!in_order) {
-        tell(w, "section %s at byte %zu stands where %s must be", section->tag, at, wanted);
-        return 0;
-    }
-    if (section->length > cvol_cursor_left(&w->file)) {
-        tell(w, "truncated: section %s at byte %zu has %zu of %llu bytes", section->tag, at,
-             cvol_cursor_left(&w->file), (unsigned long long)section->length);
-        section->state = CVOL_SECTION_TRUNCATED;
-        return 0;
-    }
-    check_content(w, section, checksum);
-    return 1;
+    return shells ? CVOL_SHELLS - shells : -1;
 }
 
 /* ---- the file --------------------------------------------------------------------------- */
 
-/* Signature and version; 0: what follows means nothing here. */
-static int take_start(walk *w)
+/* Signature and version. */
+static int take_start(cvol_context *context, cvol_file_layout *out, cvol_cursor *file,
+                      const char *name)
 {
-    static const uint8_t none = 0;
-    const size_t size = w->file.size;
-    const uint8_t *data = size ? w->file.data : &none;
-    const size_t same = cvol_container_matches(data, size);
-    if (same < CVOL_SIGNATURE_BYTES && same < size) {
-        w->code = cvol_fail(w->context, CVOL_ERROR_FORMAT,
-                            "%s: is not a .cvol file: byte %zu is %02x, must be %02x", w->name,
-                            same, data[same], cvol_container_signature(same));
-        return 0;
-    }
-    if (size < FIRST_SECTION_AT) {
-        tell(w, "truncated: %zu of %d bytes of its signature and version are there", size,
-             (int)FIRST_SECTION_AT);
-        return 0;
-    }
-    cvol_cursor_take(&w->file, CVOL_SIGNATURE_BYTES);
-    w->out->version = cvol_cursor_u32(&w->file);
-    if (w->out->version == CVOL_FORMAT_VERSION)
-        return 1;
-    w->code = cvol_fail(w->context, CVOL_ERROR_UNSUPPORTED,
-                        "%s: the version at byte %d is %u, this library reads %d", w->name,
-                        (int)CVOL_SIGNATURE_BYTES, w->out->version, (int)CVOL_FORMAT_VERSION);
-    return 0;
+    const size_t size = file->size, same = cvol_container_matches(file->data, size);
+    if (same < CVOL_SIGNATURE_BYTES && same < size)
+        return cvol_fail(context, CVOL_ERROR_FORMAT,
+                         "%s: is not a .cvol file: byte %zu is %02x, must be %02x", name, same,
+                         file->data[same], cvol_container_signature(same));
+    if (size < CVOL_SECTIONS_AT)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: truncated: %zu of %d bytes of its signature and version are there",
+                         name, size, (int)CVOL_SECTIONS_AT);
+    cvol_cursor_take(file, CVOL_SIGNATURE_BYTES);
+    out->version = cvol_cursor_u32(file);
+    return cvol_container_check_version(context, out->version, name);
 }
 
 int cvol_layout_walk(cvol_context *context, cvol_file_layout *out, const uint8_t *data, size_t size,
                      const char *name)
 {
     walk w = {.context = context, .out = out, .name = name};
-    w.file = cvol_cursor_make(data, size);
-    *out = (cvol_file_layout){.file_bytes = size};
-    if (!take_start(&w))
-        return w.code;
-    while (cvol_cursor_left(&w.file) && !is_complete(out))
-        if (!take_section(&w))
-            return w.code;
-    if (cvol_cursor_left(&w.file)) {
-        tell(&w, "%zu bytes follow the end, at byte %zu", cvol_cursor_left(&w.file), place(&w));
-    } else if (!is_complete(out)) {
-        char wanted[64];
-        list_followers(wanted, last_tag(out));
-        tell(&w, "truncated: it ends at byte %zu, where section %s must be", size, wanted);
-    }
-    return w.code;
+    cvol_cursor file = cvol_cursor_make(data, size);
+    *out = (cvol_file_layout){.file_bytes = size, .level = -1};
+    int code = take_start(context, out, &file, name);
+    if (code)
+        return code;
+    w.sections = cvol_section_walk_make(file);
+    while (!cvol_section_walk_ended(&w.sections) && take_section(&w))
+        continue;
+    out->level = find_level(out);
+    cvol_brick_index_free(&w.index);
+    return w.code ? cvol_fail(context, w.code, "%s", w.message) : CVOL_OK;
 }
 
 /* Adds to the reader's sentence, which names a section, where that is. */
@@ -277,7 +182,7 @@ static int add_offset(cvol_context *context, const cvol_file_layout *layout, con
     char what[CVOL_MESSAGE_BYTES];
     snprintf(what, sizeof what, "%s", cvol_context_message(context));
     const char *behind = strncmp(what, name, strlen(name)) ? what : what + strlen(name);
-    for (int i = 0; i < layout->section_count; i++) {
+    for (int i = 0; i < layout->section_count && !strstr(behind, " at byte "); i++) {
         char section[16];
         snprintf(section, sizeof section, "section %s", layout->sections[i].tag);
         if (strstr(behind, section))
@@ -304,14 +209,13 @@ typedef int look(cvol_context *context, cvol_file_layout *out, const uint8_t *da
 
 static int look_at(cvol_context *context, cvol_file_layout *out, const char *path, look *what)
 {
-    uint8_t *data;
-    size_t size;
-    *out = (cvol_file_layout){0};
-    int code = cvol_file_read(context, &data, &size, path, 0, SIZE_MAX);
+    cvol_map file;
+    *out = (cvol_file_layout){.level = -1};
+    int code = cvol_file_map(context, &file, path);
     if (code)
         return code;
-    code = what(context, out, data, size, path);
-    free(data);
+    code = what(context, out, file.data, file.size, path);
+    cvol_file_unmap(&file);
     return code;
 }
 

@@ -1,6 +1,7 @@
 /* Block ranges: coarsening, and to bytes and back. */
 #include "codec/ranges.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <zstd.h>
 
@@ -95,6 +96,8 @@ int cvol_ranges_put(cvol_context *context, cvol_bytes *out, const cvol_array *ar
     const cell_grid grid = cell_grid_of(array);
     const size_t size = 2 * grid.count, bound = ZSTD_compressBound(size);
     uint8_t *codes = cvol_allocate(size, 1);
+    cvol_bytes_put_f64(out, array->range_min);
+    cvol_bytes_put_f64(out, array->range_max);
     if (!codes || !cvol_bytes_reserve(out, bound)) {
         free(codes);
         return cvol_fail_memory(context, size + bound, "block ranges");
@@ -110,15 +113,37 @@ int cvol_ranges_put(cvol_context *context, cvol_bytes *out, const cvol_array *ar
     return CVOL_OK;
 }
 
-int cvol_ranges_take(cvol_context *context, cvol_array *array, const cvol_cursor *content,
+/* The two ends of the codes. */
+static int take_ends(cvol_context *context, cvol_array *array, cvol_cursor *content,
+                     const char *name)
+{
+    const double lo = cvol_cursor_f64(content), hi = cvol_cursor_f64(content);
+    /* Written so that a NaN fails. */
+    if (content->failed || !isfinite(lo) || !(lo <= hi) || !isfinite(hi - lo))
+        return cvol_fail(
+            context, CVOL_ERROR_CORRUPT,
+            "%s: section RNGE: range_min is %g and range_max %g, must be finite and in "
+            "order",
+            name, lo, hi);
+    array->range_min = lo;
+    array->range_max = hi;
+    return CVOL_OK;
+}
+
+int cvol_ranges_take(cvol_context *context, cvol_array *array, const cvol_section *section,
                      const char *name)
 {
     const cell_grid grid = cell_grid_of(array);
     const size_t size = 2 * grid.count;
+    cvol_cursor content = cvol_section_cursor(section);
+    int code = take_ends(context, array, &content, name);
+    if (code)
+        return code;
+    const size_t left = cvol_cursor_left(&content);
     uint8_t *codes = cvol_allocate(size, 1);
     if (!codes)
         return cvol_fail_memory(context, size, "block ranges");
-    int sound = ZSTD_decompress(codes, size, content->data, content->size) == size;
+    int sound = ZSTD_decompress(codes, size, cvol_cursor_take(&content, left), left) == size;
     for (size_t c = 0; c < grid.count && sound; c++) {
         sound = codes[c] + codes[grid.count + c] <= 255;
         codes[grid.count + c] = (uint8_t)(codes[grid.count + c] + codes[c]);

@@ -9,6 +9,7 @@
 
 #include "array/array.h"
 #include "base/bytes.h"
+#include "codec/section.h"
 
 /* Finds the block ranges of a volume, as a file will say them, and lowers max_abs to what they
  * bound. Errors: MEMORY. */
@@ -17,7 +18,7 @@ int cvol_ranges_find(cvol_context *context, cvol_array *array);
 /* Appends the section's content. Errors: MEMORY. */
 int cvol_ranges_put(cvol_context *context, cvol_bytes *out, const cvol_array *array);
 /* Sets the block ranges from the content. Errors: CORRUPT, MEMORY. */
-int cvol_ranges_take(cvol_context *context, cvol_array *array, const cvol_cursor *content,
+int cvol_ranges_take(cvol_context *context, cvol_array *array, const cvol_section *section,
                      const char *name);
 
 #endif

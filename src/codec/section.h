@@ -1,6 +1,10 @@
-/* Sections of a .cvol: a tag of four letters, a length, two checksums, and the content.
+/* Sections of a .cvol: a header of 24 bytes, and the content.
  *
- *     tag[4]  length u64  checksum of the content u32  checksum of the 16 bytes so far u32  content
+ *     tag[4]  flags u32  length u64  checksum of the content u32  checksum of the 20 bytes before
+ * u32
+ *
+ * Which sections a file has, and their order, is in doc/format.md. Sections of unknown tags may
+ * stand anywhere; a reader passes over those that are not flagged as required.
  */
 #ifndef CVOL_CODEC_SECTION_H
 #define CVOL_CODEC_SECTION_H
@@ -8,20 +12,80 @@
 #include "base/bytes.h"
 #include "cvol/base.h"
 
-enum { CVOL_SECTION_HEADER_BYTES = 20 };
+enum { CVOL_SECTION_HEADER_BYTES = 24, CVOL_SECTION_REQUIRED = 1 };
+
+/* In the order in which they stand in a file. The four shells follow each other. */
+typedef enum cvol_section_kind {
+    CVOL_HEAD,
+    CVOL_GEOM,
+    CVOL_ATTR,
+    CVOL_ERRS,
+    CVOL_RNGE,
+    CVOL_TABL,
+    CVOL_INDX,
+    CVOL_SHL0,
+    CVOL_SHL1,
+    CVOL_SHL2,
+    CVOL_SHL3,
+    CVOL_TERM,
+    CVOL_SPEC,
+    CVOL_ENDS,
+    CVOL_SECTION_KINDS, /* how many; also: none of them */
+    CVOL_SECTION_UNKNOWN = CVOL_SECTION_KINDS
+} cvol_section_kind;
+
+/* "HEAD"; what its content is, in words. Static storage; of an unknown one "????", "unknown". */
+const char *cvol_section_tag(cvol_section_kind kind);
+const char *cvol_section_content(cvol_section_kind kind);
+
+/* ---- writing ---------------------------------------------------------------------------- */
 
 /* Appends a section's header. */
-void cvol_section_put_header(cvol_bytes *out, const char *tag, uint64_t length, uint32_t checksum);
+void cvol_section_put_header(cvol_bytes *out, cvol_section_kind kind, uint64_t length,
+                             uint32_t checksum);
 /* Appends a whole section. */
-void cvol_section_put(cvol_bytes *out, const char *tag, const cvol_bytes *content);
+void cvol_section_put(cvol_bytes *out, cvol_section_kind kind, const cvol_bytes *content);
 
-/* Reads the header of the section that must come next and takes its content; *checksum is what the
- * header says of it. Errors: CORRUPT ("NAME: truncated in section DATA, 1000 of 2000 bytes"). */
-int cvol_section_take(cvol_context *context, cvol_cursor *content, uint32_t *checksum,
-                      cvol_cursor *file, const char *tag, const char *name);
+/* ---- reading ---------------------------------------------------------------------------- */
 
-/* Compares a content's checksum with what the header says. Errors: CORRUPT. */
-int cvol_section_check(cvol_context *context, uint32_t stored, uint32_t found, const char *tag,
-                       const char *name);
+typedef struct cvol_section {
+    cvol_section_kind kind;
+    char tag[5]; /* letters that cannot be printed are '?' */
+    uint32_t flags, checksum;
+    uint64_t offset, length; /* of its header in the file; of its content, as the header says */
+    const uint8_t *content;  /* NULL if it is not all there */
+} cvol_section;
+
+/* The way through a file's sections; `file` begins behind the version. */
+typedef struct cvol_section_walk {
+    cvol_cursor file;
+    cvol_section_kind last; /* the last known one; CVOL_SECTION_UNKNOWN: none yet */
+    int cut;                /* the file ends where it should go on: within the section, or before */
+} cvol_section_walk;
+
+cvol_section_walk cvol_section_walk_make(cvol_cursor file);
+/* The next section's header, checked: its checksum, that it may stand there, and that its content
+ * is there. ENDS is the last: nothing may follow it. *section is filled as far as could be, its tag
+ * is empty if there was nothing. Errors: CORRUPT (with walk->cut if all that is wrong is that the
+ * file ends), UNSUPPORTED (required, and unknown). The message names the section's byte. */
+int cvol_section_next(cvol_context *context, cvol_section *section, cvol_section_walk *walk,
+                      const char *name);
+static inline int cvol_section_walk_ended(const cvol_section_walk *walk)
+{
+    return walk->last == CVOL_ENDS;
+}
+
+/* Compares the content's checksum with what the header says; not that of a shell, whose checksum is
+ * its runs'. Errors: CORRUPT. */
+int cvol_section_check(cvol_context *context, const cvol_section *section, const char *name);
+/* The sentence of it: what a section's bytes should give, and do. */
+int cvol_section_fail_sum(cvol_context *context, const cvol_section *section, uint32_t found,
+                          const char *name);
+
+/* The whole content, to be read. */
+static inline cvol_cursor cvol_section_cursor(const cvol_section *section)
+{
+    return cvol_cursor_make(section->content, (size_t)section->length);
+}
 
 #endif

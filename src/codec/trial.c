@@ -6,7 +6,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
-#include "codec/container.h"
+#include "codec/array_file.h"
 #include "codec/quantise.h"
 #include "codec/ranges.h"
 #include "codec/rate_distortion.h"
@@ -105,12 +105,13 @@ int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
 
 int cvol_trial_finish(cvol_context *context, cvol_trial *trial, uint64_t *file_bytes)
 {
-    cvol_bytes begin = {0};
     int code = cvol_ranges_find(context, trial->array);
     if (!code)
-        code = cvol_container_begin(context, &begin, trial->array, &trial->groups);
-    trial->begin_bytes = begin.size;
-    *file_bytes = begin.size + cvol_groups_size(&trial->groups);
-    cvol_bytes_free(&begin);
-    return code;
+        code = cvol_array_file_bytes(context, trial->array, file_bytes);
+    if (code)
+        return code;
+    /* What the file has beyond the groups, which are of another coder. */
+    const uint64_t groups = cvol_groups_size(&trial->groups);
+    trial->begin_bytes = *file_bytes > groups ? *file_bytes - groups : 0;
+    return CVOL_OK;
 }

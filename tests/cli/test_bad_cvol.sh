@@ -4,9 +4,9 @@
 . "$(dirname "$0")/lib.sh"
 
 make_volume in.raw uint8 21x18x9
-expect_done cvol compress in.raw good.cvol --dims 21x18x9 --type uint8 --ratio 6
+expect_done cvol compress in.raw good.cvol --dims 21x18x9 --type uint8 --psnr 32
 size=$(wc -c <good.cvol)
-expect_number "$size" '<' 1500
+expect_number "$size" '<' 1800
 echo old >out.nrrd
 cp out.nrrd old.nrrd
 cp good.cvol bad.cvol # so that the folder stays the same
@@ -24,10 +24,10 @@ offset_of() {
 
 # Around the ends of the signature, the version, and each section's header and content; and in steps.
 ends='8 12'
-for tag in HEAD RNGE INDX DATA; do
+for tag in HEAD GEOM ERRS TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS; do
     at=$(offset_of $tag)
     expect_number "$at" '>=' 12
-    ends="$ends $at $((at + 20))"
+    ends="$ends $at $((at + 24))"
 done
 lengths=$(
     for end in $ends $size; do
@@ -45,7 +45,8 @@ for length in $(echo "$lengths" | sort -nu); do
     head -c "$length" good.cvol >bad.cvol
     refuse ''
 done
-for length in 20 $((size / 2)) $((size - 1)); do
+# Where no level is whole.
+for length in 20 300 $(($(offset_of SHL0) + 30)); do
     head -c $length good.cvol >bad.cvol
     echo old >out.png
     expect_failure 1 'bad.cvol:*truncated' cvol info bad.cvol
@@ -56,12 +57,32 @@ for length in 20 $((size / 2)) $((size - 1)); do
     expect_equal "$(cat out.png)" old
     rm out.png
 done
+# Where one is: pictures are drawn of it.
+expect_done cvol render good.cvol -o good.png
+for length in $(offset_of SHL1) $(($(offset_of SHL3) + 30)) $((size - 1)); do
+    head -c $length good.cvol >bad.cvol
+    level=$([ $length -eq $((size - 1)) ] && echo 0 || { [ $length -eq $(offset_of SHL1) ] && echo 3 || echo 1; })
+    refuse "*truncated*it is whole up to level $level"
+    expect_failure 1 "bad.cvol:*it is whole up to level $level" cvol compare good.cvol bad.cvol
+    expect_failure 1 "bad.cvol:*it is whole up to level $level" cvol bench render bad.cvol
+    expect_status 0 cvol render bad.cvol -o bad.png
+    expect_sentence "bad.cvol: ends early; drawn at level $level, which is whole"
+    expect_done cvol render good.cvol -o level.png --level $level
+    expect_same_file bad.png level.png
+    expect_done cvol info bad.cvol --json
+    expect_equal "$(value_of level) $(value_of whole)" "$level false"
+    expect_done cvol info bad.cvol
+    rm bad.png level.png
+done
+expect_done cvol info good.cvol --json
+expect_equal "$(value_of level) $(value_of whole)" '0 true'
+expect_failure 2 '--level is 4, must be 0 to 3' cvol render good.cvol -o out.png --level 4
 { cat good.cvol; echo; } >bad.cvol
 refuse 'follow the end'
 
 # ---- flipped --------------------------------------------------------------------------------
 
-# Every byte of what comes before the groups in steps, and the groups; another bit each time. Every
+# Every byte in steps; another bit each time. Every
 # byte but the version lies under a checksum, so every flip is noticed.
 bit=1
 at=0
@@ -82,10 +103,10 @@ for at in 8 9 10 11; do
 done
 
 # What a section's checksum does not cover is what its header says: a length beyond the file.
-for tag in HEAD RNGE INDX DATA; do
-    for length in 0 -1 2147483648 4611686018427387904; do
+for tag in HEAD GEOM ERRS TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS; do
+    for length in 1 -1 2147483648 4611686018427387904; do
         cp good.cvol bad.cvol
-        poke bad.cvol $(($(offset_of $tag) + 4)) i64 $length
+        poke bad.cvol $(($(offset_of $tag) + 8)) i64 $length
         refuse "section $tag"
     done
 done

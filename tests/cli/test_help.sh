@@ -9,9 +9,9 @@ options_of() {
     operand='--dims --raw-type --big-endian --spacing --fill'
     result='-o --type'
     keep='--keep --step'
-    look='--size --zoom --engine --mode --transfer --background --step'
+    look='--size --zoom --engine --mode --transfer --background --level --step'
     case $1 in
-    compress) echo "$common $raw --ratio --bpv --psnr --max-error --keep --transform --block" ;;
+    compress) echo "$common $raw --ratio --bpv --psnr --max-error --keep --attributes --transform --block" ;;
     decompress) echo "$common --box" ;;
     info) echo "$common $raw --build --layout" ;;
     verify) echo "$common" ;;

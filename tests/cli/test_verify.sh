@@ -4,7 +4,7 @@
 
 make_volume in.raw uint8 21x18x9
 raw='--dims 21x18x9 --type uint8'
-expect_done cvol compress in.raw good.cvol $raw --ratio 6
+expect_done cvol compress in.raw good.cvol $raw --psnr 40
 expect_done cvol compress in.raw whole.cvol $raw --transform dft --block 0 --keep 3,20
 expect_done cvol compress in.raw cells.cvol $raw --transform dht --block 8 --keep 3,20
 size=$(wc -c <good.cvol)
@@ -12,15 +12,15 @@ size=$(wc -c <good.cvol)
 # ---- verify ---------------------------------------------------------------------------------
 
 expect_done cvol verify good.cvol
-expect_equal "$(cat "$out")" "good.cvol: whole, 4 sections, $size bytes"
+expect_equal "$(cat "$out")" "good.cvol: whole, 10 sections, $size bytes"
 expect_done cvol verify good.cvol whole.cvol cells.cvol
 expect_equal "$(wc -l <"$out")" 3
-grep -q '^whole.cvol: whole, 2 sections, ' "$out" || fail 'must tell of each file'
+grep -q '^whole.cvol: whole, 5 sections, ' "$out" || fail 'must tell of each file'
 expect_done cvol verify good.cvol whole.cvol --json
 expect_equal "$(value_of whole boolean)" true
 expect_equal "$(value_of damaged_files)" 0
 expect_equal "$(value_of files.1.file)" whole.cvol
-expect_equal "$(value_of files.0.sections)" 4
+expect_equal "$(value_of files.0.sections)" 10
 expect_equal "$(value_of files.0.file_bytes)" "$size"
 expect_equal "$(value_of files.0.damage)" null
 
@@ -32,9 +32,9 @@ expect_equal "$(wc -l <"$out")" 12
 
 # Damage in the middle of others: all are looked at.
 cp good.cvol bad.cvol
-poke bad.cvol $((size - 5)) xor 16
+poke bad.cvol $((size - 29)) xor 16
 expect_status 1 cvol verify good.cvol bad.cvol whole.cvol
-expect_sentence 'bad.cvol: section DATA at byte '*'group 0 of 1, '*' bytes from byte '*'checksum is '
+expect_sentence 'bad.cvol: section SHL3 at byte '*'run 0 of 1, '*' bytes from byte '*'checksum is '
 expect_equal "$(wc -l <"$out")" 2
 expect_status 1 cvol verify bad.cvol good.cvol missing.cvol --json
 expect_equal "$(wc -l <"$err")" 2
@@ -63,32 +63,35 @@ expect_failure 2 '0 of 1 arguments given; usage: cvol verify' cvol verify
 # ---- info --layout --------------------------------------------------------------------------
 
 expect_done cvol info good.cvol --layout
-expect_equal "$(wc -l <"$out")" 6
-expect_equal "$(awk 'NR > 2 { printf "%s ", $1 }' "$out")" 'HEAD RNGE INDX DATA '
-expect_equal "$(awk 'NR > 2 { printf "%s ", $4 }' "$out")" 'sound sound sound sound '
-expect_equal "$(awk 'NR == 3 { print $2, $3 }' "$out")" '12 296'
+expect_equal "$(wc -l <"$out")" 12
+expect_equal "$(awk 'NR > 2 { printf "%s ", $1 }' "$out")" 'HEAD GEOM ERRS TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS '
+expect_equal "$(awk 'NR > 2 { printf "%s ", $4 }' "$out")" 'sound sound sound sound sound sound sound sound sound sound '
+expect_equal "$(awk 'NR == 3 { print $2, $3 }' "$out")" '12 84'
 expect_done cvol info whole.cvol --layout
-expect_equal "$(awk 'NR > 2 { printf "%s ", $1 }' "$out")" 'HEAD SPEC '
+expect_equal "$(awk 'NR > 2 { printf "%s ", $1 }' "$out")" 'HEAD GEOM ERRS SPEC ENDS '
 expect_done cvol info good.cvol --layout --json
-expect_equal "$(value_of version)" 0
+expect_equal "$(value_of version)" 1
+expect_equal "$(value_of level)" 0
 expect_equal "$(value_of file_bytes)" "$size"
-expect_equal "$(value_of sections.3.tag)" DATA
-expect_equal "$(value_of sections.3.checksum)" sound
-expect_field sections.3.content string
-expect_equal $(($(value_of sections.3.offset) + 20 + $(value_of sections.3.length))) "$size"
+expect_equal "$(value_of sections.9.tag)" ENDS
+expect_equal "$(value_of sections.9.checksum)" sound
+expect_field sections.9.content string
+expect_field sections.9.required boolean
+expect_equal $(($(value_of sections.9.offset) + 24 + $(value_of sections.9.length))) "$size"
 
 # Of a damaged file: what is there, and what is wrong.
 cp good.cvol bad.cvol
-poke bad.cvol $(($(value_of sections.2.offset) + 21)) xor 4
+poke bad.cvol $(($(value_of sections.4.offset) + 25)) xor 4
 expect_status 1 cvol info bad.cvol --layout
 expect_sentence 'bad.cvol: section INDX at byte '
-expect_equal "$(awk 'NR > 2 { printf "%s ", $4 }' "$out")" 'sound sound damaged not '
+expect_equal "$(awk 'NR > 2 { printf "%s ", $4 }' "$out")" 'sound sound sound sound damaged not not not not sound '
 expect_status 1 cvol info bad.cvol --layout --json
-expect_equal "$(value_of sections.2.checksum)" damaged
-expect_equal "$(value_of sections.3.checksum)" 'not checked'
-head -c $((size - 1)) good.cvol >bad.cvol
+expect_equal "$(value_of sections.4.checksum)" damaged
+expect_equal "$(value_of sections.5.checksum)" 'not checked'
+expect_equal "$(value_of level)" null
+head -c $((size - 30)) good.cvol >bad.cvol
 expect_status 1 cvol info bad.cvol --layout
-expect_sentence 'bad.cvol: truncated: section DATA at byte '
-expect_equal "$(awk 'NR == 6 { print $4 }' "$out")" truncated
+expect_sentence 'bad.cvol: truncated: section SHL3 at byte '
+expect_equal "$(awk 'NR == 11 { print $1, $4 }' "$out")" 'SHL3 truncated'
 expect_failure 1 'in.raw: is not a .cvol file' cvol info in.raw --layout
 expect_failure 2 '--layout is for .cvol files' cvol info in.raw $raw --layout

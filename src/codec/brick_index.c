@@ -1,0 +1,144 @@
+/* The index: lengths as numbers of few bytes, checksums of runs. */
+#include "codec/brick_index.h"
+
+#include <stdlib.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+
+int cvol_brick_index_make(cvol_context *context, cvol_brick_index *index, size_t bricks)
+{
+    const size_t runs = bricks / CVOL_RUN_BRICKS + (bricks % CVOL_RUN_BRICKS != 0);
+    *index = (cvol_brick_index){.bricks = bricks, .runs = runs};
+    index->ends = calloc(bricks, CVOL_SHELLS * sizeof *index->ends);
+    index->checksums = calloc(runs, CVOL_SHELLS * sizeof *index->checksums);
+    if ((index->ends && index->checksums) || !bricks)
+        return CVOL_OK;
+    cvol_brick_index_free(index);
+    return cvol_fail_memory(context, bricks * CVOL_SHELLS * sizeof *index->ends, "the index");
+}
+
+void cvol_brick_index_free(cvol_brick_index *index)
+{
+    free(index->ends);
+    free(index->checksums);
+    *index = (cvol_brick_index){0};
+}
+
+static uint64_t *end_of(const cvol_brick_index *index, int shell, size_t brick)
+{
+    return index->ends + (size_t)shell * index->bricks + brick;
+}
+
+static uint64_t begin_of(const cvol_brick_index *index, int shell, size_t brick)
+{
+    return brick ? *end_of(index, shell, brick - 1) : 0;
+}
+
+static uint32_t *checksum_of(const cvol_brick_index *index, int shell, size_t run)
+{
+    return index->checksums + (size_t)shell * index->runs + run;
+}
+
+int cvol_brick_index_add(cvol_brick_index *index, size_t brick, const cvol_span shells[CVOL_SHELLS])
+{
+    for (int s = 0; s < CVOL_SHELLS; s++) {
+        uint32_t *checksum = checksum_of(index, s, brick / CVOL_RUN_BRICKS);
+        if (shells[s].size > UINT32_MAX)
+            return 0;
+        *end_of(index, s, brick) = begin_of(index, s, brick) + shells[s].size;
+        *checksum = cvol_crc32c_more(*checksum, shells[s].data, shells[s].size);
+    }
+    return 1;
+}
+
+void cvol_brick_index_put(cvol_bytes *out, const cvol_brick_index *index)
+{
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        for (size_t b = 0; b < index->bricks; b++)
+            cvol_bytes_put_varint(out, *end_of(index, s, b) - begin_of(index, s, b));
+    for (size_t i = 0; i < CVOL_SHELLS * index->runs; i++)
+        cvol_bytes_put_u32(out, index->checksums[i]);
+}
+
+int cvol_brick_index_take(cvol_context *context, cvol_brick_index *index,
+                          const cvol_section *section, uint64_t bricks, const char *name)
+{
+    cvol_cursor content = cvol_section_cursor(section);
+    *index = (cvol_brick_index){0};
+    /* A length takes a byte or more. */
+    if (bricks > section->length / CVOL_SHELLS)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section INDX has %llu bytes, %llu bricks are more than it can hold",
+                         name, (unsigned long long)section->length, (unsigned long long)bricks);
+    int code = cvol_brick_index_make(context, index, (size_t)bricks);
+    if (code)
+        return code;
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        for (size_t b = 0; b < index->bricks; b++) {
+            const uint64_t size = cvol_cursor_varint(&content);
+            if (content.failed || size > UINT32_MAX)
+                return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                                 "%s: section INDX: shell %d of brick %zu of %zu has no length "
+                                 "below 2^32",
+                                 name, s, b, index->bricks);
+            *end_of(index, s, b) = begin_of(index, s, b) + size;
+        }
+    if (cvol_cursor_left(&content) != 4 * CVOL_SHELLS * index->runs)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section INDX has %zu bytes behind its lengths, must have %zu", name,
+                         cvol_cursor_left(&content), 4 * CVOL_SHELLS * index->runs);
+    for (size_t i = 0; i < CVOL_SHELLS * index->runs; i++)
+        index->checksums[i] = cvol_cursor_u32(&content);
+    return CVOL_OK;
+}
+
+uint64_t cvol_brick_index_size(const cvol_brick_index *index, int shell)
+{
+    return begin_of(index, shell, index->bricks);
+}
+
+uint32_t cvol_brick_index_checksum(const cvol_brick_index *index, int shell)
+{
+    uint32_t checksum = 0;
+    for (size_t r = 0; r < index->runs; r++) {
+        const uint32_t run = *checksum_of(index, shell, r);
+        const uint8_t bytes[4] = {(uint8_t)run, (uint8_t)(run >> 8), (uint8_t)(run >> 16),
+                                  (uint8_t)(run >> 24)};
+        checksum = cvol_crc32c_more(checksum, bytes, 4);
+    }
+    return checksum;
+}
+
+int cvol_brick_index_check(cvol_context *context, const cvol_brick_index *index, int shell,
+                           const cvol_section *section, const char *name)
+{
+    const uint64_t size = cvol_brick_index_size(index, shell);
+    const uint32_t found = cvol_brick_index_checksum(index, shell);
+    if (size != section->length)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section %s at byte %llu has %llu bytes, its bricks have %llu", name,
+                         section->tag, (unsigned long long)section->offset,
+                         (unsigned long long)section->length, (unsigned long long)size);
+    if (found == section->checksum)
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                     "%s: section %s at byte %llu: checksum is %08x, section INDX gives %08x", name,
+                     section->tag, (unsigned long long)section->offset, section->checksum, found);
+}
+
+cvol_span cvol_brick_index_brick(const cvol_brick_index *index, int shell, size_t brick,
+                                 const uint8_t *data)
+{
+    const uint64_t begin = begin_of(index, shell, brick);
+    return (cvol_span){data + begin, (size_t)(*end_of(index, shell, brick) - begin)};
+}
+
+cvol_span cvol_brick_index_run(const cvol_brick_index *index, int shell, size_t run,
+                               const uint8_t *data)
+{
+    const size_t first = run * CVOL_RUN_BRICKS, left = index->bricks - first;
+    const size_t last = first + (left < CVOL_RUN_BRICKS ? left : CVOL_RUN_BRICKS) - 1;
+    const uint64_t begin = begin_of(index, shell, first);
+    return (cvol_span){data + begin, (size_t)(*end_of(index, shell, last) - begin)};
+}

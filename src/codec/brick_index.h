@@ -1,0 +1,49 @@
+/* Section INDX: where each brick's bytes lie in the four shells, and their checksums.
+ *
+ * A checksum is that of a run: of a shell's bytes of 16 bricks in order (fewer in the last run). So
+ * a few bricks are read and checked without their shell, and checksums cost a byte a brick. The
+ * checksum in a shell's own header is that of its runs' checksums.
+ */
+#ifndef CVOL_CODEC_BRICK_INDEX_H
+#define CVOL_CODEC_BRICK_INDEX_H
+
+#include "codec/brick_code.h"
+#include "codec/section.h"
+
+enum { CVOL_RUN_BRICKS = 16 };
+
+typedef struct cvol_brick_index {
+    size_t bricks, runs;
+    uint64_t *ends;      /* [shell bricks + brick]: where its bytes end */
+    uint32_t *checksums; /* [shell runs + run] */
+} cvol_brick_index;
+
+/* One for so many bricks, all empty. Errors: MEMORY. */
+int cvol_brick_index_make(cvol_context *context, cvol_brick_index *index, size_t bricks);
+void cvol_brick_index_free(cvol_brick_index *index);
+
+/* Notes the bytes of brick `brick`; bricks come in order. 0 if a shell has 2^32 or more. */
+int cvol_brick_index_add(cvol_brick_index *index, size_t brick,
+                         const cvol_span shells[CVOL_SHELLS]);
+
+/* Appends the section's content. */
+void cvol_brick_index_put(cvol_bytes *out, const cvol_brick_index *index);
+/* Reads it; what `bricks` would take is held against the content's length before memory is spent on
+ * it. The caller frees the index, also after an error. Errors: CORRUPT, MEMORY. */
+int cvol_brick_index_take(cvol_context *context, cvol_brick_index *index,
+                          const cvol_section *section, uint64_t bricks, const char *name);
+
+/* A shell's bytes in all, and the checksum of its section's header. */
+uint64_t cvol_brick_index_size(const cvol_brick_index *index, int shell);
+uint32_t cvol_brick_index_checksum(const cvol_brick_index *index, int shell);
+/* Whether a shell's section agrees with the index. Errors: CORRUPT. */
+int cvol_brick_index_check(cvol_context *context, const cvol_brick_index *index, int shell,
+                           const cvol_section *section, const char *name);
+
+/* A brick's bytes, or a run's, within its shell. */
+cvol_span cvol_brick_index_brick(const cvol_brick_index *index, int shell, size_t brick,
+                                 const uint8_t *data);
+cvol_span cvol_brick_index_run(const cvol_brick_index *index, int shell, size_t run,
+                               const uint8_t *data);
+
+#endif

@@ -1,0 +1,219 @@
+/* The writer: spools, the index, and the sections in order. */
+#include "codec/writer.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/file.h"
+#include "base/spool.h"
+#include "codec/brick_index.h"
+#include "codec/container.h"
+#include "codec/section.h"
+
+struct cvol_file_writer {
+    cvol_output *output; /* NULL: only counting */
+    cvol_spool spools[CVOL_SHELLS];
+    cvol_brick_index index;
+    size_t next;     /* brick */
+    uint64_t shells; /* bytes */
+};
+
+int cvol_file_writer_open(cvol_context *context, cvol_file_writer **out, const char *path,
+                          size_t bricks)
+{
+    *out = NULL;
+    cvol_file_writer *writer = calloc(1, sizeof *writer);
+    if (!writer)
+        return cvol_fail_memory(context, sizeof *writer, "the file");
+    int code = path ? cvol_output_open(context, &writer->output, path) : CVOL_OK;
+    if (!code)
+        code = cvol_brick_index_make(context, &writer->index, bricks);
+    if (code)
+        cvol_file_writer_abandon(writer);
+    else
+        *out = writer;
+    return code;
+}
+
+static void writer_free(cvol_file_writer *writer)
+{
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        cvol_spool_free(&writer->spools[s]);
+    cvol_brick_index_free(&writer->index);
+    free(writer);
+}
+
+void cvol_file_writer_abandon(cvol_file_writer *writer)
+{
+    if (!writer)
+        return;
+    cvol_output_abandon(writer->output);
+    writer_free(writer);
+}
+
+/* ---- bricks ----------------------------------------------------------------------------- */
+
+static int spill_if_many(cvol_context *context, cvol_file_writer *writer)
+{
+    uint64_t held = 0;
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        held += writer->spools[s].held.capacity;
+    int code = CVOL_OK;
+    for (int s = 0; held > CVOL_SPOOLED_MOST && s < CVOL_SHELLS && !code; s++)
+        code = cvol_spool_spill(context, &writer->spools[s], writer->output);
+    return code;
+}
+
+int cvol_file_writer_add(cvol_context *context, cvol_file_writer *writer,
+                         const cvol_span shells[CVOL_SHELLS])
+{
+    if (writer->next == writer->index.bricks ||
+        !cvol_brick_index_add(&writer->index, writer->next, shells))
+        return cvol_fail(context, CVOL_ERROR_LIMIT, "brick %zu of %zu cannot be in a file",
+                         writer->next, writer->index.bricks);
+    writer->next++;
+    for (int s = 0; s < CVOL_SHELLS; s++) {
+        writer->shells += shells[s].size;
+        int code = writer->output ? cvol_spool_append(context, &writer->spools[s], shells[s].data,
+                                                      shells[s].size)
+                                  : CVOL_OK;
+        if (code)
+            return code;
+    }
+    return writer->output ? spill_if_many(context, writer) : CVOL_OK;
+}
+
+uint64_t cvol_file_writer_shells(const cvol_file_writer *writer)
+{
+    return writer->shells;
+}
+
+/* ---- sections --------------------------------------------------------------------------- */
+
+static void put_record(cvol_bytes *out, cvol_section_kind kind, const cvol_header *header,
+                       void (*put)(cvol_bytes *, const cvol_header *))
+{
+    cvol_bytes content = {0};
+    put(&content, header);
+    cvol_section_put(out, kind, &content);
+    cvol_bytes_free(&content);
+}
+
+static void put_start(cvol_bytes *out, const cvol_file_front *front)
+{
+    for (size_t i = 0; i < CVOL_SIGNATURE_BYTES; i++)
+        cvol_bytes_put_u8(out, cvol_container_signature(i));
+    cvol_bytes_put_u32(out, CVOL_FORMAT_VERSION);
+    put_record(out, CVOL_HEAD, front->header, cvol_head_put);
+    put_record(out, CVOL_GEOM, front->header, cvol_geometry_put);
+    if (front->attributes) {
+        cvol_bytes text = {0};
+        cvol_bytes_put_text(&text, front->attributes);
+        cvol_section_put(out, CVOL_ATTR, &text);
+        cvol_bytes_free(&text);
+    }
+    put_record(out, CVOL_ERRS, front->header, cvol_errors_put);
+}
+
+/* TABL and INDX. */
+static int put_coder(cvol_context *context, cvol_bytes *out, const cvol_file_writer *writer,
+                     const cvol_file_front *front)
+{
+    cvol_bytes tables = {0}, index = {0};
+    int code = cvol_token_tables_put(context, &tables, front->tables);
+    cvol_section_put(out, CVOL_TABL, &tables);
+    cvol_brick_index_put(&index, &writer->index);
+    cvol_section_put(out, CVOL_INDX, &index);
+    cvol_bytes_free(&tables);
+    cvol_bytes_free(&index);
+    return code;
+}
+
+/* Whether the ranges are worth their bytes in a file with so many others. */
+static int are_cheap(const cvol_bytes *ranges, uint64_t others)
+{
+    const uint64_t size = ranges->size + CVOL_SECTION_HEADER_BYTES;
+    return size <= (others + size) / 100;
+}
+
+/* All that stands in front of the shells' sections. */
+static int put_front(cvol_context *context, cvol_bytes *out, const cvol_file_writer *writer,
+                     const cvol_file_front *front)
+{
+    cvol_bytes coder = {0};
+    int code = CVOL_OK;
+    put_start(out, front);
+    if (front->terms) {
+        cvol_section_put(out, front->header->block ? CVOL_TERM : CVOL_SPEC, front->terms);
+    } else {
+        code = put_coder(context, &coder, writer, front);
+        const uint64_t others = out->size + coder.size + writer->shells +
+                                (CVOL_SHELLS + 1) * (uint64_t)CVOL_SECTION_HEADER_BYTES;
+        if (front->ranges && are_cheap(front->ranges, others))
+            cvol_section_put(out, CVOL_RNGE, front->ranges);
+        cvol_bytes_append(out, coder.data, coder.size);
+        out->failed |= coder.failed;
+        cvol_bytes_free(&coder);
+    }
+    if (!code && out->failed)
+        code = cvol_fail_memory(context, out->size, "the file's header");
+    return code;
+}
+
+/* ---- the file --------------------------------------------------------------------------- */
+
+/* Writes bytes and empties them. */
+static int flush(cvol_context *context, cvol_file_writer *writer, cvol_bytes *bytes,
+                 uint64_t *written)
+{
+    *written += bytes->size;
+    int code = bytes->failed ? cvol_fail_memory(context, bytes->size, "the file's header")
+               : writer->output
+                   ? cvol_output_write(context, writer->output, bytes->data, bytes->size)
+                   : CVOL_OK;
+    bytes->size = 0;
+    return code;
+}
+
+static int write_all(cvol_context *context, cvol_file_writer *writer, const cvol_file_front *front,
+                     uint64_t *written)
+{
+    cvol_bytes bytes = {0};
+    int code = put_front(context, &bytes, writer, front);
+    for (int s = 0; s < CVOL_SHELLS && !front->terms && !code; s++) {
+        const uint64_t size = cvol_brick_index_size(&writer->index, s);
+        cvol_section_put_header(&bytes, (cvol_section_kind)(CVOL_SHL0 + s), size,
+                                cvol_brick_index_checksum(&writer->index, s));
+        code = flush(context, writer, &bytes, written);
+        if (!code && writer->output)
+            code = cvol_spool_copy(context, &writer->spools[s], writer->output);
+        *written += size;
+    }
+    if (!code) {
+        cvol_section_put(&bytes, CVOL_ENDS, &(cvol_bytes){0});
+        code = flush(context, writer, &bytes, written);
+    }
+    cvol_bytes_free(&bytes);
+    return code;
+}
+
+int cvol_file_writer_finish(cvol_context *context, cvol_file_writer *writer,
+                            const cvol_file_front *front, uint64_t *file_bytes)
+{
+    uint64_t written = 0;
+    int code = writer->next == writer->index.bricks
+                   ? write_all(context, writer, front, &written)
+                   : cvol_fail(context, CVOL_ERROR_ARGUMENT, "%zu of %zu bricks were written",
+                               writer->next, writer->index.bricks);
+    if (code) {
+        cvol_file_writer_abandon(writer);
+        return code;
+    }
+    if (writer->output)
+        code = cvol_output_commit(context, writer->output);
+    writer_free(writer);
+    if (!code && file_bytes)
+        *file_bytes = written;
+    return code;
+}

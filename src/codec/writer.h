@@ -1,0 +1,46 @@
+/* Writes a .cvol file brick by brick, in bounded memory.
+ *
+ * A file has shell after shell, a coder gives brick after brick. So shells are kept in spools, in
+ * memory while all are small and in files without a name beside the output when they are not, until
+ * all bricks are there and the sections in front of them are known.
+ */
+#ifndef CVOL_CODEC_WRITER_H
+#define CVOL_CODEC_WRITER_H
+
+#include "codec/brick_code.h"
+#include "codec/header.h"
+
+/* Bytes of spools in memory, at most. */
+#define CVOL_SPOOLED_MOST (UINT64_C(64) << 20)
+
+typedef struct cvol_file_writer cvol_file_writer;
+
+/* A file of so many bricks; 0: of an array that is no volume. path NULL: nothing is written or
+ * kept, only counted. Errors: those of cvol_output_open. */
+int cvol_file_writer_open(cvol_context *context, cvol_file_writer **out, const char *path,
+                          size_t bricks);
+
+/* The next brick's bytes. Errors: IO, LIMIT (a shell of 4 GiB in one brick), MEMORY. */
+int cvol_file_writer_add(cvol_context *context, cvol_file_writer *writer,
+                         const cvol_span shells[CVOL_SHELLS]);
+/* The bytes of all shells so far. */
+uint64_t cvol_file_writer_shells(const cvol_file_writer *writer);
+
+/* What stands in front of the shells, or instead of them. */
+typedef struct cvol_file_front {
+    const cvol_header *header;
+    const char *attributes;          /* or NULL */
+    const cvol_bytes *ranges;        /* content of RNGE (ranges.h), or NULL; left out where it takes
+                                        more than a hundredth of the file */
+    const cvol_token_tables *tables; /* volumes */
+    const cvol_bytes *terms;         /* other arrays: content of TERM or SPEC */
+} cvol_file_front;
+
+/* Writes the file and gives it its name; frees the writer whatever happens, and without success
+ * leaves nothing behind. file_bytes may be NULL. Errors: IO, MEMORY. */
+int cvol_file_writer_finish(cvol_context *context, cvol_file_writer *writer,
+                            const cvol_file_front *front, uint64_t *file_bytes);
+/* Leaves nothing behind; NULL is allowed. */
+void cvol_file_writer_abandon(cvol_file_writer *writer);
+
+#endif

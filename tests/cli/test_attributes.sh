@@ -1,0 +1,39 @@
+#!/bin/sh
+# Attributes: a JSON text that goes along with a volume, byte for byte.
+. "$(dirname "$0")/lib.sh"
+
+make_volume in.raw uint8 21x18x9
+raw='--dims 21x18x9 --type uint8'
+printf '{"patient": "M\303\274ller",\n  "dose": 1.50, "runs": [1, 2]}\n' >in.json
+expect_done cvol compress in.raw plain.cvol $raw --ratio 6
+expect_done cvol compress in.raw out.cvol $raw --ratio 6 --attributes in.json
+expect_done cvol info out.cvol --json
+expect_equal "$(value_of attributes.runs.1)" 2
+expect_field attributes.patient string
+expect_done cvol info out.cvol
+grep -q '"dose": 1.50, "runs": \[1, 2\]}' "$out" || fail 'must show the attributes as they are'
+expect_done cvol info plain.cvol --json
+expect_equal "$(value_of attributes)" null
+expect_done cvol verify out.cvol
+
+# They stay when a .cvol is compressed again, unless others are given; results have none.
+expect_done cvol compress out.cvol again.cvol --ratio 8
+expect_done cvol info again.cvol --json
+expect_equal "$(value_of attributes.runs.0)" 1
+echo '[3]' >other.json
+expect_done cvol compress out.cvol again.cvol --ratio 8 --attributes other.json
+expect_done cvol info again.cvol --json
+expect_equal "$(value_of attributes.0)" 3
+expect_done cvol compress in.raw whole.cvol $raw --block 0 --keep 3,9 --attributes other.json
+expect_done cvol info whole.cvol --json
+expect_equal "$(value_of attributes.0)" 3
+expect_done cvol scale out.cvol -o scaled.cvol --factor 2
+expect_done cvol info scaled.cvol --json
+expect_equal "$(value_of attributes)" null
+
+echo '{"a": }' >bad.json
+expect_failure 1 'bad.json: is no JSON: line 1, column ' \
+    cvol compress in.raw bad.cvol $raw --attributes bad.json
+printf '{"a": 1}\0' >bad.json
+expect_failure 1 'bad.json: is no text' cvol compress in.raw bad.cvol $raw --attributes bad.json
+expect_failure 1 'none.json: No such file' cvol compress in.raw bad.cvol $raw --attributes none.json

@@ -1,0 +1,200 @@
+/* The writer of files: bricks one by one, more of them than stay in memory; failures leave nothing.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include <cmocka.h>
+
+#include "base/context.h"
+#include "codec/brick_index.h"
+#include "codec/container.h"
+#include "codec/layout.h"
+#include "codec/writer.h"
+#include "random.h"
+#include "support.h"
+
+enum { BRICKS = 90, MOST = 1 << 20 };
+
+static cvol_context *context;
+static char *folder, *path;
+static uint8_t *noise; /* bricks' bytes are pieces of it */
+
+static int start(void **state)
+{
+    (void)state;
+    random_state r = {5};
+    context = cvol_context_create();
+    folder = support_folder_make();
+    path = support_path(folder, "a.cvol");
+    noise = malloc(2 * MOST);
+    for (size_t i = 0; noise && i < 2 * MOST; i++)
+        noise[i] = (uint8_t)random_u64(&r);
+    return !context || !noise;
+}
+
+static int stop(void **state)
+{
+    (void)state;
+    free(noise);
+    free(path);
+    support_folder_remove(folder);
+    cvol_context_destroy(context);
+    return 0;
+}
+
+/* Some bricks have no bytes in some shells. */
+static void make_brick(cvol_span shells[CVOL_SHELLS], size_t brick, size_t most)
+{
+    random_state r = {brick};
+    for (int s = 0; s < CVOL_SHELLS; s++) {
+        const size_t size = random_below(&r, 8) ? random_below(&r, (uint32_t)most) : 0;
+        shells[s] = (cvol_span){noise + random_below(&r, MOST), size};
+    }
+}
+
+static cvol_file_writer *begin(const char *to, size_t most)
+{
+    cvol_file_writer *writer;
+    assert_int_equal(cvol_file_writer_open(context, &writer, to, BRICKS), CVOL_OK);
+    for (size_t b = 0; b < BRICKS; b++) {
+        cvol_span shells[CVOL_SHELLS];
+        make_brick(shells, b, most);
+        assert_int_equal(cvol_file_writer_add(context, writer, shells), CVOL_OK);
+    }
+    return writer;
+}
+
+static cvol_header header_of(void)
+{
+    cvol_header header = {.grid = cvol_grid_make(64 * BRICKS, 64, 64, CVOL_UINT8),
+                          .transform = CVOL_DCT,
+                          .rank = 3,
+                          .block = 16,
+                          .step = 1};
+    return header;
+}
+
+static uint64_t finish(cvol_file_writer *writer)
+{
+    const cvol_header header = header_of();
+    cvol_token_tables *tables = cvol_token_tables_create();
+    const cvol_file_front front = {.header = &header, .attributes = "{}", .tables = tables};
+    uint64_t bytes = 0;
+    assert_int_equal(cvol_file_writer_finish(context, writer, &front, &bytes), CVOL_OK);
+    free(tables);
+    return bytes;
+}
+
+/* Shells and bricks of the file are those that were given. */
+static void expect_bricks(size_t most)
+{
+    size_t size;
+    uint8_t *data = support_read(path, &size);
+    cvol_file_layout layout;
+    cvol_brick_index index = {0};
+    int shell = 0;
+    assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_OK);
+    for (int i = 0; i < layout.section_count; i++) {
+        const cvol_file_section *s = &layout.sections[i];
+        const uint8_t *content = data + s->offset + CVOL_SECTION_HEADER_BYTES;
+        const cvol_section section = {.length = s->length, .content = content};
+        if (!strcmp(s->tag, "INDX"))
+            assert_int_equal(cvol_brick_index_take(context, &index, &section, BRICKS, "f"),
+                             CVOL_OK);
+        for (size_t b = 0; !strncmp(s->tag, "SHL", 3) && b < BRICKS; b++) {
+            cvol_span wanted[CVOL_SHELLS];
+            const cvol_span found = cvol_brick_index_brick(&index, shell, b, content);
+            make_brick(wanted, b, most);
+            assert_int_equal(found.size, wanted[shell].size);
+            assert_int_equal(memcmp(found.data, wanted[shell].data, found.size), 0);
+        }
+        shell += !strncmp(s->tag, "SHL", 3);
+    }
+    assert_int_equal(shell, CVOL_SHELLS);
+    cvol_brick_index_free(&index);
+    free(data);
+}
+
+static void bricks_come_in_order(void **state)
+{
+    (void)state;
+    /* 90 bricks of some 2 MiB: most of them do not stay in memory. */
+    for (int i = 0; i < 2; i++) {
+        const size_t most = i ? MOST : 100;
+        cvol_file_writer *writer = begin(path, most);
+        const uint64_t shells = cvol_file_writer_shells(writer);
+        assert_true(!i || shells > CVOL_SPOOLED_MOST);
+        assert_int_equal(support_folder_count(folder), 1); /* the output's temporary file */
+        const uint64_t bytes = finish(writer);
+        struct stat status;
+        assert_int_equal(stat(path, &status), 0);
+        assert_int_equal(bytes, status.st_size);
+        assert_int_equal(support_folder_count(folder), 1);
+        expect_bricks(most);
+        /* Counted without a file. */
+        writer = begin(NULL, most);
+        assert_int_equal(cvol_file_writer_shells(writer), shells);
+        assert_int_equal(finish(writer), bytes);
+        assert_int_equal(remove(path), 0);
+    }
+}
+
+static void nothing_is_left_behind(void **state)
+{
+    (void)state;
+    cvol_file_writer *writer = begin(path, MOST);
+    cvol_file_writer_abandon(writer);
+    assert_int_equal(support_folder_count(folder), 0);
+    cvol_file_writer_abandon(NULL);
+    /* Too few bricks, and too many. */
+    cvol_span shells[CVOL_SHELLS] = {{0}};
+    const cvol_header header = header_of();
+    const cvol_file_front front = {.header = &header};
+    assert_int_equal(cvol_file_writer_open(context, &writer, path, 2), CVOL_OK);
+    assert_int_equal(cvol_file_writer_add(context, writer, shells), CVOL_OK);
+    assert_int_equal(cvol_file_writer_finish(context, writer, &front, NULL), CVOL_ERROR_ARGUMENT);
+    assert_int_equal(support_folder_count(folder), 0);
+    writer = begin(path, 10);
+    assert_int_equal(cvol_file_writer_add(context, writer, shells), CVOL_ERROR_LIMIT);
+    cvol_file_writer_abandon(writer);
+    assert_int_equal(support_folder_count(folder), 0);
+}
+
+static void a_full_device_is_told(void **state)
+{
+    (void)state;
+    cvol_file_writer *writer;
+    cvol_span shells[CVOL_SHELLS] = {{noise, MOST}};
+    const cvol_header header = header_of();
+    cvol_token_tables *tables = cvol_token_tables_create();
+    const cvol_file_front front = {.header = &header, .tables = tables};
+    struct stat status;
+    if (stat("/dev/full", &status) == 0) {
+        assert_int_equal(cvol_file_writer_open(context, &writer, "/dev/full", 1), CVOL_OK);
+        assert_int_equal(cvol_file_writer_add(context, writer, shells), CVOL_OK);
+        assert_int_equal(cvol_file_writer_finish(context, writer, &front, NULL), CVOL_ERROR_IO);
+        assert_string_equal(cvol_context_message(context), "/dev/full: No space left on device");
+    } else {
+        print_message("skipped: /dev/full\n");
+    }
+    free(tables);
+    assert_int_equal(cvol_file_writer_open(context, &writer, "no/such/folder/a.cvol", 1),
+                     CVOL_ERROR_IO);
+    assert_null(writer);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bricks_come_in_order),
+        cmocka_unit_test(nothing_is_left_behind),
+        cmocka_unit_test(a_full_device_is_told),
+    };
+    return cmocka_run_group_tests(tests, start, stop);
+}
