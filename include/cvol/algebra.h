@@ -142,7 +142,7 @@ CVOL_API int cvol_array_multiply(cvol_context *context, cvol_array **out, const 
                                  const cvol_array *b, const cvol_keep *keep, cvol_plan plan,
                                  cvol_multiply_report *report);
 
-/* ---- statistics, without evaluation ------------------------------------------------------------
+/* ---- statistics, without evaluation (but of lapped volumes) ------------------------------------
  */
 
 /* Of the samples as the array stands for them; *_error bounds how far that is from the exact. */

@@ -7,7 +7,7 @@
  * by one word that is the value itself. Places rise strictly within a block. A coefficient is value
  * times step.
  *
- * What decodes is `offset` plus the inverse transform of the terms.
+ * What decodes is `offset` plus the inverse transform of the terms, of lapped volumes post-filtered.
  */
 #ifndef CVOL_ARRAY_ARRAY_H
 #define CVOL_ARRAY_ARRAY_H
@@ -167,7 +167,8 @@ void cvol_block_evaluate(float *out, const cvol_array *array, size_t index);
 void cvol_samples_store(void *out, const float *in, size_t count, const cvol_array *array);
 
 /* Evaluates every block and sets range_min, range_max and each block's range codes (rounded
- * outwards, so that skipping by them is safe). Errors: MEMORY, CANCELLED. */
+ * outwards, so that skipping by them is safe); of lapped volumes they are those of the samples
+ * within the volume. Errors: MEMORY, CANCELLED. */
 int cvol_array_find_ranges(cvol_context *context, cvol_array *array);
 
 /* The same, and lowers max_abs to what was found. Files and the sheet engine ask for it where

@@ -85,11 +85,22 @@ static double clamp(double value, double lo, double hi)
     return value < lo ? lo : value > hi ? hi : value;
 }
 
-#define STORE_INTEGERS(type)                                                  \
-    do {                                                                      \
-        type *to = out;                                                       \
-        for (size_t i = 0; i < count; i++)                                    \
-            to[i] = (type)clamp(floor((double)in[i] + offset + 0.5), lo, hi); \
+/* floor by way of an integer type that holds the samples' and more: conversions are instructions
+ * everywhere, floor() is a call on some processors. */
+#define STORE_INTEGERS(type, wide, most)                       \
+    do {                                                       \
+        const double far = (double)(most);                     \
+        const wide least = (wide)lo, largest = (wide)hi;       \
+        type *to = out;                                        \
+        for (size_t i = 0; i < count; i++) {                   \
+            double value = (double)in[i] + offset + 0.5;       \
+            value = value > -far ? value : -far;               \
+            value = value < far ? value : far;                 \
+            wide whole = (wide)value;                          \
+            whole = (wide)(whole - ((double)whole > value));   \
+            whole = whole > least ? whole : least;             \
+            to[i] = (type)(whole < largest ? whole : largest); \
+        }                                                      \
     } while (0)
 
 #define STORE_REALS(type)                                        \
@@ -104,22 +115,22 @@ void cvol_samples_store(void *out, const float *in, size_t count, const cvol_arr
     const double offset = array->offset, lo = array->ledger.value_min, hi = array->ledger.value_max;
     switch (array->grid.type) {
     case CVOL_UINT8:
-        STORE_INTEGERS(uint8_t);
+        STORE_INTEGERS(uint8_t, int32_t, 1 << 30);
         break;
     case CVOL_INT8:
-        STORE_INTEGERS(int8_t);
+        STORE_INTEGERS(int8_t, int32_t, 1 << 30);
         break;
     case CVOL_UINT16:
-        STORE_INTEGERS(uint16_t);
+        STORE_INTEGERS(uint16_t, int32_t, 1 << 30);
         break;
     case CVOL_INT16:
-        STORE_INTEGERS(int16_t);
+        STORE_INTEGERS(int16_t, int32_t, 1 << 30);
         break;
     case CVOL_UINT32:
-        STORE_INTEGERS(uint32_t);
+        STORE_INTEGERS(uint32_t, int64_t, INT64_C(1) << 52);
         break;
     case CVOL_INT32:
-        STORE_INTEGERS(int32_t);
+        STORE_INTEGERS(int32_t, int64_t, INT64_C(1) << 52);
         break;
     case CVOL_FLOAT32:
         STORE_REALS(float);

@@ -168,16 +168,16 @@ static int measure_blocks(cvol_context *context, cvol_distance *out, const cvol_
     return failed ? cvol_fail_memory(context, per_block * sizeof(float), "a block") : CVOL_OK;
 }
 
-/* Lapped volumes: the distance of every piece of the stream. */
-typedef struct lapped_distance {
+/* Volumes in blocks of 16, lapped or not: the distance of every piece of the stream. */
+typedef struct streamed_distance {
     const cvol_array *array;
     const void *samples;
     cvol_distance *pieces;
-} lapped_distance;
+} streamed_distance;
 
 static void compare_piece(void *user, const cvol_piece *piece)
 {
-    const lapped_distance *to = user;
+    const streamed_distance *to = user;
     const cvol_grid *grid = &to->array->grid;
     const size_t nx = grid->dims[0];
     cvol_distance distance = {0};
@@ -201,9 +201,10 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
                           const void *samples)
 {
     cvol_stream stream = cvol_stream_of(array, NULL);
-    const size_t count = array->lapped ? cvol_stream_pieces(&stream) : array->block_count;
+    const int streamed = array->block == 16;
+    const size_t count = streamed ? cvol_stream_pieces(&stream) : array->block_count;
     cvol_distance *distances = cvol_allocate_zero(count, sizeof *distances);
-    lapped_distance to = {array, samples, distances};
+    streamed_distance to = {array, samples, distances};
     int code;
     *out = (cvol_distance){0};
     if (!distances)
@@ -211,8 +212,8 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
     stream.take = compare_piece;
     stream.user = &to;
     stream.what = "measuring";
-    code = array->lapped ? cvol_stream_run(context, &stream)
-                         : measure_blocks(context, distances, array, samples);
+    code = streamed ? cvol_stream_run(context, &stream)
+                    : measure_blocks(context, distances, array, samples);
     if (!code)
         add_distances(out, distances, count);
     free(distances);
