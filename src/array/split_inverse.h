@@ -10,6 +10,7 @@
 #ifndef CVOL_ARRAY_SPLIT_INVERSE_H
 #define CVOL_ARRAY_SPLIT_INVERSE_H
 
+#include "array/block_batch.h"
 #include "array/block_inverse_steps.h"
 
 /* How the octants of two halves of an axis are split: 0 into nothing (8), 1 into fours. */
@@ -32,29 +33,44 @@ CVOL_INLINE cvol_split_halves cvol_split_lanes(uint16_t split, const cvol_block_
                                 cvol_split_kind(split, axes, 1, row_half, sheet_half)}};
 }
 
-/* Step 1: terms onto lines of lanes. */
+/* Step 1: terms onto lines of lanes. With lane = x, those of a line follow one another, and are
+ * summed in registers (cvol_batch_add). */
 CVOL_INLINE void cvol_split_gather_lanes(float *first, cvol_block_rows *rows,
                                          const cvol_block *block, const cvol_block_axes *axes,
-                                         float step)
+                                         float step, int lane, int row, int sheet)
 {
     enum { LOG2 = 4, B = 1 << LOG2 };
-    for (int s = 0; s < block->low[axes->sheet]; s++) {
-        memset(first + (long)s * B * B, 0, sizeof(float) * (size_t)(block->low[axes->row] * B));
+    for (int s = 0; s < block->low[sheet]; s++) {
+        memset(first + (long)s * B * B, 0, sizeof(float) * (size_t)(block->low[row] * B));
         rows->count[s] = 0;
     }
+    cvol_vf sum[B / CVOL_LANES];
+    for (int part = 0; part < B; part += CVOL_LANES)
+        sum[part / CVOL_LANES] = (cvol_vf){0};
+    cvol_term_batch batch;
+    batch.last_line = UINT32_MAX;
     const uint32_t *words = block->terms, *end = words + block->words;
     while (words < end) {
-        uint32_t place;
-        const float value = step * (float)cvol_term_unpack(&words, &place, 3 * LOG2);
-        const uint32_t f = place >> axes->lane * LOG2 & (B - 1);
-        const uint32_t r = place >> axes->row * LOG2 & (B - 1);
-        const uint32_t s = place >> axes->sheet * LOG2 & (B - 1);
-        const int kind = cvol_split_kind(block->split, axes, (int)f & 1, (int)r & 1, (int)s & 1);
-        const float *lanes = axes->lane_parts[kind] + f * B;
-        float *line = first + (s * B + r) * B;
-        rows->count[s] = (uint8_t)(r + 1 > rows->count[s] ? r + 1 : rows->count[s]);
-        for (int part = 0; part < B; part += CVOL_LANES)
-            cvol_store(line + part, cvol_load(line + part) + value * cvol_load(lanes + part));
+        int count;
+        words = cvol_batch_next(&batch, &count, words, end, step, LOG2);
+        for (int i = 0; i < count; i++) {
+            const uint32_t place = batch.place[i];
+            const uint32_t f = place >> lane * LOG2 & (B - 1), r = place >> row * LOG2 & (B - 1),
+                           s = place >> sheet * LOG2 & (B - 1);
+            const uint32_t octant = (place & 1) | (place >> (LOG2 - 1) & 2) |
+                                    (place >> (2 * LOG2 - 2) & 4);
+            const float *lanes = axes->lane_parts[block->split >> (1 + octant) & 1] + f * B;
+            float *line = first + (s * B + r) * B;
+            rows->count[s] = (uint8_t)(r + 1);
+            const float value = batch.value[i];
+            const cvol_vi keep = batch.keep[i] - (cvol_vi){0};
+            for (int part = 0; part < B; part += CVOL_LANES) {
+                cvol_vf *before = &sum[part / CVOL_LANES];
+                *before = lane == 0 ? (cvol_vf)((cvol_vi)*before & keep) : cvol_load(line + part);
+                *before += value * cvol_load(lanes + part);
+                cvol_store(line + part, *before);
+            }
+        }
     }
 }
 
@@ -121,6 +137,106 @@ CVOL_INLINE void cvol_split_lines(float *out, long out_stride, const float *in, 
         cvol_split_tile(out, out_stride, in, in_stride, reach, i, 1, lanes);
 }
 
+/* ---- at all 16 samples: the basis' symmetry within each part halves the work -------------------
+ */
+
+/* Half c of an axis whose octant is not split, from the places below K. */
+CVOL_INLINE void cvol_split_eights(cvol_vf out[8], const float *in, long in_stride, int K, int c,
+                                   const float *basis)
+{
+    cvol_vf even[4], odd[4];
+    for (int t = 0; t < 4; t++)
+        even[t] = odd[t] = (cvol_vf){0};
+    for (int v = c; v < K; v += 4) {
+        const cvol_vf line = cvol_load(in + v * in_stride);
+        for (int t = 0; t < 4; t++)
+            even[t] += basis[v * 16 + 8 * c + t] * line;
+        if (v + 2 >= K)
+            break;
+        const cvol_vf next = cvol_load(in + (v + 2) * in_stride);
+        for (int t = 0; t < 4; t++)
+            odd[t] += basis[(v + 2) * 16 + 8 * c + t] * next;
+    }
+    for (int t = 0; t < 4; t++) {
+        out[t] = even[t] + odd[t];
+        out[7 - t] = even[t] - odd[t];
+    }
+}
+
+/* The same where it is. */
+CVOL_INLINE void cvol_split_fours(cvol_vf out[8], const float *in, long in_stride, int K, int c,
+                                  const float *basis)
+{
+    for (int q = 0; q < 2; q++) {
+        cvol_vf even[2] = {{0}, {0}}, odd[2] = {{0}, {0}};
+        const float *at = basis + 8 * c + 4 * q;
+        for (int v = c + 2 * q; v < K; v += 8) {
+            const cvol_vf line = cvol_load(in + v * in_stride);
+            for (int t = 0; t < 2; t++)
+                even[t] += at[v * 16 + t] * line;
+            if (v + 4 >= K)
+                break;
+            const cvol_vf next = cvol_load(in + (v + 4) * in_stride);
+            for (int t = 0; t < 2; t++)
+                odd[t] += at[(v + 4) * 16 + t] * next;
+        }
+        for (int t = 0; t < 2; t++) {
+            out[4 * q + t] = even[t] + odd[t];
+            out[4 * q + 3 - t] = even[t] - odd[t];
+        }
+    }
+}
+
+/* What the lanes of a vector are: all of octants that are not split, all of such that are, or the
+ * first ones (`own`) of one kind, the others of the other. */
+enum { CVOL_SPLIT_EIGHTS, CVOL_SPLIT_FOURS, CVOL_SPLIT_MIXED };
+
+CVOL_INLINE void cvol_split_half_of(float *out, long out_stride, const float *in, long in_stride,
+                                    int K, int c, const float *const parts[2], int kind,
+                                    cvol_vi eights, int lanes)
+{
+    cvol_vf samples[8], others[8];
+    if (kind != CVOL_SPLIT_FOURS)
+        cvol_split_eights(samples, in, in_stride, K, c, parts[0]);
+    if (kind == CVOL_SPLIT_FOURS)
+        cvol_split_fours(samples, in, in_stride, K, c, parts[1]);
+    if (kind == CVOL_SPLIT_MIXED) {
+        cvol_split_fours(others, in, in_stride, K, c, parts[1]);
+        for (int t = 0; t < 8; t++)
+            samples[t] = cvol_select(eights, samples[t], others[t]);
+    }
+    for (int t = 0; t < 8; t++)
+        if (lanes == CVOL_LANES)
+            cvol_store(out + (8 * c + t) * out_stride, samples[t]);
+        else
+            cvol_store_first(out + (8 * c + t) * out_stride, samples[t], lanes);
+}
+
+/* Half c of an axis, for `count` vectors `line` floats apart. */
+CVOL_INLINE void cvol_split_half(float *out, long out_line, long out_stride, const float *in,
+                                 long in_line, long in_stride, int K, int c,
+                                 const float *const parts[2], cvol_split_halves kinds, cvol_vi own,
+                                 int count, int lanes)
+{
+    int kind = CVOL_SPLIT_MIXED;
+    if (kinds.of[0] == kinds.of[1] || !cvol_any(~own))
+        kind = kinds.of[0];
+    else if (!cvol_any(own))
+        kind = kinds.of[1];
+    if (kind == CVOL_SPLIT_EIGHTS)
+        for (int j = 0; j < count; j++)
+            cvol_split_half_of(out + j * out_line, out_stride, in + j * in_line, in_stride, K, c,
+                               parts, CVOL_SPLIT_EIGHTS, own, lanes);
+    else if (kind == CVOL_SPLIT_FOURS)
+        for (int j = 0; j < count; j++)
+            cvol_split_half_of(out + j * out_line, out_stride, in + j * in_line, in_stride, K, c,
+                               parts, CVOL_SPLIT_FOURS, own, lanes);
+    else
+        for (int j = 0; j < count; j++)
+            cvol_split_half_of(out + j * out_line, out_stride, in + j * in_line, in_stride, K, c,
+                               parts, CVOL_SPLIT_MIXED, kinds.of[0] ? ~own : own, lanes);
+}
+
 /* The first of M points across a cell that lies in quarter q. */
 CVOL_INLINE int cvol_split_point(int M, int q)
 {
@@ -141,14 +257,25 @@ static void cvol_split_inverse(float *out, long row_stride, long sheet_stride,
     const int low_sheet = block->low[axes->sheet];
     const int rows = axes->row_points, sheets = axes->sheet_points;
     cvol_block_rows low_rows;
-    cvol_split_gather_lanes(work->first, &low_rows, block, axes, step);
+    if (axes->lane == 1)
+        cvol_split_gather_lanes(work->first, &low_rows, block, axes, step, 1, 2, 0);
+    else if (axes->sheet == 1)
+        cvol_split_gather_lanes(work->first, &low_rows, block, axes, step, 0, 2, 1);
+    else
+        cvol_split_gather_lanes(work->first, &low_rows, block, axes, step, 0, 1, 2);
     for (int part = 0; part < axes->lane_points; part += CVOL_LANES) {
         const int lanes = axes->lane_points - part < CVOL_LANES ? axes->lane_points - part
                                                                 : CVOL_LANES;
         cvol_vi own;
         for (int i = 0; i < CVOL_LANES; i++)
             own[i] = part + i < axes->lane_points / 2 ? -1 : 0;
-        for (int s = 0; s < low_sheet; s++)
+        for (int s = 0; s < low_sheet && rows == B; s++)
+            for (int c = 0; c < 2 && cvol_split_wants(axes, s & 1); c++)
+                cvol_split_half(work->second + (long)s * B * B + part, 0, B,
+                                work->first + (long)s * B * B + part, 0, B, low_rows.count[s], c,
+                                axes->row_parts, cvol_split_lanes(block->split, axes, c, s & 1),
+                                own, 1, CVOL_LANES);
+        for (int s = 0; s < low_sheet && rows != B; s++)
             for (int q = 0; q < 4 && cvol_split_wants(axes, s & 1); q++) {
                 const cvol_split_reach reach = cvol_split_reach_of(
                     axes->row_parts, cvol_split_lanes(block->split, axes, q >> 1, s & 1), q, rows,
@@ -158,10 +285,16 @@ static void cvol_split_inverse(float *out, long row_stride, long sheet_stride,
                                  cvol_split_point(rows, q), cvol_split_point(rows, q + 1),
                                  CVOL_LANES);
             }
-        for (int half = 0; half < 2; half++)
+        for (int half = 0; half < 2 && sheets == B; half++)
+            for (int c = 0; c < 2; c++)
+                if (cvol_split_wants(axes, c))
+                    cvol_split_half(out + half * rows / 2 * row_stride + part, row_stride,
+                                    sheet_stride, work->second + half * rows / 2 * B + part, B,
+                                    (long)rows * B, low_sheet, c, axes->sheet_parts,
+                                    cvol_split_lanes(block->split, axes, half, c), own, rows / 2,
+                                    lanes);
+        for (int half = 0; half < 2 && sheets != B; half++)
             for (int q = 0; q < 4; q++) {
-                if (axes->sheet_ends && (q % 3 || !cvol_split_wants(axes, q >> 1)))
-                    continue;
                 const cvol_split_reach reach = cvol_split_reach_of(
                     axes->sheet_parts, cvol_split_lanes(block->split, axes, half, q >> 1), q,
                     sheets, low_sheet, own);
