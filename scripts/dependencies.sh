@@ -4,7 +4,7 @@
 set -eu
 
 build='gcc make cmake pkg-config libfftw3-dev zlib1g-dev libpng-dev libzstd-dev libjansson-dev libnifti-dev'
-test='libcmocka-dev'
+test='libcmocka-dev python3-numpy'
 bench='g++ libzfp-dev python3-matplotlib python3-vtk9 python3-numpy python3-pil xvfb'
 
 wanted=

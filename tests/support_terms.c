@@ -10,34 +10,35 @@
 
 #include "random.h"
 
-static int32_t random_value(random_state *r)
+static int32_t random_value(random_state *r, int small)
 {
-    const int32_t value = random_below(r, 400) ? (int32_t)random_below(r, 9) - 4
-                                               : (int32_t)random_below(r, 200000001) - 100000000;
+    const int32_t value = small || random_below(r, 400)
+                              ? (int32_t)random_below(r, 9) - 4
+                              : (int32_t)random_below(r, 200000001) - 100000000;
     return value ? value : 1;
 }
 
-cvol_array *support_terms_make(cvol_context *context, const size_t dims[3], int block, int split,
-                               int lapped, uint64_t seed)
+cvol_array *support_terms_make(cvol_context *context, const support_terms *how)
 {
-    const cvol_grid grid = cvol_grid_make(dims[0], dims[1], dims[2], CVOL_FLOAT32);
-    random_state r = {seed};
+    const cvol_grid grid = cvol_grid_make(how->dims[0], how->dims[1], how->dims[2], CVOL_FLOAT32);
+    random_state r = {how->seed};
     cvol_array *array;
-    assert_int_equal(cvol_array_create(context, &array, &grid, block), CVOL_OK);
-    const uint32_t places = (uint32_t)cvol_array_block_terms(array), side = (uint32_t)block;
+    assert_int_equal(cvol_array_create(context, &array, &grid, how->block), CVOL_OK);
+    const uint32_t places = (uint32_t)cvol_array_block_terms(array), side = (uint32_t)how->block;
     uint32_t *words = malloc(8 * 600 * array->block_count + 8), *to = words;
     assert_non_null(words);
     for (size_t b = 0; b < array->block_count; b++) {
         cvol_block *cell = &array->block_table[b];
         const uint16_t bits = (uint16_t)random_below(&r, 512);
         cell->terms = to;
-        cell->split = split && bits & 1 ? bits : 0;
+        cell->split = how->split && bits & 1 ? bits : 0;
         const uint32_t density = random_below(&r, 4) ? 400 : 0, start = (uint32_t)(to - words);
         for (uint32_t p = 0; p < places && to - words < start + 1000; p++) {
             const uint32_t high = p % side + p / side % side + p / side / side;
             if (random_below(&r, 40 + high * high * 8) >= density / 16)
                 continue;
-            to += cvol_term_pack(to, p, random_value(&r), cvol_place_bits(array->block_log2));
+            to += cvol_term_pack(to, p, random_value(&r, how->small),
+                                 cvol_place_bits(array->block_log2));
             array->coefficients++;
         }
         cell->words = (uint32_t)(to - cell->terms);
@@ -46,9 +47,9 @@ cvol_array *support_terms_make(cvol_context *context, const size_t dims[3], int 
     assert_int_equal(cvol_array_adopt_pool(context, array, words, (size_t)(to - words)), CVOL_OK);
     array->step = 0.125;
     array->offset = -3;
-    array->lapped = lapped;
+    array->lapped = how->lapped;
     array->ledger = (cvol_ledger){
-        .l2_error = 0.5, .max_abs = 1e9, .value_min = -70.5, .value_max = 80};
+        .l2_error = 0.5, .max_abs = 1e9, .value_min = -1e9, .value_max = 1e9};
     array->threshold = 0.25;
     cvol_array_derive_figures(array);
     return array;

@@ -4,10 +4,16 @@
 
 #include "array/array.h"
 
-/* A volume of float32 in blocks of `block`, with terms of any size, most of low frequencies; of 16:
- * every second cell split somehow if `split`, and `lapped`. */
-cvol_array *support_terms_make(cvol_context *context, const size_t dims[3], int block, int split,
-                               int lapped, uint64_t seed);
+typedef struct support_terms {
+    size_t dims[3];
+    int block;
+    int split, lapped; /* blocks of 16: every second cell split somehow; lapped */
+    int small;         /* only small values; else some are very large */
+    uint64_t seed;
+} support_terms;
+
+/* A volume of float32 so made; most terms are of low frequencies, some blocks have none. */
+cvol_array *support_terms_make(cvol_context *context, const support_terms *how);
 /* The test fails unless both have the same terms and splits. */
 void support_terms_expect_same(const cvol_array *a, const cvol_array *b);
 

@@ -52,7 +52,9 @@ static uint8_t *file_of(const cvol_array *array, size_t *size)
 
 static cvol_array *small_array(void)
 {
-    return support_terms_make(context, (size_t[3]){70, 20, 16}, 16, 1, 1, 3);
+    return support_terms_make(
+        context,
+        &(support_terms){.dims = {70, 20, 16}, .block = 16, .split = 1, .lapped = 1, .seed = 3});
 }
 
 static int read_part(cvol_array **out, cvol_file_report *report, const uint8_t *data, size_t size,
@@ -84,15 +86,16 @@ static void expect_refused(const uint8_t *data, size_t size, int wanted, const c
 static void every_kind_comes_back(void **state)
 {
     (void)state;
-    static const struct {
-        size_t dims[3];
-        int block, split, lapped;
-    } kinds[] = {{{70, 33, 20}, 16, 0, 0}, {{70, 33, 20}, 16, 1, 0},  {{130, 65, 17}, 16, 1, 1},
-                 {{65, 66, 9}, 8, 0, 0},   {{100, 40, 33}, 32, 0, 0}, {{1, 1, 1}, 8, 0, 0},
-                 {{1, 200, 1}, 16, 1, 1}};
+    static const support_terms kinds[] = {
+        {.dims = {70, 33, 20}, .block = 16},
+        {.dims = {70, 33, 20}, .block = 16, .split = 1},
+        {.dims = {130, 65, 17}, .block = 16, .split = 1, .lapped = 1, .seed = 5},
+        {.dims = {65, 66, 9}, .block = 8},
+        {.dims = {100, 40, 33}, .block = 32},
+        {.dims = {1, 1, 1}, .block = 8},
+        {.dims = {1, 200, 1}, .block = 16, .split = 1, .lapped = 1}};
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
-        cvol_array *array = support_terms_make(context, kinds[i].dims, kinds[i].block,
-                                               kinds[i].split, kinds[i].lapped, i + 1);
+        cvol_array *array = support_terms_make(context, &kinds[i]);
         cvol_array *back;
         size_t size;
         uint8_t *data = file_of(array, &size);
@@ -109,7 +112,9 @@ static void every_kind_comes_back(void **state)
 static void bytes_do_not_depend_on_threads(void **state)
 {
     (void)state;
-    cvol_array *array = support_terms_make(context, (size_t[3]){200, 200, 90}, 16, 1, 1, 8);
+    cvol_array *array = support_terms_make(
+        context,
+        &(support_terms){.dims = {200, 200, 90}, .block = 16, .split = 1, .lapped = 1, .seed = 8});
     size_t size, other;
     uint8_t *data = file_of(array, &size);
     for (int threads = 1; threads <= 5; threads += 2) {
@@ -167,8 +172,11 @@ static void levels_have_the_low_frequencies(void **state)
 {
     (void)state;
     for (int block = 8; block <= 32; block *= 2) {
-        cvol_array *array = support_terms_make(context, (size_t[3]){70, 50, 40}, block, block == 16,
-                                               block == 16, (uint64_t)block);
+        cvol_array *array = support_terms_make(context, &(support_terms){.dims = {70, 50, 40},
+                                                                         .block = block,
+                                                                         .split = block == 16,
+                                                                         .lapped = block == 16,
+                                                                         .seed = (uint64_t)block});
         size_t size;
         uint8_t *data = file_of(array, &size);
         for (int level = 0; level < 4; level++) {
@@ -264,7 +272,9 @@ static void every_prefix_has_its_level(void **state)
 static void boxes_of_any_level_are_cut_from_it(void **state)
 {
     (void)state;
-    cvol_array *array = support_terms_make(context, (size_t[3]){150, 140, 70}, 16, 1, 1, 12);
+    cvol_array *array = support_terms_make(
+        context,
+        &(support_terms){.dims = {150, 140, 70}, .block = 16, .split = 1, .lapped = 1, .seed = 12});
     const size_t *dims = array->grid.dims;
     random_state r = {4};
     size_t size;
@@ -299,7 +309,9 @@ static void boxes_of_any_level_are_cut_from_it(void **state)
 static void boxes_do_not_look_at_other_bricks(void **state)
 {
     (void)state;
-    cvol_array *array = support_terms_make(context, (size_t[3]){64 * 40, 16, 16}, 16, 1, 0, 12);
+    cvol_array *array = support_terms_make(
+        context, &(support_terms){
+                     .dims = {64 * 40, 16, 16}, .block = 16, .split = 1, .lapped = 0, .seed = 12});
     cvol_array *box;
     size_t size;
     uint64_t ends[4];
@@ -528,7 +540,9 @@ static void lying_indexes_are_refused(void **state)
 {
     (void)state;
     /* One brick: four lengths of two bytes at most, four checksums. */
-    cvol_array *array = support_terms_make(context, (size_t[3]){16, 16, 16}, 16, 0, 0, 2);
+    cvol_array *array = support_terms_make(
+        context,
+        &(support_terms){.dims = {16, 16, 16}, .block = 16, .split = 0, .lapped = 0, .seed = 2});
     size_t size;
     uint8_t *data = file_of(array, &size);
     expect_index_lie(data, size, 0, 0, "section ");

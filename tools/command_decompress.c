@@ -23,10 +23,12 @@ static int can_be_written(const char *path)
 }
 
 /* Makes in->volume of the box X0 X1 Y0 Y1 Z0 Z1 of a file. Exit status. */
-static int open_box(cvol_context *context, input *in, const char *path, const size_t box[6])
+static int open_box(cvol_context *context, input *in, const char *path, const size_t box[6],
+                    int level)
 {
     const size_t begin[3] = {box[0], box[2], box[4]}, end[3] = {box[1], box[3], box[5]};
-    int code = cvol_array_read_box(context, &in->array, path, begin, end, &in->file_bytes);
+    const cvol_file_part part = {.begin = begin, .end = end, .level = level};
+    int code = cvol_array_read_part(context, &in->array, NULL, path, &part);
     if (!code) {
         const cvol_grid grid = cvol_grid_box(cvol_array_grid(in->array), begin, end);
         code = cvol_volume_create(context, &in->volume, &grid);
@@ -36,9 +38,10 @@ static int open_box(cvol_context *context, input *in, const char *path, const si
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
-static int open_all(cvol_context *context, input *in, const char *path)
+static int open_all(cvol_context *context, input *in, const char *path, int level)
 {
-    int code = cvol_array_read(context, &in->array, path, &in->file_bytes);
+    const cvol_file_part part = {.level = level};
+    int code = cvol_array_read_part(context, &in->array, NULL, path, &part);
     return code ? complain_context(context, code, NULL) : need_volume(context, in);
 }
 
@@ -63,7 +66,8 @@ static int decompress(cvol_context *context, const common_options *common, const
     int code, status = check_output(in_path, out_path);
     if (status)
         return status;
-    status = box ? open_box(context, &in, in_path, box) : open_all(context, &in, in_path);
+    status = box ? open_box(context, &in, in_path, box, common->level)
+                 : open_all(context, &in, in_path, common->level);
     if (!status && (code = cvol_volume_write(context, in.volume, out_path)))
         status = complain_context(context, code, NULL);
     if (!status) {
@@ -88,6 +92,9 @@ int command_decompress(int argc, char **argv)
         {NULL, NULL, "What:", OPTION_HEADING, NULL, 0, NULL},
         {"--box", "X0:X1,Y0:Y1,Z0:Z1", "only samples X0 <= x < X1 and so on (default: all)",
          OPTION_BOX, box, 0, &box_given},
+        {"--level", "L",
+         "0 (default) all frequencies, 1 to 3 the lowest 1/2, 1/4, 1/8 of each axis",
+         OPTION_INTEGER, &common.level, 0, NULL},
         COMMON_OPTIONS(common),
     };
     command_line line = {.usage = "cvol decompress IN.cvol OUT [options]",
@@ -99,6 +106,8 @@ int command_decompress(int argc, char **argv)
     int status = parse_command_line(&line, argc, argv);
     if (status >= 0)
         return status;
+    if (common.level > 3)
+        return complain(EXIT_MISUSED, "--level is %d, must be 0 to 3", common.level);
     if (!can_be_written(line.positionals[1]))
         return complain(EXIT_MISUSED,
                         "%s: the name's ending is none of those that can be written (%s)",

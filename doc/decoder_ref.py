@@ -1,0 +1,740 @@
+#!/usr/bin/python3
+"""Decodes .cvol files, written from doc/format.md and nothing else: plain, slow, to be read beside it.
+
+usage: decoder_ref.py FILE.cvol OUT.raw [--level L]
+
+Writes the samples, x fastest, in the file's type, low byte first, and prints what the file says of
+them as JSON. --level 1, 2, 3: a volume's coarser levels; the file may then end early.
+
+Needs NumPy, and of libzstd the one function that unpacks a frame. The built-in codes are read from
+src/codec/token_defaults.c.
+"""
+import argparse
+import ctypes
+import ctypes.util
+import json
+import math
+import os
+import re
+import struct
+import sys
+
+import numpy as np
+
+TYPES = {1: "u1", 2: "i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4", 7: "<f4", 8: "<f8"}
+NAMES = {1: "uint8", 2: "int8", 3: "uint16", 4: "int16", 5: "uint32", 6: "int32", 7: "float32",
+         8: "float64"}
+FLOAT32_MAX = float(np.finfo(np.float32).max)
+VALUE_LIMIT = 2 ** 30
+
+
+class Damaged(Exception):
+    """The file is not what the format demands."""
+
+
+def need(condition, what):
+    if not condition:
+        raise Damaged(what)
+
+
+# ---- 1. the file: checksums and sections ---------------------------------------------------------
+
+def crc_table():
+    table = []
+    for byte in range(256):
+        crc = byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0x82F63B78 if crc & 1 else 0)
+        table.append(crc)
+    return table
+
+
+CRC_TABLE = crc_table()
+
+
+def crc32c(data):
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc = crc >> 8 ^ CRC_TABLE[(crc ^ byte) & 255]
+    return crc ^ 0xFFFFFFFF
+
+
+ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "RNGE", "TABL", "INDX", "SHL0", "SHL1", "SHL2", "SHL3",
+         "TERM", "SPEC", "ENDS"]
+OPTIONAL = {"ATTR", "RNGE"}
+SHELLS = ["SHL0", "SHL1", "SHL2", "SHL3"]
+
+
+def read_sections(data, last):
+    """{tag: (content, checksum)} of the sections up to and with `last`."""
+    need(data[:8] == b"\x8bCVL\r\n\x1a\n", "is no .cvol file")
+    need(len(data) >= 12, "is cut off in its version")
+    version, = struct.unpack_from("<I", data, 8)
+    need(version == 1, f"has version {version}, this decoder reads 1")
+    sections, at = {}, 12
+    while last not in sections:
+        need(len(data) - at >= 24, f"is cut off at byte {at}, in a section's header")
+        tag, flags, length, checksum, own = struct.unpack_from("<4sIQII", data, at)
+        tag = tag.decode("latin1")
+        need(own == crc32c(data[at:at + 20]), f"{tag}: its header's checksum does not hold")
+        need(len(data) - at - 24 >= length, f"is cut off in {tag}")
+        content = data[at + 24:at + 24 + length]
+        at += 24 + length
+        if tag not in ORDER:
+            need(not flags & 1, f"{tag} must be known, and is not")
+            need(checksum == crc32c(content), f"{tag}: the checksum does not hold")
+            continue
+        need(not flags & 1 or flags == 1, f"{tag} has unknown flags")
+        need(flags & 1 or tag in OPTIONAL, f"{tag} is not flagged as required")
+        need(all(ORDER.index(before) < ORDER.index(tag) for before in sections),
+             f"{tag} stands in a wrong place")
+        if tag not in SHELLS:
+            need(checksum == crc32c(content), f"{tag}: the checksum does not hold")
+        sections[tag] = content, checksum
+    if last == "ENDS":
+        need(at == len(data), "goes on behind its end")
+    return sections
+
+
+# ---- 2. to 4. HEAD, GEOM, ERRS -------------------------------------------------------------------
+
+class Header:
+    def __init__(self, head, geom, errs):
+        need(len(head) >= 84 and len(geom) >= 156 and len(errs) >= 76, "a record is too short")
+        (nx, ny, nz, self.type, self.transform, self.rank, self.block, self.lapped, self.step,
+         self.offset, self.value_min, self.value_max,
+         self.coefficients) = struct.unpack_from("<3Q5I4dQ", head)
+        self.dims = nx, ny, nz
+        geometry = struct.unpack_from("<I15d16s2d", geom)
+        self.space, self.spacing, self.origin = geometry[0], geometry[1:4], geometry[4:7]
+        self.direction = [geometry[7:10], geometry[10:13], geometry[13:16]]
+        self.unit = geometry[16].split(b"\0")[0].decode("latin1")
+        self.value_scale, self.value_offset = geometry[17:19]
+        (self.psnr, self.max_error, self.l2_error, self.max_abs, self.threshold, *self.shell_norm,
+         self.measured) = struct.unpack_from("<9dI", errs)
+        self.check()
+
+    def check(self):
+        finite = [self.step, self.offset, self.value_min, self.value_max, *self.spacing,
+                  *self.origin, *sum(map(list, self.direction), []), self.value_scale,
+                  self.value_offset, self.max_error, self.l2_error, self.max_abs, self.threshold,
+                  *self.shell_norm]
+        need(all(math.isfinite(x) for x in finite) and not math.isnan(self.psnr),
+             "a number is none")
+        need(min(self.dims) > 0 and self.type in TYPES and self.space <= 2, "HEAD or GEOM")
+        need(self.transform in (1, 2, 3) and self.rank in (1, 2, 3), "transform or rank")
+        need(self.block in (0, 8, 16, 32) and max(self.dims[self.rank:], default=1) == 1,
+             "block or dims")
+        need(self.lapped == 0 or (self.lapped == 1 and self.is_volume() and self.block == 16),
+             "lapped")
+        need(self.step > 0 if self.block else self.step == 0 == self.offset, "step")
+        need(self.value_min <= self.value_max and min(self.spacing) > 0, "value_min or spacing")
+
+    def is_volume(self):
+        return self.rank == 3 and self.transform == 1 and self.block != 0
+
+    def blocks(self):
+        """How many along each axis."""
+        return [-(-n // self.block) if a < self.rank else 1 for a, n in enumerate(self.dims)]
+
+
+# ---- zstd frames and planes ----------------------------------------------------------------------
+
+def unpack(frame, size):
+    """The `size` bytes of a zstd frame."""
+    need(size <= 32768 * len(frame), "a frame cannot hold so much")
+    library = ctypes.CDLL(ctypes.util.find_library("zstd") or "libzstd.so.1")
+    library.ZSTD_decompress.restype = ctypes.c_size_t
+    out = ctypes.create_string_buffer(max(size, 1))
+    got = library.ZSTD_decompress(out, ctypes.c_size_t(size), bytes(frame),
+                                  ctypes.c_size_t(len(frame)))
+    need(got == size, "a zstd frame is damaged")
+    return out.raw[:size]
+
+
+def planes(raw, at, count, width):
+    """`count` numbers of `width` bytes, byte by byte from `at`; and where they end."""
+    numbers = np.zeros(count, np.uint32)
+    for plane in range(width):
+        part = np.frombuffer(raw, np.uint8, count, at + plane * count)
+        numbers |= part.astype(np.uint32) << np.uint32(8 * plane)
+    return numbers, at + width * count
+
+
+# ---- 5. RNGE -------------------------------------------------------------------------------------
+
+def check_ranges(header, content):
+    """What a reader does with RNGE if it only decodes: see that it says what it must."""
+    lo, hi = struct.unpack_from("<2d", content)
+    need(math.isfinite(lo) and math.isfinite(hi) and lo <= hi, "RNGE: its ends")
+    per = 2 if header.block == 8 else 1
+    cells = math.prod(-(-n // per) for n in header.blocks())
+    codes = np.frombuffer(unpack(content[16:], 2 * cells), np.uint8).astype(int)
+    need((codes[:cells] + codes[cells:] <= 255).all(), "RNGE: a range is too wide")
+
+
+# ---- 6. INDX and the shells ----------------------------------------------------------------------
+
+def read_index(content, bricks):
+    """Lengths [shell][brick] and checksums [shell][run]."""
+    at, lengths = 0, []
+    for _ in SHELLS:
+        lengths.append([])
+        for _ in range(bricks):
+            value = shift = 0
+            while True:
+                need(at < len(content), "INDX is too short")
+                byte = content[at]
+                at += 1
+                value |= (byte & 127) << shift
+                shift += 7
+                if byte < 128:
+                    break
+            need(value < 2 ** 32, "INDX: a length")
+            lengths[-1].append(value)
+    runs = -(-bricks // 16)
+    need(len(content) - at == 16 * runs, "INDX has a wrong length")
+    sums = [struct.unpack_from(f"<{runs}I", content, at + 4 * runs * s) for s in range(4)]
+    return lengths, sums
+
+
+def cut_bricks(content, checksum, lengths, sums, tag):
+    """The bricks' bytes in one shell, checked run by run."""
+    need(sum(lengths) == len(content), f"{tag}: its length")
+    need(crc32c(struct.pack(f"<{len(sums)}I", *sums)) == checksum, f"{tag}: its checksum")
+    out, at = [], 0
+    for length in lengths:
+        out.append(content[at:at + length])
+        at += length
+    for run, stored in enumerate(sums):
+        need(crc32c(b"".join(out[16 * run:16 * run + 16])) == stored, f"{tag}: run {run}")
+    return out
+
+
+# ---- 7. streams of tokens ------------------------------------------------------------------------
+
+ROW_LAST, ROW_ESCAPE, ROW_DC, ROW_LENGTH = 1584, 1672, 1694, 1742
+ROW_MORE, ROW_SPLIT, ROW_OCTANTS, ROWS = 2014, 2078, 2089, 2091
+
+
+def default_codes():
+    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "codec",
+                        "token_defaults.c")
+    with open(path, encoding="ascii") as file:
+        rows = re.findall(r"^\s*\{([0-9, ]+)\},?", file.read(), re.MULTILINE)
+    codes = [[int(code) for code in row.split(",") if code.strip()] for row in rows]
+    assert len(codes) == ROWS and all(len(row) == 15 for row in codes)
+    return codes
+
+
+PROBABILITY = [math.floor(2 ** 16 / (1 + math.exp((127.5 - j) / 12.75)) + 0.5) for j in range(256)]
+
+
+class Row:
+    """Of the 2^14 numbers, first[t] .. first[t + 1] - 1 are token t; token[n] says which n is."""
+
+    def __init__(self, codes):
+        left, self.first, self.token = 2 ** 14, [0], []
+        for t in range(16):
+            f = left
+            if t < 15:
+                f = (left * PROBABILITY[codes[t]] + 2 ** 15) >> 16
+                f = max(1, min(f, left - (15 - t)))
+            left -= f
+            self.first.append(self.first[-1] + f)
+            self.token += [t] * f
+
+
+class Rows:
+    """Made when they are used: most never are."""
+
+    def __init__(self, codes):
+        self.codes, self.rows = codes, {}
+
+    def __getitem__(self, number):
+        if number not in self.rows:
+            self.rows[number] = Row(self.codes[number])
+        return self.rows[number]
+
+
+class Stream:
+    def __init__(self, data, rows):
+        self.data, self.rows = data, rows
+        self.state = int.from_bytes(data[:4], "little") if data else 2 ** 16
+        self.at = 4 if data else 0  # bytes taken from the front
+        self.bits = 0  # raw bits taken from the back
+
+    def token(self, number):
+        row = self.rows[number]
+        n = self.state & (2 ** 14 - 1)
+        t = row.token[n]
+        first = row.first[t]
+        x = (row.first[t + 1] - first) * (self.state >> 14) + n - first
+        if x < 2 ** 16:
+            x = x << 16 | int.from_bytes(self.data[self.at:self.at + 2], "little")
+            self.at += 2
+        self.state = x
+        return t
+
+    def raw(self, count):
+        value = 0
+        for i in range(count):
+            byte = len(self.data) - 1 - (self.bits >> 3)
+            if byte >= 0:
+                value |= (self.data[byte] >> (self.bits & 7) & 1) << i
+            self.bits += 1
+        return value
+
+    def check_end(self):
+        need(self.state == 2 ** 16 and self.at + (self.bits + 7) // 8 == len(self.data),
+             "a brick's stream is damaged")
+
+
+# ---- 8. bricks -----------------------------------------------------------------------------------
+
+WEIGHTS = [8192, 2896, 1024, 362]
+LEVEL_BOUNDS = [0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 28, 40, 60, 100, 200, 400, 800, 1600, 3200, 6400,
+                12800]
+
+
+def level_of(total):
+    return sum(bound < total for bound in LEVEL_BOUNDS)
+
+
+LEVELS = [level_of(total) for total in range(24001)]  # no sum is larger
+
+
+class Scan:
+    """The order of the coefficients of a part of side M: places, and what belongs to them. Sums
+    have a side of M + 2, so that what falls beyond the part does no harm."""
+
+    def __init__(self, M):
+        order = []
+        for w in range(M):
+            for v in range(M):
+                for u in range(M):
+                    cube = max(u, v, w).bit_length()
+                    order.append((cube, u + v + w, u + M * v + M * M * w, u, v, w))
+        self.M, self.side = M, M + 2
+        self.places, self.bands, self.sums = [], [], []
+        for _, norm, _, u, v, w in sorted(order):
+            c = sum(bound * M < 32 * norm for bound in (5, 11, 19, 29, 43))
+            z = min(2, (u == 0) + (v == 0) + (w == 0))
+            self.places.append((u, v, w))
+            self.bands.append(3 * c + z)
+            self.sums.append(u + self.side * (v + self.side * w))
+
+    def scatter(self, sums, at, c):
+        y, z = self.side, self.side * self.side
+        for step in (1, y, z):
+            sums[at + step] += 2 * c
+        for step in (2, 2 * y, 2 * z, 1 + y, 1 + z, y + z):
+            sums[at + step] += c
+
+
+SCANS = {}
+
+
+def scan_of(M):
+    if M not in SCANS:
+        SCANS[M] = Scan(M)
+    return SCANS[M]
+
+
+def parts_of(split):
+    """(side, first sample) of the parts of a cell; split: 0, or 1 and eight bits of octants."""
+    if not split & 1:
+        return [(16, (0, 0, 0))]
+    parts = []
+    for octant in range(8):
+        begin = [8 * (octant >> a & 1) for a in range(3)]
+        if not split >> (1 + octant) & 1:
+            parts.append((8, tuple(begin)))
+            continue
+        for i in range(8):
+            parts.append((4, tuple(begin[a] + 4 * (i >> a & 1) for a in range(3))))
+    return parts
+
+
+class Brick:
+    """Decodes one brick: for each part (block, side, first sample in it, values[w, v, u])."""
+
+    def __init__(self, streams, counts, block):
+        self.streams, self.counts, self.block = streams, counts, block
+        self.mean, self.length, self.tokens = {}, {}, {}  # by cubes of 4^3, and by cells
+
+    def decode(self):
+        parts = []
+        bx, by, bz = self.counts
+        for number in range(bx * by * bz):
+            place = number % bx, number // bx % by, number // bx // by
+            split = self.split(place) if self.block == 16 else None
+            for side, begin in parts_of(split) if split is not None else [(self.block, (0, 0, 0))]:
+                first = [self.block * place[a] + begin[a] for a in range(3)]
+                parts.append((place, side, begin, self.part(side, first)))
+        for stream in self.streams:
+            stream.check_end()
+        return parts
+
+    def split(self, cell):
+        near = [self.tokens[before] for before in befores(cell, 1) if before in self.tokens]
+        n = len(near)
+        around = 1 + (3 * sum(near) + n // 2) // n if n else 0
+        token = self.tokens[cell] = self.streams[0].token(ROW_SPLIT + around)
+        need(token < 4, "a cell's split")
+        if token < 2:
+            return token
+        if token == 3:
+            return 0x1FF
+        low, high = self.streams[0].token(ROW_OCTANTS), self.streams[0].token(ROW_OCTANTS + 1)
+        return 1 | low << 1 | high << 5
+
+    def context(self, k, cube):
+        near = [before for before in befores(cube, 1) if before in self.mean]
+        n, W = len(near), WEIGHTS[k]
+        if not n:
+            return 0, 0, 0
+        means = [self.mean[c] for c in near]
+        lengths = [max(1, self.length[c] - 3 * (3 - k)) if self.length[c] else 0 for c in near]
+        prediction = (2 * sum(means) + n * W) // (2 * n * W)
+        prediction = max(1 - VALUE_LIMIT, min(VALUE_LIMIT - 1, prediction))
+        spread = 1 if n == 1 else 2 + min(9, ((max(means) - min(means)) // W).bit_length())
+        return prediction, spread, 1 + (sum(lengths) + n // 2) // n
+
+    def part(self, M, first):
+        k = {4: 0, 8: 1, 16: 2, 32: 3}[M]
+        cube = tuple(x // 4 for x in first)
+        prediction, spread, around = self.context(k, cube)
+        stream = self.streams[0]
+        d = self.number(stream, ROW_DC + 12 * k + spread)
+        dc = prediction + (-d if d and stream.raw(1) else d)
+        need(abs(dc) <= VALUE_LIMIT, "a DC")
+        kind = 0 if d == 0 else 1 if d == 1 else 2 if d < 4 else 3
+        L = stream.token(ROW_LENGTH + 4 * (17 * k + around) + kind)
+        values = np.zeros((M, M, M), np.int64)
+        values[0, 0, 0] = dc
+        if L:
+            need(2 ** (L - 1) < M ** 3, "a last index")
+            self.coefficients(values, k, L, dc)
+        for z in range(M // 4):
+            for y in range(M // 4):
+                for x in range(M // 4):
+                    at = cube[0] + x, cube[1] + y, cube[2] + z
+                    self.mean[at] = dc * WEIGHTS[k]
+                    self.length[at] = L + 3 * (3 - k) if L else 0
+        return values
+
+    @staticmethod
+    def number(stream, row):
+        t = stream.token(row)
+        if t < 4:
+            return t
+        length = t - 1 if t < 15 else max(1, stream.raw(5))
+        return 2 ** (length - 1) | stream.raw(length - 1)
+
+    def coefficients(self, values, k, L, dc):
+        scan = scan_of(len(values))
+        sums = [0] * (scan.side ** 3 + 2 * scan.side ** 2)
+        scan.scatter(sums, 0, min(abs(dc), 2))
+        begin = 1
+        for s, stream in enumerate(self.streams):
+            end, last = 8 ** max(0, k + s - 1), None
+            if end <= begin:
+                continue
+            if 2 ** (L - 1) < end:
+                last = self.last(stream, k, L)
+                end = last + 1
+            for i in range(begin, end):
+                m = self.magnitude(stream, k, scan.bands[i], LEVELS[sums[scan.sums[i]]], i == last)
+                need(m <= VALUE_LIMIT, "a coefficient")
+                if m:
+                    u, v, w = scan.places[i]
+                    values[w, v, u] = -m if stream.raw(1) else m
+                    scan.scatter(sums, scan.sums[i], min(m, 2000))
+            begin = end
+            if last is not None:
+                break
+
+    @staticmethod
+    def last(stream, k, L):
+        if L == 1:
+            return 1
+        t = stream.token(ROW_MORE + 16 * k + L)
+        if L == 2:
+            return 2 + t % 2
+        return (4 + t % 4) << (L - 3) | stream.raw(L - 3)
+
+    @staticmethod
+    def magnitude(stream, k, band, level, is_last):
+        row = ROW_LAST + 22 * k + level if is_last else (18 * k + band) * 22 + level
+        shift = max(0, level - 13)
+        high = stream.token(row)
+        if high == 15:
+            r = stream.token(ROW_ESCAPE + level)
+            if r == 15:
+                r += stream.raw(4)
+            high = 2 ** r + stream.raw(r) + 14
+        return (high << shift | stream.raw(shift)) + (1 if is_last else 0)
+
+
+def befores(at, step):
+    x, y, z = at
+    return (x - step, y, z), (x, y - step, z), (x, y, z - step)
+
+
+# ---- 9. TABL -------------------------------------------------------------------------------------
+
+class RangeDecoder:
+    def __init__(self, data):
+        self.data, self.at = data, 0
+        self.range = 2 ** 64 - 1
+        self.code = self.take(8)
+
+    def take(self, count):
+        part = self.data[self.at:self.at + count]
+        self.at += count
+        return int.from_bytes(part + bytes(count - len(part)), "big")
+
+    def bit(self, context):
+        fast, slow = context
+        bound = (self.range >> 16) * ((fast + slow) >> 1)
+        if self.code < bound:
+            bit, self.range = 0, bound
+            context[:] = fast + (65535 - fast >> 4), slow + (65535 - slow >> 7)
+        else:
+            bit = 1
+            self.code -= bound
+            self.range -= bound
+            context[:] = fast - (fast >> 4), slow - (slow >> 7)
+        if self.range < 2 ** 32:
+            self.range <<= 32
+            self.code = self.code << 32 | self.take(4)
+        return bit
+
+
+def read_tables(content):
+    def contexts(count):
+        return [[2 ** 15, 2 ** 15] for _ in range(count)]
+
+    codes, decoder = default_codes(), RangeDecoder(content)
+    row, zero, sign, unary = contexts(2), contexts(4), contexts(2), contexts(24)
+    before = 0
+    for r in range(ROWS):
+        before = decoder.bit(row[before])
+        s = 0
+        for t in range(15 if before else 0):
+            if not decoder.bit(zero[min(t, 3)]):
+                continue
+            s = decoder.bit(sign[s])
+            m = 1
+            while m < 256 and decoder.bit(unary[min(m, 24) - 1]):
+                m += 1
+            codes[r][t] += -2 * m if s else 2 * m
+            need(0 <= codes[r][t] <= 255, "TABL: a code")
+    need(decoder.at - 7 <= len(content), "TABL is too short")
+    return Rows(codes)
+
+
+# ---- 2. from coefficients to samples -------------------------------------------------------------
+
+def dct_matrix(n):
+    """D[u][x]"""
+    u, x = np.arange(n)[:, None], np.arange(n)[None, :]
+    D = np.sqrt(2 / n) * np.cos(np.pi * u * (x + 0.5) / n)
+    D[0] = np.sqrt(1 / n)
+    return D
+
+
+def inverse_dct(A):
+    """Along all axes."""
+    for axis, n in enumerate(A.shape):
+        A = np.moveaxis(np.tensordot(dct_matrix(n), A, (0, axis)), 0, axis)
+    return A
+
+
+def mirror(slots):
+    """slots[-p]"""
+    for axis in range(slots.ndim):
+        slots = np.roll(np.flip(slots, axis), 1, axis)
+    return slots
+
+
+def pair_order(shape):
+    """+1 where a place is the first of its pair, -1 where it is the second, else 0. Axes z, y, x."""
+    order = np.zeros(shape, int)
+    for axis, n in enumerate(shape):  # x comes last, and counts most
+        u = np.arange(n)
+        own = np.where((u == 0) | (2 * u == n), 0, np.where(2 * u < n, 1, -1))
+        own = own.reshape([n if a == axis else 1 for a in range(len(shape))])
+        order = np.where(own != 0, own, order)
+    return order
+
+
+def inverse(transform, slots):
+    """Samples of slots[w, v, u]."""
+    N = slots.size
+    if transform == 1:
+        return inverse_dct(slots)
+    if transform == 2:
+        F = np.fft.fftn(slots) / np.sqrt(N)
+        return F.real - F.imag
+    order, other = pair_order(slots.shape), mirror(slots)
+    A = np.where(order == 0, slots + 0j, np.where(order > 0, slots + 1j * other,
+                                                 other - 1j * slots) / np.sqrt(2))
+    return (np.fft.ifftn(A) * np.sqrt(N)).real
+
+
+def post_filter(samples, axis):
+    """Across the faces of cells of 16, in place."""
+    h = -0.07768840068963345, -0.2309698831278217, 0.09567085809127243, -0.1337310918356290
+    a = np.moveaxis(samples, axis, 0)
+    for e in range(16, len(a) - 1, 16):
+        inner, outer = a[e - 1] - a[e], a[e - 2] - a[e + 1]
+        d0, d1 = h[0] * inner + h[1] * outer, h[2] * inner + h[3] * outer
+        a[e - 1] += d0
+        a[e] -= d0
+        a[e - 2] += d1
+        a[e + 1] -= d1
+
+
+def finish(header, samples):
+    """Offset, rounding, clamping."""
+    samples = samples + header.offset
+    if header.type < 7:
+        samples = np.floor(samples + 0.5)
+    return np.clip(samples, header.value_min, header.value_max).astype(TYPES[header.type])
+
+
+def crop(header, samples):
+    nx, ny, nz = header.dims
+    return samples[:nz, :ny, :nx]
+
+
+# ---- the three kinds -----------------------------------------------------------------------------
+
+def read_volume(header, sections, shells):
+    B, dims = header.block, header.dims
+    bricks = [-(-n // 64) for n in dims]
+    rows = read_tables(sections["TABL"][0])
+    lengths, sums = read_index(sections["INDX"][0], math.prod(bricks))
+    data = [cut_bricks(*sections[tag], lengths[s], sums[s], tag)
+            for s, tag in enumerate(SHELLS[:shells])]
+    if "RNGE" in sections:
+        check_ranges(header, sections["RNGE"][0])
+    blocks = header.blocks()
+    samples, terms = np.zeros([B * n for n in reversed(blocks)]), 0
+    for number in range(math.prod(bricks)):
+        place = number % bricks[0], number // bricks[0] % bricks[1], number // bricks[0] // bricks[1]
+        first = [64 // B * p for p in place]
+        counts = [min(64 // B, blocks[a] - first[a]) for a in range(3)]
+        streams = [Stream(shell[number], rows) for shell in data]
+        weight = {}
+        for block, side, begin, values in Brick(streams, counts, B).decode():
+            x, y, z = (B * (first[a] + block[a]) + begin[a] for a in range(3))
+            samples[z:z + side, y:y + side, x:x + side] = inverse_dct(header.step * values)
+            terms += np.count_nonzero(values)
+            weight[block] = weight.get(block, 0) + int(np.abs(values).sum())
+        need(max(weight.values()) * header.step < FLOAT32_MAX, "terms are too large")
+    need(shells < 4 or terms == header.coefficients, "the number of coefficients")
+    samples = np.ascontiguousarray(crop(header, samples))
+    for axis in (2, 1, 0) if header.lapped else ():
+        post_filter(samples, axis)
+    return samples
+
+
+def read_blocks(header, content):
+    """TERM."""
+    B, rank, blocks = header.block, header.rank, header.blocks()
+    count, terms = math.prod(blocks), header.coefficients
+    raw = unpack(content, 4 * count + 6 * terms)
+    counts, at = planes(raw, 0, count, 4)
+    places, at = planes(raw, at, terms, 2)
+    folded, at = planes(raw, at, terms, 4)
+    need(int(counts.astype(np.uint64).sum()) == terms, "TERM: the number of terms")
+    values = [-(int(v) // 2) - 1 if v & 1 else int(v) // 2 for v in folded]
+    shape = [B if a < rank else 1 for a in (2, 1, 0)]
+    samples, t = np.zeros([n * s for n, s in zip(reversed(blocks), shape)]), 0
+    for b in range(count):
+        slots, place, total = np.zeros(B ** rank), -1, 0
+        for _ in range(counts[b]):
+            place += int(places[t]) + 1
+            need(place < B ** rank and 0 < abs(values[t]) <= VALUE_LIMIT, "TERM: a term")
+            slots[place] = values[t]
+            total += abs(values[t])
+            t += 1
+        need(total * header.step < FLOAT32_MAX, "terms are too large")
+        i, j, l = b % blocks[0], b // blocks[0] % blocks[1], b // blocks[0] // blocks[1]
+        z, y, x = l * shape[0], j * shape[1], i * shape[2]
+        samples[z:z + shape[0], y:y + shape[1], x:x + shape[2]] = inverse(
+            header.transform, header.step * slots.reshape(shape))
+    return crop(header, samples)
+
+
+def read_whole(header, content):
+    """SPEC."""
+    dims = header.dims
+    k = struct.unpack_from("<3Q", content)
+    s, = struct.unpack_from("<Q", content, 24)
+    widths = [k[a] if header.transform == 1 else min(2 * k[a] - 1, dims[a]) if k[a] else 0
+              for a in range(3)]
+    for a in range(3):
+        most = dims[a] if header.transform == 1 else dims[a] // 2 + 1
+        need(k[a] <= most and (k[a] == 0) == (k[0] == 0), "SPEC: k")
+    low = math.prod(widths)
+    need(low + s == header.coefficients, "the number of coefficients")
+    raw = unpack(content[32:], 4 * low + 8 * s)
+    box, at = planes(raw, 0, low, 4)
+    gaps, at = planes(raw, at, s, 4)
+    others, at = planes(raw, at, s, 4)
+    slots = np.zeros(math.prod(dims))
+    index = [[i if i < k[a] else dims[a] - widths[a] + i for i in range(widths[a])]
+             for a in range(3)]
+    inside = np.array([u + dims[0] * (v + dims[1] * w) for w in index[2] for v in index[1]
+                       for u in index[0]], int)
+    places = np.cumsum(gaps.astype(np.int64) + 1) - 1
+    need(s == 0 or places[-1] < slots.size, "SPEC: a place")
+    need(not np.isin(places, inside).any(), "SPEC: a place in the low box")
+    slots[inside] = box.view("<f4")
+    slots[places] = others.view("<f4")
+    need(np.abs(slots).sum() < FLOAT32_MAX / 16, "terms are too large")
+    return inverse(header.transform, slots.reshape(dims[::-1]))
+
+
+def decode(data, level=0):
+    """(header, attributes, samples[z, y, x])"""
+    shells = 4 - level
+    sections = read_sections(data, SHELLS[shells - 1] if level else "ENDS")
+    header = Header(*(sections[tag][0] for tag in ("HEAD", "GEOM", "ERRS")))
+    attributes = json.loads(sections["ATTR"][0].decode("utf-8")) if "ATTR" in sections else None
+    if header.is_volume():
+        samples = read_volume(header, sections, shells)
+    elif header.block:
+        samples = read_blocks(header, sections["TERM"][0])
+    else:
+        samples = read_whole(header, sections["SPEC"][0])
+    return header, attributes, finish(header, samples)
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Decodes a .cvol file (doc/format.md).")
+    parser.add_argument("file")
+    parser.add_argument("out")
+    parser.add_argument("--level", type=int, default=0, choices=range(4))
+    arguments = parser.parse_args()
+    with open(arguments.file, "rb") as file:
+        data = file.read()
+    try:
+        header, attributes, samples = decode(data, arguments.level)
+    except (Damaged, KeyError) as error:
+        sys.exit(f"decoder_ref: {arguments.file}: {error}")
+    samples.tofile(arguments.out)
+    print(json.dumps({"dims": header.dims, "type": NAMES[header.type], "spacing": header.spacing,
+                      "origin": header.origin, "directions": header.direction,
+                      "space": ["unknown", "LPS", "RAS"][header.space], "unit": header.unit,
+                      "value_min": header.value_min, "value_max": header.value_max,
+                      "l2_error": header.l2_error, "max_abs": header.max_abs,
+                      "coefficients": header.coefficients, "attributes": attributes}))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,98 @@
+#!/bin/sh
+# doc/decoder_ref.py, the decoder that is written from the format's description alone, decodes files of
+# all kinds, and gives what the command gives.
+. "$(dirname "$0")/lib.sh"
+
+python=/usr/bin/python3
+[ -x $python ] || python=python3
+if ! $python -c 'import numpy' 2>/dev/null; then
+    echo 'skipped: the reference decoder (no python3 with numpy)'
+    exit 0
+fi
+decode() { $python "$CVOL_DOC/decoder_ref.py" "$@"; }
+
+# same TYPE SHARE: a.raw and b.raw agree: integers but for a few that are off by one, floats but for
+# the rounding of single precision.
+same() {
+    command_run="compare raw samples of $1 ($what)"
+    $python - "$1" >"$out" 2>"$err" <<'END' || fail 'the samples must be the same'
+import sys
+import numpy as np
+a, b = (np.fromfile(name, sys.argv[1]) for name in ("a.raw", "b.raw"))
+assert a.size == b.size and a.size > 0, (a.size, b.size)
+off = np.abs(a.astype(float) - b.astype(float))
+if a.dtype.kind == "f":
+    assert off.max() <= 1e-5 * np.abs(a).max(), (off.max(), np.abs(a).max())
+else:
+    assert off.max() <= 1 and (off > 0).mean() < 1e-3, (off.max(), (off > 0).mean())
+END
+}
+
+# check FILE NUMPY_TYPE [--level L]
+check() {
+    lib_file=$1
+    lib_type=$2
+    shift 2
+    what="$lib_file $*"
+    expect_done cvol decompress "$lib_file" a.raw "$@"
+    expect_done decode "$lib_file" b.raw "$@"
+    expect_equal "$(value_of dims.0)" "$nx"
+    same "$lib_type"
+}
+
+nx=41
+i=0
+for type in uint8 int16 float32 uint16; do
+    make_volume in.raw $type 41x36x70
+    case $type in uint8) numpy=u1 ;; int16) numpy=i2 ;; float32) numpy=f4 ;; uint16) numpy=u2 ;; esac
+    case $type in
+    uint8) methods='--block|16|--ratio|6 --block|8|--ratio|4 --transform|dht|--block|8|--keep|3,20' ;;
+    int16) methods='--block|32|--psnr|45 --transform|dft|--block|16|--keep|2,30' ;;
+    float32) methods='--block|16|--psnr|50 --transform|dht|--block|0|--keep|5,200' ;;
+    uint16) methods='--transform|dft|--block|0|--keep|4,99 --transform|dct|--block|0|--keep|0,70' ;;
+    esac
+    for method in $methods; do
+        expect_done cvol compress in.raw out.cvol --dims 41x36x70 --type $type $(echo "$method" | tr '|' ' ')
+        check out.cvol $numpy
+    done
+done
+
+# Lines and planes.
+make_volume line.raw int16 41x1x1
+expect_done cvol compress line.raw out.cvol --dims 41x1x1 --type int16 --transform dft --block 0 --keep 3,5
+check out.cvol i2
+make_volume plane.raw int16 41x23x1
+expect_done cvol compress plane.raw out.cvol --dims 41x23x1 --type int16 --transform dft --block 8 --keep 2,9
+check out.cvol i2
+
+# Random terms: split cells, lapped volumes, values of any size, several bricks, all levels.
+nx=70
+for kind in '8 0 0 0' '16 0 0 0' '16 1 0 1' '16 1 1 1' '16 1 1 0' '32 0 0 0'; do
+    i=$((i + 1))
+    expect_done make_terms out.cvol 70x35x20 $kind $i
+    check out.cvol f4
+    for level in 1 2 3; do check out.cvol f4 --level $level; done
+done
+
+# What the file says besides.
+echo '{"a": [1, "b"]}' >in.json
+make_volume in.raw uint8 41x36x70
+expect_done cvol compress in.raw out.cvol --dims 41x36x70 --type uint8 --spacing 1,0.5,2 --attributes in.json
+expect_done decode out.cvol b.raw
+expect_equal "$(value_of attributes.a.1)" b
+expect_equal "$(value_of spacing.1)" 0.5
+expect_equal "$(value_of type)" uint8
+
+# Damage anywhere, and files that end early.
+size=$(wc -c <out.cvol)
+for at in 3 9 14 40 60 150 310 400 420 $((size / 2)) $((size - 30)) $((size - 3)); do
+    cp out.cvol bad.cvol
+    poke bad.cvol $at xor 32
+    run decode bad.cvol b.raw
+    expect_equal "$status" 1
+    grep -q '^decoder_ref: bad.cvol: ' "$err" || fail 'must say what is wrong'
+done
+head -c $((size - 30)) out.cvol >bad.cvol
+run decode bad.cvol b.raw
+expect_equal "$status" 1
+expect_done decode bad.cvol b.raw --level 1
