@@ -50,6 +50,54 @@ CVOL_API int cvol_file_is_volume(const char *path);
  * was there before stays until then. Errors: ARGUMENT (unknown ending), UNSUPPORTED, IO, MEMORY. */
 CVOL_API int cvol_volume_write(cvol_context *context, const cvol_volume *volume, const char *path);
 
+/* ---- by slab ----
+ *
+ * Volumes larger than memory: some sheets (z) at a time, read from a file and written to one.
+ * Beyond the caller's samples both need less than 2 MiB of memory, whatever the volume's size is,
+ * and the context's limit does not apply to it.
+ */
+
+/* A volume's file, open for reading. */
+typedef struct cvol_volume_stream cvol_volume_stream;
+
+/* Opens a file that cvol_volume_read would read, with the same options, checks and messages; of
+ * the samples, only their place and number are checked here. The caller closes the stream.
+ * Samples stored as text cannot be read by slab: they are read whole here and held, and then the
+ * context's limit applies. Errors: as cvol_volume_read. */
+CVOL_API int cvol_volume_stream_open(cvol_context *context, cvol_volume_stream **out,
+                                     const char *path, const cvol_read_options *options);
+/* The file's grid, as long as the stream is open. */
+CVOL_API const cvol_grid *cvol_volume_stream_grid(const cvol_volume_stream *stream);
+/* Sheets first_sheet .. first_sheet + sheets - 1 into `out`, in the machine's byte order: sheets nx
+ * ny samples, x fastest. Calls may come in any order, also after one that failed. Cost: one pass
+ * over these samples; in compressed files (NRRD gzip, MetaImage zlib, .nii.gz) also over all that
+ * lie between the last call's end and first_sheet, and to go back over all before it. Whether a
+ * compressed file is whole is known when its last sheet is read.
+ * Errors: IO, FORMAT, MEMORY, ARGUMENT (sheets that the volume does not have). */
+CVOL_API int cvol_volume_stream_read(cvol_context *context, cvol_volume_stream *stream, void *out,
+                                     size_t first_sheet, size_t sheets);
+/* Closes the file and frees the stream; NULL is allowed. */
+CVOL_API void cvol_volume_stream_close(cvol_volume_stream *stream);
+
+/* A volume's file, open for writing. */
+typedef struct cvol_volume_sink cvol_volume_sink;
+
+/* Opens a file for samples of this grid: the same file, byte by byte, that cvol_volume_write would
+ * write. The caller ends it with one of commit and abandon. Errors: as cvol_volume_write, and LIMIT
+ * for more bytes than size_t can count. */
+CVOL_API int cvol_volume_sink_open(cvol_context *context, cvol_volume_sink **out, const char *path,
+                                   const cvol_grid *grid);
+/* The next sheets, in order: sheets nx ny samples in the machine's byte order. After an error the
+ * file can only be abandoned. Errors: IO, ARGUMENT (more sheets than the grid has: nothing was
+ * written). */
+CVOL_API int cvol_volume_sink_write(cvol_context *context, cvol_volume_sink *sink,
+                                    const void *samples, size_t sheets);
+/* Gives the file its name, when all sheets are written, and frees the sink; also when it fails,
+ * and then what had the name before stays. Errors: IO, ARGUMENT (sheets are missing). */
+CVOL_API int cvol_volume_sink_commit(cvol_context *context, cvol_volume_sink *sink);
+/* Removes what was written and frees the sink; NULL is allowed. */
+CVOL_API void cvol_volume_sink_abandon(cvol_volume_sink *sink);
+
 /* The reader and writer endings, for messages: ".nrrd .nhdr ..."; static storage. */
 CVOL_API const char *cvol_volume_formats(void);
 

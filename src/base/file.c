@@ -286,6 +286,23 @@ int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *f
     return code;
 }
 
+int cvol_output_rewrite(cvol_context *context, cvol_output *output, uint64_t offset,
+                        const void *data, size_t size)
+{
+    const char *next = data;
+    while (size > 0) {
+        ssize_t wrote = pwrite(output->fd, next, size, (off_t)offset);
+        if (wrote < 0 && errno == EINTR)
+            continue;
+        if (wrote < 0)
+            return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", output->final_name, strerror(errno));
+        next += wrote;
+        offset += (uint64_t)wrote;
+        size -= (size_t)wrote;
+    }
+    return CVOL_OK;
+}
+
 const char *cvol_output_temporary_name(const cvol_output *output)
 {
     return output->in_place ? output->final_name : output->temporary_name;

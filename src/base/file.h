@@ -44,6 +44,10 @@ int cvol_output_write(cvol_context *context, cvol_output *output, const void *da
 int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *fd);
 /* What messages call it. */
 const char *cvol_output_name(const cvol_output *output);
+/* Replaces bytes that were written; what is written next still goes to the end. IO error where the
+ * output is a pipe. */
+int cvol_output_rewrite(cvol_context *context, cvol_output *output, uint64_t offset,
+                        const void *data, size_t size);
 /* The temporary file's name, for libraries that want to open it themselves. */
 const char *cvol_output_temporary_name(const cvol_output *output);
 /* Syncs, renames and frees the output (also when it fails: then nothing was replaced). */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/grid.h"
 #include "base/memory.h"
 
 static const struct {
@@ -77,6 +78,12 @@ cvol_grid cvol_grid_make(size_t nx, size_t ny, size_t nz, cvol_type type)
 
 int cvol_grid_check(cvol_context *context, const cvol_grid *grid, const char *name)
 {
+    return cvol_grid_check_within(context, grid, name, context->limit_bytes);
+}
+
+int cvol_grid_check_within(cvol_context *context, const cvol_grid *grid, const char *name,
+                           uint64_t limit_bytes)
+{
     if (!is_type(grid->type))
         return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %d is no sample type", name,
                          (int)grid->type);
@@ -88,11 +95,11 @@ int cvol_grid_check(cvol_context *context, const cvol_grid *grid, const char *na
                              "xyz"[a]);
         fits = fits && cvol_size_multiply(&bytes, bytes, grid->dims[a]);
     }
-    if (!fits || bytes > context->limit_bytes)
+    if (!fits || bytes > limit_bytes)
         return cvol_fail(context, CVOL_ERROR_LIMIT,
                          "%s: %zu x %zu x %zu samples of %s are more than the limit of %llu bytes",
                          name, grid->dims[0], grid->dims[1], grid->dims[2],
-                         cvol_type_name(grid->type), (unsigned long long)context->limit_bytes);
+                         cvol_type_name(grid->type), (unsigned long long)limit_bytes);
     for (int a = 0; a < 3; a++) {
         if (!(grid->spacing[a] > 0) || !isfinite(grid->spacing[a]))
             return cvol_fail(context, CVOL_ERROR_FORMAT,

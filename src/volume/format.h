@@ -2,7 +2,7 @@
 #ifndef CVOL_VOLUME_FORMAT_H
 #define CVOL_VOLUME_FORMAT_H
 
-#include "cvol/volume.h"
+#include "volume/stored.h"
 
 /* Bytes of a file's beginning that the formats are recognised by. */
 #define CVOL_FORMAT_HEAD_BYTES 4096
@@ -13,11 +13,15 @@ typedef struct cvol_format {
     const char *endings[4];
     /* 1 if a file that begins with these bytes is of this format. NULL: no way to tell. */
     int (*recognise)(const uint8_t *head, size_t size);
-    /* Reads the volume; `options` matter to formats that do not describe themselves. */
-    int (*read)(cvol_context *context, cvol_volume **out, const char *path,
+    /* Reads what the header says, and no samples; the grid need not make sense yet. `options`
+     * matter to formats that do not describe themselves. stored->data_path may be set after a
+     * failure too. */
+    int (*find)(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                 const cvol_read_options *options);
-    /* Writes a volume that has been checked; the path ends in one of `endings`. */
-    int (*write)(cvol_context *context, const cvol_volume *volume, const char *path);
+    /* Plans a file of a grid that has been checked; the path ends in one of `endings`. The plan is
+     * zero before, and freed by the caller after a failure too. */
+    int (*plan)(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
+                const char *path);
     /* 1 if the reader needs dims and type from the options. */
     int needs_options;
 } cvol_format;

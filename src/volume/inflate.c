@@ -98,9 +98,13 @@ static int inflate_some(cvol_context *context, cvol_inflater *inflater, void *da
     int code = CVOL_OK;
     while (!code && stream->avail_out && !inflater->ended) {
         code = refill(context, inflater);
-        if (code || !stream->avail_in)
+        if (code)
             break;
+        /* Also without a byte left: the stream may hold back what the last buffer had no room for.
+         */
         int status = inflate(stream, Z_NO_FLUSH);
+        if (status == Z_BUF_ERROR && !stream->avail_in)
+            break;
         if (status == Z_STREAM_END)
             code = next_member(context, inflater);
         else if (status == Z_MEM_ERROR)

@@ -10,10 +10,8 @@
 
 #include "base/bytes.h"
 #include "base/context.h"
-#include "base/file.h"
 #include "volume/format.h"
 #include "volume/geometry.h"
-#include "volume/stored.h"
 #include "volume/text.h"
 
 /* The keys that are read; others are skipped. */
@@ -318,35 +316,26 @@ static int read_header_size(const meta *m, cvol_stored *stored)
     return CVOL_OK;
 }
 
-static int read_samples(const meta *m, cvol_volume **out)
+static int find_samples(const meta *m, cvol_stored *stored)
 {
     const char *file = m->value[DATA_FILE];
-    cvol_stored stored = {.path = m->path, .offset = m->data_offset};
-    char *path = NULL;
-    int code = CVOL_OK;
     if (!*file)
-        code = fail(m, DATA_FILE, "names no file");
-    else if (cvol_text_names_many_files(file))
-        code = unsupported(m, DATA_FILE, "is a list of files; one file can be read");
-    else if (!cvol_text_equal(file, "LOCAL")) {
-        path = cvol_input_beside(m->path, file);
-        if (!path)
-            code = cvol_fail_memory(m->context, strlen(m->path) + strlen(file), m->path);
-        stored.path = path;
-        stored.offset = 0;
-        stored.may_go_on = 1;
+        return fail(m, DATA_FILE, "names no file");
+    if (cvol_text_names_many_files(file))
+        return unsupported(m, DATA_FILE, "is a list of files; one file can be read");
+    stored->offset = m->data_offset;
+    if (!cvol_text_equal(file, "LOCAL")) {
+        stored->data_path = cvol_input_beside(m->path, file);
+        if (!stored->data_path)
+            return cvol_fail_memory(m->context, strlen(m->path) + strlen(file), m->path);
+        stored->offset = 0;
+        stored->may_go_on = 1;
     }
-    if (!code)
-        code = read_encoding(m, &stored);
-    if (!code)
-        code = read_header_size(m, &stored);
-    if (!code)
-        code = cvol_stored_read(m->context, out, &m->grid, m->path, &stored);
-    free(path);
-    return code;
+    int code = read_encoding(m, stored);
+    return code ? code : read_header_size(m, stored);
 }
 
-static int read_meta(cvol_context *context, cvol_volume **out, const char *path,
+static int find_meta(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                      const cvol_read_options *options)
 {
     (void)options;
@@ -362,8 +351,9 @@ static int read_meta(cvol_context *context, cvol_volume **out, const char *path,
     if (!code)
         code = read_grid(&m);
     if (!code)
-        code = read_samples(&m, out);
+        code = find_samples(&m, stored);
     cvol_header_close(&header);
+    *grid = m.grid;
     return code;
 }
 
@@ -390,18 +380,21 @@ static void put_numbers(cvol_bytes *bytes, enum key key, const double *values, s
     cvol_bytes_put_text(bytes, "\n");
 }
 
-/* Everything but the last line. packed_size 0: the samples are raw. */
-static void put_header(cvol_bytes *bytes, const cvol_grid *grid, size_t packed_size)
+/* Everything but the last line. Of compressed samples the size is not known yet: its place is left
+ * blank, and is the result. */
+static size_t put_header(cvol_bytes *bytes, const cvol_grid *grid, int packed)
 {
     cvol_grid lps = cvol_geometry_in_space(grid, CVOL_SPACE_LPS);
     char number[80];
     cvol_bytes_put_text(
         bytes,
         "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n");
-    put_line(bytes, COMPRESSED, packed_size ? "True" : "False");
-    if (packed_size) {
-        snprintf(number, sizeof number, "%zu", packed_size);
+    put_line(bytes, COMPRESSED, packed ? "True" : "False");
+    size_t size_at = 0;
+    if (packed) {
+        snprintf(number, sizeof number, "%*s", CVOL_PLAN_SIZE_BYTES, "");
         put_line(bytes, COMPRESSED_SIZE, number);
+        size_at = bytes->size - CVOL_PLAN_SIZE_BYTES - 1;
     }
     put_numbers(bytes, TRANSFORM_MATRIX, lps.direction[0], 9);
     put_numbers(bytes, OFFSET, lps.origin, 3);
@@ -420,57 +413,23 @@ static void put_header(cvol_bytes *bytes, const cvol_grid *grid, size_t packed_s
             put_line(bytes, ELEMENT_TYPE, types[i].name);
             break;
         }
+    return size_at;
 }
 
-static int write_detached(cvol_context *context, const cvol_volume *volume, const char *path,
-                          cvol_bytes *header)
+static int plan_meta(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
+                     const char *path)
 {
-    char *data_path = NULL;
-    int code = cvol_stored_data_path(context, &data_path, path, ".raw");
-    if (!code) {
-        put_header(header, &volume->grid, 0);
-        put_line(header, DATA_FILE, cvol_input_name(data_path));
-        code = header->failed
-                   ? cvol_fail_memory(context, header->size, path)
-                   : cvol_stored_write_detached(context, volume, path, header, data_path);
+    if (!cvol_text_ends(path, ".mhd")) {
+        plan->encoding = CVOL_ENCODING_ZLIB;
+        plan->size_at = put_header(&plan->header, grid, 1);
+        put_line(&plan->header, DATA_FILE, "LOCAL");
+        return CVOL_OK;
     }
-    free(data_path);
-    return code;
-}
-
-/* The header tells the size of the compressed samples, which are therefore made first. */
-static int write_attached(cvol_context *context, const cvol_volume *volume, const char *path,
-                          cvol_bytes *header)
-{
-    cvol_bytes packed = {0};
-    cvol_output *output = NULL;
-    int code = cvol_output_open(context, &output, path);
-    if (!code)
-        code = cvol_stored_write(context, volume, CVOL_ENCODING_ZLIB, NULL, 0, cvol_sink_bytes,
-                                 &packed);
+    int code = cvol_write_plan_detach(context, plan, path, ".raw");
     if (!code) {
-        put_header(header, &volume->grid, packed.size);
-        put_line(header, DATA_FILE, "LOCAL");
-        if (header->failed)
-            code = cvol_fail_memory(context, header->size, path);
+        put_header(&plan->header, grid, 0);
+        put_line(&plan->header, DATA_FILE, cvol_input_name(plan->data_path));
     }
-    if (!code)
-        code = cvol_output_write(context, output, header->data, header->size);
-    if (!code)
-        code = cvol_output_write(context, output, packed.data, packed.size);
-    cvol_bytes_free(&packed);
-    if (!code)
-        return cvol_output_commit(context, output);
-    cvol_output_abandon(output);
-    return code;
-}
-
-static int write_meta(cvol_context *context, const cvol_volume *volume, const char *path)
-{
-    cvol_bytes header = {0};
-    int code = cvol_text_ends(path, ".mhd") ? write_detached(context, volume, path, &header)
-                                            : write_attached(context, volume, path, &header);
-    cvol_bytes_free(&header);
     return code;
 }
 
@@ -478,6 +437,6 @@ const cvol_format cvol_format_metaimage = {
     .name = "MetaImage",
     .endings = {".mha", ".mhd"},
     .recognise = recognise,
-    .read = read_meta,
-    .write = write_meta,
+    .find = find_meta,
+    .plan = plan_meta,
 };

@@ -13,12 +13,10 @@
 #include <string.h>
 
 #include "base/context.h"
-#include "base/file.h"
 #include "volume/format.h"
 #include "volume/geometry.h"
 #include "volume/inflate.h"
 #include "volume/nifti_fields.h"
-#include "volume/stored.h"
 #include "volume/text.h"
 
 static const struct {
@@ -310,7 +308,7 @@ static int find_pair(const nifti *n, char **image, int *image_is_gzip)
     return CVOL_OK;
 }
 
-static int read_nifti(cvol_context *context, cvol_volume **out, const char *path,
+static int find_nifti(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                       const cvol_read_options *options)
 {
     (void)options;
@@ -327,18 +325,12 @@ static int read_nifti(cvol_context *context, cvol_volume **out, const char *path
     if (code)
         return code;
     read_values(&n);
-    char *image = NULL;
     if (n.is_pair)
-        code = find_pair(&n, &image, &n.is_gzip);
-    cvol_stored stored = {
-        .path = image ? image : path,
-        .encoding = n.is_gzip ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW,
-        .big_endian = n.header.big_endian,
-        .byte_skip = n.vox_offset,
-    };
-    if (!code)
-        code = cvol_stored_read(context, out, &n.grid, path, &stored);
-    free(image);
+        code = find_pair(&n, &stored->data_path, &n.is_gzip);
+    stored->encoding = n.is_gzip ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
+    stored->big_endian = n.header.big_endian;
+    stored->byte_skip = n.vox_offset;
+    *grid = n.grid;
     return code;
 }
 
@@ -437,25 +429,21 @@ static size_t make_header(uint8_t *header, const cvol_grid *grid)
     return offset;
 }
 
-static int write_nifti(cvol_context *context, const cvol_volume *volume, const char *path)
+static int plan_nifti(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
+                      const char *path)
 {
+    (void)context;
     uint8_t header[CVOL_NIFTI_LONGEST_HEADER + 4] = {0};
-    size_t size = make_header(header, &volume->grid);
-    cvol_encoding encoding = cvol_text_ends(path, ".gz") ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
-    cvol_output *output = NULL;
-    int code = cvol_output_open(context, &output, path);
-    if (!code)
-        code = cvol_stored_write(context, volume, encoding, header, size, cvol_sink_output, output);
-    if (!code)
-        return cvol_output_commit(context, output);
-    cvol_output_abandon(output);
-    return code;
+    cvol_bytes_append(&plan->header, header, make_header(header, grid));
+    plan->packs_header = cvol_text_ends(path, ".gz");
+    plan->encoding = plan->packs_header ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
+    return CVOL_OK;
 }
 
 const cvol_format cvol_format_nifti = {
     .name = "NIfTI",
     .endings = {".nii", ".nii.gz"},
     .recognise = recognise,
-    .read = read_nifti,
-    .write = write_nifti,
+    .find = find_nifti,
+    .plan = plan_nifti,
 };

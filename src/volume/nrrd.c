@@ -15,7 +15,6 @@
 #include "volume/format.h"
 #include "volume/geometry.h"
 #include "volume/nrrd.h"
-#include "volume/stored.h"
 #include "volume/text.h"
 
 /* The fields that are read; others are skipped. */
@@ -256,31 +255,26 @@ static int read_skips(const nrrd *n, cvol_stored *stored)
     return code;
 }
 
-static int read_samples(const nrrd *n, cvol_volume **out)
+static int find_samples(const nrrd *n, cvol_stored *stored)
 {
-    cvol_stored stored = {.path = n->path, .offset = n->data_offset};
-    int code = read_encoding(n, &stored);
+    stored->offset = n->data_offset;
+    int code = read_encoding(n, stored);
     if (!code)
-        code = read_skips(n, &stored);
+        code = read_skips(n, stored);
     const char *file = n->value[NRRD_DATA_FILE];
-    char *path = NULL;
-    if (!code && file && !*file)
-        code = cvol_nrrd_fail(n, "data file", file, "names no file");
-    if (!code && file) {
-        path = cvol_input_beside(n->path, file);
-        if (!path)
-            code = cvol_fail_memory(n->context, strlen(n->path) + strlen(file), n->path);
-        stored.path = path;
-        stored.offset = 0;
-        stored.may_go_on = 1;
-    }
-    if (!code)
-        code = cvol_stored_read(n->context, out, &n->grid, n->path, &stored);
-    free(path);
-    return code;
+    if (code || !file)
+        return code;
+    if (!*file)
+        return cvol_nrrd_fail(n, "data file", file, "names no file");
+    stored->data_path = cvol_input_beside(n->path, file);
+    stored->offset = 0;
+    stored->may_go_on = 1;
+    return stored->data_path
+               ? CVOL_OK
+               : cvol_fail_memory(n->context, strlen(n->path) + strlen(file), n->path);
 }
 
-static int read_nrrd(cvol_context *context, cvol_volume **out, const char *path,
+static int find_nrrd(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                      const cvol_read_options *options)
 {
     (void)options;
@@ -298,8 +292,9 @@ static int read_nrrd(cvol_context *context, cvol_volume **out, const char *path,
     if (!code)
         code = cvol_nrrd_read_axes(&n);
     if (!code)
-        code = read_samples(&n, out);
+        code = find_samples(&n, stored);
     cvol_header_close(&header);
+    *grid = n.grid;
     return code;
 }
 
@@ -366,23 +361,17 @@ static void put_header(cvol_bytes *bytes, const cvol_grid *grid, const char *dat
         cvol_bytes_put_text(bytes, "\n");
 }
 
-static int write_nrrd(cvol_context *context, const cvol_volume *volume, const char *path)
+static int plan_nrrd(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
+                     const char *path)
 {
-    int detached = cvol_text_ends(path, ".nhdr");
-    char *data_path = NULL;
-    cvol_bytes header = {0};
-    int code = detached ? cvol_stored_data_path(context, &data_path, path, ".raw") : CVOL_OK;
+    if (!cvol_text_ends(path, ".nhdr")) {
+        plan->encoding = CVOL_ENCODING_GZIP;
+        put_header(&plan->header, grid, NULL);
+        return CVOL_OK;
+    }
+    int code = cvol_write_plan_detach(context, plan, path, ".raw");
     if (!code)
-        put_header(&header, &volume->grid, detached ? cvol_input_name(data_path) : NULL);
-    if (!code && header.failed)
-        code = cvol_fail_memory(context, header.size, path);
-    if (!code && detached)
-        code = cvol_stored_write_detached(context, volume, path, &header, data_path);
-    else if (!code)
-        code = cvol_stored_write_file(context, volume, path, header.data, header.size,
-                                      CVOL_ENCODING_GZIP);
-    cvol_bytes_free(&header);
-    free(data_path);
+        put_header(&plan->header, grid, cvol_input_name(plan->data_path));
     return code;
 }
 
@@ -390,6 +379,6 @@ const cvol_format cvol_format_nrrd = {
     .name = "NRRD",
     .endings = {".nrrd", ".nhdr"},
     .recognise = recognise,
-    .read = read_nrrd,
-    .write = write_nrrd,
+    .find = find_nrrd,
+    .plan = plan_nrrd,
 };

@@ -1,4 +1,4 @@
-/* The table of formats; reading and writing volumes by it. */
+/* The table of formats; reading and writing volumes by it, by slab or whole. */
 #define _GNU_SOURCE
 #include <locale.h>
 #include <stdlib.h>
@@ -6,9 +6,14 @@
 
 #include "base/context.h"
 #include "base/file.h"
+#include "base/grid.h"
 #include "volume/dense.h"
-#include "volume/format.h"
+#include "volume/stream.h"
 #include "volume/text.h"
+
+/* Between two reports of progress. */
+#define READ_STEP_BYTES ((size_t)8 << 20)
+#define WRITE_STEP_BYTES ((size_t)1 << 20)
 
 static const cvol_format *const formats[] = {
     &cvol_format_nrrd,
@@ -68,8 +73,10 @@ static int any_option(const cvol_read_options *o)
            o->spacing[1] || o->spacing[2];
 }
 
-static int read_any(cvol_context *context, cvol_volume **out, const char *path,
-                    const cvol_read_options *options)
+/* ---- by slab ------------------------------------------------------------------------- */
+
+static int open_any(cvol_context *context, cvol_volume_stream **out, const char *path,
+                    const cvol_read_options *options, uint64_t limit_bytes)
 {
     const cvol_format *format;
     int code = find_format(context, &format, path);
@@ -87,18 +94,21 @@ static int read_any(cvol_context *context, cvol_volume **out, const char *path,
                          "%s: is a %s file, which describes itself: dims, type, byte order and "
                          "spacing are for raw samples",
                          path, format->name);
-    return format->read(context, out, path, options);
+    return cvol_stream_begin(context, out, format, path, options, limit_bytes);
 }
 
-static int write_any(cvol_context *context, const cvol_volume *volume, const char *path)
+static int create_any(cvol_context *context, cvol_volume_sink **out, const char *path,
+                      const cvol_grid *grid)
 {
     const cvol_format *format = format_of_name(path);
     if (!format)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: the name's ending is none of those that can be written (%s)", path,
                          cvol_volume_formats());
-    int code = cvol_dense_check(context, volume, path);
-    return code ? code : format->write(context, volume, path);
+    int code = cvol_grid_check_within(context, grid, path, UINT64_MAX);
+    if (code) /* the grid is the caller's, no file's */
+        return code == CVOL_ERROR_FORMAT ? CVOL_ERROR_ARGUMENT : code;
+    return cvol_sink_begin(context, out, format, path, grid);
 }
 
 /* The numbers of text headers have points whatever the user's language is. uselocale speaks for
@@ -118,8 +128,8 @@ static void leave_c_locale(locale_t c, locale_t before)
     freelocale(c);
 }
 
-int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
-                     const cvol_read_options *options)
+static int open_within(cvol_context *context, cvol_volume_stream **out, const char *path,
+                       const cvol_read_options *options, uint64_t limit_bytes)
 {
     *out = NULL;
     const cvol_read_options none = cvol_read_options_defaults();
@@ -127,18 +137,92 @@ int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
     int code = enter_c_locale(context, &c, &before);
     if (code)
         return code;
-    code = read_any(context, out, path, options ? options : &none);
+    code = open_any(context, out, path, options ? options : &none, limit_bytes);
     leave_c_locale(c, before);
+    return code;
+}
+
+int cvol_volume_stream_open(cvol_context *context, cvol_volume_stream **out, const char *path,
+                            const cvol_read_options *options)
+{
+    return open_within(context, out, path, options, UINT64_MAX);
+}
+
+int cvol_volume_sink_open(cvol_context *context, cvol_volume_sink **out, const char *path,
+                          const cvol_grid *grid)
+{
+    *out = NULL;
+    locale_t c = (locale_t)0, before = (locale_t)0;
+    int code = enter_c_locale(context, &c, &before);
+    if (code)
+        return code;
+    code = create_any(context, out, path, grid);
+    leave_c_locale(c, before);
+    return code;
+}
+
+/* ---- whole --------------------------------------------------------------------------- */
+
+static int read_samples(cvol_context *context, cvol_volume *volume, cvol_volume_stream *stream)
+{
+    size_t bytes = cvol_grid_bytes(&volume->grid);
+    int code = CVOL_OK;
+    for (size_t done = 0; !code && done < bytes;) {
+        size_t step = bytes - done < READ_STEP_BYTES ? bytes - done : READ_STEP_BYTES;
+        code = cvol_stream_read_bytes(context, stream, (uint8_t *)volume->data + done, done, step);
+        done += step;
+        if (!code)
+            code = cvol_report_progress(context, "reading", (double)done / (double)bytes);
+    }
+    return code;
+}
+
+int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
+                     const cvol_read_options *options)
+{
+    *out = NULL;
+    cvol_volume_stream *stream;
+    int code = open_within(context, &stream, path, options, context->limit_bytes);
+    if (code)
+        return code;
+    *out = cvol_stream_take_whole(stream);
+    if (!*out) {
+        code = cvol_dense_create(context, out, cvol_volume_stream_grid(stream), 0);
+        if (!code)
+            code = read_samples(context, *out, stream);
+    }
+    cvol_volume_stream_close(stream);
+    if (code) {
+        cvol_volume_free(*out);
+        *out = NULL;
+    }
+    return code;
+}
+
+static int write_samples(cvol_context *context, const cvol_volume *volume, cvol_volume_sink *sink)
+{
+    size_t bytes = cvol_grid_bytes(&volume->grid);
+    int code = CVOL_OK;
+    for (size_t done = 0; !code && done < bytes;) {
+        size_t step = bytes - done < WRITE_STEP_BYTES ? bytes - done : WRITE_STEP_BYTES;
+        code = cvol_sink_write_bytes(context, sink, (const uint8_t *)volume->data + done, step);
+        done += step;
+        if (!code)
+            code = cvol_report_progress(context, "writing", (double)done / (double)bytes);
+    }
     return code;
 }
 
 int cvol_volume_write(cvol_context *context, const cvol_volume *volume, const char *path)
 {
-    locale_t c = (locale_t)0, before = (locale_t)0;
-    int code = enter_c_locale(context, &c, &before);
-    if (code)
-        return code;
-    code = write_any(context, volume, path);
-    leave_c_locale(c, before);
+    cvol_volume_sink *sink = NULL;
+    int code = cvol_dense_check(context, volume, path);
+    if (!code)
+        code = cvol_volume_sink_open(context, &sink, path, &volume->grid);
+    if (!code)
+        code = write_samples(context, volume, sink);
+    if (!code)
+        return cvol_volume_sink_commit(context, sink);
+    cvol_volume_sink_abandon(sink);
     return code;
 }

@@ -2,9 +2,9 @@
 #ifndef CVOL_VOLUME_STORED_H
 #define CVOL_VOLUME_STORED_H
 
+#include "base/bytes.h"
 #include "cvol/volume.h"
-
-struct cvol_bytes;
+#include "volume/input.h"
 
 typedef enum cvol_encoding {
     CVOL_ENCODING_RAW,
@@ -13,9 +13,9 @@ typedef enum cvol_encoding {
     CVOL_ENCODING_TEXT /* decimal numbers between blanks, line ends or commas; reading only */
 } cvol_encoding;
 
-/* Where the samples of a header are. */
+/* Where the samples of a header are: what a format's reader finds out. */
 typedef struct cvol_stored {
-    const char *path; /* the file that holds them */
+    char *data_path; /* the file that holds them, freed with free(); NULL: the header's own */
     cvol_encoding encoding;
     int big_endian;
     uint64_t offset;      /* of the first stored byte in the file */
@@ -24,38 +24,30 @@ typedef struct cvol_stored {
     uint64_t stored_size; /* of compressed samples; 0: all bytes to the file's end */
     int at_end;           /* raw samples are the last bytes of the file */
     int may_go_on;        /* other bytes may follow raw samples: a detached file is cut from */
+    int undescribed;      /* the grid is the caller's word for a file of nothing but samples */
 } cvol_stored;
 
-/* Reads the samples of `grid`, which is checked first. `name` is the header's file. Nothing is
- * allocated that the file's size does not make plausible. */
-int cvol_stored_read(cvol_context *context, cvol_volume **out, const cvol_grid *grid,
-                     const char *name, const cvol_stored *stored);
+/* Reads samples stored as text, from `offset` on. */
+int cvol_stored_read_text(cvol_context *context, cvol_volume **out, const cvol_grid *grid,
+                          const cvol_input *input, uint64_t offset);
 
-/* Takes what a writer makes, piece by piece. */
-typedef int (*cvol_sink_fn)(cvol_context *context, void *sink, const void *data, size_t size);
+/* What a format's writer makes of a grid: all of a file but its samples, which are written
+ * little-endian. */
+typedef struct cvol_write_plan {
+    cvol_bytes header;
+    cvol_encoding encoding; /* of the samples; attached or detached */
+    int packs_header;       /* the header is the beginning of the compressed stream */
+    char *data_path;        /* a file of the samples' own, raw; NULL: they follow the header */
+    size_t size_at;         /* where the header has CVOL_PLAN_SIZE_BYTES blanks for the decimal
+                             * size of the compressed samples; 0: nowhere */
+} cvol_write_plan;
 
-/* Sends `prefix` and the samples (little-endian) to the sink, as one stream. */
-int cvol_stored_write(cvol_context *context, const cvol_volume *volume, cvol_encoding encoding,
-                      const void *prefix, size_t prefix_size, cvol_sink_fn put, void *sink);
-/* The sinks: a cvol_output, a cvol_bytes. */
-int cvol_sink_output(cvol_context *context, void *output, const void *data, size_t size);
-int cvol_sink_bytes(cvol_context *context, void *bytes, const void *data, size_t size);
+#define CVOL_PLAN_SIZE_BYTES 20
 
-/* A whole file: `header`, then the samples in this encoding. */
-int cvol_stored_write_file(cvol_context *context, const cvol_volume *volume, const char *path,
-                           const void *header, size_t header_size, cvol_encoding encoding);
-
-/* A detached header's data file: the header's path with another ending; the caller frees it. A
- * name that would not survive in a header's line is an ARGUMENT error. */
-int cvol_stored_data_path(cvol_context *context, char **out, const char *header_path,
-                          const char *ending);
-/* Raw samples in their own file, then the header, so that no header is without its samples. */
-int cvol_stored_write_detached(cvol_context *context, const cvol_volume *volume, const char *path,
-                               const struct cvol_bytes *header, const char *data_path);
-
-/* 1 where the machine's own order is big-endian. */
-int cvol_machine_is_big_endian(void);
-/* Reverses the bytes of each of `count` elements of `size` bytes (1, 2, 4, 8). */
-void cvol_swap_bytes(void *data, size_t count, size_t size);
+void cvol_write_plan_free(cvol_write_plan *plan);
+/* Sets data_path: the header's path with another ending. A name that would not survive in a
+ * header's line is an ARGUMENT error. */
+int cvol_write_plan_detach(cvol_context *context, cvol_write_plan *plan, const char *header_path,
+                           const char *ending);
 
 #endif

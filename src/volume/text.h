@@ -1,7 +1,7 @@
 /* Text headers: their lines, and strict parsing of the numbers in them.
  *
  * Numbers are whole words: "12abc", "" and "1e999" are refused. The decimal point is the
- * locale's; cvol_volume_read and cvol_volume_write set the thread's locale to "C".
+ * locale's; reader.c sets the thread's locale to "C" around all that reads or makes headers.
  */
 #ifndef CVOL_VOLUME_TEXT_H
 #define CVOL_VOLUME_TEXT_H
