@@ -18,6 +18,7 @@ void support_split_cells(cvol_context *context, cvol_array *array, uint64_t seed
     uint32_t *pool = malloc(2 * CVOL_CELL_SAMPLES * array->block_count * sizeof *pool), *at = pool;
     random_state r = {seed};
     assert_true(samples && terms && pool);
+    array->coefficients = 0;
     for (size_t i = 0; i < array->block_count; i++) {
         cvol_block *block = &array->block_table[i];
         const uint16_t split = (uint16_t)random_below(&r, 512);
@@ -27,6 +28,7 @@ void support_split_cells(cvol_context *context, cvol_array *array, uint64_t seed
         block->terms = at;
         for (uint32_t place = 0; place < CVOL_CELL_SAMPLES; place++) {
             const int32_t value = (int32_t)lrint((double)terms[place] / array->step);
+            array->coefficients += value != 0;
             if (value)
                 at += cvol_term_pack(at, place, value, cvol_place_bits(4));
         }
