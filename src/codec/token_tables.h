@@ -48,7 +48,16 @@ enum {
     /* How a cell is split: [around]; which octants are: [half]. */
     CVOL_ROW_SPLIT = CVOL_ROW_MORE + CVOL_PART_SIZES * CVOL_LENGTHS,
     CVOL_ROW_OCTANTS = CVOL_ROW_SPLIT + CVOL_SPLIT_CONTEXTS,
-    CVOL_ROWS = CVOL_ROW_OCTANTS + 2
+    /* Corrections (correction.h): magnitudes and what lies beyond, [level]; exponents near 0. */
+    CVOL_CORRECTION_LEVELS = 24,
+    CVOL_ROW_CORRECTION = CVOL_ROW_OCTANTS + 2,
+    CVOL_ROW_CORRECTION_MORE = CVOL_ROW_CORRECTION + CVOL_CORRECTION_LEVELS,
+    CVOL_ROW_CORRECTION_DEEP = CVOL_ROW_CORRECTION_MORE + CVOL_CORRECTION_LEVELS,
+    /* Masks (mask_code.h): [neighbours]; which fill: [the last one]. */
+    CVOL_MASK_CONTEXTS = 64,
+    CVOL_ROW_MASK = CVOL_ROW_CORRECTION_DEEP + 1,
+    CVOL_ROW_FILL = CVOL_ROW_MASK + CVOL_MASK_CONTEXTS,
+    CVOL_ROWS = CVOL_ROW_FILL + 8
 };
 
 /* Token t has the numbers bounds[7 + t] .. bounds[8 + t] - 1 of 0 .. 2^14 - 1; bounds[0 .. 7] are
