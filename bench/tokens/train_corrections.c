@@ -1,0 +1,335 @@
+/* Trains the built-in tables of corrections and masks (rows from CVOL_ROW_CORRECTION on of
+ * src/codec/token_defaults.c); the other rows are written as they are. Run after train_tokens.
+ *
+ *     train_corrections OUT.c ROUNDS FILE[:NXxNYxNZ:TYPE] ...
+ *
+ * Every volume is encoded at a row of steps, and corrected for a row of bounds; samples beyond 1e30
+ * or, where many samples are the lowest value, those are masked. ROUNDS 0 only prints bits a
+ * sample. BOUNDS=0 in the environment: exact corrections only. STRIDE=n: every n-th brick.
+ */
+#define _POSIX_C_SOURCE 200809L
+#include <limits.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/brick.h"
+#include "array/exact.h"
+#include "base/memory.h"
+#include "codec/brick_samples.h"
+#include "codec/correction.h"
+#include "codec/mask_code.h"
+#include "codec/mask_fill.h"
+#include "cvol/volume.h"
+
+enum { BRICK = 64 * 64 * 64 };
+
+static void fail(const char *what)
+{
+    fprintf(stderr, "train_corrections: %s\n", what);
+    exit(1);
+}
+
+/* A volume, filled, and its base at one step. */
+typedef struct subject {
+    cvol_context *context;
+    cvol_volume *volume;
+    void *filled;
+    cvol_mask *mask;
+    cvol_array *base;
+    double min, max, bits; /* bits: of the base, of the bricks looked at */
+    double samples;        /* in these bricks */
+    int grain;
+    double largest;
+} subject;
+
+static cvol_volume *read_volume(cvol_context *context, char *argument)
+{
+    cvol_read_options options = cvol_read_options_defaults();
+    char type[16], *colon = strchr(argument, ':');
+    if (colon) {
+        if (sscanf(colon, ":%zux%zux%zu:%15s", &options.dims[0], &options.dims[1], &options.dims[2],
+                   type) != 4)
+            fail("a file's dims and type are FILE:NXxNYxNZ:TYPE");
+        options.type = cvol_type_from_name(type);
+        *colon = 0;
+    }
+    cvol_volume *volume;
+    if (cvol_volume_read(context, &volume, argument, colon ? &options : NULL))
+        fail(cvol_context_message(context));
+    return volume;
+}
+
+static double sample_of(const cvol_volume *volume, size_t i)
+{
+    double value = 0;
+    switch (volume->grid.type) {
+    case CVOL_UINT8:
+        return ((const uint8_t *)volume->data)[i];
+    case CVOL_UINT16:
+        return ((const uint16_t *)volume->data)[i];
+    case CVOL_INT16:
+        return ((const int16_t *)volume->data)[i];
+    case CVOL_FLOAT32:
+        return (double)((const float *)volume->data)[i];
+    default:
+        fail("a type that is not trained on");
+    }
+    return value;
+}
+
+static void find_mask(subject *s, int lowest)
+{
+    const cvol_grid *grid = &s->volume->grid;
+    const size_t count = cvol_grid_samples(grid), zero[3] = {0, 0, 0};
+    cvol_fills fills = {0};
+    uint8_t *which = malloc(count);
+    uint64_t bits;
+    size_t low = 0, most = 0;
+    s->min = INFINITY;
+    s->max = -INFINITY;
+    for (size_t i = 0; i < count; i++) {
+        const double value = sample_of(s->volume, i);
+        most += value > 1e30;
+        if (value > 1e30)
+            continue;
+        low = value < s->min ? 1 : low + (value == s->min);
+        s->min = fmin(s->min, value);
+        s->max = fmax(s->max, value);
+    }
+    if (most && cvol_fills_of_value(&bits, grid->type, 1e35))
+        cvol_fills_add(&fills, bits);
+    if (lowest && low > count / 20 && cvol_fills_of_value(&bits, grid->type, s->min))
+        cvol_fills_add(&fills, bits);
+    cvol_fills_match(which, &fills, grid->type, s->volume->data, count);
+    if (cvol_mask_create(s->context, &s->mask, grid->dims, &fills) ||
+        !cvol_mask_set(s->mask, which, zero, grid->dims))
+        fail("no memory");
+    s->filled = malloc(count * cvol_type_size(grid->type));
+    if (cvol_mask_fill(s->context, s->filled, s->volume->data, grid, s->mask, 0, grid->dims[2],
+                       s->min))
+        fail("cannot fill");
+    s->grain = INT_MAX;
+    s->largest = 0;
+    cvol_correction_survey(&s->grain, &s->largest, grid->type, s->volume->data, which, count);
+    free(which);
+}
+
+static void make_base(subject *s, double step, const cvol_token_tables *tables, size_t stride)
+{
+    static cvol_token_costs costs;
+    const cvol_grid *grid = &s->volume->grid;
+    cvol_array *array;
+    cvol_token_costs_set(&costs, tables);
+    if (cvol_array_create(s->context, &array, grid, 16))
+        fail(cvol_context_message(s->context));
+    array->lapped = 1;
+    array->offset = array->ledger.value_min = s->min;
+    array->ledger.value_max = s->max;
+    array->step = step;
+    const cvol_slab slab = {s->filled, 0, grid->dims[2]};
+    const cvol_brick_recipe recipe = {array, tables, &costs, {step, CVOL_SPLIT_BEST, 0}, NULL};
+    cvol_brick_maker *maker = cvol_brick_maker_create(array);
+    cvol_brick_coder *coder = cvol_brick_coder_create(tables);
+    cvol_bytes shells[CVOL_SHELLS] = {{0}};
+    s->bits = 0;
+    for (size_t b = 0; b < cvol_brick_count(array); b++) {
+        double error;
+        cvol_span spans[CVOL_SHELLS];
+        cvol_brick_terms terms;
+        if (cvol_brick_make(maker, shells, &error, &recipe, &slab, b))
+            fail("a brick cannot be made");
+        for (int k = 0; k < CVOL_SHELLS; k++) {
+            spans[k] = (cvol_span){shells[k].data, shells[k].size};
+            s->bits += b % stride == stride / 2 ? 8 * (double)shells[k].size : 0;
+        }
+        if (cvol_brick_decode(coder, &terms, array, b, spans, CVOL_SHELLS))
+            fail("a brick does not decode");
+        const cvol_brick_box box = cvol_brick_box_of(array, b);
+        uint32_t *words = malloc(4 * terms.word_count + 4), *at = words;
+        memcpy(words, terms.words, 4 * terms.word_count);
+        for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
+            cvol_block *block = &array->block_table[cvol_brick_block_index(array, &box, i)];
+            block->terms = at;
+            at += block->words;
+            cvol_block_find_low(block, 4);
+        }
+        if (cvol_array_adopt_pool(s->context, array, words, terms.word_count))
+            fail("no memory");
+    }
+    for (int k = 0; k < CVOL_SHELLS; k++)
+        cvol_bytes_free(&shells[k]);
+    cvol_brick_maker_free(maker);
+    cvol_brick_coder_free(coder);
+    s->base = array;
+}
+
+/* Bits of all corrections (bound < 0: of the masks). */
+static double correct(subject *s, double bound, const cvol_token_tables *tables,
+                      cvol_token_counts *counts, size_t stride)
+{
+    static uint8_t which[BRICK];
+    static double base[BRICK];
+    static double gathered[BRICK];
+    const cvol_grid *grid = &s->volume->grid;
+    const size_t *dims = grid->dims, size = cvol_type_size(grid->type);
+    const cvol_fills *fills = cvol_mask_fills(s->mask);
+    cvol_correction_coder *coder = cvol_correction_coder_create();
+    cvol_token_writer writer = {0};
+    cvol_bytes out = {0};
+    double bits = 0;
+    const int fraction = bound < 0 ? 0 : cvol_exact_fraction(cvol_exact_largest_sum(s->base));
+    const double step = bound < 0 ? 1 : s->base->step;
+    const cvol_correction_rule rule = cvol_correction_rule_for(grid->type, bound, step, s->min,
+                                                               s->max, s->grain, s->largest);
+    size_t bricks[3], total = 1;
+    for (int a = 0; a < 3; a++)
+        total *= bricks[a] = (dims[a] - 1) / 64 + 1;
+    s->samples = 0;
+    for (size_t b = stride / 2; b < total; b += stride) {
+        const size_t begin[3] = {b % bricks[0] * 64, b / bricks[0] % bricks[1] * 64,
+                                 b / bricks[0] / bricks[1] * 64};
+        size_t end[3];
+        cvol_correction_brick brick = {.base = base, .which = which};
+        for (int a = 0; a < 3; a++) {
+            end[a] = begin[a] + 64 < dims[a] ? begin[a] + 64 : dims[a];
+            brick.size[a] = end[a] - begin[a];
+        }
+        s->samples += (double)(brick.size[0] * brick.size[1] * brick.size[2]);
+        cvol_mask_get(which, s->mask, begin, end);
+        if (bound < 0) {
+            if (!cvol_mask_encode(&writer, &out, tables, which, brick.size, fills->count, counts))
+                fail("no memory");
+            bits += 8 * (double)out.size;
+            continue;
+        }
+        for (size_t z = 0; z < brick.size[2]; z++)
+            for (size_t y = 0; y < brick.size[1]; y++)
+                memcpy((uint8_t *)gathered + size * brick.size[0] * (y + brick.size[1] * z),
+                       (const uint8_t *)s->volume->data +
+                           size * (begin[0] + dims[0] * (begin[1] + y + dims[1] * (begin[2] + z))),
+                       size * brick.size[0]);
+        double *scratch = cvol_allocate(cvol_exact_scratch(s->base, begin, end), sizeof *scratch);
+        cvol_exact_box(base, scratch, s->base, fraction, begin, end);
+        free(scratch);
+        if (cvol_correction_encode(coder, &out, &rule, bound, tables, gathered, &brick, counts))
+            fail("a brick cannot be corrected");
+        bits += 8 * (double)out.size;
+    }
+    cvol_bytes_free(&out);
+    cvol_token_writer_free(&writer);
+    cvol_correction_coder_free(coder);
+    return bits;
+}
+
+static void write_tables(const char *path, const cvol_token_tables *tables)
+{
+    FILE *file = fopen(path, "w");
+    if (!file)
+        fail("cannot write the tables");
+    fprintf(file, "/* Built-in codes of all rows (token_tables.h), written by "
+                  "bench/tokens/train.c. */\n"
+                  "#include \"codec/token_tables.h\"\n\n/* clang-format off */\n"
+                  "const uint8_t cvol_token_defaults[CVOL_ROWS][CVOL_TOKEN_CODES] = {\n");
+    for (int r = 0; r < CVOL_ROWS; r++) {
+        const uint8_t *codes = r < CVOL_ROW_CORRECTION ? cvol_token_defaults[r] : tables->codes[r];
+        fprintf(file, "    {");
+        for (int t = 0; t < CVOL_TOKEN_CODES; t++)
+            fprintf(file, "%s%d", t ? ", " : "", codes[t]);
+        fprintf(file, "},\n");
+    }
+    fprintf(file, "};\n");
+    if (fclose(file))
+        fail("cannot write the tables");
+}
+
+static void gather_counts(cvol_token_counts *sums, cvol_token_counts *counts, double bits)
+{
+    for (int r = 0; r < CVOL_ROWS; r++)
+        for (int t = 0; t < CVOL_TOKENS; t++)
+            sums->of[r][t] += (uint64_t)((double)counts->of[r][t] * 1e7 / (bits + 1000));
+    memset(counts, 0, sizeof *counts);
+}
+
+static void note(subject *s, const char *name, double bound, double step, double bits)
+{
+    const double all = (double)cvol_grid_samples(&s->volume->grid), samples = s->samples;
+    printf("%-22.22s bound %9.3g step %9.3g: base %8.4f corrections %8.4f bits a sample, together "
+           "%.0f bytes\n",
+           name, bound, step, s->bits / s->samples, bits / s->samples,
+           (s->bits + bits) / samples * all / 8);
+    fflush(stdout);
+}
+
+static void try_steps(subject *s, const char *name, const cvol_token_tables *tables,
+                      cvol_token_counts *sums, cvol_token_counts *counts, size_t stride)
+{
+    const double range = s->max - s->min;
+    const int is_integer = cvol_type_is_integer(s->volume->grid.type);
+    const int bounds = getenv("BOUNDS") ? atoi(getenv("BOUNDS")) : 5;
+    for (int k = 0; k < 8; k++) {
+        const double step = is_integer ? ldexp(1, k) : range * ldexp(0.0625, -2 * k);
+        if (is_integer && step > range / 4)
+            break;
+        make_base(s, step, tables, stride);
+        const double bits = correct(s, 0, tables, counts, stride);
+        note(s, name, 0, step, bits);
+        if (k > 0 && k < 6)
+            gather_counts(sums, counts, bits);
+        memset(counts, 0, sizeof *counts);
+        cvol_array_free(s->base);
+    }
+    for (int k = 0; k < bounds; k++) {
+        const double bound = range * pow(10, -1 - k);
+        if (is_integer && bound < 1)
+            break;
+        for (int j = 0; j < 3; j++) {
+            const double step = (is_integer ? 2 * floor(bound) + 1 : 2 * bound) * (1 + 0.5 * j);
+            make_base(s, step, tables, stride);
+            const double bits = correct(s, bound, tables, counts, stride);
+            note(s, name, bound, step, bits);
+            gather_counts(sums, counts, bits);
+            cvol_array_free(s->base);
+        }
+    }
+    s->bits = 0;
+    const double bits = correct(s, -1, tables, counts, stride);
+    note(s, name, -1, 0, bits);
+    gather_counts(sums, counts, bits);
+}
+
+int main(int argc, char **argv)
+{
+    if (argc < 4)
+        fail("OUT.c ROUNDS FILE ...");
+    subject s = {.context = cvol_context_create()};
+    cvol_token_tables *tables = cvol_token_tables_create();
+    cvol_token_counts *counts = calloc(1, sizeof *counts), *sums = calloc(1, sizeof *sums);
+    const int rounds = atoi(argv[2]);
+    const size_t stride = (size_t)(getenv("STRIDE") ? atoi(getenv("STRIDE")) : 1);
+    if (!s.context || !tables || !counts || !sums)
+        fail("no memory");
+    for (int f = 3; f < argc; f++)
+        for (int lowest = 0; lowest < 2; lowest++) {
+            char name[1024];
+            snprintf(name, sizeof name, "%s", argv[f]);
+            s.volume = read_volume(s.context, name);
+            find_mask(&s, lowest);
+            if (!lowest || cvol_mask_samples(s.mask))
+                try_steps(&s, strrchr(name, '/') ? strrchr(name, '/') + 1 : name, tables, sums,
+                          counts, stride);
+            cvol_mask_free(s.mask);
+            free(s.filled);
+            cvol_volume_free(s.volume);
+        }
+    if (rounds) {
+        cvol_token_tables_train(tables, sums);
+        write_tables(argv[1], tables);
+    }
+    free(tables);
+    free(counts);
+    free(sums);
+    cvol_context_destroy(s.context);
+    return 0;
+}

@@ -1,0 +1,59 @@
+/* Which samples of a volume have no value: those that are one of a few bit patterns, the fills
+ * (1e35, say, or a NaN). They are no part of the transform, and evaluate to their fill.
+ *
+ * Kept by cells of 16^3: most have no such sample or nothing else; others have a bit map.
+ */
+#ifndef CVOL_ARRAY_MASK_H
+#define CVOL_ARRAY_MASK_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "cvol/base.h"
+
+enum { CVOL_FILLS_MAX = 7, CVOL_MASK_CELL = 16 };
+
+/* Bit patterns of a sample type, in the low bits. */
+typedef struct cvol_fills {
+    int count;
+    uint64_t bits[CVOL_FILLS_MAX];
+} cvol_fills;
+
+/* Adds a pattern that is not there yet; 0 if there are too many. */
+int cvol_fills_add(cvol_fills *fills, uint64_t bits);
+/* The pattern of a value in a type, for integers the nearest one; 0 if the type has none. */
+int cvol_fills_of_value(uint64_t *bits, cvol_type type, double value);
+/* Adds the patterns of all NaN and infinite samples; 0 if there are too many. */
+int cvol_fills_add_strange(cvol_fills *fills, cvol_type type, const void *samples, size_t count);
+/* which[i] = 1 + the number of the fill that sample i is; 0: none. How many are not 0. */
+size_t cvol_fills_match(uint8_t *which, const cvol_fills *fills, cvol_type type,
+                        const void *samples, size_t count);
+/* Writes the fills of the samples that are masked. */
+void cvol_fills_apply(void *samples, const cvol_fills *fills, cvol_type type, const uint8_t *which,
+                      size_t count);
+
+typedef struct cvol_mask cvol_mask;
+
+/* A mask of so many samples per axis, of which none is masked. Errors: MEMORY. */
+int cvol_mask_create(cvol_context *context, cvol_mask **out, const size_t dims[3],
+                     const cvol_fills *fills);
+void cvol_mask_free(cvol_mask *mask); /* NULL is allowed */
+
+const cvol_fills *cvol_mask_fills(const cvol_mask *mask);
+/* Sets a box of whole cells (or what of them is the volume's); which: as cvol_fills_match. Threads
+ * may set boxes that do not meet. 0 when memory is short. */
+int cvol_mask_set(cvol_mask *mask, const uint8_t *which, const size_t begin[3],
+                  const size_t end[3]);
+/* Of any box. How many are not 0. */
+size_t cvol_mask_get(uint8_t *which, const cvol_mask *mask, const size_t begin[3],
+                     const size_t end[3]);
+
+typedef enum cvol_mask_state { CVOL_MASK_NONE, CVOL_MASK_SOME, CVOL_MASK_ALL } cvol_mask_state;
+/* Of the cell of 16^3 samples at place (i, j, l). */
+cvol_mask_state cvol_mask_cell(const cvol_mask *mask, const size_t cell[3]);
+
+/* Masked samples in all; bytes of memory. */
+uint64_t cvol_mask_samples(const cvol_mask *mask);
+uint64_t cvol_mask_bytes(const cvol_mask *mask);
+
+#endif
