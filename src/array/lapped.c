@@ -200,13 +200,15 @@ static void finish_piece(const ring *r, size_t j, size_t layer)
     stream->take(stream->user, &piece);
 }
 
-/* Tokens: a slot's row, a slot's first lines, and the rows of the sheets before a layer. */
+/* Tokens: a slot's row, a slot's first lines, and the rows of the sheets before a layer. (The
+ * master makes the tasks: some versions of libgomp lose the table of tokens of any other thread.)
+ */
 static void do_layers(const ring *r, size_t begin, size_t end)
 {
     const size_t rows = r->count[1];
     const int deferred = r->threads > 1;
 #pragma omp parallel num_threads(r->threads)
-#pragma omp single
+#pragma omp master
     for (size_t layer = begin; layer < end; layer++)
         for (size_t j = 0; j < rows; j++) {
             const size_t slot = (j + rows * (layer - r->first[2])) % r->slots;
