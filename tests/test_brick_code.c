@@ -286,6 +286,63 @@ static void test_damage_is_found_or_harmless(void **state)
     cvol_context_destroy(context);
 }
 
+/* Anything may come out of garbage, but within bounds. */
+static void test_garbage_decodes_within_bounds(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    cvol_token_tables *tables = default_tables();
+    cvol_brick_coder *coder = cvol_brick_coder_create(tables);
+    random_state r = {42};
+    uint8_t data[3000];
+    for (int trial = 0; trial < 1500; trial++) {
+        const int block = trial % 3 == 0 ? 8 : trial % 3 == 1 ? 16 : 32;
+        const cvol_grid grid = cvol_grid_make(40, 35, 33, CVOL_UINT8);
+        cvol_array *array;
+        cvol_brick_terms terms;
+        cvol_span spans[CVOL_SHELLS];
+        uint8_t *exact[CVOL_SHELLS]; /* a read beyond it is seen by the sanitizer */
+        for (size_t i = 0; i < sizeof data; i++)
+            data[i] = (uint8_t)(trial & 1 ? random_u64(&r) : random_u64(&r) & random_u64(&r));
+        assert_int_equal(cvol_array_create(context, &array, &grid, block), CVOL_OK);
+        for (int s = 0; s < CVOL_SHELLS; s++) {
+            const size_t size = random_below(&r, sizeof data);
+            exact[s] = malloc(size ? size : 1);
+            assert_non_null(exact[s]);
+            memcpy(exact[s], data, size);
+            spans[s] = (cvol_span){exact[s], size};
+        }
+        const int code = cvol_brick_decode(coder, &terms, array, 0, spans, CVOL_SHELLS);
+        assert_true(code == CVOL_OK || code == CVOL_ERROR_CORRUPT);
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            free(exact[s]);
+        cvol_array_free(array);
+    }
+    cvol_brick_coder_free(coder);
+    free(tables);
+    cvol_context_destroy(context);
+}
+
+static void test_scans_are_permutations(void **state)
+{
+    (void)state;
+    for (int size_class = 0; size_class < CVOL_PART_SIZES; size_class++) {
+        const cvol_scan *scan = cvol_part_scan_of(size_class);
+        const int side = scan->side;
+        for (int i = 0; i < scan->count; i++) {
+            const int place = scan->entries[i].place;
+            const int u = place % side, v = place / side % side, w = place / side / side;
+            const int most = u > v ? (u > w ? u : w) : (v > w ? v : w);
+            int cube = 1;
+            while (cube <= most)
+                cube *= 2;
+            assert_int_equal(scan->index_of_place[place], i);
+            assert_true(most == 0 ? i == 0 : i < cube * cube * cube && i >= cube * cube * cube / 8);
+        }
+        assert_int_equal(cvol_shell_end(size_class, CVOL_SHELLS - 1), scan->count);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -295,6 +352,8 @@ int main(void)
         cmocka_unit_test(test_streams_return_what_they_were_given),
         cmocka_unit_test(test_bricks_return_their_terms),
         cmocka_unit_test(test_damage_is_found_or_harmless),
+        cmocka_unit_test(test_garbage_decodes_within_bounds),
+        cmocka_unit_test(test_scans_are_permutations),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -103,7 +103,8 @@ static run_result run(cvol_context *context, const cvol_volume *volume, const cv
     for (size_t b = stride / 2; b < cvol_brick_count(shape); b += stride) {
         double start = now();
         double error;
-        if (cvol_brick_make(maker, shells, &error, &recipe, &slab, b))
+        if (cvol_brick_make(maker, shells, &error, &recipe,
+                            cvol_brick_cells(maker, shape, &slab, b), b))
             fail("a brick cannot be made");
         result.encode_seconds += now() - start;
         result.chosen += error * step * step;

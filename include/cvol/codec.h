@@ -20,6 +20,7 @@ typedef struct cvol_compress_options {
     int block;                /* 8, 16 or 32 */
     cvol_target target;
     double target_value;
+    const char *attributes; /* of cvol_compress_stream: JSON text, or NULL */
 } cvol_compress_options;
 
 /* DCT blocks of 16^3 at ratio 30. */
@@ -48,6 +49,27 @@ CVOL_API int cvol_compress(cvol_context *context, cvol_array **out, cvol_compres
                            const void *samples, const cvol_grid *grid,
                            const cvol_compress_options *options);
 
+/* Where samples come from that are not all in memory. read() writes sheets (z) first_sheet ..
+ * first_sheet + sheets - 1 to `samples`, x fastest, in the machine's byte order; calls go forward
+ * but for a few, and through the whole volume several times. It returns 0 or an error code, with
+ * its message on the context. */
+typedef struct cvol_sample_source {
+    int (*read)(cvol_context *context, void *user, void *samples, size_t first_sheet,
+                size_t sheets);
+    void *user;
+} cvol_sample_source;
+
+/* Compresses samples that are read slab by slab into the file PATH, which appears under its name
+ * only when it is whole. What it decodes to is measured on the way. Ratio, bits or PSNR; cells of
+ * 16. options->attributes become the file's. report may be NULL.
+ * Memory: two slabs of 68 sheets at most, and of what is coded about what two layers of 64 sheets
+ * take; what of the file is beyond 64 MiB waits in unnamed files beside it. Cost: three to four
+ * passes over the samples.
+ * Errors: those of cvol_compress and of read(), IO, LIMIT. */
+CVOL_API int cvol_compress_stream(cvol_context *context, cvol_compress_report *report,
+                                  const char *path, const cvol_sample_source *source,
+                                  const cvol_grid *grid, const cvol_compress_options *options);
+
 /* Evaluates an array and sets its psnr_db and max_error to what they are, measured, against the
  * samples that it was compressed from; l2_error and max_abs become tighter if they can.
  * Cost: evaluating it, dense (blocks: twice). Errors: MEMORY, CANCELLED. */
@@ -67,9 +89,9 @@ CVOL_API int cvol_array_read(cvol_context *context, cvol_array **out, const char
 /* What is read of a file; all zero: everything. */
 typedef struct cvol_file_part {
     /* The box of samples [begin, end) (x, y, z), NULL: all. Of a volume in DCT blocks only the
-     * bricks of 64^3 samples that it touches are read, checked and decoded. The array has the file's
-     * grid; samples of other bricks evaluate to a constant, so that only samples within the box may
-     * be asked for, and it counts only the coefficients that it has. */
+     * bricks of 64^3 samples that it touches are read, checked and decoded. The array has the
+     * file's grid; samples of other bricks evaluate to a constant, so that only samples within the
+     * box may be asked for, and it counts only the coefficients that it has. */
     const size_t *begin, *end;
     /* 0: all coefficients; level 1, 2, 3: of a volume in DCT blocks those of the lowest 1/2, 1/4,
      * 1/8 of the frequencies along each axis, which stand first in the file. What is behind them is
@@ -89,11 +111,10 @@ typedef struct cvol_file_report {
 
 /* Reads a part of a .cvol file. Other arrays than volumes in DCT blocks are read whole. The file is
  * mapped: only what is needed is read. The caller frees *out. part, report: may be NULL.
- * Errors: those of cvol_array_read, and ARGUMENT (the box is empty, reversed, or not within; no such
- * level). */
-CVOL_API int cvol_array_read_part(cvol_context *context, cvol_array **out,
-                                  cvol_file_report *report, const char *path,
-                                  const cvol_file_part *part);
+ * Errors: those of cvol_array_read, and ARGUMENT (the box is empty, reversed, or not within; no
+ * such level). */
+CVOL_API int cvol_array_read_part(cvol_context *context, cvol_array **out, cvol_file_report *report,
+                                  const char *path, const cvol_file_part *part);
 
 /* The same of a box, at level 0. file_bytes may be NULL. */
 CVOL_API int cvol_array_read_box(cvol_context *context, cvol_array **out, const char *path,
@@ -124,7 +145,7 @@ enum { CVOL_FILE_SECTIONS_MAX = 64 };
 
 typedef struct cvol_file_layout {
     uint64_t file_bytes;
-    uint32_t version; /* of the format */
+    uint32_t version;  /* of the format */
     int section_count; /* of more than CVOL_FILE_SECTIONS_MAX the first are told, all are checked */
     cvol_file_section sections[CVOL_FILE_SECTIONS_MAX]; /* in the file's order */
     int level; /* volumes in DCT blocks: the finest level whose sections are sound; -1: none */

@@ -128,6 +128,8 @@ void cvol_array_free(cvol_array *array)
     free(array->block_table);
     cvol_spectrum_free(&array->whole);
     free(array->attributes);
+    if (array->coded)
+        array->free_coded(array->coded);
     free(array);
 }
 

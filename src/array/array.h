@@ -34,8 +34,10 @@ struct cvol_array {
     int measured;              /* whether the next two are, or follow from the ledger */
     double psnr_db, max_error; /* of the samples as the grid's type stores them */
     double threshold;          /* terms smaller than this were dropped; 0: none */
-    char *attributes;          /* JSON text, or NULL: of the volume it was read with */
-    double offset;             /* added to every sample; whole arrays: 0 */
+    void *coded;               /* how a codec coded it, or NULL; results have none */
+    void (*free_coded)(void *coded);
+    char *attributes; /* JSON text, or NULL: of the volume it was read with */
+    double offset;    /* added to every sample; whole arrays: 0 */
     /* blocks only: */
     int block;      /* B; 0: whole */
     int block_log2; /* 3, 4 or 5 */
@@ -156,6 +158,9 @@ void cvol_samples_load(float *out, const void *samples, cvol_type type, size_t f
 /* Finds the least and largest sample. Errors: DATA (NaN or infinite samples). */
 int cvol_survey_samples(cvol_context *context, double *min, double *max, const void *samples,
                         const cvol_grid *grid);
+/* The same for a part of a volume, whose grid it is, that begins at a sheet: for messages. */
+int cvol_survey_sheets(cvol_context *context, double *min, double *max, const void *samples,
+                       const cvol_grid *grid, size_t first_sheet);
 
 /* Evaluates block `index` whole, as floats without `offset`, into out[B^rank] (x fastest, 64-byte
  * aligned), by the kernel that gives the same bits on every processor. Not filtered: the samples of

@@ -172,6 +172,7 @@ int cvol_array_share(cvol_context *context, cvol_array **out, const cvol_array *
     memcpy(table, array->block_table, bytes);
     (*out)->block_table = table;
     (*out)->attributes = NULL;
+    (*out)->coded = NULL;
     (*out)->pools = NULL;
     (*out)->pool_count = (*out)->pool_capacity = 0;
     return CVOL_OK;

@@ -57,6 +57,12 @@ static int fail_strange(cvol_context *context, const cvol_grid *grid, size_t cou
 int cvol_survey_samples(cvol_context *context, double *min, double *max, const void *samples,
                         const cvol_grid *grid)
 {
+    return cvol_survey_sheets(context, min, max, samples, grid, 0);
+}
+
+int cvol_survey_sheets(cvol_context *context, double *min, double *max, const void *samples,
+                       const cvol_grid *grid, size_t first_sheet)
+{
     const size_t sheets = grid->dims[2], per_sheet = grid->dims[0] * grid->dims[1];
     sheet_survey *surveys = cvol_allocate(sheets, sizeof *surveys);
     if (!surveys)
@@ -75,5 +81,6 @@ int cvol_survey_samples(cvol_context *context, double *min, double *max, const v
         strange += surveys[z].strange;
     }
     free(surveys);
-    return strange ? fail_strange(context, grid, strange, first_strange) : CVOL_OK;
+    return strange ? fail_strange(context, grid, strange, first_strange + first_sheet * per_sheet)
+                   : CVOL_OK;
 }

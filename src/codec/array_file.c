@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "codec/bricks.h"
+#include "codec/coded.h"
 #include "codec/container.h"
 #include "codec/ranges.h"
 #include "codec/terms.h"
@@ -15,11 +16,9 @@
 
 /* ---- writing ---------------------------------------------------------------------------- */
 
-/* Ranges take a few bits a cell of 16^3 at least: where that is more than a hundredth of the
- * shells, the writer would leave them out. */
-static int may_have_ranges(const cvol_array *array, uint64_t shells)
+int cvol_array_may_have_ranges(const cvol_array *array, uint64_t shells)
 {
-    return cvol_grid_samples(&array->grid) / 4096 / 16 < shells / 100 + 64;
+    return cvol_grid_samples(&array->grid) / 4096 / 4 < shells / 100 + 64;
 }
 
 /* The content of RNGE. An array that has no ranges yet is evaluated for it; `found` are then its
@@ -70,8 +69,10 @@ static int write_volume(cvol_context *context, cvol_file_writer *writer, cvol_fi
                         cvol_bytes *ranges, cvol_header *header, const cvol_array *array)
 {
     const cvol_brick_sink sink = {take_brick, writer};
-    int code = cvol_bricks_encode(context, array, front->tables, &sink);
-    if (!code && may_have_ranges(array, cvol_file_writer_shells(writer))) {
+    const cvol_coded *coded = cvol_coded_of(array);
+    int code = coded ? cvol_coded_send(context, coded, &sink)
+                     : cvol_bricks_encode(context, array, front->tables, &sink);
+    if (!code && cvol_array_may_have_ranges(array, cvol_file_writer_shells(writer))) {
         code = put_ranges(context, ranges, array, header);
         front->ranges = ranges;
     }
@@ -103,8 +104,10 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
     cvol_header header = cvol_header_of(array);
     cvol_file_front front = {.header = &header, .attributes = array->attributes};
     if (is_volume) {
-        code = make_tables(context, &tables, array);
-        front.tables = tables;
+        const cvol_coded *coded = cvol_coded_of(array);
+        if (!coded)
+            code = make_tables(context, &tables, array);
+        front.tables = coded ? coded->tables : tables;
         if (!code)
             code = write_volume(context, writer, &front, &content, &header, array);
     } else {

@@ -8,4 +8,8 @@
  * cvol_array_write but IO. */
 int cvol_array_file_bytes(cvol_context *context, const cvol_array *array, uint64_t *file_bytes);
 
+/* Whether a file whose shells have so many bytes may have RNGE: it takes two bits a cell of 16^3 at
+ * least, and is left out where that is more than a hundredth of the shells. */
+int cvol_array_may_have_ranges(const cvol_array *array, uint64_t shells);
+
 #endif

@@ -16,11 +16,10 @@ struct cvol_brick_maker {
 cvol_brick_maker *cvol_brick_maker_create(const cvol_array *shape)
 {
     const size_t side = CVOL_BRICK_SIDE / (size_t)shape->block, all[3] = {side, side, side};
-    const size_t samples = (size_t)CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE;
     cvol_brick_maker *maker = cvol_allocate_zero(1, sizeof *maker);
     if (!maker)
         return NULL;
-    maker->cells = cvol_allocate(samples, sizeof *maker->cells);
+    maker->cells = cvol_allocate(CVOL_BRICK_SAMPLES, sizeof *maker->cells);
     maker->scratch = cvol_allocate(cvol_brick_scratch(shape, all), sizeof *maker->scratch);
     maker->coefficients = cvol_allocate(2 * CVOL_PART_SAMPLES_MAX, sizeof *maker->coefficients);
     maker->chooser = cvol_cell_chooser_create();
@@ -99,20 +98,27 @@ static int code_block(cvol_brick_maker *maker, double *error, const cvol_brick_r
     return 1;
 }
 
+const float *cvol_brick_cells(cvol_brick_maker *maker, const cvol_array *shape,
+                              const cvol_slab *slab, size_t brick)
+{
+    const cvol_brick_box box = cvol_brick_box_of(shape, brick);
+    cvol_brick_gather(maker->cells, maker->scratch, slab, shape, box.first, box.count);
+    return maker->cells;
+}
+
 int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], double *error,
-                    const cvol_brick_recipe *recipe, const cvol_slab *slab, size_t brick)
+                    const cvol_brick_recipe *recipe, const float *cells, size_t brick)
 {
     const cvol_array *shape = recipe->shape;
     const cvol_brick_box box = cvol_brick_box_of(shape, brick);
-    const size_t samples = (size_t)shape->block * (size_t)shape->block * (size_t)shape->block;
+    const size_t samples = cvol_array_block_terms(shape);
     maker->coder->tables = recipe->tables;
-    cvol_brick_gather(maker->cells, maker->scratch, slab, shape, box.first, box.count);
     cvol_brick_start(maker->coder);
     *error = 0;
     for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
         size_t place[3];
         cvol_brick_box_place(place, &box, i);
-        const float *block = maker->cells + i * samples;
+        const float *block = cells + i * samples;
         if (!(shape->block == CVOL_CELL ? code_cell(maker, error, recipe, block, place)
                                         : code_block(maker, error, recipe, block, place)))
             return CVOL_ERROR_TARGET;

@@ -20,11 +20,16 @@ typedef struct cvol_brick_recipe {
     cvol_token_counts *counts; /* added to; may be NULL */
 } cvol_brick_recipe;
 
-/* Encodes a brick of the slab's samples; the bytes replace those of shells[]. *error: the squared
- * error of all coefficients, in steps squared. CVOL_OK,
- * CVOL_ERROR_MEMORY, or CVOL_ERROR_TARGET where the step is too small for a value; without a
- * message. */
+/* The cells of one brick at most, as cvol_brick_gather gives them. */
+#define CVOL_BRICK_SAMPLES ((size_t)CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE)
+
+/* Encodes a brick from its cells; the bytes replace those of shells[]. *error: the squared error of
+ * all coefficients, in steps squared. CVOL_OK, CVOL_ERROR_MEMORY, or CVOL_ERROR_TARGET where the
+ * step is too small for a value; without a message. */
 int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], double *error,
-                    const cvol_brick_recipe *recipe, const cvol_slab *slab, size_t brick);
+                    const cvol_brick_recipe *recipe, const float *cells, size_t brick);
+/* The cells of a brick of the slab's samples, the maker's until its next use. */
+const float *cvol_brick_cells(cvol_brick_maker *maker, const cvol_array *shape,
+                              const cvol_slab *slab, size_t brick);
 
 #endif

@@ -1,4 +1,4 @@
-/* Uniform quantiser. */
+/* What is known of coefficients before they are quantised. */
 #include "codec/quantise.h"
 
 #include <math.h>
@@ -32,20 +32,4 @@ int cvol_quantise_fits(const float *c, int count, double step)
         most = fabsf(c[i]) > most ? fabsf(c[i]) : most;
     /* 256: floats near 2^30 are 64 apart. Written so that an infinity fails. */
     return (double)most / step < CVOL_VALUE_LIMIT - 256;
-}
-
-int cvol_quantise(int32_t *values, const float *coefficients, int count, double step)
-{
-    const float inverse = (float)(1 / step);
-    /* Slightly less than what becomes 1, lest rounding of the product loses it. */
-    int used = cvol_quantise_extent(coefficients, count, (float)(0.499 * step));
-    if (!cvol_quantise_fits(coefficients, used, step))
-        return 0;
-    for (int i = 0; i < used; i++) {
-        int32_t magnitude = (int32_t)(fabsf(coefficients[i]) * inverse + 0.5f);
-        values[i] = coefficients[i] < 0 ? -magnitude : magnitude;
-    }
-    while (used > 1 && values[used - 1] == 0)
-        used--;
-    return used;
 }

@@ -13,8 +13,4 @@ int cvol_quantise_extent(const float *c, int count, float threshold);
 /* 1 if all of c[0 .. count) become values within the limit, with a little room. */
 int cvol_quantise_fits(const float *c, int count, double step);
 
-/* Quantises coefficients in scan order. values[0 .. used) are set, used >= 1; all later ones are
- * zero. The result is `used`, or 0 when a value would exceed CVOL_VALUE_LIMIT. */
-int cvol_quantise(int32_t *values, const float *coefficients, int count, double step);
-
 #endif

@@ -55,10 +55,9 @@ static void compare_row(cvol_distance *out, const void *samples, cvol_type type,
     out->l2_error += squares;
 }
 
-/* Sums sheets into *out, in order, so that threads do not matter. */
+/* Adds distances to *out, in order, so that threads do not matter. */
 static void add_distances(cvol_distance *out, const cvol_distance *distances, size_t count)
 {
-    *out = (cvol_distance){0};
     for (size_t i = 0; i < count; i++) {
         out->max_error = fmax(out->max_error, distances[i].max_error);
         out->real_max_abs = fmax(out->real_max_abs, distances[i].real_max_abs);
@@ -66,9 +65,13 @@ static void add_distances(cvol_distance *out, const cvol_distance *distances, si
         out->real_l2_error += distances[i].real_l2_error;
         out->real_norm += distances[i].real_norm;
     }
-    out->l2_error = sqrt(out->l2_error);
-    out->real_l2_error = sqrt(out->real_l2_error);
-    out->real_norm = sqrt(out->real_norm);
+}
+
+void cvol_distance_finish(cvol_distance *sum)
+{
+    sum->l2_error = sqrt(sum->l2_error);
+    sum->real_l2_error = sqrt(sum->real_l2_error);
+    sum->real_norm = sqrt(sum->real_norm);
 }
 
 /* Compares what evaluates, as it is and as it is stored: `real` and `stored`, x fastest; without
@@ -95,7 +98,7 @@ int cvol_array_measure(cvol_context *context, cvol_array *array, const void *sam
 {
     const size_t begin[3] = {0, 0, 0}, *dims = array->grid.dims, sheets = dims[2];
     const size_t count = cvol_grid_samples(&array->grid), bytes = cvol_grid_bytes(&array->grid);
-    cvol_distance *distances = cvol_allocate_zero(sheets, sizeof *distances), sum;
+    cvol_distance *distances = cvol_allocate_zero(sheets, sizeof *distances), sum = {0};
     float *real = cvol_allocate(count, sizeof *real);
     uint8_t *stored = array->block ? cvol_allocate(bytes, 1) : NULL;
     int code = CVOL_OK;
@@ -110,6 +113,7 @@ int cvol_array_measure(cvol_context *context, cvol_array *array, const void *sam
         for (size_t z = 0; z < sheets; z++)
             compare_sheet(&distances[z], array, samples, real, stored, z);
         add_distances(&sum, distances, sheets);
+        cvol_distance_finish(&sum);
         const double rounding = CVOL_ROUNDING * sum.real_norm;
         cvol_ledger *ledger = &array->ledger;
         cvol_array_set_measured(array, &sum);
@@ -168,16 +172,16 @@ static int measure_blocks(cvol_context *context, cvol_distance *out, const cvol_
     return failed ? cvol_fail_memory(context, per_block * sizeof(float), "a block") : CVOL_OK;
 }
 
-/* Volumes in blocks of 16, lapped or not: the distance of every piece of the stream. */
-typedef struct streamed_distance {
+/* The distance of every piece of a stream. */
+typedef struct stream_distance {
     const cvol_array *array;
-    const void *samples;
+    const cvol_slab *slab;
     cvol_distance *pieces;
-} streamed_distance;
+} stream_distance;
 
 static void compare_piece(void *user, const cvol_piece *piece)
 {
-    const streamed_distance *to = user;
+    const stream_distance *to = user;
     const cvol_grid *grid = &to->array->grid;
     const size_t nx = grid->dims[0];
     cvol_distance distance = {0};
@@ -185,37 +189,57 @@ static void compare_piece(void *user, const cvol_piece *piece)
     for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
         for (size_t y = piece->begin[1]; y < piece->end[1]; y++)
             for (size_t x = 0; x < nx; x += ROW_MOST) {
-                const size_t first = x + nx * (y + grid->dims[1] * z);
+                const size_t first = x + nx * (y + grid->dims[1] * (z - to->slab->first_sheet));
                 const size_t count = nx - x < ROW_MOST ? nx - x : ROW_MOST;
                 const float *line = piece->samples[0] + x + (y - piece->begin[1]) * piece->line +
                                     (z - piece->begin[2]) * piece->sheet;
                 cvol_samples_store(row, line, count, to->array);
-                compare_row(&distance, to->samples, grid->type, first, row, count);
-                compare_real_row(&distance, to->samples, grid->type, first, line, to->array->offset,
-                                 count);
+                compare_row(&distance, to->slab->samples, grid->type, first, row, count);
+                compare_real_row(&distance, to->slab->samples, grid->type, first, line,
+                                 to->array->offset, count);
             }
     to->pieces[piece->index] = distance;
 }
 
-int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_array *array,
-                          const void *samples)
+int cvol_measure_sheets(cvol_context *context, cvol_distance *sum, const cvol_array *array,
+                        const cvol_slab *slab, size_t begin, size_t end)
 {
     cvol_stream stream = cvol_stream_of(array, NULL);
-    const int streamed = array->block == 16;
-    const size_t count = streamed ? cvol_stream_pieces(&stream) : array->block_count;
+    stream.begin[2] = begin;
+    stream.end[2] = end;
+    const size_t count = cvol_stream_pieces(&stream);
     cvol_distance *distances = cvol_allocate_zero(count, sizeof *distances);
-    streamed_distance to = {array, samples, distances};
-    int code;
-    *out = (cvol_distance){0};
+    stream_distance to = {array, slab, distances};
     if (!distances)
         return cvol_fail_memory(context, count * sizeof *distances, "distances of blocks");
     stream.take = compare_piece;
     stream.user = &to;
     stream.what = "measuring";
-    code = streamed ? cvol_stream_run(context, &stream)
-                    : measure_blocks(context, distances, array, samples);
+    const int code = cvol_stream_run(context, &stream);
     if (!code)
-        add_distances(out, distances, count);
+        add_distances(sum, distances, count);
+    free(distances);
+    return code;
+}
+
+int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_array *array,
+                          const void *samples)
+{
+    *out = (cvol_distance){0};
+    if (array->block == 16) {
+        const cvol_slab all = {samples, 0, array->grid.dims[2]};
+        const int code = cvol_measure_sheets(context, out, array, &all, 0, all.sheets);
+        cvol_distance_finish(out);
+        return code;
+    }
+    cvol_distance *distances = cvol_allocate_zero(array->block_count, sizeof *distances);
+    if (!distances)
+        return cvol_fail_memory(context, array->block_count * sizeof *distances,
+                                "distances of blocks");
+    const int code = measure_blocks(context, distances, array, samples);
+    if (!code)
+        add_distances(out, distances, array->block_count);
+    cvol_distance_finish(out);
     free(distances);
     return code;
 }

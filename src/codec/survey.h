@@ -2,7 +2,7 @@
 #ifndef CVOL_CODEC_SURVEY_H
 #define CVOL_CODEC_SURVEY_H
 
-#include "array/array.h"
+#include "array/brick.h"
 
 /* How far an array is from the samples that it was made of. */
 typedef struct cvol_distance {
@@ -13,6 +13,14 @@ typedef struct cvol_distance {
 
 /* Sets measured, max_error and psnr_db. */
 void cvol_array_set_measured(cvol_array *array, const cvol_distance *distance);
+
+/* Compares sheets begin .. end - 1 with those of a slab, and adds squares and largest errors to
+ * *sum. Of volumes in cells of 16. The same result for any number of threads. Errors: MEMORY,
+ * CANCELLED. */
+int cvol_measure_sheets(cvol_context *context, cvol_distance *sum, const cvol_array *array,
+                        const cvol_slab *slab, size_t begin, size_t end);
+/* Norms of sums of squares. */
+void cvol_distance_finish(cvol_distance *sum);
 
 /* Evaluates all blocks and compares. The same result for any number of threads. Errors: MEMORY,
  * CANCELLED. */

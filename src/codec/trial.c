@@ -1,81 +1,190 @@
-/* Trials: the steps from coefficients to a measured array. */
+/* Trials: the steps from samples to a measured array. */
 #include "codec/trial.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/context.h"
 #include "base/memory.h"
-#include "codec/array_file.h"
-#include "codec/quantise.h"
-#include "codec/ranges.h"
-#include "codec/rate_distortion.h"
 #include "codec/survey.h"
 
 /* Of more, sums of squares and transforms would leave the range of float. */
 #define SPAN_MOST 2e35
+/* Of the error of coefficients, the post-filter leaves this share if it is white. */
+#define LAP_SHARE 0.909149 /* (31 / 32)^3 */
+
+/* All samples are there. */
+static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first, size_t count)
+{
+    const cvol_trial *trial = user;
+    (void)context;
+    (void)first;
+    (void)count;
+    *out = (cvol_slab){trial->samples, 0, trial->shape->grid.dims[2]};
+    return CVOL_OK;
+}
+
+static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid *grid, int block)
+{
+    const int code = cvol_array_create(context, &trial->shape, grid, block);
+    if (code)
+        return code;
+    trial->shape->lapped = block == 16;
+    trial->split = block == 16 ? CVOL_SPLIT_BEST : CVOL_SPLIT_NEVER;
+    trial->tables = cvol_token_tables_create();
+    trial->counts = cvol_allocate_zero(1, sizeof *trial->counts);
+    if (!trial->tables || !trial->counts)
+        return cvol_fail_memory(context, sizeof *trial->tables, "the coder's tables");
+    trial->front_bytes = 700 + 7 * (uint64_t)cvol_brick_count(trial->shape);
+    return CVOL_OK;
+}
+
+/* The range of the samples decides about the offset. */
+static int take_range(cvol_context *context, cvol_array *shape, double least, double most)
+{
+    shape->ledger.value_min = least;
+    shape->ledger.value_max = most;
+    shape->offset = least;
+    if (!(most - least <= SPAN_MOST))
+        return cvol_fail(context, CVOL_ERROR_DATA,
+                         "samples reach from %g to %g, a range beyond %g cannot be compressed",
+                         least, most, SPAN_MOST);
+    return CVOL_OK;
+}
 
 int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *samples,
                      const cvol_grid *grid, int block)
 {
-    memset(trial, 0, sizeof *trial);
-    trial->samples = samples;
-    int code = cvol_array_create(context, &trial->shape, grid, block);
-    if (code)
-        return code;
-    cvol_array *shape = trial->shape;
-    code = cvol_survey_samples(context, &shape->ledger.value_min, &shape->ledger.value_max, samples,
-                               grid);
-    if (code)
-        return code;
-    if (!(shape->ledger.value_max - shape->ledger.value_min <= SPAN_MOST))
-        return cvol_fail(context, CVOL_ERROR_DATA,
-                         "samples reach from %g to %g, a range beyond %g cannot be compressed",
-                         shape->ledger.value_min, shape->ledger.value_max, SPAN_MOST);
-    shape->offset = shape->ledger.value_min;
-    const size_t cells = shape->block_count / (block == 8 ? 8 : 1); /* of ranges.h */
-    trial->begin_bytes = 400 + cells / 2 + 12 * (uint64_t)cvol_group_count(shape);
-    return cvol_coefficients_make(context, &trial->coefficients, shape, samples);
+    double least, most;
+    *trial = (cvol_trial){.source = {fetch, trial, 1}, .samples = samples};
+    int code = make_shape(context, trial, grid, block);
+    if (!code)
+        code = cvol_survey_samples(context, &least, &most, samples, grid);
+    return code ? code : take_range(context, trial->shape, least, most);
+}
+
+int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
+                            const cvol_slab_source *source, const cvol_grid *grid)
+{
+    double least = INFINITY, most = -INFINITY;
+    *trial = (cvol_trial){.source = *source};
+    int code = make_shape(context, trial, grid, 16);
+    for (size_t first = 0; first < grid->dims[2] && !code; first += CVOL_BRICK_SIDE) {
+        const size_t left = grid->dims[2] - first;
+        cvol_grid part = *grid;
+        cvol_slab slab;
+        double from, to;
+        part.dims[2] = left < CVOL_BRICK_SIDE ? left : CVOL_BRICK_SIDE;
+        code = source->fetch(context, source->user, &slab, first, part.dims[2]);
+        if (!code)
+            code = cvol_survey_sheets(context, &from, &to, slab.samples, &part, first);
+        if (!code)
+            code = cvol_report_progress(context, "looking through the samples",
+                                        (double)first / (double)grid->dims[2]);
+        if (!code) {
+            least = fmin(least, from);
+            most = fmax(most, to);
+        }
+    }
+    return code ? code : take_range(context, trial->shape, least, most);
 }
 
 void cvol_trial_free(cvol_trial *trial)
 {
     cvol_array_free(trial->shape);
     cvol_array_free(trial->array);
-    cvol_coefficients_free(&trial->coefficients);
-    cvol_groups_free(&trial->groups);
+    cvol_coded_free(trial->coded);
+    cvol_sampler_free(trial->sampler);
+    free(trial->tables);
+    free(trial->counts);
 }
 
-static int fetch_quantised(const void *user, int32_t *values, cvol_block_coder *coder, size_t place,
-                           size_t index)
+int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
 {
-    const cvol_trial *trial = user;
-    const int count = coder->scan->count;
-    const float *coefficients = trial->coefficients.data + index * (size_t)count;
-    if (trial->plain)
-        return cvol_quantise(values, coefficients, count, trial->step);
-    return cvol_quantise_optimally(values, coefficients, coder, place, trial->step);
-}
-
-int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step, size_t stride)
-{
-    const cvol_block_source source = {fetch_quantised, trial};
+    const cvol_chooser_options options = {step, trial->split, trial->plain};
+    int code = trial->sampler ? CVOL_OK
+                              : cvol_sampler_make(context, &trial->sampler, trial->shape,
+                                                  &trial->source, trial->shape->lapped);
     trial->step = step;
-    trial->count++;
-    return cvol_groups_encode(context, &trial->groups, trial->shape, &source, stride / 2, stride,
-                              1 - 0.9 * pow(0.8, trial->count));
+    if (!code)
+        code = cvol_sampler_run(context, &trial->result, trial->counts, trial->sampler,
+                                trial->shape, trial->tables, &options);
+    if (code)
+        return code;
+    const double share = cvol_sampler_share(trial->sampler);
+    trial->bytes = trial->front_bytes + (uint64_t)((double)trial->result.bytes / share);
+    /* As if all had been counted, so that the tables are worth what they will be. */
+    for (int r = 0; r < CVOL_ROWS; r++)
+        for (int t = 0; t < CVOL_TOKENS; t++)
+            trial->counts->of[r][t] = (uint64_t)((double)trial->counts->of[r][t] / share);
+    return CVOL_OK;
 }
 
-static int decode_groups(cvol_context *context, cvol_trial *trial)
+static double cost_of(const cvol_trial *trial)
 {
-    cvol_span *spans = cvol_allocate(trial->groups.count, sizeof *spans);
-    if (!spans)
-        return cvol_fail_memory(context, trial->groups.count * sizeof *spans, "the groups");
-    for (size_t g = 0; g < trial->groups.count; g++)
-        spans[g] = (cvol_span){trial->groups.bytes[g].data, trial->groups.bytes[g].size};
-    int code = cvol_array_decode(context, trial->array, spans, NULL, "the encoded volume");
-    free(spans);
+    return trial->result.error * (trial->shape->lapped ? LAP_SHARE : 1) +
+           (double)CVOL_LAMBDA * trial->step * trial->step * 8 * (double)trial->result.bytes;
+}
+
+int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step)
+{
+    double costs[2];
+    for (int lapped = 0; lapped < 2; lapped++) {
+        trial->shape->lapped = lapped;
+        const int code = cvol_trial_sample(context, trial, step);
+        if (code)
+            return code;
+        costs[lapped] = cost_of(trial);
+    }
+    trial->shape->lapped = costs[1] < costs[0];
+    return CVOL_OK;
+}
+
+int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
+                    const cvol_brick_sink *sink, cvol_layer_hook *after, void *user)
+{
+    const double left = pow(0.5, trial->count++);
+    const cvol_encode_pass pass = {.shape = trial->shape,
+                                   .source = &trial->source,
+                                   .tables = trial->tables,
+                                   .options = {step, trial->split, trial->plain},
+                                   .sink = sink,
+                                   .after = after,
+                                   .user = user,
+                                   .counts = trial->counts,
+                                   .progress_from = 0.9 * (1 - left),
+                                   .progress_to = 0.9 * (1 - left / 2)};
+    trial->step = step;
+    const int code = cvol_encode_pass_run(context, &trial->result, &pass);
+    trial->bytes = trial->front_bytes + trial->result.bytes;
     return code;
+}
+
+int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step)
+{
+    cvol_coded_free(trial->coded);
+    trial->coded = NULL;
+    cvol_array_free(trial->array); /* of another step */
+    trial->array = NULL;
+    const int code = cvol_coded_make(context, &trial->coded, trial->tables,
+                                     cvol_brick_count(trial->shape));
+    if (code)
+        return code;
+    const cvol_brick_sink sink = cvol_coded_sink(trial->coded);
+    return cvol_trial_pass(context, trial, step, &sink, NULL, NULL);
+}
+
+void cvol_trial_fit(cvol_trial *trial)
+{
+    cvol_token_tables_fit(trial->tables, trial->counts);
+}
+
+double cvol_trial_psnr(const cvol_trial *trial)
+{
+    const double span = trial->shape->ledger.value_max - trial->shape->ledger.value_min;
+    const double error = trial->result.error / (double)trial->result.samples;
+    return 10 * log10(span * span / (error * (trial->shape->lapped ? LAP_SHARE : 1)));
 }
 
 int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
@@ -86,12 +195,12 @@ int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
     if (code)
         return code;
     cvol_array *array = trial->array;
-    array->ledger.max_abs = (double)INFINITY; /* until the ranges are known */
     array->step = trial->step;
     array->offset = trial->shape->offset;
+    array->lapped = trial->shape->lapped;
     array->ledger.value_min = trial->shape->ledger.value_min;
     array->ledger.value_max = trial->shape->ledger.value_max;
-    code = decode_groups(context, trial);
+    code = cvol_coded_decode(context, array, trial->coded);
     if (code)
         return code;
     cvol_distance distance;
@@ -99,19 +208,8 @@ int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
     if (code)
         return code;
     cvol_array_set_measured(array, &distance);
-    array->ledger.l2_error = distance.real_l2_error + CVOL_ROUNDING * distance.real_norm;
-    return CVOL_OK;
-}
-
-int cvol_trial_finish(cvol_context *context, cvol_trial *trial, uint64_t *file_bytes)
-{
-    int code = cvol_ranges_find(context, trial->array);
-    if (!code)
-        code = cvol_array_file_bytes(context, trial->array, file_bytes);
-    if (code)
-        return code;
-    /* What the file has beyond the groups, which are of another coder. */
-    const uint64_t groups = cvol_groups_size(&trial->groups);
-    trial->begin_bytes = *file_bytes > groups ? *file_bytes - groups : 0;
+    const double rounding = CVOL_ROUNDING * distance.real_norm;
+    array->ledger.l2_error = distance.real_l2_error + rounding;
+    array->ledger.max_abs = distance.real_max_abs + rounding;
     return CVOL_OK;
 }

@@ -1,35 +1,56 @@
-/* One trial of compressing with a given step: encode, decode, measure. */
+/* Trials of compressing one volume: how it is coded with a given step, and what comes of it. */
 #ifndef CVOL_CODEC_TRIAL_H
 #define CVOL_CODEC_TRIAL_H
 
-#include "codec/coefficients.h"
-#include "codec/group.h"
+#include "codec/coded.h"
+#include "codec/encode_pass.h"
+#include "codec/sampler.h"
 #include "cvol/codec.h"
 
 /* The work on one volume. */
 typedef struct cvol_trial {
-    const void *samples;
-    cvol_array *shape; /* grid, block, offset and range of values; no terms */
-    cvol_coefficients coefficients;
-    int plain; /* round to nearest: errors are least; else squared error at equal bytes is */
-    double step;
-    cvol_groups groups;   /* of the last step encoded */
-    cvol_array *array;    /* of the last step decoded */
-    uint64_t begin_bytes; /* of a file before its groups: an estimate until trial_finish */
-    int count;            /* encodings so far */
+    cvol_slab_source source;
+    const void *samples; /* all of them, or NULL where they are read */
+    cvol_array *shape;   /* grid, block, lapped, offset and range of values; no terms */
+    cvol_split_choice split;
+    int plain;   /* round to nearest: errors are least; else squared error at equal bytes is */
+    double step; /* of the last trial */
+    cvol_token_tables *tables;
+    cvol_token_counts *counts;   /* of the last trial */
+    cvol_encode_result result;   /* of the last trial */
+    uint64_t front_bytes, bytes; /* of a file before its shells (an estimate until trial_finish),
+                                    and of the file */
+    cvol_sampler *sampler;
+    cvol_coded *coded; /* of the last cvol_trial_encode */
+    cvol_array *array; /* of the last cvol_trial_decode */
+    int count;         /* encodings so far */
 } cvol_trial;
 
-/* Makes shape and coefficients. Errors: those of array creation, DATA, MEMORY, CANCELLED. */
+/* Makes shape and tables. All samples are in memory, or come from a source, and are surveyed. The
+ * trial must stay where it is. Errors: those of array creation and of the source, DATA, MEMORY,
+ * CANCELLED. */
 int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *samples,
                      const cvol_grid *grid, int block);
+int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
+                            const cvol_slab_source *source, const cvol_grid *grid);
 void cvol_trial_free(cvol_trial *trial);
 
-/* Encodes every stride-th group with this step. Errors: MEMORY, CANCELLED, TARGET (step too small
- * for the coder's numbers; no message). */
-int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step, size_t stride);
-/* Decodes what was encoded last (with stride 1) into trial->array, and measures it. */
+/* Encodes some bricks with this step; trial->bytes is about what the whole file would have. Errors:
+ * MEMORY, CANCELLED, TARGET (step too small for the coder's numbers; no message). */
+int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step);
+/* Whether lapping makes error and lambda bits less, judged by a sample with this step. */
+int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step);
+/* Encodes all bricks into a sink; after (which may be NULL) as in encode_pass.h. Errors: as
+ * cvol_trial_sample, and those of the sink and the source. */
+int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
+                    const cvol_brick_sink *sink, cvol_layer_hook *after, void *user);
+/* Encodes all bricks into trial->coded. Errors: as cvol_trial_sample. */
+int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step);
+/* Fits the tables to what was encoded last. */
+void cvol_trial_fit(cvol_trial *trial);
+/* Decodes what was encoded last into trial->array, and measures it. */
 int cvol_trial_decode(cvol_context *context, cvol_trial *trial);
-/* Finds the block ranges and max_abs of the decoded array; *file_bytes is the size of its file. */
-int cvol_trial_finish(cvol_context *context, cvol_trial *trial, uint64_t *file_bytes);
+/* The PSNR that a trial's error means: without rounding to integers and clamping. */
+double cvol_trial_psnr(const cvol_trial *trial);
 
 #endif

@@ -1,0 +1,57 @@
+/* What may be asked of compressing. */
+#include <math.h>
+
+#include "base/context.h"
+#include "codec/compression.h"
+
+cvol_compress_options cvol_compress_options_defaults(void)
+{
+    return (cvol_compress_options){
+        .transform = CVOL_DCT, .block = 16, .target = CVOL_TARGET_RATIO, .target_value = 30};
+}
+
+int cvol_compress_options_check(cvol_context *context, const cvol_compress_options *options)
+{
+    const double value = options->target_value;
+    if (options->transform != CVOL_DCT)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "transform %d cannot be compressed to; there is 1 (dct)",
+                         (int)options->transform);
+    if (options->block != 8 && options->block != 16 && options->block != 32)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "block is %d, must be 8, 16 or 32",
+                         options->block);
+    switch (options->target) {
+    case CVOL_TARGET_BITS:
+        if (!(value > 0) || !isfinite(value))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "bits a sample are %g, must be above 0",
+                             value);
+        return CVOL_OK;
+    case CVOL_TARGET_RATIO:
+        if (!(value > 1) || !isfinite(value))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "ratio is %g, must be above 1", value);
+        return CVOL_OK;
+    case CVOL_TARGET_PSNR:
+        if (!(value > 0) || !(value <= 200))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "PSNR is %g dB, must be above 0 and at most 200", value);
+        return CVOL_OK;
+    case CVOL_TARGET_MAX_ERROR:
+        if (!(value >= 0) || !isfinite(value))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "maximum error is %g, must be 0 or more",
+                             value);
+        return CVOL_OK;
+    }
+    return cvol_fail(context, CVOL_ERROR_ARGUMENT, "target %d is none", (int)options->target);
+}
+
+/* Bits a sample, as the ratio that they are. */
+int cvol_ratio_of_bits(cvol_context *context, double *ratio, double bits, cvol_type type)
+{
+    const double raw = 8 * (double)cvol_type_size(type);
+    if (!(bits < raw) || !isfinite(raw / bits))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "bits a sample are %g, must be above 0 and below the %g of %s samples",
+                         bits, raw, cvol_type_name(type));
+    *ratio = raw / bits;
+    return CVOL_OK;
+}

@@ -1,0 +1,223 @@
+/* Compressing samples that are read slab by slab, straight into a file.
+ *
+ * Passes over the samples: one for their range; a few layers of bricks, to find the step; then one
+ * that encodes, writes and measures, and again with a corrected step if the target was missed.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/compression.h"
+#include "codec/layer_measure.h"
+#include "codec/writer.h"
+#include "cvol/codec.h"
+
+enum { PASSES_MOST = 6 };
+
+/* The sheets that are in memory. */
+typedef struct slabs {
+    const cvol_sample_source *source;
+    size_t sheet_bytes;
+    uint8_t *samples;
+    size_t first, count, capacity; /* sheets */
+} slabs;
+
+static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first, size_t count)
+{
+    slabs *s = user;
+    if (count > s->capacity) {
+        free(s->samples);
+        s->count = s->capacity = 0;
+        s->samples = cvol_allocate(count, s->sheet_bytes);
+        if (!s->samples)
+            return cvol_fail_memory(context, count * s->sheet_bytes, "a slab of samples");
+        s->capacity = count;
+    }
+    /* What is there already need not be read again. */
+    size_t kept = 0;
+    if (first >= s->first && first < s->first + s->count) {
+        kept = s->first + s->count - first;
+        kept = kept < count ? kept : count;
+        memmove(s->samples, s->samples + (first - s->first) * s->sheet_bytes,
+                kept * s->sheet_bytes);
+    }
+    s->first = first;
+    s->count = kept;
+    const int code = kept < count ? s->source->read(context, s->source->user,
+                                                    s->samples + kept * s->sheet_bytes,
+                                                    first + kept, count - kept)
+                                  : CVOL_OK;
+    if (code)
+        return code;
+    s->count = count;
+    *out = (cvol_slab){s->samples, first, count};
+    return CVOL_OK;
+}
+
+/* One pass with a step: the file's content lies in the writer, and what it decodes to is known. */
+typedef struct attempt {
+    cvol_file_writer *writer;
+    cvol_array *found; /* without terms: the header of the file */
+} attempt;
+
+static void attempt_drop(attempt *a)
+{
+    cvol_file_writer_abandon(a->writer);
+    cvol_array_free(a->found);
+    *a = (attempt){0};
+}
+
+static int add_to_writer(cvol_context *context, void *user, size_t brick,
+                         const cvol_span shells[CVOL_SHELLS])
+{
+    (void)brick;
+    return cvol_file_writer_add(context, user, shells);
+}
+
+static int attempt_run(cvol_compression *c, attempt *a, const char *path, double step)
+{
+    cvol_trial *trial = &c->trial;
+    cvol_layer_measure *measure = NULL;
+    const cvol_array *shape = trial->shape;
+    int code = cvol_file_writer_open(c->context, &a->writer, path, cvol_brick_count(shape));
+    const cvol_brick_sink sink = {add_to_writer, a->writer};
+    if (!code)
+        code = cvol_array_create(c->context, &a->found, &shape->grid, shape->block);
+    if (!code)
+        code = cvol_layer_measure_make(c->context, &measure, shape, step, trial->tables, &sink);
+    if (!code) {
+        const cvol_brick_sink through = cvol_layer_measure_sink(measure);
+        code = cvol_trial_pass(c->context, trial, step, &through, cvol_layer_measure_after,
+                               measure);
+    }
+    if (!code) {
+        cvol_array *found = a->found;
+        found->step = step;
+        found->offset = shape->offset;
+        found->lapped = shape->lapped;
+        found->ledger.value_min = shape->ledger.value_min;
+        found->ledger.value_max = shape->ledger.value_max;
+        cvol_layer_measure_tell(measure, found);
+    }
+    cvol_layer_measure_free(measure);
+    c->file_bytes = trial->bytes;
+    return code;
+}
+
+/* How far the attempt misses; `kept`: the target holds, `good`: and not by more than it must. */
+static double miss_of(const cvol_compression *c, const cvol_array *found, int *kept, int *good)
+{
+    if (c->target == CVOL_TARGET_PSNR) {
+        const double over = found->psnr_db - c->value;
+        *kept = over >= 0;
+        *good = over >= 0 && over < 2 * CVOL_PSNR_ACCEPTED;
+        return (CVOL_PSNR_AIM - (over > 30 ? 30 : over)) / CVOL_DB_PER_E;
+    }
+    const double ratio = (double)c->raw_bytes / (double)c->file_bytes;
+    *kept = ratio >= c->value;
+    *good = ratio >= c->value && ratio <= c->value * CVOL_RATIO_MOST * 0.998;
+    return log(ratio / c->value / CVOL_RATIO_AIM);
+}
+
+static int write_file(cvol_compression *c, attempt *a, const cvol_token_tables *tables,
+                      const char *attributes)
+{
+    cvol_header header = cvol_header_of(a->found);
+    const cvol_file_front front = {.header = &header, .attributes = attributes, .tables = tables};
+    cvol_file_writer *writer = a->writer;
+    a->writer = NULL; /* freed whatever happens */
+    return cvol_file_writer_finish(c->context, writer, &front, &c->file_bytes);
+}
+
+static void fill_report(cvol_compress_report *report, const cvol_compression *c,
+                        const cvol_array *found, int met)
+{
+    *report = (cvol_compress_report){.ratio = (double)c->raw_bytes / (double)c->file_bytes,
+                                     .psnr_db = found->psnr_db,
+                                     .max_error = found->max_error,
+                                     .file_bytes = c->file_bytes,
+                                     .lossless = found->max_error <= 0,
+                                     .target_met = met,
+                                     .trials = c->trial.count};
+}
+
+/* Passes until the target is met; the best attempt that keeps it is the last one, or made again. */
+static int run(cvol_compression *c, const char *path, const char *attributes,
+               cvol_compress_report *report)
+{
+    cvol_search search = cvol_search_make(c->least_step, c->most_step,
+                                          c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1);
+    cvol_token_tables *tables = malloc(sizeof *tables);
+    attempt now = {0};
+    double step = 1, best = 0;
+    int code = tables ? CVOL_OK : cvol_fail_memory(c->context, sizeof *tables, "tables");
+    const int constant = !(c->trial.shape->ledger.value_max > c->trial.shape->ledger.value_min);
+    int kept = 0, good = constant;
+    if (!code && !constant)
+        code = cvol_compression_prepare(c, &step);
+    for (int pass = 0; pass < PASSES_MOST && !code; pass++) {
+        attempt_drop(&now);
+        memcpy(tables, c->trial.tables, sizeof *tables);
+        code = attempt_run(c, &now, path, step);
+        if (code)
+            break;
+        const double miss = constant ? 0 : miss_of(c, now.found, &kept, &good);
+        if (good || (pass + 1 == PASSES_MOST && kept))
+            break;
+        if (kept && step > best)
+            best = step;
+        cvol_search_tell(&search, step, miss);
+        if (cvol_search_at_least(&search) || cvol_search_at_most(&search))
+            break;
+        cvol_trial_fit(&c->trial);
+        step = pass + 2 < PASSES_MOST || best <= 0 ? cvol_search_next(&search) : best;
+    }
+    if (!code && !kept && c->target == CVOL_TARGET_PSNR && !constant)
+        code = cvol_fail(c->context, CVOL_ERROR_TARGET,
+                         "a PSNR of %g dB cannot be reached for these %s samples, %.2f dB can",
+                         c->value, cvol_type_name(c->trial.shape->grid.type), now.found->psnr_db);
+    if (!code)
+        code = write_file(c, &now, tables, attributes);
+    if (!code && report)
+        fill_report(report, c, now.found, good || constant);
+    attempt_drop(&now);
+    free(tables);
+    return code;
+}
+
+int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, const char *path,
+                         const cvol_sample_source *source, const cvol_grid *grid,
+                         const cvol_compress_options *options)
+{
+    cvol_compression c = {
+        .context = context, .target = options->target, .value = options->target_value};
+    slabs memory = {.source = source};
+    const cvol_slab_source from = {fetch, &memory, 0};
+    int code = cvol_compress_options_check(context, options);
+    if (!code)
+        code = cvol_grid_check(context, grid, "the volume");
+    if (!code && (options->block != 16 || options->target == CVOL_TARGET_MAX_ERROR))
+        code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "samples that are read by slab are compressed in cells of 16, to a ratio, "
+                         "bits a sample or a PSNR");
+    if (!code && c.target == CVOL_TARGET_BITS) {
+        code = cvol_ratio_of_bits(context, &c.value, options->target_value, grid->type);
+        c.target = CVOL_TARGET_RATIO;
+    }
+    if (code)
+        return code;
+    c.raw_bytes = cvol_grid_bytes(grid);
+    memory.sheet_bytes = grid->dims[0] * grid->dims[1] * cvol_type_size(grid->type);
+    code = cvol_trial_start_source(context, &c.trial, &from, grid);
+    if (!code) {
+        cvol_compression_limits(&c);
+        code = run(&c, path, options->attributes, report);
+    }
+    if (!code)
+        code = cvol_report_progress(context, "compressing", 1);
+    cvol_trial_free(&c.trial);
+    free(memory.samples);
+    return code;
+}

@@ -1,0 +1,83 @@
+/* The search for a step by samples of the volume. */
+#include "codec/compression.h"
+
+#include <math.h>
+
+#include "base/context.h"
+#include "transform/lap.h"
+
+/* Where a ratio's search begins, in units of the samples' range, per unit of ratio. */
+#define FIRST_STEP 6e-4
+/* A sample within this of the target is as good as any. */
+#define SAMPLE_MISS 0.02
+
+enum { SAMPLES_MOST = 8 };
+
+/* How far a sampled trial misses a ratio or a PSNR. */
+static double miss_of_sample(const cvol_compression *c)
+{
+    if (c->target == CVOL_TARGET_PSNR)
+        return (c->value - cvol_trial_psnr(&c->trial)) / CVOL_DB_PER_E;
+    return log((double)c->raw_bytes / c->value / CVOL_RATIO_AIM / (double)c->trial.bytes);
+}
+
+/* Where the search begins. */
+static double first_step(const cvol_compression *c)
+{
+    const double span = c->trial.shape->ledger.value_max - c->trial.shape->ledger.value_min;
+    const double step = c->target == CVOL_TARGET_PSNR ? 3 * span * exp(-c->value / CVOL_DB_PER_E)
+                                                      : span * FIRST_STEP * c->value;
+    return fmin(fmax(step, c->least_step), c->most_step);
+}
+
+/* Finds about where the step lies by encoding some bricks, and whether lapping is of use. */
+static int sample_step(cvol_compression *c, double *step, double slope)
+{
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, slope);
+    for (int i = 0; i < SAMPLES_MOST; i++) {
+        int code = cvol_trial_sample(c->context, &c->trial, *step);
+        if (code)
+            return code;
+        const double miss = miss_of_sample(c);
+        cvol_trial_fit(&c->trial);
+        cvol_search_tell(&search, *step, miss);
+        if (fabs(miss) < SAMPLE_MISS || cvol_search_at_least(&search) ||
+            cvol_search_at_most(&search))
+            break;
+        *step = cvol_search_next(&search);
+    }
+    return CVOL_OK;
+}
+
+int cvol_compression_prepare(cvol_compression *c, double *step)
+{
+    const int may_lap = c->trial.shape->lapped;
+    const double slope = c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
+    *step = first_step(c);
+    int code = sample_step(c, step, slope);
+    if (!code && may_lap)
+        code = cvol_trial_choose_lap(c->context, &c->trial, *step);
+    if (!code && c->trial.shape->lapped != may_lap)
+        code = sample_step(c, step, slope);
+    return code;
+}
+
+void cvol_compression_limits(cvol_compression *c)
+{
+    const cvol_array *shape = c->trial.shape;
+    const double span = shape->ledger.value_max - shape->ledger.value_min;
+    /* No coefficient is larger: its basis function's L2 norm is 1, the pre-filter's in the comment.
+     */
+    const double largest = span * sqrt((double)cvol_array_block_terms(shape)) *
+                           (shape->lapped ? CVOL_LAP_PRE_NORM_3 : 1);
+    double least = span * 0x1p-23;
+    if (cvol_type_is_integer(shape->grid.type)) {
+        /* Errors of at most step / 2 in each of B^3 coefficients sum up to less than 1/2. */
+        const double exact = 0.99 / pow(shape->block, 1.5);
+        least = least < exact ? exact : least;
+    }
+    if (least < largest * 0x1.01p-30)
+        least = largest * 0x1.01p-30;
+    c->least_step = least;
+    c->most_step = fmax(2.01 * largest, 2 * least);
+}

@@ -1,0 +1,44 @@
+/* One compression to a target, and the search for its step: what in-memory compressing (compress.c)
+ * and that of streams (compress_stream.c) share.
+ *
+ * A miss (search.h) is a difference of logarithms: of the ratio and the asked one, of the errors,
+ * or of PSNR in units of a factor e.
+ */
+#ifndef CVOL_CODEC_COMPRESSION_H
+#define CVOL_CODEC_COMPRESSION_H
+
+#include "codec/search.h"
+#include "codec/trial.h"
+
+/* What the searches aim at within what is allowed: 2 % of ratio, 0.1 dB, 2 % of step. */
+#define CVOL_RATIO_AIM 1.004
+#define CVOL_RATIO_ACCEPTED 1.012
+#define CVOL_RATIO_MOST 1.02
+#define CVOL_PSNR_AIM 0.03
+#define CVOL_PSNR_ACCEPTED 0.08
+#define CVOL_DB_PER_E (20 / 2.302585092994046)
+
+typedef struct cvol_compression {
+    cvol_context *context;
+    cvol_trial trial;
+    cvol_target target;
+    double value;
+    uint64_t raw_bytes, file_bytes;
+    double least_step, most_step;
+    double best_step; /* the best that keeps the target, 0: none yet */
+    double reached;   /* the best PSNR or error found, for the message if none keeps it */
+} cvol_compression;
+
+/* Errors: ARGUMENT, UNSUPPORTED. */
+int cvol_compress_options_check(cvol_context *context, const cvol_compress_options *options);
+/* Bits a sample, as the ratio that they are. Errors: ARGUMENT. */
+int cvol_ratio_of_bits(cvol_context *context, double *ratio, double bits, cvol_type type);
+
+/* Sets the steps that make sense: from exact (integers) or what float arithmetic can hold, to all
+ * zero. */
+void cvol_compression_limits(cvol_compression *c);
+/* By samples of the volume: about the step that a ratio or a PSNR needs, whether to lap, and
+ * tables. Errors: those of cvol_trial_sample. */
+int cvol_compression_prepare(cvol_compression *c, double *step);
+
+#endif

@@ -1,0 +1,179 @@
+/* One encoding pass: layer after layer of bricks. */
+#include "codec/encode_pass.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "transform/cell.h"
+
+/* Of a volume in memory so many bricks a thread are encoded at once: threads wait less. */
+enum { BRICKS_A_THREAD = 16 };
+
+/* One brick of the layer that is worked on. */
+typedef struct layer_brick {
+    size_t brick;
+    cvol_bytes shells[CVOL_SHELLS];
+    double error;
+    int code;
+} layer_brick;
+
+typedef struct encoding {
+    const cvol_encode_pass *pass;
+    cvol_token_costs costs;
+    int threads;
+    cvol_brick_maker **makers; /* one a thread */
+    cvol_token_counts *counts; /* one a thread, or NULL */
+    layer_brick *bricks;       /* room for those of as many layers as are encoded at once */
+    size_t bricks_per_layer, layers, at_once;
+} encoding;
+
+static void encoding_free(encoding *e)
+{
+    for (int t = 0; e->makers && t < e->threads; t++)
+        cvol_brick_maker_free(e->makers[t]);
+    for (size_t i = 0; e->bricks && i < e->bricks_per_layer * e->at_once; i++)
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            cvol_bytes_free(&e->bricks[i].shells[s]);
+    free(e->makers);
+    free(e->counts);
+    free(e->bricks);
+    free(e);
+}
+
+static int encoding_make(cvol_context *context, encoding **out, const cvol_encode_pass *pass)
+{
+    encoding *e = cvol_allocate_zero(1, sizeof *e);
+    *out = e;
+    if (!e)
+        return cvol_fail_memory(context, sizeof *e, "the encoder");
+    size_t grid[3];
+    cvol_brick_grid(grid, pass->shape);
+    e->pass = pass;
+    e->threads = cvol_context_threads(context);
+    e->bricks_per_layer = grid[0] * grid[1];
+    e->layers = grid[2];
+    e->at_once = pass->source->whole
+                     ? (size_t)e->threads * BRICKS_A_THREAD / e->bricks_per_layer + 1
+                     : 1;
+    e->at_once = e->at_once < e->layers ? e->at_once : e->layers;
+    cvol_token_costs_set(&e->costs, pass->tables);
+    e->makers = cvol_allocate_zero((size_t)e->threads, sizeof(void *));
+    e->bricks = cvol_allocate_zero(e->bricks_per_layer * e->at_once, sizeof *e->bricks);
+    int made = e->makers && e->bricks;
+    if (pass->counts) {
+        e->counts = cvol_allocate_zero((size_t)e->threads, sizeof *e->counts);
+        made = made && e->counts;
+    }
+    for (int t = 0; t < e->threads && made; t++)
+        made = (e->makers[t] = cvol_brick_maker_create(pass->shape)) != NULL;
+    if (made)
+        return CVOL_OK;
+    encoding_free(e);
+    *out = NULL;
+    return cvol_fail_memory(context, (size_t)4 << 20, "the encoder");
+}
+
+/* Lists the bricks of layers layer .. end - 1; how many. */
+static size_t list_bricks(encoding *e, size_t layer, size_t end_layer)
+{
+    const size_t begin = layer * e->bricks_per_layer, end = end_layer * e->bricks_per_layer;
+    for (size_t brick = begin; brick < end; brick++)
+        e->bricks[brick - begin].brick = brick;
+    return end - begin;
+}
+
+static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
+{
+    const cvol_encode_pass *pass = e->pass;
+#pragma omp parallel num_threads(e->threads)
+    {
+        /* Each thread takes the next maker that is free: numbers of threads are not the library's.
+         */
+        cvol_brick_maker *maker = NULL;
+        cvol_brick_recipe recipe = {pass->shape, pass->tables, &e->costs, pass->options, NULL};
+#pragma omp for schedule(static, 1)
+        for (int t = 0; t < e->threads; t++) {
+            maker = e->makers[t];
+            recipe.counts = e->counts ? &e->counts[t] : NULL;
+        }
+#pragma omp for schedule(dynamic)
+        for (size_t i = 0; i < count; i++) {
+            layer_brick *to = &e->bricks[i];
+            to->code = cvol_brick_make(maker, to->shells, &to->error, &recipe,
+                                       cvol_brick_cells(maker, pass->shape, slab, to->brick),
+                                       to->brick);
+        }
+    }
+}
+
+/* Adds up what was encoded, and hands them on. */
+static int take_bricks(cvol_context *context, cvol_encode_result *out, const encoding *e,
+                       size_t count)
+{
+    const cvol_encode_pass *pass = e->pass;
+    for (size_t i = 0; i < count; i++) {
+        const layer_brick *from = &e->bricks[i];
+        cvol_span spans[CVOL_SHELLS];
+        if (from->code == CVOL_ERROR_MEMORY)
+            return cvol_fail_memory(context, (size_t)1 << 20, "a brick");
+        if (from->code)
+            return from->code;
+        for (int s = 0; s < CVOL_SHELLS; s++) {
+            spans[s] = (cvol_span){from->shells[s].data, from->shells[s].size};
+            out->bytes += spans[s].size;
+        }
+        const cvol_brick_box box = cvol_brick_box_of(pass->shape, from->brick);
+        const size_t B = (size_t)pass->shape->block;
+        out->samples += cvol_brick_box_blocks(&box) * B * B * B;
+        out->error += from->error * pass->options.step * pass->options.step;
+        const int code = pass->sink
+                             ? pass->sink->take(context, pass->sink->user, from->brick, spans)
+                             : CVOL_OK;
+        if (code)
+            return code;
+    }
+    return CVOL_OK;
+}
+
+static void add_counts(cvol_token_counts *to, const encoding *e)
+{
+    memset(to, 0, sizeof *to);
+    for (int t = 0; t < e->threads; t++)
+        for (int r = 0; r < CVOL_ROWS; r++)
+            for (int k = 0; k < CVOL_TOKENS; k++)
+                to->of[r][k] += e->counts[t].of[r][k];
+}
+
+int cvol_encode_pass_run(cvol_context *context, cvol_encode_result *out,
+                         const cvol_encode_pass *pass)
+{
+    encoding *e;
+    *out = (cvol_encode_result){0};
+    int code = encoding_make(context, &e, pass);
+    if (code)
+        return code;
+    for (size_t layer = 0, end; layer < e->layers && !code; layer = end) {
+        end = layer + e->at_once < e->layers ? layer + e->at_once : e->layers;
+        const size_t count = list_bricks(e, layer, end);
+        cvol_slab slab;
+        code = cvol_slab_fetch_layers(context, &slab, pass->source, pass->shape, layer, end);
+        if (!code) {
+            encode_bricks(e, &slab, count);
+            code = take_bricks(context, out, e, count);
+        }
+        if (!code && pass->after)
+            code = pass->after(context, pass->user, &slab, layer, end);
+        if (!code) {
+            const double part = (double)end / (double)e->layers;
+            code = cvol_report_progress(context, "compressing",
+                                        pass->progress_from +
+                                            part * (pass->progress_to - pass->progress_from));
+        }
+    }
+    if (!code && pass->counts)
+        add_counts(pass->counts, e);
+    encoding_free(e);
+    return code;
+}

@@ -1,0 +1,29 @@
+/* Some bricks of a volume, kept as they are transformed: by these a step is found before all is
+ * encoded.
+ *
+ * Which bricks: those at the points frac(k (g^-1, g^-2, g^-3)), g^4 = g + 1 (Roberts 2018), of the
+ * grid of bricks, which spread evenly. Where samples are read from a file they lie in few layers.
+ */
+#ifndef CVOL_CODEC_SAMPLER_H
+#define CVOL_CODEC_SAMPLER_H
+
+#include "codec/encode_pass.h"
+
+typedef struct cvol_sampler cvol_sampler;
+
+/* Chooses and reads the bricks; *shape's dims, block and offset count. With may_lap, both lapped
+ * and not. About 1 MiB a brick (2 with may_lap), 32 at most. Errors: the source's, MEMORY. */
+int cvol_sampler_make(cvol_context *context, cvol_sampler **out, const cvol_array *shape,
+                      const cvol_slab_source *source, int may_lap);
+void cvol_sampler_free(cvol_sampler *sampler); /* NULL is allowed */
+
+/* The samples of its bricks as a share of all. */
+double cvol_sampler_share(const cvol_sampler *sampler);
+
+/* Encodes the bricks, lapped or not as shape says. counts may be NULL. Errors: MEMORY, TARGET (the
+ * step is too small for the coder's numbers; no message). */
+int cvol_sampler_run(cvol_context *context, cvol_encode_result *out, cvol_token_counts *counts,
+                     const cvol_sampler *sampler, const cvol_array *shape,
+                     const cvol_token_tables *tables, const cvol_chooser_options *options);
+
+#endif
