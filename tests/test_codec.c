@@ -16,7 +16,6 @@
 #include "codec/search.h"
 #include "random.h"
 
-static const int sides[] = {8, 16, 32};
 
 /* ---- range coder ------------------------------------------------------------------------ */
 

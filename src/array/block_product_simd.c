@@ -36,6 +36,15 @@ CVOL_INLINE void multiply_samples(float *a, const float *b, long count, float of
     }
 }
 
+/* One copy of the inverse, not one for each operand and size: it is long. */
+static __attribute__((noinline)) void inverse_of(float *out, long row_stride, long sheet_stride,
+                                                 const cvol_block *block,
+                                                 const cvol_block_axes *axes, int block_log2,
+                                                 float step, cvol_block_work *work)
+{
+    cvol_block_inverse(out, row_stride, sheet_stride, block, axes, block_log2, step, work);
+}
+
 CVOL_INLINE void product(float *out, int box[3], const cvol_product_factor *a,
                          const cvol_product_factor *b, int block_log2, cvol_product_work *work)
 {
@@ -60,8 +69,8 @@ CVOL_INLINE void product(float *out, int box[3], const cvol_product_factor *a,
                             .row_basis = row_basis,
                             .sheet_basis = sheet_basis};
     const long sheet = (long)points[1] * width;
-    cvol_block_inverse(samples_a, width, sheet, a->block, &axes, block_log2, a->step, inverse);
-    cvol_block_inverse(samples_b, width, sheet, b->block, &axes, block_log2, b->step, inverse);
+    inverse_of(samples_a, width, sheet, a->block, &axes, block_log2, a->step, inverse);
+    inverse_of(samples_b, width, sheet, b->block, &axes, block_log2, b->step, inverse);
     multiply_samples(samples_a, samples_b, sheet * points[2], a->offset, b->offset,
                      (float)(B * B) / (float)(points[1] * points[2]));
     cvol_forward_axes forward = {.row_points = points[1],

@@ -54,6 +54,8 @@ static int settle(cvol_compression *c, double step)
     }
     if (!code)
         code = cvol_array_file_bytes(c->context, c->trial.array, &c->file_bytes);
+    if (!code) /* the next estimates are as good as this */
+        c->trial.front_bytes = c->file_bytes - c->trial.result.bytes;
     return code;
 }
 

@@ -171,7 +171,7 @@ static int run(cvol_compression *c, const char *path, const char *attributes,
         cvol_search_tell(&search, step, miss);
         if (cvol_search_at_least(&search) || cvol_search_at_most(&search))
             break;
-        cvol_trial_fit(&c->trial);
+        code = cvol_trial_fit(c->context, &c->trial);
         step = pass + 2 < PASSES_MOST || best <= 0 ? cvol_search_next(&search) : best;
     }
     if (!code && !kept && c->target == CVOL_TARGET_PSNR && !constant)

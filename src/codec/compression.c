@@ -39,7 +39,9 @@ static int sample_step(cvol_compression *c, double *step, double slope)
         if (code)
             return code;
         const double miss = miss_of_sample(c);
-        cvol_trial_fit(&c->trial);
+        code = cvol_trial_fit(c->context, &c->trial);
+        if (code)
+            return code;
         cvol_search_tell(&search, *step, miss);
         if (fabs(miss) < SAMPLE_MISS || cvol_search_at_least(&search) ||
             cvol_search_at_most(&search))

@@ -25,6 +25,13 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
     return CVOL_OK;
 }
 
+/* Sections in front of the shells: headers and records, two bytes a brick and shell, a checksum for
+ * 16 bricks and each shell, and the tables. */
+static uint64_t front_estimate(const cvol_array *shape, size_t table_bytes)
+{
+    return 640 + 9 * (uint64_t)cvol_brick_count(shape) + table_bytes;
+}
+
 static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid *grid, int block)
 {
     const int code = cvol_array_create(context, &trial->shape, grid, block);
@@ -36,7 +43,7 @@ static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid 
     trial->counts = cvol_allocate_zero(1, sizeof *trial->counts);
     if (!trial->tables || !trial->counts)
         return cvol_fail_memory(context, sizeof *trial->tables, "the coder's tables");
-    trial->front_bytes = 700 + 7 * (uint64_t)cvol_brick_count(trial->shape);
+    trial->front_bytes = front_estimate(trial->shape, 0);
     return CVOL_OK;
 }
 
@@ -175,9 +182,14 @@ int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step)
     return cvol_trial_pass(context, trial, step, &sink, NULL, NULL);
 }
 
-void cvol_trial_fit(cvol_trial *trial)
+int cvol_trial_fit(cvol_context *context, cvol_trial *trial)
 {
+    cvol_bytes section = {0};
     cvol_token_tables_fit(trial->tables, trial->counts);
+    const int code = cvol_token_tables_put(context, &section, trial->tables);
+    trial->front_bytes = front_estimate(trial->shape, section.size);
+    cvol_bytes_free(&section);
+    return code;
 }
 
 double cvol_trial_psnr(const cvol_trial *trial)

@@ -46,8 +46,8 @@ int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
                     const cvol_brick_sink *sink, cvol_layer_hook *after, void *user);
 /* Encodes all bricks into trial->coded. Errors: as cvol_trial_sample. */
 int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step);
-/* Fits the tables to what was encoded last. */
-void cvol_trial_fit(cvol_trial *trial);
+/* Fits the tables to what was encoded last. Errors: MEMORY. */
+int cvol_trial_fit(cvol_context *context, cvol_trial *trial);
 /* Decodes what was encoded last into trial->array, and measures it. */
 int cvol_trial_decode(cvol_context *context, cvol_trial *trial);
 /* The PSNR that a trial's error means: without rounding to integers and clamping. */
