@@ -214,7 +214,7 @@ def cut_bricks(content, checksum, lengths, sums, tag):
 # ---- 7. streams of tokens ------------------------------------------------------------------------
 
 ROW_LAST, ROW_ESCAPE, ROW_DC, ROW_LENGTH = 1584, 1672, 1694, 1742
-ROW_MORE, ROW_SPLIT, ROW_OCTANTS, ROWS = 2014, 2078, 2089, 2091
+ROW_MORE, ROW_SPLIT, ROW_OCTANTS, ROWS = 2014, 2078, 2089, 2212
 
 
 def default_codes():

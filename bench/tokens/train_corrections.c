@@ -138,7 +138,8 @@ static void make_base(subject *s, double step, const cvol_token_tables *tables, 
         double error;
         cvol_span spans[CVOL_SHELLS];
         cvol_brick_terms terms;
-        if (cvol_brick_make(maker, shells, &error, &recipe, &slab, b))
+        if (cvol_brick_make(maker, shells, &error, &recipe,
+                            cvol_brick_cells(maker, array, &slab, b), b))
             fail("a brick cannot be made");
         for (int k = 0; k < CVOL_SHELLS; k++) {
             spans[k] = (cvol_span){shells[k].data, shells[k].size};
