@@ -10,9 +10,42 @@
             line[x] = (float)((double)row[x] - offset);      \
     } while (0)
 
+/* The same of small integers and a small whole offset: by integers, which are exact here. */
+#define GATHER_SMALL_ROW(type)                               \
+    do {                                                     \
+        const type *row = (const type *)samples + row_start; \
+        const int32_t less = (int32_t)offset;                \
+        for (size_t x = 0; x < inside; x++)                  \
+            line[x] = (float)((int32_t)row[x] - less);       \
+    } while (0)
+
+/* 1 if that is so: differences have less than 24 bits. */
+static int is_small(cvol_type type, double offset)
+{
+    return (type == CVOL_UINT8 || type == CVOL_INT8 || type == CVOL_UINT16 || type == CVOL_INT16) &&
+           fabs(offset) < 0x1p22 && floor(offset) == offset;
+}
+
+static void load_small(float *line, const void *samples, cvol_type type, size_t row_start,
+                       size_t inside, double offset)
+{
+    if (type == CVOL_UINT8)
+        GATHER_SMALL_ROW(uint8_t);
+    else if (type == CVOL_INT8)
+        GATHER_SMALL_ROW(int8_t);
+    else if (type == CVOL_UINT16)
+        GATHER_SMALL_ROW(uint16_t);
+    else
+        GATHER_SMALL_ROW(int16_t);
+}
+
 void cvol_samples_load(float *line, const void *samples, cvol_type type, size_t row_start,
                        size_t inside, double offset)
 {
+    if (is_small(type, offset)) {
+        load_small(line, samples, type, row_start, inside, offset);
+        return;
+    }
     switch (type) {
     case CVOL_UINT8:
         GATHER_ROW(uint8_t);

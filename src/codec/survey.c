@@ -12,47 +12,75 @@
 
 enum { ROW_MOST = 512 };
 
+/* Sums are kept in this many parts, so that additions need not wait for each other. */
+enum { PARTS = 8 };
+
+static double sum_of(const double parts[PARTS])
+{
+    return ((parts[0] + parts[1]) + (parts[2] + parts[3])) +
+           ((parts[4] + parts[5]) + (parts[6] + parts[7]));
+}
+
+#define COMPARE_AT(i, k)                                        \
+    do {                                                        \
+        const double error = fabs((double)a[i] - (double)b[i]); \
+        mosts[k] = error > mosts[k] ? error : mosts[k];         \
+        squares[k] += error * error;                            \
+    } while (0)
+
 #define COMPARE(type)                                                              \
     do {                                                                           \
         const type *a = (const type *)samples + first, *b = (const type *)decoded; \
-        for (size_t i = 0; i < count; i++) {                                       \
-            double error = fabs((double)a[i] - (double)b[i]);                      \
-            most = error > most ? error : most;                                    \
-            squares += error * error;                                              \
-        }                                                                          \
+        size_t i = 0;                                                              \
+        for (; i + PARTS <= count; i += PARTS)                                     \
+            for (size_t k = 0; k < PARTS; k++)                                     \
+                COMPARE_AT(i + k, k);                                              \
+        for (; i < count; i++)                                                     \
+            COMPARE_AT(i, 0);                                                      \
     } while (0)
 
-#define COMPARE_REAL(type)                                                  \
-    do {                                                                    \
-        const type *a = (const type *)samples + first;                      \
-        for (size_t i = 0; i < count; i++) {                                \
-            float value = (float)((double)real[i] + offset);                \
-            double error = (double)a[i] - (double)value;                    \
-            squares += error * error;                                       \
-            norm += (double)value * (double)value;                          \
-            most = fabs((double)value) > most ? fabs((double)value) : most; \
-        }                                                                   \
+#define COMPARE_REAL_AT(i, k)                                  \
+    do {                                                       \
+        const float value = (float)((double)real[i] + offset); \
+        const double error = (double)a[i] - (double)value;     \
+        const double size = fabs((double)value);               \
+        squares[k] += error * error;                           \
+        norms[k] += size * size;                               \
+        mosts[k] = size > mosts[k] ? size : mosts[k];          \
+    } while (0)
+
+#define COMPARE_REAL(type)                             \
+    do {                                               \
+        const type *a = (const type *)samples + first; \
+        size_t i = 0;                                  \
+        for (; i + PARTS <= count; i += PARTS)         \
+            for (size_t k = 0; k < PARTS; k++)         \
+                COMPARE_REAL_AT(i + k, k);             \
+        for (; i < count; i++)                         \
+            COMPARE_REAL_AT(i, 0);                     \
     } while (0)
 
 /* The same with floats as cvol_array_evaluate_real gives them. */
 static void compare_real_row(cvol_distance *out, const void *samples, cvol_type type, size_t first,
                              const float *real, double offset, size_t count)
 {
-    double squares = 0, norm = 0, most = out->real_max_abs;
+    double squares[PARTS] = {0}, norms[PARTS] = {0}, mosts[PARTS] = {0};
     CVOL_FOR_TYPE(type, COMPARE_REAL);
-    out->real_max_abs = most;
-    out->real_l2_error += squares;
-    out->real_norm += norm;
+    for (int k = 0; k < PARTS; k++)
+        out->real_max_abs = fmax(out->real_max_abs, mosts[k]);
+    out->real_l2_error += sum_of(squares);
+    out->real_norm += sum_of(norms);
 }
 
 /* Adds a row of `count` samples from sample `first` to a block's distance; L2 norms are squares. */
 static void compare_row(cvol_distance *out, const void *samples, cvol_type type, size_t first,
                         const void *decoded, size_t count)
 {
-    double most = out->max_error, squares = 0;
+    double squares[PARTS] = {0}, mosts[PARTS] = {0};
     CVOL_FOR_TYPE(type, COMPARE);
-    out->max_error = most;
-    out->l2_error += squares;
+    for (int k = 0; k < PARTS; k++)
+        out->max_error = fmax(out->max_error, mosts[k]);
+    out->l2_error += sum_of(squares);
 }
 
 /* Adds distances to *out, in order, so that threads do not matter. */
