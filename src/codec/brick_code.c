@@ -42,6 +42,15 @@ cvol_brick_box cvol_brick_box_of(const cvol_array *array, size_t brick)
     return box;
 }
 
+void cvol_brick_inside(size_t size[3], const cvol_array *array, size_t brick)
+{
+    const cvol_brick_box box = cvol_brick_box_of(array, brick);
+    for (int a = 0; a < 3; a++) {
+        const size_t left = array->grid.dims[a] - box.first[a] * (size_t)array->block;
+        size[a] = left < CVOL_BRICK_SIDE ? left : CVOL_BRICK_SIDE;
+    }
+}
+
 size_t cvol_brick_box_blocks(const cvol_brick_box *box)
 {
     return box->count[0] * box->count[1] * box->count[2];

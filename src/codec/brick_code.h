@@ -25,6 +25,8 @@ typedef struct cvol_brick_box {
     size_t first[3], count[3]; /* in blocks of the array */
 } cvol_brick_box;
 cvol_brick_box cvol_brick_box_of(const cvol_array *array, size_t brick);
+/* The samples of a brick within the volume, along each axis. */
+void cvol_brick_inside(size_t size[3], const cvol_array *array, size_t brick);
 size_t cvol_brick_box_blocks(const cvol_brick_box *box);
 /* The array's index of the box' block `i`, x fastest. */
 size_t cvol_brick_block_index(const cvol_array *array, const cvol_brick_box *box, size_t i);

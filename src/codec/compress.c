@@ -68,7 +68,8 @@ static int search_ratio(cvol_compression *c)
     for (int i = 0; i < TRIALS_MOST && !code; i++) {
         code = try_step(c, step, 0);
         const uint64_t estimated = c->file_bytes;
-        if (!code && ratio_of(c) >= c->value * 0.99 && ratio_of(c) <= c->value * CVOL_RATIO_MOST)
+        if (!code && ratio_of(c) >= c->value * 0.9995 &&
+            ratio_of(c) <= c->value * CVOL_RATIO_MOST)
             code = settle(c, step);
         if (code)
             return code;

@@ -11,8 +11,8 @@
 #include "codec/trial.h"
 
 /* What the searches aim at within what is allowed: 2 % of ratio, 0.1 dB, 2 % of step. */
-#define CVOL_RATIO_AIM 1.004
-#define CVOL_RATIO_ACCEPTED 1.012
+#define CVOL_RATIO_AIM 1.006
+#define CVOL_RATIO_ACCEPTED 1.016
 #define CVOL_RATIO_MOST 1.02
 #define CVOL_PSNR_AIM 0.03
 #define CVOL_PSNR_ACCEPTED 0.08

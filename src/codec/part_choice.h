@@ -11,7 +11,7 @@
 #include "codec/part_scan.h"
 
 /* What a bit is worth, in steps squared. */
-#define CVOL_LAMBDA 0.11f
+#define CVOL_LAMBDA 0.12f
 
 /* Bits of each token: -log2 of its probability. */
 typedef struct cvol_token_costs {

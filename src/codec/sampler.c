@@ -136,6 +136,28 @@ double cvol_sampler_share(const cvol_sampler *sampler)
     return sampler->share;
 }
 
+uint64_t cvol_sampler_inside(const cvol_sampler *sampler, const cvol_array *shape)
+{
+    uint64_t inside = 0;
+    for (size_t i = 0; i < sampler->count; i++) {
+        size_t size[3];
+        cvol_brick_inside(size, shape, sampler->bricks[i]);
+        inside += (uint64_t)size[0] * size[1] * size[2];
+    }
+    return inside;
+}
+
+const float *cvol_sampler_brick(const cvol_sampler *sampler, size_t i, int lapped, size_t *brick)
+{
+    *brick = sampler->bricks[i];
+    return sampler->cells[lapped != 0] + i * CVOL_BRICK_SAMPLES;
+}
+
+size_t cvol_sampler_count(const cvol_sampler *sampler)
+{
+    return sampler->count;
+}
+
 /* What one brick gave. */
 typedef struct sampled {
     uint64_t bytes;

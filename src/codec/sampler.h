@@ -17,8 +17,21 @@ int cvol_sampler_make(cvol_context *context, cvol_sampler **out, const cvol_arra
                       const cvol_slab_source *source, int may_lap);
 void cvol_sampler_free(cvol_sampler *sampler); /* NULL is allowed */
 
-/* The samples of its bricks as a share of all. */
+/* The samples of its bricks, those beyond the volume too, as a share of all; how many lie within.
+ */
 double cvol_sampler_share(const cvol_sampler *sampler);
+uint64_t cvol_sampler_inside(const cvol_sampler *sampler, const cvol_array *shape);
+
+/* Which share of the coefficients' squared error is that of samples: measured on some of its
+ * bricks, encoded as cvol_sampler_run does. The rest lies beyond the volume, or goes where the
+ * post-filter smooths it away. Errors: as cvol_sampler_run. */
+int cvol_sampler_measure(cvol_context *context, double *share, const cvol_sampler *sampler,
+                         const cvol_array *shape, const cvol_token_tables *tables,
+                         const cvol_chooser_options *options);
+
+/* How many bricks; the cells of the i-th, lapped or not, and which brick it is. */
+size_t cvol_sampler_count(const cvol_sampler *sampler);
+const float *cvol_sampler_brick(const cvol_sampler *sampler, size_t i, int lapped, size_t *brick);
 
 /* Encodes the bricks, lapped or not as shape says. counts may be NULL. Errors: MEMORY, TARGET (the
  * step is too small for the coder's numbers; no message). */

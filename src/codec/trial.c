@@ -11,8 +11,6 @@
 
 /* Of more, sums of squares and transforms would leave the range of float. */
 #define SPAN_MOST 2e35
-/* Of the error of coefficients, the post-filter leaves this share if it is white. */
-#define LAP_SHARE 0.909149 /* (31 / 32)^3 */
 
 /* All samples are there. */
 static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first, size_t count)
@@ -39,6 +37,7 @@ static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid 
         return code;
     trial->shape->lapped = block == 16;
     trial->split = block == 16 ? CVOL_SPLIT_BEST : CVOL_SPLIT_NEVER;
+    trial->error_share = 1;
     trial->tables = cvol_token_tables_create();
     trial->counts = cvol_allocate_zero(1, sizeof *trial->counts);
     if (!trial->tables || !trial->counts)
@@ -120,6 +119,7 @@ int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
     if (code)
         return code;
     const double share = cvol_sampler_share(trial->sampler);
+    trial->inside = cvol_sampler_inside(trial->sampler, trial->shape);
     trial->bytes = trial->front_bytes + (uint64_t)((double)trial->result.bytes / share);
     /* As if all had been counted, so that the tables are worth what they will be. */
     for (int r = 0; r < CVOL_ROWS; r++)
@@ -128,23 +128,23 @@ int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
     return CVOL_OK;
 }
 
-static double cost_of(const cvol_trial *trial)
-{
-    return trial->result.error * (trial->shape->lapped ? LAP_SHARE : 1) +
-           (double)CVOL_LAMBDA * trial->step * trial->step * 8 * (double)trial->result.bytes;
-}
-
 int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step)
 {
-    double costs[2];
+    const cvol_chooser_options options = {step, trial->split, trial->plain};
+    double costs[2], shares[2];
     for (int lapped = 0; lapped < 2; lapped++) {
         trial->shape->lapped = lapped;
-        const int code = cvol_trial_sample(context, trial, step);
+        int code = cvol_trial_sample(context, trial, step);
+        if (!code)
+            code = cvol_sampler_measure(context, &shares[lapped], trial->sampler, trial->shape,
+                                        trial->tables, &options);
         if (code)
             return code;
-        costs[lapped] = cost_of(trial);
+        costs[lapped] = trial->result.error * shares[lapped] +
+                        (double)CVOL_LAMBDA * step * step * 8 * (double)trial->result.bytes;
     }
     trial->shape->lapped = costs[1] < costs[0];
+    trial->error_share = shares[trial->shape->lapped];
     return CVOL_OK;
 }
 
@@ -165,6 +165,7 @@ int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
     trial->step = step;
     const int code = cvol_encode_pass_run(context, &trial->result, &pass);
     trial->bytes = trial->front_bytes + trial->result.bytes;
+    trial->inside = cvol_grid_samples(&trial->shape->grid);
     return code;
 }
 
@@ -195,8 +196,8 @@ int cvol_trial_fit(cvol_context *context, cvol_trial *trial)
 double cvol_trial_psnr(const cvol_trial *trial)
 {
     const double span = trial->shape->ledger.value_max - trial->shape->ledger.value_min;
-    const double error = trial->result.error / (double)trial->result.samples;
-    return 10 * log10(span * span / (error * (trial->shape->lapped ? LAP_SHARE : 1)));
+    const double error = trial->result.error * trial->error_share / (double)trial->inside;
+    return 10 * log10(span * span / error);
 }
 
 int cvol_trial_decode(cvol_context *context, cvol_trial *trial)

@@ -21,9 +21,11 @@ typedef struct cvol_trial {
     uint64_t front_bytes, bytes; /* of a file before its shells (an estimate until trial_finish),
                                     and of the file */
     cvol_sampler *sampler;
-    cvol_coded *coded; /* of the last cvol_trial_encode */
-    cvol_array *array; /* of the last cvol_trial_decode */
-    int count;         /* encodings so far */
+    cvol_coded *coded;  /* of the last cvol_trial_encode */
+    cvol_array *array;  /* of the last cvol_trial_decode */
+    double error_share; /* of coefficients' squared error that samples have */
+    uint64_t inside;    /* samples of the last trial within the volume */
+    int count;          /* encodings so far */
 } cvol_trial;
 
 /* Makes shape and tables. All samples are in memory, or come from a source, and are surveyed. The
