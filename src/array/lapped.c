@@ -269,12 +269,13 @@ int cvol_stream_run(cvol_context *context, const cvol_stream *stream)
     const size_t step = AT_ONCE / (r.slot * r.count[1]) + 1;
     for (size_t done = 0; done < r.count[2] && !code; done += step) {
         const size_t from = r.first[2] + done;
-        code = cvol_report_progress(context, stream->what, (double)done / (double)r.count[2]);
+        if (stream->what)
+            code = cvol_report_progress(context, stream->what, (double)done / (double)r.count[2]);
         if (!code)
             do_layers(&r, from, from + least(step, r.count[2] - done));
     }
     free(r.samples[0]);
     free(r.samples[1]);
     free(r.tokens);
-    return code ? code : cvol_report_progress(context, stream->what, 1);
+    return code || !stream->what ? code : cvol_report_progress(context, stream->what, 1);
 }

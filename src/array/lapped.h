@@ -37,7 +37,7 @@ typedef struct cvol_stream {
     void (*take)(void *user,
                  const cvol_piece *piece); /* on any thread; pieces cover the box once */
     void *user;
-    const char *what; /* for progress: "decoding" */
+    const char *what; /* for progress: "decoding"; NULL: it is told by the caller */
 } cvol_stream;
 
 /* A stream of all samples. */

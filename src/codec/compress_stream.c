@@ -14,7 +14,7 @@
 #include "codec/writer.h"
 #include "cvol/codec.h"
 
-enum { PASSES_MOST = 6 };
+enum { PASSES_MOST = 8 };
 
 /* The sheets that are in memory. */
 typedef struct slabs {
@@ -76,7 +76,23 @@ static int add_to_writer(cvol_context *context, void *user, size_t brick,
     return cvol_file_writer_add(context, user, shells);
 }
 
-static int attempt_run(cvol_compression *c, attempt *a, const char *path, double step)
+/* What stands in front of the bricks in the file. */
+typedef struct file_start {
+    cvol_token_tables *tables;
+    const char *attributes;
+} file_start;
+
+/* The size of the attempt's file, to the byte. */
+static int attempt_size(cvol_compression *c, const attempt *a, const file_start *start)
+{
+    const cvol_header header = cvol_header_of(a->found);
+    const cvol_file_front front = {
+        .header = &header, .attributes = start->attributes, .tables = start->tables};
+    return cvol_file_writer_bytes(c->context, a->writer, &front, &c->file_bytes);
+}
+
+static int attempt_run(cvol_compression *c, attempt *a, const char *path, double step,
+                       const file_start *start)
 {
     cvol_trial *trial = &c->trial;
     cvol_layer_measure *measure = NULL;
@@ -102,8 +118,7 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
         cvol_layer_measure_tell(measure, found);
     }
     cvol_layer_measure_free(measure);
-    c->file_bytes = trial->bytes;
-    return code;
+    return code ? code : attempt_size(c, a, start);
 }
 
 /* How far the attempt misses; `kept`: the target holds, `good`: and not by more than it must. */
@@ -121,11 +136,11 @@ static double miss_of(const cvol_compression *c, const cvol_array *found, int *k
     return log(ratio / c->value / CVOL_RATIO_AIM);
 }
 
-static int write_file(cvol_compression *c, attempt *a, const cvol_token_tables *tables,
-                      const char *attributes)
+static int write_file(cvol_compression *c, attempt *a, const file_start *start)
 {
-    cvol_header header = cvol_header_of(a->found);
-    const cvol_file_front front = {.header = &header, .attributes = attributes, .tables = tables};
+    const cvol_header header = cvol_header_of(a->found);
+    const cvol_file_front front = {
+        .header = &header, .attributes = start->attributes, .tables = start->tables};
     cvol_file_writer *writer = a->writer;
     a->writer = NULL; /* freed whatever happens */
     return cvol_file_writer_finish(c->context, writer, &front, &c->file_bytes);
@@ -143,47 +158,83 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
                                      .trials = c->trial.count};
 }
 
-/* Passes until the target is met; the best attempt that keeps it is the last one, or made again. */
+/* Where a pass and those before it lead. The first one's tables were fitted to samples; those of
+ * all others are fitted to what the first one coded, and how far it missed says little about them.
+ */
+typedef struct passes {
+    cvol_search search;
+    double step, best; /* of the next; the largest that kept the target, 0: none yet */
+    int count;
+} passes;
+
+static int next_step(cvol_compression *c, passes *p, double miss, int kept)
+{
+    cvol_search_tell(&p->search, p->step, miss);
+    if (cvol_search_at_least(&p->search) || cvol_search_at_most(&p->search))
+        return 0;
+    if (kept && p->count > 1 && p->step > p->best)
+        p->best = p->step;
+    const double next = cvol_search_next(&p->search);
+    if (p->count == 1)
+        p->search = cvol_search_make(c->least_step, c->most_step, p->search.slope);
+    /* The last one is sure to keep the target, if any did. */
+    p->step = p->count + 1 == PASSES_MOST && p->best > 0 ? p->best : next;
+    return 1;
+}
+
+/* Passes until the target is met. */
+static int search_step(cvol_compression *c, attempt *now, const char *path, const file_start *start,
+                       int *kept, int *good)
+{
+    passes p = {.search = cvol_search_make(c->least_step, c->most_step,
+                                           c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1)};
+    int code = cvol_compression_prepare(c, &p.step);
+    for (;;) {
+        if (!code) {
+            memcpy(start->tables, c->trial.tables, sizeof *start->tables);
+            code = attempt_run(c, now, path, p.step, start);
+        }
+        if (code)
+            return code;
+        const double miss = miss_of(c, now->found, kept, good);
+        if (*good || ++p.count == PASSES_MOST || !next_step(c, &p, miss, *kept))
+            return CVOL_OK;
+        if (p.count == 1)
+            code = cvol_trial_fit(c->context, &c->trial);
+        attempt_drop(now);
+    }
+}
+
 static int run(cvol_compression *c, const char *path, const char *attributes,
                cvol_compress_report *report)
 {
-    cvol_search search = cvol_search_make(c->least_step, c->most_step,
-                                          c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1);
-    cvol_token_tables *tables = malloc(sizeof *tables);
-    attempt now = {0};
-    double step = 1, best = 0;
-    int code = tables ? CVOL_OK : cvol_fail_memory(c->context, sizeof *tables, "tables");
+    const file_start start = {malloc(sizeof *start.tables), attributes};
     const int constant = !(c->trial.shape->ledger.value_max > c->trial.shape->ledger.value_min);
-    int kept = 0, good = constant;
-    if (!code && !constant)
-        code = cvol_compression_prepare(c, &step);
-    for (int pass = 0; pass < PASSES_MOST && !code; pass++) {
-        attempt_drop(&now);
-        memcpy(tables, c->trial.tables, sizeof *tables);
-        code = attempt_run(c, &now, path, step);
-        if (code)
-            break;
-        const double miss = constant ? 0 : miss_of(c, now.found, &kept, &good);
-        if (good || (pass + 1 == PASSES_MOST && kept))
-            break;
-        if (kept && step > best)
-            best = step;
-        cvol_search_tell(&search, step, miss);
-        if (cvol_search_at_least(&search) || cvol_search_at_most(&search))
-            break;
-        code = cvol_trial_fit(c->context, &c->trial);
-        step = pass + 2 < PASSES_MOST || best <= 0 ? cvol_search_next(&search) : best;
+    attempt now = {0};
+    int kept = 0, good = 0;
+    int code = start.tables ? CVOL_OK
+                            : cvol_fail_memory(c->context, sizeof *start.tables, "tables");
+    if (!code && constant) {
+        memcpy(start.tables, c->trial.tables, sizeof *start.tables);
+        code = attempt_run(c, &now, path, 1, &start);
+        if (!code)
+            (void)miss_of(c, now.found, &kept, &good);
+        good = c->target == CVOL_TARGET_PSNR || good;
+    } else if (!code) {
+        code = search_step(c, &now, path, &start, &kept, &good);
     }
-    if (!code && !kept && c->target == CVOL_TARGET_PSNR && !constant)
+    if (!code && !kept && c->target == CVOL_TARGET_PSNR)
         code = cvol_fail(c->context, CVOL_ERROR_TARGET,
                          "a PSNR of %g dB cannot be reached for these %s samples, %.2f dB can",
                          c->value, cvol_type_name(c->trial.shape->grid.type), now.found->psnr_db);
+    if (!code) /* the last moment to cancel */
+        code = cvol_report_progress(c->context, "compressing", 1);
     if (!code)
-        code = write_file(c, &now, tables, attributes);
+        code = write_file(c, &now, &start);
     if (!code && report)
-        fill_report(report, c, now.found, good || constant);
+        fill_report(report, c, now.found, good);
     attempt_drop(&now);
-    free(tables);
+    free(start.tables);
     return code;
 }
 
@@ -215,8 +266,6 @@ int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, co
         cvol_compression_limits(&c);
         code = run(&c, path, options->attributes, report);
     }
-    if (!code)
-        code = cvol_report_progress(context, "compressing", 1);
     cvol_trial_free(&c.trial);
     free(memory.samples);
     return code;

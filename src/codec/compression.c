@@ -35,7 +35,9 @@ static int sample_step(cvol_compression *c, double *step, double slope)
 {
     cvol_search search = cvol_search_make(c->least_step, c->most_step, slope);
     for (int i = 0; i < SAMPLES_MOST; i++) {
-        int code = cvol_trial_sample(c->context, &c->trial, *step);
+        int code = cvol_report_progress(c->context, "compressing", 0);
+        if (!code)
+            code = cvol_trial_sample(c->context, &c->trial, *step);
         if (code)
             return code;
         const double miss = miss_of_sample(c);

@@ -8,7 +8,8 @@
 #include "base/memory.h"
 #include "transform/cell.h"
 
-/* Of a volume in memory so many bricks a thread are encoded at once: threads wait less. */
+/* So many bricks a thread are encoded between reports of progress, of a volume in memory at least
+ * (threads wait less). */
 enum { BRICKS_A_THREAD = 16 };
 
 /* One brick of the layer that is worked on. */
@@ -25,15 +26,16 @@ typedef struct encoding {
     int threads;
     cvol_brick_maker **makers; /* one a thread */
     cvol_token_counts *counts; /* one a thread, or NULL */
-    layer_brick *bricks;       /* room for those of as many layers as are encoded at once */
-    size_t bricks_per_layer, layers, at_once;
+    layer_brick *bricks;       /* room for `room` */
+    size_t room, bricks_per_layer, layers;
+    size_t at_once; /* layers of one slab */
 } encoding;
 
 static void encoding_free(encoding *e)
 {
     for (int t = 0; e->makers && t < e->threads; t++)
         cvol_brick_maker_free(e->makers[t]);
-    for (size_t i = 0; e->bricks && i < e->bricks_per_layer * e->at_once; i++)
+    for (size_t i = 0; e->bricks && i < e->room; i++)
         for (int s = 0; s < CVOL_SHELLS; s++)
             cvol_bytes_free(&e->bricks[i].shells[s]);
     free(e->makers);
@@ -58,9 +60,12 @@ static int encoding_make(cvol_context *context, encoding **out, const cvol_encod
                      ? (size_t)e->threads * BRICKS_A_THREAD / e->bricks_per_layer + 1
                      : 1;
     e->at_once = e->at_once < e->layers ? e->at_once : e->layers;
+    e->room = e->bricks_per_layer * e->at_once;
+    if (!pass->source->whole && e->room > (size_t)e->threads * BRICKS_A_THREAD)
+        e->room = (size_t)e->threads * BRICKS_A_THREAD;
     cvol_token_costs_set(&e->costs, pass->tables);
     e->makers = cvol_allocate_zero((size_t)e->threads, sizeof(void *));
-    e->bricks = cvol_allocate_zero(e->bricks_per_layer * e->at_once, sizeof *e->bricks);
+    e->bricks = cvol_allocate_zero(e->room, sizeof *e->bricks);
     int made = e->makers && e->bricks;
     if (pass->counts) {
         e->counts = cvol_allocate_zero((size_t)e->threads, sizeof *e->counts);
@@ -75,16 +80,8 @@ static int encoding_make(cvol_context *context, encoding **out, const cvol_encod
     return cvol_fail_memory(context, (size_t)4 << 20, "the encoder");
 }
 
-/* Lists the bricks of layers layer .. end - 1; how many. */
-static size_t list_bricks(encoding *e, size_t layer, size_t end_layer)
-{
-    const size_t begin = layer * e->bricks_per_layer, end = end_layer * e->bricks_per_layer;
-    for (size_t brick = begin; brick < end; brick++)
-        e->bricks[brick - begin].brick = brick;
-    return end - begin;
-}
-
-static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
+/* Encodes bricks first .. first + count - 1. */
+static void encode_bricks(encoding *e, const cvol_slab *slab, size_t first, size_t count)
 {
     const cvol_encode_pass *pass = e->pass;
 #pragma omp parallel num_threads(e->threads)
@@ -101,6 +98,7 @@ static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
 #pragma omp for schedule(dynamic)
         for (size_t i = 0; i < count; i++) {
             layer_brick *to = &e->bricks[i];
+            to->brick = first + i;
             to->code = cvol_brick_make(maker, to->shells, &to->error, &recipe,
                                        cvol_brick_cells(maker, pass->shape, slab, to->brick),
                                        to->brick);
@@ -146,6 +144,26 @@ static void add_counts(cvol_token_counts *to, const encoding *e)
                 to->of[r][k] += e->counts[t].of[r][k];
 }
 
+/* Layers layer .. end - 1, whose samples are there. */
+static int encode_layers(cvol_context *context, cvol_encode_result *out, encoding *e,
+                         const cvol_slab *slab, size_t layer, size_t end)
+{
+    const cvol_encode_pass *pass = e->pass;
+    const double span = pass->progress_to - pass->progress_from;
+    const size_t last = end * e->bricks_per_layer, all = e->layers * e->bricks_per_layer;
+    int code = CVOL_OK;
+    for (size_t first = layer * e->bricks_per_layer, count; first < last && !code; first += count) {
+        count = last - first < e->room ? last - first : e->room;
+        encode_bricks(e, slab, first, count);
+        code = take_bricks(context, out, e, count);
+        if (!code)
+            code = cvol_report_progress(context, "compressing",
+                                        pass->progress_from +
+                                            span * (double)(first + count) / (double)all);
+    }
+    return code;
+}
+
 int cvol_encode_pass_run(cvol_context *context, cvol_encode_result *out,
                          const cvol_encode_pass *pass)
 {
@@ -155,22 +173,13 @@ int cvol_encode_pass_run(cvol_context *context, cvol_encode_result *out,
     if (code)
         return code;
     for (size_t layer = 0, end; layer < e->layers && !code; layer = end) {
-        end = layer + e->at_once < e->layers ? layer + e->at_once : e->layers;
-        const size_t count = list_bricks(e, layer, end);
         cvol_slab slab;
+        end = layer + e->at_once < e->layers ? layer + e->at_once : e->layers;
         code = cvol_slab_fetch_layers(context, &slab, pass->source, pass->shape, layer, end);
-        if (!code) {
-            encode_bricks(e, &slab, count);
-            code = take_bricks(context, out, e, count);
-        }
+        if (!code)
+            code = encode_layers(context, out, e, &slab, layer, end);
         if (!code && pass->after)
             code = pass->after(context, pass->user, &slab, layer, end);
-        if (!code) {
-            const double part = (double)end / (double)e->layers;
-            code = cvol_report_progress(context, "compressing",
-                                        pass->progress_from +
-                                            part * (pass->progress_to - pass->progress_from));
-        }
     }
     if (!code && pass->counts)
         add_counts(pass->counts, e);

@@ -167,7 +167,7 @@ int cvol_layer_measure_after(cvol_context *context, void *user, const cvol_slab 
         const size_t last = after < sheets ? after - reach : sheets;
         code = decode_layer(context, measure, layer);
         if (!code && z < last)
-            code = cvol_measure_sheets(context, &measure->sum, measure->array, slab, z, last);
+            code = cvol_measure_sheets(context, &measure->sum, measure->array, slab, z, last, NULL);
     }
     return code;
 }

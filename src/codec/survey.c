@@ -230,7 +230,7 @@ static void compare_piece(void *user, const cvol_piece *piece)
 }
 
 int cvol_measure_sheets(cvol_context *context, cvol_distance *sum, const cvol_array *array,
-                        const cvol_slab *slab, size_t begin, size_t end)
+                        const cvol_slab *slab, size_t begin, size_t end, const char *what)
 {
     cvol_stream stream = cvol_stream_of(array, NULL);
     stream.begin[2] = begin;
@@ -242,7 +242,7 @@ int cvol_measure_sheets(cvol_context *context, cvol_distance *sum, const cvol_ar
         return cvol_fail_memory(context, count * sizeof *distances, "distances of blocks");
     stream.take = compare_piece;
     stream.user = &to;
-    stream.what = "measuring";
+    stream.what = what;
     const int code = cvol_stream_run(context, &stream);
     if (!code)
         add_distances(sum, distances, count);
@@ -256,7 +256,7 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
     *out = (cvol_distance){0};
     if (array->block == 16) {
         const cvol_slab all = {samples, 0, array->grid.dims[2]};
-        const int code = cvol_measure_sheets(context, out, array, &all, 0, all.sheets);
+        const int code = cvol_measure_sheets(context, out, array, &all, 0, all.sheets, "measuring");
         cvol_distance_finish(out);
         return code;
     }

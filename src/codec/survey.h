@@ -15,10 +15,10 @@ typedef struct cvol_distance {
 void cvol_array_set_measured(cvol_array *array, const cvol_distance *distance);
 
 /* Compares sheets begin .. end - 1 with those of a slab, and adds squares and largest errors to
- * *sum. Of volumes in cells of 16. The same result for any number of threads. Errors: MEMORY,
- * CANCELLED. */
+ * *sum. Of volumes in cells of 16. The same result for any number of threads. what: for progress,
+ * or NULL. Errors: MEMORY, CANCELLED. */
 int cvol_measure_sheets(cvol_context *context, cvol_distance *sum, const cvol_array *array,
-                        const cvol_slab *slab, size_t begin, size_t end);
+                        const cvol_slab *slab, size_t begin, size_t end, const char *what);
 /* Norms of sums of squares. */
 void cvol_distance_finish(cvol_distance *sum);
 

@@ -198,6 +198,17 @@ static int write_all(cvol_context *context, cvol_file_writer *writer, const cvol
     return code;
 }
 
+int cvol_file_writer_bytes(cvol_context *context, const cvol_file_writer *writer,
+                           const cvol_file_front *front, uint64_t *file_bytes)
+{
+    cvol_bytes bytes = {0};
+    const int code = put_front(context, &bytes, writer, front);
+    const int shells = front->terms ? 0 : CVOL_SHELLS;
+    *file_bytes = bytes.size + writer->shells + (uint64_t)(shells + 1) * CVOL_SECTION_HEADER_BYTES;
+    cvol_bytes_free(&bytes);
+    return code;
+}
+
 int cvol_file_writer_finish(cvol_context *context, cvol_file_writer *writer,
                             const cvol_file_front *front, uint64_t *file_bytes)
 {

@@ -36,6 +36,9 @@ typedef struct cvol_file_front {
     const cvol_bytes *terms;         /* other arrays: content of TERM or SPEC */
 } cvol_file_front;
 
+/* How many bytes the file has with this front, when all bricks were added. Errors: MEMORY. */
+int cvol_file_writer_bytes(cvol_context *context, const cvol_file_writer *writer,
+                           const cvol_file_front *front, uint64_t *file_bytes);
 /* Writes the file and gives it its name; frees the writer whatever happens, and without success
  * leaves nothing behind. file_bytes may be NULL. Errors: IO, MEMORY. */
 int cvol_file_writer_finish(cvol_context *context, cvol_file_writer *writer,

@@ -1,0 +1,484 @@
+/* cvol_compress_stream: the file is as good as that of samples in memory, says truly how good it
+ * is, has the same bytes for any number of threads, and is there whole or not at all. */
+#include <math.h>
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+
+#include <cmocka.h>
+
+#include "array/array.h"
+#include "base/context.h"
+#include "cvol/codec.h"
+#include "random.h"
+#include "support.h"
+
+static cvol_context *context;
+static char *folder, *path;
+
+static int start(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    folder = support_folder_make();
+    path = support_path(folder, "a.cvol");
+    return !context;
+}
+
+static int stop(void **state)
+{
+    (void)state;
+    free(path);
+    support_folder_remove(folder);
+    cvol_context_destroy(context);
+    return 0;
+}
+
+/* ---- volumes ---------------------------------------------------------------------------- */
+
+static void store(void *samples, cvol_type type, size_t i, double v)
+{
+    switch (type) {
+    case CVOL_UINT8:
+        ((uint8_t *)samples)[i] = (uint8_t)(127 + 100 * v);
+        break;
+    case CVOL_INT8:
+        ((int8_t *)samples)[i] = (int8_t)(100 * v);
+        break;
+    case CVOL_UINT16:
+        ((uint16_t *)samples)[i] = (uint16_t)(3000 + 2000 * v);
+        break;
+    case CVOL_INT16:
+        ((int16_t *)samples)[i] = (int16_t)(2000 * v);
+        break;
+    case CVOL_UINT32:
+        ((uint32_t *)samples)[i] = (uint32_t)(4e9 + 2e4 * v);
+        break;
+    case CVOL_INT32:
+        ((int32_t *)samples)[i] = (int32_t)(-1e9 + 2e4 * v);
+        break;
+    case CVOL_FLOAT32:
+        ((float *)samples)[i] = (float)(1e-3 * v);
+        break;
+    case CVOL_FLOAT64:
+        ((double *)samples)[i] = 1e6 + v;
+        break;
+    }
+}
+
+/* A ball in waves, with noise, within -1 .. 1. */
+static void *make_volume(const cvol_grid *grid, uint64_t seed, double noise)
+{
+    void *samples = calloc(cvol_grid_samples(grid), cvol_type_size(grid->type));
+    random_state r = {seed};
+    size_t i = 0;
+    assert_non_null(samples);
+    for (size_t z = 0; z < grid->dims[2]; z++)
+        for (size_t y = 0; y < grid->dims[1]; y++)
+            for (size_t x = 0; x < grid->dims[0]; x++, i++) {
+                const double wave = sin(0.2 * (double)x) * cos(0.13 * (double)y + 0.07 * (double)z);
+                const double ball = hypot((double)x - 30, (double)y - 24) < 19 ? 0.4 : 0;
+                store(samples, grid->type, i,
+                      (1 - noise) * (0.5 * wave + ball) + noise * random_signed(&r));
+            }
+    return samples;
+}
+
+/* Samples in memory, handed out by slab; fails at a sheet if told to. */
+typedef struct given {
+    const uint8_t *samples;
+    size_t sheet_bytes, sheets, fails_at, read;
+} given;
+
+static int read_given(cvol_context *c, void *user, void *samples, size_t first, size_t sheets)
+{
+    given *from = user;
+    assert_true(first + sheets <= from->sheets && sheets > 0 && sheets <= 68);
+    from->read += sheets;
+    if (from->fails_at < first + sheets)
+        return cvol_fail(c, CVOL_ERROR_IO, "sheet %zu cannot be read", from->fails_at);
+    memcpy(samples, from->samples + first * from->sheet_bytes, sheets * from->sheet_bytes);
+    return CVOL_OK;
+}
+
+static given give(const void *samples, const cvol_grid *grid)
+{
+    const size_t sheets = grid->dims[2];
+    return (given){samples, cvol_grid_bytes(grid) / sheets, sheets, SIZE_MAX, 0};
+}
+
+static int stream(cvol_compress_report *report, given *from, const cvol_grid *grid,
+                  cvol_target target, double value)
+{
+    const cvol_sample_source source = {read_given, from};
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.target = target;
+    options.target_value = value;
+    options.attributes = "{\"a\": 1}";
+    return cvol_compress_stream(context, report, path, &source, grid, &options);
+}
+
+static void check_ok(int code)
+{
+    if (code)
+        print_message("%s\n", cvol_context_message(context));
+    assert_int_equal(code, CVOL_OK);
+}
+
+/* ---- what comes of it ------------------------------------------------------------------- */
+
+/* Bytes do not depend on threads; the file's figures are what measuring finds. */
+static cvol_compress_report compress(const void *samples, const cvol_grid *grid, cvol_target target,
+                                     double value)
+{
+    cvol_compress_report report, again;
+    given from = give(samples, grid);
+    size_t size, other_size;
+    uint64_t file_bytes;
+    cvol_array *array;
+    cvol_array_info said, found;
+    cvol_context_set_threads(context, 3);
+    check_ok(stream(&report, &from, grid, target, value));
+    unsigned char *bytes = support_read(path, &size);
+    cvol_context_set_threads(context, 1);
+    check_ok(stream(&again, &from, grid, target, value));
+    unsigned char *other = support_read(path, &other_size);
+    assert_int_equal(size, other_size);
+    assert_memory_equal(bytes, other, size);
+    assert_true(report.psnr_db == again.psnr_db && report.max_error == again.max_error);
+    assert_int_equal(report.trials, again.trials);
+    free(bytes);
+    free(other);
+    cvol_context_set_threads(context, 2);
+    assert_int_equal(support_folder_count(folder), 1);
+
+    check_ok(cvol_file_verify(context, NULL, path));
+    check_ok(cvol_array_read(context, &array, path, &file_bytes));
+    assert_int_equal(file_bytes, size);
+    assert_int_equal(report.file_bytes, size);
+    assert_true(fabs(report.ratio * (double)size / (double)cvol_grid_bytes(grid) - 1) < 1e-12);
+    assert_string_equal(cvol_array_attributes(array), "{\"a\": 1}");
+    assert_memory_equal(cvol_array_grid(array)->dims, grid->dims, sizeof grid->dims);
+    cvol_array_get_info(array, &said);
+    assert_true(said.measured);
+    array->ledger.l2_error = array->ledger.max_abs = 1e300; /* so that measuring tells its own */
+    check_ok(cvol_array_measure(context, array, samples));
+    cvol_array_get_info(array, &found);
+    assert_true(report.max_error == found.max_error && said.max_error == found.max_error);
+    assert_true(report.psnr_db == said.psnr_db);
+    assert_int_equal(report.lossless, found.max_error == 0);
+    assert_true(found.max_error == 0 ? isinf(said.psnr_db)
+                                     : fabs(said.psnr_db - found.psnr_db) < 1e-9);
+    /* Both round what evaluates to float, maybe not to the same. */
+    const double last_bit = 0x1p-24 * found.max_abs * sqrt((double)cvol_grid_samples(grid));
+    assert_true(fabs(said.l2_error - found.l2_error) <= 1e-9 * found.l2_error + last_bit);
+    assert_true(fabs(said.max_abs - found.max_abs) <= 1e-6 * found.max_abs);
+    cvol_array_free(array);
+    return report;
+}
+
+/* The PSNR of the same in memory. */
+static double in_memory(const void *samples, const cvol_grid *grid, cvol_target target,
+                        double value, double *ratio)
+{
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_compress_report report;
+    cvol_array *array;
+    options.target = target;
+    options.target_value = value;
+    check_ok(cvol_compress(context, &array, &report, samples, grid, &options));
+    cvol_array_free(array);
+    *ratio = report.ratio;
+    return report.psnr_db;
+}
+
+static void ratios_are_as_good_as_in_memory(void **state)
+{
+    (void)state;
+    random_state r = {11};
+    for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t++) {
+        const size_t nx = 40 + random_below(&r, 40), ny = 30 + random_below(&r, 40);
+        const cvol_grid grid = cvol_grid_make(nx, ny, 30 + random_below(&r, 130), (cvol_type)t);
+        void *samples = make_volume(&grid, (uint64_t)t, 0.02);
+        const double asked = 8 + 6 * t;
+        double ratio;
+        const cvol_compress_report report = compress(samples, &grid, CVOL_TARGET_RATIO, asked);
+        const double psnr = in_memory(samples, &grid, CVOL_TARGET_RATIO, asked, &ratio);
+        print_message("%s %zu x %zu x %zu at 1/%g: 1/%.3f, %.2f dB in %d passes, in memory %.3f, "
+                      "%.2f dB\n",
+                      cvol_type_name(grid.type), nx, ny, grid.dims[2], asked, report.ratio,
+                      report.psnr_db, report.trials, ratio, psnr);
+        assert_true(report.ratio >= asked && report.ratio <= 1.02 * asked);
+        assert_true(report.target_met);
+        assert_true(report.psnr_db > psnr - 0.3);
+        free(samples);
+    }
+}
+
+static void psnr_and_bits_are_kept(void **state)
+{
+    (void)state;
+    random_state r = {12};
+    for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t++) {
+        const cvol_grid grid = cvol_grid_make(50, 40, 80 + random_below(&r, 60), (cvol_type)t);
+        void *samples = make_volume(&grid, (uint64_t)t, 0.05);
+        const double wanted = 36 + t, bits = 0.3 + 0.1 * t;
+        double ratio;
+        cvol_compress_report report = compress(samples, &grid, CVOL_TARGET_PSNR, wanted);
+        (void)in_memory(samples, &grid, CVOL_TARGET_PSNR, wanted, &ratio);
+        print_message("%s at %g dB: %.3f dB, 1/%.2f in %d passes, in memory 1/%.2f\n",
+                      cvol_type_name(grid.type), wanted, report.psnr_db, report.ratio,
+                      report.trials, ratio);
+        assert_true(report.psnr_db >= wanted && report.psnr_db < wanted + 0.2);
+        assert_true(report.target_met && report.ratio > 0.96 * ratio);
+        report = compress(samples, &grid, CVOL_TARGET_BITS, bits);
+        const double got = 8 * (double)report.file_bytes / (double)cvol_grid_samples(&grid);
+        assert_true(got <= bits && got >= bits / 1.0201);
+        free(samples);
+    }
+}
+
+static int is_lapped(void)
+{
+    cvol_array *array;
+    check_ok(cvol_array_read(context, &array, path, NULL));
+    const int lapped = array->lapped;
+    cvol_array_free(array);
+    return lapped;
+}
+
+/* Lapping is of use where neighbours are alike; here blocks of 16 are not. */
+static void lapped_or_not(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(100, 90, 150, CVOL_UINT8);
+    uint8_t *samples = make_volume(&grid, 1, 0.01);
+    (void)compress(samples, &grid, CVOL_TARGET_PSNR, 40);
+    assert_true(is_lapped());
+    random_state r = {5};
+    uint8_t levels[7 * 6 * 10];
+    for (size_t i = 0; i < sizeof levels; i++)
+        levels[i] = (uint8_t)random_below(&r, 256);
+    for (size_t z = 0, i = 0; z < 150; z++)
+        for (size_t y = 0; y < 90; y++)
+            for (size_t x = 0; x < 100; x++, i++)
+                samples[i] = levels[x / 16 + 7 * (y / 16 + 6 * (z / 16))];
+    (void)compress(samples, &grid, CVOL_TARGET_PSNR, 35);
+    assert_false(is_lapped());
+    free(samples);
+}
+
+static void constant_volumes_are_exact(void **state)
+{
+    (void)state;
+    for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t += 3) {
+        const cvol_grid grid = cvol_grid_make(40, 30, 130, (cvol_type)t);
+        void *samples = calloc(cvol_grid_samples(&grid), cvol_type_size(grid.type));
+        assert_non_null(samples);
+        for (size_t i = 0; i < cvol_grid_samples(&grid); i++)
+            store(samples, grid.type, i, 0.5);
+        assert_true(compress(samples, &grid, CVOL_TARGET_RATIO, 20).lossless);
+        assert_true(compress(samples, &grid, CVOL_TARGET_PSNR, 80).lossless);
+        free(samples);
+    }
+}
+
+static void odd_shapes_work(void **state)
+{
+    (void)state;
+    static const size_t shapes[][3] = {{1, 1, 1},    {1, 1, 200}, {100, 1, 1},   {17, 33, 5},
+                                       {16, 16, 64}, {5, 7, 65},  {64, 20, 128}, {31, 8, 130}};
+    for (size_t s = 0; s < sizeof shapes / sizeof shapes[0]; s++) {
+        const size_t *n = shapes[s];
+        const cvol_grid grid = cvol_grid_make(n[0], n[1], n[2], (cvol_type)(1 + s));
+        void *samples = make_volume(&grid, s, 0.05);
+        const cvol_compress_report report = compress(samples, &grid, CVOL_TARGET_RATIO, 2);
+        assert_true(!report.target_met || report.ratio >= 2);
+        (void)compress(samples, &grid, CVOL_TARGET_PSNR, 35);
+        free(samples);
+    }
+}
+
+static void what_is_less_than_lossless_is_lossless(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(64, 48, 100, CVOL_UINT8);
+    uint8_t *samples = make_volume(&grid, 1, 0);
+    const cvol_compress_report report = compress(samples, &grid, CVOL_TARGET_RATIO, 1.01);
+    assert_true(report.lossless && !report.target_met && report.ratio > 1.03);
+    free(samples);
+}
+
+/* ---- failures --------------------------------------------------------------------------- */
+
+/* Fails with these words, and what was there stays. */
+static void check_failure(int code, int expected, const char *words)
+{
+    size_t size;
+    if (code != expected || !strstr(cvol_context_message(context), words))
+        print_message("%d: %s\n", code, cvol_context_message(context));
+    assert_int_equal(code, expected);
+    assert_non_null(strstr(cvol_context_message(context), words));
+    assert_int_equal(support_folder_count(folder), 1);
+    unsigned char *bytes = support_read(path, &size);
+    assert_int_equal(size, 3);
+    assert_memory_equal(bytes, "old", 3);
+    free(bytes);
+}
+
+static void bad_samples_are_told(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(20, 10, 200, CVOL_FLOAT32);
+    float *samples = make_volume(&grid, 1, 0.1);
+    given from = give(samples, &grid);
+    cvol_compress_report report;
+    char place[64];
+    support_write_text(path, "old");
+    samples[20 * 10 * 150 + 33] = NAN;
+    snprintf(place, sizeof place, "(13, 1, 150)");
+    check_failure(stream(&report, &from, &grid, CVOL_TARGET_RATIO, 10), CVOL_ERROR_DATA, place);
+    free(samples);
+}
+
+static void failing_sources_leave_nothing(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(70, 50, 200, CVOL_INT16);
+    void *samples = make_volume(&grid, 1, 0.1);
+    given from = give(samples, &grid);
+    cvol_compress_report report;
+    support_write_text(path, "old");
+    from.fails_at = 140;
+    check_failure(stream(&report, &from, &grid, CVOL_TARGET_RATIO, 10), CVOL_ERROR_IO,
+                  "sheet 140 cannot be read");
+    free(samples);
+}
+
+static int cancel_at(void *user, const char *what, double fraction)
+{
+    int *left = user;
+    (void)what;
+    assert_true(fraction >= 0 && fraction <= 1);
+    return --*left == 0;
+}
+
+/* At each of the moments at which it can be. */
+static void cancelling_leaves_nothing(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(40, 50, 200, CVOL_UINT8);
+    void *samples = make_volume(&grid, 1, 0.1);
+    cvol_compress_report report;
+    int code = CVOL_ERROR_CANCELLED, moments = 0;
+    for (int after = 1; code == CVOL_ERROR_CANCELLED; after += 1 + after / 4, moments++) {
+        given from = give(samples, &grid);
+        int left = after;
+        support_write_text(path, "old");
+        cvol_context_set_progress(context, cancel_at, &left);
+        code = stream(&report, &from, &grid, CVOL_TARGET_RATIO, 10);
+        if (code)
+            check_failure(code, CVOL_ERROR_CANCELLED, "cancelled");
+    }
+    check_ok(code);
+    assert_true(moments > 5);
+    cvol_context_set_progress(context, NULL, NULL);
+    free(samples);
+}
+
+/* Progress of one bar: the same words while the fraction rises. */
+typedef struct bar {
+    char what[64];
+    double fraction;
+    int phases, falls;
+} bar;
+
+static int watch(void *user, const char *what, double fraction)
+{
+    bar *b = user;
+    if (strcmp(what, b->what)) {
+        snprintf(b->what, sizeof b->what, "%s", what);
+        b->phases++;
+    } else if (fraction < b->fraction) {
+        b->falls++;
+    }
+    b->fraction = fraction;
+    return 0;
+}
+
+static void progress_rises(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(140, 130, 200, CVOL_UINT8);
+    void *samples = make_volume(&grid, 1, 0.1);
+    given from = give(samples, &grid);
+    cvol_compress_report report;
+    bar b = {.what = ""};
+    cvol_context_set_progress(context, watch, &b);
+    check_ok(stream(&report, &from, &grid, CVOL_TARGET_RATIO, 10));
+    cvol_context_set_progress(context, NULL, NULL);
+    assert_int_equal(b.phases, 2); /* looking through, compressing */
+    assert_int_equal(b.falls, 0);
+    free(samples);
+}
+
+/* A file that cannot become as large stands for a disk that is full. */
+static void full_disks_leave_nothing(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(70, 50, 200, CVOL_INT16);
+    void *samples = make_volume(&grid, 1, 0.1);
+    given from = give(samples, &grid);
+    cvol_compress_report report;
+    struct rlimit old, small;
+    support_write_text(path, "old");
+    signal(SIGXFSZ, SIG_IGN);
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &old), 0);
+    small = old;
+    small.rlim_cur = 100000;
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
+    const int code = stream(&report, &from, &grid, CVOL_TARGET_RATIO, 3);
+    assert_int_equal(setrlimit(RLIMIT_FSIZE, &old), 0);
+    check_failure(code, CVOL_ERROR_IO, "File too large");
+    free(samples);
+}
+
+static void other_options_are_refused(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(40, 50, 20, CVOL_UINT8);
+    uint8_t *samples = make_volume(&grid, 1, 0.1);
+    given from = give(samples, &grid);
+    cvol_compress_report report;
+    support_write_text(path, "old");
+    check_failure(stream(&report, &from, &grid, CVOL_TARGET_MAX_ERROR, 3), CVOL_ERROR_UNSUPPORTED,
+                  "read by slab");
+    check_failure(stream(&report, &from, &grid, CVOL_TARGET_RATIO, 0.5), CVOL_ERROR_ARGUMENT,
+                  "0.5");
+    assert_int_equal(from.read, 0);
+    free(samples);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(ratios_are_as_good_as_in_memory),
+        cmocka_unit_test(psnr_and_bits_are_kept),
+        cmocka_unit_test(lapped_or_not),
+        cmocka_unit_test(constant_volumes_are_exact),
+        cmocka_unit_test(odd_shapes_work),
+        cmocka_unit_test(what_is_less_than_lossless_is_lossless),
+        cmocka_unit_test(bad_samples_are_told),
+        cmocka_unit_test(failing_sources_leave_nothing),
+        cmocka_unit_test(cancelling_leaves_nothing),
+        cmocka_unit_test(progress_rises),
+        cmocka_unit_test(full_disks_leave_nothing),
+        cmocka_unit_test(other_options_are_refused),
+    };
+    return cmocka_run_group_tests(tests, start, stop);
+}
