@@ -118,6 +118,9 @@ typedef struct common_options {
 /* A context with the threads, progress on a terminal, and cancelling by Ctrl-C; NULL (after a
  * sentence) without memory. */
 cvol_context *begin_command(const common_options *common);
+/* What the progress line says from now on, in spite of the library, which counts each of many steps
+ * from 0 to 1; NULL: what the library says. */
+void hold_progress(const char *what, double fraction);
 /* Clears the progress line: before anything else is written on a terminal. */
 void clear_progress(void);
 /* Clears the progress line and frees the context; returns `status`. */
@@ -133,6 +136,8 @@ typedef struct input {
     int level, cut; /* cvol_file_report */
 } input;
 
+/* Takes raw samples' type from its name. Exit status. */
+int read_type_name(common_options *common);
 /* Opens a .cvol or any format that a reader knows (then with --fill applied). Exit status. */
 int open_input(cvol_context *context, input *in, const char *path, common_options *common);
 void close_input(input *in);

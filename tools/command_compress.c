@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli.h"
+#include "compress_stream.h"
 
 /* How it is compressed: by the codec, which searches the step of DCT blocks by the size of the
  * coded file, or by truncation, for any other transform and block, or a number of terms. */
@@ -21,7 +21,7 @@ typedef struct compress_arguments {
     common_options common;
     double ratio, psnr, max_error, bits;
     int ratio_given, psnr_given, max_error_given, bits_given;
-    int block;
+    int block, stream;
     const char *transform, *keep, *attributes;
 } compress_arguments;
 
@@ -88,25 +88,24 @@ static int choose_method(method *m, const compress_arguments *a)
 
 /* ---- what came of it ------------------------------------------------------------------------ */
 
-static double bits_a_voxel(const cvol_array *array, const cvol_compress_report *report)
+static double bits_a_voxel(const cvol_grid *grid, const cvol_compress_report *report)
 {
-    return 8 * (double)report->file_bytes / (double)cvol_grid_samples(cvol_array_grid(array));
+    return 8 * (double)report->file_bytes / (double)cvol_grid_samples(grid);
 }
 
-static int report_json(const cvol_array *array, const cvol_compress_report *report)
+static int report_json(const cvol_grid *grid, const cvol_array_info *info,
+                       const cvol_compress_report *report, int by_slab)
 {
-    cvol_array_info info;
-    cvol_array_get_info(array, &info);
-    const cvol_grid *grid = cvol_array_grid(array);
     return print_json(json_pack(
-        "{s:o, s:s, s:I, s:f, s:f, s:o, s:f, s:b, s:b, s:i, s:f, s:I, s:f, s:s, s:i, s:o, s:o}",
+        "{s:o, s:s, s:I, s:f, s:f, s:o, s:f, s:b, s:b, s:i, s:f, s:I, s:f, "
+        "s:s, s:i, s:o, s:o, s:b}",
         "dims", json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
         (json_int_t)report->file_bytes, "ratio", report->ratio, "bits_per_voxel",
-        bits_a_voxel(array, report), "psnr_db", json_decibels(report->psnr_db), "max_error",
+        bits_a_voxel(grid, report), "psnr_db", json_decibels(report->psnr_db), "max_error",
         report->max_error, "lossless", report->lossless, "target_met", report->target_met, "block",
-        info.block, "step", info.step, "coefficients", (json_int_t)info.coefficients, "rho",
-        info.rho, "transform", cvol_transform_name(info.transform), "rank", info.rank, "low",
-        json_dims(info.low), "l2_error", json_number(info.l2_error)));
+        info->block, "step", info->step, "coefficients", (json_int_t)info->coefficients, "rho",
+        info->rho, "transform", cvol_transform_name(info->transform), "rank", info->rank, "low",
+        json_dims(info->low), "l2_error", json_number(info->l2_error), "by_slab", by_slab));
 }
 
 /* A target by size that was missed, and which way: `asked` names it. */
@@ -228,17 +227,14 @@ static int find_attributes(char **text, const input *in, const char *path)
                             error.column, error.text);
 }
 
-static int compress(cvol_context *context, compress_arguments *arguments, const method *m,
-                    const char *in_path, const char *out_path)
+static int compress_in_memory(cvol_context *context, compress_arguments *arguments, const method *m,
+                              const char *in_path, const char *out_path)
 {
     input in;
     cvol_array *array = NULL;
     char *attributes = NULL;
     cvol_compress_report report = {0};
-    int status = check_output(in_path, out_path);
-    if (status)
-        return status;
-    status = open_input(context, &in, in_path, &arguments->common);
+    int status = open_input(context, &in, in_path, &arguments->common);
     if (!status)
         status = find_attributes(&attributes, &in, arguments->attributes);
     if (!status && in.array)
@@ -258,11 +254,68 @@ static int compress(cvol_context *context, compress_arguments *arguments, const 
         status = complain_context(context, code, NULL);
     if (!status && m->truncate)
         fill_report(&report, array);
-    if (!status && arguments->common.json)
-        status = report_json(array, &report);
-    else if (!status)
-        report_text(out_path, m, &report, bits_a_voxel(array, &report));
+    if (!status) {
+        const cvol_grid *grid = cvol_array_grid(array);
+        cvol_array_info info;
+        cvol_array_get_info(array, &info);
+        if (arguments->common.json)
+            status = report_json(grid, &info, &report, 0);
+        else
+            report_text(out_path, m, &report, bits_a_voxel(grid, &report));
+    }
     cvol_array_free(array);
+    return status;
+}
+
+static int compress_by_slab(cvol_context *context, compress_arguments *arguments, const method *m,
+                            slab_input *in, const char *out_path)
+{
+    const input none = {0};
+    char *attributes = NULL;
+    cvol_compress_report report;
+    cvol_array_info info;
+    const cvol_grid grid = *slab_input_grid(in);
+    int status = find_attributes(&attributes, &none, arguments->attributes);
+    if (!status) {
+        cvol_compress_options options = m->options;
+        options.attributes = attributes;
+        status = compress_slabs(context, in, out_path, &options, &report, &info);
+    }
+    free(attributes);
+    if (!status && arguments->common.json)
+        status = report_json(&grid, &info, &report, 1);
+    else if (!status)
+        report_text(out_path, m, &report, bits_a_voxel(&grid, &report));
+    return status;
+}
+
+/* Whether what is asked for can be done slab by slab. */
+static int can_be_streamed(const method *m)
+{
+    return !m->truncate && m->block == 16 && m->options.target != CVOL_TARGET_MAX_ERROR;
+}
+
+static int compress(cvol_context *context, compress_arguments *arguments, const method *m,
+                    const char *in_path, const char *out_path)
+{
+    slab_input in = {0};
+    int status = check_output(in_path, out_path);
+    if (status)
+        return status;
+    if (arguments->stream && !can_be_streamed(m))
+        return complain(EXIT_MISUSED, "--stream compresses in dct blocks of 16, by --ratio, --bpv "
+                                      "or --psnr");
+    if (arguments->stream && cvol_file_is_cvol(in_path))
+        return complain(EXIT_MISUSED,
+                        "%s: is a .cvol file, which --stream does not take; cvol transcode makes "
+                        "it smaller",
+                        in_path);
+    if (can_be_streamed(m) && !cvol_file_is_cvol(in_path))
+        status = open_slab_input(context, &in, in_path, &arguments->common, arguments->stream);
+    if (!status)
+        status = in.stream ? compress_by_slab(context, arguments, m, &in, out_path)
+                           : compress_in_memory(context, arguments, m, in_path, out_path);
+    close_slab_input(&in);
     return status;
 }
 
@@ -291,6 +344,8 @@ int command_compress(int argc, char **argv)
         {"--block", "B", "side of the blocks: 8, 16 (default) or 32; 0: the whole volume at once",
          OPTION_INTEGER, &a.block, 0, NULL},
         {"--transform", "NAME", "dct (default), dht or dft", OPTION_TEXT, &a.transform, 0, NULL},
+        {"--stream", NULL, "slab by slab, in little memory, whatever the volume's size",
+         OPTION_FLAG, &a.stream, 0, NULL},
         INPUT_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),
     };

@@ -1,9 +1,12 @@
-/* cvol decompress: a .cvol file back into a dense volume. */
+/* cvol decompress: a .cvol file back into a dense volume, slab by slab. */
+#include <stdlib.h>
+
 #include "cli.h"
 
 static const char description[] =
     "Decodes a .cvol file into a volume of the original sample type and geometry. The output's\n"
-    "ending chooses its format. With --box only that part, which stays where it is in the world.";
+    "ending chooses its format. With --box only that part, which stays where it is in the world.\n"
+    "Large volumes are written slab by slab, and need little memory.";
 
 static const char examples[] =
     "  cvol decompress brain.cvol brain.nii.gz\n"
@@ -22,38 +25,109 @@ static int can_be_written(const char *path)
     return 0;
 }
 
-/* Makes in->volume of the box X0 X1 Y0 Y1 Z0 Z1 of a file. Exit status. */
-static int open_box(cvol_context *context, input *in, const char *path, const size_t box[6],
-                    int level)
+/* What is decompressed. */
+typedef struct part {
+    const char *path;
+    size_t begin[3], end[3];
+    int level, is_box; /* a box was asked for */
+    cvol_grid grid;    /* the box' */
+} part;
+
+/* Samples of one slab take so much memory at most, if that is not less than a layer of bricks. */
+#define SLAB_BYTES ((size_t)64 << 20)
+enum { BRICK = 64, LAP_REACH = 2 };
+
+/* An array of a part of the file with the sheets first .. end - 1. */
+static int open_slab(cvol_context *context, cvol_array **array, const part *p, size_t first,
+                     size_t end)
 {
-    const size_t begin[3] = {box[0], box[2], box[4]}, end[3] = {box[1], box[3], box[5]};
-    const cvol_file_part part = {.begin = begin, .end = end, .level = level};
-    int code = cvol_array_read_part(context, &in->array, NULL, path, &part);
-    if (!code) {
-        const cvol_grid grid = cvol_grid_box(cvol_array_grid(in->array), begin, end);
-        code = cvol_volume_create(context, &in->volume, &grid);
+    const size_t from[3] = {p->begin[0], p->begin[1], first}, to[3] = {p->end[0], p->end[1], end};
+    cvol_file_part file = {.begin = from, .end = to, .level = p->level};
+    if (!p->is_box && first == p->begin[2] && end == p->end[2])
+        file.begin = file.end = NULL; /* all, which is checked whole */
+    return cvol_array_read_part(context, array, NULL, p->path, &file);
+}
+
+/* Finds what the file's volume is, and whether parts of it can be read alone: of a sample or two's
+ * brick. */
+static int find_part(cvol_context *context, part *p, const size_t *box, int *by_slab)
+{
+    static const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
+    const cvol_file_part file = {.begin = zero, .end = one, .level = p->level};
+    cvol_array *array;
+    cvol_array_info info;
+    int code = cvol_array_read_part(context, &array, NULL, p->path, &file);
+    if (code)
+        return code;
+    cvol_array_get_info(array, &info);
+    const cvol_grid *all = cvol_array_grid(array);
+    *by_slab = info.rank == 3 && info.transform == CVOL_DCT && info.block;
+    for (int a = 0; a < 3; a++) {
+        p->begin[a] = box ? box[2 * a] : 0;
+        p->end[a] = box ? box[2 * a + 1] : all->dims[a];
     }
-    if (!code)
-        code = cvol_array_evaluate_box(context, in->volume->data, in->array, begin, end);
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    p->grid = *all;
+    cvol_array_free(array);
+    int wrong = 0;
+    for (int a = 0; a < 3; a++)
+        wrong |= p->begin[a] >= p->end[a] || p->end[a] > p->grid.dims[a];
+    if (wrong) { /* the library says what */
+        code = open_slab(context, &array, p, p->begin[2], p->end[2]);
+        cvol_array_free(array);
+    } else if (box) {
+        p->grid = cvol_grid_box(&p->grid, p->begin, p->end);
+    }
+    return code;
 }
 
-static int open_all(cvol_context *context, input *in, const char *path, int level)
+/* Where the slab ends that begins at a sheet: two sheets before a layer of bricks does, so that
+ * lapped volumes, whose samples there are made of the next layer too, need not decode that. */
+static size_t slab_end(const part *p, size_t first, int by_slab)
 {
-    const cvol_file_part part = {.level = level};
-    int code = cvol_array_read_part(context, &in->array, NULL, path, &part);
-    return code ? complain_context(context, code, NULL) : need_volume(context, in);
+    const size_t sheet = cvol_grid_bytes(&p->grid) / p->grid.dims[2];
+    const size_t layers = SLAB_BYTES / BRICK / sheet ? SLAB_BYTES / BRICK / sheet : 1;
+    const size_t end = ((first + LAP_REACH) / BRICK + layers) * BRICK - LAP_REACH;
+    return by_slab && end < p->end[2] ? end : p->end[2];
 }
 
-static int report_json(const cvol_grid *grid, const size_t *box, const char *out_path)
+static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_volume_sink *sink,
+                       void **samples)
 {
-    json_t *object = json_pack("{s:o, s:s, s:I}", "dims", json_dims(grid->dims), "type",
-                               cvol_type_name(grid->type), "file_bytes",
-                               (json_int_t)file_size(out_path));
-    if (box && object) {
-        const size_t begin[3] = {box[0], box[2], box[4]}, end[3] = {box[1], box[3], box[5]};
-        json_object_set_new(object, "begin", json_dims(begin));
-        json_object_set_new(object, "end", json_dims(end));
+    const size_t sheet = cvol_grid_bytes(&p->grid) / p->grid.dims[2];
+    size_t room = 0;
+    int code = 0;
+    for (size_t first = p->begin[2], end; first < p->end[2] && !code; first = end) {
+        cvol_array *array;
+        end = slab_end(p, first, by_slab);
+        const size_t from[3] = {p->begin[0], p->begin[1], first};
+        const size_t to[3] = {p->end[0], p->end[1], end};
+        if (first > p->begin[2] || end < p->end[2])
+            hold_progress("decompressing", (double)(first - p->begin[2]) / (double)p->grid.dims[2]);
+        if ((end - first) * sheet > room) {
+            room = (end - first) * sheet;
+            free(*samples);
+            if (!(*samples = malloc(room)))
+                return CVOL_ERROR_MEMORY;
+        }
+        code = open_slab(context, &array, p, first, end);
+        if (!code)
+            code = cvol_array_evaluate_box(context, *samples, array, from, to);
+        cvol_array_free(array);
+        if (!code)
+            code = cvol_volume_sink_write(context, sink, *samples, end - first);
+    }
+    hold_progress(NULL, 0);
+    return code;
+}
+
+static int report_json(const part *p, const char *out_path, double decode_ms)
+{
+    json_t *object = json_pack("{s:o, s:s, s:I, s:f}", "dims", json_dims(p->grid.dims), "type",
+                               cvol_type_name(p->grid.type), "file_bytes",
+                               (json_int_t)file_size(out_path), "decode_ms", decode_ms);
+    if (p->is_box && object) {
+        json_object_set_new(object, "begin", json_dims(p->begin));
+        json_object_set_new(object, "end", json_dims(p->end));
     }
     return print_json(object);
 }
@@ -62,25 +136,35 @@ static int report_json(const cvol_grid *grid, const size_t *box, const char *out
 static int decompress(cvol_context *context, const common_options *common, const size_t *box,
                       const char *in_path, const char *out_path)
 {
-    input in = {0};
-    int code, status = check_output(in_path, out_path);
+    part p = {.path = in_path, .level = common->level, .is_box = box != NULL};
+    cvol_volume_sink *sink = NULL;
+    void *samples = NULL;
+    int by_slab = 0, status = check_output(in_path, out_path);
     if (status)
         return status;
-    status = box ? open_box(context, &in, in_path, box, common->level)
-                 : open_all(context, &in, in_path, common->level);
-    if (!status && (code = cvol_volume_write(context, in.volume, out_path)))
-        status = complain_context(context, code, NULL);
-    if (!status) {
-        clear_progress();
-        const cvol_grid *grid = &in.volume->grid;
-        if (common->json)
-            status = report_json(grid, box, out_path);
-        else
-            printf("%s: %zu x %zu x %zu samples of %s\n", out_path, grid->dims[0], grid->dims[1],
-                   grid->dims[2], cvol_type_name(grid->type));
-    }
-    close_input(&in);
-    return status;
+    const double start = milliseconds();
+    int code = find_part(context, &p, box, &by_slab);
+    if (!code)
+        code = cvol_volume_sink_open(context, &sink, out_path, &p.grid);
+    if (!code)
+        code = write_slabs(context, &p, by_slab, sink, &samples);
+    const double decode_ms = milliseconds() - start;
+    const int no_memory = code == CVOL_ERROR_MEMORY && !samples;
+    free(samples);
+    if (code)
+        cvol_volume_sink_abandon(sink);
+    else
+        code = cvol_volume_sink_commit(context, sink);
+    if (no_memory)
+        return complain(EXIT_FAILED, "%s: not enough memory for a slab of samples", in_path);
+    if (code)
+        return complain_context(context, code, NULL);
+    clear_progress();
+    if (common->json)
+        return report_json(&p, out_path, decode_ms);
+    printf("%s: %zu x %zu x %zu samples of %s\n", out_path, p.grid.dims[0], p.grid.dims[1],
+           p.grid.dims[2], cvol_type_name(p.grid.type));
+    return EXIT_DONE;
 }
 
 int command_decompress(int argc, char **argv)

@@ -25,6 +25,8 @@ static void on_interrupt(int signal_number)
 typedef struct progress_line {
     double shown_at; /* milliseconds */
     int on_terminal, visible;
+    const char *held; /* shown instead of what the library says, or NULL */
+    double fraction;
 } progress_line;
 
 static progress_line progress_state;
@@ -35,10 +37,17 @@ static int show_progress(void *user, const char *what, double fraction)
     if (line->on_terminal && milliseconds() - line->shown_at > 100) {
         line->shown_at = milliseconds();
         line->visible = 1;
-        fprintf(stderr, "\r\033[K%s %3.0f %%", what, 100 * fraction);
+        fprintf(stderr, "\r\033[K%s %3.0f %%", line->held ? line->held : what,
+                100 * (line->held ? line->fraction : fraction));
         fflush(stderr);
     }
     return interrupted;
+}
+
+void hold_progress(const char *what, double fraction)
+{
+    progress_state.held = what;
+    progress_state.fraction = fraction;
 }
 
 void clear_progress(void)
@@ -88,13 +97,21 @@ uint64_t file_size(const char *path)
     return stat(path, &status) ? 0 : (uint64_t)status.st_size;
 }
 
+int read_type_name(common_options *common)
+{
+    if (!common->type_name || (common->read.type = cvol_type_from_name(common->type_name)))
+        return EXIT_DONE;
+    return complain(EXIT_MISUSED,
+                    "--type is '%s', must be uint8, int8, uint16, int16, uint32, int32, float32 or "
+                    "float64",
+                    common->type_name);
+}
+
 static int read_dense(cvol_context *context, input *in, const char *path, common_options *common)
 {
-    if (common->type_name && !(common->read.type = cvol_type_from_name(common->type_name)))
-        return complain(EXIT_MISUSED,
-                        "--type is '%s', must be uint8, int8, uint16, int16, uint32, int32, "
-                        "float32 or float64",
-                        common->type_name);
+    int status = read_type_name(common);
+    if (status)
+        return status;
     int code = cvol_volume_read(context, &in->volume, path, &common->read);
     if (code)
         return complain_context(context, code, NULL);

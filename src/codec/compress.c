@@ -245,7 +245,8 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
                                      .file_bytes = c->file_bytes,
                                      .lossless = array->max_error <= 0,
                                      .target_met = met,
-                                     .trials = c->trial.count};
+                                     .trials = c->trial.count,
+                                     .coefficients = array->coefficients};
 }
 
 int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,

@@ -155,7 +155,8 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
                                      .file_bytes = c->file_bytes,
                                      .lossless = found->max_error <= 0,
                                      .target_met = met,
-                                     .trials = c->trial.count};
+                                     .trials = c->trial.count,
+                                     .coefficients = found->coefficients};
 }
 
 /* Where a pass and those before it lead. The first one's tables were fitted to samples; those of
@@ -262,9 +263,11 @@ int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, co
     c.raw_bytes = cvol_grid_bytes(grid);
     memory.sheet_bytes = grid->dims[0] * grid->dims[1] * cvol_type_size(grid->type);
     code = cvol_trial_start_source(context, &c.trial, &from, grid);
+    if (!code) /* checked, and kept */
+        code = cvol_array_set_attributes(context, c.trial.shape, options->attributes);
     if (!code) {
         cvol_compression_limits(&c);
-        code = run(&c, path, options->attributes, report);
+        code = run(&c, path, cvol_array_attributes(c.trial.shape), report);
     }
     cvol_trial_free(&c.trial);
     free(memory.samples);

@@ -1,0 +1,88 @@
+/* Compressing volumes that are larger than memory: slabs from a file. */
+#include "compress_stream.h"
+
+#include <math.h>
+#include <unistd.h>
+
+/* Bytes of memory, or as good as endless. */
+static double physical_memory(void)
+{
+    const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+    return pages > 0 && page > 0 ? (double)pages * (double)page : (double)INFINITY;
+}
+
+int open_slab_input(cvol_context *context, slab_input *in, const char *path, common_options *common,
+                    int always)
+{
+    int status = read_type_name(common);
+    if (status)
+        return status;
+    int code = cvol_volume_stream_open(context, &in->stream, path, &common->read);
+    if (code)
+        return complain_context(context, code, NULL);
+    in->path = path;
+    in->common = common;
+    const double bytes = (double)cvol_grid_bytes(slab_input_grid(in));
+    if (!always && bytes <= physical_memory() / 4) {
+        close_slab_input(in);
+        return EXIT_DONE;
+    }
+    if (!common->json) {
+        clear_progress();
+        fprintf(stderr, "cvol: %s: %.4g MiB of samples, compressed slab by slab\n", path,
+                bytes / (1 << 20));
+    }
+    return EXIT_DONE;
+}
+
+void close_slab_input(slab_input *in)
+{
+    cvol_volume_stream_close(in->stream);
+    in->stream = NULL;
+}
+
+const cvol_grid *slab_input_grid(const slab_input *in)
+{
+    return cvol_volume_stream_grid(in->stream);
+}
+
+static int read_slab(cvol_context *context, void *user, void *samples, size_t first, size_t sheets)
+{
+    const slab_input *in = user;
+    int code = cvol_volume_stream_read(context, in->stream, samples, first, sheets);
+    if (!code && in->common->fill_given) {
+        cvol_volume slab = {*slab_input_grid(in), samples};
+        slab.grid.dims[2] = sheets;
+        code = cvol_volume_fill(context, &slab, in->common->fill);
+    }
+    return code;
+}
+
+/* What the file says of itself, but that only a part of it is read. */
+static int read_info(cvol_context *context, cvol_array_info *info, const char *path,
+                     const cvol_grid *grid, const cvol_compress_report *report)
+{
+    static const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
+    const cvol_file_part part = {.begin = zero, .end = one};
+    cvol_array *array;
+    int code = cvol_array_read_part(context, &array, NULL, path, &part);
+    if (code)
+        return complain_context(context, code, NULL);
+    cvol_array_get_info(array, info);
+    cvol_array_free(array);
+    info->coefficients = report->coefficients;
+    info->rho = (double)report->coefficients / (double)cvol_grid_samples(grid);
+    return EXIT_DONE;
+}
+
+int compress_slabs(cvol_context *context, slab_input *in, const char *out_path,
+                   const cvol_compress_options *options, cvol_compress_report *report,
+                   cvol_array_info *info)
+{
+    const cvol_sample_source source = {read_slab, in};
+    const cvol_grid *grid = slab_input_grid(in);
+    int code = cvol_compress_stream(context, report, out_path, &source, grid, options);
+    if (code)
+        return complain_context(context, code, code == CVOL_ERROR_IO ? NULL : in->path);
+    return read_info(context, info, out_path, grid, report);
+}

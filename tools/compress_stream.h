@@ -1,0 +1,27 @@
+/* Compressing volumes that are larger than memory. */
+#ifndef CVOL_TOOLS_COMPRESS_STREAM_H
+#define CVOL_TOOLS_COMPRESS_STREAM_H
+
+#include "cli.h"
+
+/* A volume's file that is read slab by slab. */
+typedef struct slab_input {
+    cvol_volume_stream *stream; /* NULL: it is to be read whole */
+    const char *path;
+    const common_options *common;
+} slab_input;
+
+/* Opens the file if it is to be read slab by slab: if `always`, or its samples take more than a
+ * quarter of the machine's memory; and says so on standard error, unless --json was given. Exit
+ * status, after a sentence. */
+int open_slab_input(cvol_context *context, slab_input *in, const char *path, common_options *common,
+                    int always);
+void close_slab_input(slab_input *in);
+const cvol_grid *slab_input_grid(const slab_input *in);
+
+/* Exit status, after a sentence. */
+int compress_slabs(cvol_context *context, slab_input *in, const char *out_path,
+                   const cvol_compress_options *options, cvol_compress_report *report,
+                   cvol_array_info *info);
+
+#endif
