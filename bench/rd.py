@@ -17,7 +17,7 @@ from tables import (Failed, add_common_arguments, check_cvol, markdown, provenan
                     say, write_results)
 from volumes import BENCH, all_paths, raw_options, short_name
 
-RATES = (0.03, 0.1, 0.3, 0.8, 1.8, 4.0)
+RATES = tuple(0.03 * (4 / 0.03) ** (k / 5) for k in range(6))  # evenly spaced in their logarithm
 TOLERANCES = 24
 EXACT = 999  # what cvol calls an infinite PSNR
 BITS = {'uint8': 8, 'int8': 8, 'uint16': 16, 'int16': 16, 'uint32': 32, 'int32': 32,
@@ -73,7 +73,7 @@ def measure_volume(arguments, cvol, tool, path, folder):
         if rate > BITS[about['type']] / 1.5:
             continue
         row = {'volume': name, 'dims': 'x'.join(map(str, about['dims'])), 'type': about['type'],
-               'rate': rate}
+               'rate': round(rate, 4)}
         try:
             found = measure_rate(arguments, cvol, path, about, rate, packed)
         except Failed as problem:

@@ -5,6 +5,8 @@
  * Every volume is encoded at a row of steps; what the tokens of each run count for is inverse to
  * its bits, so that low rates are as well served as high ones. Then tables are made of the counts,
  * and all is done again. ROUNDS 0 only prints the table of bits and decibels.
+ * Environment: STRIDE (every n-th brick), LAPPED (0, 1, 2: both), SPLIT (cvol_split_choice), FIT
+ * (1: with tables fitted to each run).
  */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
@@ -65,8 +67,10 @@ static double brick_error(const cvol_array *array, const cvol_slab *slab, size_t
     static float out[4096] __attribute__((aligned(64)));
     static float *scratch;
     const size_t all[3] = {4, 4, 4};
+    cvol_array lapped = *array; /* which needs more */
+    lapped.lapped = 1;
     if (!scratch)
-        scratch = aligned_alloc(64, (cvol_brick_scratch(array, all) * 4 + 63) & ~(size_t)63);
+        scratch = aligned_alloc(64, (cvol_brick_scratch(&lapped, all) * 4 + 63) & ~(size_t)63);
     const cvol_brick_box box = cvol_brick_box_of(array, brick);
     cvol_brick_gather(cells, scratch, slab, array, box.first, box.count);
     const uint32_t *words = terms->words;
@@ -187,9 +191,11 @@ int main(int argc, char **argv)
                 fail(cvol_context_message(context));
             shape->offset = min;
             shape->lapped = lapped;
-            for (int k = 0; k < STEPS; k++) {
+            for (int k = 0; k < STEPS * (lapped > 1 ? 2 : 1); k++) {
+                if (lapped > 1)
+                    shape->lapped = k >= STEPS;
                 memset(counts, 0, sizeof *counts);
-                const double step = steps[k] * (max - min);
+                const double step = steps[k % STEPS] * (max - min);
                 run_result result;
                 memcpy(own, tables, sizeof *own);
                 if (fit) {
@@ -205,7 +211,7 @@ int main(int argc, char **argv)
                     printf("%-24.24s step %6g bits %8.4f + %.4f dB %6.2f (%+.4f)  encode %6.1f "
                            "decode %7.1f "
                            "Msamples/s\n",
-                           strrchr(name, '/') ? strrchr(name, '/') + 1 : name, steps[k],
+                           strrchr(name, '/') ? strrchr(name, '/') + 1 : name, steps[k % STEPS],
                            result.bits / result.samples, 8 * (double)section.size / result.samples,
                            20 * log10(max - min) - 10 * log10(result.error / result.samples),
                            10 * log10(result.error / result.chosen),
