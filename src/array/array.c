@@ -118,6 +118,15 @@ int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_a
     return cvol_array_create_as(context, out, &grid, like->rank, like->transform, like->block);
 }
 
+void cvol_array_drop_modes(cvol_array *array)
+{
+    cvol_mask_free(array->mask);
+    if (array->corrections)
+        array->corrections->free(array->corrections);
+    array->mask = NULL;
+    array->corrections = NULL;
+}
+
 void cvol_array_free(cvol_array *array)
 {
     if (!array)
@@ -130,6 +139,7 @@ void cvol_array_free(cvol_array *array)
     free(array->attributes);
     if (array->coded)
         array->free_coded(array->coded);
+    cvol_array_drop_modes(array);
     free(array);
 }
 
@@ -165,6 +175,10 @@ static uint64_t resident_bytes(const cvol_array *array)
                      array->pool_words * sizeof(uint32_t);
     if (array->block)
         bytes += array->block_count * sizeof *array->block_table;
+    if (array->mask)
+        bytes += cvol_mask_bytes(array->mask);
+    if (array->corrections)
+        bytes += array->corrections->bytes(array->corrections);
     return bytes + whole->low_count * sizeof *whole->low_values +
            whole->sparse_capacity * (sizeof *whole->places + sizeof *whole->values);
 }

@@ -7,12 +7,15 @@
  * by one word that is the value itself. Places rise strictly within a block. A coefficient is value
  * times step.
  *
- * What decodes is `offset` plus the inverse transform of the terms, of lapped volumes post-filtered.
+ * What decodes is `offset` plus the inverse transform of the terms, of lapped volumes
+ * post-filtered.
  */
 #ifndef CVOL_ARRAY_ARRAY_H
 #define CVOL_ARRAY_ARRAY_H
 
+#include "array/corrections.h"
 #include "array/ledger.h"
+#include "array/mask.h"
 #include "array/spectrum.h"
 #include "cvol/algebra.h"
 #include "cvol/array.h"
@@ -38,6 +41,9 @@ struct cvol_array {
     void (*free_coded)(void *coded);
     char *attributes; /* JSON text, or NULL: of the volume it was read with */
     double offset;    /* added to every sample; whole arrays: 0 */
+    /* Volumes only: samples without a value, which evaluate to their fills; both may be NULL. */
+    cvol_mask *mask;
+    cvol_corrections *corrections;
     /* blocks only: */
     int block;      /* B; 0: whole */
     int block_log2; /* 3, 4 or 5 */
@@ -59,6 +65,9 @@ int cvol_array_create(cvol_context *context, cvol_array **out, const cvol_grid *
 /* The same of any rank, transform and block; 0: a whole array without terms. */
 int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_grid *grid, int rank,
                          cvol_transform transform, int block);
+/* Frees mask and corrections. */
+void cvol_array_drop_modes(cvol_array *array);
+
 /* An empty array of the same shape, for a result: sample type float32, value scale 1. */
 int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_array *like);
 

@@ -117,12 +117,11 @@ static int evaluate_lapped(cvol_context *context, void *out, const cvol_array *a
     return cvol_stream_run(context, &stream);
 }
 
-int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *array,
-                            const size_t begin[3], const size_t end[3])
+/* What the terms are, in the array's type. */
+static int evaluate_terms(cvol_context *context, void *out, const cvol_array *array,
+                          const size_t begin[3], const size_t end[3])
 {
-    int code = cvol_array_check_box(context, array, begin, end);
-    if (code)
-        return code;
+    int code = CVOL_OK;
     if (!array->block)
         return cvol_whole_evaluate_stored(context, out, array, begin, end);
     if (array->lapped)
@@ -166,4 +165,43 @@ int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *
     if (failed)
         return cvol_fail_memory(context, per_block * sizeof(float), "a block");
     return cvol_report_progress(context, "decoding", 1);
+}
+
+/* Masked samples become their fills. */
+static int apply_mask(cvol_context *context, void *out, const cvol_array *array,
+                      const size_t begin[3], const size_t end[3])
+{
+    const size_t sheet = (end[0] - begin[0]) * (end[1] - begin[1]);
+    const size_t size = cvol_type_size(array->grid.type);
+    int failed = 0;
+#pragma omp parallel num_threads(cvol_context_threads(context))
+    {
+        uint8_t *which = cvol_allocate(sheet, CVOL_MASK_CELL);
+        if (!which) {
+#pragma omp atomic write
+            failed = 1;
+        }
+#pragma omp for schedule(static)
+        for (size_t z = begin[2]; z < end[2]; z += CVOL_MASK_CELL) {
+            const size_t first[3] = {begin[0], begin[1], z};
+            const size_t last[3] = {end[0], end[1],
+                                    end[2] - z < CVOL_MASK_CELL ? end[2] : z + CVOL_MASK_CELL};
+            if (which && cvol_mask_get(which, array->mask, first, last))
+                cvol_fills_apply((uint8_t *)out + size * sheet * (z - begin[2]),
+                                 cvol_mask_fills(array->mask), array->grid.type, which,
+                                 sheet * (last[2] - z));
+        }
+        free(which);
+    }
+    return failed ? cvol_fail_memory(context, sheet * CVOL_MASK_CELL, "a mask") : CVOL_OK;
+}
+
+int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *array,
+                            const size_t begin[3], const size_t end[3])
+{
+    int code = cvol_array_check_box(context, array, begin, end);
+    if (!code)
+        code = array->corrections ? array->corrections->evaluate(context, out, array, begin, end)
+                                  : evaluate_terms(context, out, array, begin, end);
+    return code || !array->mask ? code : apply_mask(context, out, array, begin, end);
 }

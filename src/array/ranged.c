@@ -173,6 +173,8 @@ int cvol_array_share(cvol_context *context, cvol_array **out, const cvol_array *
     (*out)->block_table = table;
     (*out)->attributes = NULL;
     (*out)->coded = NULL;
+    (*out)->mask = NULL;
+    (*out)->corrections = NULL;
     (*out)->pools = NULL;
     (*out)->pool_count = (*out)->pool_capacity = 0;
     return CVOL_OK;

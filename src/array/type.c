@@ -36,6 +36,7 @@ int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type
                          cvol_type_name(type_for(lo, hi)));
     if (array->grid.type == type)
         return CVOL_OK;
+    cvol_array_drop_modes(array); /* they are of the type before */
     array->grid.type = type;
     array->ledger.value_min = lo;
     array->ledger.value_max = hi;

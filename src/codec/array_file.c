@@ -9,6 +9,8 @@
 #include "codec/bricks.h"
 #include "codec/coded.h"
 #include "codec/container.h"
+#include "codec/corrected.h"
+#include "codec/mask_section.h"
 #include "codec/ranges.h"
 #include "codec/terms.h"
 #include "codec/writer.h"
@@ -59,8 +61,37 @@ static int make_tables(cvol_context *context, cvol_token_tables **out, const cvo
                                 : cvol_fail_memory(context, sizeof *counts, "the coder's tables");
     if (!code)
         cvol_token_tables_fit(tables, counts);
+    const cvol_corrected *corrected = cvol_corrected_of(array);
+    if (!code && corrected && corrected->tables) /* as they are coded already */
+        cvol_token_tables_copy_rows(tables, corrected->tables, CVOL_ROW_CORRECTION, CVOL_ROWS);
     free(counts);
     *out = tables;
+    return code;
+}
+
+/* The mask's bricks, and the corrections'. */
+static int write_modes(cvol_context *context, cvol_file_writer *writer, cvol_file_front *front,
+                       const cvol_array *array)
+{
+    const cvol_corrected *corrected = cvol_corrected_of(array);
+    const size_t bricks = cvol_brick_count(array);
+    cvol_token_writer tokens = {0};
+    cvol_bytes bytes = {0};
+    int code = CVOL_OK;
+    for (size_t b = 0; array->mask && b < bricks && !code; b++) {
+        code = cvol_mask_brick(&tokens, &bytes, front->tables, array, b)
+                   ? cvol_file_writer_add_one(context, writer, CVOL_STREAM_MASK, b,
+                                              (cvol_span){bytes.data, bytes.size})
+                   : cvol_fail_memory(context, bytes.size, "a mask");
+    }
+    cvol_bytes_free(&bytes);
+    cvol_token_writer_free(&tokens);
+    if (corrected && corrected->kind == CVOL_CORRECTED_PACKED)
+        front->packed = &corrected->data;
+    else
+        for (size_t b = 0; corrected && b < bricks && !code; b++)
+            code = cvol_file_writer_add_one(context, writer, CVOL_STREAM_CORRECTIONS, b,
+                                            cvol_corrected_brick(corrected, b));
     return code;
 }
 
@@ -110,6 +141,8 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
         front.tables = coded ? coded->tables : tables;
         if (!code)
             code = write_volume(context, writer, &front, &content, &header, array);
+        if (!code)
+            code = write_modes(context, writer, &front, array);
     } else {
         code = array->block ? cvol_terms_put(context, &content, array)
                             : cvol_spectrum_put(context, &content, array);

@@ -9,13 +9,13 @@
 int cvol_brick_index_make(cvol_context *context, cvol_brick_index *index, size_t bricks)
 {
     const size_t runs = bricks / CVOL_RUN_BRICKS + (bricks % CVOL_RUN_BRICKS != 0);
-    *index = (cvol_brick_index){.bricks = bricks, .runs = runs};
-    index->ends = calloc(bricks, CVOL_SHELLS * sizeof *index->ends);
-    index->checksums = calloc(runs, CVOL_SHELLS * sizeof *index->checksums);
+    *index = (cvol_brick_index){.bricks = bricks, .runs = runs, .present = CVOL_STREAMS_SHELLS};
+    index->ends = calloc(bricks, CVOL_STREAMS * sizeof *index->ends);
+    index->checksums = calloc(runs, CVOL_STREAMS * sizeof *index->checksums);
     if ((index->ends && index->checksums) || !bricks)
         return CVOL_OK;
     cvol_brick_index_free(index);
-    return cvol_fail_memory(context, bricks * CVOL_SHELLS * sizeof *index->ends, "the index");
+    return cvol_fail_memory(context, bricks * CVOL_STREAMS * sizeof *index->ends, "the index");
 }
 
 void cvol_brick_index_free(cvol_brick_index *index)
@@ -40,29 +40,72 @@ static uint32_t *checksum_of(const cvol_brick_index *index, int shell, size_t ru
     return index->checksums + (size_t)shell * index->runs + run;
 }
 
+int cvol_brick_index_add_one(cvol_brick_index *index, int stream, size_t brick, cvol_span bytes)
+{
+    uint32_t *checksum = checksum_of(index, stream, brick / CVOL_RUN_BRICKS);
+    if (bytes.size > UINT32_MAX)
+        return 0;
+    index->present |= 1u << stream;
+    *end_of(index, stream, brick) = begin_of(index, stream, brick) + bytes.size;
+    *checksum = cvol_crc32c_more(*checksum, bytes.data, bytes.size);
+    return 1;
+}
+
 int cvol_brick_index_add(cvol_brick_index *index, size_t brick, const cvol_span shells[CVOL_SHELLS])
 {
-    for (int s = 0; s < CVOL_SHELLS; s++) {
-        uint32_t *checksum = checksum_of(index, s, brick / CVOL_RUN_BRICKS);
-        if (shells[s].size > UINT32_MAX)
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        if (!cvol_brick_index_add_one(index, s, brick, shells[s]))
             return 0;
-        *end_of(index, s, brick) = begin_of(index, s, brick) + shells[s].size;
-        *checksum = cvol_crc32c_more(*checksum, shells[s].data, shells[s].size);
-    }
     return 1;
+}
+
+/* Lengths, then checksums, of streams first .. end - 1, as far as they are there. */
+static void put_streams(cvol_bytes *out, const cvol_brick_index *index, int first, int end)
+{
+    for (int s = first; s < end; s++)
+        for (size_t b = 0; index->present >> s & 1 && b < index->bricks; b++)
+            cvol_bytes_put_varint(out, *end_of(index, s, b) - begin_of(index, s, b));
+    for (int s = first; s < end; s++)
+        for (size_t r = 0; index->present >> s & 1 && r < index->runs; r++)
+            cvol_bytes_put_u32(out, *checksum_of(index, s, r));
 }
 
 void cvol_brick_index_put(cvol_bytes *out, const cvol_brick_index *index)
 {
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        for (size_t b = 0; b < index->bricks; b++)
-            cvol_bytes_put_varint(out, *end_of(index, s, b) - begin_of(index, s, b));
-    for (size_t i = 0; i < CVOL_SHELLS * index->runs; i++)
-        cvol_bytes_put_u32(out, index->checksums[i]);
+    put_streams(out, index, 0, CVOL_SHELLS);
+    for (int s = CVOL_SHELLS; s < CVOL_STREAMS; s++)
+        put_streams(out, index, s, s + 1);
+}
+
+static int take_streams(cvol_context *context, cvol_brick_index *index, cvol_cursor *content,
+                        int first, int end, const char *name)
+{
+    for (int s = first; s < end; s++)
+        for (size_t b = 0; index->present >> s & 1 && b < index->bricks; b++) {
+            const uint64_t size = cvol_cursor_varint(content);
+            if (content->failed || size > UINT32_MAX)
+                return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                                 "%s: section INDX: shell %d of brick %zu of %zu has no length "
+                                 "below 2^32",
+                                 name, s, b, index->bricks);
+            *end_of(index, s, b) = begin_of(index, s, b) + size;
+        }
+    for (int s = first; s < end; s++)
+        for (size_t r = 0; index->present >> s & 1 && r < index->runs; r++)
+            *checksum_of(index, s, r) = cvol_cursor_u32(content);
+    return CVOL_OK;
 }
 
 int cvol_brick_index_take(cvol_context *context, cvol_brick_index *index,
                           const cvol_section *section, uint64_t bricks, const char *name)
+{
+    return cvol_brick_index_take_streams(context, index, section, bricks, CVOL_STREAMS_SHELLS,
+                                         name);
+}
+
+int cvol_brick_index_take_streams(cvol_context *context, cvol_brick_index *index,
+                                  const cvol_section *section, uint64_t bricks, unsigned present,
+                                  const char *name)
 {
     cvol_cursor content = cvol_section_cursor(section);
     *index = (cvol_brick_index){0};
@@ -72,25 +115,23 @@ int cvol_brick_index_take(cvol_context *context, cvol_brick_index *index,
                          "%s: section INDX has %llu bytes, %llu bricks are more than it can hold",
                          name, (unsigned long long)section->length, (unsigned long long)bricks);
     int code = cvol_brick_index_make(context, index, (size_t)bricks);
-    if (code)
-        return code;
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        for (size_t b = 0; b < index->bricks; b++) {
-            const uint64_t size = cvol_cursor_varint(&content);
-            if (content.failed || size > UINT32_MAX)
-                return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                                 "%s: section INDX: shell %d of brick %zu of %zu has no length "
-                                 "below 2^32",
-                                 name, s, b, index->bricks);
-            *end_of(index, s, b) = begin_of(index, s, b) + size;
-        }
-    if (cvol_cursor_left(&content) != 4 * CVOL_SHELLS * index->runs)
-        return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: section INDX has %zu bytes behind its lengths, must have %zu", name,
-                         cvol_cursor_left(&content), 4 * CVOL_SHELLS * index->runs);
-    for (size_t i = 0; i < CVOL_SHELLS * index->runs; i++)
-        index->checksums[i] = cvol_cursor_u32(&content);
-    return CVOL_OK;
+    index->present |= present;
+    if (!code)
+        code = take_streams(context, index, &content, 0, CVOL_SHELLS, name);
+    for (int s = CVOL_SHELLS; s < CVOL_STREAMS && !code; s++)
+        code = take_streams(context, index, &content, s, s + 1, name);
+    if (!code && (content.failed || cvol_cursor_left(&content)))
+        code = cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section INDX has %s bytes for %zu bricks and their checksums", name,
+                         content.failed ? "too few" : "too many", index->bricks);
+    return code;
+}
+
+int cvol_brick_index_sound(const cvol_brick_index *index, int shell, size_t run,
+                           const uint8_t *data)
+{
+    const cvol_span bytes = cvol_brick_index_run(index, shell, run, data);
+    return cvol_crc32c(bytes.data, bytes.size) == *checksum_of(index, shell, run);
 }
 
 uint64_t cvol_brick_index_size(const cvol_brick_index *index, int shell)

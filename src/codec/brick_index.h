@@ -1,4 +1,5 @@
-/* Section INDX: where each brick's bytes lie in the four shells, and their checksums.
+/* Section INDX: where each brick's bytes lie in the streams of a file, and their checksums. Streams
+ * are the four shells, and in files that have them the masks and the corrections.
  *
  * A checksum is that of a run: of a shell's bytes of 16 bricks in order (fewer in the last run). So
  * a few bricks are read and checked without their shell, and checksums cost a byte a brick. The
@@ -10,12 +11,19 @@
 #include "codec/brick_code.h"
 #include "codec/section.h"
 
-enum { CVOL_RUN_BRICKS = 16 };
+enum {
+    CVOL_RUN_BRICKS = 16,
+    CVOL_STREAM_MASK = CVOL_SHELLS,
+    CVOL_STREAM_CORRECTIONS,
+    CVOL_STREAMS,
+    CVOL_STREAMS_SHELLS = (1 << CVOL_SHELLS) - 1 /* bits of the shells */
+};
 
 typedef struct cvol_brick_index {
     size_t bricks, runs;
-    uint64_t *ends;      /* [shell bricks + brick]: where its bytes end */
-    uint32_t *checksums; /* [shell runs + run] */
+    unsigned present;    /* bit `stream`: it is part of the file; the shells always are */
+    uint64_t *ends;      /* [stream bricks + brick]: where its bytes end */
+    uint32_t *checksums; /* [stream runs + run] */
 } cvol_brick_index;
 
 /* One for so many bricks, all empty. Errors: MEMORY. */
@@ -26,6 +34,9 @@ void cvol_brick_index_free(cvol_brick_index *index);
 int cvol_brick_index_add(cvol_brick_index *index, size_t brick,
                          const cvol_span shells[CVOL_SHELLS]);
 
+/* The same of one stream, which is then part of the file. */
+int cvol_brick_index_add_one(cvol_brick_index *index, int stream, size_t brick, cvol_span bytes);
+
 /* Appends the section's content. */
 void cvol_brick_index_put(cvol_bytes *out, const cvol_brick_index *index);
 /* Reads it; what `bricks` would take is held against the content's length before memory is spent on
@@ -33,13 +44,22 @@ void cvol_brick_index_put(cvol_bytes *out, const cvol_brick_index *index);
 int cvol_brick_index_take(cvol_context *context, cvol_brick_index *index,
                           const cvol_section *section, uint64_t bricks, const char *name);
 
-/* A shell's bytes in all, and the checksum of its section's header. */
+/* The same of a file with these streams. */
+int cvol_brick_index_take_streams(cvol_context *context, cvol_brick_index *index,
+                                  const cvol_section *section, uint64_t bricks, unsigned present,
+                                  const char *name);
+
+/* A shell's (here and below: or another stream's) bytes in all, and the checksum of its section's
+ * header. */
 uint64_t cvol_brick_index_size(const cvol_brick_index *index, int shell);
 uint32_t cvol_brick_index_checksum(const cvol_brick_index *index, int shell);
 /* Whether a shell's section agrees with the index. Errors: CORRUPT. */
 int cvol_brick_index_check(cvol_context *context, const cvol_brick_index *index, int shell,
                            const cvol_section *section, const char *name);
 
+/* Whether the checksum of a run of bricks holds. */
+int cvol_brick_index_sound(const cvol_brick_index *index, int shell, size_t run,
+                           const uint8_t *data);
 /* A brick's bytes, or a run's, within its shell. */
 cvol_span cvol_brick_index_brick(const cvol_brick_index *index, int shell, size_t brick,
                                  const uint8_t *data);

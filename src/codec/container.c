@@ -10,6 +10,7 @@
 
 #include "base/context.h"
 #include "codec/header.h"
+#include "codec/mask_section.h"
 #include "codec/ranges.h"
 #include "codec/shells.h"
 #include "codec/terms.h"
@@ -202,6 +203,42 @@ static int make_array(reading *r)
 
 /* ---- volumes ---------------------------------------------------------------------------- */
 
+/* A section whose checksums are the index's. */
+static int need_stream(const reading *r, cvol_section_kind kind)
+{
+    if (has(r, kind))
+        return CVOL_OK;
+    return cvol_fail(r->context, CVOL_ERROR_CORRUPT,
+                     "%s: section %s is missing, which section HEAD "
+                     "tells of",
+                     r->name, cvol_section_tag(kind));
+}
+
+/* MASK and CORR: the latter only where all of the base is there. */
+static int read_modes(reading *r, const cvol_brick_index *index, const cvol_token_tables *tables,
+                      const cvol_box *box)
+{
+    const cvol_header *header = &r->header;
+    int code = CVOL_OK;
+    if (header->fills.count) {
+        code = need_stream(r, CVOL_MASK);
+        if (!code)
+            code = cvol_mask_take(r->context, r->array, &header->fills, tables, index,
+                                  &r->sections[CVOL_MASK], box, r->name);
+    }
+    if (code || !header->corrections || r->used < CVOL_SHELLS || (r->cut && !has(r, CVOL_CORR)))
+        return code;
+    const cvol_corrected_file file = {.kind = header->corrections,
+                                      .fraction = header->fraction,
+                                      .rule = &header->rule,
+                                      .tables = tables,
+                                      .index = index,
+                                      .section = &r->sections[CVOL_CORR],
+                                      .box = box};
+    code = need_stream(r, CVOL_CORR);
+    return code ? code : cvol_corrected_take(r->context, r->array, &file, r->name);
+}
+
 static int read_bricks(reading *r, const cvol_brick_index *index)
 {
     cvol_brick_source source = {.index = index, .count = r->used};
@@ -214,14 +251,16 @@ static int read_bricks(reading *r, const cvol_brick_index *index)
         source.shells[s] = section->content;
         code = cvol_brick_index_check(r->context, index, s, section, r->name);
     }
-    if (!code && r->part.begin) {
-        cvol_box box;
+    cvol_box box;
+    if (r->part.begin) {
         memcpy(box.begin, r->part.begin, sizeof box.begin);
         memcpy(box.end, r->part.end, sizeof box.end);
-        code = cvol_bricks_decode(r->context, r->array, tables, &source, &box, r->name);
-    } else if (!code) {
-        code = cvol_bricks_decode(r->context, r->array, tables, &source, NULL, r->name);
     }
+    if (!code)
+        code = cvol_bricks_decode(r->context, r->array, tables, &source,
+                                  r->part.begin ? &box : NULL, r->name);
+    if (!code)
+        code = read_modes(r, index, tables, r->part.begin ? &box : NULL);
     free(tables);
     return code;
 }
@@ -233,8 +272,9 @@ static int read_volume(reading *r)
     if (!code)
         code = need(r, CVOL_INDX);
     if (!code)
-        code = cvol_brick_index_take(r->context, &index, &r->sections[CVOL_INDX],
-                                     cvol_header_bricks(&r->header), r->name);
+        code = cvol_brick_index_take_streams(r->context, &index, &r->sections[CVOL_INDX],
+                                             cvol_header_bricks(&r->header),
+                                             cvol_header_streams(&r->header), r->name);
     if (!code)
         code = make_array(r);
     if (!code && has(r, CVOL_RNGE) && r->used == CVOL_SHELLS && !r->part.begin)

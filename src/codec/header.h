@@ -8,7 +8,7 @@
 
 #include "array/array.h"
 #include "base/bytes.h"
-#include "codec/brick_code.h"
+#include "codec/corrected.h"
 
 typedef struct cvol_header {
     cvol_grid grid; /* GEOM: all of it but shape and type */
@@ -16,6 +16,10 @@ typedef struct cvol_header {
     uint32_t transform, rank, block, lapped;
     double step, offset;
     uint64_t coefficients;
+    cvol_corrected_kind corrections; /* these of volumes that have any, or a mask */
+    int fraction;
+    cvol_correction_rule rule;
+    cvol_fills fills;
     cvol_ledger ledger; /* HEAD: value_min and value_max; ERRS: the other two */
     /* ERRS */
     double psnr_db, max_error, threshold;
@@ -30,6 +34,9 @@ int cvol_header_is_volume(const cvol_header *header);
 /* How many blocks it claims along each axis; how many bricks, of a volume. */
 void cvol_header_blocks(uint64_t blocks[3], const cvol_header *header);
 uint64_t cvol_header_bricks(const cvol_header *header);
+
+/* The streams that the index of a volume's file has (brick_index.h). */
+unsigned cvol_header_streams(const cvol_header *header);
 
 /* Append a section's content. */
 void cvol_head_put(cvol_bytes *out, const cvol_header *header);

@@ -53,10 +53,19 @@ static void note(walk *w, int code)
 
 /* ---- one section ------------------------------------------------------------------------ */
 
+/* Which stream of bricks a section holds; -1: none. */
+static int stream_of(cvol_section_kind kind)
+{
+    return kind >= CVOL_SHL0 && kind <= CVOL_SHL3 ? (int)kind - CVOL_SHL0
+           : kind == CVOL_MASK                    ? CVOL_STREAM_MASK
+           : kind == CVOL_CORR                    ? CVOL_STREAM_CORRECTIONS
+                                                  : -1;
+}
+
 /* A shell, run by run; the section's checksum is that of the runs' own. */
 static cvol_section_state check_shell(walk *w, const cvol_section *section)
 {
-    const int shell = (int)section->kind - CVOL_SHL0;
+    const int shell = stream_of(section->kind);
     int code = cvol_brick_index_check(w->context, &w->index, shell, section, w->name);
     cvol_section_state state = code ? CVOL_SECTION_DAMAGED : CVOL_SECTION_SOUND;
     note(w, code);
@@ -87,13 +96,16 @@ static void keep_content(walk *w, const cvol_section *section)
     if (section->kind == CVOL_HEAD)
         w->has_header = !cvol_head_take(w->context, &w->header, &content, w->name);
     if (section->kind == CVOL_INDX && w->has_header && cvol_header_is_volume(&w->header))
-        w->has_index = !cvol_brick_index_take(w->context, &w->index, section,
-                                              cvol_header_bricks(&w->header), w->name);
+        w->has_index = !cvol_brick_index_take_streams(w->context, &w->index, section,
+                                                      cvol_header_bricks(&w->header),
+                                                      cvol_header_streams(&w->header), w->name);
 }
 
 static cvol_section_state check_content(walk *w, const cvol_section *section)
 {
-    if (section->kind >= CVOL_SHL0 && section->kind <= CVOL_SHL3)
+    const int is_packed = section->kind == CVOL_CORR && w->has_header &&
+                          w->header.corrections == CVOL_CORRECTED_PACKED;
+    if (stream_of(section->kind) >= 0 && !is_packed)
         return w->has_index ? check_shell(w, section) : CVOL_SECTION_UNCHECKED;
     int code = cvol_section_check(w->context, section, w->name);
     note(w, code);

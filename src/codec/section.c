@@ -24,13 +24,17 @@ static const struct section_row {
     [CVOL_RNGE] = {"RNGE", BIT(CVOL_ERRS), 1, "bounds of the decoded samples, for skipping"},
     [CVOL_TABL] = {"TABL", BIT(CVOL_ERRS) | BIT(CVOL_RNGE), 0, "the coder's probabilities"},
     [CVOL_INDX] = {"INDX", BIT(CVOL_TABL), 0, "length of each brick, checksums of runs of them"},
-    [CVOL_SHL0] = {"SHL0", BIT(CVOL_INDX), 0, "the coarsest coefficients, brick by brick"},
+    [CVOL_MASK] = {"MASK", BIT(CVOL_INDX), 0, "which samples have no value, brick by brick"},
+    [CVOL_SHL0] = {"SHL0", BIT(CVOL_INDX) | BIT(CVOL_MASK), 0,
+                   "the coarsest coefficients, brick by brick"},
     [CVOL_SHL1] = {"SHL1", BIT(CVOL_SHL0), 0, "coefficients of level 2, brick by brick"},
     [CVOL_SHL2] = {"SHL2", BIT(CVOL_SHL1), 0, "coefficients of level 1, brick by brick"},
     [CVOL_SHL3] = {"SHL3", BIT(CVOL_SHL2), 0, "the finest coefficients, brick by brick"},
+    [CVOL_CORR] = {"CORR", BIT(CVOL_SHL3), 0, "what makes samples exact, or keeps a bound"},
     [CVOL_TERM] = {"TERM", BIT(CVOL_ERRS), 0, "the terms of all blocks"},
     [CVOL_SPEC] = {"SPEC", BIT(CVOL_ERRS), 0, "the terms of the whole array"},
-    [CVOL_ENDS] = {"ENDS", BIT(CVOL_SHL3) | BIT(CVOL_TERM) | BIT(CVOL_SPEC), 0, "the end"},
+    [CVOL_ENDS] = {"ENDS", BIT(CVOL_SHL3) | BIT(CVOL_CORR) | BIT(CVOL_TERM) | BIT(CVOL_SPEC), 0,
+                   "the end"},
 };
 
 const char *cvol_section_tag(cvol_section_kind kind)

@@ -50,6 +50,14 @@ void cvol_token_tables_settle(cvol_token_tables *tables)
         settle_row(&tables->rows[r], tables->codes[r]);
 }
 
+void cvol_token_tables_copy_rows(cvol_token_tables *tables, const cvol_token_tables *from,
+                                 int first, int end)
+{
+    const size_t rows = (size_t)(end - first);
+    memcpy(tables->codes[first], from->codes[first], rows * sizeof *tables->codes);
+    memcpy(&tables->rows[first], &from->rows[first], rows * sizeof *tables->rows);
+}
+
 cvol_token_tables *cvol_token_tables_create(void)
 {
     cvol_token_tables *tables = aligned_alloc(64, (sizeof *tables + 63) & ~(size_t)63);

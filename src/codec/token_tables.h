@@ -81,6 +81,9 @@ extern const uint8_t cvol_token_defaults[CVOL_ROWS][CVOL_TOKEN_CODES];
 
 /* The built-in tables. NULL when memory is short. Freed by free(). */
 cvol_token_tables *cvol_token_tables_create(void);
+/* Takes rows first .. end - 1 from other tables. */
+void cvol_token_tables_copy_rows(cvol_token_tables *tables, const cvol_token_tables *from,
+                                 int first, int end);
 /* Sets the rows from the codes. */
 void cvol_token_tables_settle(cvol_token_tables *tables);
 

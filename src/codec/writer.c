@@ -13,7 +13,7 @@
 
 struct cvol_file_writer {
     cvol_output *output; /* NULL: only counting */
-    cvol_spool spools[CVOL_SHELLS];
+    cvol_spool spools[CVOL_STREAMS];
     cvol_brick_index index;
     size_t next;     /* brick */
     uint64_t shells; /* bytes */
@@ -38,7 +38,7 @@ int cvol_file_writer_open(cvol_context *context, cvol_file_writer **out, const c
 
 static void writer_free(cvol_file_writer *writer)
 {
-    for (int s = 0; s < CVOL_SHELLS; s++)
+    for (int s = 0; s < CVOL_STREAMS; s++)
         cvol_spool_free(&writer->spools[s]);
     cvol_brick_index_free(&writer->index);
     free(writer);
@@ -57,10 +57,10 @@ void cvol_file_writer_abandon(cvol_file_writer *writer)
 static int spill_if_many(cvol_context *context, cvol_file_writer *writer)
 {
     uint64_t held = 0;
-    for (int s = 0; s < CVOL_SHELLS; s++)
+    for (int s = 0; s < CVOL_STREAMS; s++)
         held += writer->spools[s].held.capacity;
     int code = CVOL_OK;
-    for (int s = 0; held > CVOL_SPOOLED_MOST && s < CVOL_SHELLS && !code; s++)
+    for (int s = 0; held > CVOL_SPOOLED_MOST && s < CVOL_STREAMS && !code; s++)
         code = cvol_spool_spill(context, &writer->spools[s], writer->output);
     return code;
 }
@@ -82,6 +82,19 @@ int cvol_file_writer_add(cvol_context *context, cvol_file_writer *writer,
             return code;
     }
     return writer->output ? spill_if_many(context, writer) : CVOL_OK;
+}
+
+int cvol_file_writer_add_one(cvol_context *context, cvol_file_writer *writer, int stream,
+                             size_t brick, cvol_span bytes)
+{
+    if (brick >= writer->index.bricks ||
+        !cvol_brick_index_add_one(&writer->index, stream, brick, bytes))
+        return cvol_fail(context, CVOL_ERROR_LIMIT, "brick %zu of %zu cannot be in a file", brick,
+                         writer->index.bricks);
+    if (!writer->output)
+        return CVOL_OK;
+    const int code = cvol_spool_append(context, &writer->spools[stream], bytes.data, bytes.size);
+    return code ? code : spill_if_many(context, writer);
 }
 
 uint64_t cvol_file_writer_shells(const cvol_file_writer *writer)
@@ -176,20 +189,41 @@ static int flush(cvol_context *context, cvol_file_writer *writer, cvol_bytes *by
     return code;
 }
 
+/* The section of a stream, if the file has it. */
+static int write_stream(cvol_context *context, cvol_file_writer *writer, cvol_section_kind kind,
+                        int stream, cvol_bytes *bytes, uint64_t *written)
+{
+    if (!(writer->index.present >> stream & 1))
+        return CVOL_OK;
+    const uint64_t size = cvol_brick_index_size(&writer->index, stream);
+    cvol_section_put_header(bytes, kind, size, cvol_brick_index_checksum(&writer->index, stream));
+    int code = flush(context, writer, bytes, written);
+    if (!code && writer->output)
+        code = cvol_spool_copy(context, &writer->spools[stream], writer->output);
+    *written += size;
+    return code;
+}
+
+static int write_bricks(cvol_context *context, cvol_file_writer *writer,
+                        const cvol_file_front *front, cvol_bytes *bytes, uint64_t *written)
+{
+    int code = write_stream(context, writer, CVOL_MASK, CVOL_STREAM_MASK, bytes, written);
+    for (int s = 0; s < CVOL_SHELLS && !code; s++)
+        code = write_stream(context, writer, (cvol_section_kind)(CVOL_SHL0 + s), s, bytes, written);
+    if (!code)
+        code = write_stream(context, writer, CVOL_CORR, CVOL_STREAM_CORRECTIONS, bytes, written);
+    if (front->packed)
+        cvol_section_put(bytes, CVOL_CORR, front->packed);
+    return code;
+}
+
 static int write_all(cvol_context *context, cvol_file_writer *writer, const cvol_file_front *front,
                      uint64_t *written)
 {
     cvol_bytes bytes = {0};
     int code = put_front(context, &bytes, writer, front);
-    for (int s = 0; s < CVOL_SHELLS && !front->terms && !code; s++) {
-        const uint64_t size = cvol_brick_index_size(&writer->index, s);
-        cvol_section_put_header(&bytes, (cvol_section_kind)(CVOL_SHL0 + s), size,
-                                cvol_brick_index_checksum(&writer->index, s));
-        code = flush(context, writer, &bytes, written);
-        if (!code && writer->output)
-            code = cvol_spool_copy(context, &writer->spools[s], writer->output);
-        *written += size;
-    }
+    if (!front->terms && !code)
+        code = write_bricks(context, writer, front, &bytes, written);
     if (!code) {
         cvol_section_put(&bytes, CVOL_ENDS, &(cvol_bytes){0});
         code = flush(context, writer, &bytes, written);

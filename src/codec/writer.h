@@ -23,6 +23,9 @@ int cvol_file_writer_open(cvol_context *context, cvol_file_writer **out, const c
 /* The next brick's bytes. Errors: IO, LIMIT (a shell of 4 GiB in one brick), MEMORY. */
 int cvol_file_writer_add(cvol_context *context, cvol_file_writer *writer,
                          const cvol_span shells[CVOL_SHELLS]);
+/* The same of one of the other streams (brick_index.h), which then is part of the file. */
+int cvol_file_writer_add_one(cvol_context *context, cvol_file_writer *writer, int stream,
+                             size_t brick, cvol_span bytes);
 /* The bytes of all shells so far. */
 uint64_t cvol_file_writer_shells(const cvol_file_writer *writer);
 
@@ -33,6 +36,7 @@ typedef struct cvol_file_front {
     const cvol_bytes *ranges;        /* content of RNGE (ranges.h), or NULL; left out where it takes
                                         more than a hundredth of the file */
     const cvol_token_tables *tables; /* volumes */
+    const cvol_bytes *packed;        /* content of CORR where it is not in bricks, or NULL */
     const cvol_bytes *terms;         /* other arrays: content of TERM or SPEC */
 } cvol_file_front;
 
