@@ -22,7 +22,8 @@ typedef struct compress_arguments {
     double ratio, psnr, max_error, bits;
     int ratio_given, psnr_given, max_error_given, bits_given;
     int block, stream;
-    const char *transform, *keep, *attributes;
+    int lossless;
+    const char *transform, *keep, *attributes, *fill;
 } compress_arguments;
 
 static const char description[] =
@@ -38,7 +39,29 @@ static const char examples[] =
     "  cvol compress ct.mha ct.cvol --psnr 60                  at least 60 dB\n"
     "  cvol compress ct.mha ct.cvol --bpv 0.5                  half a bit a voxel\n"
     "  cvol compress field.raw f.cvol --dims 128x128x64 --type float32 --max-error 0.01\n"
+    "  cvol compress ct.mha ct.cvol --lossless                 every sample as it was\n"
+    "  cvol compress ocean.nrrd o.cvol --fill 1e35 --psnr 60   1e35 marks land\n"
     "  cvol compress wave.nrrd w.cvol --transform dft --block 0 --keep 16,1000\n";
+
+/* The value that marks samples without one. */
+static int choose_fill(cvol_compress_options *options, const char *text)
+{
+    char *end;
+    if (!text)
+        return EXIT_DONE;
+    options->has_fill = 1;
+    options->fill = strtod(text, &end);
+    return end != text && !*end
+               ? EXIT_DONE
+               : complain(EXIT_MISUSED, "--fill is '%s', must be a number or nan", text);
+}
+
+/* How many targets are asked for; a PSNR and a bound may be together. */
+static int count_targets(const compress_arguments *a)
+{
+    const int bounded = a->psnr_given || a->max_error_given;
+    return a->ratio_given + a->bits_given + bounded + (a->keep != NULL) + a->lossless;
+}
 
 /* Which target the options ask for; EXIT_DONE, or EXIT_MISUSED after a sentence. */
 static int choose_target(method *m, const compress_arguments *a)
@@ -47,9 +70,9 @@ static int choose_target(method *m, const compress_arguments *a)
                         : a->max_error_given ? CVOL_TARGET_MAX_ERROR
                         : a->bits_given      ? CVOL_TARGET_BITS
                                              : CVOL_TARGET_RATIO;
-    if (a->ratio_given + a->bits_given + a->psnr_given + a->max_error_given + (a->keep != NULL) > 1)
-        return complain(EXIT_MISUSED,
-                        "give only one of --ratio, --bpv, --psnr, --max-error and --keep");
+    if (count_targets(a) > 1)
+        return complain(EXIT_MISUSED, "give only one of --ratio, --bpv, --psnr, --max-error, "
+                                      "--lossless and --keep, or --psnr with --max-error");
     if (a->ratio_given && !(a->ratio > 1))
         return complain(EXIT_MISUSED, "--ratio is %g, must be above 1", a->ratio);
     if (a->bits_given && !(a->bits > 0))
@@ -62,8 +85,12 @@ static int choose_target(method *m, const compress_arguments *a)
                               : a->max_error_given ? a->max_error
                               : a->bits_given      ? a->bits
                                                    : a->ratio;
+    if (a->psnr_given && a->max_error_given)
+        m->options.max_error = a->max_error;
+    /* Nothing may be wrong: any PSNR holds. */
+    m->options.lossless = a->lossless || (a->max_error_given && a->max_error <= 0);
     m->keep = a->psnr_given ? cvol_keep_psnr(a->psnr) : cvol_keep_ratio(a->ratio);
-    return a->keep ? parse_keep(&m->keep, a->keep) : EXIT_DONE;
+    return a->keep ? parse_keep(&m->keep, a->keep) : choose_fill(&m->options, a->fill);
 }
 
 static int choose_method(method *m, const compress_arguments *a)
@@ -80,9 +107,14 @@ static int choose_method(method *m, const compress_arguments *a)
     if (!m->transform)
         return complain(EXIT_MISUSED, "--transform is '%s', must be dct, dht or dft", a->transform);
     m->truncate = m->transform != CVOL_DCT || m->block == 0 || a->keep;
-    if (m->truncate && (a->max_error_given || a->bits_given))
+    const char *of_blocks = a->bits_given        ? "--bpv"
+                            : a->max_error_given ? "--max-error"
+                            : a->lossless        ? "--lossless"
+                            : a->fill            ? "--fill"
+                                                 : NULL;
+    if (m->truncate && of_blocks)
         return complain(EXIT_MISUSED, "%s needs dct blocks: leave --transform and --block 0 away",
-                        a->bits_given ? "--bpv" : "--max-error");
+                        of_blocks);
     return EXIT_DONE;
 }
 
@@ -129,7 +161,7 @@ static void report_text(const char *path, const method *m, const cvol_compress_r
         printf("lossless\n");
     else
         printf("PSNR %.2f dB, largest error %g\n", report->psnr_db, report->max_error);
-    if (m->truncate)
+    if (m->truncate || m->options.lossless)
         return;
     if (m->options.target == CVOL_TARGET_BITS) {
         snprintf(asked, sizeof asked, "%g bits a voxel are", wanted);
@@ -333,10 +365,15 @@ int command_compress(int argc, char **argv)
          &a.bits_given},
         {"--psnr", "DB", "at least so many dB, over the range of the samples", OPTION_NUMBER,
          &a.psnr, 0, &a.psnr_given},
-        {"--max-error", "E", "no sample further off than E (0: lossless, for integers)",
+        {"--max-error", "E", "no sample further off than E; also together with --psnr",
          OPTION_NUMBER, &a.max_error, 0, &a.max_error_given},
+        {"--lossless", NULL, "every sample comes back to the bit", OPTION_FLAG, &a.lossless, 0,
+         NULL},
         {"--keep", "K,S", "the K lowest frequencies of each axis, S others", OPTION_TEXT, &a.keep,
          0, NULL},
+        {NULL, NULL, "Samples without a value:", OPTION_HEADING, NULL, 0, NULL},
+        {"--fill", "V", "those that are V; nan: those that are NaN or infinite", OPTION_TEXT,
+         &a.fill, 0, NULL},
         {NULL, NULL, "What is kept beside the samples:", OPTION_HEADING, NULL, 0, NULL},
         {"--attributes", "FILE.json", "a JSON text (default: that of a .cvol as input)",
          OPTION_TEXT, &a.attributes, 0, NULL},

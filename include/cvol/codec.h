@@ -11,7 +11,7 @@ extern "C" {
 typedef enum cvol_target {
     CVOL_TARGET_RATIO = 1,     /* raw bytes / file bytes at least, and at most 2 % more */
     CVOL_TARGET_PSNR = 2,      /* dB over the range of the samples, at least */
-    CVOL_TARGET_MAX_ERROR = 3, /* largest |original - decoded|, at most */
+    CVOL_TARGET_MAX_ERROR = 3, /* largest |original - decoded|, at most; 0: lossless */
     CVOL_TARGET_BITS = 4 /* bits a sample, 8 file bytes / samples: at most, and at most 2 % less */
 } cvol_target;
 
@@ -20,6 +20,10 @@ typedef struct cvol_compress_options {
     int block;                /* 8, 16 or 32 */
     cvol_target target;
     double target_value;
+    double max_error; /* beside a PSNR: no sample is further off than this; 0: none asked for */
+    int lossless;     /* every sample comes back to the bit, of any type; target does not matter */
+    int has_fill;     /* samples that equal `fill` have no value; NaN: all NaN and infinite ones */
+    double fill;
     const char *attributes; /* of cvol_compress_stream: JSON text, or NULL */
 } cvol_compress_options;
 
@@ -43,6 +47,11 @@ typedef struct cvol_compress_report {
  * encoded bytes. A ratio lower than what is lossless already gives the lossless array
  * (report->lossless, a ratio above the asked one); bits a sample are a ratio, of the bits of the
  * samples' type. report may be NULL. The caller frees *out.
+ * A bound of errors and lossless compression add corrections to what the terms give, which samples
+ * in the array's own type (cvol_array_evaluate_box) are made with; floats (cvol_array_evaluate_real,
+ * pictures, operations) are what the terms give. Samples without a value are kept as a mask, come
+ * back to the bit, and count for no PSNR, error, least or largest value. Lossless floats may be NaN
+ * or infinite, of at most 7 bit patterns.
  * Cost: one forward transform, and per trial one quantisation and coding of it.
  * Errors: ARGUMENT, DATA (NaN or infinite samples: how many and the index of the first),
  * TARGET, MEMORY, CANCELLED, UNSUPPORTED. */

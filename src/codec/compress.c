@@ -10,6 +10,7 @@
 
 #include "base/context.h"
 #include "codec/array_file.h"
+#include "codec/compress_modes.h"
 #include "codec/compression.h"
 #include "codec/ranges.h"
 
@@ -256,6 +257,8 @@ int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report 
     int code = cvol_compress_options_check(context, options);
     if (code)
         return code;
+    if (cvol_compress_needs_modes(options))
+        return cvol_compress_modes(context, out, report, samples, grid, options);
     cvol_compression c = {
         .context = context, .target = options->target, .value = options->target_value};
     int met = 0;

@@ -20,6 +20,14 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
     if (options->block != 8 && options->block != 16 && options->block != 32)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "block is %d, must be 8, 16 or 32",
                          options->block);
+    if (!(options->max_error >= 0) || !isfinite(options->max_error))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "maximum error is %g, must be 0 or more",
+                         options->max_error);
+    if (options->max_error > 0 && options->target != CVOL_TARGET_PSNR)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "a maximum error beside another target than a PSNR");
+    if (options->lossless)
+        return CVOL_OK;
     switch (options->target) {
     case CVOL_TARGET_BITS:
         if (!(value > 0) || !isfinite(value))

@@ -9,6 +9,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/compress_modes.h"
 #include "codec/compression.h"
 #include "codec/layer_measure.h"
 #include "codec/writer.h"
@@ -250,7 +251,7 @@ int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, co
     int code = cvol_compress_options_check(context, options);
     if (!code)
         code = cvol_grid_check(context, grid, "the volume");
-    if (!code && (options->block != 16 || options->target == CVOL_TARGET_MAX_ERROR))
+    if (!code && (options->block != 16 || cvol_compress_needs_modes(options)))
         code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "samples that are read by slab are compressed in cells of 16, to a ratio, "
                          "bits a sample or a PSNR");

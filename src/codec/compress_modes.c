@@ -1,0 +1,549 @@
+/* The base's step is a question of bytes: base and corrections together. Both are tried on a part
+ * of the volume, from a fine step to coarse ones as long as they get fewer; how coarse is best
+ * depends on how much of the samples is noise. */
+#include "codec/compress_modes.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <zstd.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/array_file.h"
+#include "codec/compression.h"
+#include "codec/correcting.h"
+#include "codec/mask_fill.h"
+#include "codec/ranges.h"
+
+enum {
+    PART_SIDE = 128, /* of the part that steps are tried on */
+    STEPS_MOST = 16,
+    TRIES_MOST = 12,
+    /* Of a base that is only for looking at: steps, and the least share of the file. */
+    PREVIEW_STEPS = 64,
+    PREVIEW_SHARE = 20
+};
+
+/* One compression. */
+typedef struct modes {
+    cvol_context *context;
+    const cvol_compress_options *options;
+    const cvol_grid *grid;
+    const void *samples;
+    void *filled; /* NULL: as samples */
+    cvol_mask *mask;
+    double bound; /* of every sample; negative: none */
+    cvol_trial trial;
+} modes;
+
+int cvol_compress_needs_modes(const cvol_compress_options *options)
+{
+    return options->lossless || options->max_error > 0 || options->has_fill ||
+           options->target == CVOL_TARGET_MAX_ERROR;
+}
+
+/* ---- masks ------------------------------------------------------------------------------ */
+
+/* The fills that the options, and without loss the samples, give. */
+static int find_fills(modes *m, cvol_fills *fills)
+{
+    const cvol_compress_options *options = m->options;
+    const int strange = (options->has_fill && !isfinite(options->fill)) ||
+                        (m->bound == 0 && !cvol_type_is_integer(m->grid->type));
+    uint64_t bits;
+    *fills = (cvol_fills){0};
+    if (options->has_fill && isfinite(options->fill)) {
+        if (!cvol_fills_of_value(&bits, m->grid->type, options->fill))
+            return cvol_fail(m->context, CVOL_ERROR_ARGUMENT, "the fill value %g is no %s",
+                             options->fill, cvol_type_name(m->grid->type));
+        cvol_fills_add(fills, bits);
+    }
+    if (strange &&
+        !cvol_fills_add_strange(fills, m->grid->type, m->samples, cvol_grid_samples(m->grid)))
+        return cvol_fail(m->context, CVOL_ERROR_DATA,
+                         "samples have more than %d different NaN or infinite values and fills",
+                         (int)CVOL_FILLS_MAX);
+    return CVOL_OK;
+}
+
+/* Sets the mask slab by slab; *otherwise becomes a value that is not masked. */
+static int set_mask(modes *m, double *otherwise, size_t *masked)
+{
+    const size_t *dims = m->grid->dims, sheet = dims[0] * dims[1];
+    const size_t size = cvol_type_size(m->grid->type);
+    uint8_t *which = cvol_allocate(sheet, CVOL_MASK_CELL);
+    int code = which ? CVOL_OK : cvol_fail_memory(m->context, sheet * CVOL_MASK_CELL, "a mask");
+    int found = 0;
+    *otherwise = 0;
+    *masked = 0;
+    for (size_t z = 0; z < dims[2] && !code; z += CVOL_MASK_CELL) {
+        const size_t begin[3] = {0, 0, z};
+        const size_t end[3] = {dims[0], dims[1],
+                               dims[2] - z < CVOL_MASK_CELL ? dims[2] : z + CVOL_MASK_CELL};
+        const size_t count = sheet * (end[2] - z);
+        const uint8_t *from = (const uint8_t *)m->samples + size * sheet * z;
+        *masked += cvol_fills_match(which, cvol_mask_fills(m->mask), m->grid->type, from, count);
+        if (!cvol_mask_set(m->mask, which, begin, end))
+            code = cvol_fail_memory(m->context, count, "a mask");
+        for (size_t i = 0; i < count && !found; i++)
+            if (!which[i]) {
+                float value;
+                cvol_samples_load(&value, from, m->grid->type, i, 1, 0);
+                *otherwise = (double)value;
+                found = 1;
+            }
+    }
+    free(which);
+    return code;
+}
+
+static int make_mask(modes *m)
+{
+    cvol_fills fills;
+    double otherwise;
+    size_t masked = 0;
+    int code = find_fills(m, &fills);
+    if (code || !fills.count)
+        return code;
+    code = cvol_mask_create(m->context, &m->mask, m->grid->dims, &fills);
+    if (!code)
+        code = set_mask(m, &otherwise, &masked);
+    if (!code && !masked) {
+        cvol_mask_free(m->mask);
+        m->mask = NULL;
+        return CVOL_OK;
+    }
+    if (!code && !(m->filled = cvol_allocate(cvol_grid_bytes(m->grid), 1)))
+        code = cvol_fail_memory(m->context, cvol_grid_bytes(m->grid), "the filled samples");
+    if (!code)
+        code = cvol_mask_fill(m->context, m->filled, m->samples, m->grid, m->mask, 0,
+                              m->grid->dims[2], otherwise);
+    return code;
+}
+
+/* ---- a part of the volume --------------------------------------------------------------- */
+
+/* Steps are tried on the middle of the volume. */
+typedef struct part {
+    cvol_grid grid;
+    void *samples;
+    cvol_mask *mask;
+    cvol_trial trial;
+} part;
+
+static void part_free(part *p)
+{
+    free(p->samples);
+    cvol_mask_free(p->mask);
+    cvol_trial_free(&p->trial);
+    free(p);
+}
+
+/* The box of whole cells about the middle. */
+static void part_box(size_t begin[3], size_t end[3], const cvol_grid *grid)
+{
+    for (int a = 0; a < 3; a++) {
+        begin[a] = grid->dims[a] > PART_SIDE ? (grid->dims[a] - PART_SIDE) / 2 / 16 * 16 : 0;
+        end[a] = grid->dims[a] > PART_SIDE ? begin[a] + PART_SIDE : grid->dims[a];
+    }
+}
+
+static int part_make(modes *m, part **out)
+{
+    const size_t *dims = m->grid->dims, size = cvol_type_size(m->grid->type);
+    const void *samples = m->filled ? m->filled : m->samples;
+    size_t begin[3], end[3];
+    part *p = calloc(1, sizeof *p);
+    *out = p;
+    if (!p)
+        return cvol_fail_memory(m->context, sizeof *p, "a part of the volume");
+    part_box(begin, end, m->grid);
+    p->grid = *m->grid;
+    for (int a = 0; a < 3; a++)
+        p->grid.dims[a] = end[a] - begin[a];
+    p->samples = cvol_allocate(cvol_grid_samples(&p->grid), size);
+    if (!p->samples)
+        return cvol_fail_memory(m->context, cvol_grid_bytes(&p->grid), "a part of the volume");
+    uint8_t *to = p->samples;
+    for (size_t z = begin[2]; z < end[2]; z++)
+        for (size_t y = begin[1]; y < end[1]; y++, to += size * p->grid.dims[0])
+            memcpy(to, (const uint8_t *)samples + size * (begin[0] + dims[0] * (y + dims[1] * z)),
+                   size * p->grid.dims[0]);
+    int code = CVOL_OK;
+    if (m->mask) {
+        const size_t zero[3] = {0, 0, 0};
+        uint8_t *which = cvol_allocate(cvol_grid_samples(&p->grid), 1);
+        code = which
+                   ? cvol_mask_create(m->context, &p->mask, p->grid.dims, cvol_mask_fills(m->mask))
+                   : cvol_fail_memory(m->context, cvol_grid_samples(&p->grid), "a mask");
+        if (!code) {
+            cvol_mask_get(which, m->mask, begin, end);
+            if (!cvol_mask_set(p->mask, which, zero, p->grid.dims))
+                code = cvol_fail_memory(m->context, cvol_grid_samples(&p->grid), "a mask");
+        }
+        free(which);
+    }
+    return code ? code
+                : cvol_trial_start(m->context, &p->trial, p->samples, &p->grid, m->options->block);
+}
+
+/* Base and corrections of the part; infinity where the step is too fine. */
+static int try_part(modes *m, part *p, double step, double *bytes)
+{
+    cvol_correcting job;
+    uint64_t size;
+    *bytes = (double)INFINITY;
+    int code = cvol_trial_encode(m->context, &p->trial, step);
+    if (code == CVOL_ERROR_TARGET)
+        return CVOL_OK;
+    if (!code)
+        code = cvol_trial_decode(m->context, &p->trial);
+    if (code)
+        return code;
+    cvol_array *array = p->trial.array;
+    array->mask = p->mask;
+    code = cvol_correcting_start(&job, array, p->samples, m->bound);
+    job.tables = p->trial.tables;
+    if (!code)
+        code = cvol_correcting_run(m->context, &job, NULL, &size, NULL);
+    array->mask = NULL;
+    if (code == CVOL_ERROR_TARGET)
+        return CVOL_OK;
+    if (!code)
+        *bytes = (double)size + (double)p->trial.result.bytes;
+    return code == CVOL_ERROR_MEMORY ? cvol_fail_memory(m->context, 1 << 22, "a brick") : code;
+}
+
+/* The finest step that is tried, and by how much it grows. */
+static double first_step(const modes *m, const cvol_array *shape, double *factor)
+{
+    const double span = shape->ledger.value_max - shape->ledger.value_min;
+    *factor = 2;
+    if (cvol_type_is_integer(m->grid->type))
+        return m->bound >= 1 ? 2 * floor(m->bound) + 1 : 1;
+    if (m->bound > 0)
+        return 2 * m->bound;
+    *factor = 4;
+    return ldexp(span, -15);
+}
+
+/* The step with the fewest bytes: coarser ones while that helps, then those between. */
+static int choose_step(modes *m, double *best)
+{
+    part *p;
+    double factor, least = (double)INFINITY;
+    int code = part_make(m, &p), worse = 0;
+    if (!code) {
+        const cvol_array *shape = p->trial.shape;
+        const double span = shape->ledger.value_max - shape->ledger.value_min;
+        double step = first_step(m, m->trial.shape, &factor);
+        *best = step;
+        for (int i = 0; i < STEPS_MOST && !code && worse < 2; i++, step *= factor) {
+            double bytes;
+            if (i && step > 2 * span)
+                break;
+            code = try_part(m, p, step, &bytes);
+            worse = bytes < least ? 0 : worse + (isfinite(least) != 0);
+            if (bytes < least) {
+                least = bytes;
+                *best = step;
+            }
+        }
+        for (int side = 0; side < 2 && !code; side++) {
+            const double between = *best * (side ? sqrt(factor) : 1 / sqrt(factor));
+            double bytes;
+            code = try_part(m, p, between, &bytes);
+            if (!code && bytes < least) {
+                least = bytes;
+                *best = between;
+                break;
+            }
+        }
+    }
+    if (p)
+        part_free(p);
+    return code;
+}
+
+/* ---- the volume ------------------------------------------------------------------------- */
+
+/* The array of a step, with tables of its own. */
+static int make_base(modes *m, double step)
+{
+    cvol_trial *trial = &m->trial;
+    int code = cvol_trial_sample(m->context, trial, step);
+    if (!code && trial->shape->block == 16) {
+        trial->shape->lapped = 1;
+        code = cvol_trial_choose_lap(m->context, trial, step);
+        if (!code)
+            code = cvol_trial_sample(m->context, trial, step);
+    }
+    if (!code)
+        code = cvol_trial_fit(m->context, trial);
+    if (!code)
+        code = cvol_trial_encode(m->context, trial, step);
+    return code ? code : cvol_trial_decode(m->context, trial);
+}
+
+/* Gives the trial's array its corrections, coded with rows that are fitted to them. */
+static int correct(modes *m)
+{
+    cvol_array *array = m->trial.array;
+    cvol_token_counts *counts = cvol_allocate_zero(1, sizeof *counts);
+    cvol_token_tables *fitted = cvol_token_tables_create();
+    cvol_corrected *corrected = NULL;
+    cvol_correcting job;
+    int code = counts && fitted ? CVOL_OK
+                                : cvol_fail_memory(m->context, sizeof *counts, "the tables");
+    if (!code)
+        code = cvol_correcting_start(&job, array, m->samples, m->bound);
+    if (code == CVOL_ERROR_MEMORY)
+        code = cvol_fail_memory(m->context, 1 << 22, "a brick");
+    job.tables = fitted;
+    if (!code)
+        code = cvol_correcting_run(m->context, &job, counts, NULL, NULL);
+    if (!code) {
+        cvol_token_tables *tables = m->trial.coded->tables;
+        cvol_token_tables_fit(fitted, counts);
+        cvol_token_tables_copy_rows(tables, fitted, CVOL_ROW_CORRECTION, CVOL_ROW_MASK);
+        job.tables = tables;
+        code = cvol_corrected_create(m->context, &corrected, tables, cvol_brick_count(array));
+    }
+    if (!code)
+        code = cvol_correcting_run(m->context, &job, NULL, NULL, corrected);
+    free(counts);
+    free(fitted);
+    if (code) {
+        cvol_corrected_free(corrected);
+        return code;
+    }
+    corrected->kind = job.rule.exact ? CVOL_CORRECTED_EXACT : CVOL_CORRECTED_BOUNDED;
+    corrected->fraction = job.fraction;
+    corrected->rule = job.rule;
+    array->corrections = &corrected->as;
+    return CVOL_OK;
+}
+
+/* Base and corrections of a step that may have to grow. */
+static int make_corrected(modes *m, double *step)
+{
+    int code = CVOL_ERROR_TARGET;
+    for (int i = 0; i < TRIES_MOST && code == CVOL_ERROR_TARGET; i++) {
+        code = make_base(m, *step);
+        if (!code) {
+            m->trial.array->mask = m->mask;
+            code = correct(m);
+            m->trial.array->mask = NULL;
+        }
+        if (code == CVOL_ERROR_TARGET)
+            *step *= 4;
+    }
+    return code == CVOL_ERROR_TARGET
+               ? cvol_fail(m->context, CVOL_ERROR_TARGET, "the bound %g cannot be kept", m->bound)
+               : code;
+}
+
+/* Where the samples repeat themselves, packing them may take less than base and corrections. */
+static int try_packed(modes *m)
+{
+    const cvol_corrected *now = cvol_corrected_of(m->trial.array);
+    const size_t raw = cvol_grid_bytes(m->grid), most = ZSTD_compressBound(raw);
+    const size_t taken = now->data.size + (size_t)m->trial.result.bytes;
+    cvol_corrected *packed;
+    void *quick = raw > CVOL_PACKED_MOST ? NULL : malloc(most);
+    if (!quick)
+        return CVOL_OK;
+    const size_t quickly = ZSTD_compress(quick, most, m->samples, raw, 3);
+    free(quick);
+    if (ZSTD_isError(quickly) || quickly > taken + taken / 2)
+        return CVOL_OK;
+    int code = cvol_corrected_pack(m->context, &packed, m->samples, m->grid);
+    if (code || packed->data.size > taken - taken / 32) {
+        if (!code)
+            cvol_corrected_free(packed);
+        return code;
+    }
+    const double span = m->trial.shape->ledger.value_max - m->trial.shape->ledger.value_min;
+    double step = fmax(m->trial.step, span / PREVIEW_STEPS);
+    do
+        code = make_base(m, step);
+    while (!code && m->trial.result.bytes > packed->data.size / PREVIEW_SHARE && step < span &&
+           (step *= 2) > 0);
+    if (code)
+        cvol_corrected_free(packed);
+    else
+        m->trial.array->corrections = &packed->as;
+    return code;
+}
+
+/* Gives the array what belongs to it, and measures it. */
+static int finish(modes *m, int *same)
+{
+    cvol_array *array = m->trial.array;
+    array->mask = m->mask;
+    m->mask = NULL;
+    if (m->trial.coded) {
+        cvol_coded_attach(array, m->trial.coded);
+        m->trial.coded = NULL;
+    }
+    int code = CVOL_OK;
+    if (cvol_array_may_have_ranges(array, m->trial.result.bytes))
+        code = cvol_ranges_find(m->context, array);
+    return code ? code : cvol_measure_stored(m->context, array, m->samples, same);
+}
+
+static int check_finished(const modes *m, int same)
+{
+    const cvol_array *array = m->trial.array;
+    if (m->bound == 0 ? same : array->max_error <= m->bound)
+        return CVOL_OK;
+    return cvol_fail(m->context, CVOL_ERROR_TARGET,
+                     "a maximum error of %g was asked for, %g came out", m->bound,
+                     array->max_error);
+}
+
+/* With a bound, and maybe a PSNR. */
+static int run_bound(modes *m, int *same)
+{
+    const double wanted = m->options->target == CVOL_TARGET_PSNR ? m->options->target_value : 0;
+    const void *samples = m->filled ? m->filled : m->samples;
+    double step;
+    int code = cvol_trial_start(m->context, &m->trial, samples, m->grid, m->options->block);
+    if (!code && !(m->trial.shape->ledger.value_max > m->trial.shape->ledger.value_min))
+        step = 1;
+    else if (!code)
+        code = choose_step(m, &step);
+    if (code)
+        return code;
+    for (int i = 0; i < TRIES_MOST && !code; i++) {
+        code = make_corrected(m, &step);
+        if (!code && m->bound == 0)
+            code = try_packed(m);
+        if (!code)
+            code = finish(m, same);
+        if (!code)
+            code = check_finished(m, *same);
+        const double short_of = code ? 0 : wanted - m->trial.array->psnr_db;
+        if (code || short_of <= 0)
+            return code;
+        /* Not as good as asked for: a finer base. */
+        step *= pow(10, -(short_of + 0.1) / 20);
+        m->mask = m->trial.array->mask;
+        m->trial.array->mask = NULL;
+    }
+    return code ? code
+                : cvol_fail(m->context, CVOL_ERROR_TARGET,
+                            "a PSNR of %g dB cannot be reached for these %s samples", wanted,
+                            cvol_type_name(m->grid->type));
+}
+
+/* ---- cvol_compress ---------------------------------------------------------------------- */
+
+/* The figures of the finished array. */
+static int fill_report(modes *m, cvol_compress_report *report, const cvol_array *array, int same)
+{
+    uint64_t bytes;
+    const int code = cvol_array_file_bytes(m->context, array, &bytes);
+    if (code)
+        return code;
+    report->ratio = (double)cvol_grid_bytes(m->grid) / (double)bytes;
+    report->psnr_db = array->psnr_db;
+    report->max_error = array->max_error;
+    report->file_bytes = bytes;
+    report->lossless = same;
+    return CVOL_OK;
+}
+
+/* Whether a target holds for the volume with its mask; if not, what to ask for instead. */
+static int is_held(const modes *m, cvol_compress_options *plain, const cvol_compress_report *report)
+{
+    const double wanted = m->options->target_value;
+    if (m->options->target == CVOL_TARGET_PSNR) {
+        const double short_of = wanted - report->psnr_db;
+        plain->target_value += short_of > 0 ? short_of + 0.02 : 0;
+        return short_of <= 0;
+    }
+    /* How many times too large it is. */
+    const double bits = 8 * (double)report->file_bytes / (double)cvol_grid_samples(m->grid);
+    const double over = m->options->target == CVOL_TARGET_BITS ? bits / wanted
+                                                               : wanted / report->ratio;
+    plain->target_value *= m->options->target == CVOL_TARGET_BITS ? 0.998 / over : 1.002 * over;
+    return over <= 1 || !report->target_met;
+}
+
+/* Without a bound: as ever, of the filled samples; then what the mask changes is made good. */
+static int run_filled(modes *m, cvol_array **out, cvol_compress_report *report)
+{
+    cvol_compress_options plain = *m->options;
+    plain.has_fill = 0;
+    for (int i = 0; i < TRIES_MOST; i++) {
+        int same, code = cvol_compress(m->context, out, report, m->filled ? m->filled : m->samples,
+                                       m->grid, &plain);
+        if (code || !m->mask)
+            return code;
+        (*out)->mask = m->mask;
+        code = cvol_measure_stored(m->context, *out, m->samples, &same);
+        if (!code)
+            code = fill_report(m, report, *out, same);
+        if (code || is_held(m, &plain, report)) {
+            m->mask = NULL;
+            return code;
+        }
+        (*out)->mask = NULL;
+        cvol_array_free(*out);
+        *out = NULL;
+    }
+    return cvol_fail(m->context, CVOL_ERROR_TARGET,
+                     "%g cannot be reached for these %s samples and their mask",
+                     m->options->target_value, cvol_type_name(m->grid->type));
+}
+
+int cvol_compress_modes(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                        const void *samples, const cvol_grid *grid,
+                        const cvol_compress_options *options)
+{
+    cvol_compress_report unused;
+    int same = 0, code = cvol_grid_check(context, grid, "the volume");
+    modes *m = calloc(1, sizeof *m);
+    *out = NULL;
+    if (!code && !m)
+        code = cvol_fail_memory(context, sizeof *m, "the compression");
+    if (code) {
+        free(m);
+        return code;
+    }
+    report = report ? report : &unused;
+    *m = (modes){.context = context, .options = options, .grid = grid, .samples = samples};
+    m->bound = options->lossless                          ? 0
+               : options->target == CVOL_TARGET_MAX_ERROR ? options->target_value
+               : options->max_error > 0                   ? options->max_error
+                                                          : -1;
+    if (cvol_type_is_integer(grid->type) && m->bound > 0 && m->bound < 1)
+        m->bound = 0;
+    code = make_mask(m);
+    if (!code && m->bound < 0) {
+        code = run_filled(m, out, report);
+    } else if (!code) {
+        code = run_bound(m, &same);
+        *report = (cvol_compress_report){.target_met = 1, .trials = m->trial.count};
+        if (!code)
+            code = fill_report(m, report, m->trial.array, same);
+        if (!code) {
+            *out = m->trial.array;
+            m->trial.array = NULL;
+        }
+    }
+    if (!code)
+        code = cvol_report_progress(context, "compressing", 1);
+    if (code) {
+        cvol_array_free(*out);
+        *out = NULL;
+    }
+    cvol_trial_free(&m->trial);
+    cvol_mask_free(m->mask);
+    free(m->filled);
+    free(m);
+    return code;
+}

@@ -1,0 +1,15 @@
+/* Compressing with a bound on every sample, without any loss, or with samples that have no value:
+ * what cvol_compress does when the options ask for it. */
+#ifndef CVOL_CODEC_COMPRESS_MODES_H
+#define CVOL_CODEC_COMPRESS_MODES_H
+
+#include "cvol/codec.h"
+
+/* Whether the options ask for it. */
+int cvol_compress_needs_modes(const cvol_compress_options *options);
+/* As cvol_compress, which has checked the options. */
+int cvol_compress_modes(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                        const void *samples, const cvol_grid *grid,
+                        const cvol_compress_options *options);
+
+#endif
