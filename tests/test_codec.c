@@ -16,7 +16,6 @@
 #include "codec/search.h"
 #include "random.h"
 
-
 /* ---- range coder ------------------------------------------------------------------------ */
 
 enum { BITS = 200000, CONTEXTS = 5 };

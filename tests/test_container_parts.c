@@ -495,11 +495,13 @@ static void other_orders_are_refused(void **state)
         {{1, 0, 2, 3, 4, 5, 6, 7, 8, 9}, 10, "section GEOM at byte 12 stands where HEAD must be"},
         {{0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 11, "stands where GEOM must be"},
         {{0, 1, 3, 4, 5, 6, 7, 8, 9}, 9, "section TABL at byte 300 stands where ATTR or ERRS must"},
-        {{0, 1, 2, 4, 5, 6, 7, 8, 9}, 9, "stands where RNGE or TABL or TERM or SPEC must be"},
+        {{0, 1, 2, 4, 5, 6, 7, 8, 9},
+         9,
+         "stands where MODE or RNGE or TABL or TERM or SPEC must be"},
         {{0, 1, 2, 3, 4, 5, 7, 6, 8, 9}, 10, "section SHL2 at byte "},
         {{0, 1, 2, 3, 4, 5, 6, 7, 9}, 9, "stands where SHL3 must be"},
         {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9}, 11, "24 bytes follow the end"},
-        {{0, 1, 2, 3, 4, 5, 6, 7, 8}, 9, "truncated: of section ENDS at byte "},
+        {{0, 1, 2, 3, 4, 5, 6, 7, 8}, 9, "truncated: of section CORR or ENDS at byte "},
         {{0}, 0, "truncated: of section HEAD at byte 12 0 of 24 bytes"},
     };
     cvol_array *array = small_array();

@@ -1,8 +1,7 @@
 /* Compressing to a target: the search for the step.
  *
- * A miss (search.h) is a difference of logarithms: of the ratio and the asked one, of the errors,
- * or of PSNR in units of a factor e. Sizes are estimated on a few groups first where there are
- * many.
+ * A miss (search.h) is a difference of logarithms: of the ratio and the asked one, or of PSNR in
+ * units of a factor e. Sizes are estimated on a few bricks first where there are many.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -15,10 +14,9 @@
 #include "codec/ranges.h"
 
 /* What the searches aim at: a part of the step. */
-#define ERROR_WIDTH 0.015
 #define FINEST_WIDTH 2e-4
-/* Of a step below this, rounding to integers may give back the exact samples. */
-#define EXACT_STEP 1.5
+/* Of a step below this, exact integers may take fewer bytes. */
+#define EXACT_STEP 4
 
 enum { TRIALS_MOST = 60 };
 
@@ -91,98 +89,60 @@ static int search_ratio(cvol_compression *c)
     return code;
 }
 
-/* How far a measured array misses a PSNR or an error; `kept`: the target holds. */
-static double miss_of_quality(const cvol_compression *c, int *kept)
-{
-    const cvol_array *array = c->trial.array;
-    if (c->target == CVOL_TARGET_PSNR) {
-        *kept = array->psnr_db >= c->value;
-        double over = array->psnr_db - c->value - CVOL_PSNR_AIM;
-        return -(over > 30 ? 30 : over) / CVOL_DB_PER_E;
-    }
-    *kept = array->max_error <= c->value;
-    /* Errors of integers come in steps of one. */
-    double grain = cvol_type_is_integer(array->grid.type) ? 0.5 : 1e-3 * c->value;
-    double aim = cvol_type_is_integer(array->grid.type) ? floor(c->value) + 0.25 : c->value * 0.99;
-    return log((array->max_error + grain) / (aim + grain));
-}
-
-static int search_quality(cvol_compression *c)
+static int search_psnr(cvol_compression *c)
 {
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.8);
-    const double span = c->trial.shape->ledger.value_max - c->trial.shape->ledger.value_min;
-    double step = fmin(fmax(1.5 * (c->value > 0 ? c->value : 0.4), c->least_step), c->most_step);
+    double step;
+    int code = cvol_compression_prepare(c, &step);
     c->best_step = 0;
-    c->reached = c->target == CVOL_TARGET_PSNR ? 0 : span;
-    if (c->target == CVOL_TARGET_PSNR) {
-        int code = cvol_compression_prepare(c, &step);
+    c->reached = 0;
+    for (int i = 0; i < TRIALS_MOST && !code; i++) {
+        code = try_step(c, step, 1);
         if (code)
             return code;
-    }
-    for (int i = 0; i < TRIALS_MOST; i++) {
-        int kept, code = try_step(c, step, 1);
-        if (code)
-            return code;
-        const double miss = miss_of_quality(c, &kept);
-        if (c->target == CVOL_TARGET_PSNR)
-            c->reached = fmax(c->reached, c->trial.array->psnr_db);
-        else
-            c->reached = fmin(c->reached, c->trial.array->max_error);
-        if (kept && step > c->best_step)
+        const double psnr = c->trial.array->psnr_db, over = psnr - c->value - CVOL_PSNR_AIM;
+        c->reached = fmax(c->reached, psnr);
+        if (psnr >= c->value && step > c->best_step)
             c->best_step = step;
-        if (kept && c->target == CVOL_TARGET_PSNR &&
-            c->trial.array->psnr_db < c->value + CVOL_PSNR_ACCEPTED)
+        if (psnr >= c->value && psnr < c->value + CVOL_PSNR_ACCEPTED)
             break;
-        cvol_search_tell(&search, step, miss);
+        cvol_search_tell(&search, step, -(over > 30 ? 30 : over) / CVOL_DB_PER_E);
         if (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
-            cvol_search_width(&search) <
-                (c->target == CVOL_TARGET_PSNR ? FINEST_WIDTH : ERROR_WIDTH))
+            cvol_search_width(&search) < FINEST_WIDTH)
             break;
         step = cvol_search_next(&search);
     }
-    return CVOL_OK;
+    return code;
 }
 
 /* ---- cvol_compress ---------------------------------------------------------------------- */
 
-/* Finds the largest step that gives integers back exactly, *step = 0 if there is none. */
-static int find_exact(cvol_compression *c, double *step)
+/* Takes the lossless array if it is at most so large. */
+static int try_lossless(cvol_compression *c, double least_ratio)
 {
-    *step = 0;
-    if (!cvol_type_is_integer(c->trial.shape->grid.type))
-        return CVOL_OK;
-    cvol_compression exact = *c;
-    exact.target = CVOL_TARGET_MAX_ERROR;
-    exact.value = 0;
-    exact.trial.plain = 1;
-    int code = search_quality(&exact);
-    c->trial = exact.trial;
-    *step = exact.best_step;
-    return code;
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_compress_report report;
+    cvol_array *array;
+    options.lossless = 1;
+    options.block = c->trial.shape->block;
+    int code = cvol_compress_modes(c->context, &array, &report, c->trial.samples,
+                                   &c->trial.shape->grid, &options);
+    if (code)
+        return code;
+    c->trial.count += report.trials;
+    if (report.ratio >= least_ratio) {
+        cvol_array_free(c->trial.array);
+        c->trial.array = array;
+        c->file_bytes = report.file_bytes;
+    } else {
+        cvol_array_free(array);
+    }
+    return CVOL_OK;
 }
 
 static int is_met(const cvol_compression *c)
 {
     return ratio_of(c) >= c->value && ratio_of(c) <= c->value * CVOL_RATIO_MOST;
-}
-
-/* The step for the ratio is so fine that the exact samples may cost no more. */
-static int settle_fine(cvol_compression *c)
-{
-    double step = 0;
-    c->trial.plain = 1;
-    /* Exact samples cost more the finer the step: if this one is not exact, none that is will do.
-     */
-    int code = try_step(c, c->best_step * 1.05, 1);
-    if (!code && c->trial.array->max_error <= 0)
-        code = find_exact(c, &step);
-    if (!code && step > 0)
-        code = settle(c, step);
-    if (code || (step > 0 && ratio_of(c) >= c->value))
-        return code;
-    c->trial.plain = 0;
-    c->trial.step = 0; /* encoded otherwise: again */
-    return settle(c, c->best_step);
 }
 
 static int run_ratio(cvol_compression *c, int *met)
@@ -192,40 +152,32 @@ static int run_ratio(cvol_compression *c, int *met)
         return code;
     if (c->best_step <= 0) /* even all zero is not small enough */
         code = settle(c, c->most_step);
-    else if (c->best_step < EXACT_STEP && cvol_type_is_integer(c->trial.shape->grid.type))
-        code = settle_fine(c);
     else
         code = settle(c, c->best_step);
+    if (!code && c->best_step > 0 && c->best_step < EXACT_STEP &&
+        cvol_type_is_integer(c->trial.shape->grid.type))
+        code = try_lossless(c, c->value);
     *met = is_met(c) || (ratio_of(c) >= c->value && c->best_step > c->least_step * 1.000001 &&
                          c->trial.array->max_error > 0);
     return code;
 }
 
-static int fail_quality(const cvol_compression *c)
+static int run_psnr(cvol_compression *c)
 {
-    const char *type = cvol_type_name(c->trial.shape->grid.type);
-    if (c->target == CVOL_TARGET_PSNR)
-        return cvol_fail(c->context, CVOL_ERROR_TARGET,
-                         "a PSNR of %g dB cannot be reached for these %s samples, %.2f dB can",
-                         c->value, type, c->reached);
-    return cvol_fail(c->context, CVOL_ERROR_TARGET,
-                     "a maximum error of %g cannot be kept for these %s samples, %g can", c->value,
-                     type, c->reached);
-}
-
-static int run_quality(cvol_compression *c)
-{
-    int code = search_quality(c);
-    if (!code && c->best_step <= 0 && c->target == CVOL_TARGET_PSNR)
-        code = find_exact(c, &c->best_step);
+    int code = search_psnr(c);
     if (code)
         return code;
-    return c->best_step > 0 ? settle(c, c->best_step) : fail_quality(c);
+    if (c->best_step > 0)
+        return settle(c, c->best_step);
+    if (cvol_type_is_integer(c->trial.shape->grid.type))
+        return try_lossless(c, 0);
+    return cvol_fail(c->context, CVOL_ERROR_TARGET,
+                     "a PSNR of %g dB cannot be reached for these %s samples, %.2f dB can",
+                     c->value, cvol_type_name(c->trial.shape->grid.type), c->reached);
 }
 
 static int run(cvol_compression *c, int *met)
 {
-    c->trial.plain = c->target == CVOL_TARGET_MAX_ERROR;
     *met = 1;
     if (!(c->trial.shape->ledger.value_max > c->trial.shape->ledger.value_min)) { /* constant */
         int code = settle(c, 1);
@@ -234,7 +186,7 @@ static int run(cvol_compression *c, int *met)
         return code;
     }
     cvol_compression_limits(c);
-    return c->target == CVOL_TARGET_RATIO ? run_ratio(c, met) : run_quality(c);
+    return c->target == CVOL_TARGET_RATIO ? run_ratio(c, met) : run_psnr(c);
 }
 
 static void fill_report(cvol_compress_report *report, const cvol_compression *c, int met)

@@ -143,7 +143,7 @@ static int check_box(const reading *r)
     return CVOL_OK;
 }
 
-/* HEAD, GEOM and ERRS. */
+/* HEAD, GEOM, ERRS and, if there is one, MODE. */
 static int read_header(reading *r)
 {
     static const struct {
@@ -157,6 +157,14 @@ static int read_header(reading *r)
         cvol_cursor content = cvol_section_cursor(&r->sections[parts[i].kind]);
         if (!code)
             code = parts[i].take(r->context, &r->header, &content, r->name);
+        if (code)
+            return code;
+    }
+    if (has(r, CVOL_MODE)) {
+        cvol_cursor content = cvol_section_cursor(&r->sections[CVOL_MODE]);
+        int code = need(r, CVOL_MODE);
+        if (!code)
+            code = cvol_modes_take(r->context, &r->header, &content, r->name);
         if (code)
             return code;
     }
@@ -209,7 +217,7 @@ static int need_stream(const reading *r, cvol_section_kind kind)
     if (has(r, kind))
         return CVOL_OK;
     return cvol_fail(r->context, CVOL_ERROR_CORRUPT,
-                     "%s: section %s is missing, which section HEAD "
+                     "%s: section %s is missing, which section MODE "
                      "tells of",
                      r->name, cvol_section_tag(kind));
 }

@@ -325,7 +325,7 @@ static int take_bricks(cvol_context *context, cvol_corrected *c, const cvol_arra
                                        file->section, file->box, name);
     if (!code && cvol_exact_fraction(cvol_exact_largest_sum(array)) < file->fraction)
         code = cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: section HEAD: %d fraction bits are too many for the coefficients",
+                         "%s: section MODE: %d fraction bits are too many for the coefficients",
                          name, file->fraction);
     for (size_t b = 0; b < file->index->bricks && !code; b++) {
         cvol_span bytes = cvol_brick_index_brick(file->index, CVOL_STREAM_CORRECTIONS, b,

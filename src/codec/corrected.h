@@ -49,7 +49,7 @@ const cvol_corrected *cvol_corrected_of(const cvol_array *array);
 int cvol_corrected_pack(cvol_context *context, cvol_corrected **out, const void *samples,
                         const cvol_grid *grid);
 
-/* What a file says: what stands in HEAD, and the content of CORR. */
+/* What a file says: what stands in MODE, and the content of CORR. */
 typedef struct cvol_corrected_file {
     cvol_corrected_kind kind;
     int fraction;

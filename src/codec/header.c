@@ -1,4 +1,4 @@
-/* Sections HEAD, GEOM and ERRS: fields in order, and what must hold of them. */
+/* Sections HEAD, GEOM, ERRS and MODE: fields in order, and what must hold of them. */
 #include "codec/header.h"
 
 #include <float.h>
@@ -8,9 +8,6 @@
 #include "array/exact.h"
 #include "base/context.h"
 #include "codec/shells.h"
-
-/* What corrections and fills take at least. */
-enum { MODES_BYTES = 28 };
 
 cvol_header cvol_header_of(const cvol_array *array)
 {
@@ -90,19 +87,6 @@ static int fail_length(cvol_context *context, const char *name, const char *tag,
 
 /* ---- HEAD ------------------------------------------------------------------------------- */
 
-/* Corrections and fills, of files that have any. */
-static void put_modes(cvol_bytes *out, const cvol_header *header)
-{
-    cvol_bytes_put_u32(out, (uint32_t)header->corrections);
-    cvol_bytes_put_u32(out, (uint32_t)header->fraction);
-    cvol_bytes_put_f64(out, header->rule.quantum);
-    cvol_bytes_put_u32(out, (uint32_t)header->rule.unit);
-    cvol_bytes_put_u32(out, (uint32_t)header->rule.grain);
-    cvol_bytes_put_u32(out, (uint32_t)header->fills.count);
-    for (int i = 0; i < header->fills.count; i++)
-        cvol_bytes_put_u64(out, header->fills.bits[i]);
-}
-
 void cvol_head_put(cvol_bytes *out, const cvol_header *header)
 {
     for (int a = 0; a < 3; a++)
@@ -117,8 +101,6 @@ void cvol_head_put(cvol_bytes *out, const cvol_header *header)
     cvol_bytes_put_f64(out, header->ledger.value_min);
     cvol_bytes_put_f64(out, header->ledger.value_max);
     cvol_bytes_put_u64(out, header->coefficients);
-    if (header->corrections || header->fills.count)
-        put_modes(out, header);
 }
 
 /* Transform, rank, block, and the numbers that belong to blocks. */
@@ -164,54 +146,6 @@ static int check_values(cvol_context *context, const cvol_header *h, const char 
     return CVOL_OK;
 }
 
-static int take_fills(cvol_context *context, cvol_header *header, cvol_cursor *content,
-                      const char *name)
-{
-    const uint32_t count = cvol_cursor_u32(content);
-    const size_t size = cvol_type_size(header->grid.type);
-    if (count > CVOL_FILLS_MAX)
-        return bad(context, name, "HEAD", "the number of fills", count, "at most 7");
-    for (uint32_t i = 0; i < count && !content->failed; i++) {
-        const uint64_t bits = cvol_cursor_u64(content);
-        if ((size < 8 && bits >> 8 * size) || !cvol_fills_add(&header->fills, bits) ||
-            header->fills.count != (int)i + 1)
-            return bad(context, name, "HEAD", "fill", i, "a bit pattern of the type, and no other");
-    }
-    return content->failed ? fail_length(context, name, "HEAD", content) : CVOL_OK;
-}
-
-/* What stands behind the other fields in files that have corrections or a mask. */
-static int take_modes(cvol_context *context, cvol_header *header, cvol_cursor *content,
-                      const char *name)
-{
-    const uint32_t kind = cvol_cursor_u32(content), fraction = cvol_cursor_u32(content);
-    cvol_correction_rule *rule = &header->rule;
-    *rule = (cvol_correction_rule){.type = header->grid.type,
-                                   .exact = kind == CVOL_CORRECTED_EXACT,
-                                   .value_min = header->ledger.value_min,
-                                   .value_max = header->ledger.value_max};
-    rule->quantum = cvol_cursor_f64(content);
-    rule->unit = (int)(int32_t)cvol_cursor_u32(content);
-    rule->grain = (int)(int32_t)cvol_cursor_u32(content);
-    int code = take_fills(context, header, content, name);
-    if (code)
-        return code;
-    if (kind > CVOL_CORRECTED_PACKED)
-        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "%s: corrections are of kind %u, this library reads 0 to 3", name, kind);
-    header->corrections = (cvol_corrected_kind)kind;
-    header->fraction = (int)fraction;
-    if ((kind || header->fills.count) && !cvol_header_is_volume(header))
-        return bad(context, name, "HEAD", "corrections", kind, "0 of arrays that are no volumes");
-    if (fraction > CVOL_EXACT_FRACTION_MAX)
-        return bad(context, name, "HEAD", "fraction", fraction, "at most 10");
-    if (cvol_header_streams(header) >> CVOL_STREAM_CORRECTIONS & 1 &&
-        !cvol_correction_rule_valid(rule))
-        return bad(context, name, "HEAD", "quantum", rule->quantum,
-                   "what corrections of the type can have");
-    return CVOL_OK;
-}
-
 int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
                    const char *name)
 {
@@ -240,11 +174,68 @@ int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *cont
     int code = cvol_grid_check(context, &header->grid, name);
     if (!code)
         code = check_method(context, header, name);
-    if (!code)
-        code = check_values(context, header, name);
-    if (!code && cvol_cursor_left(content) >= MODES_BYTES)
-        code = take_modes(context, header, content, name);
-    return code;
+    return code ? code : check_values(context, header, name);
+}
+
+/* ---- MODE ------------------------------------------------------------------------------- */
+
+void cvol_modes_put(cvol_bytes *out, const cvol_header *header)
+{
+    cvol_bytes_put_u32(out, (uint32_t)header->corrections);
+    cvol_bytes_put_u32(out, (uint32_t)header->fraction);
+    cvol_bytes_put_f64(out, header->rule.quantum);
+    cvol_bytes_put_u32(out, (uint32_t)header->rule.unit);
+    cvol_bytes_put_u32(out, (uint32_t)header->rule.grain);
+    cvol_bytes_put_u32(out, (uint32_t)header->fills.count);
+    for (int i = 0; i < header->fills.count; i++)
+        cvol_bytes_put_u64(out, header->fills.bits[i]);
+}
+
+static int take_fills(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                      const char *name)
+{
+    const uint32_t count = cvol_cursor_u32(content);
+    const size_t size = cvol_type_size(header->grid.type);
+    if (count > CVOL_FILLS_MAX)
+        return bad(context, name, "MODE", "the number of fills", count, "at most 7");
+    for (uint32_t i = 0; i < count && !content->failed; i++) {
+        const uint64_t bits = cvol_cursor_u64(content);
+        if ((size < 8 && bits >> 8 * size) || !cvol_fills_add(&header->fills, bits) ||
+            header->fills.count != (int)i + 1)
+            return bad(context, name, "MODE", "fill", i, "a bit pattern of the type, and no other");
+    }
+    return content->failed ? fail_length(context, name, "MODE", content) : CVOL_OK;
+}
+
+int cvol_modes_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                    const char *name)
+{
+    const uint32_t kind = cvol_cursor_u32(content), fraction = cvol_cursor_u32(content);
+    cvol_correction_rule *rule = &header->rule;
+    *rule = (cvol_correction_rule){.type = header->grid.type,
+                                   .exact = kind == CVOL_CORRECTED_EXACT,
+                                   .value_min = header->ledger.value_min,
+                                   .value_max = header->ledger.value_max};
+    rule->quantum = cvol_cursor_f64(content);
+    rule->unit = (int)(int32_t)cvol_cursor_u32(content);
+    rule->grain = (int)(int32_t)cvol_cursor_u32(content);
+    int code = take_fills(context, header, content, name);
+    if (code)
+        return code;
+    if (kind > CVOL_CORRECTED_PACKED)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: corrections are of kind %u, this library reads 0 to 3", name, kind);
+    header->corrections = (cvol_corrected_kind)kind;
+    header->fraction = (int)fraction;
+    if ((kind || header->fills.count) && !cvol_header_is_volume(header))
+        return bad(context, name, "MODE", "corrections", kind, "0 of arrays that are no volumes");
+    if (fraction > CVOL_EXACT_FRACTION_MAX)
+        return bad(context, name, "MODE", "fraction", fraction, "at most 10");
+    if (cvol_header_streams(header) >> CVOL_STREAM_CORRECTIONS & 1 &&
+        !cvol_correction_rule_valid(rule))
+        return bad(context, name, "MODE", "quantum", rule->quantum,
+                   "what corrections of the type can have");
+    return CVOL_OK;
 }
 
 /* ---- GEOM ------------------------------------------------------------------------------- */

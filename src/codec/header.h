@@ -1,4 +1,4 @@
-/* Sections HEAD, GEOM and ERRS: what an array is but for its terms.
+/* Sections HEAD, GEOM, ERRS and MODE: what an array is but for its terms.
  *
  * Each is a record of fixed length. One that is longer comes from a later writer: what stands
  * behind the fields that are known here is ignored.
@@ -16,15 +16,16 @@ typedef struct cvol_header {
     uint32_t transform, rank, block, lapped;
     double step, offset;
     uint64_t coefficients;
-    cvol_corrected_kind corrections; /* these of volumes that have any, or a mask */
-    int fraction;
-    cvol_correction_rule rule;
-    cvol_fills fills;
     cvol_ledger ledger; /* HEAD: value_min and value_max; ERRS: the other two */
     /* ERRS */
     double psnr_db, max_error, threshold;
     double shell_norm[CVOL_SHELLS]; /* volumes: L2 norms of the coefficients of each shell */
     uint32_t measured;
+    /* MODE, of volumes that have corrections or a mask */
+    cvol_corrected_kind corrections;
+    int fraction;
+    cvol_correction_rule rule;
+    cvol_fills fills;
 } cvol_header;
 
 /* What the header of an array's file says. */
@@ -42,6 +43,7 @@ unsigned cvol_header_streams(const cvol_header *header);
 void cvol_head_put(cvol_bytes *out, const cvol_header *header);
 void cvol_geometry_put(cvol_bytes *out, const cvol_header *header);
 void cvol_errors_put(cvol_bytes *out, const cvol_header *header);
+void cvol_modes_put(cvol_bytes *out, const cvol_header *header);
 
 /* Read and check every field, HEAD first. Errors: CORRUPT, FORMAT, LIMIT, UNSUPPORTED. */
 int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
@@ -50,5 +52,7 @@ int cvol_geometry_take(cvol_context *context, cvol_header *header, cvol_cursor *
                        const char *name);
 int cvol_errors_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
                      const char *name);
+int cvol_modes_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                    const char *name);
 
 #endif

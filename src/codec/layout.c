@@ -95,6 +95,8 @@ static void keep_content(walk *w, const cvol_section *section)
     cvol_cursor content = cvol_section_cursor(section);
     if (section->kind == CVOL_HEAD)
         w->has_header = !cvol_head_take(w->context, &w->header, &content, w->name);
+    if (section->kind == CVOL_MODE && w->has_header)
+        w->has_header = !cvol_modes_take(w->context, &w->header, &content, w->name);
     if (section->kind == CVOL_INDX && w->has_header && cvol_header_is_volume(&w->header))
         w->has_index = !cvol_brick_index_take_streams(w->context, &w->index, section,
                                                       cvol_header_bricks(&w->header),

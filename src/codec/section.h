@@ -20,6 +20,7 @@ typedef enum cvol_section_kind {
     CVOL_GEOM,
     CVOL_ATTR,
     CVOL_ERRS,
+    CVOL_MODE,
     CVOL_RNGE,
     CVOL_TABL,
     CVOL_INDX,

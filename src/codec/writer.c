@@ -127,6 +127,8 @@ static void put_start(cvol_bytes *out, const cvol_file_front *front)
         cvol_bytes_free(&text);
     }
     put_record(out, CVOL_ERRS, front->header, cvol_errors_put);
+    if (front->header->corrections || front->header->fills.count)
+        put_record(out, CVOL_MODE, front->header, cvol_modes_put);
 }
 
 /* TABL and INDX. */

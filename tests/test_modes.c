@@ -1,0 +1,385 @@
+/* Bounds, lossless compression and masks from compressing to files and back: bounds hold for every
+ * sample, exact samples are the same to the bit, masked ones too; parts of files, damage, and what
+ * operations leave. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "array/array.h"
+#include "base/for_type.h"
+#include "codec/container.h"
+#include "codec/corrected.h"
+#include "cvol/codec.h"
+#include "random.h"
+
+static const char *path = "test_modes.cvol";
+
+/* Smooth, with noise; of any type. The caller frees. */
+static void *make_samples(cvol_grid *grid, cvol_type type, uint64_t seed)
+{
+    random_state r = {seed};
+    *grid = cvol_grid_make(70 + random_below(&r, 30), 66, 20 + random_below(&r, 30), type);
+    const size_t *dims = grid->dims, count = cvol_grid_samples(grid);
+    void *samples = malloc(count * cvol_type_size(type));
+    const double scale = type == CVOL_UINT8 || type == CVOL_INT8 ? 50 : 2000;
+    assert_non_null(samples);
+    for (size_t i = 0; i < count; i++) {
+        const double x = (double)(i % dims[0]), y = (double)(i / dims[0] % dims[1]);
+        double value = scale * (1 + 0.6 * sin(0.09 * x) * cos(0.07 * y)) +
+                       0.02 * scale * random_signed(&r);
+        if (type == CVOL_INT8 || !cvol_type_is_integer(type))
+            value -= scale;
+#define STORE(t) ((t *)samples)[i] = (t)value
+        CVOL_FOR_TYPE(type, STORE);
+#undef STORE
+    }
+    return samples;
+}
+
+static double value_of(const void *samples, cvol_type type, size_t i)
+{
+    double value = 0;
+#define LOAD(t) value = (double)((const t *)samples)[i]
+    CVOL_FOR_TYPE(type, LOAD);
+#undef LOAD
+    return value;
+}
+
+/* Writes, reads, evaluates; the caller frees both. */
+static void *pass_through_file(cvol_context *context, cvol_array *array, cvol_array **read)
+{
+    const size_t zero[3] = {0, 0, 0};
+    void *decoded = malloc(cvol_grid_bytes(&array->grid));
+    uint64_t bytes;
+    assert_non_null(decoded);
+    assert_int_equal(cvol_array_write(context, array, path, &bytes), CVOL_OK);
+    if (cvol_file_verify(context, NULL, path) || cvol_array_read(context, read, path, NULL))
+        fail_msg("%s", cvol_context_message(context));
+    assert_int_equal(cvol_array_evaluate_box(context, decoded, *read, zero, array->grid.dims),
+                     CVOL_OK);
+    return decoded;
+}
+
+static void check(cvol_context *context, const void *samples, const cvol_grid *grid,
+                  const cvol_compress_options *options, double bound)
+{
+    cvol_array *array, *read;
+    cvol_compress_report report;
+    if (cvol_compress(context, &array, &report, samples, grid, options))
+        fail_msg("type %d, bound %g: %s", (int)grid->type, bound, cvol_context_message(context));
+    void *decoded = pass_through_file(context, array, &read);
+    double most = 0;
+    for (size_t i = 0; i < cvol_grid_samples(grid); i++)
+        most = fmax(most,
+                    fabs(value_of(samples, grid->type, i) - value_of(decoded, grid->type, i)));
+    if (bound == 0)
+        assert_memory_equal(decoded, samples, cvol_grid_bytes(grid));
+    assert_true(most <= bound);
+    assert_true(report.max_error == most && read->max_error == most);
+    assert_int_equal(report.lossless, most == 0);
+    /* A box from a part of the file. */
+    const size_t begin[3] = {3, 17, 5}, end[3] = {67, 66, 18};
+    cvol_array *part;
+    const size_t size = cvol_type_size(grid->type), line = size * (end[0] - begin[0]);
+    uint8_t *box = malloc(line * (end[1] - begin[1]) * (end[2] - begin[2]));
+    assert_int_equal(cvol_array_read_box(context, &part, path, begin, end, NULL), CVOL_OK);
+    assert_int_equal(cvol_array_evaluate_box(context, box, part, begin, end), CVOL_OK);
+    for (size_t z = begin[2]; z < end[2]; z++)
+        for (size_t y = begin[1]; y < end[1]; y++)
+            assert_memory_equal(box + line * (y - begin[1] + (end[1] - begin[1]) * (z - begin[2])),
+                                (uint8_t *)decoded +
+                                    size * (begin[0] + grid->dims[0] * (y + grid->dims[1] * z)),
+                                line);
+    free(box);
+    free(decoded);
+    cvol_array_free(array);
+    cvol_array_free(read);
+    cvol_array_free(part);
+}
+
+static void test_lossless_of_all_types(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.lossless = 1;
+    for (int type = CVOL_UINT8; type <= CVOL_FLOAT64; type++) {
+        cvol_grid grid;
+        void *samples = make_samples(&grid, (cvol_type)type, (uint64_t)type);
+        check(context, samples, &grid, &options, 0);
+        free(samples);
+    }
+    for (int block = 8; block <= 32; block += 24) {
+        cvol_grid grid;
+        void *samples = make_samples(&grid, CVOL_INT16, 99);
+        options.block = block;
+        check(context, samples, &grid, &options, 0);
+        free(samples);
+    }
+    cvol_context_destroy(context);
+}
+
+static void test_bounds_of_all_types(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.target = CVOL_TARGET_MAX_ERROR;
+    for (int i = 0; i < 10; i++) {
+        static const cvol_type types[] = {CVOL_UINT8, CVOL_INT16, CVOL_UINT16, CVOL_FLOAT32,
+                                          CVOL_FLOAT64};
+        cvol_grid grid;
+        const cvol_type type = types[i % 5];
+        void *samples = make_samples(&grid, type, (uint64_t)i);
+        options.target_value = pow(10, 2 - i / 2.0) * (type == CVOL_UINT8 ? 0.1 : 1);
+        check(context, samples, &grid, &options, options.target_value);
+        free(samples);
+    }
+    cvol_context_destroy(context);
+}
+
+static void test_psnr_and_bound_both_hold(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_grid grid;
+    void *samples = make_samples(&grid, CVOL_FLOAT32, 5);
+    options.target = CVOL_TARGET_PSNR;
+    for (int i = 0; i < 2; i++) {
+        cvol_array *array;
+        cvol_compress_report report;
+        options.target_value = i ? 70 : 35;
+        options.max_error = i ? 100 : 5;
+        assert_int_equal(cvol_compress(context, &array, &report, samples, &grid, &options),
+                         CVOL_OK);
+        assert_true(report.psnr_db >= options.target_value);
+        assert_true(report.max_error <= options.max_error);
+        check(context, samples, &grid, &options, report.max_error);
+        cvol_array_free(array);
+    }
+    free(samples);
+    cvol_context_destroy(context);
+}
+
+/* 1e35 in a ball, NaN in a corner; what does not say so is refused. */
+static float *make_holes(cvol_grid *grid, int with_nan)
+{
+    float *samples = make_samples(grid, CVOL_FLOAT32, 11);
+    for (size_t i = 0; i < cvol_grid_samples(grid); i++) {
+        const double x = (double)(i % grid->dims[0]) - 40,
+                     y = (double)(i / grid->dims[0] % grid->dims[1]) - 30,
+                     z = (double)(i / grid->dims[0] / grid->dims[1]) - 10;
+        if (x * x + y * y + z * z < 300)
+            samples[i] = 1e35f;
+        else if (with_nan && x + y + z < -60)
+            samples[i] = (float)NAN;
+    }
+    return samples;
+}
+
+static void test_masked_samples_come_back(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    for (int i = 0; i < 5; i++) {
+        cvol_grid grid;
+        const int lossless = i >= 3;
+        float *samples = make_holes(&grid, lossless);
+        cvol_compress_options options = cvol_compress_options_defaults();
+        cvol_compress_report report;
+        cvol_array *array, *read;
+        options.has_fill = 1;
+        options.fill = 1e35;
+        options.lossless = lossless;
+        options.target = i == 0   ? CVOL_TARGET_PSNR
+                         : i == 1 ? CVOL_TARGET_MAX_ERROR
+                                  : CVOL_TARGET_RATIO;
+        options.target_value = i == 0 ? 50 : i == 1 ? 2 : 40;
+        if (i == 4)
+            options.has_fill = 0; /* then 1e35 is a number like any other */
+        if (cvol_compress(context, &array, &report, samples, &grid, &options))
+            fail_msg("%d: %s", i, cvol_context_message(context));
+        float *decoded = pass_through_file(context, array, &read);
+        double squares = 0, count = 0;
+        for (size_t k = 0; k < cvol_grid_samples(&grid); k++) {
+            const int masked = !(samples[k] < 1e34f);
+            if (masked || lossless)
+                assert_memory_equal(&decoded[k], &samples[k], 4);
+            else
+                assert_true(fabsf(decoded[k] - samples[k]) <= report.max_error);
+            if (!masked) {
+                squares += pow((double)decoded[k] - (double)samples[k], 2);
+                count++;
+            }
+        }
+        assert_int_equal(report.lossless, lossless);
+        assert_true(i == 4 || read->ledger.value_max < 4000);
+        assert_true(i != 1 || report.max_error <= 2);
+        assert_true(i != 2 || (report.ratio >= 40 && report.ratio < 41.5));
+        if (i == 0)
+            assert_true(report.psnr_db >= 50 &&
+                        fabs(10 * log10(pow(read->ledger.value_max - read->ledger.value_min, 2) *
+                                        count / squares) -
+                             report.psnr_db) < 1e-6);
+        free(decoded);
+        free(samples);
+        cvol_array_free(array);
+        cvol_array_free(read);
+    }
+    cvol_context_destroy(context);
+}
+
+static void test_strange_samples_are_refused_or_masked(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    cvol_grid grid;
+    float *samples = make_holes(&grid, 1);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_array *array;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options),
+                     CVOL_ERROR_DATA);
+    options.has_fill = 1;
+    options.fill = 1e35; /* NaN are left */
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options),
+                     CVOL_ERROR_DATA);
+    options.fill = (double)NAN;
+    options.target = CVOL_TARGET_PSNR;
+    options.target_value = 40;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
+    cvol_array_free(array);
+    for (uint32_t i = 0; i < 8; i++) { /* too many kinds */
+        const uint32_t bits = 0x7fc00000 + i;
+        memcpy(&samples[i], &bits, 4);
+    }
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options),
+                     CVOL_ERROR_DATA);
+    for (size_t i = 0; i < cvol_grid_samples(&grid); i++)
+        samples[i] = (float)NAN;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
+    cvol_array *read;
+    float *decoded = pass_through_file(context, array, &read);
+    assert_memory_equal(decoded, samples, cvol_grid_bytes(&grid));
+    cvol_array_free(array);
+    cvol_array_free(read);
+    free(decoded);
+    free(samples);
+    cvol_context_destroy(context);
+}
+
+/* Exact copies far apart: what a transform cannot see. */
+static void test_repeated_samples_are_packed(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    cvol_grid grid = cvol_grid_make(40, 30, 40, CVOL_FLOAT32);
+    const size_t half = 40 * 30 * 10, count = cvol_grid_samples(&grid);
+    float *samples = malloc(count * sizeof *samples);
+    random_state r = {3};
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_array *array, *read;
+    options.lossless = 1;
+    assert_non_null(samples);
+    for (size_t i = 0; i < count; i++)
+        samples[i] = i < half ? (float)random_signed(&r) : samples[i - half];
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
+    assert_int_equal(cvol_corrected_of(array)->kind, CVOL_CORRECTED_PACKED);
+    float *decoded = pass_through_file(context, array, &read);
+    assert_memory_equal(decoded, samples, cvol_grid_bytes(&grid));
+    cvol_array_free(array);
+    cvol_array_free(read);
+    free(decoded);
+    free(samples);
+    cvol_context_destroy(context);
+}
+
+static void test_levels_and_results_have_no_corrections(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    cvol_grid grid;
+    void *samples = make_samples(&grid, CVOL_INT16, 8);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_array *array, *read, *twice;
+    options.lossless = 1;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
+    assert_int_equal(cvol_array_write(context, array, path, NULL), CVOL_OK);
+    for (int level = 0; level < 4; level++) {
+        const cvol_file_part part = {.level = level};
+        assert_int_equal(cvol_array_read_part(context, &read, NULL, path, &part), CVOL_OK);
+        assert_true((read->corrections != NULL) == (level == 0));
+        cvol_array_free(read);
+    }
+    assert_int_equal(cvol_array_scale(context, &twice, 2, array, 1), CVOL_OK);
+    assert_null(twice->corrections);
+    cvol_array_free(twice);
+    cvol_array_free(array);
+    free(samples);
+    cvol_context_destroy(context);
+}
+
+/* One byte of any section: refused, or without consequence. */
+static void test_damaged_files(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    cvol_grid grid;
+    float *samples = make_holes(&grid, 1);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_array *array;
+    uint64_t bytes;
+    options.lossless = options.has_fill = 1;
+    options.fill = 1e35;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
+    assert_int_equal(cvol_array_write(context, array, path, &bytes), CVOL_OK);
+    cvol_array_free(array);
+    uint8_t *file = malloc(bytes);
+    FILE *in = fopen(path, "rb");
+    assert_true(file && in && fread(file, 1, bytes, in) == bytes);
+    fclose(in);
+    random_state r = {1};
+    for (int i = 0; i < 300; i++) {
+        const size_t at = i < 150 ? (size_t)i * 9 : random_below(&r, (uint32_t)bytes);
+        file[at] ^= 16;
+        const int code = cvol_container_read(context, &array, file, bytes, "damaged");
+        if (!code)
+            fail_msg("byte %zu may be anything", at);
+        file[at] ^= 16;
+        const size_t cut = random_below(&r, (uint32_t)bytes);
+        assert_true(cvol_container_read(context, &array, file, cut, "cut") != CVOL_OK);
+    }
+    free(file);
+    free(samples);
+    cvol_context_destroy(context);
+}
+
+static int clean(void **state)
+{
+    (void)state;
+    unlink(path);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lossless_of_all_types),
+        cmocka_unit_test(test_bounds_of_all_types),
+        cmocka_unit_test(test_psnr_and_bound_both_hold),
+        cmocka_unit_test(test_masked_samples_come_back),
+        cmocka_unit_test(test_strange_samples_are_refused_or_masked),
+        cmocka_unit_test(test_repeated_samples_are_packed),
+        cmocka_unit_test(test_levels_and_results_have_no_corrections),
+        cmocka_unit_test(test_damaged_files),
+    };
+    return cmocka_run_group_tests(tests, NULL, clean);
+}
