@@ -87,27 +87,27 @@ typedef struct common_options {
     }
 
 /* Samples without a header; type_option is what their type is called. */
-#define RAW_OPTIONS(c, heading, type_option)                                                      \
-    {NULL, NULL, heading, OPTION_HEADING, NULL, 0, NULL},                                         \
-        {"--dims", "NXxNYxNZ", "number of samples along each axis", OPTION_DIMS, (c).read.dims,   \
-         0,        NULL},                                                                         \
-        {type_option, "TYPE",         "uint8 int8 uint16 int16 uint32 int32 float32 float64",     \
-         OPTION_TEXT, &(c).type_name, 0,                                                          \
-         NULL},                                                                                   \
-        {"--big-endian",                                                                          \
-         NULL,                                                                                    \
-         "samples are stored high byte first",                                                    \
-         OPTION_FLAG,                                                                             \
-         &(c).read.big_endian,                                                                    \
-         0,                                                                                       \
-         NULL},                                                                                   \
-        {"--spacing",                                                                             \
-         "SX,SY,SZ",                                                                              \
-         "distance of samples (default 1,1,1)",                                                   \
-         OPTION_NUMBERS3,                                                                         \
-         (c).read.spacing,                                                                        \
-         0,                                                                                       \
-         NULL},                                                                                   \
+#define SHAPE_OPTIONS(c, heading, type_option)                                                  \
+    {NULL, NULL, heading, OPTION_HEADING, NULL, 0, NULL},                                       \
+        {"--dims", "NXxNYxNZ", "number of samples along each axis", OPTION_DIMS, (c).read.dims, \
+         0,        NULL},                                                                       \
+        {type_option, "TYPE",         "uint8 int8 uint16 int16 uint32 int32 float32 float64",   \
+         OPTION_TEXT, &(c).type_name, 0,                                                        \
+         NULL},                                                                                 \
+        {"--big-endian",                                                                        \
+         NULL,                                                                                  \
+         "samples are stored high byte first",                                                  \
+         OPTION_FLAG,                                                                           \
+         &(c).read.big_endian,                                                                  \
+         0,                                                                                     \
+         NULL},                                                                                 \
+    {                                                                                           \
+        "--spacing", "SX,SY,SZ", "distance of samples (default 1,1,1)", OPTION_NUMBERS3,        \
+            (c).read.spacing, 0, NULL                                                           \
+    }
+
+#define RAW_OPTIONS(c, heading, type)                                                             \
+    SHAPE_OPTIONS(c, heading, type),                                                              \
     {                                                                                             \
         "--fill", "VALUE", "replace NaN and infinite samples by VALUE", OPTION_NUMBER, &(c).fill, \
             0, &(c).fill_given                                                                    \

@@ -43,17 +43,22 @@ static const char examples[] =
     "  cvol compress ocean.nrrd o.cvol --fill 1e35 --psnr 60   1e35 marks land\n"
     "  cvol compress wave.nrrd w.cvol --transform dft --block 0 --keep 16,1000\n";
 
-/* The value that marks samples without one. */
-static int choose_fill(cvol_compress_options *options, const char *text)
+/* The value that marks samples without one: a number, which then stands for NaN and infinite
+ * samples as well, or nan for these alone. */
+static int choose_fill(cvol_compress_options *options, compress_arguments *a)
 {
     char *end;
-    if (!text)
+    if (!a->fill)
         return EXIT_DONE;
     options->has_fill = 1;
-    options->fill = strtod(text, &end);
-    return end != text && !*end
-               ? EXIT_DONE
-               : complain(EXIT_MISUSED, "--fill is '%s', must be a number or nan", text);
+    options->fill = strtod(a->fill, &end);
+    if (isfinite(options->fill)) {
+        a->common.fill = options->fill;
+        a->common.fill_given = 1;
+    }
+    if (end == a->fill || *end || isinf(options->fill))
+        return complain(EXIT_MISUSED, "--fill is '%s', must be a number or nan", a->fill);
+    return EXIT_DONE;
 }
 
 /* How many targets are asked for; a PSNR and a bound may be together. */
@@ -64,7 +69,7 @@ static int count_targets(const compress_arguments *a)
 }
 
 /* Which target the options ask for; EXIT_DONE, or EXIT_MISUSED after a sentence. */
-static int choose_target(method *m, const compress_arguments *a)
+static int choose_target(method *m, compress_arguments *a)
 {
     m->options.target = a->psnr_given        ? CVOL_TARGET_PSNR
                         : a->max_error_given ? CVOL_TARGET_MAX_ERROR
@@ -90,13 +95,15 @@ static int choose_target(method *m, const compress_arguments *a)
     /* Nothing may be wrong: any PSNR holds. */
     m->options.lossless = a->lossless || (a->max_error_given && a->max_error <= 0);
     m->keep = a->psnr_given ? cvol_keep_psnr(a->psnr) : cvol_keep_ratio(a->ratio);
-    return a->keep ? parse_keep(&m->keep, a->keep) : choose_fill(&m->options, a->fill);
+    return a->keep ? parse_keep(&m->keep, a->keep) : EXIT_DONE;
 }
 
-static int choose_method(method *m, const compress_arguments *a)
+static int choose_method(method *m, compress_arguments *a)
 {
     m->options = cvol_compress_options_defaults();
     int status = choose_target(m, a);
+    if (!status)
+        status = choose_fill(&m->options, a);
     if (status)
         return status;
     m->options.block = m->block = a->block;
@@ -107,11 +114,11 @@ static int choose_method(method *m, const compress_arguments *a)
     if (!m->transform)
         return complain(EXIT_MISUSED, "--transform is '%s', must be dct, dht or dft", a->transform);
     m->truncate = m->transform != CVOL_DCT || m->block == 0 || a->keep;
-    const char *of_blocks = a->bits_given        ? "--bpv"
-                            : a->max_error_given ? "--max-error"
-                            : a->lossless        ? "--lossless"
-                            : a->fill            ? "--fill"
-                                                 : NULL;
+    const char *of_blocks = a->bits_given            ? "--bpv"
+                            : a->max_error_given     ? "--max-error"
+                            : a->lossless            ? "--lossless"
+                            : isnan(m->options.fill) ? "--fill nan"
+                                                     : NULL;
     if (m->truncate && of_blocks)
         return complain(EXIT_MISUSED, "%s needs dct blocks: leave --transform and --block 0 away",
                         of_blocks);
@@ -372,8 +379,8 @@ int command_compress(int argc, char **argv)
         {"--keep", "K,S", "the K lowest frequencies of each axis, S others", OPTION_TEXT, &a.keep,
          0, NULL},
         {NULL, NULL, "Samples without a value:", OPTION_HEADING, NULL, 0, NULL},
-        {"--fill", "V", "those that are V; nan: those that are NaN or infinite", OPTION_TEXT,
-         &a.fill, 0, NULL},
+        {"--fill", "V", "those that are V, NaN or infinite (these become V); nan: the latter",
+         OPTION_TEXT, &a.fill, 0, NULL},
         {NULL, NULL, "What is kept beside the samples:", OPTION_HEADING, NULL, 0, NULL},
         {"--attributes", "FILE.json", "a JSON text (default: that of a .cvol as input)",
          OPTION_TEXT, &a.attributes, 0, NULL},
@@ -383,7 +390,7 @@ int command_compress(int argc, char **argv)
         {"--transform", "NAME", "dct (default), dht or dft", OPTION_TEXT, &a.transform, 0, NULL},
         {"--stream", NULL, "slab by slab, in little memory, whatever the volume's size",
          OPTION_FLAG, &a.stream, 0, NULL},
-        INPUT_OPTIONS(a.common),
+        SHAPE_OPTIONS(a.common, "Raw samples (x fastest):", "--type"),
         COMMON_OPTIONS(a.common),
     };
     command_line line = {.usage = "cvol compress IN OUT.cvol [options]",

@@ -55,7 +55,7 @@ int cvol_fills_of_value(uint64_t *bits, cvol_type type, double value)
     const int is_signed = type == CVOL_INT8 || type == CVOL_INT16 || type == CVOL_INT32;
     const double span = ldexp(1, 8 * size), lo = is_signed ? -span / 2 : 0;
     const double nearest = floor(value + 0.5);
-    if (!(nearest >= lo && nearest < lo + span))
+    if (nearest != value || !(nearest >= lo && nearest < lo + span))
         return 0;
     *bits = (uint64_t)(int64_t)nearest & ((UINT64_C(1) << 8 * size) - 1);
     return 1;
@@ -64,16 +64,16 @@ int cvol_fills_of_value(uint64_t *bits, cvol_type type, double value)
 #define FOR_SIZE(type, CASE)        \
     switch (cvol_type_size(type)) { \
     case 1:                         \
-        CASE(word8);              \
+        CASE(word8);                \
         break;                      \
     case 2:                         \
-        CASE(word16);             \
+        CASE(word16);               \
         break;                      \
     case 4:                         \
-        CASE(word32);             \
+        CASE(word32);               \
         break;                      \
     default:                        \
-        CASE(word64);             \
+        CASE(word64);               \
         break;                      \
     }
 

@@ -21,7 +21,7 @@ typedef struct cvol_fills {
 
 /* Adds a pattern that is not there yet; 0 if there are too many. */
 int cvol_fills_add(cvol_fills *fills, uint64_t bits);
-/* The pattern of a value in a type, for integers the nearest one; 0 if the type has none. */
+/* The pattern of a value in a type, of floats the nearest one; 0 if the type has none. */
 int cvol_fills_of_value(uint64_t *bits, cvol_type type, double value);
 /* Adds the patterns of all NaN and infinite samples; 0 if there are too many. */
 int cvol_fills_add_strange(cvol_fills *fills, cvol_type type, const void *samples, size_t count);

@@ -283,7 +283,14 @@ for type in float32 float64; do
     refuse '3 samples are NaN or infinite*index 17*--fill' nan.raw $raw
     expect_failure 1 'nan.raw:*3 samples*index 17' cvol render nan.raw -o out.png $raw
     expect_failure 1 'nan.raw:*3 samples*index 17' cvol bench render nan.raw $raw
-    expect_failure 2 '--fill' cvol compress nan.raw out.cvol $raw --fill nan
+    expect_failure 2 '--fill' cvol render nan.raw -o out.png $raw --fill nan
+    for way in '--lossless' '--fill nan --lossless'; do
+        expect_done cvol compress nan.raw masked.cvol $raw $way
+        expect_done cvol decompress masked.cvol masked.raw
+        expect_same_file masked.raw nan.raw
+    done
+    expect_done cvol compress nan.raw masked.cvol $raw --fill nan --max-error 1
+    expect_done cvol verify masked.cvol
     expect_done cvol info nan.raw $raw --json
     expect_equal "$(value_of nan_or_infinite)" 3
     expect_done cvol compress nan.raw filled.cvol $raw --fill 0.5 --psnr 100

@@ -96,7 +96,8 @@ expect_failure 2 'only one of' $compress --ratio 30 --bpv 1
 expect_failure 2 'only one of' $compress --bpv 1 --psnr 40
 expect_failure 2 'only one of' $compress --bpv 1 --max-error 1
 expect_failure 2 'only one of' $compress --bpv 1 --keep 1,2
-expect_failure 2 'only one of' $compress --psnr 30 --max-error 4
+expect_failure 2 'only one of' $compress --psnr 30 --lossless
+expect_failure 2 'only one of' $compress --max-error 3 --lossless
 expect_failure 2 'only one of' $compress --ratio 30 --max-error 0
 for option in --ratio --bpv --psnr --max-error --block --transform --dims --type --spacing --fill; do
     expect_failure 2 "$option needs a value" $compress $option
@@ -108,7 +109,10 @@ for command in 'cvol info in.raw' 'cvol compress in.raw out.cvol' 'cvol compare 
         9x8x7.0 '9x8x 7' 99999999999999999999x1x1
     refuse $command --dims 9x8x7 --type -- '' x uint7 int64 UINT8 float
     refuse $command $raw --spacing -- '' x 1 1,1 1,1, 1,1,1,1 1,1,x 1,nan,1 1,1,inf '1, 1,1'
-    refuse $command $raw --fill -- '' $number
+    case $command in
+    *compress*) refuse $command $raw --fill -- '' x 1x 1,5 inf -inf 1e999 ;;
+    *) refuse $command $raw --fill -- '' $number ;;
+    esac
     expect_failure 2 'spacing of axis y' $command $raw --spacing 1,-1,1
     expect_failure 2 'in.raw: raw samples need --dims' $command --type uint8
     expect_failure 2 'in.raw: raw samples need --type' $command --dims 9x8x7
