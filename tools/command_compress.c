@@ -331,7 +331,9 @@ static int compress_by_slab(cvol_context *context, compress_arguments *arguments
 /* Whether what is asked for can be done slab by slab. */
 static int can_be_streamed(const method *m)
 {
-    return !m->truncate && m->block == 16 && m->options.target != CVOL_TARGET_MAX_ERROR;
+    const cvol_compress_options *options = &m->options;
+    return !m->truncate && m->block == 16 && options->target != CVOL_TARGET_MAX_ERROR &&
+           options->max_error <= 0 && !options->lossless && !options->has_fill;
 }
 
 static int compress(cvol_context *context, compress_arguments *arguments, const method *m,
