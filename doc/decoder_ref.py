@@ -59,8 +59,8 @@ def crc32c(data):
     return crc ^ 0xFFFFFFFF
 
 
-ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "RNGE", "TABL", "INDX", "SHL0", "SHL1", "SHL2", "SHL3",
-         "TERM", "SPEC", "ENDS"]
+ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "MODE", "RNGE", "TABL", "INDX", "MASK", "SHL0", "SHL1",
+         "SHL2", "SHL3", "CORR", "TERM", "SPEC", "ENDS"]
 OPTIONAL = {"ATTR", "RNGE"}
 SHELLS = ["SHL0", "SHL1", "SHL2", "SHL3"]
 
@@ -88,7 +88,7 @@ def read_sections(data, last):
         need(flags & 1 or tag in OPTIONAL, f"{tag} is not flagged as required")
         need(all(ORDER.index(before) < ORDER.index(tag) for before in sections),
              f"{tag} stands in a wrong place")
-        if tag not in SHELLS:
+        if tag not in SHELLS and tag not in ("MASK", "CORR"):
             need(checksum == crc32c(content), f"{tag}: the checksum does not hold")
         sections[tag] = content, checksum
     if last == "ENDS":
@@ -175,26 +175,35 @@ def check_ranges(header, content):
 
 # ---- 6. INDX and the shells ----------------------------------------------------------------------
 
-def read_index(content, bricks):
-    """Lengths [shell][brick] and checksums [shell][run]."""
-    at, lengths = 0, []
-    for _ in SHELLS:
-        lengths.append([])
-        for _ in range(bricks):
-            value = shift = 0
-            while True:
-                need(at < len(content), "INDX is too short")
-                byte = content[at]
-                at += 1
-                value |= (byte & 127) << shift
-                shift += 7
-                if byte < 128:
-                    break
-            need(value < 2 ** 32, "INDX: a length")
-            lengths[-1].append(value)
-    runs = -(-bricks // 16)
-    need(len(content) - at == 16 * runs, "INDX has a wrong length")
-    sums = [struct.unpack_from(f"<{runs}I", content, at + 4 * runs * s) for s in range(4)]
+def read_lengths(content, at, bricks):
+    lengths = []
+    for _ in range(bricks):
+        value = shift = 0
+        while True:
+            need(at < len(content), "INDX is too short")
+            byte = content[at]
+            at += 1
+            value |= (byte & 127) << shift
+            shift += 7
+            if byte < 128:
+                break
+        need(value < 2 ** 32, "INDX: a length")
+        lengths.append(value)
+    return lengths, at
+
+
+def read_index(content, bricks, others):
+    """Lengths [stream][brick] and checksums [stream][run]: of the shells, then of `others` more."""
+    at, lengths, sums, runs = 0, [], [], -(-bricks // 16)
+    for streams in [4] + [1] * others:
+        for _ in range(streams):
+            numbers, at = read_lengths(content, at, bricks)
+            lengths.append(numbers)
+        for _ in range(streams):
+            need(len(content) - at >= 4 * runs, "INDX is too short")
+            sums.append(struct.unpack_from(f"<{runs}I", content, at))
+            at += 4 * runs
+    need(len(content) == at, "INDX is too long")
     return lengths, sums
 
 
@@ -610,35 +619,264 @@ def crop(header, samples):
     return samples[:nz, :ny, :nx]
 
 
+# ---- 12. MODE ------------------------------------------------------------------------------------
+
+BOUNDED, EXACT, PACKED = 1, 2, 3
+ROW_NUMBER, ROW_MORE_NUMBER, ROW_DEEP, ROW_MASK, ROW_FILL = 2091, 2115, 2139, 2140, 2204
+
+
+class Modes:
+    def __init__(self, content=None):
+        self.kind, self.fraction, self.quantum, self.unit, self.grain, count = (
+            struct.unpack_from("<IIdiiI", content) if content else (0, 0, 0.0, 0, 0, 0))
+        need(self.kind <= 3 and self.fraction <= 10 and count <= 7, "MODE")
+        self.fills = struct.unpack_from(f"<{count}Q", content, 28) if content else ()
+
+
+# ---- 13. MASK ------------------------------------------------------------------------------------
+
+def read_mask(stream, shape, fills):
+    """0 where a sample has a value, else 1 + the number of its fill; [z][y][x]."""
+    nz, ny, nx = shape
+    which = np.zeros(shape, int)
+    if not stream.data:
+        return which
+    outside, last = stream.raw(1), 0
+    # With a border of what is thought to be beyond.
+    bits = [[[outside] * (nx + 2) for _ in range(ny + 2)] for _ in range(nz + 1)]
+    for z in range(nz):
+        front = bits[z]
+        for y in range(ny):
+            line, up = bits[z + 1][y + 1], bits[z + 1][y]
+            for x in range(nx):
+                c = (line[x] + 2 * up[x + 1] + 4 * front[y + 1][x + 1] + 8 * up[x + 2]
+                     + 16 * front[y + 1][x + 2] + 32 * front[y + 2][x + 1])
+                bit = line[x + 1] = stream.token(ROW_MASK + c)
+                need(bit < 2, "MASK: a token")
+                if bit and fills > 1:
+                    last = stream.token(ROW_FILL + last)
+                    need(last < fills, "MASK: a fill")
+                which[z, y, x] = 1 + last if bit else 0
+    stream.check_end()
+    return which
+
+
+# ---- 14. CORR: the base --------------------------------------------------------------------------
+
+def rounded(a):
+    return a + 2 ** 19 >> 20
+
+
+def exact_inverse(values):
+    """Of a part's integers 2^F q[w, v, u]: along x, then y, then z."""
+    for axis in (2, 1, 0):
+        C = np.rint(2 ** 20 * dct_matrix(values.shape[axis])).astype(np.int64)
+        values = rounded(np.moveaxis(np.tensordot(C, values, (0, axis)), 0, axis))
+    return values
+
+
+def exact_filter(v, axis):
+    h = -81462, -242189, 100318, -140227
+    a = np.moveaxis(v, axis, 0)
+    for e in range(16, len(a) - 1, 16):
+        inner, outer = a[e - 1] - a[e], a[e - 2] - a[e + 1]
+        d0, d1 = rounded(h[0] * inner + h[1] * outer), rounded(h[2] * inner + h[3] * outer)
+        a[e - 1] += d0
+        a[e] -= d0
+        a[e - 2] += d1
+        a[e + 1] -= d1
+
+
+def base_of(header, modes, v):
+    base = header.offset + header.step * 2.0 ** -modes.fraction * v.astype(float)
+    base = np.clip(base, header.value_min, header.value_max)
+    if header.type < 7:
+        return np.floor(base + 0.5)
+    return base.astype(np.float32).astype(float) if header.type == 7 else base
+
+
+# ---- 15. CORR: corrections -----------------------------------------------------------------------
+
+NUMBER_BOUNDS = [0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 28, 40, 56, 80, 112]
+
+
+def number_of(stream, total):
+    """|k| in the context of a sum."""
+    if total <= 160:
+        level = sum(bound < total for bound in NUMBER_BOUNDS)
+    else:
+        e = total.bit_length() - 1
+        level = 2 + 2 * e + (total >> e - 1 & 1)
+    shift = 0 if level < 14 else 1 if level < 16 else (level - 2) // 2 - 5
+    row = level if level < 24 else 22 + level % 2
+    high = stream.token(ROW_NUMBER + row)
+    if high == 15:
+        r = stream.token(ROW_MORE_NUMBER + row)
+        if r == 15:
+            r += stream.raw(6)
+        need(r <= 50, "CORR: a number")
+        high = 2 ** r + stream.raw(r) + 14
+    number = high << shift | stream.raw(shift)
+    need(number < 2 ** 50, "CORR: a number")
+    return number
+
+
+class Reals:
+    """Exact floats."""
+
+    def __init__(self, header, modes):
+        self.P, self.bias, self.lowest = (24, 127, -149) if header.type == 7 else (53, 1023, -1074)
+        self.unit, self.grain = modes.unit, modes.grain
+
+    def widening(self, base):
+        if base == 0:
+            return 0
+        exponent = max(math.frexp(base)[1] - 1, -1023)
+        return max(0, exponent - (self.P - 1) - self.unit)
+
+    @staticmethod
+    def cell(value, t):
+        n = math.floor(math.ldexp(abs(value), -t))
+        return -1 - n if math.copysign(1, value) < 0 else n
+
+    def value(self, stream, cell, t):
+        a = -1 - cell if cell < 0 else cell
+        magnitude = self.far(stream, a, t) if a else self.near(stream, t)
+        return -magnitude if cell < 0 else magnitude
+
+    def far(self, stream, a, t):
+        last = max(a.bit_length() - 1 + t - (self.P - 1), self.lowest, self.grain)
+        return math.ldexp(a, t) + math.ldexp(stream.raw(max(0, t - last)), last)
+
+    def near(self, stream, t):
+        j = stream.token(ROW_DEEP)
+        if j == 14:
+            return 0.0
+        field = t + self.bias - (1 + j if j < 14 else 15 + stream.raw(11))
+        need(field >= 0, "CORR: an exponent")
+        lowest = max(1, field) - self.bias - (self.P - 1)
+        unused = min(self.P - 1, max(0, self.grain - lowest))
+        mantissa = stream.raw(self.P - 1 - unused) << unused
+        return math.ldexp(mantissa + (2 ** (self.P - 1) if field else 0), lowest)
+
+
+def correct(header, modes, stream, base, which):
+    """A brick's samples; masked ones stay as the base is."""
+    exact = modes.kind == EXACT and header.type >= 7
+    samples = base.copy()
+    lo, hi = header.value_min, header.value_max
+    if not stream.data and not exact:
+        return samples
+    nz, ny, nx = base.shape
+    reals = Reals(header, modes)
+    W = [[[0] * (nx + 2) for _ in range(ny + 2)] for _ in range(nz + 1)]
+    for z in range(nz):
+        front = W[z]
+        for y in range(ny):
+            line, up, f = W[z + 1][y + 1], W[z + 1][y], front[y + 1]
+            for x in range(nx):
+                total = (2 * (line[x] + up[x + 1] + f[x + 1]) + up[x] + up[x + 2] + f[x] + f[x + 2]
+                         + front[y][x + 1] + front[y + 2][x + 1])
+                if z == 0:
+                    total = min(2 * total, 2 ** 32 - 1)
+                if which[z, y, x]:
+                    line[x + 1] = min(total // 12, 2 ** 28 - 1)
+                    continue
+                here = float(base[z, y, x])
+                s = reals.widening(here) if exact else 0
+                k = number_of(stream, total >> s)
+                line[x + 1] = min(k << s, 2 ** 28 - 1)
+                k = -k if k and stream.raw(1) else k
+                if exact:
+                    t = reals.unit + s
+                    value = reals.value(stream, reals.cell(here, t) + k, t)
+                    need(lo <= value <= hi, "CORR: a sample")
+                else:
+                    value = min(max(here + modes.quantum * k, lo), hi)
+                samples[z, y, x] = value
+    stream.check_end()
+    return samples
+
+
+def corrected(header, modes, sections, bricks, data, rows, v):
+    """All samples of a volume, in its type, from its base's integers; data: the bricks of CORR, and
+    which samples are masked."""
+    kind = TYPES[header.type]
+    nx, ny, nz = header.dims
+    if modes.kind == PACKED:
+        content, checksum = sections["CORR"]
+        need(checksum == crc32c(content), "CORR: the checksum does not hold")
+        size = nx * ny * nz * np.dtype(kind).itemsize
+        need(size <= 2 ** 26, "CORR packs too much")
+        return np.frombuffer(unpack(content, size), kind).reshape(nz, ny, nx).copy()
+    base = base_of(header, modes, v)
+    out = np.zeros((nz, ny, nx), kind)
+    for number in range(math.prod(bricks)):
+        at = number % bricks[0], number // bricks[0] % bricks[1], number // bricks[0] // bricks[1]
+        box = tuple(slice(64 * at[a], min(64 * at[a] + 64, header.dims[a])) for a in (2, 1, 0))
+        which = data["which"][box]
+        out[box] = correct(header, modes, Stream(data["CORR"][number], rows), base[box],
+                           which).astype(kind)
+    return out
+
+
 # ---- the three kinds -----------------------------------------------------------------------------
 
 def read_volume(header, sections, shells):
+    """The samples, finished."""
     B, dims = header.block, header.dims
+    modes = Modes(sections["MODE"][0] if "MODE" in sections else None)
+    if shells < 4:
+        modes.kind = 0
     bricks = [-(-n // 64) for n in dims]
     rows = read_tables(sections["TABL"][0])
-    lengths, sums = read_index(sections["INDX"][0], math.prod(bricks))
+    streams = (["MASK"] if modes.fills else []) + (["CORR"] if 0 < Modes(
+        sections["MODE"][0]).kind < PACKED else []) if "MODE" in sections else []
+    lengths, sums = read_index(sections["INDX"][0], math.prod(bricks), len(streams))
     data = [cut_bricks(*sections[tag], lengths[s], sums[s], tag)
             for s, tag in enumerate(SHELLS[:shells])]
+    others = {tag: cut_bricks(*sections[tag], lengths[4 + s], sums[4 + s], tag)
+              for s, tag in enumerate(streams) if tag in sections}
     if "RNGE" in sections:
         check_ranges(header, sections["RNGE"][0])
     blocks = header.blocks()
     samples, terms = np.zeros([B * n for n in reversed(blocks)]), 0
+    integers = np.zeros(samples.shape if modes.kind in (BOUNDED, EXACT) else (0, 0, 0), np.int64)
+    which = np.zeros(dims[::-1], int)
     for number in range(math.prod(bricks)):
         place = number % bricks[0], number // bricks[0] % bricks[1], number // bricks[0] // bricks[1]
         first = [64 // B * p for p in place]
         counts = [min(64 // B, blocks[a] - first[a]) for a in range(3)]
-        streams = [Stream(shell[number], rows) for shell in data]
         weight = {}
-        for block, side, begin, values in Brick(streams, counts, B).decode():
+        for block, side, begin, values in Brick([Stream(shell[number], rows) for shell in data],
+                                                counts, B).decode():
             x, y, z = (B * (first[a] + block[a]) + begin[a] for a in range(3))
             samples[z:z + side, y:y + side, x:x + side] = inverse_dct(header.step * values)
+            if integers.size:
+                integers[z:z + side, y:y + side, x:x + side] = exact_inverse(
+                    values << modes.fraction)
             terms += np.count_nonzero(values)
             weight[block] = weight.get(block, 0) + int(np.abs(values).sum())
         need(max(weight.values()) * header.step < FLOAT32_MAX, "terms are too large")
+        need(not integers.size or max(weight.values()) << modes.fraction <= 2 ** 31, "MODE: fraction")
+        if modes.fills:
+            box = tuple(slice(64 * place[a], min(64 * place[a] + 64, dims[a])) for a in (2, 1, 0))
+            which[box] = read_mask(Stream(others["MASK"][number], rows), which[box].shape,
+                                   len(modes.fills))
     need(shells < 4 or terms == header.coefficients, "the number of coefficients")
     samples = np.ascontiguousarray(crop(header, samples))
     for axis in (2, 1, 0) if header.lapped else ():
         post_filter(samples, axis)
+    samples = finish(header, samples)
+    if modes.kind:
+        integers = np.ascontiguousarray(crop(header, integers))
+        for axis in (2, 1, 0) if header.lapped and integers.size else ():
+            exact_filter(integers, axis)
+        samples = corrected(header, modes, sections, bricks, {**others, "which": which}, rows,
+                            integers)
+    for fill, bits in enumerate(modes.fills):
+        value = np.frombuffer(struct.pack("<Q", bits), samples.dtype.str, 1)
+        samples[which == fill + 1] = value[0]
     return samples
 
 
@@ -709,10 +947,10 @@ def decode(data, level=0):
     if header.is_volume():
         samples = read_volume(header, sections, shells)
     elif header.block:
-        samples = read_blocks(header, sections["TERM"][0])
+        samples = finish(header, read_blocks(header, sections["TERM"][0]))
     else:
-        samples = read_whole(header, sections["SPEC"][0])
-    return header, attributes, finish(header, samples)
+        samples = finish(header, read_whole(header, sections["SPEC"][0]))
+    return header, attributes, samples
 
 
 def main():
