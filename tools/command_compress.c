@@ -22,7 +22,7 @@ typedef struct compress_arguments {
     double ratio, psnr, max_error, bits;
     int ratio_given, psnr_given, max_error_given, bits_given;
     int block, stream;
-    int lossless;
+    int lossless, no_lap, fast;
     const char *transform, *keep, *attributes, *fill;
 } compress_arguments;
 
@@ -94,6 +94,8 @@ static int choose_target(method *m, compress_arguments *a)
         m->options.max_error = a->max_error;
     /* Nothing may be wrong: any PSNR holds. */
     m->options.lossless = a->lossless || (a->max_error_given && a->max_error <= 0);
+    m->options.no_lap = a->no_lap;
+    m->options.fast = a->fast;
     m->keep = a->psnr_given ? cvol_keep_psnr(a->psnr) : cvol_keep_ratio(a->ratio);
     return a->keep ? parse_keep(&m->keep, a->keep) : EXIT_DONE;
 }
@@ -390,6 +392,9 @@ int command_compress(int argc, char **argv)
         {"--block", "B", "side of the blocks: 8, 16 (default) or 32; 0: the whole volume at once",
          OPTION_INTEGER, &a.block, 0, NULL},
         {"--transform", "NAME", "dct (default), dht or dft", OPTION_TEXT, &a.transform, 0, NULL},
+        {"--no-lap", NULL, "no filter across cells: multiplying and convolving are faster then",
+         OPTION_FLAG, &a.no_lap, 0, NULL},
+        {"--fast", NULL, "fewer ways are tried: 2 to 5 % more bits", OPTION_FLAG, &a.fast, 0, NULL},
         {"--stream", NULL, "slab by slab, in little memory, whatever the volume's size",
          OPTION_FLAG, &a.stream, 0, NULL},
         SHAPE_OPTIONS(a.common, "Raw samples (x fastest):", "--type"),

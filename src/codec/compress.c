@@ -222,6 +222,8 @@ int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report 
     }
     if (!code)
         code = cvol_trial_start(context, &c.trial, samples, grid, options->block);
+    if (!code)
+        cvol_trial_set_options(&c.trial, options);
     if (!code) {
         c.raw_bytes = cvol_grid_bytes(grid);
         code = run(&c, &met);

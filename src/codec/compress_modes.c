@@ -185,8 +185,11 @@ static int part_make(modes *m, part **out)
         }
         free(which);
     }
-    return code ? code
-                : cvol_trial_start(m->context, &p->trial, p->samples, &p->grid, m->options->block);
+    if (!code)
+        code = cvol_trial_start(m->context, &p->trial, p->samples, &p->grid, m->options->block);
+    if (!code)
+        cvol_trial_set_options(&p->trial, m->options);
+    return code;
 }
 
 /* Base and corrections of the part; infinity where the step is too fine. */
@@ -411,6 +414,8 @@ static int run_bound(modes *m, int *same)
     const void *samples = m->filled ? m->filled : m->samples;
     double step;
     int code = cvol_trial_start(m->context, &m->trial, samples, m->grid, m->options->block);
+    if (!code)
+        cvol_trial_set_options(&m->trial, m->options);
     if (!code && !(m->trial.shape->ledger.value_max > m->trial.shape->ledger.value_min))
         step = 1;
     else if (!code)

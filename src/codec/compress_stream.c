@@ -267,6 +267,7 @@ int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, co
     if (!code) /* checked, and kept */
         code = cvol_array_set_attributes(context, c.trial.shape, options->attributes);
     if (!code) {
+        cvol_trial_set_options(&c.trial, options);
         cvol_compression_limits(&c);
         code = run(&c, path, cvol_array_attributes(c.trial.shape), report);
     }

@@ -10,6 +10,7 @@
 #define FIRST_STEP 6e-4
 /* A sample within this of the target is as good as any. */
 #define SAMPLE_MISS 0.02
+#define HASTY_MISS 0.05
 
 enum { SAMPLES_MOST = 8 };
 
@@ -45,8 +46,8 @@ static int sample_step(cvol_compression *c, double *step, double slope)
         if (code)
             return code;
         cvol_search_tell(&search, *step, miss);
-        if (fabs(miss) < SAMPLE_MISS || cvol_search_at_least(&search) ||
-            cvol_search_at_most(&search))
+        if (fabs(miss) < (c->trial.hasty ? HASTY_MISS : SAMPLE_MISS) ||
+            cvol_search_at_least(&search) || cvol_search_at_most(&search))
             break;
         *step = cvol_search_next(&search);
     }
@@ -59,7 +60,7 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
     const double slope = c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
     *step = first_step(c);
     int code = sample_step(c, step, slope);
-    if (!code && may_lap)
+    if (!code && may_lap && !c->trial.hasty)
         code = cvol_trial_choose_lap(c->context, &c->trial, *step);
     if (!code && c->trial.shape->lapped != may_lap)
         code = sample_step(c, step, slope);

@@ -96,6 +96,15 @@ int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
     return code ? code : take_range(context, trial->shape, least, most);
 }
 
+void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *options)
+{
+    trial->hasty = options->fast;
+    if (options->no_lap)
+        trial->shape->lapped = 0;
+    if (options->fast && trial->split == CVOL_SPLIT_BEST)
+        trial->split = CVOL_SPLIT_FAST;
+}
+
 void cvol_trial_free(cvol_trial *trial)
 {
     cvol_array_free(trial->shape);

@@ -13,6 +13,7 @@ typedef struct cvol_trial {
     const void *samples; /* all of them, or NULL where they are read */
     cvol_array *shape;   /* grid, block, lapped, offset and range of values; no terms */
     cvol_split_choice split;
+    int hasty;   /* a step found roughly will do, and lapping is not questioned */
     int plain;   /* round to nearest: errors are least; else squared error at equal bytes is */
     double step; /* of the last trial */
     cvol_token_tables *tables;
@@ -35,6 +36,8 @@ int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *sampl
                      const cvol_grid *grid, int block);
 int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
                             const cvol_slab_source *source, const cvol_grid *grid);
+/* How options say that it is to be coded; before the first trial. */
+void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *options);
 void cvol_trial_free(cvol_trial *trial);
 
 /* Encodes some bricks with this step; trial->bytes is about what the whole file would have. Errors:

@@ -11,7 +11,7 @@ options_of() {
     keep='--keep --step'
     look='--size --zoom --engine --mode --transfer --background --level --step'
     case $1 in
-    compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --stream" ;;
+    compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --no-lap --fast --stream" ;;
     decompress) echo "$common --box --level" ;;
     info) echo "$common $raw --build --layout" ;;
     verify) echo "$common" ;;
