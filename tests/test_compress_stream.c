@@ -132,6 +132,34 @@ static void check_ok(int code)
 
 /* ---- what comes of it ------------------------------------------------------------------- */
 
+/* The bounds of levels hold: their distance from all is known from the file alone. */
+static void check_levels(const cvol_array *whole)
+{
+    const size_t zero[3] = {0, 0, 0}, *dims = whole->grid.dims;
+    const size_t count = cvol_grid_samples(&whole->grid);
+    float *all = malloc(count * sizeof *all), *coarse = malloc(count * sizeof *coarse);
+    assert_non_null(all);
+    assert_non_null(coarse);
+    check_ok(cvol_array_evaluate_real(context, all, whole, zero, dims));
+    for (int level = 1; level < 4; level++) {
+        const cvol_file_part part = {.level = level};
+        cvol_array *array;
+        double squares = 0;
+        check_ok(cvol_array_read_part(context, &array, NULL, path, &part));
+        check_ok(cvol_array_evaluate_real(context, coarse, array, zero, dims));
+        for (size_t i = 0; i < count; i++)
+            squares += pow((double)all[i] - (double)coarse[i], 2);
+        const double left = array->ledger.l2_error - whole->ledger.l2_error;
+        assert_true(left >=
+                    0.99 * sqrt(squares) - 1e-6 * whole->ledger.max_abs * sqrt((double)count));
+        assert_true(left <=
+                    1.6 * sqrt(squares) + 1e-6 * whole->ledger.max_abs * sqrt((double)count));
+        cvol_array_free(array);
+    }
+    free(all);
+    free(coarse);
+}
+
 /* Bytes do not depend on threads; the file's figures are what measuring finds. */
 static cvol_compress_report compress(const void *samples, const cvol_grid *grid, cvol_target target,
                                      double value)
@@ -167,6 +195,7 @@ static cvol_compress_report compress(const void *samples, const cvol_grid *grid,
     cvol_array_get_info(array, &said);
     assert_true(said.measured);
     assert_int_equal(said.coefficients, report.coefficients);
+    check_levels(array);
     array->ledger.l2_error = array->ledger.max_abs = 1e300; /* so that measuring tells its own */
     check_ok(cvol_array_measure(context, array, samples));
     cvol_array_get_info(array, &found);

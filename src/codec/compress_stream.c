@@ -60,7 +60,8 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
 /* One pass with a step: the file's content lies in the writer, and what it decodes to is known. */
 typedef struct attempt {
     cvol_file_writer *writer;
-    cvol_array *found; /* without terms: the header of the file */
+    cvol_array *found;              /* without terms: the header of the file, */
+    double shell_norm[CVOL_SHELLS]; /* but for these */
 } attempt;
 
 static void attempt_drop(attempt *a)
@@ -83,10 +84,17 @@ typedef struct file_start {
     const char *attributes;
 } file_start;
 
+static cvol_header header_of(const attempt *a)
+{
+    cvol_header header = cvol_header_of(a->found);
+    memcpy(header.shell_norm, a->shell_norm, sizeof header.shell_norm);
+    return header;
+}
+
 /* The size of the attempt's file, to the byte. */
 static int attempt_size(cvol_compression *c, const attempt *a, const file_start *start)
 {
-    const cvol_header header = cvol_header_of(a->found);
+    const cvol_header header = header_of(a);
     const cvol_file_front front = {
         .header = &header, .attributes = start->attributes, .tables = start->tables};
     return cvol_file_writer_bytes(c->context, a->writer, &front, &c->file_bytes);
@@ -116,7 +124,7 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
         found->lapped = shape->lapped;
         found->ledger.value_min = shape->ledger.value_min;
         found->ledger.value_max = shape->ledger.value_max;
-        cvol_layer_measure_tell(measure, found);
+        cvol_layer_measure_tell(measure, found, a->shell_norm);
     }
     cvol_layer_measure_free(measure);
     return code ? code : attempt_size(c, a, start);
@@ -139,7 +147,7 @@ static double miss_of(const cvol_compression *c, const cvol_array *found, int *k
 
 static int write_file(cvol_compression *c, attempt *a, const file_start *start)
 {
-    const cvol_header header = cvol_header_of(a->found);
+    const cvol_header header = header_of(a);
     const cvol_file_front front = {
         .header = &header, .attributes = start->attributes, .tables = start->tables};
     cvol_file_writer *writer = a->writer;

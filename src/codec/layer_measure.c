@@ -6,6 +6,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/shells.h"
 
 enum { LAP_REACH = 2 };
 
@@ -14,6 +15,7 @@ typedef struct kept_brick {
     cvol_bytes shells[CVOL_SHELLS];
     uint32_t *words;
     uint64_t terms;
+    double squares[CVOL_SHELLS]; /* of its values */
     int code;
 } kept_brick;
 
@@ -23,7 +25,8 @@ struct cvol_layer_measure {
     cvol_brick_sink next;
     kept_brick *bricks[2]; /* by the layer's number mod 2 */
     size_t per_layer;
-    cvol_distance sum; /* of squares */
+    cvol_distance sum;           /* of squares */
+    double squares[CVOL_SHELLS]; /* of all values */
 };
 
 static void free_bricks(kept_brick *bricks, size_t count)
@@ -122,11 +125,13 @@ static int decode_brick(cvol_layer_measure *measure, cvol_brick_coder *coder, ke
     kept->terms = terms.terms;
     const cvol_brick_box box = cvol_brick_box_of(array, brick);
     const uint32_t *words = kept->words;
+    memset(kept->squares, 0, sizeof kept->squares);
     for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
         cvol_block *block = &array->block_table[cvol_brick_block_index(array, &box, i)];
         block->terms = words;
         words += block->words;
         cvol_block_find_low(block, array->block_log2);
+        cvol_shell_squares(kept->squares, block, array->block_log2);
     }
     return CVOL_OK;
 }
@@ -150,6 +155,8 @@ static int decode_layer(cvol_context *context, cvol_layer_measure *measure, size
             return cvol_fail(context, CVOL_ERROR_CORRUPT, "brick %zu does not decode again",
                              layer * measure->per_layer + i);
         measure->array->coefficients += bricks[i].terms;
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            measure->squares[s] += bricks[i].squares[s];
     }
     return CVOL_OK;
 }
@@ -172,8 +179,10 @@ int cvol_layer_measure_after(cvol_context *context, void *user, const cvol_slab 
     return code;
 }
 
-void cvol_layer_measure_tell(const cvol_layer_measure *measure, cvol_array *array)
+void cvol_layer_measure_tell(const cvol_layer_measure *measure, cvol_array *array,
+                             double shell_norm[CVOL_SHELLS])
 {
+    cvol_shell_norms_of(shell_norm, measure->squares, measure->array->step);
     cvol_distance distance = measure->sum;
     cvol_distance_finish(&distance);
     cvol_array_set_measured(array, &distance);

@@ -26,7 +26,9 @@ cvol_brick_sink cvol_layer_measure_sink(cvol_layer_measure *measure);
 int cvol_layer_measure_after(cvol_context *context, void *measure, const cvol_slab *slab,
                              size_t layer, size_t end);
 
-/* What was found, after the last layer; `array` gets the figures that a file's header has. */
-void cvol_layer_measure_tell(const cvol_layer_measure *measure, cvol_array *array);
+/* What was found, after the last layer: the figures that a file's header has, and the norms of the
+ * shells (shells.h). */
+void cvol_layer_measure_tell(const cvol_layer_measure *measure, cvol_array *array,
+                             double shell_norm[CVOL_SHELLS]);
 
 #endif

@@ -33,21 +33,28 @@ int cvol_shell_of(uint32_t place, int block_log2, uint16_t split)
     return shell;
 }
 
+void cvol_shell_squares(double squares[CVOL_SHELLS], const cvol_block *block, int block_log2)
+{
+    const uint32_t *words = block->terms, *end = words + block->words;
+    while (words < end) {
+        uint32_t place;
+        const double value = cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));
+        squares[cvol_shell_of(place, block_log2, block->split)] += value * value;
+    }
+}
+
+void cvol_shell_norms_of(double norm[CVOL_SHELLS], const double squares[CVOL_SHELLS], double step)
+{
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        norm[s] = sqrt(squares[s]) * step * NORM_ROUNDING;
+}
+
 void cvol_shell_norms(double norm[CVOL_SHELLS], const cvol_array *array)
 {
-    double sums[CVOL_SHELLS] = {0};
-    for (size_t b = 0; b < array->block_count; b++) {
-        const cvol_block *block = &array->block_table[b];
-        const uint32_t *words = block->terms, *end = words + block->words;
-        while (words < end) {
-            uint32_t place;
-            const double value = cvol_term_unpack(&words, &place,
-                                                  cvol_place_bits(array->block_log2));
-            sums[cvol_shell_of(place, array->block_log2, block->split)] += value * value;
-        }
-    }
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        norm[s] = sqrt(sums[s]) * array->step * NORM_ROUNDING;
+    double squares[CVOL_SHELLS] = {0};
+    for (size_t b = 0; b < array->block_count; b++)
+        cvol_shell_squares(squares, &array->block_table[b], array->block_log2);
+    cvol_shell_norms_of(norm, squares, array->step);
 }
 
 void cvol_shells_leave(cvol_array *array, const double norm[CVOL_SHELLS], int level)
