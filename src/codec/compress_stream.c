@@ -15,7 +15,9 @@
 #include "codec/writer.h"
 #include "cvol/codec.h"
 
-enum { PASSES_MOST = 8 };
+enum { PASSES_MOST = 8, ESTIMATES_MOST = 3, ESTIMATED_BRICKS = 2048 };
+/* An estimate that misses by less is good enough. */
+#define ESTIMATE_MISS 0.004
 
 /* The sheets that are in memory. */
 typedef struct slabs {
@@ -192,6 +194,29 @@ static int next_step(cvol_compression *c, passes *p, double miss, int kept)
     return 1;
 }
 
+/* A full pass over a large volume takes long: before the first one, some over a few thousand bricks
+ * say what it will give. */
+static int estimate_step(cvol_compression *c, double *step)
+{
+    const size_t every = cvol_brick_count(c->trial.shape) / ESTIMATED_BRICKS;
+    cvol_search search = cvol_search_make(c->least_step, c->most_step,
+                                          c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1);
+    int code = CVOL_OK;
+    for (int i = 0; i < ESTIMATES_MOST && every > 1 && !code; i++) {
+        code = cvol_trial_estimate(c->context, &c->trial, *step, every);
+        if (code)
+            break;
+        const double miss = cvol_compression_sample_miss(c);
+        code = cvol_trial_fit(c->context, &c->trial);
+        cvol_search_tell(&search, *step, miss);
+        if (fabs(miss) < ESTIMATE_MISS || cvol_search_at_least(&search) ||
+            cvol_search_at_most(&search))
+            break;
+        *step = cvol_search_next(&search);
+    }
+    return code;
+}
+
 /* Passes until the target is met. */
 static int search_step(cvol_compression *c, attempt *now, const char *path, const file_start *start,
                        int *kept, int *good)
@@ -199,6 +224,10 @@ static int search_step(cvol_compression *c, attempt *now, const char *path, cons
     passes p = {.search = cvol_search_make(c->least_step, c->most_step,
                                            c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1)};
     int code = cvol_compression_prepare(c, &p.step);
+    cvol_sampler_free(c->trial.sampler); /* its memory is better used now */
+    c->trial.sampler = NULL;
+    if (!code)
+        code = estimate_step(c, &p.step);
     for (;;) {
         if (!code) {
             memcpy(start->tables, c->trial.tables, sizeof *start->tables);

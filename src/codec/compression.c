@@ -14,8 +14,7 @@
 
 enum { SAMPLES_MOST = 8 };
 
-/* How far a sampled trial misses a ratio or a PSNR. */
-static double miss_of_sample(const cvol_compression *c)
+double cvol_compression_sample_miss(const cvol_compression *c)
 {
     if (c->target == CVOL_TARGET_PSNR)
         return (c->value - cvol_trial_psnr(&c->trial)) / CVOL_DB_PER_E;
@@ -41,7 +40,7 @@ static int sample_step(cvol_compression *c, double *step, double slope)
             code = cvol_trial_sample(c->context, &c->trial, *step);
         if (code)
             return code;
-        const double miss = miss_of_sample(c);
+        const double miss = cvol_compression_sample_miss(c);
         code = cvol_trial_fit(c->context, &c->trial);
         if (code)
             return code;

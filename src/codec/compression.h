@@ -37,6 +37,8 @@ int cvol_ratio_of_bits(cvol_context *context, double *ratio, double bits, cvol_t
 /* Sets the steps that make sense: from exact (integers) or what float arithmetic can hold, to all
  * zero. */
 void cvol_compression_limits(cvol_compression *c);
+/* How far the last sampled trial (cvol_trial_sample, cvol_trial_estimate) misses. */
+double cvol_compression_sample_miss(const cvol_compression *c);
 /* By samples of the volume: about the step that a ratio or a PSNR needs, whether to lap, and
  * tables. Errors: those of cvol_trial_sample. */
 int cvol_compression_prepare(cvol_compression *c, double *step);

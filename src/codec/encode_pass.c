@@ -27,7 +27,7 @@ typedef struct encoding {
     cvol_brick_maker **makers; /* one a thread */
     cvol_token_counts *counts; /* one a thread, or NULL */
     layer_brick *bricks;       /* room for `room` */
-    size_t room, bricks_per_layer, layers;
+    size_t room, grid[3], bricks_per_layer, layers;
     size_t at_once; /* layers of one slab */
 } encoding;
 
@@ -50,12 +50,11 @@ static int encoding_make(cvol_context *context, encoding **out, const cvol_encod
     *out = e;
     if (!e)
         return cvol_fail_memory(context, sizeof *e, "the encoder");
-    size_t grid[3];
-    cvol_brick_grid(grid, pass->shape);
+    cvol_brick_grid(e->grid, pass->shape);
     e->pass = pass;
     e->threads = cvol_context_threads(context);
-    e->bricks_per_layer = grid[0] * grid[1];
-    e->layers = grid[2];
+    e->bricks_per_layer = e->grid[0] * e->grid[1];
+    e->layers = e->grid[2];
     e->at_once = pass->source->whole
                      ? (size_t)e->threads * BRICKS_A_THREAD / e->bricks_per_layer + 1
                      : 1;
@@ -80,8 +79,31 @@ static int encoding_make(cvol_context *context, encoding **out, const cvol_encod
     return cvol_fail_memory(context, (size_t)4 << 20, "the encoder");
 }
 
-/* Encodes bricks first .. first + count - 1. */
-static void encode_bricks(encoding *e, const cvol_slab *slab, size_t first, size_t count)
+/* Layers of which a pass over some bricks takes one. */
+static size_t layers_apart(const encoding *e)
+{
+    return e->pass->every > 1 && e->layers > 8 ? 2 : 1;
+}
+
+/* Whether the pass encodes a brick: on a lattice, in those layers that it takes. */
+static int is_wanted(const encoding *e, size_t brick)
+{
+    const size_t apart = layers_apart(e), every = e->pass->every / apart;
+    const size_t x = brick % e->grid[0], y = brick / e->grid[0] % e->grid[1];
+    return every <= 1 || (x + 5 * y + 3 * (brick / e->bricks_per_layer / apart)) % every == 0;
+}
+
+/* Lists bricks from *next on that the pass encodes, as many as there is room for; how many. */
+static size_t list_bricks(encoding *e, size_t *next, size_t end)
+{
+    size_t count = 0;
+    for (; *next < end && count < e->room; ++*next)
+        if (is_wanted(e, *next))
+            e->bricks[count++].brick = *next;
+    return count;
+}
+
+static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
 {
     const cvol_encode_pass *pass = e->pass;
 #pragma omp parallel num_threads(e->threads)
@@ -98,7 +120,6 @@ static void encode_bricks(encoding *e, const cvol_slab *slab, size_t first, size
 #pragma omp for schedule(dynamic)
         for (size_t i = 0; i < count; i++) {
             layer_brick *to = &e->bricks[i];
-            to->brick = first + i;
             to->code = cvol_brick_make(maker, to->shells, &to->error, &recipe,
                                        cvol_brick_cells(maker, pass->shape, slab, to->brick),
                                        to->brick);
@@ -152,14 +173,13 @@ static int encode_layers(cvol_context *context, cvol_encode_result *out, encodin
     const double span = pass->progress_to - pass->progress_from;
     const size_t last = end * e->bricks_per_layer, all = e->layers * e->bricks_per_layer;
     int code = CVOL_OK;
-    for (size_t first = layer * e->bricks_per_layer, count; first < last && !code; first += count) {
-        count = last - first < e->room ? last - first : e->room;
-        encode_bricks(e, slab, first, count);
+    for (size_t next = layer * e->bricks_per_layer; next < last && !code;) {
+        const size_t count = list_bricks(e, &next, last);
+        encode_bricks(e, slab, count);
         code = take_bricks(context, out, e, count);
         if (!code)
             code = cvol_report_progress(context, "compressing",
-                                        pass->progress_from +
-                                            span * (double)(first + count) / (double)all);
+                                        pass->progress_from + span * (double)next / (double)all);
     }
     return code;
 }
@@ -175,6 +195,8 @@ int cvol_encode_pass_run(cvol_context *context, cvol_encode_result *out,
     for (size_t layer = 0, end; layer < e->layers && !code; layer = end) {
         cvol_slab slab;
         end = layer + e->at_once < e->layers ? layer + e->at_once : e->layers;
+        if (layer % layers_apart(e))
+            continue;
         code = cvol_slab_fetch_layers(context, &slab, pass->source, pass->shape, layer, end);
         if (!code)
             code = encode_layers(context, out, e, &slab, layer, end);

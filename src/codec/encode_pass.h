@@ -22,9 +22,10 @@ typedef struct cvol_encode_pass {
     const cvol_token_tables *tables;
     cvol_chooser_options options;
     const cvol_brick_sink *sink; /* gets the bytes, or NULL */
-    cvol_layer_hook *after;      /* or NULL */
-    void *user;                  /* its */
-    cvol_token_counts *counts;   /* set to those of all tokens, or NULL */
+    size_t every; /* 0: all bricks; n: one of about n, spread evenly, to know about what all are */
+    cvol_layer_hook *after;    /* or NULL */
+    void *user;                /* its */
+    cvol_token_counts *counts; /* set to those of all tokens, or NULL */
     double progress_from, progress_to;
 } cvol_encode_pass;
 

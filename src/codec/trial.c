@@ -115,6 +115,16 @@ void cvol_trial_free(cvol_trial *trial)
     free(trial->counts);
 }
 
+/* What a share of all bricks gave, as if it had been all; counts too, so that the tables are worth
+ * what they will be. */
+static void take_sample(cvol_trial *trial, double share)
+{
+    trial->bytes = trial->front_bytes + (uint64_t)((double)trial->result.bytes / share);
+    for (int r = 0; r < CVOL_ROWS; r++)
+        for (int t = 0; t < CVOL_TOKENS; t++)
+            trial->counts->of[r][t] = (uint64_t)((double)trial->counts->of[r][t] / share);
+}
+
 int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
 {
     const cvol_chooser_options options = {step, trial->split, trial->plain};
@@ -127,13 +137,28 @@ int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
                                 trial->shape, trial->tables, &options);
     if (code)
         return code;
-    const double share = cvol_sampler_share(trial->sampler);
     trial->inside = cvol_sampler_inside(trial->sampler, trial->shape);
-    trial->bytes = trial->front_bytes + (uint64_t)((double)trial->result.bytes / share);
-    /* As if all had been counted, so that the tables are worth what they will be. */
-    for (int r = 0; r < CVOL_ROWS; r++)
-        for (int t = 0; t < CVOL_TOKENS; t++)
-            trial->counts->of[r][t] = (uint64_t)((double)trial->counts->of[r][t] / share);
+    take_sample(trial, cvol_sampler_share(trial->sampler));
+    return CVOL_OK;
+}
+
+int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, size_t every)
+{
+    const cvol_encode_pass pass = {.shape = trial->shape,
+                                   .source = &trial->source,
+                                   .tables = trial->tables,
+                                   .options = {step, trial->split, trial->plain},
+                                   .counts = trial->counts,
+                                   .every = every};
+    trial->step = step;
+    const int code = cvol_encode_pass_run(context, &trial->result, &pass);
+    if (code)
+        return code;
+    const double share = (double)trial->result.samples /
+                         ((double)trial->shape->block_count *
+                          (double)cvol_array_block_terms(trial->shape));
+    trial->inside = (uint64_t)(share * (double)cvol_grid_samples(&trial->shape->grid));
+    take_sample(trial, share);
     return CVOL_OK;
 }
 

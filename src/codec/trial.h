@@ -43,6 +43,8 @@ void cvol_trial_free(cvol_trial *trial);
 /* Encodes some bricks with this step; trial->bytes is about what the whole file would have. Errors:
  * MEMORY, CANCELLED, TARGET (step too small for the coder's numbers; no message). */
 int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step);
+/* The same by a pass over about one brick of so many: of large volumes a better sample. */
+int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, size_t every);
 /* Whether lapping makes error and lambda bits less, judged by a sample with this step. */
 int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step);
 /* Encodes all bricks into a sink; after (which may be NULL) as in encode_pass.h. Errors: as
