@@ -174,6 +174,7 @@ int print_json(json_t *object);
 
 int command_compress(int argc, char **argv);
 int command_decompress(int argc, char **argv);
+int command_transcode(int argc, char **argv);
 int command_info(int argc, char **argv);
 int command_verify(int argc, char **argv);
 int command_compare(int argc, char **argv);

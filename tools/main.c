@@ -12,6 +12,7 @@ typedef struct subcommand {
 static const subcommand subcommands[] = {
     {"compress", command_compress, "a volume into a .cvol file"},
     {"decompress", command_decompress, "a .cvol file back into a volume"},
+    {"transcode", command_transcode, "a .cvol file made smaller, and coarser"},
     {"info", command_info, "what a volume or a .cvol file is"},
     {"verify", command_verify, "whether .cvol files are whole"},
     {"compare", command_compare, "how far two volumes or two pictures are apart"},

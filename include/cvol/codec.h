@@ -82,6 +82,17 @@ CVOL_API int cvol_compress_stream(cvol_context *context, cvol_compress_report *r
                                   const char *path, const cvol_sample_source *source,
                                   const cvol_grid *grid, const cvol_compress_options *options);
 
+/* A coarser array from a compressed volume (DCT blocks), without going through samples: terms are
+ * requantised with the step that the ratio, the bits or the PSNR need; cells stay as they are,
+ * attributes too. What is known of the result is certified, not measured: the bound of `array` and
+ * how far the terms moved. A PSNR is what that bound promises. report (may be NULL) and *out are as
+ * those of cvol_compress; the caller frees *out.
+ * Cost: a dozen codings of the terms. Errors: ARGUMENT, UNSUPPORTED (no volume in blocks; a largest
+ * error), TARGET (finer than `array`), DATA, MEMORY, CANCELLED. */
+CVOL_API int cvol_array_transcode(cvol_context *context, cvol_array **out,
+                                  cvol_compress_report *report, const cvol_array *array,
+                                  const cvol_compress_options *options);
+
 /* Evaluates an array and sets its psnr_db and max_error to what they are, measured, against the
  * samples that it was compressed from; l2_error and max_abs become tighter if they can.
  * Cost: evaluating it, dense (blocks: twice). Errors: MEMORY, CANCELLED. */

@@ -1,0 +1,210 @@
+/* Terms to coarser terms, brick by brick. */
+#include "codec/requantise.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/brick_internal.h"
+#include "codec/part_choice.h"
+
+enum { BRICKS_A_THREAD = 16 };
+
+/* One thread's memory. */
+typedef struct requantiser {
+    cvol_brick_coder *coder;
+    float *coefficients; /* a block's, by place; zero between blocks */
+    float *scaled;       /* a part's, in scan order */
+    cvol_token_counts counts;
+} requantiser;
+
+/* A brick that was coded. */
+typedef struct coded_brick {
+    cvol_bytes shells[CVOL_SHELLS];
+    double error; /* in steps squared */
+    int code;
+} coded_brick;
+
+typedef struct requantising {
+    const cvol_array *array;
+    double step;
+    cvol_token_costs costs;
+    requantiser *threads;
+    int thread_count;
+    coded_brick *bricks;
+    size_t room;
+} requantising;
+
+/* ---- a block -------------------------------------------------------------------------------- */
+
+/* Spreads a block's coefficients out by place, in units of the new step; or clears them. */
+static void spread(float *coefficients, const cvol_block *block, int block_log2, double share)
+{
+    const uint32_t *words = block->terms, *end = words + block->words;
+    while (words < end) {
+        uint32_t place;
+        const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));
+        coefficients[place] = (float)(share * value);
+    }
+}
+
+static void code_block(requantiser *r, coded_brick *out, const requantising *all,
+                       const cvol_block *block, const size_t place[3])
+{
+    const cvol_array *array = all->array;
+    cvol_brick_coder *coder = r->coder;
+    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    const int count = cvol_block_parts(parts, array->block, block->split);
+    const int in_cell = array->block == CVOL_CELL;
+    if (in_cell)
+        cvol_brick_put_split(coder, place, block->split);
+    spread(r->coefficients, block, array->block_log2, array->step / all->step);
+    for (int p = 0; p < count; p++) {
+        const cvol_cell_part *part = &parts[p];
+        const int size_class = cvol_size_class(part->side);
+        const cvol_scan *scan = cvol_part_scan_of(size_class);
+        const int first = part->first[0] +
+                          CVOL_CELL * (part->first[1] + CVOL_CELL * part->first[2]);
+        int at[3];
+        for (int i = 0; i < scan->count; i++)
+            r->scaled[i] = r->coefficients[in_cell ? first + scan->entries[i].in_cell
+                                                   : scan->entries[i].place];
+        cvol_part_place(at, part, place, array->block);
+        const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
+        const cvol_part_choice choice = cvol_part_choose(coder->scanned, r->scaled, size_class,
+                                                         &all->costs, &context, 0, coder->scatter);
+        if (!choice.used) { /* terms are within the limit already: a coarser step's are */
+            out->code = CVOL_ERROR_TARGET;
+            break;
+        }
+        out->error += (double)choice.error;
+        cvol_part_encode(coder->writers, size_class, &context, coder->scanned, choice.used,
+                         coder->scatter);
+        cvol_part_note(&coder->context, at, size_class, coder->scanned[0],
+                       choice.used > 1 ? cvol_bit_length((uint32_t)choice.used - 1) : 0);
+    }
+    spread(r->coefficients, block, array->block_log2, 0);
+}
+
+static void code_brick(requantiser *r, coded_brick *out, const requantising *all, size_t brick)
+{
+    const cvol_brick_box box = cvol_brick_box_of(all->array, brick);
+    out->error = 0;
+    out->code = CVOL_OK;
+    cvol_brick_start(r->coder);
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box) && !out->code; i++) {
+        size_t place[3];
+        cvol_brick_box_place(place, &box, i);
+        code_block(r, out, all,
+                   &all->array->block_table[cvol_brick_block_index(all->array, &box, i)], place);
+    }
+    if (!out->code && !cvol_brick_finish(r->coder, out->shells))
+        out->code = CVOL_ERROR_MEMORY;
+    cvol_brick_coder_count(r->coder, &r->counts);
+}
+
+/* ---- all bricks ------------------------------------------------------------------------------ */
+
+static void free_all(requantising *all)
+{
+    for (int t = 0; all->threads && t < all->thread_count; t++) {
+        cvol_brick_coder_free(all->threads[t].coder);
+        free(all->threads[t].coefficients);
+        free(all->threads[t].scaled);
+    }
+    for (size_t i = 0; all->bricks && i < all->room; i++)
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            cvol_bytes_free(&all->bricks[i].shells[s]);
+    free(all->threads);
+    free(all->bricks);
+    free(all);
+}
+
+static requantising *make_all(cvol_context *context, const cvol_array *array, double step,
+                              const cvol_token_tables *tables)
+{
+    requantising *all = cvol_allocate_zero(1, sizeof *all);
+    if (!all)
+        return NULL;
+    all->array = array;
+    all->step = step;
+    all->thread_count = cvol_context_threads(context);
+    all->room = (size_t)all->thread_count * BRICKS_A_THREAD;
+    cvol_token_costs_set(&all->costs, tables);
+    all->threads = cvol_allocate_zero((size_t)all->thread_count, sizeof *all->threads);
+    all->bricks = cvol_allocate_zero(all->room, sizeof *all->bricks);
+    int made = all->threads && all->bricks;
+    for (int t = 0; made && t < all->thread_count; t++) {
+        requantiser *r = &all->threads[t];
+        r->coder = cvol_brick_coder_create(tables);
+        r->coefficients = cvol_allocate_zero(CVOL_PART_SAMPLES_MAX, sizeof *r->coefficients);
+        r->scaled = cvol_allocate(CVOL_PART_SAMPLES_MAX, sizeof *r->scaled);
+        made = r->coder && r->coefficients && r->scaled;
+    }
+    if (made)
+        return all;
+    free_all(all);
+    return NULL;
+}
+
+static void code_bricks(requantising *all, size_t first, size_t count)
+{
+#pragma omp parallel num_threads(all->thread_count)
+    {
+        requantiser *r = NULL;
+#pragma omp for schedule(static, 1)
+        for (int t = 0; t < all->thread_count; t++)
+            r = &all->threads[t];
+#pragma omp for schedule(dynamic)
+        for (size_t i = 0; i < count; i++)
+            code_brick(r, &all->bricks[i], all, first + i);
+    }
+}
+
+static int take_bricks(cvol_context *context, double *error, const requantising *all, size_t first,
+                       size_t count, const cvol_brick_sink *sink)
+{
+    int code = CVOL_OK;
+    for (size_t i = 0; i < count && !code; i++) {
+        const coded_brick *brick = &all->bricks[i];
+        cvol_span spans[CVOL_SHELLS];
+        if (brick->code == CVOL_ERROR_MEMORY)
+            return cvol_fail_memory(context, (size_t)1 << 20, "a brick");
+        if (brick->code)
+            return cvol_fail(context, brick->code, "a step of %g is too fine for brick %zu",
+                             all->step, first + i);
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            spans[s] = (cvol_span){brick->shells[s].data, brick->shells[s].size};
+        *error += brick->error * all->step * all->step;
+        code = sink->take(context, sink->user, first + i, spans);
+    }
+    return code;
+}
+
+int cvol_requantise(cvol_context *context, double *error, cvol_token_counts *counts,
+                    const cvol_array *array, double step, const cvol_token_tables *tables,
+                    const cvol_brick_sink *sink)
+{
+    const size_t bricks = cvol_brick_count(array);
+    requantising *all = make_all(context, array, step, tables);
+    *error = 0;
+    if (!all)
+        return cvol_fail_memory(context, (size_t)4 << 20, "the coder");
+    int code = CVOL_OK;
+    for (size_t first = 0; first < bricks && !code; first += all->room) {
+        const size_t count = bricks - first < all->room ? bricks - first : all->room;
+        code_bricks(all, first, count);
+        code = take_bricks(context, error, all, first, count, sink);
+        if (!code)
+            code = cvol_report_progress(context, "requantising",
+                                        (double)(first + count) / (double)bricks);
+    }
+    memset(counts, 0, sizeof *counts);
+    for (int t = 0; t < all->thread_count; t++)
+        for (int r = 0; r < CVOL_ROWS; r++)
+            for (int k = 0; k < CVOL_TOKENS; k++)
+                counts->of[r][k] += all->threads[t].counts.of[r][k];
+    free_all(all);
+    return code;
+}

@@ -1,0 +1,18 @@
+/* Coding an array's terms with a coarser step: cells stay split and lapped as they are.
+ *
+ * Values are chosen as when compressing (part_choice.h), from the coefficients that the terms stand
+ * for instead of samples. How far the two arrays' coefficients are apart is known exactly.
+ */
+#ifndef CVOL_CODEC_REQUANTISE_H
+#define CVOL_CODEC_REQUANTISE_H
+
+#include "codec/bricks.h"
+
+/* Hands the bricks to the sink, in order; *error: the squared distance of all coefficients, in the
+ * samples' units; counts are set to those of all tokens. The same for any number of threads.
+ * Errors: MEMORY, CANCELLED, the sink's. */
+int cvol_requantise(cvol_context *context, double *error, cvol_token_counts *counts,
+                    const cvol_array *array, double step, const cvol_token_tables *tables,
+                    const cvol_brick_sink *sink);
+
+#endif

@@ -1,0 +1,264 @@
+/* Making a compressed volume coarser: the search for the step with which its terms are requantised.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/operations.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/array_file.h"
+#include "codec/coded.h"
+#include "codec/compression.h"
+#include "codec/ranges.h"
+#include "codec/requantise.h"
+#include "codec/writer.h"
+#include "cvol/codec.h"
+
+enum { TRIES_MOST = 16, FITTED_TRIES = 2 };
+
+typedef struct transcoding {
+    cvol_context *context;
+    const cvol_array *from;
+    cvol_target target;
+    double value;
+    cvol_token_tables *tables;
+    cvol_token_counts *counts;
+    cvol_array *shape; /* what comes of the last try, without terms */
+    double error;      /* of the last try: squared */
+    uint64_t file_bytes, range_bytes;
+    int count;
+} transcoding;
+
+/* An array of the source's shape, without terms, with this step. */
+static int make_like(cvol_context *context, cvol_array **out, const cvol_array *from, double step)
+{
+    int code = cvol_array_create(context, out, &from->grid, from->block);
+    if (code)
+        return code;
+    cvol_array *array = *out;
+    array->step = step;
+    array->offset = from->offset;
+    array->lapped = from->lapped;
+    array->threshold = from->threshold;
+    array->ledger = from->ledger;
+    return from->attributes ? cvol_array_keep_attributes(context, array, from->attributes,
+                                                         strlen(from->attributes))
+                            : CVOL_OK;
+}
+
+/* The source's bounds and the distance of the coefficients: those of the result, of a norm that is
+ * no larger than the two norms' sum. */
+static void account(const transcoding *t, cvol_array *array)
+{
+    const double distance = sqrt(t->error);
+    const double samples = (double)cvol_grid_samples(&array->grid);
+    const double norm = (t->from->ledger.max_abs + fabs(t->from->offset)) * sqrt(samples);
+    const cvol_build_result result = {.dropped = distance * (1 + CVOL_ROUNDING),
+                                      .norm = norm + distance,
+                                      .max_abs = -1,
+                                      .sample = distance};
+    array->ledger = t->from->ledger;
+    cvol_array_account(array, &result, 0);
+    cvol_array_derive_figures(array);
+}
+
+static int count_brick(cvol_context *context, void *user, size_t brick,
+                       const cvol_span shells[CVOL_SHELLS])
+{
+    (void)brick;
+    return cvol_file_writer_add(context, user, shells);
+}
+
+/* Codes with a step, and knows the file's size and bounds; nothing is kept. */
+static int try_step(transcoding *t, double step)
+{
+    cvol_file_writer *writer = NULL;
+    cvol_array_free(t->shape);
+    t->shape = NULL;
+    t->count++;
+    int code = make_like(t->context, &t->shape, t->from, step);
+    if (!code)
+        code = cvol_file_writer_open(t->context, &writer, NULL, cvol_brick_count(t->from));
+    const cvol_brick_sink sink = {count_brick, writer};
+    if (!code)
+        code = cvol_requantise(t->context, &t->error, t->counts, t->from, step, t->tables, &sink);
+    if (!code) {
+        const cvol_header header = cvol_header_of(t->shape);
+        const cvol_file_front front = {
+            .header = &header, .attributes = t->shape->attributes, .tables = t->tables};
+        code = cvol_file_writer_bytes(t->context, writer, &front, &t->file_bytes);
+        t->file_bytes += t->range_bytes;
+        account(t, t->shape);
+    }
+    cvol_file_writer_abandon(writer);
+    return code;
+}
+
+static double ratio_of(const transcoding *t)
+{
+    return (double)cvol_grid_bytes(&t->from->grid) / (double)t->file_bytes;
+}
+
+/* How far the last try misses, as in compression.h. */
+static double miss_of(const transcoding *t, int *kept, int *good)
+{
+    if (t->target == CVOL_TARGET_PSNR) {
+        const double over = t->shape->psnr_db - t->value;
+        *kept = over >= 0;
+        *good = over >= 0 && over < 2 * CVOL_PSNR_ACCEPTED;
+        return (CVOL_PSNR_AIM - (over > 30 ? 30 : over)) / CVOL_DB_PER_E;
+    }
+    const double ratio = ratio_of(t);
+    *kept = ratio >= t->value;
+    *good = ratio >= t->value && ratio <= t->value * CVOL_RATIO_ACCEPTED;
+    return log(ratio / t->value / CVOL_RATIO_AIM);
+}
+
+static int fail_finer(const transcoding *t)
+{
+    if (t->target == CVOL_TARGET_PSNR)
+        return cvol_fail(t->context, CVOL_ERROR_TARGET,
+                         "a PSNR of %g dB cannot be promised: what is known of the array is %.2f "
+                         "dB at least; compress the volume itself",
+                         t->value, t->shape->psnr_db);
+    return cvol_fail(t->context, CVOL_ERROR_TARGET,
+                     "a ratio of %g would be finer than the array, which is coded at %.2f already",
+                     t->value, ratio_of(t));
+}
+
+/* The largest step that keeps a PSNR, or the least that keeps a ratio; *met: 0 if that is the
+ * coarsest there is. */
+static int search_step(transcoding *t, double *best, int *met)
+{
+    const double least = t->from->step;
+    const double most = fmax(2.01 * cvol_array_coefficient_bound(t->from), 2 * least);
+    const double slope = t->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
+    cvol_search search = cvol_search_make(least, most, slope);
+    double step = least;
+    *best = 0;
+    *met = 1;
+    for (int i = 0; i < TRIES_MOST; i++) {
+        int kept, good, code = try_step(t, step);
+        if (code)
+            return code;
+        const double miss = miss_of(t, &kept, &good);
+        /* The finest there is: a ratio beyond, or a PSNR below what is asked. */
+        if (i == 0 && (t->target == CVOL_TARGET_PSNR ? !kept : kept && !good))
+            return fail_finer(t);
+        if (i >= FITTED_TRIES && kept &&
+            (*best <= 0 || (t->target == CVOL_TARGET_PSNR) == (step > *best)))
+            *best = step;
+        if (good && i >= FITTED_TRIES)
+            break;
+        cvol_search_tell(&search, step, miss);
+        if (i >= FITTED_TRIES &&
+            (cvol_search_at_most(&search) || cvol_search_width(&search) < 1e-4))
+            break;
+        step = cvol_search_next(&search);
+        /* What other tables gave misleads. */
+        if (i < FITTED_TRIES) {
+            cvol_token_tables_fit(t->tables, t->counts);
+            search = cvol_search_make(least, most, search.slope);
+        }
+    }
+    if (*best <= 0) {
+        *best = t->target == CVOL_TARGET_PSNR ? least : most;
+        *met = 0;
+    }
+    return CVOL_OK;
+}
+
+/* The array of a step, with its bricks as they are coded. */
+static int settle(transcoding *t, cvol_array **out, double step)
+{
+    cvol_coded *coded = NULL;
+    int code = cvol_coded_make(t->context, &coded, t->tables, cvol_brick_count(t->from));
+    const cvol_brick_sink sink = cvol_coded_sink(coded);
+    if (!code)
+        code = cvol_requantise(t->context, &t->error, t->counts, t->from, step, t->tables, &sink);
+    if (!code)
+        code = make_like(t->context, out, t->from, step);
+    if (!code)
+        code = cvol_coded_decode(t->context, *out, coded);
+    if (!code) {
+        account(t, *out);
+        if (cvol_array_may_have_ranges(*out, t->file_bytes))
+            code = cvol_ranges_find(t->context, *out);
+    }
+    if (!code) {
+        cvol_coded_attach(*out, coded);
+        coded = NULL;
+        code = cvol_array_file_bytes(t->context, *out, &t->file_bytes);
+    }
+    cvol_coded_free(coded);
+    return code;
+}
+
+/* Ranges are known only when all else is: a second search counts their bytes in. */
+static int run(transcoding *t, cvol_array **out, int *met)
+{
+    for (int i = 0; i < 2; i++) {
+        double step;
+        int code = search_step(t, &step, met);
+        if (code)
+            return code;
+        const uint64_t counted = t->file_bytes;
+        cvol_array_free(*out);
+        *out = NULL;
+        code = settle(t, out, step);
+        if (code || t->target == CVOL_TARGET_PSNR || ratio_of(t) >= t->value || !*met)
+            return code;
+        t->range_bytes += t->file_bytes > counted ? t->file_bytes - counted : 0;
+    }
+    return CVOL_OK;
+}
+
+static int check(cvol_context *context, transcoding *t, const cvol_compress_options *options)
+{
+    int code = cvol_compress_options_check(context, options);
+    if (!code)
+        code = cvol_array_need_volume(context, t->from, "transcoding");
+    if (!code && options->target == CVOL_TARGET_MAX_ERROR)
+        code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "a largest error cannot be asked of what is transcoded: the original "
+                         "samples are not there");
+    t->target = options->target;
+    t->value = options->target_value;
+    if (!code && t->target == CVOL_TARGET_BITS) {
+        t->target = CVOL_TARGET_RATIO;
+        code = cvol_ratio_of_bits(context, &t->value, options->target_value, t->from->grid.type);
+    }
+    return code;
+}
+
+int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                         const cvol_array *array, const cvol_compress_options *options)
+{
+    transcoding t = {.context = context, .from = array};
+    int met = 0;
+    *out = NULL;
+    int code = check(context, &t, options);
+    if (code)
+        return code;
+    t.tables = cvol_token_tables_create();
+    t.counts = cvol_allocate_zero(1, sizeof *t.counts);
+    code = t.tables && t.counts ? run(&t, out, &met)
+                                : cvol_fail_memory(context, sizeof *t.counts, "the coder's tables");
+    if (code) {
+        cvol_array_free(*out);
+        *out = NULL;
+    } else if (report) {
+        *report = (cvol_compress_report){.ratio = ratio_of(&t),
+                                         .psnr_db = (*out)->psnr_db,
+                                         .max_error = (*out)->max_error,
+                                         .file_bytes = t.file_bytes,
+                                         .target_met = met,
+                                         .trials = t.count,
+                                         .coefficients = (*out)->coefficients};
+    }
+    cvol_array_free(t.shape);
+    free(t.tables);
+    free(t.counts);
+    return code;
+}

@@ -1,0 +1,109 @@
+/* cvol transcode: a .cvol file made coarser. */
+#include <math.h>
+
+#include "cli.h"
+
+static const char description[] =
+    "Makes a .cvol file smaller by dropping precision, without going through samples. What is "
+    "known\n"
+    "of the result is certified, not measured: the source's bound, and how far its coefficients "
+    "moved;\n"
+    "--psnr is what that bound promises. Attributes and geometry are kept. Compressing the volume\n"
+    "itself to the same size gives a little more quality.";
+
+static const char examples[] = "  cvol transcode scan.cvol --ratio 100 small.cvol\n"
+                               "  cvol transcode scan.cvol small.cvol --bpv 0.1\n";
+
+typedef struct transcode_arguments {
+    common_options common;
+    double ratio, bits, psnr;
+    int ratio_given, bits_given, psnr_given;
+} transcode_arguments;
+
+static int choose_target(cvol_compress_options *options, const transcode_arguments *a)
+{
+    if (a->ratio_given + a->bits_given + a->psnr_given != 1)
+        return complain(EXIT_MISUSED, "give one of --ratio, --bpv and --psnr");
+    options->target = a->ratio_given  ? CVOL_TARGET_RATIO
+                      : a->bits_given ? CVOL_TARGET_BITS
+                                      : CVOL_TARGET_PSNR;
+    options->target_value = a->ratio_given ? a->ratio : a->bits_given ? a->bits : a->psnr;
+    return EXIT_DONE;
+}
+
+static int report(const char *path, const cvol_array *array, const cvol_compress_report *r,
+                  const common_options *common)
+{
+    const cvol_grid *grid = cvol_array_grid(array);
+    const double bits = 8 * (double)r->file_bytes / (double)cvol_grid_samples(grid);
+    cvol_array_info info;
+    cvol_array_get_info(array, &info);
+    if (common->json)
+        return print_json(json_pack(
+            "{s:o, s:s, s:I, s:f, s:f, s:o, s:o, s:b, s:b, s:f, s:I, s:o}", "dims",
+            json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
+            (json_int_t)r->file_bytes, "ratio", r->ratio, "bits_per_voxel", bits, "psnr_db",
+            json_decibels(info.psnr_db), "max_error", json_number(info.max_error), "measured",
+            info.measured, "target_met", r->target_met, "step", info.step, "coefficients",
+            (json_int_t)info.coefficients, "l2_error", json_number(info.l2_error)));
+    clear_progress();
+    printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits a voxel, PSNR at least %.2f dB\n",
+           path, (unsigned long long)r->file_bytes, r->ratio, bits, info.psnr_db);
+    if (!r->target_met)
+        printf("(what was asked is out of reach: this is the coarsest there is)\n");
+    return EXIT_DONE;
+}
+
+static int transcode(cvol_context *context, const transcode_arguments *a,
+                     const cvol_compress_options *options, const char *in_path,
+                     const char *out_path)
+{
+    cvol_array *from = NULL, *array = NULL;
+    cvol_compress_report r;
+    int status = check_output(in_path, out_path);
+    if (status)
+        return status;
+    int code = cvol_array_read(context, &from, in_path, NULL);
+    if (code)
+        return complain_context(context, code, NULL);
+    code = cvol_array_transcode(context, &array, &r, from, options);
+    cvol_array_free(from);
+    if (code)
+        return complain_context(context, code, in_path);
+    code = cvol_array_write(context, array, out_path, &r.file_bytes);
+    status = code ? complain_context(context, code, NULL) : report(out_path, array, &r, &a->common);
+    cvol_array_free(array);
+    return status;
+}
+
+int command_transcode(int argc, char **argv)
+{
+    transcode_arguments a = {.ratio = 0};
+    cvol_compress_options options = cvol_compress_options_defaults();
+    const option_spec specs[] = {
+        {NULL, NULL, "Target (one of):", OPTION_HEADING, NULL, 0, NULL},
+        {"--ratio", "R", "raw bytes / file bytes", OPTION_NUMBER, &a.ratio, 0, &a.ratio_given},
+        {"--bpv", "B", "at most B bits a voxel: 8 file bytes / samples", OPTION_NUMBER, &a.bits, 0,
+         &a.bits_given},
+        {"--psnr", "DB", "at least so many dB, certified", OPTION_NUMBER, &a.psnr, 0,
+         &a.psnr_given},
+        COMMON_OPTIONS(a.common),
+    };
+    command_line line = {.usage = "cvol transcode IN.cvol OUT.cvol [options]",
+                         .description = description,
+                         .examples = examples,
+                         .options = specs,
+                         .option_count = sizeof specs / sizeof *specs,
+                         .positional_count = 2};
+    int status = parse_command_line(&line, argc, argv);
+    if (status >= 0 || (status = choose_target(&options, &a)))
+        return status;
+    if (!has_ending(line.positionals[1], ".cvol"))
+        return complain(EXIT_MISUSED, "%s: the output's name must end in .cvol",
+                        line.positionals[1]);
+    cvol_context *context = begin_command(&a.common);
+    if (!context)
+        return EXIT_FAILED;
+    return end_command(context,
+                       transcode(context, &a, &options, line.positionals[0], line.positionals[1]));
+}
