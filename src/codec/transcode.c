@@ -26,7 +26,7 @@ typedef struct transcoding {
     cvol_token_counts *counts;
     cvol_array *shape; /* what comes of the last try, without terms */
     double error;      /* of the last try: squared */
-    uint64_t file_bytes, range_bytes;
+    uint64_t file_bytes, other_bytes;
     int count;
 } transcoding;
 
@@ -88,7 +88,7 @@ static int try_step(transcoding *t, double step)
         const cvol_file_front front = {
             .header = &header, .attributes = t->shape->attributes, .tables = t->tables};
         code = cvol_file_writer_bytes(t->context, writer, &front, &t->file_bytes);
-        t->file_bytes += t->range_bytes;
+        t->file_bytes += t->other_bytes;
         account(t, t->shape);
     }
     cvol_file_writer_abandon(writer);
@@ -152,8 +152,8 @@ static int search_step(transcoding *t, double *best, int *met)
         if (good && i >= FITTED_TRIES)
             break;
         cvol_search_tell(&search, step, miss);
-        if (i >= FITTED_TRIES &&
-            (cvol_search_at_most(&search) || cvol_search_width(&search) < 1e-4))
+        if (i >= FITTED_TRIES && (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
+                                  cvol_search_width(&search) < 1e-4))
             break;
         step = cvol_search_next(&search);
         /* What other tables gave misleads. */
@@ -169,6 +169,29 @@ static int search_step(transcoding *t, double *best, int *met)
     return CVOL_OK;
 }
 
+/* The source's mask, cell by cell. */
+static int copy_mask(cvol_context *context, cvol_array *to, const cvol_array *from)
+{
+    uint8_t which[CVOL_MASK_CELL * CVOL_MASK_CELL * CVOL_MASK_CELL];
+    const size_t *dims = from->grid.dims;
+    if (!from->mask)
+        return CVOL_OK;
+    int code = cvol_mask_create(context, &to->mask, dims, cvol_mask_fills(from->mask));
+    for (size_t z = 0; z < dims[2] && !code; z += CVOL_MASK_CELL)
+        for (size_t y = 0; y < dims[1] && !code; y += CVOL_MASK_CELL)
+            for (size_t x = 0; x < dims[0] && !code; x += CVOL_MASK_CELL) {
+                const size_t begin[3] = {x, y, z};
+                size_t end[3];
+                for (int a = 0; a < 3; a++)
+                    end[a] = dims[a] - begin[a] < CVOL_MASK_CELL ? dims[a]
+                                                                 : begin[a] + CVOL_MASK_CELL;
+                if (cvol_mask_get(which, from->mask, begin, end) &&
+                    !cvol_mask_set(to->mask, which, begin, end))
+                    code = cvol_fail_memory(context, sizeof which, "the mask");
+            }
+    return code;
+}
+
 /* The array of a step, with its bricks as they are coded. */
 static int settle(transcoding *t, cvol_array **out, double step)
 {
@@ -181,6 +204,8 @@ static int settle(transcoding *t, cvol_array **out, double step)
         code = make_like(t->context, out, t->from, step);
     if (!code)
         code = cvol_coded_decode(t->context, *out, coded);
+    if (!code)
+        code = copy_mask(t->context, *out, t->from);
     if (!code) {
         account(t, *out);
         if (cvol_array_may_have_ranges(*out, t->file_bytes))
@@ -195,7 +220,7 @@ static int settle(transcoding *t, cvol_array **out, double step)
     return code;
 }
 
-/* Ranges are known only when all else is: a second search counts their bytes in. */
+/* What ranges and masks take is known only when all else is: a second search counts it in. */
 static int run(transcoding *t, cvol_array **out, int *met)
 {
     for (int i = 0; i < 2; i++) {
@@ -209,7 +234,7 @@ static int run(transcoding *t, cvol_array **out, int *met)
         code = settle(t, out, step);
         if (code || t->target == CVOL_TARGET_PSNR || ratio_of(t) >= t->value || !*met)
             return code;
-        t->range_bytes += t->file_bytes > counted ? t->file_bytes - counted : 0;
+        t->other_bytes += t->file_bytes > counted ? t->file_bytes - counted : 0;
     }
     return CVOL_OK;
 }

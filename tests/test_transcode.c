@@ -1,0 +1,254 @@
+/* cvol_array_transcode: targets, and bounds that hold against the samples of long ago. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "array/array.h"
+#include "base/context.h"
+#include "cvol/codec.h"
+#include "random.h"
+#include "support.h"
+
+static cvol_context *context;
+
+static int start(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    cvol_context_set_threads(context, 2);
+    return !context;
+}
+
+static int stop(void **state)
+{
+    (void)state;
+    cvol_context_destroy(context);
+    return 0;
+}
+
+static void check_ok(int code)
+{
+    if (code)
+        print_message("%s\n", cvol_context_message(context));
+    assert_int_equal(code, CVOL_OK);
+}
+
+static float *make_volume(const cvol_grid *grid, uint64_t seed)
+{
+    float *samples = malloc(cvol_grid_bytes(grid));
+    random_state r = {seed};
+    assert_non_null(samples);
+    for (size_t z = 0, i = 0; z < grid->dims[2]; z++)
+        for (size_t y = 0; y < grid->dims[1]; y++)
+            for (size_t x = 0; x < grid->dims[0]; x++, i++)
+                samples[i] = (float)(1000 +
+                                     100 * sin(0.2 * (double)x) *
+                                         cos(0.13 * (double)y + 0.07 * (double)z) +
+                                     (hypot((double)x - 30, (double)y - 24) < 19 ? 80 : 0) +
+                                     5 * random_signed(&r));
+    return samples;
+}
+
+static cvol_compress_options options_of(cvol_target target, double value)
+{
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.target = target;
+    options.target_value = value;
+    return options;
+}
+
+static cvol_array *compress(const void *samples, const cvol_grid *grid, int block, double ratio)
+{
+    cvol_compress_options options = options_of(CVOL_TARGET_RATIO, ratio);
+    cvol_array *array;
+    options.block = block;
+    check_ok(cvol_compress(context, &array, NULL, samples, grid, &options));
+    return array;
+}
+
+/* How far the array is from the samples: the L2 norm, unrounded. */
+static double distance(const cvol_array *array, const float *samples)
+{
+    const size_t zero[3] = {0, 0, 0}, count = cvol_grid_samples(&array->grid);
+    float *real = malloc(count * sizeof *real);
+    double squares = 0;
+    assert_non_null(real);
+    check_ok(cvol_array_evaluate_real(context, real, array, zero, array->grid.dims));
+    for (size_t i = 0; i < count; i++)
+        squares += pow((double)samples[i] - (double)real[i], 2);
+    free(real);
+    return sqrt(squares);
+}
+
+/* The bound holds, is not far off, and the file is the array. */
+static void check_result(const cvol_array *array, const cvol_array *from,
+                         const cvol_compress_report *report, const float *samples)
+{
+    char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
+    const double found = distance(array, samples);
+    cvol_array *back;
+    cvol_array_info info;
+    uint64_t bytes;
+    cvol_array_get_info(array, &info);
+    assert_int_equal(info.measured, 0);
+    assert_true(found <= info.l2_error && info.l2_error < 2.5 * found);
+    assert_true(info.l2_error > from->ledger.l2_error && info.step >= from->step);
+    assert_int_equal(array->lapped, from->lapped);
+    for (size_t i = 0; i < array->block_count; i++)
+        assert_int_equal(array->block_table[i].split, from->block_table[i].split);
+    check_ok(cvol_array_write(context, array, path, &bytes));
+    assert_int_equal(bytes, report->file_bytes);
+    check_ok(cvol_file_verify(context, NULL, path));
+    check_ok(cvol_array_read(context, &back, path, NULL));
+    assert_true(distance(back, samples) == found);
+    assert_true(back->ledger.l2_error == array->ledger.l2_error && !back->measured);
+    assert_string_equal(cvol_array_attributes(back), "[1]");
+    cvol_array_free(back);
+    free(path);
+    support_folder_remove(folder);
+}
+
+static void ratios_and_bounds_hold(void **state)
+{
+    (void)state;
+    static const int blocks[] = {16, 8, 32, 16};
+    static const size_t shapes[][3] = {{90, 70, 80}, {50, 61, 33}, {65, 40, 70}, {20, 130, 9}};
+    for (int s = 0; s < 4; s++) {
+        const cvol_grid grid = cvol_grid_make(shapes[s][0], shapes[s][1], shapes[s][2],
+                                              CVOL_FLOAT32);
+        float *samples = make_volume(&grid, (uint64_t)s);
+        cvol_array *from = compress(samples, &grid, blocks[s], 12);
+        check_ok(cvol_array_set_attributes(context, from, "[1]"));
+        for (double ratio = 15; ratio < 80; ratio *= 2) {
+            const cvol_compress_options options = options_of(CVOL_TARGET_RATIO, ratio);
+            cvol_compress_report report;
+            cvol_array *array;
+            check_ok(cvol_array_transcode(context, &array, &report, from, &options));
+            if (report.ratio < ratio || report.ratio > 1.02 * ratio)
+                print_message("block %d at 1/%g: 1/%.3f, %d tries\n", blocks[s], ratio, report.ratio,
+                              report.trials);
+            assert_true(report.ratio >= ratio && report.ratio <= 1.02 * ratio);
+            check_result(array, from, &report, samples);
+            cvol_array_free(array);
+        }
+        cvol_array_free(from);
+        free(samples);
+    }
+}
+
+static void psnr_is_promised(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(70, 66, 90, CVOL_FLOAT32);
+    float *samples = make_volume(&grid, 5);
+    cvol_array *from = compress(samples, &grid, 16, 10), *array;
+    cvol_compress_report report;
+    check_ok(cvol_array_set_attributes(context, from, "[1]"));
+    const double span = from->ledger.value_max - from->ledger.value_min;
+    for (double wanted = 28; wanted < 36; wanted += 3) {
+        const cvol_compress_options options = options_of(CVOL_TARGET_PSNR, wanted);
+        check_ok(cvol_array_transcode(context, &array, &report, from, &options));
+        const double found = 20 * log10(span * sqrt((double)cvol_grid_samples(&grid)) /
+                                        distance(array, samples));
+        assert_true(report.psnr_db >= wanted && report.psnr_db < wanted + 0.3);
+        assert_true(found >= wanted);
+        check_result(array, from, &report, samples);
+        cvol_array_free(array);
+    }
+    cvol_array_free(from);
+    free(samples);
+}
+
+static void threads_make_no_difference(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(90, 70, 80, CVOL_FLOAT32);
+    float *samples = make_volume(&grid, 6);
+    cvol_array *from = compress(samples, &grid, 16, 12);
+    char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
+    const cvol_compress_options options = options_of(CVOL_TARGET_BITS, 1);
+    unsigned char *bytes[2];
+    size_t sizes[2];
+    for (int i = 0; i < 2; i++) {
+        cvol_array *array;
+        cvol_context_set_threads(context, 1 + 2 * i);
+        check_ok(cvol_array_transcode(context, &array, NULL, from, &options));
+        check_ok(cvol_array_write(context, array, path, NULL));
+        bytes[i] = support_read(path, &sizes[i]);
+        cvol_array_free(array);
+    }
+    cvol_context_set_threads(context, 2);
+    assert_int_equal(sizes[0], sizes[1]);
+    assert_memory_equal(bytes[0], bytes[1], sizes[0]);
+    free(bytes[0]);
+    free(bytes[1]);
+    cvol_array_free(from);
+    free(samples);
+    free(path);
+    support_folder_remove(folder);
+}
+
+/* Masked samples come back as they were. */
+static void masks_are_kept(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(50, 40, 45, CVOL_FLOAT32);
+    const size_t count = cvol_grid_samples(&grid), zero[3] = {0, 0, 0};
+    float *samples = make_volume(&grid, 7), *out = malloc(count * sizeof *out);
+    cvol_compress_options options = options_of(CVOL_TARGET_RATIO, 10);
+    cvol_array *from, *array;
+    assert_non_null(out);
+    for (size_t i = 0; i < count; i++)
+        if (i % 50 < 20)
+            samples[i] = 1e35f;
+    options.has_fill = 1;
+    options.fill = 1e35;
+    check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
+    options = options_of(CVOL_TARGET_RATIO, 25);
+    check_ok(cvol_array_transcode(context, &array, NULL, from, &options));
+    check_ok(cvol_array_evaluate_box(context, out, array, zero, grid.dims));
+    for (size_t i = 0; i < count; i++)
+        assert_true((out[i] == 1e35f) == (samples[i] == 1e35f));
+    cvol_array_free(from);
+    cvol_array_free(array);
+    free(samples);
+    free(out);
+}
+
+static void finer_is_refused(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(60, 50, 40, CVOL_FLOAT32);
+    float *samples = make_volume(&grid, 8);
+    cvol_array *from = compress(samples, &grid, 16, 20), *array;
+    cvol_compress_options options = options_of(CVOL_TARGET_RATIO, 10);
+    assert_int_equal(cvol_array_transcode(context, &array, NULL, from, &options),
+                     CVOL_ERROR_TARGET);
+    assert_non_null(strstr(cvol_context_message(context), "finer"));
+    assert_null(array);
+    options = options_of(CVOL_TARGET_PSNR, 90);
+    assert_int_equal(cvol_array_transcode(context, &array, NULL, from, &options),
+                     CVOL_ERROR_TARGET);
+    assert_non_null(strstr(cvol_context_message(context), "promised"));
+    options = options_of(CVOL_TARGET_MAX_ERROR, 3);
+    assert_int_equal(cvol_array_transcode(context, &array, NULL, from, &options),
+                     CVOL_ERROR_UNSUPPORTED);
+    cvol_array_free(from);
+    free(samples);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(ratios_and_bounds_hold),     cmocka_unit_test(psnr_is_promised),
+        cmocka_unit_test(threads_make_no_difference), cmocka_unit_test(masks_are_kept),
+        cmocka_unit_test(finer_is_refused),
+    };
+    return cmocka_run_group_tests(tests, start, stop);
+}
