@@ -130,7 +130,7 @@ static void bricks_come_in_order(void **state)
         cvol_file_writer *writer = begin(path, most);
         const uint64_t shells = cvol_file_writer_shells(writer);
         assert_true(!i || shells > CVOL_SPOOLED_MOST);
-        assert_int_equal(support_folder_count(folder), 1); /* the output's temporary file */
+        assert_true(support_folder_count(folder) <= 1); /* the output without its name */
         const uint64_t bytes = finish(writer);
         struct stat status;
         assert_int_equal(stat(path, &status), 0);

@@ -145,8 +145,9 @@ void cvol_file_unmap(cvol_map *map)
 struct cvol_output {
     int fd;
     char *final_name;     /* links resolved */
-    char *temporary_name; /* equals final_name for devices and pipes */
+    char *temporary_name; /* NULL for devices and pipes */
     int in_place;
+    int nameless; /* the temporary name is still a pattern */
 };
 
 static void output_free(cvol_output *output)
@@ -179,6 +180,56 @@ static mode_t default_mode(void)
     mode_t mask = umask(0);
     umask(mask);
     return 0666 & ~mask;
+}
+
+/* The folder that a file lies in, as a path that can be opened; NULL when memory is short. */
+static char *folder_of(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? strndup(path, (size_t)(slash + 1 - path)) : strdup(".");
+}
+
+/* Where a nameless file can be linked from. */
+static void link_of(char link[32], int fd)
+{
+    snprintf(link, 32, "/proc/self/fd/%d", fd);
+}
+
+/* Opens a file without a name in the folder of the final one; -1 where there is no such thing. */
+static int open_nameless(const char *final_name)
+{
+    char link[32], *folder = folder_of(final_name);
+    int fd = folder ? open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600) : -1;
+    free(folder);
+    if (fd < 0)
+        return -1;
+    link_of(link, fd);
+    if (!access(link, F_OK))
+        return fd;
+    close(fd);
+    return -1;
+}
+
+/* Gives a nameless file the final name if that is free, else a temporary one, which then waits to
+ * be renamed. 0 or an errno. */
+static int link_nameless(cvol_output *output, int suffix_length)
+{
+    enum { TRIES_MOST = 1000 };
+    char link[32], *six;
+    link_of(link, output->fd);
+    if (!linkat(AT_FDCWD, link, AT_FDCWD, output->final_name, AT_SYMLINK_FOLLOW))
+        return 0;
+    six = output->temporary_name + strlen(output->temporary_name) - suffix_length - 6;
+    for (unsigned i = 0; errno == EEXIST && i < TRIES_MOST; i++) {
+        char digits[9];
+        snprintf(digits, sizeof digits, "%06x", ((unsigned)getpid() + 0x10001 * i) & 0xffffff);
+        memcpy(six, digits, 6);
+        if (!linkat(AT_FDCWD, link, AT_FDCWD, output->temporary_name, AT_SYMLINK_FOLLOW)) {
+            output->nameless = 0;
+            return 0;
+        }
+    }
+    return errno;
 }
 
 /* `path` with a final symbolic link followed where there is one to follow. */
@@ -219,7 +270,10 @@ int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
         if (!output->temporary_name)
             code = cvol_fail_memory(context, strlen(path), path);
         else {
-            output->fd = mkostemps(output->temporary_name, suffix_length, O_CLOEXEC);
+            output->fd = open_nameless(output->final_name);
+            output->nameless = output->fd >= 0;
+            if (output->fd < 0)
+                output->fd = mkostemps(output->temporary_name, suffix_length, O_CLOEXEC);
             if (output->fd < 0)
                 code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s", path,
                                  strerror(errno));
@@ -259,10 +313,9 @@ const char *cvol_output_name(const cvol_output *output)
 
 int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *fd)
 {
-    const char *root = getenv("TMPDIR"), *slash = strrchr(output->final_name, '/');
+    const char *root = getenv("TMPDIR");
     char *folder = output->in_place ? strdup(root && *root ? root : "/tmp")
-                   : slash ? strndup(output->final_name, (size_t)(slash + 1 - output->final_name))
-                           : strdup(".");
+                                    : folder_of(output->final_name);
     const size_t length = folder ? strlen(folder) + sizeof "/.cvol-XXXXXX" : 0;
     char *name = folder ? malloc(length) : NULL;
     int code = CVOL_OK;
@@ -303,16 +356,10 @@ int cvol_output_rewrite(cvol_context *context, cvol_output *output, uint64_t off
     return CVOL_OK;
 }
 
-const char *cvol_output_temporary_name(const cvol_output *output)
-{
-    return output->in_place ? output->final_name : output->temporary_name;
-}
-
 /* Makes the rename itself durable; a file system that cannot is left to its own ways. */
 static void sync_folder_of(const char *path)
 {
-    const char *slash = strrchr(path, '/');
-    char *folder = slash ? strndup(path, (size_t)(slash + 1 - path)) : strdup(".");
+    char *folder = folder_of(path);
     if (!folder)
         return;
     int fd = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -325,18 +372,23 @@ static void sync_folder_of(const char *path)
 
 int cvol_output_commit(cvol_context *context, cvol_output *output)
 {
+    const char *name = strrchr(output->final_name, '/');
+    const size_t suffix = strlen(name ? name : output->final_name) + !name;
     int trouble = 0;
     if (!output->in_place && fsync(output->fd))
         trouble = errno;
+    if (!trouble && output->nameless)
+        trouble = link_nameless(output, (int)suffix);
     if (close(output->fd) && !trouble)
         trouble = errno;
     output->fd = -1;
-    if (!output->in_place && !trouble && rename(output->temporary_name, output->final_name))
+    const int is_named = !output->in_place && !output->nameless; /* by the temporary name */
+    if (is_named && !trouble && rename(output->temporary_name, output->final_name))
         trouble = errno;
     int code = CVOL_OK;
     if (trouble) {
         code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", output->final_name, strerror(trouble));
-        if (!output->in_place)
+        if (is_named)
             unlink(output->temporary_name);
     } else if (!output->in_place)
         sync_folder_of(output->final_name);
@@ -348,7 +400,7 @@ void cvol_output_abandon(cvol_output *output)
 {
     if (!output)
         return;
-    if (!output->in_place && output->temporary_name)
+    if (!output->in_place && !output->nameless && output->temporary_name)
         unlink(output->temporary_name);
     output_free(output);
 }

@@ -31,9 +31,11 @@ typedef struct cvol_map {
 int cvol_file_map(cvol_context *context, cvol_map *map, const char *path);
 void cvol_file_unmap(cvol_map *map);
 
-/* An output under a temporary name beside its final one. What had the final name stays
- * untouched until cvol_output_commit has the whole file on disk and renames it. A final name
- * that is a device or a pipe is written in place; a symbolic link is followed. */
+/* An output without a name, in the folder of its final one, or under a temporary name where there
+ * is no such thing: a process that is killed leaves nothing behind in the first case, but for one
+ * in the moment between linking and renaming, and a hidden file in the other. What had the final
+ * name stays untouched until cvol_output_commit has the whole file on disk and renames it. A final
+ * name that is a device or a pipe is written in place; a symbolic link is followed. */
 typedef struct cvol_output cvol_output;
 
 /* Errors: IO (folder does not exist, name is a directory, file is read-only, ...), MEMORY. */
@@ -48,9 +50,7 @@ const char *cvol_output_name(const cvol_output *output);
  * output is a pipe. */
 int cvol_output_rewrite(cvol_context *context, cvol_output *output, uint64_t offset,
                         const void *data, size_t size);
-/* The temporary file's name, for libraries that want to open it themselves. */
-const char *cvol_output_temporary_name(const cvol_output *output);
-/* Syncs, renames and frees the output (also when it fails: then nothing was replaced). */
+/* Syncs, names and frees the output (also when it fails: then nothing was replaced). */
 int cvol_output_commit(cvol_context *context, cvol_output *output);
 /* Removes the temporary file and frees the output; NULL is allowed. */
 void cvol_output_abandon(cvol_output *output);

@@ -13,6 +13,7 @@ options_of() {
     case $1 in
     compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --no-lap --fast --stream" ;;
     decompress) echo "$common --box --level" ;;
+    transcode) echo "$common --ratio --bpv --psnr" ;;
     info) echo "$common $raw --build --layout" ;;
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;
@@ -27,7 +28,7 @@ options_of() {
     esac | tr ' ' '\n' | sort
 }
 
-commands='compress decompress info verify compare render bench add multiply convolve scale gradient stats'
+commands='compress decompress transcode info verify compare render bench add multiply convolve scale gradient stats'
 
 # Of every help: status 0, nothing on stderr, lines that fit.
 expect_help() {

@@ -1,0 +1,88 @@
+#!/bin/sh
+# Volumes slab by slab, in both directions, and coarser files from files.
+. "$(dirname "$0")/lib.sh"
+
+# ---- compress --stream: every kind of input that has its samples in one piece ------------------
+
+dims=70x60x150
+raw="--dims $dims --type int16"
+make_volume in.raw int16 $dims
+make_nrrd in.nrrd in.raw int16 70 60 150
+expect_done cvol compress in.raw whole.cvol $raw --ratio 25
+for format in mha nii nii.gz; do expect_done cvol decompress whole.cvol of_whole.$format; done
+echo '{"patient": "none"}' >attributes.json
+
+expect_status 0 cvol compress in.raw raw.cvol $raw --ratio 25 --stream
+grep -q 'in.raw: .* slab by slab' "$err" || fail 'must say that it goes slab by slab'
+expect_done cvol compress in.nrrd nrrd.cvol --ratio 25 --stream --json
+expect_equal "$(value_of by_slab)" true
+expect_near "$(value_of ratio)" 25.25 0.25
+psnr=$(value_of psnr_db)
+expect_same_file raw.cvol nrrd.cvol
+expect_done cvol verify raw.cvol
+expect_done cvol decompress raw.cvol back.nrrd
+expect_done cvol compare in.nrrd back.nrrd --json
+expect_near "$(value_of psnr_db)" "$psnr" 0.01
+expect_done cvol info raw.cvol --json
+expect_near "$(value_of psnr_db)" "$psnr" 0.01
+expect_equal "$(value_of measured)" true
+
+for format in mha nii nii.gz; do
+    expect_done cvol compress of_whole.$format f.cvol --psnr 40 --stream --json --attributes attributes.json
+    expect_number "$(value_of psnr_db)" '>=' 40
+    expect_done cvol verify f.cvol
+    expect_done cvol info f.cvol --json
+    expect_equal "$(value_of attributes.patient)" none
+done
+expect_done cvol compress in.nrrd bpv.cvol --bpv 0.5 --stream --json
+expect_number "$(value_of bits_per_voxel)" '<=' 0.5
+
+expect_failure 2 '--stream compresses in dct blocks of 16' cvol compress in.nrrd x.cvol --stream --max-error 3
+expect_failure 2 '--stream compresses in dct blocks of 16' cvol compress in.nrrd x.cvol --stream --block 8
+expect_failure 2 '--stream compresses in dct blocks of 16' cvol compress in.nrrd x.cvol --stream --lossless
+expect_failure 2 'transcode' cvol compress whole.cvol x.cvol --stream
+head -c 1000000 in.raw >short.raw
+expect_failure 1 'short.raw: has 1000000 bytes' cvol compress short.raw x.cvol $raw --stream
+
+# ---- decompress: of more than 64 MiB, in several slabs; all of it is its parts --------------------
+
+dims=500x500x150
+make_volume big.raw int16 $dims
+expect_status 0 cvol compress big.raw big.cvol --dims $dims --type int16 --ratio 60 --stream
+rm big.raw
+expect_done cvol decompress big.cvol big.raw
+for box in 0:500,0:500,0:62 0:500,0:500,62:131 0:500,0:500,131:150; do
+    expect_done cvol decompress big.cvol part.raw --box $box
+    cat part.raw >>parts.raw
+done
+expect_same_file big.raw parts.raw
+expect_done cvol decompress big.cvol coarse.raw --level 2
+expect_equal "$(wc -c <coarse.raw)" "$(wc -c <big.raw)"
+rm big.raw parts.raw coarse.raw part.raw
+
+# ---- transcode -----------------------------------------------------------------------------------
+
+expect_done cvol compress in.nrrd fine.cvol --ratio 12 --attributes attributes.json
+for ratio in 20 40 100; do
+    expect_done cvol transcode fine.cvol --ratio $ratio coarse.cvol --json
+    expect_number "$(value_of ratio)" '>=' $ratio
+    expect_equal "$(value_of measured)" false
+    promised=$(value_of psnr_db)
+    bound=$(value_of l2_error)
+    expect_done cvol verify coarse.cvol
+    expect_done cvol decompress coarse.cvol coarse.nrrd
+    expect_done cvol compare in.nrrd coarse.nrrd --json
+    expect_number "$(value_of psnr_db)" '>=' "$promised"
+    expect_done cvol info coarse.cvol --json
+    expect_near "$(value_of l2_error)" "$bound" 0.001
+    expect_equal "$(value_of attributes.patient)" none
+done
+expect_done cvol transcode fine.cvol coarse.cvol --bpv 0.2 --json
+expect_number "$(value_of bits_per_voxel)" '<=' 0.2
+expect_failure 1 'finer than the array' cvol transcode fine.cvol x.cvol --ratio 5
+expect_failure 1 'cannot be promised' cvol transcode fine.cvol x.cvol --psnr 90
+expect_failure 2 'one of --ratio' cvol transcode fine.cvol x.cvol
+expect_failure 2 'one of --ratio' cvol transcode fine.cvol x.cvol --ratio 20 --bpv 1
+expect_failure 2 'must end in .cvol' cvol transcode fine.cvol x.nrrd --ratio 20
+expect_failure 1 'not a .cvol' cvol transcode in.nrrd x.cvol --ratio 20
+expect_failure 1 'same file' cvol transcode fine.cvol fine.cvol --ratio 20
