@@ -159,18 +159,17 @@ static void output_free(cvol_output *output)
     free(output);
 }
 
-/* FOLDER/.cvol-XXXXXX-NAME: hidden, and with the ending that tells a library the format. */
-static char *temporary_name_for(const char *final_name, int *suffix_length)
+#define TEMPORARY ".cvol-XXXXXX"
+
+/* FOLDER/.cvol-XXXXXX: hidden. */
+static char *temporary_name_for(const char *final_name)
 {
-    static const char mark[] = ".cvol-XXXXXX-";
     const char *slash = strrchr(final_name, '/');
-    size_t folder_length = slash ? (size_t)(slash + 1 - final_name) : 0;
-    const char *name = final_name + folder_length;
-    size_t length = folder_length + sizeof mark + strlen(name);
+    const size_t folder_length = slash ? (size_t)(slash + 1 - final_name) : 0;
+    const size_t length = folder_length + sizeof TEMPORARY;
     char *temporary = malloc(length);
     if (temporary)
-        snprintf(temporary, length, "%.*s%s%s", (int)folder_length, final_name, mark, name);
-    *suffix_length = (int)strlen(name) + 1;
+        snprintf(temporary, length, "%.*s%s", (int)folder_length, final_name, TEMPORARY);
     return temporary;
 }
 
@@ -212,14 +211,14 @@ static int open_nameless(const char *final_name)
 
 /* Gives a nameless file the final name if that is free, else a temporary one, which then waits to
  * be renamed. 0 or an errno. */
-static int link_nameless(cvol_output *output, int suffix_length)
+static int link_nameless(cvol_output *output)
 {
     enum { TRIES_MOST = 1000 };
     char link[32], *six;
     link_of(link, output->fd);
     if (!linkat(AT_FDCWD, link, AT_FDCWD, output->final_name, AT_SYMLINK_FOLLOW))
         return 0;
-    six = output->temporary_name + strlen(output->temporary_name) - suffix_length - 6;
+    six = output->temporary_name + strlen(output->temporary_name) - 6;
     for (unsigned i = 0; errno == EEXIST && i < TRIES_MOST; i++) {
         char digits[9];
         snprintf(digits, sizeof digits, "%06x", ((unsigned)getpid() + 0x10001 * i) & 0xffffff);
@@ -255,7 +254,10 @@ int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
     struct stat status;
     mode_t mode = default_mode();
     int exists = !stat(output->final_name, &status);
-    if (exists && S_ISDIR(status.st_mode))
+    if (!exists && errno == ENAMETOOLONG)
+        code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s", path,
+                         strerror(errno));
+    else if (exists && S_ISDIR(status.st_mode))
         code = cvol_fail(context, CVOL_ERROR_IO, "%s: is a directory", path);
     else if (exists && !S_ISREG(status.st_mode)) {
         output->in_place = 1;
@@ -265,15 +267,14 @@ int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
     } else if (exists && (!(status.st_mode & 0222) || access(output->final_name, W_OK)))
         code = cvol_fail(context, CVOL_ERROR_IO, "%s: is read-only", path);
     else {
-        int suffix_length;
-        output->temporary_name = temporary_name_for(output->final_name, &suffix_length);
+        output->temporary_name = temporary_name_for(output->final_name);
         if (!output->temporary_name)
             code = cvol_fail_memory(context, strlen(path), path);
         else {
             output->fd = open_nameless(output->final_name);
             output->nameless = output->fd >= 0;
             if (output->fd < 0)
-                output->fd = mkostemps(output->temporary_name, suffix_length, O_CLOEXEC);
+                output->fd = mkostemp(output->temporary_name, O_CLOEXEC);
             if (output->fd < 0)
                 code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s", path,
                                  strerror(errno));
@@ -316,7 +317,7 @@ int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *f
     const char *root = getenv("TMPDIR");
     char *folder = output->in_place ? strdup(root && *root ? root : "/tmp")
                                     : folder_of(output->final_name);
-    const size_t length = folder ? strlen(folder) + sizeof "/.cvol-XXXXXX" : 0;
+    const size_t length = folder ? strlen(folder) + sizeof "/" TEMPORARY : 0;
     char *name = folder ? malloc(length) : NULL;
     int code = CVOL_OK;
     *fd = -1;
@@ -325,7 +326,7 @@ int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *f
     } else {
         *fd = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
         if (*fd < 0) { /* not on every file system */
-            snprintf(name, length, "%s/.cvol-XXXXXX", folder);
+            snprintf(name, length, "%s/" TEMPORARY, folder);
             *fd = mkostemp(name, O_CLOEXEC);
             if (*fd < 0)
                 code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s",
@@ -372,13 +373,11 @@ static void sync_folder_of(const char *path)
 
 int cvol_output_commit(cvol_context *context, cvol_output *output)
 {
-    const char *name = strrchr(output->final_name, '/');
-    const size_t suffix = strlen(name ? name : output->final_name) + !name;
     int trouble = 0;
     if (!output->in_place && fsync(output->fd))
         trouble = errno;
     if (!trouble && output->nameless)
-        trouble = link_nameless(output, (int)suffix);
+        trouble = link_nameless(output);
     if (close(output->fd) && !trouble)
         trouble = errno;
     output->fd = -1;

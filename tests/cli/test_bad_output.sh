@@ -67,8 +67,8 @@ else
     each into_read_only_folder
 fi
 
-# A name that is too long, also for the temporary file before it.
-long=$(printf '%0250d' 0)
+# A name that is too long.
+long=$(printf '%0260d' 0)
 onto_long_name() {
     ending=${1#out}
     shift
