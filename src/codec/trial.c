@@ -234,10 +234,23 @@ double cvol_trial_psnr(const cvol_trial *trial)
     return 10 * log10(span * span / error);
 }
 
-int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
+/* What is shown while a trial is decoded and measured: where its encoding has brought us. */
+typedef struct standing {
+    cvol_progress_fn progress;
+    void *user;
+    double fraction;
+} standing;
+
+static int tell_standing(void *user, const char *what, double fraction)
 {
-    cvol_array_free(trial->array);
-    trial->array = NULL;
+    const standing *at = user;
+    (void)what;
+    (void)fraction;
+    return at->progress(at->user, "compressing", at->fraction);
+}
+
+static int decode(cvol_context *context, cvol_trial *trial)
+{
     int code = cvol_array_create(context, &trial->array, &trial->shape->grid, trial->shape->block);
     if (code)
         return code;
@@ -259,4 +272,16 @@ int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
     array->ledger.l2_error = distance.real_l2_error + rounding;
     array->ledger.max_abs = distance.real_max_abs + rounding;
     return CVOL_OK;
+}
+
+int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
+{
+    standing at = {context->progress, context->progress_user, 0.9 * (1 - pow(0.5, trial->count))};
+    cvol_array_free(trial->array);
+    trial->array = NULL;
+    if (at.progress)
+        cvol_context_set_progress(context, tell_standing, &at);
+    const int code = decode(context, trial);
+    cvol_context_set_progress(context, at.progress, at.user);
+    return code;
 }
