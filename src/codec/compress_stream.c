@@ -15,7 +15,7 @@
 #include "codec/writer.h"
 #include "cvol/codec.h"
 
-enum { PASSES_MOST = 8, ESTIMATES_MOST = 3, ESTIMATED_BRICKS = 2048 };
+enum { PASSES_MOST = 8, ESTIMATES_MOST = 6, ESTIMATED_BRICKS = 2048 };
 /* An estimate that misses by less is good enough. */
 #define ESTIMATE_MISS 0.004
 
@@ -195,26 +195,36 @@ static int next_step(cvol_compression *c, passes *p, double miss, int kept)
 }
 
 /* A full pass over a large volume takes long: before the first one, some over a few thousand bricks
- * say what it will give. */
+ * say what it will give. Tables are fitted to the first of them; what that missed by leads to the
+ * second, but is no part of the search, as slopes between different tables mean nothing. The step
+ * is the one that was found to miss by least. */
 static int estimate_step(cvol_compression *c, double *step)
 {
     const size_t every = cvol_brick_count(c->trial.shape) / ESTIMATED_BRICKS;
-    cvol_search search = cvol_search_make(c->least_step, c->most_step,
-                                          c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1);
-    int code = CVOL_OK;
-    for (int i = 0; i < ESTIMATES_MOST && every > 1 && !code; i++) {
-        code = cvol_trial_estimate(c->context, &c->trial, *step, every);
+    const double slope = c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, slope);
+    double next = *step, least_miss = (double)INFINITY;
+    for (int i = 0; i < ESTIMATES_MOST && every > 1; i++) {
+        int code = cvol_trial_estimate(c->context, &c->trial, next, every);
         if (code)
-            break;
+            return code;
         const double miss = cvol_compression_sample_miss(c);
-        code = cvol_trial_fit(c->context, &c->trial);
-        cvol_search_tell(&search, *step, miss);
-        if (fabs(miss) < ESTIMATE_MISS || cvol_search_at_least(&search) ||
+        if (i > 0 && fabs(miss) < least_miss) {
+            least_miss = fabs(miss);
+            *step = next;
+        }
+        cvol_search_tell(&search, next, miss);
+        if ((i > 0 && least_miss < ESTIMATE_MISS) || cvol_search_at_least(&search) ||
             cvol_search_at_most(&search))
             break;
-        *step = cvol_search_next(&search);
+        next = cvol_search_next(&search);
+        if (i > 0)
+            continue;
+        search = cvol_search_make(c->least_step, c->most_step, slope);
+        if ((code = cvol_trial_fit(c->context, &c->trial)))
+            return code;
     }
-    return code;
+    return CVOL_OK;
 }
 
 /* Passes until the target is met. */
