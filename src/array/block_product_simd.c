@@ -36,13 +36,21 @@ CVOL_INLINE void multiply_samples(float *a, const float *b, long count, float of
     }
 }
 
-/* One copy of the inverse, not one for each operand and size: it is long. */
+/* One copy of the inverse, not one for each operand, and with the one order of axes that products
+ * have: it is long. */
 static __attribute__((noinline)) void inverse_of(float *out, long row_stride, long sheet_stride,
                                                  const cvol_block *block,
                                                  const cvol_block_axes *axes, int block_log2,
                                                  float step, cvol_block_work *work)
 {
-    cvol_block_inverse(out, row_stride, sheet_stride, block, axes, block_log2, step, work);
+    if (block->split)
+        cvol_split_inverse(out, row_stride, sheet_stride, block, axes, step, work);
+    else if (block_log2 == 4)
+        cvol_block_inverse_of(out, row_stride, sheet_stride, block, axes, 4, step, work, 0, 1, 2);
+    else if (block_log2 == 3)
+        cvol_block_inverse_of(out, row_stride, sheet_stride, block, axes, 3, step, work, 0, 1, 2);
+    else
+        cvol_block_inverse_of(out, row_stride, sheet_stride, block, axes, 5, step, work, 0, 1, 2);
 }
 
 CVOL_INLINE void product(float *out, int box[3], const cvol_product_factor *a,
