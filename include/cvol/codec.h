@@ -27,7 +27,7 @@ typedef struct cvol_compress_options {
     const char *attributes; /* of cvol_compress_stream: JSON text, or NULL */
     int no_lap;             /* cells are transformed by themselves, not through filters across their
                                faces: for volumes that will be multiplied or convolved */
-    int fast; /* fewer ways are tried: 2 to 5 % more bits, in less time */
+    int fast;               /* fewer ways are tried: 2 to 5 % more bits, in less time */
 } cvol_compress_options;
 
 /* DCT blocks of 16^3 at ratio 30. */
