@@ -1,77 +1,18 @@
 /* Between dense samples of eight types and the floats that blocks are made of. */
 #include <math.h>
 
-#include "array/array.h"
+#include "array/samples.h"
+#include "base/cpu.h"
 
-#define GATHER_ROW(type)                                     \
-    do {                                                     \
-        const type *row = (const type *)samples + row_start; \
-        for (size_t x = 0; x < inside; x++)                  \
-            line[x] = (float)((double)row[x] - offset);      \
-    } while (0)
+CVOL_SIMD_DECLARE(void, cvol_samples_load,
+                  (float *, const void *, cvol_type, size_t, size_t, double));
+CVOL_SIMD_DECLARE(void, cvol_samples_convert,
+                  (void *, const float *, size_t, const cvol_stored_as *));
 
-/* The same of small integers and a small whole offset: by integers, which are exact here. */
-#define GATHER_SMALL_ROW(type)                               \
-    do {                                                     \
-        const type *row = (const type *)samples + row_start; \
-        const int32_t less = (int32_t)offset;                \
-        for (size_t x = 0; x < inside; x++)                  \
-            line[x] = (float)((int32_t)row[x] - less);       \
-    } while (0)
-
-/* 1 if that is so: differences have less than 24 bits. */
-static int is_small(cvol_type type, double offset)
+void cvol_samples_load(float *out, const void *samples, cvol_type type, size_t first, size_t count,
+                       double offset)
 {
-    return (type == CVOL_UINT8 || type == CVOL_INT8 || type == CVOL_UINT16 || type == CVOL_INT16) &&
-           fabs(offset) < 0x1p22 && floor(offset) == offset;
-}
-
-static void load_small(float *line, const void *samples, cvol_type type, size_t row_start,
-                       size_t inside, double offset)
-{
-    if (type == CVOL_UINT8)
-        GATHER_SMALL_ROW(uint8_t);
-    else if (type == CVOL_INT8)
-        GATHER_SMALL_ROW(int8_t);
-    else if (type == CVOL_UINT16)
-        GATHER_SMALL_ROW(uint16_t);
-    else
-        GATHER_SMALL_ROW(int16_t);
-}
-
-void cvol_samples_load(float *line, const void *samples, cvol_type type, size_t row_start,
-                       size_t inside, double offset)
-{
-    if (is_small(type, offset)) {
-        load_small(line, samples, type, row_start, inside, offset);
-        return;
-    }
-    switch (type) {
-    case CVOL_UINT8:
-        GATHER_ROW(uint8_t);
-        break;
-    case CVOL_INT8:
-        GATHER_ROW(int8_t);
-        break;
-    case CVOL_UINT16:
-        GATHER_ROW(uint16_t);
-        break;
-    case CVOL_INT16:
-        GATHER_ROW(int16_t);
-        break;
-    case CVOL_UINT32:
-        GATHER_ROW(uint32_t);
-        break;
-    case CVOL_INT32:
-        GATHER_ROW(int32_t);
-        break;
-    case CVOL_FLOAT32:
-        GATHER_ROW(float);
-        break;
-    case CVOL_FLOAT64:
-        GATHER_ROW(double);
-        break;
-    }
+    CVOL_SIMD_CHOOSE(cvol_samples_load)(out, samples, type, first, count, offset);
 }
 
 static void gather(float *out, const void *samples, const cvol_grid *grid, const size_t side[3],
@@ -113,63 +54,35 @@ void cvol_array_gather(float *out, const void *samples, const cvol_array *shape,
     gather(out, samples, &shape->grid, side, begin, shape->offset);
 }
 
-static double clamp(double value, double lo, double hi)
+/* The least and the largest number of an integer type. */
+static void type_bounds(double *least, double *most, cvol_type type)
 {
-    return value < lo ? lo : value > hi ? hi : value;
+    const int bits = 8 * (int)cvol_type_size(type);
+    const int is_signed = type == CVOL_INT8 || type == CVOL_INT16 || type == CVOL_INT32;
+    *least = is_signed ? -(double)(INT64_C(1) << (bits - 1)) : 0;
+    *most = (double)((INT64_C(1) << (is_signed ? bits - 1 : bits)) - 1);
 }
 
-/* floor by way of an integer type that holds the samples' and more: conversions are instructions
- * everywhere, floor() is a call on some processors. */
-#define STORE_INTEGERS(type, wide, most)                       \
-    do {                                                       \
-        const double far = (double)(most);                     \
-        const wide least = (wide)lo, largest = (wide)hi;       \
-        type *to = out;                                        \
-        for (size_t i = 0; i < count; i++) {                   \
-            double value = (double)in[i] + offset + 0.5;       \
-            value = value > -far ? value : -far;               \
-            value = value < far ? value : far;                 \
-            wide whole = (wide)value;                          \
-            whole = (wide)(whole - ((double)whole > value));   \
-            whole = whole > least ? whole : least;             \
-            to[i] = (type)(whole < largest ? whole : largest); \
-        }                                                      \
-    } while (0)
+cvol_stored_as cvol_stored_as_of(const cvol_array *array)
+{
+    cvol_stored_as as = {array->grid.type, array->offset, array->ledger.value_min,
+                         array->ledger.value_max};
+    if (cvol_type_is_integer(as.type)) {
+        double least, most;
+        type_bounds(&least, &most, as.type);
+        as.lo = fmax(trunc(as.lo), least);
+        as.hi = fmin(trunc(as.hi), most);
+    }
+    return as;
+}
 
-#define STORE_REALS(type)                                        \
-    do {                                                         \
-        type *to = out;                                          \
-        for (size_t i = 0; i < count; i++)                       \
-            to[i] = (type)clamp((double)in[i] + offset, lo, hi); \
-    } while (0)
+void cvol_samples_convert(void *out, const float *in, size_t count, const cvol_stored_as *as)
+{
+    CVOL_SIMD_CHOOSE(cvol_samples_convert)(out, in, count, as);
+}
 
 void cvol_samples_store(void *out, const float *in, size_t count, const cvol_array *array)
 {
-    const double offset = array->offset, lo = array->ledger.value_min, hi = array->ledger.value_max;
-    switch (array->grid.type) {
-    case CVOL_UINT8:
-        STORE_INTEGERS(uint8_t, int32_t, 1 << 30);
-        break;
-    case CVOL_INT8:
-        STORE_INTEGERS(int8_t, int32_t, 1 << 30);
-        break;
-    case CVOL_UINT16:
-        STORE_INTEGERS(uint16_t, int32_t, 1 << 30);
-        break;
-    case CVOL_INT16:
-        STORE_INTEGERS(int16_t, int32_t, 1 << 30);
-        break;
-    case CVOL_UINT32:
-        STORE_INTEGERS(uint32_t, int64_t, INT64_C(1) << 52);
-        break;
-    case CVOL_INT32:
-        STORE_INTEGERS(int32_t, int64_t, INT64_C(1) << 52);
-        break;
-    case CVOL_FLOAT32:
-        STORE_REALS(float);
-        break;
-    case CVOL_FLOAT64:
-        STORE_REALS(double);
-        break;
-    }
+    const cvol_stored_as as = cvol_stored_as_of(array);
+    cvol_samples_convert(out, in, count, &as);
 }

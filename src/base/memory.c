@@ -1,8 +1,32 @@
 /* Aligned allocation. */
+#if defined(__linux__)
+#define _DEFAULT_SOURCE /* madvise */
+#endif
 #include "base/memory.h"
 
 #include <stdint.h>
 #include <string.h>
+
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
+/* Memory of at least LARGE bytes is asked for in pages of HUGE_PAGE: volumes are read in columns of
+ * short rows, each of which would need an address translation of its own. */
+enum { LARGE = 8 << 20, HUGE_PAGE = 2 << 20 };
+
+static void prefer_huge_pages(void *memory, size_t bytes)
+{
+#if defined(__linux__) && defined(MADV_HUGEPAGE)
+    const uintptr_t begin = ((uintptr_t)memory + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
+    const uintptr_t end = ((uintptr_t)memory + bytes) / HUGE_PAGE * HUGE_PAGE;
+    if (bytes >= LARGE && begin < end)
+        (void)!madvise((char *)memory + (begin - (uintptr_t)memory), end - begin, MADV_HUGEPAGE);
+#else
+    (void)memory;
+    (void)bytes;
+#endif
+}
 
 void *cvol_allocate(size_t count, size_t size)
 {
@@ -10,7 +34,10 @@ void *cvol_allocate(size_t count, size_t size)
     if (!cvol_size_multiply(&bytes, count, size) || bytes > (size_t)PTRDIFF_MAX - CVOL_ALIGNMENT)
         return NULL;
     bytes = (bytes + CVOL_ALIGNMENT - 1) / CVOL_ALIGNMENT * CVOL_ALIGNMENT;
-    return aligned_alloc(CVOL_ALIGNMENT, bytes ? bytes : CVOL_ALIGNMENT);
+    void *memory = aligned_alloc(CVOL_ALIGNMENT, bytes ? bytes : CVOL_ALIGNMENT);
+    if (memory)
+        prefer_huge_pages(memory, bytes);
+    return memory;
 }
 
 void *cvol_allocate_zero(size_t count, size_t size)

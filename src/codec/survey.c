@@ -6,81 +6,39 @@
 
 #include "array/lapped.h"
 #include "base/context.h"
-#include "base/for_type.h"
+#include "base/cpu.h"
 #include "base/memory.h"
+#include "codec/compare_rows.h"
 #include "cvol/codec.h"
 
 enum { ROW_MOST = 512 };
 
-/* Sums are kept in this many parts, so that additions need not wait for each other. */
-enum { PARTS = 8 };
+CVOL_SIMD_DECLARE(void, cvol_compare_samples,
+                  (cvol_row_distance *, const void *, size_t, const void *, cvol_type, size_t));
+CVOL_SIMD_DECLARE(void, cvol_compare_reals,
+                  (cvol_row_distance *, const void *, size_t, const float *, double, cvol_type,
+                   size_t));
+CVOL_SIMD_DECLARE(void, cvol_compare_stored,
+                  (cvol_row_distance *, const void *, size_t, const float *, size_t,
+                   const cvol_stored_as *));
 
-static double sum_of(const double parts[PARTS])
+/* Adds a row to a block's distance; L2 norms are squares. */
+static void add_row(cvol_distance *out, const cvol_row_distance *row)
 {
-    return ((parts[0] + parts[1]) + (parts[2] + parts[3])) +
-           ((parts[4] + parts[5]) + (parts[6] + parts[7]));
+    out->max_error = fmax(out->max_error, row->most);
+    out->l2_error += row->squares;
+    out->real_max_abs = fmax(out->real_max_abs, row->real_most);
+    out->real_l2_error += row->real_squares;
+    out->real_norm += row->real_norms;
 }
 
-#define COMPARE_AT(i, k)                                        \
-    do {                                                        \
-        const double error = fabs((double)a[i] - (double)b[i]); \
-        mosts[k] = error > mosts[k] ? error : mosts[k];         \
-        squares[k] += error * error;                            \
-    } while (0)
-
-#define COMPARE(type)                                                              \
-    do {                                                                           \
-        const type *a = (const type *)samples + first, *b = (const type *)decoded; \
-        size_t i = 0;                                                              \
-        for (; i + PARTS <= count; i += PARTS)                                     \
-            for (size_t k = 0; k < PARTS; k++)                                     \
-                COMPARE_AT(i + k, k);                                              \
-        for (; i < count; i++)                                                     \
-            COMPARE_AT(i, 0);                                                      \
-    } while (0)
-
-#define COMPARE_REAL_AT(i, k)                                  \
-    do {                                                       \
-        const float value = (float)((double)real[i] + offset); \
-        const double error = (double)a[i] - (double)value;     \
-        const double size = fabs((double)value);               \
-        squares[k] += error * error;                           \
-        norms[k] += size * size;                               \
-        mosts[k] = size > mosts[k] ? size : mosts[k];          \
-    } while (0)
-
-#define COMPARE_REAL(type)                             \
-    do {                                               \
-        const type *a = (const type *)samples + first; \
-        size_t i = 0;                                  \
-        for (; i + PARTS <= count; i += PARTS)         \
-            for (size_t k = 0; k < PARTS; k++)         \
-                COMPARE_REAL_AT(i + k, k);             \
-        for (; i < count; i++)                         \
-            COMPARE_REAL_AT(i, 0);                     \
-    } while (0)
-
-/* The same with floats as cvol_array_evaluate_real gives them. */
-static void compare_real_row(cvol_distance *out, const void *samples, cvol_type type, size_t first,
-                             const float *real, double offset, size_t count)
+/* `count` samples from sample `first`, and what decodes, without the offset. */
+static void compare_row(cvol_distance *out, const void *samples, size_t first, const float *real,
+                        size_t count, const cvol_stored_as *as)
 {
-    double squares[PARTS] = {0}, norms[PARTS] = {0}, mosts[PARTS] = {0};
-    CVOL_FOR_TYPE(type, COMPARE_REAL);
-    for (int k = 0; k < PARTS; k++)
-        out->real_max_abs = fmax(out->real_max_abs, mosts[k]);
-    out->real_l2_error += sum_of(squares);
-    out->real_norm += sum_of(norms);
-}
-
-/* Adds a row of `count` samples from sample `first` to a block's distance; L2 norms are squares. */
-static void compare_row(cvol_distance *out, const void *samples, cvol_type type, size_t first,
-                        const void *decoded, size_t count)
-{
-    double squares[PARTS] = {0}, mosts[PARTS] = {0};
-    CVOL_FOR_TYPE(type, COMPARE);
-    for (int k = 0; k < PARTS; k++)
-        out->max_error = fmax(out->max_error, mosts[k]);
-    out->l2_error += sum_of(squares);
+    cvol_row_distance row;
+    CVOL_SIMD_CHOOSE(cvol_compare_stored)(&row, samples, first, real, count, as);
+    add_row(out, &row);
 }
 
 /* Adds distances to *out, in order, so that threads do not matter. */
@@ -116,9 +74,13 @@ static void compare_sheet(cvol_distance *out, const cvol_array *array, const voi
             const size_t count = nx - x < ROW_MOST ? nx - x : ROW_MOST;
             if (!stored)
                 cvol_samples_store(row, real + first, count, array);
-            compare_row(out, samples, grid->type, first,
-                        stored ? stored + first * size : (void *)row, count);
-            compare_real_row(out, samples, grid->type, first, real + first, 0, count);
+            cvol_row_distance distance = {0};
+            CVOL_SIMD_CHOOSE(cvol_compare_samples)
+            (&distance, samples, first, stored ? stored + first * size : (void *)row, grid->type,
+             count);
+            CVOL_SIMD_CHOOSE(cvol_compare_reals)
+            (&distance, samples, first, real + first, 0, grid->type, count);
+            add_row(out, &distance);
         }
 }
 
@@ -155,8 +117,9 @@ int cvol_array_measure(cvol_context *context, cvol_array *array, const void *sam
 }
 
 static cvol_distance compare_block(const cvol_array *array, const void *samples, size_t index,
-                                   float *evaluated, double *row)
+                                   float *evaluated)
 {
+    const cvol_stored_as as = cvol_stored_as_of(array);
     const size_t B = (size_t)array->block, *dims = array->grid.dims;
     const size_t begin[3] = {index % array->blocks[0] * B,
                              index / array->blocks[0] % array->blocks[1] * B,
@@ -169,11 +132,7 @@ static cvol_distance compare_block(const cvol_array *array, const void *samples,
     for (size_t z = 0; z < inside[2]; z++)
         for (size_t y = 0; y < inside[1]; y++) {
             size_t first = begin[0] + dims[0] * (begin[1] + y + dims[1] * (begin[2] + z));
-            const float *line = evaluated + B * (y + B * z);
-            cvol_samples_store(row, line, inside[0], array);
-            compare_row(&distance, samples, array->grid.type, first, row, inside[0]);
-            compare_real_row(&distance, samples, array->grid.type, first, line, array->offset,
-                             inside[0]);
+            compare_row(&distance, samples, first, evaluated + B * (y + B * z), inside[0], &as);
         }
     return distance;
 }
@@ -186,7 +145,6 @@ static int measure_blocks(cvol_context *context, cvol_distance *out, const cvol_
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
         float *evaluated = cvol_allocate(per_block, sizeof *evaluated);
-        double row[32];
         if (!evaluated) {
 #pragma omp atomic write
             failed = 1;
@@ -194,7 +152,7 @@ static int measure_blocks(cvol_context *context, cvol_distance *out, const cvol_
 #pragma omp for schedule(dynamic, 16)
         for (size_t i = 0; i < array->block_count; i++)
             if (evaluated)
-                out[i] = compare_block(array, samples, i, evaluated, row);
+                out[i] = compare_block(array, samples, i, evaluated);
         free(evaluated);
     }
     return failed ? cvol_fail_memory(context, per_block * sizeof(float), "a block") : CVOL_OK;
@@ -212,8 +170,8 @@ static void compare_piece(void *user, const cvol_piece *piece)
     const stream_distance *to = user;
     const cvol_grid *grid = &to->array->grid;
     const size_t nx = grid->dims[0];
+    const cvol_stored_as as = cvol_stored_as_of(to->array);
     cvol_distance distance = {0};
-    double row[ROW_MOST];
     for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
         for (size_t y = piece->begin[1]; y < piece->end[1]; y++)
             for (size_t x = 0; x < nx; x += ROW_MOST) {
@@ -221,10 +179,7 @@ static void compare_piece(void *user, const cvol_piece *piece)
                 const size_t count = nx - x < ROW_MOST ? nx - x : ROW_MOST;
                 const float *line = piece->samples[0] + x + (y - piece->begin[1]) * piece->line +
                                     (z - piece->begin[2]) * piece->sheet;
-                cvol_samples_store(row, line, count, to->array);
-                compare_row(&distance, to->slab->samples, grid->type, first, row, count);
-                compare_real_row(&distance, to->slab->samples, grid->type, first, line,
-                                 to->array->offset, count);
+                compare_row(&distance, to->slab->samples, first, line, count, &as);
             }
     to->pieces[piece->index] = distance;
 }
