@@ -14,6 +14,7 @@
 
 #include "array/array.h"
 #include "base/context.h"
+#include "codec/compress_stream.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
@@ -273,6 +274,79 @@ static void psnr_and_bits_are_kept(void **state)
     }
 }
 
+/* ---- large volumes ---------------------------------------------------------------------- */
+
+/* Samples that are made when they are asked for, so that they are nowhere in memory: a wave with
+ * noise, of which only the first sheets are without. */
+enum { MADE_SIDE = 128, MADE_SHEETS = 640 };
+
+#if defined(__SANITIZE_ADDRESS__)
+#define HAS_OWN_ALLOCATOR 1 /* which gives nothing back */
+#else
+#define HAS_OWN_ALLOCATOR 0
+#endif
+
+static double made_sample(size_t x, size_t y, size_t z)
+{
+    uint32_t h = (uint32_t)(x + 1) * 0x9E3779B1u ^ (uint32_t)(y + 1) * 0x85EBCA77u ^
+                 (uint32_t)(z + 1) * 0xC2B2AE3Du;
+    h = (h ^ h >> 15) * 0x2C1B3C6Du;
+    const uint32_t noise = z < 100 ? 0 : (h >> 24) % 9;
+    const uint32_t wave = (uint32_t)((x * y / 8 + 3 * z) % 256);
+    return 40 + noise + (wave < 128 ? wave : 255 - wave);
+}
+
+static int read_made(cvol_context *c, void *user, void *samples, size_t first, size_t sheets)
+{
+    double *next = samples;
+    size_t *read = user;
+    (void)c;
+    assert_true(first + sheets <= MADE_SHEETS && sheets > 0 && sheets <= 68);
+    *read += sheets;
+    for (size_t z = first; z < first + sheets; z++)
+        for (size_t y = 0; y < MADE_SIDE; y++)
+            for (size_t x = 0; x < MADE_SIDE; x++)
+                *next++ = made_sample(x, y, z);
+    return CVOL_OK;
+}
+
+/* Estimates lead to a step that needs few passes, in less memory than the samples would take. */
+static void large_volumes_are_estimated(void **state)
+{
+    (void)state;
+    static const struct {
+        cvol_target target;
+        double value;
+    } asked[] = {{CVOL_TARGET_RATIO, 100}, {CVOL_TARGET_PSNR, 37}};
+    const cvol_grid grid = cvol_grid_make(MADE_SIDE, MADE_SIDE, MADE_SHEETS, CVOL_FLOAT64);
+    size_t read;
+    const cvol_sample_source source = {read_made, &read};
+    for (size_t i = 0; i < sizeof asked / sizeof *asked; i++) {
+        cvol_compress_options options = cvol_compress_options_defaults();
+        cvol_compress_report report;
+        struct rusage before, after;
+        options.target = asked[i].target;
+        options.target_value = asked[i].value;
+        read = 0;
+        getrusage(RUSAGE_SELF, &before);
+        check_ok(
+            cvol_compress_stream_estimating(context, &report, path, &source, &grid, &options, 16));
+        getrusage(RUSAGE_SELF, &after);
+        const long grown = after.ru_maxrss - before.ru_maxrss;
+        print_message("%g: 1/%.3f, %.3f dB in %d passes, %zu sheets read, %ld KiB more\n",
+                      asked[i].value, report.ratio, report.psnr_db, report.trials, read, grown);
+        assert_true(report.target_met && report.trials <= 3);
+        assert_true(read >=
+                    2 * MADE_SHEETS + MADE_SHEETS / 2); /* an estimate reads every other layer */
+        if (options.target == CVOL_TARGET_RATIO)
+            assert_true(report.ratio >= asked[i].value && report.ratio <= 1.02 * asked[i].value);
+        else
+            assert_true(report.psnr_db >= asked[i].value && report.psnr_db < asked[i].value + 0.2);
+        assert_true(HAS_OWN_ALLOCATOR || grown < (long)(cvol_grid_bytes(&grid) / 4096 * 3));
+        check_ok(cvol_file_verify(context, NULL, path));
+    }
+}
+
 static int is_lapped(void)
 {
     cvol_array *array;
@@ -497,6 +571,7 @@ static void other_options_are_refused(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(large_volumes_are_estimated), /* first: memory's peak is of the process */
         cmocka_unit_test(ratios_are_as_good_as_in_memory),
         cmocka_unit_test(psnr_and_bits_are_kept),
         cmocka_unit_test(lapped_or_not),

@@ -37,6 +37,10 @@ typedef struct part {
 #define SLAB_BYTES ((size_t)64 << 20)
 enum { BRICK = 64, LAP_REACH = 2 };
 
+/* Boxes of so few bricks are read by one thread: threads take longer to start, and on a machine
+ * that has other work to wait for each other, than they could save. */
+enum { FEW_BRICKS = 32 };
+
 /* An array of a part of the file with the sheets first .. end - 1. */
 static int open_slab(cvol_context *context, cvol_array **array, const part *p, size_t first,
                      size_t end)
@@ -78,6 +82,24 @@ static int find_part(cvol_context *context, part *p, const size_t *box, int *by_
         p->grid = cvol_grid_box(&p->grid, p->begin, p->end);
     }
     return code;
+}
+
+/* Bricks that samples of the part are made of, in one direction. */
+static size_t bricks_along(size_t begin, size_t end)
+{
+    const size_t first = begin < LAP_REACH ? 0 : (begin - LAP_REACH) / BRICK;
+    return (end + LAP_REACH - 1) / BRICK + 1 - first;
+}
+
+static int has_few_bricks(const size_t *box)
+{
+    size_t bricks = 1;
+    for (int a = 0; a < 3; a++) {
+        if (box[2 * a] >= box[2 * a + 1] || box[2 * a + 1] - box[2 * a] > FEW_BRICKS * BRICK)
+            return 0;
+        bricks *= bricks_along(box[2 * a], box[2 * a + 1]);
+    }
+    return bricks <= FEW_BRICKS;
 }
 
 /* Where the slab ends that begins at a sheet: two sheets before a layer of bricks does, so that
@@ -142,6 +164,8 @@ static int decompress(cvol_context *context, const common_options *common, const
     int by_slab = 0, status = check_output(in_path, out_path);
     if (status)
         return status;
+    if (box && has_few_bricks(box))
+        cvol_context_set_threads(context, 1);
     const double start = milliseconds();
     int code = find_part(context, &p, box, &by_slab);
     if (!code)

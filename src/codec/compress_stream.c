@@ -1,6 +1,7 @@
 /* Compressing samples that are read slab by slab, straight into a file.
  *
- * Passes over the samples: one for their range; a few layers of bricks, to find the step; then one
+ * Passes over the samples: one for their range; a few layers of bricks, to find the step, of large
+ * volumes followed by passes over more bricks, in all parts of them (estimates); then one
  * that encodes, writes and measures, and again with a corrected step if the target was missed.
  */
 #include <math.h>
@@ -10,6 +11,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/compress_modes.h"
+#include "codec/compress_stream.h"
 #include "codec/compression.h"
 #include "codec/layer_measure.h"
 #include "codec/writer.h"
@@ -170,13 +172,14 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
                                      .coefficients = found->coefficients};
 }
 
-/* Where a pass and those before it lead. The first one's tables were fitted to samples; those of
- * all others are fitted to what the first one coded, and how far it missed says little about them.
+/* Where a pass and those before it lead. A first one's tables that were fitted to samples are
+ * fitted to what it coded for the others, and then how far it missed says little about those;
+ * tables of estimates stay.
  */
 typedef struct passes {
     cvol_search search;
-    double step, best; /* of the next; the largest that kept the target, 0: none yet */
-    int count;
+    double step, best; /* of the next; the best that kept the target, 0: none yet */
+    int count, refits; /* 1: the first pass is not of the search */
 } passes;
 
 static int next_step(cvol_compression *c, passes *p, double miss, int kept)
@@ -184,11 +187,12 @@ static int next_step(cvol_compression *c, passes *p, double miss, int kept)
     cvol_search_tell(&p->search, p->step, miss);
     if (cvol_search_at_least(&p->search) || cvol_search_at_most(&p->search))
         return 0;
-    if (kept && p->count > 1 && p->step > p->best)
+    const int is_coarse = c->target == CVOL_TARGET_PSNR; /* the coarsest is best, or the finest */
+    if (kept && p->count > p->refits && (p->best <= 0 || is_coarse == (p->step > p->best)))
         p->best = p->step;
     const double next = cvol_search_next(&p->search);
-    if (p->count == 1)
-        p->search = cvol_search_make(c->least_step, c->most_step, p->search.slope);
+    if (p->count == p->refits)
+        p->search = cvol_search_make(c->least_step, c->most_step, c->slope);
     /* The last one is sure to keep the target, if any did. */
     p->step = p->count + 1 == PASSES_MOST && p->best > 0 ? p->best : next;
     return 1;
@@ -198,13 +202,11 @@ static int next_step(cvol_compression *c, passes *p, double miss, int kept)
  * say what it will give. Tables are fitted to the first of them; what that missed by leads to the
  * second, but is no part of the search, as slopes between different tables mean nothing. The step
  * is the one that was found to miss by least. */
-static int estimate_step(cvol_compression *c, double *step)
+static int estimate_step(cvol_compression *c, double *step, size_t every)
 {
-    const size_t every = cvol_brick_count(c->trial.shape) / ESTIMATED_BRICKS;
-    const double slope = c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
-    cvol_search search = cvol_search_make(c->least_step, c->most_step, slope);
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, c->slope);
     double next = *step, least_miss = (double)INFINITY;
-    for (int i = 0; i < ESTIMATES_MOST && every > 1; i++) {
+    for (int i = 0; i < ESTIMATES_MOST; i++) {
         int code = cvol_trial_estimate(c->context, &c->trial, next, every);
         if (code)
             return code;
@@ -220,24 +222,27 @@ static int estimate_step(cvol_compression *c, double *step)
         next = cvol_search_next(&search);
         if (i > 0)
             continue;
-        search = cvol_search_make(c->least_step, c->most_step, slope);
+        search = cvol_search_make(c->least_step, c->most_step, c->slope);
         if ((code = cvol_trial_fit(c->context, &c->trial)))
             return code;
     }
+    if (isfinite(cvol_search_width(&search)))
+        c->slope = fmin(fmax(cvol_search_slope(&search), 0.5 * c->slope), 2 * c->slope);
     return CVOL_OK;
 }
 
 /* Passes until the target is met. */
 static int search_step(cvol_compression *c, attempt *now, const char *path, const file_start *start,
-                       int *kept, int *good)
+                       size_t estimated, int *kept, int *good)
 {
-    passes p = {.search = cvol_search_make(c->least_step, c->most_step,
-                                           c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1)};
+    const size_t every = cvol_brick_count(c->trial.shape) / estimated;
+    passes p = {.refits = every <= 1};
     int code = cvol_compression_prepare(c, &p.step);
     cvol_sampler_free(c->trial.sampler); /* its memory is better used now */
     c->trial.sampler = NULL;
-    if (!code)
-        code = estimate_step(c, &p.step);
+    if (!code && every > 1)
+        code = estimate_step(c, &p.step, every);
+    p.search = cvol_search_make(c->least_step, c->most_step, c->slope);
     for (;;) {
         if (!code) {
             memcpy(start->tables, c->trial.tables, sizeof *start->tables);
@@ -248,13 +253,13 @@ static int search_step(cvol_compression *c, attempt *now, const char *path, cons
         const double miss = miss_of(c, now->found, kept, good);
         if (*good || ++p.count == PASSES_MOST || !next_step(c, &p, miss, *kept))
             return CVOL_OK;
-        if (p.count == 1)
+        if (p.count == p.refits)
             code = cvol_trial_fit(c->context, &c->trial);
         attempt_drop(now);
     }
 }
 
-static int run(cvol_compression *c, const char *path, const char *attributes,
+static int run(cvol_compression *c, const char *path, const char *attributes, size_t estimated,
                cvol_compress_report *report)
 {
     const file_start start = {malloc(sizeof *start.tables), attributes};
@@ -270,7 +275,7 @@ static int run(cvol_compression *c, const char *path, const char *attributes,
             (void)miss_of(c, now.found, &kept, &good);
         good = c->target == CVOL_TARGET_PSNR || good;
     } else if (!code) {
-        code = search_step(c, &now, path, &start, &kept, &good);
+        code = search_step(c, &now, path, &start, estimated, &kept, &good);
     }
     if (!code && !kept && c->target == CVOL_TARGET_PSNR)
         code = cvol_fail(c->context, CVOL_ERROR_TARGET,
@@ -287,9 +292,10 @@ static int run(cvol_compression *c, const char *path, const char *attributes,
     return code;
 }
 
-int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, const char *path,
-                         const cvol_sample_source *source, const cvol_grid *grid,
-                         const cvol_compress_options *options)
+int cvol_compress_stream_estimating(cvol_context *context, cvol_compress_report *report,
+                                    const char *path, const cvol_sample_source *source,
+                                    const cvol_grid *grid, const cvol_compress_options *options,
+                                    size_t estimated)
 {
     cvol_compression c = {
         .context = context, .target = options->target, .value = options->target_value};
@@ -316,9 +322,17 @@ int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, co
     if (!code) {
         cvol_trial_set_options(&c.trial, options);
         cvol_compression_limits(&c);
-        code = run(&c, path, cvol_array_attributes(c.trial.shape), report);
+        code = run(&c, path, cvol_array_attributes(c.trial.shape), estimated, report);
     }
     cvol_trial_free(&c.trial);
     free(memory.samples);
     return code;
+}
+
+int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, const char *path,
+                         const cvol_sample_source *source, const cvol_grid *grid,
+                         const cvol_compress_options *options)
+{
+    return cvol_compress_stream_estimating(context, report, path, source, grid, options,
+                                           ESTIMATED_BRICKS);
 }

@@ -12,6 +12,11 @@
 #define SAMPLE_MISS 0.02
 #define HASTY_MISS 0.05
 
+/* Where less than this factor e of step lies between the bracket's ends, and a miss is so many
+ * times that, the ends were found with tables that are no longer in use. */
+#define STALE_WIDTH 0.05
+#define STALE_SLOPE 8
+
 enum { SAMPLES_MOST = 8 };
 
 double cvol_compression_sample_miss(const cvol_compression *c)
@@ -30,7 +35,13 @@ static double first_step(const cvol_compression *c)
     return fmin(fmax(step, c->least_step), c->most_step);
 }
 
-/* Finds about where the step lies by encoding some bricks, and whether lapping is of use. */
+/* Of misses, for searches to come: what the samples' own search found, if that can be. */
+static double slope_of(const cvol_search *search)
+{
+    return fmin(fmax(cvol_search_slope(search), 0.5), STALE_SLOPE);
+}
+
+/* Finds about where the step lies by encoding some bricks. */
 static int sample_step(cvol_compression *c, double *step, double slope)
 {
     cvol_search search = cvol_search_make(c->least_step, c->most_step, slope);
@@ -48,8 +59,14 @@ static int sample_step(cvol_compression *c, double *step, double slope)
         if (fabs(miss) < (c->trial.hasty ? HASTY_MISS : SAMPLE_MISS) ||
             cvol_search_at_least(&search) || cvol_search_at_most(&search))
             break;
+        const double width = cvol_search_width(&search);
+        if (width < STALE_WIDTH && fabs(miss) > STALE_SLOPE * width) {
+            search = cvol_search_make(c->least_step, c->most_step, STALE_SLOPE / 2);
+            cvol_search_tell(&search, *step, miss);
+        }
         *step = cvol_search_next(&search);
     }
+    c->slope = slope_of(&search);
     return CVOL_OK;
 }
 
@@ -62,7 +79,7 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
     if (!code && may_lap && !c->trial.hasty)
         code = cvol_trial_choose_lap(c->context, &c->trial, *step);
     if (!code && c->trial.shape->lapped != may_lap)
-        code = sample_step(c, step, slope);
+        code = sample_step(c, step, c->slope);
     return code;
 }
 

@@ -25,6 +25,7 @@ typedef struct cvol_compression {
     double value;
     uint64_t raw_bytes, file_bytes;
     double least_step, most_step;
+    double slope;     /* of misses over log step, as far as samples tell; 0: not known */
     double best_step; /* the best that keeps the target, 0: none yet */
     double reached;   /* the best PSNR or error found, for the message if none keeps it */
 } cvol_compression;
@@ -39,8 +40,8 @@ int cvol_ratio_of_bits(cvol_context *context, double *ratio, double bits, cvol_t
 void cvol_compression_limits(cvol_compression *c);
 /* How far the last sampled trial (cvol_trial_sample, cvol_trial_estimate) misses. */
 double cvol_compression_sample_miss(const cvol_compression *c);
-/* By samples of the volume: about the step that a ratio or a PSNR needs, whether to lap, and
- * tables. Errors: those of cvol_trial_sample. */
+/* By samples of the volume: about the step that a ratio or a PSNR needs, whether to lap, tables,
+ * and the slope. Errors: those of cvol_trial_sample. */
 int cvol_compression_prepare(cvol_compression *c, double *step);
 
 #endif

@@ -61,6 +61,14 @@ double cvol_search_next(const cvol_search *search)
     return exp(clamp(place, search->least, search->most));
 }
 
+double cvol_search_slope(const cvol_search *search)
+{
+    const double width = search->large - search->small;
+    if (!search->has_small || !search->has_large || !(width > 0))
+        return search->slope;
+    return (search->large_miss - search->small_miss) / width;
+}
+
 double cvol_search_width(const cvol_search *search)
 {
     if (!search->has_small || !search->has_large)

@@ -21,6 +21,8 @@ cvol_search cvol_search_make(double least_step, double most_step, double slope);
 void cvol_search_tell(cvol_search *search, double step, double miss);
 /* The next step to try. */
 double cvol_search_next(const cvol_search *search);
+/* Of miss over log step: the bracket's, or what is known without one. */
+double cvol_search_slope(const cvol_search *search);
 /* log of the bracket's width as a factor; infinity while one side is unknown. */
 double cvol_search_width(const cvol_search *search);
 /* 1 if even the least step is too large, or the most one too small. */

@@ -1,0 +1,14 @@
+/* Compressing samples that are read slab by slab, with a choice that only tests make. */
+#ifndef CVOL_CODEC_COMPRESS_STREAM_H
+#define CVOL_CODEC_COMPRESS_STREAM_H
+
+#include "cvol/codec.h"
+
+/* cvol_compress_stream; before the first pass, estimates are made of `estimated` bricks or some
+ * more, of volumes that have twice as many. */
+int cvol_compress_stream_estimating(cvol_context *context, cvol_compress_report *report,
+                                    const char *path, const cvol_sample_source *source,
+                                    const cvol_grid *grid, const cvol_compress_options *options,
+                                    size_t estimated);
+
+#endif
