@@ -91,6 +91,16 @@ typedef struct cvol_line {
     int number, width;
 } cvol_line;
 
+/* Which windows of a layer's samples can be seen: window c of block row y covers samples
+ * 16 (c - 1) .. 16 (c - 1) + 31; `within` for rows inside block row y, `across` for those between y
+ * and y + 1. `..._level`: of those that cannot, a value amidst their samples, which says where an
+ * interval begins or ends whose other end is seen. [block_rows][count] */
+typedef struct cvol_windows {
+    const uint8_t *within, *across;
+    const float *within_level, *across_level;
+    int count;
+} cvol_windows;
+
 /* What a line kernel needs to know of one sheet. */
 typedef struct cvol_sheet_view {
     const float *samples; /* sample s of row r: samples[first + r row_stride + s] */
@@ -101,6 +111,7 @@ typedef struct cvol_sheet_view {
     double row_at;     /* sample coordinate of line j: row_at + j row_step */
     int begin, end;    /* groups that lie within, one sheet before or behind */
     int inside_begin, inside_end; /* those that do all the way */
+    int is_first;                 /* of its layer: the sheet before it lies in another */
 } cvol_sheet_view;
 
 typedef struct cvol_layer {
@@ -112,12 +123,9 @@ typedef struct cvol_layer {
      * and in how many sheets a ray moves by one sample; the latter is never zero or infinite. */
     double lane_enter, lane_leave, row_enter, row_leave;
     float lane_turn, row_turn;
+    double lane_drift, row_drift; /* how far lane_at and row_at move from sheet to sheet */
     int row_points, block_rows;
-    /* Which windows of the layer's samples can be seen: window c of block row y covers samples
-     * 16 (c - 1) .. 16 (c - 1) + 31; `within` for rows inside block row y, `across` for those
-     * between y and y + 1. [block_rows][windows] */
-    const uint8_t *within, *across;
-    int windows;
+    cvol_windows windows, windows_before; /* of this layer and the one before; count 0: none */
 } cvol_layer;
 
 /* Draws one line of the intermediate image through all sheets of a layer. `sum`: line 0 becomes the

@@ -69,25 +69,25 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
     const size_t sheets = (size_t)block + (plan->lapped ? 2 : 0);
     memory->row_stride = (long)row_stride;
     memory->sheet_stride = (long)(rows * row_stride);
-    memory->skip.windows = cvol_layer_windows(plan);
-    const size_t windows = plan->blocks_row * (size_t)memory->skip.windows;
-    const size_t blocks = plan->blocks_lane * plan->blocks_row;
     if (!cvol_ensure(&memory->samples, &memory->sample_capacity, rows * row_stride * sheets,
                      sizeof(float)) ||
-        !cvol_ensure(&memory->skip.within, &memory->skip_capacity, 2 * windows + blocks, 1) ||
+        !cvol_layer_skip_prepare(&memory->skip[0], plan) ||
+        !cvol_layer_skip_prepare(&memory->skip[1], plan) ||
         !cvol_ensure(&memory->seen, &memory->seen_capacity, plan->blocks_row, 1) ||
+        !cvol_ensure(&memory->pending, &memory->pending_capacity,
+                     (size_t)(lines + CVOL_TILE - 1) / CVOL_TILE, 1) ||
         !cvol_ensure(&memory->work, &memory->work_capacity, 1, sizeof *memory->work))
         return 0;
-    memory->skip.across = memory->skip.within + windows;
-    memory->skip.touched = memory->skip.across + windows;
     return !plan->lapped || cvol_lapped_prepare(&memory->lapped, plan);
 }
 
 void cvol_band_memory_free(cvol_band_memory *memory)
 {
     free(memory->samples);
-    free(memory->skip.within);
+    cvol_layer_skip_free(&memory->skip[0]);
+    cvol_layer_skip_free(&memory->skip[1]);
     free(memory->seen);
+    free(memory->pending);
     free(memory->work);
     cvol_lapped_free(&memory->lapped);
 }
@@ -135,12 +135,12 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
 /* Evaluates those blocks of a row that can be seen through the transfer function and past what is
  * opaque; memory->seen says whether there are any. */
 static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                         const cvol_band_layer *at, size_t row)
+                         const cvol_layer_skip *skip, const cvol_band_layer *at, size_t row)
 {
     const cvol_sheet_plan *plan = frame->plan;
     memory->seen[row] = 0;
     for (size_t lane = 0; lane < plan->blocks_lane; lane++)
-        if (memory->skip.touched[row * plan->blocks_lane + lane] &&
+        if (skip->touched[row * plan->blocks_lane + lane] &&
             cvol_block_is_seen(frame->tiles, plan, frame->array->block, lane, row, at->z_begin,
                                at->z_end, at->tile_begin, at->tile_end)) {
             evaluate_block(memory, frame, at, lane, row);
@@ -183,9 +183,18 @@ static void find_faces(double *enter, double *leave, float *turn, size_t samples
     *turn = (float)((shear < 0 ? -1 : 1) / fmax(fabs(shear) / pitch, least_shear));
 }
 
+static cvol_windows windows_of(const cvol_layer_skip *skip, const cvol_sheet_plan *plan)
+{
+    return (cvol_windows){.within = skip->within,
+                          .across = skip->across,
+                          .within_level = skip->levels,
+                          .across_level = skip->levels + plan->blocks_row * (size_t)skip->windows,
+                          .count = skip->windows};
+}
+
 void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride, long sheet_stride,
-                         const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
-                         const cvol_band_layer *at)
+                         const cvol_layer_skip *skip, const cvol_layer_skip *before,
+                         const cvol_sheet_plan *plan, const cvol_band_layer *at)
 {
     out->sheet_count = (int)(at->z_end - at->z_begin);
     out->row_stride = row_stride;
@@ -198,9 +207,10 @@ void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride,
                plan->pitch_row, way * plan->shear_row);
     out->row_points = plan->points_row;
     out->block_rows = (int)plan->blocks_row;
-    out->within = skip->within;
-    out->across = skip->across;
-    out->windows = skip->windows;
+    out->windows = windows_of(skip, plan);
+    out->windows_before = before ? windows_of(before, plan) : (cvol_windows){0};
+    out->lane_drift = way * plan->shear_lane / plan->pitch_lane;
+    out->row_drift = way * plan->shear_row / plan->pitch_row;
     /* Row 0 of the samples that the kernels speak of lies before the buffer when the band does not
      * reach it; they touch only rows that the band's lines meet. */
     const long row_0 = 1 - (long)at->first_row * plan->points_row;
@@ -213,6 +223,7 @@ void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride,
         const double margin = cvol_sheet_margin(plan->sheets);
         sheet->front = (float)(-sheet->ordinal - margin);
         sheet->back = (float)((double)(plan->sheets - 1) - sheet->ordinal + margin);
+        sheet->is_first = s == 0;
         sheet->samples = samples;
         sheet->first = CVOL_SHEET_PAD + row_0 * row_stride + slice * sheet_stride;
         sheet->lane_at = (plan->u0 + plan->shear_lane * z - plan->first_lane) / plan->pitch_lane;
@@ -246,27 +257,33 @@ static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
 }
 
 /* Evaluates and draws a layer, some lines at a time: a row of blocks is evaluated just before the
- * first lines that meet it, so that they find its samples in the cache. */
+ * first lines that meet it, so that they find its samples in the cache. Where nothing can be seen,
+ * the first sheet ends what the layer before began. */
 static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                       const cvol_layer_skip *skip, const cvol_layer_skip *before,
                        const cvol_band_layer *at, int begin, int end)
 {
     const cvol_sheet_plan *plan = frame->plan;
     size_t next_row = at->first_row;
-    cvol_layer layer;
-    cvol_layer_describe(&layer, memory->samples, memory->row_stride, memory->sheet_stride,
-                        &memory->skip, plan, at);
+    cvol_layer layer, first_sheet;
+    cvol_layer_describe(&layer, memory->samples, memory->row_stride, memory->sheet_stride, skip,
+                        before, plan, at);
+    first_sheet = layer;
+    first_sheet.sheet_count = 1;
     for (int from = begin; from < end; from += CVOL_TILE) {
         const int to = from + CVOL_TILE < end ? from + CVOL_TILE : end;
         size_t first, last;
+        uint8_t *pending = &memory->pending[(from - begin) / CVOL_TILE];
+        const int ends = *pending;
+        *pending = 0;
         if (!cvol_layer_rows(&first, &last, plan, frame->array->block, at->layer, from, to))
             continue;
         for (; next_row <= last; next_row++)
-            evaluate_row(memory, frame, at, next_row);
-        if (!memchr(memory->seen + first, 1, last - first + 1))
-            continue;
-        for (int j = from; j < to; j++) {
+            evaluate_row(memory, frame, skip, at, next_row);
+        *pending = memchr(memory->seen + first, 1, last - first + 1) != NULL;
+        for (int j = from; j < to && (*pending || ends); j++) {
             cvol_line line = cvol_band_line(frame->intermediate, j);
-            frame->kernel(&layer, frame->table, &line);
+            frame->kernel(*pending ? &layer : &first_sheet, frame->table, &line);
         }
     }
 }
@@ -278,7 +295,9 @@ int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_s
     const int block = frame->array->block;
     cvol_band_layer at = {.tile_begin = begin / CVOL_TILE,
                           .tile_end = (end + CVOL_TILE - 1) / CVOL_TILE};
+    const cvol_layer_skip *before = NULL;
     clear_lines(frame, begin, end);
+    memset(memory->pending, 0, (size_t)(end - begin + CVOL_TILE - 1) / CVOL_TILE);
     cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
     for (size_t step = 0; step < plan->layers; step++) {
         double fraction = progress + share * (double)step / (double)plan->layers;
@@ -291,11 +310,14 @@ int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_s
         }
         at.layer = plan->ascending ? step : plan->layers - 1 - step;
         cvol_layer_sheets(&at.z_begin, &at.z_end, plan, block, at.layer);
+        const cvol_layer_skip *skip = &memory->skip[step % 2], *met = before;
+        before = NULL;
         if (!cvol_layer_rows(&at.first_row, &at.last_row, plan, block, at.layer, begin, end))
             continue;
-        cvol_layer_skip_make(&memory->skip, plan, frame->array, frame->visibility, at.layer,
-                             at.first_row, at.last_row);
-        draw_layer(memory, frame, &at, begin, end);
+        cvol_layer_skip_make(skip, plan, frame->array, frame->visibility, at.layer, at.first_row,
+                             at.last_row);
+        draw_layer(memory, frame, skip, met, &at, begin, end);
+        before = skip;
         cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
     }
     return CVOL_OK;

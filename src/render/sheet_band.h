@@ -29,10 +29,11 @@ struct cvol_sheet_frame {
 struct cvol_band_memory {
     float *samples; /* of one layer: [B][rows + 2][row_stride]; lapped: B + 2 sheets */
     long row_stride, sheet_stride;
-    cvol_layer_skip skip;
-    uint8_t *seen; /* for each row of blocks: whether some of it can be seen */
+    cvol_layer_skip skip[2]; /* of layers in turn */
+    uint8_t *seen;           /* for each row of blocks: whether some of it can be seen */
+    uint8_t *pending; /* for each row of tiles: whether the layer before was drawn to its end */
     cvol_block_work *work;
-    size_t sample_capacity, skip_capacity, seen_capacity, work_capacity;
+    size_t sample_capacity, seen_capacity, pending_capacity, work_capacity;
     cvol_lapped_memory lapped;
 };
 
@@ -56,9 +57,10 @@ void cvol_layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, 
 int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, int block,
                     size_t layer, int line_begin, int line_end);
 
+/* `before`: of the layer that rays met before this one, NULL if it is not known. */
 void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride, long sheet_stride,
-                         const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
-                         const cvol_band_layer *at);
+                         const cvol_layer_skip *skip, const cvol_layer_skip *before,
+                         const cvol_sheet_plan *plan, const cvol_band_layer *at);
 cvol_line cvol_band_line(const cvol_intermediate *image, int j);
 
 /* Grows *memory (a pointer to any object pointer) to `count` elements, zeroed; what it held is

@@ -105,8 +105,40 @@ CVOL_INLINE int composite_interval(const cvol_sheet_table *table, float *r, int 
                            (b - table->from) * table->scale, weight, weighted);
 }
 
-/* A sheet stands for the interval before it. Where the sheet before was skipped, nothing can be
- * seen at that end; the interval then counts half, by its own sheet's value. */
+/* The value at which the group whose first pixel lies at sample coordinate `position` met the sheet
+ * before, which was skipped: about the level of the window there. 0 if it is not known. */
+CVOL_INLINE int find_level_before(float *level, const cvol_layer *layer,
+                                  const cvol_sheet_view *sheet, int line, double position)
+{
+    const cvol_windows *windows = sheet->is_first ? &layer->windows_before : &layer->windows;
+    if (!windows->count)
+        return 0;
+    const float *levels;
+    long y;
+    const uint8_t *seen = find_windows(&levels, &y, layer, windows,
+                                       sheet->row_at + line * layer->row_step - layer->row_drift);
+    const long window = window_of((long)floor(position - layer->lane_drift));
+    *level = levels[window];
+    return !seen[window];
+}
+
+/* A group that was drawn up to the sheet before meets a window that cannot be seen: what of the
+ * interval between the two can be, is drawn. */
+CVOL_INLINE void composite_end(const cvol_layer *layer, const cvol_sheet_view *sheet,
+                               const cvol_sheet_table *table, const cvol_line *line,
+                               const line_view *view, int group, float level)
+{
+    int closed = 1;
+    for (int i = group * CVOL_GROUP; i < (group + 1) * CVOL_GROUP; i += CVOL_LANES) {
+        const cvol_vf before = cvol_load(line->values + 4 * line->width + i);
+        const cvol_vf weight = weigh(layer, view, sheet->lane_at + i * layer->lane_step);
+        closed &= composite_interval(table, line->values + i, line->width, before,
+                                     cvol_splat(level), weight, 1);
+    }
+    line->opaque[group] = (uint8_t)closed;
+}
+
+/* A sheet stands for the interval before it. */
 CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
                                  const cvol_sheet_table *table, const cvol_line *line, int unit)
 {
@@ -125,16 +157,26 @@ CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view 
             continue;
         const int i = group * CVOL_GROUP;
         long x = unit ? footprint.x + i : (long)floor(sheet->lane_at + i * step);
-        if (!is_window_visible(&view, x))
-            continue;
+        const long window = window_of(x);
         const int inside = whole && group >= sheet->inside_begin && group < sheet->inside_end;
-        const int known = line->met[group] == sheet->ordinal - 1;
+        int known = line->met[group] == sheet->ordinal - 1;
+        if (!view.windows[window]) {
+            if (known)
+                composite_end(layer, sheet, table, line, &view, group, view.levels[window]);
+            continue;
+        }
+        float level = 0;
+        const int begins = !known && find_level_before(&level, layer, sheet, line->number,
+                                                       sheet->lane_at + i * step);
+        known |= begins;
         int closed = 1;
         for (int part = 0; part < CVOL_GROUP; part += CVOL_LANES) {
             double position = sheet->lane_at + (i + part) * step;
             cvol_vf value = unit ? reconstruct_unit(&view, &footprint, x + part)
                                  : reconstruct_finer(&view, position, step);
-            cvol_vf before = known ? cvol_load(previous + i + part) : value;
+            cvol_vf before = begins  ? cvol_splat(level)
+                             : known ? cvol_load(previous + i + part)
+                                     : value;
             float *r = line->values + i + part;
             cvol_store(previous + i + part, value);
             if (inside && known) {

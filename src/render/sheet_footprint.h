@@ -24,7 +24,23 @@ typedef struct line_view {
     float slab_begin,
         slab_end; /* where the line's rays are within, but for the side lanes' faces */
     const uint8_t *windows;
+    const float *levels; /* of the windows that cannot be seen */
 } line_view;
+
+/* The windows of the row of blocks, or of the two, that a line at sample coordinate r lies in, and
+ * their levels; *y: the row of samples before it. */
+CVOL_INLINE const uint8_t *find_windows(const float **levels, long *y, const cvol_layer *layer,
+                                        const cvol_windows *windows, double r)
+{
+    const int last = layer->block_rows * layer->row_points - 1;
+    *y = r < last + 1 ? (long)floor(r) : last;
+    int low = *y < 0 ? 0 : (int)*y, high = *y + 1 > last ? last : (int)*y + 1;
+    low = low > last ? last : low;
+    const int block_row = low / layer->row_points;
+    const int across = high >= (block_row + 1) * layer->row_points;
+    *levels = (across ? windows->across_level : windows->within_level) + block_row * windows->count;
+    return (across ? windows->across : windows->within) + block_row * windows->count;
+}
 
 /* The sheet stands for the slab from `slab_begin` to `slab_end`, in sheets from itself. */
 CVOL_INLINE void view_line(line_view *view, const cvol_layer *layer, const cvol_sheet_view *sheet,
@@ -40,22 +56,18 @@ CVOL_INLINE void view_line(line_view *view, const cvol_layer *layer, const cvol_
     view->slab_end = back < slab_end ? back : slab_end;
     /* Rows -1 and one past the last exist as copies. */
     r = r < -1 ? -1 : r > last + 1 ? last + 1 : r;
-    long y = r < last + 1 ? (long)floor(r) : last;
+    long y;
+    view->windows = find_windows(&view->levels, &y, layer, &layer->windows, r);
     view->far_weight = (float)(r - (double)y);
     view->near_weight = 1 - view->far_weight;
     view->near = sheet->samples + (sheet->first + y * layer->row_stride);
     view->far = view->near + layer->row_stride;
-    int low = y < 0 ? 0 : (int)y, high = y + 1 > last ? last : (int)y + 1;
-    low = low > last ? last : low;
-    int block_row = low / layer->row_points;
-    int across = high >= (block_row + 1) * layer->row_points;
-    view->windows = (across ? layer->across : layer->within) + block_row * layer->windows;
 }
 
 /* The window that 16 pixels from sample x on see. */
-CVOL_INLINE int is_window_visible(const line_view *view, long x)
+CVOL_INLINE long window_of(long x)
 {
-    return view->windows[x < -CVOL_GROUP ? 0 : (x + CVOL_GROUP) / CVOL_GROUP];
+    return x < -CVOL_GROUP ? 0 : (x + CVOL_GROUP) / CVOL_GROUP;
 }
 
 /* The linear footprint where pixels and samples have one pitch: four weights for all pixels. */

@@ -17,14 +17,10 @@ int cvol_lapped_prepare(cvol_lapped_memory *memory, const cvol_sheet_plan *plan)
     const size_t blocks = plan->blocks_lane * plan->blocks_row;
     for (int i = 0; i < 3; i++) {
         cvol_lapped_layer *layer = &memory->layers[i];
-        layer->skip.windows = cvol_layer_windows(plan);
-        const size_t windows = plan->blocks_row * (size_t)layer->skip.windows;
-        if (!cvol_ensure(&layer->skip.within, &layer->skip_capacity, 2 * windows + blocks, 1) ||
+        if (!cvol_layer_skip_prepare(&layer->skip, plan) ||
             !cvol_ensure(&layer->have, &layer->have_capacity, blocks, 1) ||
             !cvol_ensure(&layer->seen, &layer->seen_capacity, plan->blocks_row, 1))
             return 0;
-        layer->skip.across = layer->skip.within + windows;
-        layer->skip.touched = layer->skip.across + windows;
     }
     return 1;
 }
@@ -32,7 +28,7 @@ int cvol_lapped_prepare(cvol_lapped_memory *memory, const cvol_sheet_plan *plan)
 void cvol_lapped_free(cvol_lapped_memory *memory)
 {
     for (int i = 0; i < 3; i++) {
-        free(memory->layers[i].skip.within);
+        cvol_layer_skip_free(&memory->layers[i].skip);
         free(memory->layers[i].have);
         free(memory->layers[i].seen);
     }
@@ -136,10 +132,10 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
 
 /* Two views of a layer: of what can be drawn now, and, kept with it, of the sheets that wait. */
 static void describe(cvol_layer *now, const cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                     cvol_lapped_layer *layer)
+                     cvol_lapped_layer *layer, const cvol_lapped_layer *before)
 {
     cvol_layer_describe(now, layer->samples, memory->row_stride, layer->sheet_stride, &layer->skip,
-                        frame->plan, &layer->at);
+                        before->reached ? &before->skip : NULL, frame->plan, &layer->at);
     now->sheet_count -= layer->held;
     layer->drawn = *now;
     layer->drawn.sheet_count = layer->held;
@@ -160,8 +156,10 @@ void cvol_lapped_draw(cvol_band_memory *memory, const cvol_sheet_frame *frame, s
     open_layer(memory, frame, step + 1, begin, end);
     if (!layer->reached)
         return;
-    cvol_layer now;
-    describe(&now, memory, frame, layer);
+    cvol_layer now, first_sheet;
+    describe(&now, memory, frame, layer, before);
+    first_sheet = now;
+    first_sheet.sheet_count = 1;
     size_t next_row = layer->at.first_row;
     for (int from = begin; from < end; from += CVOL_TILE) {
         const int to = from + CVOL_TILE < end ? from + CVOL_TILE : end;
@@ -173,14 +171,13 @@ void cvol_lapped_draw(cvol_band_memory *memory, const cvol_sheet_frame *frame, s
             cvol_lapped_filter_row(memory, frame, layer, before, next_row);
         }
         const size_t rows = last - first + 1;
-        const int held = before->reached && before->held && memchr(before->seen + first, 1, rows);
+        const int drawn = before->reached && memchr(before->seen + first, 1, rows);
         const int here = memchr(layer->seen + first, 1, rows) != NULL;
-        for (int j = from; j < to && (held || here); j++) {
+        for (int j = from; j < to && (drawn || here); j++) {
             cvol_line line = cvol_band_line(frame->intermediate, j);
-            if (held)
+            if (drawn)
                 frame->kernel(&before->drawn, frame->table, &line);
-            if (here)
-                frame->kernel(&now, frame->table, &line);
+            frame->kernel(here ? &now : &first_sheet, frame->table, &line);
         }
     }
 }

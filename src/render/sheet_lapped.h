@@ -35,7 +35,7 @@ typedef struct cvol_lapped_layer {
     float *samples;       /* of its lowest sheet, in the band's; the next is */
     long sheet_stride;    /* before or behind it */
     cvol_layer drawn;     /* the view of the sheets held */
-    size_t skip_capacity, have_capacity, seen_capacity;
+    size_t have_capacity, seen_capacity;
 } cvol_lapped_layer;
 
 /* The layer before, this one, the next: in turn. */

@@ -2,7 +2,10 @@
 #include "render/sheet_skip.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
+
+#include "render/sheet_band.h"
 
 void cvol_visibility_make(cvol_visibility *visibility, const cvol_array *array,
                           const cvol_transfer *transfer)
@@ -40,10 +43,29 @@ static int is_gap_visible(const cvol_visibility *visibility, const cvol_block *a
     return below->range[1] < above->range[0] && visibility->next[below->range[1]] < above->range[0];
 }
 
-/* Samples of a row of blocks, in windows of 32 that begin every 16, the first at -16. */
-int cvol_layer_windows(const cvol_sheet_plan *plan)
+/* Windows of a row of blocks: of 32 samples, one every 16, the first at -16. */
+static int count_windows(const cvol_sheet_plan *plan)
 {
     return (int)(plan->blocks_lane * (size_t)plan->points_lane / CVOL_GROUP) + 3;
+}
+
+int cvol_layer_skip_prepare(cvol_layer_skip *skip, const cvol_sheet_plan *plan)
+{
+    const size_t blocks = plan->blocks_lane * plan->blocks_row;
+    skip->windows = count_windows(plan);
+    const size_t windows = plan->blocks_row * (size_t)skip->windows;
+    if (!cvol_ensure(&skip->within, &skip->flag_capacity, 2 * windows + blocks, 1) ||
+        !cvol_ensure(&skip->levels, &skip->level_capacity, 2 * windows, sizeof *skip->levels))
+        return 0;
+    skip->across = skip->within + windows;
+    skip->touched = skip->across + windows;
+    return 1;
+}
+
+void cvol_layer_skip_free(cvol_layer_skip *skip)
+{
+    free(skip->within);
+    free(skip->levels);
 }
 
 size_t cvol_sheet_block_index(const cvol_sheet_plan *plan, const cvol_array *array, size_t lane,
@@ -96,11 +118,18 @@ static int has_visible_gap(const cvol_visibility *visibility, const cvol_sheet_p
     return 0;
 }
 
+/* Amidst a range, as samples are evaluated. */
+static float level_of(const cvol_array *array, int lo, int hi)
+{
+    const double unit = (array->range_max - array->range_min) / 255;
+    return (float)(array->range_min - array->offset + unit * (lo + hi) / 2);
+}
+
 void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
                           const cvol_array *array, const cvol_visibility *visibility, size_t layer,
                           size_t first_row, size_t last_row)
 {
-    const size_t lanes = plan->blocks_lane;
+    const size_t lanes = plan->blocks_lane, windows = plan->blocks_row * (size_t)skip->windows;
     memset(skip->touched + first_row * lanes, 0, lanes * (last_row - first_row + 1));
     for (size_t row = first_row; row <= last_row; row++)
         for (int c = 0; c < skip->windows; c++) {
@@ -110,14 +139,17 @@ void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_sheet_plan *pl
             widen_range(&lo, &hi, plan, array, first, last, row, layer);
             int within = is_visible(visibility, lo, hi) ||
                          has_visible_gap(visibility, plan, array, first, last, row, layer);
+            const size_t at = row * (size_t)skip->windows + (size_t)c;
+            skip->levels[at] = level_of(array, lo, hi);
             int across = within;
             if (row < last_row && !across) {
                 widen_range(&lo, &hi, plan, array, first, last, row + 1, layer);
                 across = is_visible(visibility, lo, hi) ||
                          has_visible_gap(visibility, plan, array, first, last, row + 1, layer);
             }
-            skip->within[row * (size_t)skip->windows + (size_t)c] = (uint8_t)within;
-            skip->across[row * (size_t)skip->windows + (size_t)c] = (uint8_t)across;
+            skip->levels[windows + at] = level_of(array, lo, hi);
+            skip->within[at] = (uint8_t)within;
+            skip->across[at] = (uint8_t)across;
             for (size_t lane = first; lane <= last; lane++) {
                 skip->touched[row * lanes + lane] |= (uint8_t)across;
                 if (row < last_row)

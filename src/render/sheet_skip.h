@@ -18,14 +18,18 @@ void cvol_visibility_make(cvol_visibility *visibility, const cvol_array *array,
 /* Whether the samples of the block, by themselves, can be seen. */
 int cvol_visibility_of(const cvol_visibility *visibility, const cvol_block *block);
 
-/* One layer's windows (see cvol_layer) and which of its blocks they touch. */
+/* One layer's windows (see cvol_windows) and which of its blocks they touch. */
 typedef struct cvol_layer_skip {
     uint8_t *within, *across; /* [blocks_row][windows] */
     uint8_t *touched;         /* [blocks_row][blocks_lane] */
+    float *levels;            /* of within, then of across */
     int windows;
+    size_t flag_capacity, level_capacity;
 } cvol_layer_skip;
 
-int cvol_layer_windows(const cvol_sheet_plan *plan);
+/* Makes room for the layers of a plan; 0 without memory. All zero is empty. */
+int cvol_layer_skip_prepare(cvol_layer_skip *skip, const cvol_sheet_plan *plan);
+void cvol_layer_skip_free(cvol_layer_skip *skip);
 
 /* Fills the windows and touched blocks of a layer, for rows of blocks first_row .. last_row. */
 void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
