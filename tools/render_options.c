@@ -22,9 +22,82 @@ static int choose_engine(cvol_engine *engine, const char *name)
         *engine = CVOL_ENGINE_SHEET;
     else if (!strcmp(name, "ray"))
         *engine = CVOL_ENGINE_RAY;
+    else if (!strcmp(name, "splat"))
+        *engine = CVOL_ENGINE_SPLAT;
     else
-        return complain(EXIT_MISUSED, "--engine is '%s', must be sheet or ray", name);
+        return complain(EXIT_MISUSED, "--engine is '%s', must be sheet, ray or splat", name);
     return EXIT_DONE;
+}
+
+static int choose_footprint(cvol_splat_options *splat, const render_arguments *a)
+{
+    static const char *const names[] = {"gaussian", "cone", "sinc", "box"};
+    const char *name = a->footprint_name ? a->footprint_name : names[0];
+    int k = 0;
+    while (k < 4 && strcmp(name, names[k]))
+        k++;
+    if (k == 4)
+        return complain(EXIT_MISUSED, "--footprint is '%s', must be gaussian, cone, sinc or box",
+                        name);
+    splat->footprint = (cvol_footprint)(CVOL_FOOTPRINT_GAUSSIAN + k);
+    if (a->footprint_given) {
+        if (a->footprint_size < 3 || a->footprint_size > 31)
+            return complain(EXIT_MISUSED, "--footprint-size is %d, must be 3 to 31 samples",
+                            a->footprint_size);
+        splat->size = a->footprint_size;
+    }
+    if (a->sigma_given && splat->footprint != CVOL_FOOTPRINT_GAUSSIAN)
+        return complain(EXIT_MISUSED, "--sigma is for --footprint gaussian, this is %s", name);
+    if (a->sigma_given && !(a->sigma >= 0.2 && a->sigma <= 31))
+        return complain(EXIT_MISUSED, "--sigma is %g, must be 0.2 to 31 samples", a->sigma);
+    splat->sigma = a->sigma;
+    return EXIT_DONE;
+}
+
+static int choose_light(cvol_splat_options *splat, const render_arguments *a)
+{
+    splat->shade = a->shade;
+    if (!a->light_given)
+        return EXIT_DONE;
+    if (!a->shade)
+        return complain(EXIT_MISUSED, "--light needs --shade");
+    if (a->light[0] == 0 && a->light[1] == 0 && a->light[2] == 0)
+        return complain(EXIT_MISUSED, "--light 0,0,0 is no direction");
+    for (int k = 0; k < 3; k++)
+        if (!(a->light[k] >= -1e30 && a->light[k] <= 1e30))
+            return complain(EXIT_MISUSED, "--light has %g, each must be within -1e30 and 1e30",
+                            a->light[k]);
+    memcpy(splat->light, a->light, sizeof splat->light);
+    return EXIT_DONE;
+}
+
+/* The options that only engine splat has. */
+static int choose_splat(scene *s, const render_arguments *a)
+{
+    cvol_splat_options *splat = &s->options.splat;
+    const struct {
+        const char *name;
+        int given;
+    } own[] = {{"--footprint", a->footprint_name != NULL},
+               {"--footprint-size", a->footprint_given},
+               {"--sigma", a->sigma_given},
+               {"--shade", a->shade},
+               {"--light", a->light_given},
+               {"--order", a->order_name != NULL}};
+    for (int k = 0; k < 6 && s->engine != CVOL_ENGINE_SPLAT; k++)
+        if (own[k].given)
+            return complain(EXIT_MISUSED, "%s is for engine splat", own[k].name);
+    if (s->engine != CVOL_ENGINE_SPLAT)
+        return EXIT_DONE;
+    if (s->options.mode != CVOL_MODE_COMPOSITE)
+        return complain(EXIT_MISUSED, "--mode %s is not for engine splat, which only composites",
+                        a->mode_name);
+    const char *order = a->order_name ? a->order_name : "front";
+    if (strcmp(order, "front") && strcmp(order, "back"))
+        return complain(EXIT_MISUSED, "--order is '%s', must be front or back", order);
+    splat->order = strcmp(order, "back") ? CVOL_ORDER_FRONT : CVOL_ORDER_BACK;
+    int status = choose_footprint(splat, a);
+    return status ? status : choose_light(splat, a);
 }
 
 int check_render_arguments(scene *s, const render_arguments *a)
@@ -33,7 +106,9 @@ int check_render_arguments(scene *s, const render_arguments *a)
     if (choose_mode(&s->options.mode, a->mode_name) || choose_engine(&s->engine, a->engine_name))
         return EXIT_MISUSED;
     if (a->step != 0 && s->engine != CVOL_ENGINE_RAY)
-        return complain(EXIT_MISUSED, "--step is for engine ray; sheet takes one sheet a slice");
+        return complain(EXIT_MISUSED, "--step is for engine ray; the others take one a slice");
+    if (choose_splat(s, a))
+        return EXIT_MISUSED;
     if (a->step < 0)
         return complain(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
     if (!(a->zoom > 0))
@@ -80,17 +155,22 @@ static int make_transfer(cvol_context *context, cvol_transfer **transfer, const 
 
 static int make_renderer(cvol_context *context, scene *s, const char *path)
 {
-    int status = s->engine == CVOL_ENGINE_SHEET ? need_array(context, &s->in, path, 0)
-                                                : need_volume(context, &s->in);
+    /* Splats take what there is. */
+    const int compressed = s->engine == CVOL_ENGINE_SHEET ||
+                           (s->engine == CVOL_ENGINE_SPLAT && s->in.array);
+    int status = compressed ? need_array(context, &s->in, path, 0) : need_volume(context, &s->in);
     if (status)
         return status;
     int code = s->engine == CVOL_ENGINE_SHEET
                    ? cvol_renderer_create_sheet(context, &s->renderer, s->in.array)
-                   : cvol_renderer_create_ray(context, &s->renderer, s->in.volume);
+               : s->engine == CVOL_ENGINE_RAY
+                   ? cvol_renderer_create_ray(context, &s->renderer, s->in.volume)
+               : compressed ? cvol_renderer_create_splat(context, &s->renderer, s->in.array)
+                            : cvol_renderer_create_splat_dense(context, &s->renderer, s->in.volume);
     if (code)
         return complain_context(context, code, NULL);
     /* What the engine does not look at need not stay in memory. */
-    if (s->engine == CVOL_ENGINE_SHEET) {
+    if (compressed) {
         cvol_volume_free(s->in.volume);
         s->in.volume = NULL;
     }

@@ -61,7 +61,8 @@ CVOL_API const char *cvol_transfer_names(void);
 
 typedef enum cvol_engine {
     CVOL_ENGINE_SHEET = 1, /* from the compressed array, sheet by sheet */
-    CVOL_ENGINE_RAY = 2    /* from dense samples, ray by ray: the truth */
+    CVOL_ENGINE_RAY = 2,   /* from dense samples, ray by ray: the truth */
+    CVOL_ENGINE_SPLAT = 3  /* footprint by footprint: Westover's algorithm */
 } cvol_engine;
 
 typedef enum cvol_mode {
@@ -78,6 +79,28 @@ typedef struct cvol_camera {
     double azimuth_deg, elevation_deg, roll_deg, zoom;
 } cvol_camera;
 
+/* A footprint is what one sample adds to the pixels around it: a function of the place in the
+ * ellipse that a sample's kernel covers, (qx, qy) in samples, within |qx|, |qy| < size / 2. */
+typedef enum cvol_footprint {
+    CVOL_FOOTPRINT_GAUSSIAN = 1, /* exp(-(qx^2 + qy^2) / 2 sigma^2) */
+    CVOL_FOOTPRINT_CONE = 2,     /* max(0, 1 - 2 |q| / size) */
+    CVOL_FOOTPRINT_SINC = 3,     /* w(qx) w(qy), w(t) = sinc(pi t) cos^2(pi t / size) */
+    CVOL_FOOTPRINT_BOX = 4       /* 1; its edges are soft over 1/8 of a sample */
+} cvol_footprint;
+
+/* In which order the splat engine composites sheets: the picture is the same, up to rounding. */
+typedef enum cvol_order { CVOL_ORDER_FRONT = 1, CVOL_ORDER_BACK = 2 } cvol_order;
+
+/* What the splat engine is asked for. */
+typedef struct cvol_splat_options {
+    cvol_footprint footprint;
+    int size;     /* samples that a footprint spans, 3 to 31 */
+    double sigma; /* of a Gaussian, in samples, 0.2 to 31; 0: size / 6 */
+    cvol_order order;
+    int shade;       /* light samples by Phong's model, along the gradient */
+    double light[3]; /* direction towards the light, in the world; 0 0 0: the eye's */
+} cvol_splat_options;
+
 typedef struct cvol_render_options {
     int width, height; /* pixels */
     cvol_mode mode;
@@ -85,9 +108,11 @@ typedef struct cvol_render_options {
     double step_voxels;   /* sample distance along the ray in mean spacings; 0: the engine's
                              own (ray: 0.5; sheet: one sheet per slice) */
     double background[3]; /* R G B in 0..1 */
+    cvol_splat_options splat;
 } cvol_render_options;
 
-/* 512 x 512, composite, azimuth 0, elevation 0, zoom 1, black. */
+/* 512 x 512, composite, azimuth 0, elevation 0, zoom 1, black; splats: Gaussian, 5 samples wide,
+ * front to back, unlit. */
 CVOL_API cvol_render_options cvol_render_options_defaults(void);
 
 /* A renderer keeps what frames of one volume share. One thread at a time. */
@@ -100,6 +125,20 @@ CVOL_API int cvol_renderer_create_sheet(cvol_context *context, cvol_renderer **o
  * smallest sample. */
 CVOL_API int cvol_renderer_create_ray(cvol_context *context, cvol_renderer **out,
                                       const cvol_volume *volume);
+/* A renderer by splatting (Westover, "Footprint evaluation for volume rendering", 1990), mode
+ * composite only: samples are classified and lit, then their footprints are added up slice by slice
+ * of the axis most parallel to the view, and slices composited as
+ *
+ *     I += (1 - A) sum w F D,  A += (1 - A) sum w D,   D = 1 - (1 - opacity)^distance,
+ *
+ * w being the footprints' weights at a pixel, which sum to 1 within the volume. Samples of an array
+ * are evaluated slab by slab, about 130 MB at a time; those of a volume count as for engine ray.
+ * The array or volume must outlive the renderer. Cost of a picture: one evaluation of all samples,
+ * and for each that is not transparent size^2 pixels (of samples' size). */
+CVOL_API int cvol_renderer_create_splat(cvol_context *context, cvol_renderer **out,
+                                        const cvol_array *array);
+CVOL_API int cvol_renderer_create_splat_dense(cvol_context *context, cvol_renderer **out,
+                                              const cvol_volume *volume);
 CVOL_API void cvol_renderer_free(cvol_renderer *renderer);
 /* Sets the transfer function of mode composite; it is copied. */
 CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,

@@ -26,6 +26,7 @@ cvol_render_options cvol_render_options_defaults(void)
         .height = 512,
         .mode = CVOL_MODE_COMPOSITE,
         .camera = {.zoom = 1},
+        .splat = {.footprint = CVOL_FOOTPRINT_GAUSSIAN, .size = 5, .order = CVOL_ORDER_FRONT},
     };
     return options;
 }

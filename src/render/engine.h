@@ -24,7 +24,10 @@ struct cvol_renderer {
 /* Creates the engines' states. */
 int cvol_sheet_create(cvol_context *context, void **state, const cvol_array *array);
 int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volume);
+int cvol_splat_create(cvol_context *context, void **state, const cvol_array *array);
+int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volume *volume);
 extern const cvol_engine_table cvol_sheet_engine;
 extern const cvol_engine_table cvol_ray_engine;
+extern const cvol_engine_table cvol_splat_engine;
 
 #endif

@@ -17,6 +17,16 @@ static int create_ray(cvol_context *context, void **state, const void *source)
     return cvol_ray_create(context, state, source);
 }
 
+static int create_splat(cvol_context *context, void **state, const void *source)
+{
+    return cvol_splat_create(context, state, source);
+}
+
+static int create_splat_dense(cvol_context *context, void **state, const void *source)
+{
+    return cvol_splat_create_dense(context, state, source);
+}
+
 static int create_renderer(cvol_context *context, cvol_renderer **out, const cvol_grid *grid,
                            const cvol_engine_table *engine, create_fn create, const void *source)
 {
@@ -43,6 +53,19 @@ int cvol_renderer_create_sheet(cvol_context *context, cvol_renderer **out, const
 int cvol_renderer_create_ray(cvol_context *context, cvol_renderer **out, const cvol_volume *volume)
 {
     return create_renderer(context, out, &volume->grid, &cvol_ray_engine, create_ray, volume);
+}
+
+int cvol_renderer_create_splat(cvol_context *context, cvol_renderer **out, const cvol_array *array)
+{
+    return create_renderer(context, out, cvol_array_grid(array), &cvol_splat_engine, create_splat,
+                           array);
+}
+
+int cvol_renderer_create_splat_dense(cvol_context *context, cvol_renderer **out,
+                                     const cvol_volume *volume)
+{
+    return create_renderer(context, out, &volume->grid, &cvol_splat_engine, create_splat_dense,
+                           volume);
 }
 
 void cvol_renderer_free(cvol_renderer *renderer)

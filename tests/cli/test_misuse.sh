@@ -133,13 +133,24 @@ expect_failure 2 'in.raw: raw samples need --dims' cvol compare in.nrrd in.raw
 
 for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     refuse $command --mode -- '' x Composite mipp
-    refuse $command --engine -- '' x splat transform fourier Ray
+    refuse $command --engine -- '' x transform fourier Ray
     refuse $command --size -- '' x 0 -5 0x5 5x0 5x 5x5x5 x5 5,5 5.5 32769 5x32769 2147483648
     refuse $command --zoom -- '' $number 0 -1
     refuse $command --background -- '' x 1 1,1 1,1,1,1 2,0,0 0,-0.1,0 0,0,nan
     refuse $command --engine ray --step -- '' $number -1
     expect_failure 2 'step 1e-09' $command --engine ray --step 1e-9
     expect_failure 2 '--step is for engine ray' $command --step 0.5
+    for option in '--footprint box' '--footprint-size 5' '--sigma 1' --shade '--light 0,0,1' '--order back'; do
+        expect_failure 2 "${option%% *} is for engine splat" $command $option
+    done
+    refuse $command --engine splat --footprint -- '' x Box gauss
+    refuse $command --engine splat --footprint-size -- '' x 2 32 0 -5 3.5 5x5
+    refuse $command --engine splat --sigma -- '' $number 0 -1 0.1 32
+    refuse $command --engine splat --order -- '' x fronts
+    refuse $command --engine splat --shade --light -- '' x 1 1,1 0,0,0 1,1,1,1 nan,0,0
+    expect_failure 2 '--light needs --shade' $command --engine splat --light 0,0,1
+    expect_failure 2 '--sigma is for --footprint gaussian' $command --engine splat --footprint cone --sigma 1
+    expect_failure 2 'which only composites' $command --engine splat --mode xray
     expect_failure 2 'named nonsense' $command --transfer nonsense
     expect_failure 2 "auto gray bone" $command --transfer ''
 done

@@ -121,6 +121,35 @@ END
 expect_done cvol render a.cvol -o after.png $view --transfer own.json
 expect_other_file before.png after.png
 
+# ---- splats -------------------------------------------------------------------------------------
+
+# Samples that the ray engine sees, but classified before they are interpolated.
+cp composite.png sheet.png
+expect_done cvol render a.cvol -o splat.png $view --engine splat
+expect_done cvol render a.cvol -o back.png $view --engine splat --order back
+expect_done cvol compare splat.png back.png --json
+expect_number "$(value_of psnr_db)" '>=' 70
+expect_done cvol compare sheet.png splat.png --json
+expect_number "$(value_of psnr_db)" '>=' 25
+for file in a.cvol dense.nrrd; do
+    expect_done cvol render $file -o $file.png $view --engine splat --transfer own.json --json
+    expect_equal "$(value_of engine)" splat
+done
+expect_done cvol compare a.cvol.png dense.nrrd.png --json
+expect_number "$(value_of psnr_db)" '>=' 40
+for option in '--footprint cone' '--footprint sinc' '--footprint box' '--footprint-size 9' '--sigma 0.6' \
+    --shade '--shade --light 1,-2,3'; do
+    expect_done cvol render a.cvol -o after.png $view --engine splat $option
+    expect_other_file splat.png after.png
+done
+for threads in 1 2 3; do
+    expect_done cvol render a.cvol -o threads$threads.png $view --engine splat --shade --threads $threads
+done
+expect_same_file threads1.png threads2.png
+expect_same_file threads1.png threads3.png
+expect_done cvol bench render a.cvol --views 2 --repeat 1 --size 64 --engine splat --footprint-size 9 --json
+expect_equal "$(value_of engine)" splat
+
 # ---- the same picture from any number of threads ------------------------------------------------
 
 for engine in sheet ray; do
