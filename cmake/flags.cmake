@@ -31,6 +31,11 @@ function(cvol_add_simd_source target file)
     target_include_directories(${object} PRIVATE
       ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src)
     target_compile_options(${object} PRIVATE ${flags_${set}} ${ARGN})
+    if(CVOL_SANITIZE AND NOT set STREQUAL "base")
+      # The sets share their source: one of them looked through for undefined behaviour is enough,
+      # and the others compile in a third of the time.
+      target_compile_options(${object} PRIVATE -fno-sanitize=undefined)
+    endif()
     target_compile_definitions(${object} PRIVATE CVOL_SIMD_SET=${set})
     target_sources(${target} PRIVATE $<TARGET_OBJECTS:${object}>)
   endforeach()
