@@ -1,6 +1,7 @@
 /* From render options to a renderer. */
 #include "render_options.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 static int choose_mode(cvol_mode *mode, const char *name)
@@ -153,18 +154,35 @@ static int make_transfer(cvol_context *context, cvol_transfer **transfer, const 
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
+/* Which samples of the array have no value; none: s->mask stays NULL. */
+static int find_mask(scene *s)
+{
+    const size_t begin[3] = {0, 0, 0}, *end = cvol_array_grid(s->in.array)->dims;
+    const size_t count = end[0] * end[1] * end[2];
+    s->mask = malloc(count);
+    if (!s->mask)
+        return complain(EXIT_FAILED, "not enough memory for a mask of %zu samples", count);
+    if (!cvol_array_evaluate_mask(s->mask, s->in.array, begin, end)) {
+        free(s->mask);
+        s->mask = NULL;
+    }
+    return EXIT_DONE;
+}
+
 static int make_renderer(cvol_context *context, scene *s, const char *path)
 {
     /* Splats take what there is. */
     const int compressed = s->engine == CVOL_ENGINE_SHEET ||
                            (s->engine == CVOL_ENGINE_SPLAT && s->in.array);
     int status = compressed ? need_array(context, &s->in, path, 0) : need_volume(context, &s->in);
+    if (!status && s->engine == CVOL_ENGINE_RAY && s->in.array)
+        status = find_mask(s);
     if (status)
         return status;
     int code = s->engine == CVOL_ENGINE_SHEET
                    ? cvol_renderer_create_sheet(context, &s->renderer, s->in.array)
                : s->engine == CVOL_ENGINE_RAY
-                   ? cvol_renderer_create_ray(context, &s->renderer, s->in.volume)
+                   ? cvol_renderer_create_ray_masked(context, &s->renderer, s->in.volume, s->mask)
                : compressed ? cvol_renderer_create_splat(context, &s->renderer, s->in.array)
                             : cvol_renderer_create_splat_dense(context, &s->renderer, s->in.volume);
     if (code)
@@ -204,4 +222,5 @@ void close_scene(scene *s)
 {
     cvol_renderer_free(s->renderer);
     close_input(&s->in);
+    free(s->mask);
 }

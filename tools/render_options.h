@@ -88,6 +88,7 @@ typedef struct render_arguments {
 /* A renderer over an input, with its transfer function. */
 typedef struct scene {
     input in;
+    uint8_t *mask; /* of engine ray; NULL: all samples have a value */
     cvol_renderer *renderer;
     cvol_render_options options;
     cvol_engine engine;

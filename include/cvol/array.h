@@ -153,6 +153,11 @@ CVOL_API const char *cvol_array_attributes(const cvol_array *array);
 CVOL_API int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *array,
                                      const size_t begin[3], const size_t end[3]);
 
+/* Which samples of the box have no value (those that evaluate to a fill, cvol/codec.h): out[i] = 1 +
+ * the number of the fill, 0 for samples that have one. Returns how many are not 0. */
+CVOL_API uint64_t cvol_array_evaluate_mask(uint8_t *out, const cvol_array *array,
+                                           const size_t begin[3], const size_t end[3]);
+
 /* The same as floats, neither rounded nor clamped: what l2_error and max_abs are about. */
 CVOL_API int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,
                                       const size_t begin[3], const size_t end[3]);

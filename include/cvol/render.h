@@ -115,7 +115,12 @@ typedef struct cvol_render_options {
  * front to back, unlit. */
 CVOL_API cvol_render_options cvol_render_options_defaults(void);
 
-/* A renderer keeps what frames of one volume share. One thread at a time. */
+/* Samples without a value (arrays with a mask) are transparent, in all modes: what lies between
+ * samples is interpolated from those around it that have a value, and counts by their weight:
+ * opacities are of so much of the length, means weighted so, and largest samples sought where that is
+ * at least half. Rays that meet none are background.
+ *
+ * A renderer keeps what frames of one volume share. One thread at a time. */
 typedef struct cvol_renderer cvol_renderer;
 
 /* A renderer over a compressed array (engine sheet). The array must outlive it. */
@@ -139,6 +144,11 @@ CVOL_API int cvol_renderer_create_splat(cvol_context *context, cvol_renderer **o
                                         const cvol_array *array);
 CVOL_API int cvol_renderer_create_splat_dense(cvol_context *context, cvol_renderer **out,
                                               const cvol_volume *volume);
+/* The same of samples some of which have no value: those whose byte in `mask` (one for each sample,
+ * x fastest; see cvol_array_evaluate_mask) is not 0. It must outlive the renderer; NULL: all have
+ * one. */
+CVOL_API int cvol_renderer_create_ray_masked(cvol_context *context, cvol_renderer **out,
+                                             const cvol_volume *volume, const uint8_t *mask);
 CVOL_API void cvol_renderer_free(cvol_renderer *renderer);
 /* Sets the transfer function of mode composite; it is copied. */
 CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,

@@ -23,9 +23,11 @@ struct cvol_renderer {
 
 /* Creates the engines' states. */
 int cvol_sheet_create(cvol_context *context, void **state, const cvol_array *array);
-int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volume);
 int cvol_splat_create(cvol_context *context, void **state, const cvol_array *array);
 int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volume *volume);
+/* `mask`: see cvol_renderer_create_ray_masked; NULL: all samples have a value. */
+int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volume,
+                    const uint8_t *mask);
 extern const cvol_engine_table cvol_sheet_engine;
 extern const cvol_engine_table cvol_ray_engine;
 extern const cvol_engine_table cvol_splat_engine;

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "array/array.h"
+#include "array/block_inverse.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "cvol/render.h"
@@ -23,10 +24,22 @@ static void count_block(cvol_histogram *out, const cvol_array *array, const floa
     const size_t B = (size_t)array->block;
     size_t place[3] = {index % array->blocks[0], index / array->blocks[0] % array->blocks[1],
                        index / array->blocks[0] / array->blocks[1]};
+    uint8_t which[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] = {0};
+    const size_t size[3] = {inside(array, place[0], 0), inside(array, place[1], 1),
+                            inside(array, place[2], 2)};
+    if (array->mask) {
+        size_t begin[3], end[3];
+        cvol_block_origin(begin, array, index);
+        for (int a = 0; a < 3; a++)
+            end[a] = begin[a] + size[a];
+        cvol_mask_get(which, array->mask, begin, end);
+    }
     double span = out->max - out->min, scale = span > 0 ? CVOL_HISTOGRAM_BINS / span : 0;
-    for (size_t z = 0; z < inside(array, place[2], 2); z++)
-        for (size_t y = 0; y < inside(array, place[1], 1); y++)
-            for (size_t x = 0; x < inside(array, place[0], 0); x++) {
+    for (size_t z = 0; z < size[2]; z++)
+        for (size_t y = 0; y < size[1]; y++)
+            for (size_t x = 0; x < size[0]; x++) {
+                if (which[x + size[0] * (y + size[1] * z)])
+                    continue;
                 double value = (double)samples[x + B * (y + B * z)] + array->offset;
                 double bin = (value - out->min) * scale;
                 size_t i = bin <= 0                     ? 0

@@ -38,6 +38,7 @@ typedef struct ray_state {
     cvol_grid grid;
     cvol_ray_field field;
     cvol_ray_line_fn line;
+    cvol_ray_masked_fn masked; /* with a mask */
     cvol_transfer *transfer;
 } ray_state;
 
@@ -62,12 +63,15 @@ typedef struct ray_line {
 
 /* ---- state ----------------------------------------------------------------------------- */
 
-int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volume)
+int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volume,
+                    const uint8_t *mask)
 {
     *state = NULL;
     int code = cvol_grid_check(context, &volume->grid, "volume");
     cvol_sample_stats stats = {0};
-    if (!code)
+    if (!code && mask)
+        cvol_ray_field_bound(&stats.min, &stats.max, volume, mask);
+    else if (!code)
         code = cvol_volume_stats(context, &stats, volume);
     if (code)
         return code;
@@ -76,7 +80,9 @@ int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volu
         return cvol_fail_memory(context, sizeof *ray, "a renderer");
     ray->grid = volume->grid;
     ray->field = cvol_ray_field_make(volume, stats.min, stats.max);
+    ray->field.mask = mask;
     ray->line = cvol_ray_line_of(volume->grid.type);
+    ray->masked = cvol_ray_masked_of(volume->grid.type);
     *state = ray;
     return CVOL_OK;
 }
@@ -136,23 +142,35 @@ static int cast(ray_line *line, const ray_job *job, int i, int j)
     return 1;
 }
 
-/* The samples in the middle of the whole steps first .. first + count - 1. */
-static void fetch_run(double *out, const ray_job *job, const ray_line *line, size_t first,
-                      size_t count)
+static void fetch(double *out, double *cover, const ray_job *job, const ray_line *line,
+                  double place, size_t count)
 {
+    const ray_state *state = job->state;
     double start[3];
     for (int a = 0; a < 3; a++)
-        start[a] = line->entry[a] + ((double)first + 0.5) * job->delta[a];
-    job->state->line(out, &job->state->field, start, job->delta, count);
+        start[a] = line->entry[a] + place * job->delta[a];
+    if (state->field.mask) {
+        state->masked(out, cover, &state->field, start, job->delta, count);
+        return;
+    }
+    state->line(out, &state->field, start, job->delta, count);
+    for (size_t k = 0; k < count; k++)
+        cover[k] = 1;
+}
+
+/* The samples in the middle of the whole steps first .. first + count - 1, and how much of each is
+ * of samples that have a value. */
+static void fetch_run(double *out, double *cover, const ray_job *job, const ray_line *line,
+                      size_t first, size_t count)
+{
+    fetch(out, cover, job, line, (double)first + 0.5, count);
 }
 
 /* The sample in the middle of the rest. */
-static double fetch_rest(const ray_job *job, const ray_line *line)
+static double fetch_rest(double *cover, const ray_job *job, const ray_line *line)
 {
-    double start[3], value;
-    for (int a = 0; a < 3; a++)
-        start[a] = line->entry[a] + ((double)line->steps + line->rest / 2) * job->delta[a];
-    job->state->line(&value, &job->state->field, start, job->delta, 1);
+    double value;
+    fetch(&value, cover, job, line, (double)line->steps + line->rest / 2, 1);
     return value;
 }
 
@@ -176,43 +194,51 @@ static void add_light(ray_light *light, const double colour[4], double opacity)
 static ray_light composite(const ray_job *job, const ray_line *line)
 {
     ray_light light = {.through = 1};
-    double values[RUN], colour[4];
+    double values[RUN], covers[RUN], colour[4], cover;
     for (size_t first = 0; first < line->steps; first += RUN) {
         size_t count = run_length(line, first);
-        fetch_run(values, job, line, first, count);
+        fetch_run(values, covers, job, line, first, count);
         for (size_t k = 0; k < count; k++) {
             cvol_ray_table_at(colour, &job->table, values[k]);
-            add_light(&light, colour, colour[3]);
+            add_light(&light, colour,
+                      covers[k] < 1 ? cvol_opacity_over(colour[3], covers[k]) : colour[3]);
             if (light.through < TRANSMITTANCE_MIN)
                 return light;
         }
     }
-    cvol_ray_table_at(colour, &job->table, fetch_rest(job, line));
-    add_light(&light, colour, cvol_opacity_over(colour[3], line->rest));
+    cvol_ray_table_at(colour, &job->table, fetch_rest(&cover, job, line));
+    add_light(&light, colour, cvol_opacity_over(colour[3], cover * line->rest));
     return light;
 }
 
+/* NaN where no sample along the ray has a value; so below. */
 static double mean_along(const ray_job *job, const ray_line *line)
 {
-    double values[RUN], sum = 0;
+    double values[RUN], covers[RUN], sum = 0, weight = 0;
     for (size_t first = 0; first < line->steps; first += RUN) {
         size_t count = run_length(line, first);
-        fetch_run(values, job, line, first, count);
-        for (size_t k = 0; k < count; k++)
-            sum += values[k];
+        fetch_run(values, covers, job, line, first, count);
+        for (size_t k = 0; k < count; k++) {
+            sum += covers[k] * values[k];
+            weight += covers[k];
+        }
     }
-    sum += line->rest * fetch_rest(job, line);
-    return sum / ((double)line->steps + line->rest);
+    sum += line->rest * fetch_rest(covers, job, line) * covers[0];
+    weight += line->rest * covers[0];
+    return weight > 0 ? sum / weight : NAN;
 }
 
+/* Of places of which at least half has a value. */
 static double largest_along(const ray_job *job, const ray_line *line)
 {
-    double values[RUN], largest = fetch_rest(job, line);
+    double values[RUN], covers[RUN], rest = fetch_rest(covers, job, line);
+    double largest = covers[0] >= 0.5 ? rest : NAN;
     for (size_t first = 0; first < line->steps; first += RUN) {
         size_t count = run_length(line, first);
-        fetch_run(values, job, line, first, count);
+        fetch_run(values, covers, job, line, first, count);
         for (size_t k = 0; k < count; k++)
-            largest = values[k] > largest ? values[k] : largest;
+            if (covers[k] >= 0.5 && !(values[k] <= largest))
+                largest = values[k];
     }
     return largest;
 }
@@ -227,11 +253,14 @@ static uint8_t to_byte(double level)
     return level < 1 ? (uint8_t)(level * 255 + 0.5) : 255;
 }
 
-/* The ray's level within the samples' range; a volume of one value is black. */
+/* The ray's level within the samples' range; a volume of one value is black. Nothing where no
+ * sample has a value. */
 static ray_light grey(const ray_job *job, const ray_line *line)
 {
     const cvol_ray_field *field = &job->state->field;
     double value = job->mode == CVOL_MODE_XRAY ? mean_along(job, line) : largest_along(job, line);
+    if (isnan(value))
+        return (ray_light){.through = 1};
     double level = field->max > field->min ? (value - field->min) / (field->max - field->min) : 0;
     return (ray_light){.rgb = {level, level, level}};
 }

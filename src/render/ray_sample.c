@@ -5,9 +5,15 @@
  *
  *     a = sum over the 8 corners of (f or 1 - f) (g or 1 - g) (h or 1 - h) sample
  *
- * taken as seven linear steps in double precision, which hold every 32-bit integer exactly.
+ * taken as seven linear steps in double precision, which hold every 32-bit integer exactly. Where
+ * samples may have no value, the sum is over the corners that have one, and divided by their
+ * weights.
  */
 #include "render/ray_sample.h"
+
+#include <math.h>
+
+#include "base/for_type.h"
 
 cvol_ray_field cvol_ray_field_make(const cvol_volume *volume, double min, double max)
 {
@@ -90,4 +96,74 @@ cvol_ray_line_fn cvol_ray_line_of(cvol_type type)
         [CVOL_FLOAT32] = line_float32, [CVOL_FLOAT64] = line_float64,
     };
     return lines[type];
+}
+
+/* ---- where samples may have no value ------------------------------------------------------------
+ */
+
+#define DEFINE_MASKED(name, type, READ)                                                       \
+    static void masked_##name(double *out, double *cover, const cvol_ray_field *field,        \
+                              const double start[3], const double delta[3], size_t count)     \
+    {                                                                                         \
+        const type *data = field->data;                                                       \
+        for (size_t k = 0; k < count; k++) {                                                  \
+            double w[3][2], sum = 0, weight = 0;                                              \
+            size_t at[3];                                                                     \
+            for (int a = 0; a < 3; a++) {                                                     \
+                at[a] = find_cell(&w[a][1], start[a] + (double)k * delta[a], field->last[a],  \
+                                  field->cell_max[a]);                                        \
+                w[a][0] = 1 - w[a][1];                                                        \
+            }                                                                                 \
+            const size_t base = at[0] + at[1] * field->row + at[2] * field->slice;            \
+            for (int c = 0; c < 8; c++) {                                                     \
+                const size_t i = base + (c & 1 ? field->next[0] : 0) +                        \
+                                 (c & 2 ? field->next[1] : 0) + (c & 4 ? field->next[2] : 0); \
+                const double of = w[0][c & 1] * w[1][c >> 1 & 1] * w[2][c >> 2];              \
+                if (field->mask[i] || of == 0)                                                \
+                    continue;                                                                 \
+                sum += of * READ(data[i], field);                                             \
+                weight += of;                                                                 \
+            }                                                                                 \
+            out[k] = weight > 0 ? sum / weight : 0;                                           \
+            cover[k] = weight;                                                                \
+        }                                                                                     \
+    }
+
+DEFINE_MASKED(uint8, uint8_t, PLAIN)
+DEFINE_MASKED(int8, int8_t, PLAIN)
+DEFINE_MASKED(uint16, uint16_t, PLAIN)
+DEFINE_MASKED(int16, int16_t, PLAIN)
+DEFINE_MASKED(uint32, uint32_t, PLAIN)
+DEFINE_MASKED(int32, int32_t, PLAIN)
+DEFINE_MASKED(float32, float, TAMED)
+DEFINE_MASKED(float64, double, TAMED)
+
+cvol_ray_masked_fn cvol_ray_masked_of(cvol_type type)
+{
+    static const cvol_ray_masked_fn lines[] = {
+        [CVOL_UINT8] = masked_uint8,     [CVOL_INT8] = masked_int8,
+        [CVOL_UINT16] = masked_uint16,   [CVOL_INT16] = masked_int16,
+        [CVOL_UINT32] = masked_uint32,   [CVOL_INT32] = masked_int32,
+        [CVOL_FLOAT32] = masked_float32, [CVOL_FLOAT64] = masked_float64,
+    };
+    return lines[type];
+}
+
+int cvol_ray_field_bound(double *min, double *max, const cvol_volume *volume, const uint8_t *mask)
+{
+    const size_t count = cvol_grid_samples(&volume->grid);
+    double lo = INFINITY, hi = -INFINITY;
+#define BOUND(type)                                             \
+    for (size_t i = 0; i < count; i++) {                        \
+        const double value = (double)((type *)volume->data)[i]; \
+        if (mask[i] || !isfinite(value))                        \
+            continue;                                           \
+        lo = fmin(lo, value);                                   \
+        hi = fmax(hi, value);                                   \
+    }
+    CVOL_FOR_TYPE(volume->grid.type, BOUND)
+#undef BOUND
+    *min = lo <= hi ? lo : 0;
+    *max = lo <= hi ? hi : 0;
+    return lo <= hi;
 }

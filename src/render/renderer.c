@@ -12,9 +12,15 @@ static int create_sheet(cvol_context *context, void **state, const void *source)
     return cvol_sheet_create(context, state, source);
 }
 
+typedef struct ray_source {
+    const cvol_volume *volume;
+    const uint8_t *mask;
+} ray_source;
+
 static int create_ray(cvol_context *context, void **state, const void *source)
 {
-    return cvol_ray_create(context, state, source);
+    const ray_source *of = source;
+    return cvol_ray_create(context, state, of->volume, of->mask);
 }
 
 static int create_splat(cvol_context *context, void **state, const void *source)
@@ -52,7 +58,14 @@ int cvol_renderer_create_sheet(cvol_context *context, cvol_renderer **out, const
 
 int cvol_renderer_create_ray(cvol_context *context, cvol_renderer **out, const cvol_volume *volume)
 {
-    return create_renderer(context, out, &volume->grid, &cvol_ray_engine, create_ray, volume);
+    return cvol_renderer_create_ray_masked(context, out, volume, NULL);
+}
+
+int cvol_renderer_create_ray_masked(cvol_context *context, cvol_renderer **out,
+                                    const cvol_volume *volume, const uint8_t *mask)
+{
+    const ray_source source = {volume, mask};
+    return create_renderer(context, out, &volume->grid, &cvol_ray_engine, create_ray, &source);
 }
 
 int cvol_renderer_create_splat(cvol_context *context, cvol_renderer **out, const cvol_array *array)

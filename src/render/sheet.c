@@ -20,11 +20,14 @@
 #include "base/memory.h"
 #include "base/thread.h"
 #include "render/sheet_band.h"
+#include "render/sheet_mask.h"
 #include "transform/cell_points.h"
 
 typedef struct sheet_state {
     const cvol_array *array;
-    cvol_array *ranged; /* what `array` is if it came without block ranges; else NULL */
+    cvol_array *ranged;    /* what `array` is if it came without block ranges; else NULL */
+    const cvol_mask *mask; /* NULL: all samples have a value */
+    uint8_t *masked;       /* its state in every block */
     cvol_transfer *transfer;
     cvol_visibility by_transfer, everything;
     cvol_sheet_table *table;
@@ -43,6 +46,7 @@ static void sheet_free(void *opaque_state)
     if (!state)
         return;
     cvol_transfer_free(state->transfer);
+    free(state->masked);
     free(state->table);
     free(state->intermediate.lines);
     free(state->intermediate.scratch);
@@ -73,6 +77,11 @@ int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array
     if (!state->table || !state->bases) {
         sheet_free(state);
         return cvol_fail_memory(context, sizeof *state->table, "a renderer");
+    }
+    state->mask = array->mask;
+    if (array->mask && (code = cvol_sheet_mask_blocks(context, &state->masked, array))) {
+        sheet_free(state);
+        return code;
     }
     if (!array->has_ranges) {
         code = cvol_array_share(context, &state->ranged, array);
@@ -303,6 +312,7 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     int code = cvol_sheet_plan_make(context, &plan, array, view);
     if (code)
         return code;
+    plan.masked = state->mask != NULL;
     const int band_lines = choose_band_lines(&plan, threads);
     if (!prepare_image(state, &plan, threads) || !prepare_bands(state, &plan, threads, band_lines))
         return cvol_fail(context, CVOL_ERROR_MEMORY,
@@ -318,11 +328,13 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
         .filters = cvol_lapped_filters_of(&plan),
         .table = state->table,
         .visibility = colour ? &state->by_transfer : &state->everything,
+        .mask = state->mask,
+        .masked = state->masked,
         .kernel = choose_kernel(options->mode),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,
-        .start = {[3] = colour ? 1 : 0},
+        .start = {[3] = colour ? 1 : 0, [5] = 1},
     };
     code = draw_bands(context, state, &frame, band_lines, threads);
     if (code)

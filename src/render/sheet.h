@@ -48,6 +48,7 @@ typedef struct cvol_sheet_plan {
     size_t lanes, rows, sheets; /* samples along each */
     size_t blocks_lane, blocks_row, layers;
     int lapped;    /* the array is */
+    int masked;    /* some samples have no value */
     int ascending; /* sheets are met in rising order */
     double shear_lane, shear_row;
     double distance; /* between sheets along a ray, in mean spacings */
@@ -70,10 +71,10 @@ static inline double cvol_sheet_margin(size_t samples)
 int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
                          const cvol_view *view);
 
-/* The intermediate image: per row five lines of `width` floats. Mode composite: premultiplied
- * colour r g b, transmittance, and the value at the last sheet that the group met; the others: see
- * their kernels. */
-#define CVOL_LINES 5
+/* The intermediate image: per row six lines of `width` floats. Mode composite: premultiplied
+ * colour r g b, transmittance, the value at the last sheet that the group met, and how much of it
+ * was of samples that have a value (arrays with a mask only); the others: see their kernels. */
+#define CVOL_LINES 6
 typedef struct cvol_intermediate {
     int width, height;
     float *lines;    /* [height][CVOL_LINES][width] */
@@ -90,6 +91,10 @@ typedef struct cvol_line {
     int32_t *met;
     int number, width;
 } cvol_line;
+
+/* Bits of a window: something in it can be seen; some samples in it have no value. */
+#define CVOL_WINDOW_SEEN 1
+#define CVOL_WINDOW_MASKED 2
 
 /* Which windows of a layer's samples can be seen: window c of block row y covers samples
  * 16 (c - 1) .. 16 (c - 1) + 31; `within` for rows inside block row y, `across` for those between y
@@ -118,6 +123,7 @@ typedef struct cvol_layer {
     int sheet_count;
     cvol_sheet_view sheets[CVOL_BLOCK_MAX]; /* front to back */
     long row_stride;
+    long cover_at; /* how far behind each sample its cover lies (sheet_mask.h); 0: no mask */
     double lane_step, row_step;
     /* Sample coordinates of the faces through which rays would enter and leave, a little outwards,
      * and in how many sheets a ray moves by one sample; the latter is never zero or infinite. */

@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "render/sheet_mask.h"
 
 /* ---- memory ------------------------------------------------------------------------------- */
 
@@ -69,7 +70,9 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
     const size_t sheets = (size_t)block + (plan->lapped ? 2 : 0);
     memory->row_stride = (long)row_stride;
     memory->sheet_stride = (long)(rows * row_stride);
-    if (!cvol_ensure(&memory->samples, &memory->sample_capacity, rows * row_stride * sheets,
+    const size_t samples = rows * row_stride * sheets;
+    memory->cover_at = plan->masked ? (long)samples : 0;
+    if (!cvol_ensure(&memory->samples, &memory->sample_capacity, samples << plan->masked,
                      sizeof(float)) ||
         !cvol_layer_skip_prepare(&memory->skip[0], plan) ||
         !cvol_layer_skip_prepare(&memory->skip[1], plan) ||
@@ -117,6 +120,22 @@ static void extend_faces(float *at, const cvol_band_memory *memory, const cvol_s
     }
 }
 
+cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame)
+{
+    return (cvol_skip_source){frame->plan, frame->array, frame->visibility, frame->masked};
+}
+
+void cvol_band_cover(float *out, const cvol_band_memory *memory, long sheet_stride,
+                     const cvol_sheet_frame *frame, size_t lane, size_t row, size_t layer)
+{
+    if (!frame->masked)
+        return;
+    const int state =
+        frame->masked[cvol_sheet_block_index(frame->plan, frame->array, lane, row, layer)];
+    cvol_sheet_mask_cover(out + memory->cover_at, memory->row_stride, sheet_stride, frame->plan,
+                          frame->array, frame->mask, state, lane, row, layer);
+}
+
 static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *frame,
                            const cvol_band_layer *at, size_t lane, size_t row)
 {
@@ -128,8 +147,12 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
                  (1 + (long)(row - at->first_row) * plan->points_row) * memory->row_stride;
     frame->evaluate(out, memory->row_stride, memory->sheet_stride, block, &frame->axes,
                     array->block_log2, (float)array->step, memory->work);
-    if (lane == 0 || row == 0 || lane + 1 == plan->blocks_lane || row + 1 == plan->blocks_row)
-        extend_faces(out, memory, plan, array->block, lane, row);
+    cvol_band_cover(out, memory, memory->sheet_stride, frame, lane, row, at->layer);
+    if (lane > 0 && row > 0 && lane + 1 < plan->blocks_lane && row + 1 < plan->blocks_row)
+        return;
+    extend_faces(out, memory, plan, array->block, lane, row);
+    if (memory->cover_at)
+        extend_faces(out + memory->cover_at, memory, plan, array->block, lane, row);
 }
 
 /* Evaluates those blocks of a row that can be seen through the transfer function and past what is
@@ -198,6 +221,7 @@ void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride,
 {
     out->sheet_count = (int)(at->z_end - at->z_begin);
     out->row_stride = row_stride;
+    out->cover_at = 0;
     out->lane_step = plan->du / plan->pitch_lane;
     out->row_step = plan->dv / plan->pitch_row;
     const double way = plan->ascending ? 1 : -1;
@@ -247,7 +271,7 @@ static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
     const int width = frame->intermediate->width;
     for (int j = begin; j < end; j++) {
         cvol_line line = cvol_band_line(frame->intermediate, j);
-        for (int k = 0; k < CVOL_LINES; k++)
+        for (int k = 0; k < CVOL_LINES - !frame->masked; k++)
             for (int i = 0; i < width; i++)
                 line.values[k * width + i] = frame->start[k];
         memset(line.opaque, 0, (size_t)(width / CVOL_GROUP));
@@ -268,6 +292,7 @@ static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
     cvol_layer layer, first_sheet;
     cvol_layer_describe(&layer, memory->samples, memory->row_stride, memory->sheet_stride, skip,
                         before, plan, at);
+    layer.cover_at = memory->cover_at;
     first_sheet = layer;
     first_sheet.sheet_count = 1;
     for (int from = begin; from < end; from += CVOL_TILE) {
@@ -296,6 +321,7 @@ int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_s
     cvol_band_layer at = {.tile_begin = begin / CVOL_TILE,
                           .tile_end = (end + CVOL_TILE - 1) / CVOL_TILE};
     const cvol_layer_skip *before = NULL;
+    const cvol_skip_source source = cvol_band_skip_source(frame);
     clear_lines(frame, begin, end);
     memset(memory->pending, 0, (size_t)(end - begin + CVOL_TILE - 1) / CVOL_TILE);
     cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
@@ -314,8 +340,7 @@ int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_s
         before = NULL;
         if (!cvol_layer_rows(&at.first_row, &at.last_row, plan, block, at.layer, begin, end))
             continue;
-        cvol_layer_skip_make(skip, plan, frame->array, frame->visibility, at.layer, at.first_row,
-                             at.last_row);
+        cvol_layer_skip_make(skip, &source, at.layer, at.first_row, at.last_row);
         draw_layer(memory, frame, skip, met, &at, begin, end);
         before = skip;
         cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);

@@ -18,6 +18,8 @@ struct cvol_sheet_frame {
     cvol_lapped_filters filters; /* of lapped arrays */
     const cvol_sheet_table *table;
     const cvol_visibility *visibility;
+    const cvol_mask *mask; /* NULL: all samples have a value */
+    const uint8_t *masked; /* its state in every block */
     cvol_sheet_kernel *kernel;
     cvol_sheet_evaluator *evaluate;
     cvol_intermediate *intermediate;
@@ -29,6 +31,7 @@ struct cvol_sheet_frame {
 struct cvol_band_memory {
     float *samples; /* of one layer: [B][rows + 2][row_stride]; lapped: B + 2 sheets */
     long row_stride, sheet_stride;
+    long cover_at;           /* see cvol_layer */
     cvol_layer_skip skip[2]; /* of layers in turn */
     uint8_t *seen;           /* for each row of blocks: whether some of it can be seen */
     uint8_t *pending; /* for each row of tiles: whether the layer before was drawn to its end */
@@ -61,6 +64,11 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, in
 void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride, long sheet_stride,
                          const cvol_layer_skip *skip, const cvol_layer_skip *before,
                          const cvol_sheet_plan *plan, const cvol_band_layer *at);
+cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame);
+/* Writes the cover of block (lane, row) of a layer whose samples begin at `out`, if there is a
+ * mask. */
+void cvol_band_cover(float *out, const cvol_band_memory *memory, long sheet_stride,
+                     const cvol_sheet_frame *frame, size_t lane, size_t row, size_t layer);
 cvol_line cvol_band_line(const cvol_intermediate *image, int j);
 
 /* Grows *memory (a pointer to any object pointer) to `count` elements, zeroed; what it held is

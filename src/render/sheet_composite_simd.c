@@ -115,32 +115,52 @@ CVOL_INLINE int find_level_before(float *level, const cvol_layer *layer,
         return 0;
     const float *levels;
     long y;
-    const uint8_t *seen = find_windows(&levels, &y, layer, windows,
+    const uint8_t *bits = find_windows(&levels, &y, layer, windows,
                                        sheet->row_at + line * layer->row_step - layer->row_drift);
     const long window = window_of((long)floor(position - layer->lane_drift));
     *level = levels[window];
-    return !seen[window];
+    return !bits[window];
 }
 
 /* A group that was drawn up to the sheet before meets a window that cannot be seen: what of the
- * interval between the two can be, is drawn. */
+ * interval between the two can be, is drawn. If samples there may have no value, then what half of
+ * it has by the sheet before. */
 CVOL_INLINE void composite_end(const cvol_layer *layer, const cvol_sheet_view *sheet,
                                const cvol_sheet_table *table, const cvol_line *line,
-                               const line_view *view, int group, float level)
+                               const line_view *view, int group, long window, int masked)
 {
     int closed = 1;
     for (int i = group * CVOL_GROUP; i < (group + 1) * CVOL_GROUP; i += CVOL_LANES) {
         const cvol_vf before = cvol_load(line->values + 4 * line->width + i);
-        const cvol_vf weight = weigh(layer, view, sheet->lane_at + i * layer->lane_step);
-        closed &= composite_interval(table, line->values + i, line->width, before,
-                                     cvol_splat(level), weight, 1);
+        cvol_vf weight = weigh(layer, view, sheet->lane_at + i * layer->lane_step), to = before;
+        if (masked && view->windows[window] & CVOL_WINDOW_MASKED)
+            weight *= 0.5f * cvol_load(line->values + 5 * line->width + i);
+        else
+            to = cvol_splat(view->levels[window]);
+        closed &= composite_interval(table, line->values + i, line->width, before, to, weight, 1);
     }
     line->opaque[group] = (uint8_t)closed;
 }
 
+/* One end of an interval: the value there and, of arrays with a mask, its cover. */
+typedef struct interval_end {
+    cvol_vf value, cover;
+} interval_end;
+
+/* The interval between two ends of which parts may have no value; where an end has none, the
+ * other's value holds. */
+CVOL_INLINE int composite_masked(const cvol_sheet_table *table, float *r, int width, interval_end a,
+                                 interval_end b, cvol_vf weight)
+{
+    const cvol_vf from = cvol_select(a.cover < LEAST_WEIGHT, b.value, a.value);
+    const cvol_vf to = cvol_select(b.cover < LEAST_WEIGHT, a.value, b.value);
+    return composite_interval(table, r, width, from, to, weight * 0.5f * (a.cover + b.cover), 1);
+}
+
 /* A sheet stands for the interval before it. */
 CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
-                                 const cvol_sheet_table *table, const cvol_line *line, int unit)
+                                 const cvol_sheet_table *table, const cvol_line *line, int unit,
+                                 int masked)
 {
     line_view view;
     const int only = sheet->front == -0.5f;
@@ -160,9 +180,9 @@ CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view 
         const long window = window_of(x);
         const int inside = whole && group >= sheet->inside_begin && group < sheet->inside_end;
         int known = line->met[group] == sheet->ordinal - 1;
-        if (!view.windows[window]) {
+        if (!(view.windows[window] & CVOL_WINDOW_SEEN)) {
             if (known)
-                composite_end(layer, sheet, table, line, &view, group, view.levels[window]);
+                composite_end(layer, sheet, table, line, &view, group, window, masked);
             continue;
         }
         float level = 0;
@@ -172,32 +192,58 @@ CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view 
         int closed = 1;
         for (int part = 0; part < CVOL_GROUP; part += CVOL_LANES) {
             double position = sheet->lane_at + (i + part) * step;
-            cvol_vf value = unit ? reconstruct_unit(&view, &footprint, x + part)
+            interval_end end = {.cover = cvol_splat(1)}, before;
+            if (masked && view.windows[window] & CVOL_WINDOW_MASKED)
+                end.value = unit ? reconstruct_unit_masked(&end.cover, &view, &footprint, x + part,
+                                                           layer->cover_at)
+                                 : reconstruct_finer_masked(&end.cover, &view, position, step,
+                                                            layer->cover_at);
+            else
+                end.value = unit ? reconstruct_unit(&view, &footprint, x + part)
                                  : reconstruct_finer(&view, position, step);
-            cvol_vf before = begins  ? cvol_splat(level)
-                             : known ? cvol_load(previous + i + part)
-                                     : value;
+            before.value = begins  ? cvol_splat(level)
+                           : known ? cvol_load(previous + i + part)
+                                   : end.value;
             float *r = line->values + i + part;
-            cvol_store(previous + i + part, value);
-            if (inside && known) {
-                closed &= composite_interval(table, r, line->width, before, value, value, 0);
+            cvol_store(previous + i + part, end.value);
+            if (inside && known && !masked) {
+                closed &= composite_interval(table, r, line->width, before.value, end.value,
+                                             end.value, 0);
                 continue;
             }
-            cvol_vf weight = inside ? cvol_splat(0.5f) : weigh(layer, &view, position);
-            closed &= composite_interval(table, r, line->width, before, value, weight, 1);
+            cvol_vf weight = !inside ? weigh(layer, &view, position) : cvol_splat(known ? 1 : 0.5f);
+            if (masked) {
+                before.cover = begins  ? cvol_splat(1)
+                               : known ? cvol_load(r + 5 * line->width)
+                                       : end.cover;
+                cvol_store(r + 5 * line->width, end.cover);
+                closed &= composite_masked(table, r, line->width, before, end, weight);
+                continue;
+            }
+            closed &= composite_interval(table, r, line->width, before.value, end.value, weight, 1);
         }
         line->met[group] = sheet->ordinal;
         line->opaque[group] = (uint8_t)closed;
     }
 }
 
+CVOL_INLINE void composite_layer(const cvol_layer *layer, const cvol_sheet_table *table,
+                                 const cvol_line *line, int unit, int masked)
+{
+    for (int s = 0; s < layer->sheet_count; s++)
+        composite_sheet(layer, &layer->sheets[s], table, line, unit, masked);
+}
+
 void CVOL_SIMD(cvol_sheet_composite)(const cvol_layer *layer, const cvol_sheet_table *table,
                                      const cvol_line *line)
 {
-    if (layer->lane_step == 1)
-        for (int s = 0; s < layer->sheet_count; s++)
-            composite_sheet(layer, &layer->sheets[s], table, line, 1);
+    const int unit = layer->lane_step == 1;
+    if (layer->cover_at && unit)
+        composite_layer(layer, table, line, 1, 1);
+    else if (layer->cover_at)
+        composite_layer(layer, table, line, 0, 1);
+    else if (unit)
+        composite_layer(layer, table, line, 1, 0);
     else
-        for (int s = 0; s < layer->sheet_count; s++)
-            composite_sheet(layer, &layer->sheets[s], table, line, 0);
+        composite_layer(layer, table, line, 0, 0);
 }

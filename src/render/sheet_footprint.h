@@ -111,6 +111,49 @@ CVOL_INLINE cvol_vf reconstruct_finer(const line_view *view, double position, do
     return left + fraction * (right - left);
 }
 
+/* The same two where samples may have no value: *cover is the weight of those that have. */
+CVOL_INLINE cvol_vf mean_of(cvol_vf sum, cvol_vf cover)
+{
+    return sum / cvol_max(cover, cvol_splat(LEAST_WEIGHT));
+}
+
+CVOL_INLINE cvol_vf reconstruct_unit_masked(cvol_vf *cover, const line_view *view,
+                                            const unit_footprint *footprint, long x, long cover_at)
+{
+    const cvol_vf a = footprint->near_left * cvol_load(view->near + cover_at + x),
+                  b = footprint->near_right * cvol_load(view->near + cover_at + x + 1),
+                  c = footprint->far_left * cvol_load(view->far + cover_at + x),
+                  d = footprint->far_right * cvol_load(view->far + cover_at + x + 1);
+    *cover = a + b + c + d;
+    return mean_of(a * cvol_load(view->near + x) + b * cvol_load(view->near + x + 1) +
+                       c * cvol_load(view->far + x) + d * cvol_load(view->far + x + 1),
+                   *cover);
+}
+
+CVOL_INLINE cvol_vf reconstruct_finer_masked(cvol_vf *cover, const line_view *view, double position,
+                                             double step, long cover_at)
+{
+    const double whole = floor(position);
+    const float *near = view->near + (long)whole, *far = view->far + (long)whole;
+    const cvol_vf at = (float)(position - whole) + cvol_iota() * (float)step;
+    const cvol_vi index = cvol_to_int(at);
+    const cvol_vf fraction = at - cvol_to_float(index);
+    cvol_vf sums[2], covers[2];
+    for (int k = 0; k < 2; k++) {
+        const long i = k * CVOL_LANES;
+        const cvol_vf a = view->near_weight * cvol_load(near + cover_at + i),
+                      b = view->far_weight * cvol_load(far + cover_at + i);
+        covers[k] = a + b;
+        sums[k] = a * cvol_load(near + i) + b * cvol_load(far + i);
+    }
+    const cvol_vf left = cvol_shuffle(covers[0], covers[1], index),
+                  right = cvol_shuffle(covers[0], covers[1], index + 1);
+    const cvol_vf from = cvol_shuffle(sums[0], sums[1], index),
+                  to = cvol_shuffle(sums[0], sums[1], index + 1);
+    *cover = left + fraction * (right - left);
+    return mean_of(from + fraction * (to - from), *cover);
+}
+
 /* How much of its slab the CVOL_LANES pixels from `position` on spend within; 0 or less: none. */
 CVOL_INLINE cvol_vf weigh(const cvol_layer *layer, const line_view *view, double position)
 {

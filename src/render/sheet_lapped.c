@@ -70,10 +70,10 @@ static void open_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame, 
     place_sheets(layer, memory, step, plan->ascending);
     layer->count = (int)(at->z_end - at->z_begin);
     layer->held = cvol_lapped_face(at->layer + (size_t)plan->ascending, plan->sheets) ? 2 : 0;
-    cvol_layer_skip_make(&layer->skip, plan, frame->array, frame->visibility, at->layer,
-                         at->first_row > 2 ? at->first_row - 2 : 0,
-                         at->last_row + 2 < plan->blocks_row ? at->last_row + 2
-                                                             : plan->blocks_row - 1);
+    const cvol_skip_source source = cvol_band_skip_source(frame);
+    cvol_layer_skip_make(
+        &layer->skip, &source, at->layer, at->first_row > 2 ? at->first_row - 2 : 0,
+        at->last_row + 2 < plan->blocks_row ? at->last_row + 2 : plan->blocks_row - 1);
     memset(layer->have, 0, plan->blocks_lane * plan->blocks_row);
     memset(layer->seen, 0, plan->blocks_row);
 }
@@ -102,6 +102,8 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
     float *out = layer->samples + CVOL_SHEET_PAD + (long)lane * plan->points_lane +
                  (1 + (long)(row - at->first_row) * plan->points_row) * memory->row_stride;
     cvol_block_axes axes = frame->axes;
+    if (layer->skip.touched[row * plan->blocks_lane + lane])
+        cvol_band_cover(out, memory, layer->sheet_stride, frame, lane, row, at->layer);
     axes.sheet_ends = what == CVOL_HAVE_ALL ? 0 : what;
     frame->evaluate(out, memory->row_stride, layer->sheet_stride,
                     &array->block_table[cvol_sheet_block_index(plan, array, lane, row, at->layer)],
@@ -136,6 +138,7 @@ static void describe(cvol_layer *now, const cvol_band_memory *memory, const cvol
 {
     cvol_layer_describe(now, layer->samples, memory->row_stride, layer->sheet_stride, &layer->skip,
                         before->reached ? &before->skip : NULL, frame->plan, &layer->at);
+    now->cover_at = memory->cover_at;
     now->sheet_count -= layer->held;
     layer->drawn = *now;
     layer->drawn.sheet_count = layer->held;

@@ -189,8 +189,10 @@ static void bound_cells(const work *w, const cvol_lapped_layer *layer, piece p, 
     }
 }
 
-/* Repeats the volume's outermost samples, as where cells are not lapped. */
-static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p, sheet_span sheets)
+/* Repeats the volume's outermost samples, as where cells are not lapped; of their cover, which lies
+ * `offset` behind, too. */
+static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p, sheet_span sheets,
+                         long offset)
 {
     const cvol_sheet_plan *plan = w->plan;
     const long row_stride = w->memory->row_stride,
@@ -199,7 +201,7 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
     const int above = p.row == 0 && p.begin == 0;
     const int below = p.row + 1 == plan->blocks_row && p.begin + p.count == plan->points_row;
     for (int z = sheets.begin; z < sheets.begin + sheets.count; z++) {
-        float *first = find_samples(w, layer, 0, p.row, p.begin) + z * layer->sheet_stride;
+        float *first = find_samples(w, layer, 0, p.row, p.begin) + z * layer->sheet_stride + offset;
         for (int r = 0; r < p.count; r++) {
             float *line = first + r * row_stride;
             line[-1] = line[-2] = line[0];
@@ -216,7 +218,9 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
 static void finish(const work *w, const cvol_lapped_layer *layer, piece p, sheet_span sheets)
 {
     bound_cells(w, layer, p, sheets);
-    extend_faces(w, layer, p, sheets);
+    extend_faces(w, layer, p, sheets, 0);
+    if (w->memory->cover_at)
+        extend_faces(w, layer, p, sheets, w->memory->cover_at);
 }
 
 /* The slice of a layer, counted along its axis, that is the i-th met. */

@@ -18,7 +18,7 @@ CVOL_INLINE void project(float *first, float *second, cvol_vf value, cvol_vf wei
 
 /* A sheet stands for the slab of half an interval before and behind it. */
 CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
-                               const cvol_line *line, int unit, int largest)
+                               const cvol_line *line, int unit, int largest, int masked)
 {
     line_view view;
     view_line(&view, layer, sheet, line->number, -0.5f, 0.5f);
@@ -28,21 +28,34 @@ CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *s
     const unit_footprint footprint = make_unit_footprint(&view, sheet);
     for (int i = sheet->begin * CVOL_GROUP; i < sheet->end * CVOL_GROUP; i += CVOL_LANES) {
         double position = sheet->lane_at + i * step;
-        cvol_vf value = unit ? reconstruct_unit(&view, &footprint, footprint.x + i)
-                             : reconstruct_finer(&view, position, step);
-        project(line->values + i, line->values + line->width + i, value,
-                weigh(layer, &view, position), largest);
+        const long x = unit ? footprint.x + i : (long)floor(position);
+        cvol_vf weight = weigh(layer, &view, position), value, cover;
+        if (masked) {
+            if (!(view.windows[window_of(x)] & CVOL_WINDOW_SEEN)) /* no sample has a value */
+                continue;
+            value = unit ? reconstruct_unit_masked(&cover, &view, &footprint, x, layer->cover_at)
+                         : reconstruct_finer_masked(&cover, &view, position, step, layer->cover_at);
+            weight = largest ? cvol_select(cover >= 0.5f, weight, cvol_splat(0)) : weight * cover;
+        } else {
+            value = unit ? reconstruct_unit(&view, &footprint, x)
+                         : reconstruct_finer(&view, position, step);
+        }
+        project(line->values + i, line->values + line->width + i, value, weight, largest);
     }
 }
 
 CVOL_INLINE void project_layer(const cvol_layer *layer, const cvol_line *line, int largest)
 {
-    if (layer->lane_step == 1)
-        for (int s = 0; s < layer->sheet_count; s++)
-            project_sheet(layer, &layer->sheets[s], line, 1, largest);
-    else
-        for (int s = 0; s < layer->sheet_count; s++)
-            project_sheet(layer, &layer->sheets[s], line, 0, largest);
+    const int unit = layer->lane_step == 1;
+    for (int s = 0; s < layer->sheet_count; s++) {
+        const cvol_sheet_view *sheet = &layer->sheets[s];
+        if (layer->cover_at)
+            project_sheet(layer, sheet, line, unit, largest, 1);
+        else if (unit)
+            project_sheet(layer, sheet, line, 1, largest, 0);
+        else
+            project_sheet(layer, sheet, line, 0, largest, 0);
+    }
 }
 
 void CVOL_SIMD(cvol_sheet_sum)(const cvol_layer *layer, const cvol_sheet_table *table,

@@ -87,69 +87,96 @@ static void window_blocks(size_t *first, size_t *last, const cvol_sheet_plan *pl
     *last = (size_t)(end / points > final ? final : end / points);
 }
 
-/* Joint range of a window's blocks in one row of blocks, widened into *lo, *hi. */
-static void widen_range(int *lo, int *hi, const cvol_sheet_plan *plan, const cvol_array *array,
-                        size_t first, size_t last, size_t row, size_t layer)
+/* What a window's blocks hold together. */
+typedef struct window_content {
+    int lo, hi; /* range codes; lo > hi: no sample has a value */
+    int masked; /* some samples have none */
+} window_content;
+
+/* A block of a layer; NULL if none of its samples has a value. */
+static const cvol_block *find_block(const cvol_skip_source *source, size_t lane, size_t row,
+                                    size_t layer)
+{
+    const size_t index = cvol_sheet_block_index(source->plan, source->array, lane, row, layer);
+    const int empty = source->masked && source->masked[index] == CVOL_MASK_ALL;
+    return empty ? NULL : &source->array->block_table[index];
+}
+
+/* Adds blocks first .. last of one row. */
+static void widen(window_content *content, const cvol_skip_source *source, size_t first,
+                  size_t last, size_t row, size_t layer)
 {
     for (size_t lane = first; lane <= last; lane++) {
-        const cvol_block *block =
-            &array->block_table[cvol_sheet_block_index(plan, array, lane, row, layer)];
-        *lo = block->range[0] < *lo ? block->range[0] : *lo;
-        *hi = block->range[1] > *hi ? block->range[1] : *hi;
+        const size_t index = cvol_sheet_block_index(source->plan, source->array, lane, row, layer);
+        const int state = source->masked ? source->masked[index] : CVOL_MASK_NONE;
+        content->masked |= state != CVOL_MASK_NONE;
+        if (state == CVOL_MASK_ALL)
+            continue;
+        const cvol_block *block = &source->array->block_table[index];
+        content->lo = block->range[0] < content->lo ? block->range[0] : content->lo;
+        content->hi = block->range[1] > content->hi ? block->range[1] : content->hi;
     }
 }
 
 /* Whether rays meet something visible on their way between one of these blocks and its neighbour
  * in the layer before or behind. Between neighbours in a layer, joint ranges tell. */
-static int has_visible_gap(const cvol_visibility *visibility, const cvol_sheet_plan *plan,
-                           const cvol_array *array, size_t first, size_t last, size_t row,
+static int has_visible_gap(const cvol_skip_source *source, size_t first, size_t last, size_t row,
                            size_t layer)
 {
     for (size_t lane = first; lane <= last; lane++) {
-        const cvol_block *at =
-            &array->block_table[cvol_sheet_block_index(plan, array, lane, row, layer)];
-        for (size_t other = layer ? layer - 1 : 1; other <= layer + 1 && other < plan->layers;
-             other += 2)
-            if (is_gap_visible(
-                    visibility, at,
-                    &array->block_table[cvol_sheet_block_index(plan, array, lane, row, other)]))
+        const cvol_block *at = find_block(source, lane, row, layer);
+        for (size_t other = layer ? layer - 1 : 1;
+             at && other <= layer + 1 && other < source->plan->layers; other += 2) {
+            const cvol_block *beside = find_block(source, lane, row, other);
+            if (beside && is_gap_visible(source->visibility, at, beside))
                 return 1;
+        }
     }
     return 0;
 }
 
-/* Amidst a range, as samples are evaluated. */
-static float level_of(const cvol_array *array, int lo, int hi)
+static int is_content_visible(const cvol_skip_source *source, const window_content *content)
 {
-    const double unit = (array->range_max - array->range_min) / 255;
-    return (float)(array->range_min - array->offset + unit * (lo + hi) / 2);
+    return content->lo <= content->hi && is_visible(source->visibility, content->lo, content->hi);
 }
 
-void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
-                          const cvol_array *array, const cvol_visibility *visibility, size_t layer,
+/* Amidst a range, as samples are evaluated. */
+static float level_of(const cvol_array *array, const window_content *content)
+{
+    const double unit = (array->range_max - array->range_min) / 255;
+    return (float)(array->range_min - array->offset + unit * (content->lo + content->hi) / 2);
+}
+
+static uint8_t bits_of(int seen, const window_content *content)
+{
+    return (uint8_t)((seen ? CVOL_WINDOW_SEEN : 0) | (content->masked ? CVOL_WINDOW_MASKED : 0));
+}
+
+void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_skip_source *source, size_t layer,
                           size_t first_row, size_t last_row)
 {
+    const cvol_sheet_plan *plan = source->plan;
     const size_t lanes = plan->blocks_lane, windows = plan->blocks_row * (size_t)skip->windows;
     memset(skip->touched + first_row * lanes, 0, lanes * (last_row - first_row + 1));
     for (size_t row = first_row; row <= last_row; row++)
         for (int c = 0; c < skip->windows; c++) {
+            const size_t at = row * (size_t)skip->windows + (size_t)c;
             size_t first, last;
             window_blocks(&first, &last, plan, c);
-            int lo = 255, hi = 0;
-            widen_range(&lo, &hi, plan, array, first, last, row, layer);
-            int within = is_visible(visibility, lo, hi) ||
-                         has_visible_gap(visibility, plan, array, first, last, row, layer);
-            const size_t at = row * (size_t)skip->windows + (size_t)c;
-            skip->levels[at] = level_of(array, lo, hi);
+            window_content content = {255, 0, 0};
+            widen(&content, source, first, last, row, layer);
+            const int within = is_content_visible(source, &content) ||
+                               has_visible_gap(source, first, last, row, layer);
+            skip->within[at] = bits_of(within, &content);
+            skip->levels[at] = level_of(source->array, &content);
             int across = within;
-            if (row < last_row && !across) {
-                widen_range(&lo, &hi, plan, array, first, last, row + 1, layer);
-                across = is_visible(visibility, lo, hi) ||
-                         has_visible_gap(visibility, plan, array, first, last, row + 1, layer);
+            if (row < last_row && (!across || source->masked)) {
+                widen(&content, source, first, last, row + 1, layer);
+                across = across || is_content_visible(source, &content) ||
+                         has_visible_gap(source, first, last, row + 1, layer);
             }
-            skip->levels[windows + at] = level_of(array, lo, hi);
-            skip->within[at] = (uint8_t)within;
-            skip->across[at] = (uint8_t)across;
+            skip->across[at] = bits_of(across, &content);
+            skip->levels[windows + at] = level_of(source->array, &content);
             for (size_t lane = first; lane <= last; lane++) {
                 skip->touched[row * lanes + lane] |= (uint8_t)across;
                 if (row < last_row)

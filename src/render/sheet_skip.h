@@ -31,9 +31,16 @@ typedef struct cvol_layer_skip {
 int cvol_layer_skip_prepare(cvol_layer_skip *skip, const cvol_sheet_plan *plan);
 void cvol_layer_skip_free(cvol_layer_skip *skip);
 
+/* What a layer's windows are made from. */
+typedef struct cvol_skip_source {
+    const cvol_sheet_plan *plan;
+    const cvol_array *array;
+    const cvol_visibility *visibility;
+    const uint8_t *masked; /* cvol_mask_state of every block; NULL: no mask */
+} cvol_skip_source;
+
 /* Fills the windows and touched blocks of a layer, for rows of blocks first_row .. last_row. */
-void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
-                          const cvol_array *array, const cvol_visibility *visibility, size_t layer,
+void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_skip_source *source, size_t layer,
                           size_t first_row, size_t last_row);
 
 /* Index of block (lane, row) of a layer in the array's block table. */
