@@ -12,9 +12,9 @@
 /* Pixels that a footprint may span along one axis. */
 #define SPAN_MOST 2048
 /* Places that the tables tell, in a sample, as far as memory allows. */
-#define PRODUCT_PHASES 1024.0
+#define PRODUCT_PHASES 256.0
 #define CONE_PHASES 64.0
-#define TABLE_FLOATS (1 << 17)
+#define TABLE_FLOATS (1 << 18)
 /* How wide a box' edges are, in samples. */
 #define EDGE 0.125
 /* Sums over a lattice that differ by less are one. */
@@ -100,8 +100,10 @@ static void choose_phases(cvol_footprint_table *table)
     const double floats = is_cone ? x * y * table->height * table->stride
                                   : fmax(x * table->stride, y * table->height);
     const double less = floats > TABLE_FLOATS ? TABLE_FLOATS / floats : 1;
-    table->phases_x = (int)fmax(1, x * (is_cone ? sqrt(less) : less));
-    table->phases_y = (int)fmax(1, y * (is_cone ? sqrt(less) : less));
+    table->log2_x = (int)lround(log2(fmax(1, x * (is_cone ? sqrt(less) : less))));
+    table->log2_y = (int)lround(log2(fmax(1, y * (is_cone ? sqrt(less) : less))));
+    table->phases_x = 1 << table->log2_x;
+    table->phases_y = 1 << table->log2_y;
 }
 
 static double place_x(const cvol_footprint_table *table, int px, int column)
@@ -177,7 +179,7 @@ int cvol_footprint_table_make(cvol_context *context, cvol_footprint_table *table
     table->shape = *shape;
     table->width = (int)fmax(1, ceil(2 * reach_x - 1e-9));
     table->height = (int)fmax(1, ceil(2 * reach_y - 1e-9));
-    table->stride = (table->width + 3 * CVOL_FOOTPRINT_PAD + 3) / 4 * 4;
+    table->stride = (table->width + 2 * CVOL_FOOTPRINT_PAD + 3) / 4 * 4;
     choose_phases(table);
     if (!allocate_table(table)) {
         cvol_footprint_table_free(table);

@@ -37,7 +37,7 @@ cvol_footprint_shape cvol_footprint_shape_make(const cvol_splat_options *options
                                                double pixels[3][2]);
 
 /* Zeros before the weights of a row of the table, and at least as many behind. */
-#define CVOL_FOOTPRINT_PAD 4
+#define CVOL_FOOTPRINT_PAD 8
 
 /* Weights by where in a pixel a sample lies. In y it lies at (py + 1/2) / phases_y of the pixel
  * floor(y), and first_y[py] .. first_y[py] + height - 1, counted from that one, are the rows of
@@ -53,7 +53,8 @@ cvol_footprint_shape cvol_footprint_shape_make(const cvol_splat_options *options
  *     rows[((py height + row) phases_x + px) stride + CVOL_FOOTPRINT_PAD + column]. */
 typedef struct cvol_footprint_table {
     cvol_footprint_shape shape;
-    int phases_x, phases_y, width, height, stride;
+    int log2_x, log2_y, phases_x, phases_y; /* phases are powers of two */
+    int width, height, stride;
     int *first_x, *first_y;
     float *rows, *columns; /* columns NULL: of a cone */
 } cvol_footprint_table;

@@ -15,7 +15,7 @@
  * The picture is cut into bands of rows; each band goes through the samples of a slab that reach
  * it, on one thread, so that a pixel's sums do not depend on the number of threads.
  */
-#include "render/splat.h"
+#include "render/splat_hidden.h"
 
 #include <limits.h>
 #include <math.h>
@@ -29,13 +29,18 @@
 /* A band's sheet and picture, to fit into the second-level cache. */
 #define BAND_BYTES (1 << 19)
 #define BAND_ROWS_LEAST 16
+/* Slices between two looks at what is hidden by now, and samples that are passed over together. */
+#define HIDDEN_SLICES 8
+#define HIDDEN_SAMPLES 32
 
 typedef struct splat_state {
     cvol_splat_source source;
     cvol_grid grid;
     cvol_transfer *transfer;
     cvol_splat_table *table;
-    cvol_footprint_table footprint; /* of the picture before, and often of the next */
+    /* What the picture before leaves for the next. */
+    cvol_footprint_table footprint;
+    cvol_splat_slab slab;
 } splat_state;
 
 /* What a thread works with. */
@@ -57,6 +62,7 @@ typedef struct splat_job {
     int width, height, margin, band_rows;
     size_t row_stride;
     float *image;
+    cvol_splat_hidden *hidden; /* of each band */
 } splat_job;
 
 /* ---- state ----------------------------------------------------------------------------- */
@@ -66,6 +72,7 @@ static void splat_free(void *opaque)
     splat_state *state = opaque;
     cvol_transfer_free(state->transfer);
     cvol_footprint_table_free(&state->footprint);
+    cvol_splat_slab_free(&state->slab);
     free(state->table);
     free(state);
 }
@@ -262,14 +269,52 @@ static cvol_splat_row row_at(const splat_job *job, size_t place, size_t row)
                             place + 1 < job->plan->slices ? samples + slice : samples};
 }
 
+/* One row of a slice: sample 0 at `start`, the next ones at steps from it. */
+typedef struct row_run {
+    cvol_splat_row samples;
+    double start[2];
+    const double *step;
+} row_run;
+
+static void add_run(const splat_job *job, const cvol_splat_band *band, splat_memory *memory,
+                    const row_run *row, int begin, int end)
+{
+    CVOL_SIMD_CHOOSE(cvol_splat_list_make)
+    (&memory->list, &row->samples, begin, end, job->table, job->light);
+    if (memory->list.count > 0)
+        CVOL_SIMD_CHOOSE(cvol_splat_add)
+    (band, job->footprint, &memory->list, row->start, row->step);
+}
+
+/* Samples begin .. end - 1 of a row, without what is hidden. */
+static void add_row(const splat_job *job, const cvol_splat_band *band,
+                    const cvol_splat_hidden *hidden, splat_memory *memory, const row_run *row,
+                    int begin, int end)
+{
+    int seen = begin; /* what is from here on has not been added */
+    for (int at = begin; hidden->some && at < end; at += HIDDEN_SAMPLES) {
+        const int next = at + HIDDEN_SAMPLES < end ? at + HIDDEN_SAMPLES : end;
+        const double *start = row->start, *step = row->step;
+        if (!cvol_splat_is_hidden(hidden, band, start[0] + at * step[0], start[1] + at * step[1],
+                                  start[0] + (next - 1) * step[0], start[1] + (next - 1) * step[1]))
+            continue;
+        if (seen < at)
+            add_run(job, band, memory, row, seen, at);
+        seen = next;
+    }
+    if (seen < end)
+        add_run(job, band, memory, row, seen, end);
+}
+
 /* Adds a slice to a band's sheet. */
-static void add_slice(const splat_job *job, const cvol_splat_band *band, splat_memory *memory,
-                      size_t place, size_t slice)
+static void add_slice(const splat_job *job, const cvol_splat_band *band,
+                      const cvol_splat_hidden *hidden, splat_memory *memory, size_t place,
+                      size_t slice)
 {
     const cvol_splat_plan *plan = job->plan;
     const double(*along)[2] = plan->along;
-    const double reach[2] = {job->footprint->width + 1 + cvol_footprint_slant(job->footprint),
-                             job->footprint->height + 1.0};
+    const double reach[2] = {job->footprint->width / 2.0 + 2 + cvol_footprint_slant(job->footprint),
+                             job->footprint->height / 2.0 + 2};
     const double lo[2] = {-reach[0], band->begin - reach[1]};
     const double hi[2] = {job->width + reach[0], band->end + reach[1]};
     double origin[2], row_from = 0, row_to = (double)plan->rows - 1;
@@ -281,19 +326,16 @@ static void add_slice(const splat_job *job, const cvol_splat_band *band, splat_m
             hi[k] - fmin(drift, 0));
     }
     for (double row = row_from; row <= row_to; row++) {
-        double from = 0, to = (double)plan->lanes - 1, start[2];
+        double from = 0, to = (double)plan->lanes - 1;
+        row_run run = {.step = along[0]};
         for (int k = 0; k < 2; k++) {
-            start[k] = origin[k] + row * along[1][k];
-            cut(&from, &to, start[k], along[0][k], lo[k], hi[k]);
+            run.start[k] = origin[k] + row * along[1][k];
+            cut(&from, &to, run.start[k], along[0][k], lo[k], hi[k]);
         }
         if (!(from <= to))
             continue;
-        const cvol_splat_row samples = row_at(job, place, (size_t)row);
-        CVOL_SIMD_CHOOSE(cvol_splat_list_make)
-        (&memory->list, &samples, (int)from, (int)to + 1, job->table, job->light);
-        if (memory->list.count > 0)
-            CVOL_SIMD_CHOOSE(cvol_splat_add)
-        (band, job->footprint, &memory->list, start, along[0]);
+        run.samples = row_at(job, place, (size_t)row);
+        add_row(job, band, hidden, memory, &run, (int)from, (int)to + 1);
     }
 }
 
@@ -311,20 +353,28 @@ static void draw_band(const splat_job *job, splat_memory *memory, int number, si
                                   .sheet = memory->sheet,
                                   .image = job->image + (size_t)first * job->row_stride,
                                   .spans = memory->spans};
-    for (size_t place = begin; place < end; place++) {
+    cvol_splat_hidden *hidden = &job->hidden[number];
+    for (size_t place = begin; place < end && !hidden->all; place++) {
         const size_t slice = job->ascending ? place : job->plan->slices - 1 - place;
-        add_slice(job, &band, memory, place, slice);
+        add_slice(job, &band, hidden, memory, place, slice);
         cvol_splat_gain gain;
         set_gain(&gain, job->gain.gain, job->plan, slice);
         CVOL_SIMD_CHOOSE(cvol_splat_composite)
         (&band, gain.gain->size ? &gain : NULL, job->front);
+        if (job->front && place % HIDDEN_SLICES == HIDDEN_SLICES - 1)
+            cvol_splat_hidden_update(hidden, &band);
     }
+}
+
+static int count_bands(const splat_job *job)
+{
+    return (job->height + job->band_rows - 1) / job->band_rows;
 }
 
 static int draw_slabs(cvol_context *context, splat_job *job, cvol_splat_slab *slab,
                       const cvol_splat_source *source, splat_memory *memory)
 {
-    const int bands = (job->height + job->band_rows - 1) / job->band_rows;
+    const int bands = count_bands(job);
     const int threads = cvol_context_threads(context);
     const size_t slices = job->plan->slices;
     int code = CVOL_OK;
@@ -352,6 +402,7 @@ static void free_memory(splat_memory *memory, int threads)
         free(memory[t].sheet);
         free(memory[t].spans);
         free(memory[t].list.numbers);
+        free(memory[t].list.entries);
         free(memory[t].list.channels);
     }
     free(memory);
@@ -365,11 +416,14 @@ static splat_memory *make_memory(const splat_job *job, int threads)
     for (int t = 0; whole && t < threads; t++) {
         memory[t].sheet = cvol_allocate_zero(rows * job->row_stride, sizeof *memory[t].sheet);
         memory[t].spans = cvol_allocate(rows, sizeof *memory[t].spans);
-        memory[t].list.numbers = cvol_allocate(lanes, sizeof *memory[t].list.numbers);
+        memory[t].list.numbers = cvol_allocate_zero(lanes + CVOL_SPLAT_MARGIN,
+                                                    sizeof *memory[t].list.numbers);
+        memory[t].list.entries = cvol_allocate_zero(lanes + CVOL_SPLAT_MARGIN,
+                                                    sizeof *memory[t].list.entries);
         memory[t].list.channels = cvol_allocate(CVOL_SPLAT_CHANNELS * lanes,
                                                 sizeof *memory[t].list.channels);
         whole = memory[t].sheet && memory[t].spans && memory[t].list.numbers &&
-                memory[t].list.channels;
+                memory[t].list.entries && memory[t].list.channels;
         for (size_t row = 0; whole && row < rows; row++) {
             memory[t].spans[row][0] = INT_MAX;
             memory[t].spans[row][1] = 0;
@@ -395,7 +449,43 @@ static void choose_bands(splat_job *job, const cvol_view *view, int threads)
     /* Samples near a border between bands are classified for both. */
     int least = job->footprint->height > BAND_ROWS_LEAST ? job->footprint->height : BAND_ROWS_LEAST;
     rows = rows < share || threads == 1 ? rows : share;
-    job->band_rows = rows < least ? least : rows;
+    rows = rows < least ? least : rows;
+    job->band_rows = (rows + CVOL_HIDDEN_HEIGHT - 1) / CVOL_HIDDEN_HEIGHT * CVOL_HIDDEN_HEIGHT;
+}
+
+static void free_hidden(cvol_splat_hidden *hidden)
+{
+    if (hidden)
+        free(hidden->closed);
+    free(hidden);
+}
+
+/* All bands' cells, none of them hidden; one piece of memory is for all. */
+static cvol_splat_hidden *make_hidden(const splat_job *job)
+{
+    const int bands = count_bands(job), down = job->band_rows / CVOL_HIDDEN_HEIGHT;
+    const int across = (job->width + CVOL_HIDDEN_WIDTH - 1) / CVOL_HIDDEN_WIDTH;
+    const size_t cells = (size_t)across * (size_t)down;
+    const double slant = cvol_footprint_slant(job->footprint);
+    cvol_splat_hidden *hidden = calloc((size_t)bands, sizeof *hidden);
+    uint8_t *map = calloc(2 * cells, (size_t)bands);
+    if (!hidden || !map) {
+        free(hidden);
+        free(map);
+        return NULL;
+    }
+    for (int band = 0; band < bands; band++) {
+        const int rows = job->height - band * job->band_rows;
+        cvol_splat_hidden *own = &hidden[band];
+        own->across = across;
+        own->down = rows < job->band_rows ? (rows + CVOL_HIDDEN_HEIGHT - 1) / CVOL_HIDDEN_HEIGHT
+                                          : down;
+        own->reach[0] = (int)(job->footprint->width / 2.0 + slant + 1) / CVOL_HIDDEN_WIDTH + 1;
+        own->reach[1] = (int)(job->footprint->height / 2.0 + 1) / CVOL_HIDDEN_HEIGHT + 1;
+        own->closed = map + 2 * cells * (size_t)band;
+        own->hidden = own->closed + cells;
+    }
+    return hidden;
 }
 
 static uint8_t to_byte(float level)
@@ -442,9 +532,9 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     const int ascending = plan.rising == front;
     cvol_splat_light light;
     set_light(&light, &plan, &state->grid, view, &options->splat, ascending);
-    cvol_splat_slab slab;
     splat_job job = {.plan = &plan,
-                     .slab = &slab,
+
+                     .slab = &state->slab,
                      .footprint = &state->footprint,
                      .table = state->table,
                      .light = &light,
@@ -452,22 +542,23 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
                      .ascending = ascending,
                      .front = front};
     choose_bands(&job, view, threads);
-    code = cvol_splat_slab_create(context, &slab, &state->source, &plan);
+    code = cvol_splat_slab_prepare(context, &state->slab, &state->source, &plan);
     splat_memory *memory = make_memory(&job, threads);
     const size_t floats = (size_t)job.height * job.row_stride;
     job.image = cvol_allocate_zero(floats, sizeof *job.image);
-    if (!code && (!memory || !job.image))
+    job.hidden = make_hidden(&job);
+    if (!code && (!memory || !job.image || !job.hidden))
         code = cvol_fail_memory(context, floats * sizeof *job.image, "a picture");
     if (!code) {
         for (size_t at = 3; at < floats; at += CVOL_SPLAT_CHANNELS)
             job.image[at] = 1;
-        code = draw_slabs(context, &job, &slab, &state->source, memory);
+        code = draw_slabs(context, &job, &state->slab, &state->source, memory);
     }
     if (!code)
         finish(image, &job, options->background);
     free(job.image);
+    free_hidden(job.hidden);
     free_memory(memory, threads);
-    cvol_splat_slab_free(&slab);
     return code;
 }
 

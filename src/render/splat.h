@@ -49,11 +49,13 @@ typedef struct cvol_splat_slab {
     size_t most;   /* new slices at a time */
     size_t first;  /* the place, in the order of slices, of what is in slot 2 */
     size_t filled; /* new slices in it */
+    size_t room;   /* floats at `samples` */
 } cvol_splat_slab;
 
-/* Makes room, for as many slices as suit the source. Errors: MEMORY, LIMIT. */
-int cvol_splat_slab_create(cvol_context *context, cvol_splat_slab *slab,
-                           const cvol_splat_source *source, const cvol_splat_plan *plan);
+/* Makes room, for as many slices as suit the source, and begins before the first; what room there
+ * is from another picture is used again. Errors: MEMORY. */
+int cvol_splat_slab_prepare(cvol_context *context, cvol_splat_slab *slab,
+                            const cvol_splat_source *source, const cvol_splat_plan *plan);
 void cvol_splat_slab_free(cvol_splat_slab *slab);
 /* Moves on to the next slices; slices are met in rising order if `ascending`.
  * Errors: MEMORY. */
@@ -101,10 +103,13 @@ typedef struct cvol_splat_row {
     const float *samples, *above, *below, *before, *behind;
 } cvol_splat_row;
 
-/* Samples that can be seen: their numbers in the row, and their four channels. */
+/* Samples that can be seen: their numbers in the row, and where their four channels are: at
+ * from[4 entries[n]]. Lit samples have channels of their own. There is room for CVOL_SPLAT_MARGIN
+ * more numbers and entries. */
 typedef struct cvol_splat_list {
     int count;
-    int *numbers;
+    int *numbers, *entries;
+    const float *from;
     float *channels;
 } cvol_splat_list;
 

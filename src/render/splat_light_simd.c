@@ -53,12 +53,48 @@ CVOL_INLINE void illuminate(cvol_vf *factor, cvol_vf *gloss, const cvol_splat_ro
     *gloss = CVOL_SPLAT_SPECULAR * half;
 }
 
+/* Stores what of numbers and entries is visible, one after the other; how many that are. */
+CVOL_INLINE int pack(int *numbers, int *entries, cvol_vi number, cvol_vi entry, cvol_vi visible)
+{
+#if defined(__AVX512F__)
+    const __mmask16 mask = _mm512_test_epi32_mask((__m512i)visible, (__m512i)visible);
+    _mm512_storeu_si512(numbers, _mm512_maskz_compress_epi32(mask, (__m512i)number));
+    _mm512_storeu_si512(entries, _mm512_maskz_compress_epi32(mask, (__m512i)entry));
+    return __builtin_popcount(mask);
+#else
+    int count = 0;
+    for (int lane = 0; lane < CVOL_LANES; lane++) {
+        numbers[count] = number[lane];
+        entries[count] = entry[lane];
+        count -= visible[lane];
+    }
+    return count;
+#endif
+}
+
+/* Lit channels of the samples that were listed from `first` on, which lie within a vector from i.
+ */
+CVOL_INLINE void light_list(cvol_splat_list *list, int first, int end, const cvol_splat_row *row,
+                            int i, const cvol_splat_table *table, const cvol_splat_light *light)
+{
+    cvol_vf factor, gloss;
+    illuminate(&factor, &gloss, row, i, light);
+    for (int n = first; n < end; n++) {
+        const float *from = table->entries[list->entries[n]];
+        float *to = list->channels + CVOL_SPLAT_CHANNELS * n;
+        const int lane = list->numbers[n] - i;
+        for (int c = 0; c < 3; c++)
+            to[c] = from[c] * factor[lane] + from[3] * gloss[lane];
+        to[3] = from[3];
+        list->entries[n] = n;
+    }
+}
+
 void CVOL_SIMD(cvol_splat_list_make)(cvol_splat_list *list, const cvol_splat_row *row, int begin,
                                      int end, const cvol_splat_table *table,
                                      const cvol_splat_light *light)
 {
     int count = 0;
-    float *channels = list->channels;
     const cvol_vf last = cvol_splat(CVOL_SPLAT_ENTRIES - 1);
     for (int i = begin; i < end; i += CVOL_LANES) {
         const cvol_vf values = cvol_load(row->samples + i);
@@ -66,22 +102,14 @@ void CVOL_SIMD(cvol_splat_list_make)(cvol_splat_list *list, const cvol_splat_row
                                 (cvol_iota() < (float)(end - i));
         if (!cvol_any(visible))
             continue;
-        cvol_vf factor = {0}, gloss = {0};
-        if (light->shade)
-            illuminate(&factor, &gloss, row, i, light);
         const cvol_vf place = (values - table->from) * table->scale + 0.5f;
         const cvol_vi entry = cvol_to_int(cvol_max(cvol_min(place, last), cvol_splat(0)));
-        for (int lane = 0; lane < CVOL_LANES; lane++) {
-            const float *from = table->entries[entry[lane]];
-            if (!visible[lane] || !(from[3] > 0))
-                continue;
-            for (int c = 0; c < 3; c++)
-                channels[c] = light->shade ? from[c] * factor[lane] + from[3] * gloss[lane]
-                                           : from[c];
-            channels[3] = from[3];
-            list->numbers[count++] = i + lane;
-            channels += CVOL_SPLAT_CHANNELS;
-        }
+        const int first = count;
+        count += pack(list->numbers + count, list->entries + count, cvol_to_int(cvol_iota()) + i,
+                      entry, visible);
+        if (light->shade)
+            light_list(list, first, count, row, i, table, light);
     }
     list->count = count;
+    list->from = light->shade ? list->channels : table->entries[0];
 }

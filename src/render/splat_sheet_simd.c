@@ -61,13 +61,52 @@ CVOL_INLINE cvol_vf spread_fourth(cvol_vf pixels)
 /* Vectors of weights that are kept in registers for all rows. */
 #define HELD 6
 
+/* Samples whose columns differ by no more are added in pairs. */
+#define NEAR (CVOL_FOOTPRINT_PAD - PIXELS)
+/* Samples that are placed at a time. */
+#define RUN 64
+
+/* Where samples of a list lie: in x and y the pixel, and the part of it. */
+typedef struct places {
+    int32_t column[RUN], px[RUN], row[RUN], py[RUN];
+    float x[RUN], y[RUN];
+} places;
+
 /* A sample's place: its channels, the rows of pixels that it reaches within the band, and what of
  * the table is for them. */
 typedef struct placed {
     const float *channels;
-    double x, y;
-    int py, row, first, end;
+    float x, y;
+    int column, px, py, row, first, end;
 } placed;
+
+/* Pixel and part of coordinates, of 2^log2 parts. */
+CVOL_INLINE void split(int32_t *pixels, int32_t *parts, float *at, cvol_vf place, int log2)
+{
+    const cvol_vf scaled = place * (float)(1 << log2);
+    cvol_vi whole = cvol_to_int(scaled);
+    whole += cvol_to_float(whole) > scaled;
+    const cvol_vi pixel = whole >> log2, part = whole & ((1 << log2) - 1);
+    memcpy(pixels, &pixel, sizeof pixel);
+    memcpy(parts, &part, sizeof part);
+    cvol_store(at, place);
+}
+
+/* Places samples n .. n + RUN - 1 of a list, which has room for as many. */
+CVOL_INLINE void find_places(places *out, const cvol_footprint_table *table,
+                             const cvol_splat_list *list, int n, const double start[2],
+                             const double step[2])
+{
+    for (int i = 0; i < RUN && n + i < list->count; i += CVOL_LANES) {
+        cvol_vi number;
+        memcpy(&number, list->numbers + n + i, sizeof number);
+        const cvol_vf at = cvol_to_float(number);
+        split(out->column + i, out->px + i, out->x + i, (float)start[0] + at * (float)step[0],
+              table->log2_x);
+        split(out->row + i, out->py + i, out->y + i, (float)start[1] + at * (float)step[1],
+              table->log2_y);
+    }
+}
 
 /* A footprint whose rows all have the same weights, but for a factor. */
 CVOL_INLINE void add_product(float *sheet, size_t stride, const float *weights,
@@ -98,34 +137,58 @@ CVOL_INLINE void add_wide(float *sheet, size_t stride, const float *weights, con
     }
 }
 
-/* Column of the sheet in which the weights of a sample at x begin, and which weights: px. */
-CVOL_INLINE int find_column(int *px, const cvol_splat_band *band, const cvol_footprint_table *table,
-                            double x)
+/* Two footprints whose rows are the same, at once: half as many loads and stores. */
+CVOL_INLINE void add_pair(float *sheet, size_t stride, const float *const weights[2],
+                          const float *const factors[2], int rows, int vectors,
+                          const cvol_vf channels[2])
 {
-    const double whole = floor(x);
-    *px = cvol_footprint_part(x - whole, table->phases_x);
-    return (int)whole + table->first_x[*px] + band->margin;
+    cvol_vf held[2][HELD];
+    for (int v = 0; v < vectors; v++)
+        for (int k = 0; k < 2; k++)
+            held[k][v] = spread(weights[k] + v * PIXELS);
+    for (int r = 0; r < rows; r++, sheet += stride) {
+        const cvol_vf one = channels[0] * factors[0][r], two = channels[1] * factors[1][r];
+        for (int v = 0; v < vectors; v++) {
+            float *at = sheet + v * CVOL_LANES;
+            cvol_store(at, cvol_load(at) + held[0][v] * one + held[1][v] * two);
+        }
+    }
 }
 
-/* Product footprints on ellipses that do not slant. 0 if nothing of it lies in the picture. */
-CVOL_INLINE int add_straight(int *from, int *to, const cvol_splat_band *band,
-                             const cvol_footprint_table *table, const placed *at)
+/* Whether a footprint reaches into the picture. */
+CVOL_INLINE int is_across(const cvol_splat_band *band, const cvol_footprint_table *table,
+                          int column)
 {
-    int px, column = find_column(&px, band, table, at->x);
-    if (column + table->width <= band->margin || column >= band->margin + band->width)
-        return 0;
+    return column + table->width > band->margin && column < band->margin + band->width;
+}
+
+/* One or two product footprints on ellipses that do not slant, of which the pixels from *from up to
+ * *to are not empty. Two are added as if one after the other. */
+CVOL_INLINE void add_straight(int *from, int *to, const cvol_splat_band *band,
+                              const cvol_footprint_table *table, const placed *at, int count)
+{
+    const int other = count > 1 ? at[1].column : at[0].column;
+    const int left = at[0].column < other ? at[0].column : other;
+    const int right = (at[0].column < other ? other : at[0].column) + table->width;
     /* From a whole vector on: the weights before are zeros. */
-    const int before = column & (PIXELS - 1);
-    const int vectors = (before + table->width + PIXELS - 1) / PIXELS, rows = at->end - at->first;
-    const float *weights = cvol_footprint_row(table, px, at->py, 0) - before;
-    const float *factors = table->columns + at->py * table->height + (at->first - at->row);
-    column -= before;
+    const int begin = left & ~(PIXELS - 1), vectors = (right - begin + PIXELS - 1) / PIXELS;
+    const int rows = at->end - at->first;
+    const float *weights[2], *factors[2];
+    cvol_vf channels[2];
+    for (int k = 0; k < count; k++) {
+        weights[k] = cvol_footprint_row(table, at[k].px, at[k].py, 0) - (at[k].column - begin);
+        factors[k] = table->columns + at[k].py * table->height + (at->first - at->row);
+        channels[k] = repeat(at[k].channels);
+    }
     float *sheet = band->sheet + (size_t)(at->first - band->begin) * band->row_stride +
-                   CVOL_SPLAT_CHANNELS * (size_t)column;
-    const cvol_vf channels = repeat(at->channels);
-#define ADD(count)                                                                     \
-    case count:                                                                        \
-        add_product(sheet, band->row_stride, weights, factors, rows, count, channels); \
+                   CVOL_SPLAT_CHANNELS * (size_t)begin;
+    const size_t stride = band->row_stride;
+#define ADD(n)                                                                  \
+    case n:                                                                     \
+        if (count > 1)                                                          \
+            add_pair(sheet, stride, weights, factors, rows, n, channels);       \
+        else                                                                    \
+            add_product(sheet, stride, *weights, *factors, rows, n, *channels); \
         break
     switch (vectors) {
         ADD(1);
@@ -135,24 +198,27 @@ CVOL_INLINE int add_straight(int *from, int *to, const cvol_splat_band *band,
         ADD(5);
         ADD(6);
     default:
-        add_wide(sheet, band->row_stride, weights, factors, rows, vectors, channels);
+        for (int k = 0; k < count; k++)
+            add_wide(sheet, stride, weights[k], factors[k], rows, vectors, channels[k]);
     }
 #undef ADD
-    *from = column;
-    *to = column + before + table->width;
-    return 1;
+    *from = begin;
+    *to = right;
 }
 
 /* Any footprint, row by row. */
 CVOL_INLINE int add_slanting(int *from, int *to, const cvol_splat_band *band,
                              const cvol_footprint_table *table, const placed *at)
 {
-    const double slant = table->shape.s / table->shape.uy;
+    const float slant = (float)(table->shape.s / table->shape.uy);
+    const int parts = table->phases_x;
     const cvol_vf channels = repeat(at->channels);
     *from = INT_MAX;
     *to = 0;
     for (int row = at->first; row < at->end; row++) {
-        int px, column = find_column(&px, band, table, at->x + slant * (row - at->y));
+        const float scaled = (at->x + slant * ((float)row - at->y)) * (float)parts;
+        const int whole = (int)floorf(scaled), px = whole & (parts - 1);
+        int column = (whole >> table->log2_x) + table->first_x[px] + band->margin;
         if (column + table->width <= band->margin || column >= band->margin + band->width)
             continue;
         const int before = column & (PIXELS - 1);
@@ -185,34 +251,61 @@ CVOL_INLINE void widen_spans(const cvol_splat_band *band, const touched *run, in
     }
 }
 
+/* Sample n of a list, of which the places of n - n % RUN and behind are known; 0 if it reaches
+ * no row of the band. */
+CVOL_INLINE int place_one(placed *at, const cvol_splat_band *band,
+                          const cvol_footprint_table *table, const cvol_splat_list *list,
+                          const places *all, int n)
+{
+    const int k = n % RUN;
+    at->channels = list->from + CVOL_SPLAT_CHANNELS * (size_t)list->entries[n];
+    at->x = all->x[k];
+    at->y = all->y[k];
+    at->px = all->px[k];
+    at->py = all->py[k];
+    at->column = all->column[k] + table->first_x[at->px] + band->margin;
+    at->row = all->row[k] + table->first_y[at->py];
+    at->first = at->row > band->begin ? at->row : band->begin;
+    at->end = at->row + table->height < band->end ? at->row + table->height : band->end;
+    return at->first < at->end;
+}
+
 CVOL_INLINE void add_list(const cvol_splat_band *band, const cvol_footprint_table *table,
                           const cvol_splat_list *list, const double start[2], const double step[2],
                           int straight)
 {
-    const int height = table->height;
     touched run = {INT_MIN / 2, INT_MAX, 0};
+    places all;
     for (int n = 0; n < list->count; n++) {
-        placed at = {.channels = list->channels + CVOL_SPLAT_CHANNELS * n,
-                     .x = start[0] + list->numbers[n] * step[0],
-                     .y = start[1] + list->numbers[n] * step[1]};
-        const double whole = floor(at.y);
-        at.py = cvol_footprint_part(at.y - whole, table->phases_y);
-        at.row = (int)whole + table->first_y[at.py];
-        at.first = at.row > band->begin ? at.row : band->begin;
-        at.end = at.row + height < band->end ? at.row + height : band->end;
+        if (n % RUN == 0)
+            find_places(&all, table, list, n, start, step);
+        placed at[2];
         int from, to;
-        if (at.first >= at.end || !(straight ? add_straight(&from, &to, band, table, &at)
-                                             : add_slanting(&from, &to, band, table, &at)))
+        if (!place_one(at, band, table, list, &all, n))
             continue;
-        if (at.row != run.row) {
-            widen_spans(band, &run, height);
-            run = (touched){at.row, from, to};
+        if (straight) {
+            if (!is_across(band, table, at->column))
+                continue;
+            int count = 1;
+            if (n + 1 < list->count && (n + 1) % RUN != 0 &&
+                place_one(at + 1, band, table, list, &all, n + 1) && at[1].row == at->row &&
+                is_across(band, table, at[1].column) && at[1].column - at->column <= NEAR &&
+                at->column - at[1].column <= NEAR) {
+                count = 2;
+                n++;
+            }
+            add_straight(&from, &to, band, table, at, count);
+        } else if (!add_slanting(&from, &to, band, table, at))
+            continue;
+        if (at->row != run.row) {
+            widen_spans(band, &run, table->height);
+            run = (touched){at->row, from, to};
         } else {
             run.from = run.from < from ? run.from : from;
             run.to = run.to > to ? run.to : to;
         }
     }
-    widen_spans(band, &run, height);
+    widen_spans(band, &run, table->height);
 }
 
 void CVOL_SIMD(cvol_splat_add)(const cvol_splat_band *band, const cvol_footprint_table *table,

@@ -21,23 +21,28 @@ static size_t round_up(size_t n, size_t unit)
     return (n + unit - 1) / unit * unit;
 }
 
-int cvol_splat_slab_create(cvol_context *context, cvol_splat_slab *slab,
-                           const cvol_splat_source *source, const cvol_splat_plan *plan)
+int cvol_splat_slab_prepare(cvol_context *context, cvol_splat_slab *slab,
+                            const cvol_splat_source *source, const cvol_splat_plan *plan)
 {
     const size_t block = source->array && source->array->block ? (size_t)source->array->block
                                                                : SLAB_ALIGN;
     const size_t slices = round_up(plan->slices, block);
-    size_t most = SLAB_SAMPLES / (plan->lanes * plan->rows) / block * block;
+    size_t most = SLAB_SAMPLES / (plan->lanes * plan->rows) / block * block, floats = 0;
     most = most < block ? block : most < slices ? most : slices;
-    *slab = (cvol_splat_slab){.most = most};
+    slab->most = most;
+    slab->first = slab->filled = 0;
     slab->row_stride = round_up(plan->lanes + 2 * CVOL_SPLAT_MARGIN, SLAB_ALIGN);
-    size_t floats = 0, fits = 1;
-    fits &= (size_t)cvol_size_multiply(&slab->slice_stride, slab->row_stride, plan->rows);
-    fits &= (size_t)cvol_size_multiply(&floats, slab->slice_stride, most + 2);
+    const int fits = cvol_size_multiply(&slab->slice_stride, slab->row_stride, plan->rows) &&
+                     cvol_size_multiply(&floats, slab->slice_stride, most + 2);
+    if (fits && slab->samples && slab->room >= floats)
+        return CVOL_OK;
+    cvol_splat_slab_free(slab);
     if (fits) {
         slab->samples = cvol_allocate(floats, sizeof *slab->samples);
+        /* no slab has more samples than floats, margins being left out */
         if (source->array)
-            slab->scratch = cvol_allocate(plan->lanes * plan->rows * most, sizeof *slab->scratch);
+            slab->scratch = cvol_allocate(floats, sizeof *slab->scratch);
+        slab->room = floats;
     }
     if (slab->samples && (slab->scratch || !source->array))
         return CVOL_OK;
@@ -50,6 +55,7 @@ void cvol_splat_slab_free(cvol_splat_slab *slab)
     free(slab->samples);
     free(slab->scratch);
     slab->samples = slab->scratch = NULL;
+    slab->room = 0;
 }
 
 /* A box of samples in some memory: steps from lane to lane, row to row, slice to slice. */
