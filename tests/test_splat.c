@@ -339,7 +339,7 @@ static void test_threads_do_not_matter(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(60, 34, 38);
-    for (int size = 3; size <= 31; size += 14) {
+    for (int size = 3; size <= 31; size += 28) {
         cvol_render_options options = support_square(197, CVOL_MODE_COMPOSITE, 77, 12);
         options.splat.size = size;
         options.splat.shade = 1;
@@ -361,8 +361,8 @@ static void test_like_rays(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(64, 70, 76);
-    for (int a = 0; a < 360; a += 40)
-        for (int e = -60; e <= 90; e += 50) {
+    for (int a = 0; a < 360; a += 72)
+        for (int e = -60; e <= 90; e += 75) {
             cvol_render_options options = support_square(90, CVOL_MODE_COMPOSITE, a, e);
             options.step_voxels = 0.25;
             cvol_image *ray = support_ray(context, &volume, support_blob_points,
@@ -420,7 +420,7 @@ static void test_wide_gaussian(void **state)
             }
         }
     const cvol_transfer_point points[] = {{0, 1, 1, 1, 0}, {1.25, 1, 1, 1, 0.05}};
-    for (int a = 0; a < 180; a += 30)
+    for (int a = 0; a < 180; a += 60)
         for (int e = 0; e <= 60; e += 30) {
             cvol_render_options options = support_square(64, CVOL_MODE_COMPOSITE, a, e);
             options.splat.size = 13;
