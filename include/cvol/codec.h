@@ -27,13 +27,15 @@ typedef struct cvol_compress_options {
     const char *attributes; /* of cvol_compress_stream: JSON text, or NULL */
     int no_lap;             /* cells are transformed by themselves, not through filters across their
                                faces: for volumes that will be multiplied or convolved */
-    int fast;               /* fewer ways are tried: 2 to 5 % more bits, in less time */
+    int fast;               /* in haste: less than half the time, 3 to 9 % more bits; a PSNR
+                               is met to within 0.1 dB below and 0.4 dB above */
 } cvol_compress_options;
 
 /* DCT blocks of 16^3 at ratio 30. */
 CVOL_API cvol_compress_options cvol_compress_options_defaults(void);
 
-/* What a compression reached; every figure measured on the encoded bytes, decoded again. */
+/* What a compression reached; every figure measured on the encoded bytes, decoded again; of volumes
+ * in memory that are compressed in haste (cells of 16) on the terms that were encoded. */
 typedef struct cvol_compress_report {
     double ratio;   /* raw bytes / file bytes */
     double psnr_db; /* infinity when exact */

@@ -5,12 +5,16 @@
 
 #include "base/memory.h"
 #include "codec/brick_internal.h"
+#include "codec/cell_quick.h"
 #include "transform/block.h"
 
 struct cvol_brick_maker {
     float *cells, *scratch, *coefficients;
     cvol_cell_chooser *chooser;
+    cvol_cell_quick *quick;
     cvol_brick_coder *coder;
+    uint32_t *words; /* terms of the last brick, if they were asked for */
+    size_t word_count, word_capacity, terms;
 };
 
 cvol_brick_maker *cvol_brick_maker_create(const cvol_array *shape)
@@ -23,8 +27,10 @@ cvol_brick_maker *cvol_brick_maker_create(const cvol_array *shape)
     maker->scratch = cvol_allocate(cvol_brick_scratch(shape, all), sizeof *maker->scratch);
     maker->coefficients = cvol_allocate(2 * CVOL_PART_SAMPLES_MAX, sizeof *maker->coefficients);
     maker->chooser = cvol_cell_chooser_create();
+    maker->quick = cvol_cell_quick_create();
     maker->coder = cvol_brick_coder_create(NULL);
-    if (maker->cells && maker->scratch && maker->coefficients && maker->chooser && maker->coder)
+    if (maker->cells && maker->scratch && maker->coefficients && maker->chooser && maker->quick &&
+        maker->coder)
         return maker;
     cvol_brick_maker_free(maker);
     return NULL;
@@ -38,6 +44,8 @@ void cvol_brick_maker_free(cvol_brick_maker *maker)
     free(maker->scratch);
     free(maker->coefficients);
     cvol_cell_chooser_free(maker->chooser);
+    cvol_cell_quick_free(maker->quick);
+    free(maker->words);
     cvol_brick_coder_free(maker->coder);
     free(maker);
 }
@@ -51,29 +59,55 @@ static void code_part(cvol_brick_coder *coder, const int at[3], int size_class,
                    used > 1 ? cvol_bit_length((uint32_t)used - 1) : 0);
 }
 
-/* A cell of 16^3; 0 where a value is beyond the limit. */
+/* Keeps what the quick choice was as terms of a block; 0 when memory is short. */
+static int keep_terms(cvol_brick_maker *maker, cvol_block *block, uint16_t split)
+{
+    const size_t need = maker->word_count + 2 * (size_t)CVOL_CELL_SAMPLES;
+    if (need > maker->word_capacity) {
+        uint32_t *words = realloc(maker->words, 2 * need * sizeof *words);
+        if (!words)
+            return 0;
+        maker->words = words;
+        maker->word_capacity = 2 * need;
+    }
+    block->split = split;
+    block->words = cvol_cell_quick_terms(maker->quick, maker->words + maker->word_count,
+                                         &maker->terms);
+    maker->word_count += block->words;
+    return 1;
+}
+
+/* A cell of 16^3. CVOL_OK, CVOL_ERROR_MEMORY, or CVOL_ERROR_TARGET where a value is beyond the
+ * limit. */
 static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_recipe *recipe,
-                     const float *samples, const size_t place[3])
+                     const float *samples, const size_t place[3], cvol_block *block)
 {
     cvol_cell_choice choice;
     cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
-    cvol_cell_choose(maker->chooser, &choice, samples, &maker->coder->context, place, recipe->costs,
-                     &recipe->options);
+    const cvol_chooser_options *options = &recipe->options;
+    if (options->split == CVOL_SPLIT_FAST) {
+        cvol_cell_quick_choose(maker->quick, &choice, samples, options->step, options->plain);
+        if (block && !keep_terms(maker, block, choice.split))
+            return CVOL_ERROR_MEMORY;
+    } else {
+        cvol_cell_choose(maker->chooser, &choice, samples, &maker->coder->context, place,
+                         recipe->costs, options);
+    }
     *error += (double)choice.error;
     cvol_brick_put_split(maker->coder, place, choice.split);
     cvol_cell_list_parts(parts, choice.split);
     for (int p = 0; p < choice.parts; p++) {
         int at[3];
         if (!choice.used[p])
-            return 0;
+            return CVOL_ERROR_TARGET;
         cvol_part_place(at, &parts[p], place, CVOL_CELL);
         code_part(maker->coder, at, cvol_size_class(parts[p].side), choice.values[p],
                   choice.used[p]);
     }
-    return 1;
+    return CVOL_OK;
 }
 
-/* A block of 8^3 or 32^3. */
+/* A block of 8^3 or 32^3, likewise. */
 static int code_block(cvol_brick_maker *maker, double *error, const cvol_brick_recipe *recipe,
                       const float *samples, const size_t place[3])
 {
@@ -92,10 +126,10 @@ static int code_block(cvol_brick_maker *maker, double *error, const cvol_brick_r
                                                      recipe->costs, &context, recipe->options.plain,
                                                      coder->scatter);
     if (!choice.used)
-        return 0;
+        return CVOL_ERROR_TARGET;
     *error += (double)choice.error;
     code_part(coder, at, size_class, coder->scanned, choice.used);
-    return 1;
+    return CVOL_OK;
 }
 
 const float *cvol_brick_cells(cvol_brick_maker *maker, const cvol_array *shape,
@@ -104,6 +138,11 @@ const float *cvol_brick_cells(cvol_brick_maker *maker, const cvol_array *shape,
     const cvol_brick_box box = cvol_brick_box_of(shape, brick);
     cvol_brick_gather(maker->cells, maker->scratch, slab, shape, box.first, box.count);
     return maker->cells;
+}
+
+cvol_brick_terms cvol_brick_maker_terms(const cvol_brick_maker *maker)
+{
+    return (cvol_brick_terms){maker->words, maker->word_count, maker->terms};
 }
 
 int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], double *error,
@@ -115,13 +154,19 @@ int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], dou
     maker->coder->tables = recipe->tables;
     cvol_brick_start(maker->coder);
     *error = 0;
+    maker->word_count = maker->terms = 0;
     for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
         size_t place[3];
         cvol_brick_box_place(place, &box, i);
         const float *block = cells + i * samples;
-        if (!(shape->block == CVOL_CELL ? code_cell(maker, error, recipe, block, place)
-                                        : code_block(maker, error, recipe, block, place)))
-            return CVOL_ERROR_TARGET;
+        cvol_block *kept = recipe->kept
+                               ? &recipe->kept->block_table[cvol_brick_block_index(shape, &box, i)]
+                               : NULL;
+        const int code = shape->block == CVOL_CELL
+                             ? code_cell(maker, error, recipe, block, place, kept)
+                             : code_block(maker, error, recipe, block, place);
+        if (code)
+            return code;
     }
     if (recipe->counts)
         for (int s = 0; s < CVOL_SHELLS; s++)

@@ -18,6 +18,8 @@ typedef struct cvol_brick_recipe {
     const cvol_token_costs *costs; /* of these tables */
     cvol_chooser_options options;
     cvol_token_counts *counts; /* added to; may be NULL */
+    cvol_array *kept; /* of the same shape, or NULL: split CVOL_SPLIT_FAST sets `words` and `split`
+                         of its blocks */
 } cvol_brick_recipe;
 
 /* The cells of one brick at most, as cvol_brick_gather gives them. */
@@ -28,6 +30,8 @@ typedef struct cvol_brick_recipe {
  * step is too small for a value; without a message. */
 int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], double *error,
                     const cvol_brick_recipe *recipe, const float *cells, size_t brick);
+/* The terms of the last brick that was made with `kept`, the maker's until its next use. */
+cvol_brick_terms cvol_brick_maker_terms(const cvol_brick_maker *maker);
 /* The cells of a brick of the slab's samples, the maker's until its next use. */
 const float *cvol_brick_cells(cvol_brick_maker *maker, const cvol_array *shape,
                               const cvol_slab *slab, size_t brick);

@@ -7,25 +7,15 @@
 
 #include "base/memory.h"
 #include "codec/brick_internal.h"
-
-/* Splitting costs at least about this many bits. */
-#define SPLIT_BITS_LEAST 12.0f
-
-/* The least that a coefficient costs which is kept, and what a cell's or octant's finer parts cost
- * by being many. */
-#define KEPT_COST 0.6f
-#define CELL_COST 3.0f
-#define OCTANT_COST 2.0f
-#define PART_COST 0.7f
+#include "codec/cell_weight.h"
 
 /* Which ways of splitting are tried: not the coarser one where the finer one's weight is below
  * `least` of its own, not the finer where it is above `most`. Measured on eleven volumes at eight
- * steps, BEST takes 0.4 % more bits by what it does not try, FAST 1.7 %. */
+ * steps, BEST takes 0.4 % more bits by what it does not try. */
 typedef struct split_margins {
     float cell_least, cell_most, octant_least, octant_most;
 } split_margins;
 static const split_margins best_margins = {0.75f, 0.93f, 0.8f, 0.97f};
-static const split_margins fast_margins = {0.87f, 0.87f, 0.9f, 0.9f};
 
 /* Three ways, whole, by eights and by fours, have room for all their parts' values. */
 enum { WHOLE, EIGHTS, FOURS, WAYS };
@@ -62,40 +52,6 @@ cvol_cell_chooser *cvol_cell_chooser_create(void)
 void cvol_cell_chooser_free(cvol_cell_chooser *chooser)
 {
     free(chooser);
-}
-
-/* About what a coefficient will add to error and lambda bits: its square if it is dropped, or some
- * bits and log2 of its square, as far as a float's bits say that: linear between powers of two. */
-static inline float weight_of(float coefficient, float inverse)
-{
-    const float scaled = coefficient * inverse, square = scaled * scaled, power = 1 + square;
-    int32_t bits;
-    memcpy(&bits, &power, sizeof bits);
-    const float coded = KEPT_COST + CVOL_LAMBDA * 0x1p-23f * (float)(bits - 0x3f800000);
-    return square < coded ? square : coded;
-}
-
-/* About how many bits each octant's coefficients take, as far as ways of splitting differ by it:
- * the sum of the weights of all but its DCs, which are at places below `dcs` on every axis. An
- * octant's places are those of its parities. */
-static void weigh(float weights[8], const float *coefficients, float inverse, int dcs)
-{
-    for (int parity = 0; parity < 4; parity++) {
-        float lanes[CVOL_CELL] = {0};
-        for (int w = parity >> 1; w < CVOL_CELL; w += 2)
-            for (int v = parity & 1; v < CVOL_CELL; v += 2)
-                for (int u = 0; u < CVOL_CELL; u++)
-                    lanes[u] += weight_of(coefficients[u + CVOL_CELL * (v + CVOL_CELL * w)],
-                                          inverse);
-        weights[2 * parity] = weights[2 * parity + 1] = 0;
-        for (int u = 0; u < CVOL_CELL; u++)
-            weights[2 * parity + (u & 1)] += lanes[u];
-    }
-    for (int w = 0; w < dcs; w++)
-        for (int v = 0; v < dcs; v++)
-            for (int u = 0; u < dcs; u++)
-                weights[(u & 1) + 2 * (v & 1) + 4 * (w & 1)] -= weight_of(
-                    coefficients[u + CVOL_CELL * (v + CVOL_CELL * w)], inverse);
 }
 
 /* Chooses for one part. begin: its first sample within the cell, in fours. */
@@ -144,7 +100,7 @@ static cvol_part_choice choose_fours(const choosing *c, int used[8], int octant)
 
 static int may_choose(cvol_split_choice split)
 {
-    return split == CVOL_SPLIT_BEST || split == CVOL_SPLIT_FAST;
+    return split == CVOL_SPLIT_BEST;
 }
 
 /* An octant, split or not; its cost. */
@@ -155,13 +111,14 @@ static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
     const int first = (octant & 1) + CVOL_CELL * ((octant >> 1 & 1) + CVOL_CELL * (octant >> 2));
     int32_t *values = c->chooser->values[EIGHTS] + 512 * octant;
     const split_margins *margins = &c->margins;
-    const float finer = c->fours[octant] + OCTANT_COST, coarser = c->eights[octant] + PART_COST;
+    const float finer = c->fours[octant] + CVOL_OCTANT_COST,
+                coarser = c->eights[octant] + CVOL_PART_COST;
     cvol_part_choice choice = {.cost = INFINITY};
     if (split == CVOL_SPLIT_OCTANTS ||
         (may_choose(split) && finer >= margins->octant_least * coarser))
         choice = choose_part(c, values, c->chooser->eights, 1, begin, first);
     if (split == CVOL_SPLIT_FOURS || choice.cost == INFINITY ||
-        (may_choose(split) && choice.cost > CVOL_LAMBDA * SPLIT_BITS_LEAST &&
+        (may_choose(split) && choice.cost > CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST &&
          finer <= margins->octant_most * coarser)) {
         int used[8];
         const cvol_part_choice fours = choose_fours(c, used, octant);
@@ -204,16 +161,16 @@ typedef struct ways {
 static ways ways_worth_trying(choosing *c, const float *samples, cvol_split_choice split)
 {
     cvol_cell_chooser *chooser = c->chooser;
-    float whole[8], coarser = PART_COST, finer = CELL_COST;
+    float whole[8], coarser = CVOL_PART_COST, finer = CVOL_CELL_COST;
     if (split != CVOL_SPLIT_OCTANTS && split != CVOL_SPLIT_FOURS)
         cvol_cell_forward(chooser->coefficients, samples, CVOL_CELL_WHOLE);
     if (split == CVOL_SPLIT_NEVER)
         return (ways){1, 0};
     if (may_choose(split)) {
-        weigh(whole, chooser->coefficients, c->inverse, 1);
+        cvol_cell_weigh(whole, chooser->coefficients, c->inverse, 1);
         for (int i = 0; i < 8; i++)
             coarser += whole[i];
-        if (coarser < PART_COST + CVOL_LAMBDA * SPLIT_BITS_LEAST)
+        if (coarser < CVOL_PART_COST + CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST)
             return (ways){1, 0};
     }
     if (split != CVOL_SPLIT_FOURS)
@@ -222,8 +179,8 @@ static ways ways_worth_trying(choosing *c, const float *samples, cvol_split_choi
         cvol_cell_forward(chooser->fours, samples, CVOL_CELL_FOURS);
     if (!may_choose(split))
         return (ways){0, 1};
-    weigh(c->eights, chooser->eights, c->inverse, 2);
-    weigh(c->fours, chooser->fours, c->inverse, 4);
+    cvol_cell_weigh(c->eights, chooser->eights, c->inverse, 2);
+    cvol_cell_weigh(c->fours, chooser->fours, c->inverse, 4);
     for (int i = 0; i < 8; i++)
         finer += c->fours[i] < c->eights[i] ? c->fours[i] : c->eights[i];
     return (ways){finer >= c->margins.cell_least * coarser,
@@ -243,7 +200,7 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
                   .costs = costs,
                   .inverse = (float)(1 / options->step),
                   .plain = options->plain,
-                  .margins = split == CVOL_SPLIT_FAST ? fast_margins : best_margins};
+                  .margins = best_margins};
     const ways tried = ways_worth_trying(&c, samples, split);
     cvol_part_choice whole = {.cost = INFINITY};
     *out = (cvol_cell_choice){.split = CVOL_CELL_OCTANTS};
@@ -252,7 +209,7 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
         whole.cost += CVOL_LAMBDA * bits_of_split(&c, cell, CVOL_CELL_WHOLE);
     }
     float cost = INFINITY;
-    if (tried.split && whole.cost > CVOL_LAMBDA * SPLIT_BITS_LEAST) {
+    if (tried.split && whole.cost > CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST) {
         cost = 0;
         for (int octant = 0; octant < 8; octant++)
             cost += choose_octant(&c, out, octant, split);

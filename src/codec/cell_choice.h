@@ -9,7 +9,7 @@
 /* How cells may be split. */
 typedef enum cvol_split_choice {
     CVOL_SPLIT_BEST,    /* as is best */
-    CVOL_SPLIT_FAST,    /* as is best, as far as can be said without trying */
+    CVOL_SPLIT_FAST,    /* as is best by weight alone (cell_quick.h) */
     CVOL_SPLIT_NEVER,   /* whole cells */
     CVOL_SPLIT_OCTANTS, /* DCTs of 8 */
     CVOL_SPLIT_FOURS    /* DCTs of 4 */

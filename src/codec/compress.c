@@ -67,8 +67,7 @@ static int search_ratio(cvol_compression *c)
     for (int i = 0; i < TRIALS_MOST && !code; i++) {
         code = try_step(c, step, 0);
         const uint64_t estimated = c->file_bytes;
-        if (!code && ratio_of(c) >= c->value * 0.9995 &&
-            ratio_of(c) <= c->value * CVOL_RATIO_MOST)
+        if (!code && ratio_of(c) >= c->value * 0.9995 && ratio_of(c) <= c->value * CVOL_RATIO_MOST)
             code = settle(c, step);
         if (code)
             return code;
@@ -92,6 +91,8 @@ static int search_ratio(cvol_compression *c)
 static int search_psnr(cvol_compression *c)
 {
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.8);
+    const double least = c->trial.hasty ? c->value - CVOL_PSNR_HASTY_LESS : c->value;
+    const double most = c->value + (c->trial.hasty ? CVOL_PSNR_HASTY_MORE : CVOL_PSNR_ACCEPTED);
     double step;
     int code = cvol_compression_prepare(c, &step);
     c->best_step = 0;
@@ -102,9 +103,9 @@ static int search_psnr(cvol_compression *c)
             return code;
         const double psnr = c->trial.array->psnr_db, over = psnr - c->value - CVOL_PSNR_AIM;
         c->reached = fmax(c->reached, psnr);
-        if (psnr >= c->value && step > c->best_step)
+        if (psnr >= least && step > c->best_step)
             c->best_step = step;
-        if (psnr >= c->value && psnr < c->value + CVOL_PSNR_ACCEPTED)
+        if (psnr >= least && psnr < most)
             break;
         cvol_search_tell(&search, step, -(over > 30 ? 30 : over) / CVOL_DB_PER_E);
         if (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
@@ -226,6 +227,7 @@ int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report 
         cvol_trial_set_options(&c.trial, options);
     if (!code) {
         c.raw_bytes = cvol_grid_bytes(grid);
+        c.trial.uncounted = 1;
         code = run(&c, &met);
     }
     if (!code && report)

@@ -10,19 +10,22 @@
 #define FIRST_STEP 6e-4
 /* A sample within this of the target is as good as any. */
 #define SAMPLE_MISS 0.02
-#define HASTY_MISS 0.05
+#define HASTY_MISS 0.08
+#define GUESS_MISS 0.03
 
 /* Where less than this factor e of step lies between the bracket's ends, and a miss is so many
  * times that, the ends were found with tables that are no longer in use. */
 #define STALE_WIDTH 0.05
 #define STALE_SLOPE 8
 
-enum { SAMPLES_MOST = 8 };
+enum { SAMPLES_MOST = 8, FEW_OF_CELLS = 8 };
 
 double cvol_compression_sample_miss(const cvol_compression *c)
 {
     if (c->target == CVOL_TARGET_PSNR)
-        return (c->value - cvol_trial_psnr(&c->trial)) / CVOL_DB_PER_E;
+        return (c->value + (c->trial.hasty ? CVOL_PSNR_HASTY_AIM : 0) -
+                cvol_trial_psnr(&c->trial)) /
+               CVOL_DB_PER_E;
     return log((double)c->raw_bytes / c->value / CVOL_RATIO_AIM / (double)c->trial.bytes);
 }
 
@@ -70,11 +73,48 @@ static int sample_step(cvol_compression *c, double *step, double slope)
     return CVOL_OK;
 }
 
+/* Finds the step with which cells from all over the volume have the error that is asked for. */
+static int guess_step(cvol_compression *c, double *step, size_t every, double enough)
+{
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, c->slope);
+    for (int i = 0; i < SAMPLES_MOST; i++) {
+        int code = cvol_report_progress(c->context, "compressing", 0);
+        if (!code)
+            code = cvol_trial_guess_error(c->context, &c->trial, *step, every);
+        if (code)
+            return code;
+        const double miss = cvol_compression_sample_miss(c);
+        cvol_search_tell(&search, *step, miss);
+        if (cvol_search_at_least(&search) || cvol_search_at_most(&search))
+            break;
+        *step = cvol_search_next(&search);
+        if (fabs(miss) < enough)
+            break;
+    }
+    c->slope = slope_of(&search);
+    return CVOL_OK;
+}
+
+/* In haste, for a PSNR: a few cells lead to about the step, some bricks of that step tell how much
+ * of the error samples show, and give tables, and more cells lead to the step. */
+static int prepare_hastily(cvol_compression *c, double *step)
+{
+    c->slope = 0.8;
+    int code = guess_step(c, step, FEW_OF_CELLS, HASTY_MISS);
+    if (!code)
+        code = cvol_trial_find_share(c->context, &c->trial, *step);
+    if (!code)
+        code = cvol_trial_fit(c->context, &c->trial);
+    return code ? code : guess_step(c, step, 1, GUESS_MISS);
+}
+
 int cvol_compression_prepare(cvol_compression *c, double *step)
 {
     const int may_lap = c->trial.shape->lapped;
     const double slope = c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
     *step = first_step(c);
+    if (c->target == CVOL_TARGET_PSNR && c->trial.split == CVOL_SPLIT_FAST && c->trial.samples)
+        return prepare_hastily(c, step);
     int code = sample_step(c, step, slope);
     if (!code && may_lap && !c->trial.hasty)
         code = cvol_trial_choose_lap(c->context, &c->trial, *step);

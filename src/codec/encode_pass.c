@@ -17,6 +17,8 @@ typedef struct layer_brick {
     size_t brick;
     cvol_bytes shells[CVOL_SHELLS];
     double error;
+    uint32_t *words; /* of the terms that are kept, or NULL */
+    size_t word_count, terms;
     int code;
 } layer_brick;
 
@@ -35,6 +37,8 @@ static void encoding_free(encoding *e)
 {
     for (int t = 0; e->makers && t < e->threads; t++)
         cvol_brick_maker_free(e->makers[t]);
+    for (size_t i = 0; e->bricks && i < e->room; i++)
+        free(e->bricks[i].words);
     for (size_t i = 0; e->bricks && i < e->room; i++)
         for (int s = 0; s < CVOL_SHELLS; s++)
             cvol_bytes_free(&e->bricks[i].shells[s]);
@@ -103,6 +107,29 @@ static size_t list_bricks(encoding *e, size_t *next, size_t end)
     return count;
 }
 
+/* Copies the terms of a brick that was made, for the array that keeps them. */
+static int copy_terms(layer_brick *to, const cvol_brick_maker *maker, cvol_array *kept)
+{
+    const cvol_brick_terms terms = cvol_brick_maker_terms(maker);
+    const cvol_brick_box box = cvol_brick_box_of(kept, to->brick);
+    to->word_count = terms.word_count;
+    to->terms = terms.terms;
+    to->words = terms.word_count ? malloc(terms.word_count * sizeof *to->words) : NULL;
+    if (terms.word_count && !to->words)
+        return CVOL_ERROR_MEMORY;
+    if (terms.word_count)
+        memcpy(to->words, terms.words, terms.word_count * sizeof *to->words);
+    const uint32_t *words = to->words;
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
+        cvol_block *block = &kept->block_table[cvol_brick_block_index(kept, &box, i)];
+        block->terms = words;
+        if (block->words)
+            words += block->words;
+        cvol_block_find_low(block, kept->block_log2);
+    }
+    return CVOL_OK;
+}
+
 static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
 {
     const cvol_encode_pass *pass = e->pass;
@@ -111,7 +138,8 @@ static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
         /* Each thread takes the next maker that is free: numbers of threads are not the library's.
          */
         cvol_brick_maker *maker = NULL;
-        cvol_brick_recipe recipe = {pass->shape, pass->tables, &e->costs, pass->options, NULL};
+        cvol_brick_recipe recipe = {pass->shape,   pass->tables, &e->costs,
+                                    pass->options, NULL,         pass->kept};
 #pragma omp for schedule(static, 1)
         for (int t = 0; t < e->threads; t++) {
             maker = e->makers[t];
@@ -123,17 +151,18 @@ static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
             to->code = cvol_brick_make(maker, to->shells, &to->error, &recipe,
                                        cvol_brick_cells(maker, pass->shape, slab, to->brick),
                                        to->brick);
+            if (!to->code && pass->kept)
+                to->code = copy_terms(to, maker, pass->kept);
         }
     }
 }
 
 /* Adds up what was encoded, and hands them on. */
-static int take_bricks(cvol_context *context, cvol_encode_result *out, const encoding *e,
-                       size_t count)
+static int take_bricks(cvol_context *context, cvol_encode_result *out, encoding *e, size_t count)
 {
     const cvol_encode_pass *pass = e->pass;
     for (size_t i = 0; i < count; i++) {
-        const layer_brick *from = &e->bricks[i];
+        layer_brick *from = &e->bricks[i];
         cvol_span spans[CVOL_SHELLS];
         if (from->code == CVOL_ERROR_MEMORY)
             return cvol_fail_memory(context, (size_t)1 << 20, "a brick");
@@ -147,9 +176,15 @@ static int take_bricks(cvol_context *context, cvol_encode_result *out, const enc
         const size_t B = (size_t)pass->shape->block;
         out->samples += cvol_brick_box_blocks(&box) * B * B * B;
         out->error += from->error * pass->options.step * pass->options.step;
-        const int code = pass->sink
-                             ? pass->sink->take(context, pass->sink->user, from->brick, spans)
-                             : CVOL_OK;
+        int code = pass->sink ? pass->sink->take(context, pass->sink->user, from->brick, spans)
+                              : CVOL_OK;
+        if (!code && from->words)
+            code = cvol_array_adopt_pool(context, pass->kept, from->words, from->word_count);
+        if (!code) {
+            from->words = NULL;
+            if (pass->kept)
+                pass->kept->coefficients += from->terms;
+        }
         if (code)
             return code;
     }

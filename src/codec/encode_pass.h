@@ -26,6 +26,8 @@ typedef struct cvol_encode_pass {
     cvol_layer_hook *after;    /* or NULL */
     void *user;                /* its */
     cvol_token_counts *counts; /* set to those of all tokens, or NULL */
+    cvol_array *kept; /* gets the terms that are coded, or NULL: CVOL_SPLIT_FAST, cells of 16, all
+                         bricks, an array of the shape that has no terms yet */
     double progress_from, progress_to;
 } cvol_encode_pass;
 

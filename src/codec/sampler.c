@@ -13,8 +13,7 @@ enum { SAMPLED_BRICKS = 32, SAMPLED_LAYERS = 4, POINTS_MOST = 4096 };
 struct cvol_sampler {
     size_t bricks[SAMPLED_BRICKS];
     size_t count;
-    float *cells[2]; /* not lapped, lapped */
-    double share;
+    float *cells[2]; /* not lapped, lapped; NULL: not asked for */
 };
 
 /* Point k of the sequence, on the grid of bricks. */
@@ -38,14 +37,14 @@ static int by_number(const void *a, const void *b)
 }
 
 /* Chooses different bricks, in order. */
-static void choose_bricks(cvol_sampler *sampler, const cvol_array *shape, int few_layers)
+static void choose_bricks(cvol_sampler *sampler, const cvol_array *shape, size_t most,
+                          int few_layers)
 {
     size_t grid[3];
     cvol_brick_grid(grid, shape);
     const size_t all = grid[0] * grid[1] * grid[2];
-    for (int k = 0; k < POINTS_MOST && sampler->count < SAMPLED_BRICKS && sampler->count < all;
-         k++) {
-        const size_t brick = all <= SAMPLED_BRICKS ? (size_t)k : brick_at(k, grid, few_layers);
+    for (int k = 0; k < POINTS_MOST && sampler->count < most && sampler->count < all; k++) {
+        const size_t brick = all <= most ? (size_t)k : brick_at(k, grid, few_layers);
         size_t i = 0;
         while (i < sampler->count && sampler->bricks[i] != brick)
             i++;
@@ -91,30 +90,26 @@ static int read_bricks(cvol_context *context, const cvol_sampler *sampler, const
 }
 
 int cvol_sampler_make(cvol_context *context, cvol_sampler **out, const cvol_array *shape,
-                      const cvol_slab_source *source, int may_lap)
+                      const cvol_slab_source *source, size_t most, int both)
 {
     const size_t side = CVOL_BRICK_SIDE / (size_t)shape->block, all[3] = {side, side, side};
     cvol_sampler *sampler = cvol_allocate_zero(1, sizeof *sampler);
     cvol_array lapped = *shape;
-    lapped.lapped = may_lap;
+    lapped.lapped = shape->lapped || both;
     *out = sampler;
     if (!sampler)
         return cvol_fail_memory(context, sizeof *sampler, "the sampled bricks");
-    choose_bricks(sampler, shape, !source->whole);
+    choose_bricks(sampler, shape, most < SAMPLED_BRICKS ? most : SAMPLED_BRICKS, !source->whole);
     const size_t samples = sampler->count * CVOL_BRICK_SAMPLES;
     float *scratch = cvol_allocate(cvol_brick_scratch(&lapped, all), sizeof *scratch);
-    sampler->cells[0] = cvol_allocate(samples, sizeof(float));
-    sampler->cells[1] = may_lap ? cvol_allocate(samples, sizeof(float)) : NULL;
-    int code = scratch && sampler->cells[0] && (!may_lap || sampler->cells[1])
-                   ? read_bricks(context, sampler, shape, source, scratch)
-                   : cvol_fail_memory(context, samples * sizeof(float), "the sampled bricks");
+    int made = scratch != NULL;
+    for (int way = 0; way < 2 && made; way++)
+        if (both || way == (shape->lapped != 0))
+            made = (sampler->cells[way] = cvol_allocate(samples, sizeof(float))) != NULL;
+    const int code = made
+                         ? read_bricks(context, sampler, shape, source, scratch)
+                         : cvol_fail_memory(context, samples * sizeof(float), "the sampled bricks");
     free(scratch);
-    double covered = 0;
-    for (size_t i = 0; i < sampler->count; i++) {
-        const cvol_brick_box box = cvol_brick_box_of(shape, sampler->bricks[i]);
-        covered += (double)cvol_brick_box_blocks(&box);
-    }
-    sampler->share = covered / (double)shape->block_count;
     if (code) {
         cvol_sampler_free(sampler);
         *out = NULL;
@@ -131,9 +126,14 @@ void cvol_sampler_free(cvol_sampler *sampler)
     free(sampler);
 }
 
-double cvol_sampler_share(const cvol_sampler *sampler)
+double cvol_sampler_share(const cvol_sampler *sampler, const cvol_array *shape)
 {
-    return sampler->share;
+    double covered = 0;
+    for (size_t i = 0; i < sampler->count; i++) {
+        const cvol_brick_box box = cvol_brick_box_of(shape, sampler->bricks[i]);
+        covered += (double)cvol_brick_box_blocks(&box);
+    }
+    return covered / (double)shape->block_count;
 }
 
 uint64_t cvol_sampler_inside(const cvol_sampler *sampler, const cvol_array *shape)
@@ -213,7 +213,7 @@ int cvol_sampler_run(cvol_context *context, cvol_encode_result *out, cvol_token_
     if (counts)
         memset(counts, 0, sizeof *counts);
     cvol_token_costs_set(costs, tables);
-    const cvol_brick_recipe recipe = {shape, tables, costs, *options, NULL};
+    const cvol_brick_recipe recipe = {shape, tables, costs, *options, NULL, NULL};
     run(sampler, results, counts, &recipe, cvol_context_threads(context));
     free(costs);
     for (size_t i = 0; i < sampler->count; i++) {

@@ -12,6 +12,11 @@
 /* Of more, sums of squares and transforms would leave the range of float. */
 #define SPAN_MOST 2e35
 
+/* Bricks that are sampled, and those of them that are decoded and measured. */
+enum { SAMPLED_BRICKS = 32, MEASURED_BRICKS = 12, HASTY_BRICKS = 16, HASTY_MEASURED = 8 };
+/* Cells that are quantised to guess errors. */
+enum { GUESSED_CELLS = 1024 };
+
 /* All samples are there. */
 static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first, size_t count)
 {
@@ -109,8 +114,10 @@ void cvol_trial_free(cvol_trial *trial)
 {
     cvol_array_free(trial->shape);
     cvol_array_free(trial->array);
+    cvol_array_free(trial->kept);
     cvol_coded_free(trial->coded);
     cvol_sampler_free(trial->sampler);
+    cvol_cell_sample_free(trial->cells);
     free(trial->tables);
     free(trial->counts);
 }
@@ -125,12 +132,47 @@ static void take_sample(cvol_trial *trial, double share)
             trial->counts->of[r][t] = (uint64_t)((double)trial->counts->of[r][t] / share);
 }
 
+/* In haste, fewer bricks are enough, and only as they will be coded. */
+static int make_sampler(cvol_context *context, cvol_trial *trial)
+{
+    if (trial->sampler)
+        return CVOL_OK;
+    return cvol_sampler_make(context, &trial->sampler, trial->shape, &trial->source,
+                             trial->hasty && trial->samples ? HASTY_BRICKS : SAMPLED_BRICKS,
+                             trial->shape->lapped && !trial->hasty);
+}
+
+int cvol_trial_find_share(cvol_context *context, cvol_trial *trial, double step)
+{
+    const cvol_chooser_options options = {step, trial->split, trial->plain};
+    int code = make_sampler(context, trial);
+    if (!code)
+        code = cvol_sampler_measure(context, &trial->error_share, trial->sampler, trial->shape,
+                                    trial->tables, &options, trial->hasty ? trial->counts : NULL,
+                                    trial->hasty ? HASTY_MEASURED : MEASURED_BRICKS);
+    return code;
+}
+
+int cvol_trial_guess_error(cvol_context *context, cvol_trial *trial, double step, size_t every)
+{
+    const cvol_array *shape = trial->shape;
+    const cvol_slab all = {trial->samples, 0, shape->grid.dims[2]};
+    double error = 0;
+    int code = trial->cells
+                   ? CVOL_OK
+                   : cvol_cell_sample_make(context, &trial->cells, shape, &all, GUESSED_CELLS);
+    if (!code)
+        code = cvol_cell_sample_error(context, &error, trial->cells, step, trial->plain, every);
+    trial->step = step;
+    trial->result.error = error * (double)shape->block_count;
+    trial->inside = cvol_grid_samples(&shape->grid);
+    return code;
+}
+
 int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
 {
     const cvol_chooser_options options = {step, trial->split, trial->plain};
-    int code = trial->sampler ? CVOL_OK
-                              : cvol_sampler_make(context, &trial->sampler, trial->shape,
-                                                  &trial->source, trial->shape->lapped);
+    int code = make_sampler(context, trial);
     trial->step = step;
     if (!code)
         code = cvol_sampler_run(context, &trial->result, trial->counts, trial->sampler,
@@ -138,7 +180,7 @@ int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
     if (code)
         return code;
     trial->inside = cvol_sampler_inside(trial->sampler, trial->shape);
-    take_sample(trial, cvol_sampler_share(trial->sampler));
+    take_sample(trial, cvol_sampler_share(trial->sampler, trial->shape));
     return CVOL_OK;
 }
 
@@ -164,16 +206,15 @@ int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, s
 
 int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step)
 {
-    const cvol_chooser_options options = {step, trial->split, trial->plain};
     double costs[2], shares[2];
     for (int lapped = 0; lapped < 2; lapped++) {
         trial->shape->lapped = lapped;
         int code = cvol_trial_sample(context, trial, step);
         if (!code)
-            code = cvol_sampler_measure(context, &shares[lapped], trial->sampler, trial->shape,
-                                        trial->tables, &options);
+            code = cvol_trial_find_share(context, trial, step);
         if (code)
             return code;
+        shares[lapped] = trial->error_share;
         costs[lapped] = trial->result.error * shares[lapped] +
                         (double)CVOL_LAMBDA * step * step * 8 * (double)trial->result.bytes;
     }
@@ -193,7 +234,8 @@ int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
                                    .sink = sink,
                                    .after = after,
                                    .user = user,
-                                   .counts = trial->counts,
+                                   .counts = trial->uncounted ? NULL : trial->counts,
+                                   .kept = trial->kept,
                                    .progress_from = 0.9 * (1 - left),
                                    .progress_to = 0.9 * (1 - left / 2)};
     trial->step = step;
@@ -203,14 +245,33 @@ int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
     return code;
 }
 
+/* An array like the shape, without terms yet. */
+static int make_array(cvol_context *context, cvol_array **out, const cvol_trial *trial, double step)
+{
+    const cvol_array *shape = trial->shape;
+    const int code = cvol_array_create(context, out, &shape->grid, shape->block);
+    if (code)
+        return code;
+    (*out)->step = step;
+    (*out)->offset = shape->offset;
+    (*out)->lapped = shape->lapped;
+    (*out)->ledger.value_min = shape->ledger.value_min;
+    (*out)->ledger.value_max = shape->ledger.value_max;
+    return CVOL_OK;
+}
+
 int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step)
 {
     cvol_coded_free(trial->coded);
     trial->coded = NULL;
     cvol_array_free(trial->array); /* of another step */
     trial->array = NULL;
-    const int code = cvol_coded_make(context, &trial->coded, trial->tables,
-                                     cvol_brick_count(trial->shape));
+    cvol_array_free(trial->kept);
+    trial->kept = NULL;
+    int code = cvol_coded_make(context, &trial->coded, trial->tables,
+                               cvol_brick_count(trial->shape));
+    if (!code && trial->split == CVOL_SPLIT_FAST)
+        code = make_array(context, &trial->kept, trial, step);
     if (code)
         return code;
     const cvol_brick_sink sink = cvol_coded_sink(trial->coded);
@@ -251,18 +312,18 @@ static int tell_standing(void *user, const char *what, double fraction)
 
 static int decode(cvol_context *context, cvol_trial *trial)
 {
-    int code = cvol_array_create(context, &trial->array, &trial->shape->grid, trial->shape->block);
+    int code = CVOL_OK;
+    if (trial->kept) {
+        trial->array = trial->kept;
+        trial->kept = NULL;
+    } else {
+        code = make_array(context, &trial->array, trial, trial->step);
+        if (!code)
+            code = cvol_coded_decode(context, trial->array, trial->coded);
+    }
     if (code)
         return code;
     cvol_array *array = trial->array;
-    array->step = trial->step;
-    array->offset = trial->shape->offset;
-    array->lapped = trial->shape->lapped;
-    array->ledger.value_min = trial->shape->ledger.value_min;
-    array->ledger.value_max = trial->shape->ledger.value_max;
-    code = cvol_coded_decode(context, array, trial->coded);
-    if (code)
-        return code;
     cvol_distance distance;
     code = cvol_measure_distance(context, &distance, array, trial->samples);
     if (code)

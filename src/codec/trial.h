@@ -2,6 +2,7 @@
 #ifndef CVOL_CODEC_TRIAL_H
 #define CVOL_CODEC_TRIAL_H
 
+#include "codec/cell_sample.h"
 #include "codec/coded.h"
 #include "codec/encode_pass.h"
 #include "codec/sampler.h"
@@ -13,16 +14,19 @@ typedef struct cvol_trial {
     const void *samples; /* all of them, or NULL where they are read */
     cvol_array *shape;   /* grid, block, lapped, offset and range of values; no terms */
     cvol_split_choice split;
-    int hasty;   /* a step found roughly will do, and lapping is not questioned */
-    int plain;   /* round to nearest: errors are least; else squared error at equal bytes is */
-    double step; /* of the last trial */
+    int hasty;     /* a step found roughly will do, and lapping is not questioned */
+    int uncounted; /* no tables will be fitted to an encoding of all */
+    int plain;     /* round to nearest: errors are least; else squared error at equal bytes is */
+    double step;   /* of the last trial */
     cvol_token_tables *tables;
     cvol_token_counts *counts;   /* of the last trial */
     cvol_encode_result result;   /* of the last trial */
     uint64_t front_bytes, bytes; /* of a file before its shells (an estimate until trial_finish),
                                     and of the file */
     cvol_sampler *sampler;
+    cvol_cell_sample *cells;
     cvol_coded *coded;  /* of the last cvol_trial_encode */
+    cvol_array *kept;   /* its terms, where they need not be decoded, until they are measured */
     cvol_array *array;  /* of the last cvol_trial_decode */
     double error_share; /* of coefficients' squared error that samples have */
     uint64_t inside;    /* samples of the last trial within the volume */
@@ -47,6 +51,12 @@ int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step);
 int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, size_t every);
 /* Whether lapping makes error and lambda bits less, judged by a sample with this step. */
 int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step);
+/* How much of the coefficients' error samples show, by a sample with this step. In haste
+ * its tokens are counted. */
+int cvol_trial_find_share(cvol_context *context, cvol_trial *trial, double step);
+/* The error with this step, by cells from all over the volume: one of `every` that are kept. Of
+ * volumes in memory and cells of 16, coded with CVOL_SPLIT_FAST. */
+int cvol_trial_guess_error(cvol_context *context, cvol_trial *trial, double step, size_t every);
 /* Encodes all bricks into a sink; after (which may be NULL) as in encode_pass.h. Errors: as
  * cvol_trial_sample, and those of the sink and the source. */
 int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
@@ -55,9 +65,10 @@ int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
 int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step);
 /* Fits the tables to what was encoded last. Errors: MEMORY. */
 int cvol_trial_fit(cvol_context *context, cvol_trial *trial);
-/* Decodes what was encoded last into trial->array, and measures it. */
+/* Decodes what was encoded last into trial->array, and measures it. Where all was encoded with
+ * CVOL_SPLIT_FAST, terms are those that were coded, and bytes are not read again. */
 int cvol_trial_decode(cvol_context *context, cvol_trial *trial);
-/* The PSNR that a trial's error means: without rounding to integers and clamping. */
+/* The PSNR that a trial's error means. */
 double cvol_trial_psnr(const cvol_trial *trial);
 
 #endif
