@@ -34,40 +34,71 @@ static uint32_t fuzz_u32(const uint8_t *at)
     return (uint32_t)at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
 }
 
-/* Sets the checksums of a shell's runs, which INDX has behind its lengths, and from them that of
- * the shell's header. `index`: what follows the lengths; `ends`: of the runs in the shell. */
-static void fuzz_repair_shell(uint8_t *header, uint8_t *sums, size_t runs, const uint64_t *ends,
-                              uint64_t size)
+/* Where the sections are that hold bricks, in the order of the index's streams. */
+typedef struct fuzz_streams {
+    uint8_t *headers[CVOL_STREAMS]; /* NULL: none */
+    uint64_t sizes[CVOL_STREAMS];
+} fuzz_streams;
+
+/* The stream of a section, or CVOL_STREAMS. */
+static int fuzz_stream_of(const uint8_t *header)
+{
+    if (!memcmp(header, "SHL", 3) && header[3] >= '0' && header[3] < '4')
+        return header[3] - '0';
+    if (!memcmp(header, "MASK", 4))
+        return CVOL_STREAM_MASK;
+    return memcmp(header, "CORR", 4) ? CVOL_STREAMS : CVOL_STREAM_CORRECTIONS;
+}
+
+/* Sets the checksums of a stream's runs, which INDX has behind its lengths, and from them that of
+ * the section's header. `ends`: of the runs in the stream. */
+static void fuzz_repair_stream(uint8_t *header, uint8_t *sums, size_t runs, const uint64_t *ends,
+                               uint64_t size)
 {
     const uint8_t *data = header + CVOL_SECTION_HEADER_BYTES;
     uint64_t begin = 0;
-    for (size_t r = 0; r < runs && ends[r] <= size; r++) {
+    for (size_t r = 0; r < runs && ends[r] >= begin && ends[r] <= size; r++) {
         fuzz_put_u32(sums + 4 * r, cvol_crc32c(data + begin, (size_t)(ends[r] - begin)));
         begin = ends[r];
     }
     fuzz_put_u32(header + 16, cvol_crc32c(sums, 4 * runs));
 }
 
-/* The runs of a file whose shells have `bricks` bricks; INDX is at index[0 .. size). */
-static void fuzz_repair_runs(uint8_t *index, size_t size, size_t bricks,
-                             uint8_t *shells[CVOL_SHELLS], const uint64_t sizes[CVOL_SHELLS])
+/* Streams first .. end - 1, whose lengths, then checksums, follow in the index; 0 if they do not.
+ */
+static int fuzz_repair_streams(const fuzz_streams *streams, int first, int end, uint8_t *index,
+                               cvol_cursor *lengths, size_t bricks)
 {
     const size_t runs = (bricks + CVOL_RUN_BRICKS - 1) / CVOL_RUN_BRICKS;
-    uint64_t *ends = calloc(runs * CVOL_SHELLS + 1, sizeof *ends);
-    cvol_cursor lengths = cvol_cursor_make(index, size);
-    for (size_t s = 0; ends && s < CVOL_SHELLS; s++) {
-        uint64_t end = 0;
+    const size_t count = (size_t)(end - first);
+    uint64_t *ends = calloc(runs * count + 1, sizeof *ends);
+    for (size_t s = 0; ends && s < count; s++) {
+        uint64_t at = 0;
         for (size_t b = 0; b < bricks; b++) {
-            end += cvol_cursor_varint(&lengths) & UINT32_MAX;
-            ends[s * runs + b / CVOL_RUN_BRICKS] = end;
+            at += cvol_cursor_varint(lengths) & UINT32_MAX;
+            ends[s * runs + b / CVOL_RUN_BRICKS] = at;
         }
     }
-    if (ends && cvol_cursor_left(&lengths) == 4 * CVOL_SHELLS * runs)
-        for (size_t s = 0; s < CVOL_SHELLS; s++)
-            if (shells[s])
-                fuzz_repair_shell(shells[s], index + lengths.at + 4 * s * runs, runs,
-                                  ends + s * runs, sizes[s]);
+    const int is_there = ends && !lengths->failed && cvol_cursor_left(lengths) >= 4 * count * runs;
+    for (size_t s = 0; is_there && s < count; s++)
+        if (streams->headers[first + (int)s])
+            fuzz_repair_stream(streams->headers[first + (int)s], index + lengths->at + 4 * s * runs,
+                               runs, ends + s * runs, streams->sizes[first + (int)s]);
+    if (is_there)
+        cvol_cursor_take(lengths, 4 * count * runs);
     free(ends);
+    return is_there;
+}
+
+/* The runs of a file whose streams have `bricks` bricks; INDX is at index[0 .. size). */
+static void fuzz_repair_runs(uint8_t *index, size_t size, size_t bricks,
+                             const fuzz_streams *streams)
+{
+    cvol_cursor lengths = cvol_cursor_make(index, size);
+    int go_on = fuzz_repair_streams(streams, 0, CVOL_SHELLS, index, &lengths, bricks);
+    for (int s = CVOL_SHELLS; s < CVOL_STREAMS && go_on && cvol_cursor_left(&lengths); s++)
+        if (streams->headers[s])
+            go_on = fuzz_repair_streams(streams, s, s + 1, index, &lengths, bricks);
 }
 
 /* How many bricks HEAD claims, as far as that is less than `most`. */
@@ -85,27 +116,32 @@ static size_t fuzz_bricks(const uint8_t *head, size_t most)
 
 static void fuzz_repair(uint8_t *file, size_t size)
 {
-    uint8_t *shells[CVOL_SHELLS] = {0}, *index = NULL, *head = NULL;
-    uint64_t sizes[CVOL_SHELLS] = {0}, index_size = 0;
-    size_t at = CVOL_SECTIONS_AT;
-    for (int pass = 0; pass < 2; pass++) { /* lengths of all; then the checksums that hold them */
-        for (at = CVOL_SECTIONS_AT; size >= at && size - at >= CVOL_SECTION_HEADER_BYTES;) {
+    fuzz_streams streams = {{0}, {0}};
+    uint8_t *index = NULL, *head = NULL;
+    uint64_t index_size = 0;
+    /* First the checksums of contents; where lengths are held against bricks these come after, as
+     * they are in INDX too; then the checksums that hold all of them. */
+    for (int pass = 0; pass < 2; pass++) {
+        for (size_t at = CVOL_SECTIONS_AT; size >= at && size - at >= CVOL_SECTION_HEADER_BYTES;) {
             uint8_t *header = file + at;
             cvol_cursor field = cvol_cursor_make(header + 8, 8);
             const uint64_t length = cvol_cursor_u64(&field);
             const int is_there = length <= size - at - CVOL_SECTION_HEADER_BYTES;
-            const int is_shell = !memcmp(header, "SHL", 3) && header[3] >= '0' && header[3] < '4';
-            if (pass && is_there && !is_shell)
+            const int stream = fuzz_stream_of(header);
+            const int is_shell = stream < CVOL_SHELLS, is_index = !memcmp(header, "INDX", 4);
+            if (is_there && !is_shell && pass == is_index)
                 fuzz_put_u32(header + 16,
                              cvol_crc32c(header + CVOL_SECTION_HEADER_BYTES, (size_t)length));
+            if (!is_there && !pass)
+                break;
             if (pass)
                 fuzz_put_u32(header + 20, cvol_crc32c(header, 20));
             if (!is_there)
                 break;
-            if (is_shell) {
-                shells[header[3] - '0'] = header;
-                sizes[header[3] - '0'] = length;
-            } else if (!memcmp(header, "INDX", 4)) {
+            if (stream < CVOL_STREAMS) {
+                streams.headers[stream] = header;
+                streams.sizes[stream] = length;
+            } else if (is_index) {
                 index = header + CVOL_SECTION_HEADER_BYTES;
                 index_size = length;
             } else if (!memcmp(header, "HEAD", 4) && length >= 24) {
@@ -115,35 +151,71 @@ static void fuzz_repair(uint8_t *file, size_t size)
         }
         const size_t bricks = head ? fuzz_bricks(head, (size_t)index_size) : SIZE_MAX;
         if (!pass && index && bricks <= index_size)
-            fuzz_repair_runs(index, (size_t)index_size, bricks, shells, sizes);
+            fuzz_repair_runs(index, (size_t)index_size, bricks, &streams);
     }
 }
 
-/* The first sample alone, of a file that may be damaged elsewhere. */
-static void fuzz_read_corner(cvol_context *context, const uint8_t *data, size_t size)
+/* Samples are evaluated of so many along each axis. */
+enum { FUZZ_SIDE = 40 };
+
+static void fuzz_evaluate(cvol_context *context, const cvol_array *array, const size_t begin[3],
+                          const size_t end[3])
 {
-    const size_t begin[3] = {0, 0, 0}, end[3] = {1, 1, 1};
-    const cvol_file_part corner = {.begin = begin, .end = end};
-    uint8_t sample[8];
+    const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
+    void *samples = malloc(count * 8);
+    float *real = malloc(count * sizeof *real);
+    if (samples && real) {
+        (void)cvol_array_evaluate_box(context, samples, array, begin, end);
+        (void)cvol_array_evaluate_real(context, real, array, begin, end);
+    }
+    free(samples);
+    free(real);
+}
+
+/* The first samples of all that there are. */
+static void fuzz_evaluate_first(cvol_context *context, const cvol_array *array)
+{
+    const size_t *dims = cvol_array_grid(array)->dims, begin[3] = {0, 0, 0};
+    size_t end[3];
+    for (int a = 0; a < 3; a++)
+        end[a] = dims[a] < FUZZ_SIDE ? dims[a] : FUZZ_SIDE;
+    fuzz_evaluate(context, array, begin, end);
+}
+
+/* A box alone, of a file that may be damaged elsewhere: the first sample, and some in the midst. */
+static void fuzz_read_boxes(cvol_context *context, const uint8_t *data, size_t size)
+{
+    const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
+    const cvol_file_part corner = {.begin = zero, .end = one};
+    size_t begin[3], end[3];
     cvol_array *array;
-    if (!cvol_container_read_part(context, &array, NULL, data, size, &corner, "fuzz"))
-        (void)cvol_array_evaluate_box(context, sample, array, begin, end);
+    if (cvol_container_read_part(context, &array, NULL, data, size, &corner, "fuzz"))
+        return;
+    fuzz_evaluate(context, array, zero, one);
+    for (int a = 0; a < 3; a++) {
+        const size_t dim = cvol_array_grid(array)->dims[a],
+                     length = 1 + data[size - 1 - (size_t)a] % 20;
+        begin[a] = dim / 2 < FUZZ_SIDE ? dim / 2 : dim - dim / 4 - 1;
+        end[a] = dim - begin[a] < length ? dim : begin[a] + length;
+    }
+    cvol_array_free(array);
+    const cvol_file_part midst = {.begin = begin, .end = end, .level = data[size / 2] % 4};
+    if (!cvol_container_read_part(context, &array, NULL, data, size, &midst, "fuzz"))
+        fuzz_evaluate(context, array, begin, end);
     cvol_array_free(array);
 }
 
-/* Of a file that may end early, and at a coarse level. */
+/* Of a file that may end early, and at coarse levels. */
 static void fuzz_read_levels(cvol_context *context, const uint8_t *data, size_t size)
 {
-    const size_t begin[3] = {0, 0, 0}, end[3] = {1, 1, 1};
-    for (int level = 0; level < 4; level += 2) {
+    for (int level = 0; level < 4; level++) {
         const cvol_file_part part = {.level = level, .cut = !level};
         cvol_file_report report = {0};
-        uint8_t sample[8];
         cvol_array *array;
         if (!cvol_container_read_part(context, &array, &report, data, size, &part, "fuzz")) {
             if (report.level < 0 || report.level > 3)
                 abort();
-            (void)cvol_array_evaluate_box(context, sample, array, begin, end);
+            fuzz_evaluate_first(context, array);
         }
         cvol_array_free(array);
     }
@@ -162,19 +234,10 @@ static void fuzz_read(const uint8_t *data, size_t size)
     const int refused = cvol_container_read(context, &array, data, size, "fuzz");
     if (!damaged != !refused)
         abort(); /* what is verified can be read, and nothing else */
-    if (!refused) {
-        const cvol_grid *grid = cvol_array_grid(array);
-        const size_t begin[3] = {0, 0, 0};
-        size_t end[3];
-        for (int a = 0; a < 3; a++)
-            end[a] = grid->dims[a] < 40 ? grid->dims[a] : 40;
-        void *samples = malloc(end[0] * end[1] * end[2] * 8);
-        if (samples)
-            (void)cvol_array_evaluate_box(context, samples, array, begin, end);
-        free(samples);
-        cvol_array_free(array);
-    }
-    fuzz_read_corner(context, data, size);
+    if (!refused)
+        fuzz_evaluate_first(context, array);
+    cvol_array_free(array);
+    fuzz_read_boxes(context, data, size);
     fuzz_read_levels(context, data, size);
     cvol_context_destroy(context);
 }

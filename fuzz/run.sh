@@ -1,10 +1,12 @@
 #!/bin/sh
 # Builds every fuzzer with clang's libFuzzer and the sanitizers and runs each for a while.
-# usage: fuzz/run.sh [SECONDS_EACH]     from the project's root; needs clang and its runtime
+# usage: fuzz/run.sh [SECONDS_EACH [NAME...]]     from the project's root; needs clang and its runtime
 # (Debian: clang libclang-rt-14-dev). What is found is left in build-fuzz/NAME/.
 set -eu
 cd "$(dirname "$0")/.."
 seconds=${1:-60}
+[ $# -eq 0 ] || shift
+[ $# -gt 0 ] || set -- cvol volume transfer png
 build=build-fuzz
 mkdir -p $build
 flags="-std=c11 -g -O1 -Iinclude -Isrc -Ifuzz -isystem /usr/include/nifti
@@ -35,7 +37,7 @@ for source in src/*/*.c; do
     esac
 done
 
-for fuzzer in cvol volume transfer png; do
+for fuzzer in "$@"; do
     clang $flags -fsanitize=fuzzer "fuzz/fuzz_$fuzzer.c" $objects -o "$build/fuzz_$fuzzer" \
         -lnifti2 -lznz -lz -lfftw3f -lpng -lzstd -ljansson -lpthread -lm
     mkdir -p "$build/$fuzzer"

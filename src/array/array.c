@@ -309,7 +309,7 @@ void cvol_block_find_low(cvol_block *block, int block_log2)
 {
     const uint32_t mask = (UINT32_C(1) << block_log2) - 1;
     memset(block->low, 0, sizeof block->low);
-    const uint32_t *words = block->terms, *end = words + block->words;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
     while (words < end) {
         uint32_t place;
         (void)cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));

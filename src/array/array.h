@@ -28,6 +28,12 @@ typedef struct cvol_block {
     uint16_t split;        /* B = 16: how the cell is split (transform/cell.h); 0: it is not */
 } cvol_block;
 
+/* Where its terms end; a block without terms may have NULL, to which nothing can be added. */
+static inline const uint32_t *cvol_block_end(const cvol_block *block)
+{
+    return block->words ? block->terms + block->words : block->terms;
+}
+
 struct cvol_array {
     cvol_grid grid;
     int rank;

@@ -60,7 +60,7 @@ CVOL_INLINE void cvol_block_gather_lanes(float *first, cvol_block_rows *rows,
         sum[part / CVOL_LANES] = (cvol_vf){0};
     cvol_term_batch batch;
     batch.last_line = UINT32_MAX;
-    const uint32_t *words = block->terms, *end = words + block->words;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
     while (words < end) {
         int count;
         words = cvol_batch_next(&batch, &count, words, end, step, block_log2);

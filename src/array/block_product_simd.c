@@ -18,7 +18,7 @@ CVOL_INLINE void scatter_scaled(float *out, int box[3], const cvol_block *block,
         box[axis] = block->low[axis];
     for (int w = 0; w < box[2]; w++)
         memset(out + w * B * B, 0, sizeof(float) * (size_t)(box[1] * B));
-    const uint32_t *words = block->terms, *end = words + block->words;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
     while (words < end) {
         uint32_t place;
         int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));

@@ -38,7 +38,7 @@ CVOL_INLINE double sum_of(vd8 lanes)
 
 double CVOL_SIMD(cvol_block_squares)(const cvol_block *block, int place_bits)
 {
-    const uint32_t *words = block->terms, *const end = words + block->words;
+    const uint32_t *words = block->terms, *const end = cvol_block_end(block);
     vd8 small[2] = {{0}, {0}};
     double large = 0;
     while (words < end) {

@@ -135,7 +135,7 @@ void cvol_block_unpack(float *slots, const cvol_array *array, size_t index)
     const int place_bits = cvol_place_bits(array->block_log2);
     const float step = (float)array->step;
     memset(slots, 0, cvol_array_block_terms(array) * sizeof *slots);
-    const uint32_t *words = block->terms, *end = words + block->words;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
     while (words < end) {
         uint32_t place;
         const int32_t value = cvol_term_unpack(&words, &place, place_bits);

@@ -81,7 +81,7 @@ double cvol_block_squares(const cvol_block *block, int place_bits)
  * side 8 stands at 0 or 1 of each axis, of one of side 4 at 0 to 3. */
 static double sum_of_parts(const cvol_block *block, int place_bits)
 {
-    const uint32_t *words = block->terms, *end = words + block->words;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
     double sum = 0;
     while (words < end) {
         uint32_t place;
@@ -111,7 +111,7 @@ static void spread(int32_t *table, const cvol_block *block, int place_bits)
 {
     const uint32_t mask = (UINT32_C(1) << place_bits) - 1;
     const int32_t escape = cvol_term_escape(place_bits);
-    const uint32_t *words = block->terms, *end = words + block->words;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
 #pragma GCC unroll 4
     for (; words < end; words++) {
         const uint32_t place = *words & mask;
@@ -127,7 +127,7 @@ static void spread(int32_t *table, const cvol_block *block, int place_bits)
 static void clear(int32_t *table, const cvol_block *block, size_t per_block)
 {
     const uint32_t mask = (uint32_t)per_block - 1;
-    const uint32_t *words = block->terms, *end = words + block->words;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
 #pragma GCC unroll 8
     for (; words < end; words++)
         table[*words & mask] = 0;

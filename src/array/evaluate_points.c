@@ -245,7 +245,7 @@ static double sum_block(double *table, cell_work *cell, const cvol_array *array,
                             dims[a]);
     }
     double result = 0;
-    const uint32_t *words = block->terms, *end = words + block->words;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
     while (words < end) {
         uint32_t at;
         const int32_t value = cvol_term_unpack(&words, &at, cvol_place_bits(array->block_log2));

@@ -98,7 +98,7 @@ uint64_t cvol_exact_largest_sum(const cvol_array *array)
     uint64_t largest = 0;
     for (size_t i = 0; i < array->block_count; i++) {
         const cvol_block *block = &array->block_table[i];
-        const uint32_t *words = block->terms, *end = words + block->words;
+        const uint32_t *words = block->terms, *end = cvol_block_end(block);
         uint64_t sum = 0;
         while (words < end) {
             uint32_t place;
@@ -170,7 +170,7 @@ static void block_reference(int64_t *out, int64_t *places, const cvol_array *arr
 {
     const int B = array->block;
     const cvol_block *block = &array->block_table[index];
-    const uint32_t *words = block->terms, *end = words + block->words;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
     cvol_cell_part parts[CVOL_CELL_PARTS_MAX] = {{.side = B}};
     const int count = B == CELL ? cvol_cell_list_parts(parts, block->split) : 1;
     memset(places, 0, sizeof *places * cvol_array_block_terms(array));

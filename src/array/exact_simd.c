@@ -83,7 +83,7 @@ CVOL_INLINE void finish_line(double *line, vd sums[SUMS], int is_split)
 static void along_x(double *lines, const cvol_block *block, double unit,
                     const cvol_exact_bases *bases)
 {
-    const uint32_t *words = block->terms, *end = words + block->words;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
     for (int w = 0; w < block->low[2]; w++)
         memset(lines + 256 * w, 0, sizeof *lines * 16 * block->low[1]);
     uint32_t place = 0;

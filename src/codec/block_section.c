@@ -52,7 +52,7 @@ int cvol_terms_check(cvol_context *context, const cvol_array *array)
 {
     for (size_t b = 0; b < array->block_count; b++) {
         const uint32_t *words = array->block_table[b].terms;
-        const uint32_t *end = words + array->block_table[b].words;
+        const uint32_t *end = cvol_block_end(&array->block_table[b]);
         double sum = 0, largest = 0;
         while (words < end) {
             uint32_t place;
@@ -75,7 +75,7 @@ static void fill_lists(term_lists *lists, const cvol_array *array)
     size_t t = 0;
     for (size_t b = 0; b < lists->blocks; b++) {
         const uint32_t *words = array->block_table[b].terms;
-        const uint32_t *end = words + array->block_table[b].words;
+        const uint32_t *end = cvol_block_end(&array->block_table[b]);
         const size_t first = t;
         uint32_t next = 0;
         for (; words < end; t++) {

@@ -217,7 +217,8 @@ static int decode_brick(decoded *out, const decoding *d, cvol_brick_coder *coder
     int code = cvol_brick_decode(coder, &terms, array, brick, shells, d->source->count);
     if (code)
         return code;
-    if (terms.word_count) {
+    const int is_kept = !d->source->is_checked;
+    if (terms.word_count && is_kept) {
         out->words = malloc(terms.word_count * sizeof *out->words);
         if (!out->words)
             return CVOL_ERROR_MEMORY;
@@ -229,6 +230,8 @@ static int decode_brick(decoded *out, const decoding *d, cvol_brick_coder *coder
     const uint32_t *words = out->words;
     for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
         cvol_block *block = &array->block_table[cvol_brick_block_index(array, &box, i)];
+        if (!is_kept)
+            block->words = 0;
         block->terms = words;
         if (block->words)
             words += block->words;

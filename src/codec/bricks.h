@@ -31,6 +31,7 @@ typedef struct cvol_brick_source {
     const cvol_brick_index *index;
     const uint8_t *shells[CVOL_SHELLS];
     int count;
+    int is_checked; /* only: terms are decoded, and not kept; the volume is of no use then */
 } cvol_brick_source;
 
 /* Checks and decodes those shells into a volume that has no terms yet; sets its coefficients. If

@@ -64,6 +64,7 @@ typedef struct reading {
     int shells;       /* how many are whole */
     int used;         /* how many are asked for and there */
     int cut;          /* the file ends early */
+    int is_tried;     /* only: the array is of no use */
     cvol_header header;
     cvol_array *array;
 } reading;
@@ -249,7 +250,9 @@ static int read_modes(reading *r, const cvol_brick_index *index, const cvol_toke
 
 static int read_bricks(reading *r, const cvol_brick_index *index)
 {
-    cvol_brick_source source = {.index = index, .count = r->used};
+    /* Corrections are checked against the terms. */
+    cvol_brick_source source = {
+        .index = index, .count = r->used, .is_checked = r->is_tried && !r->header.corrections};
     cvol_token_tables *tables = cvol_token_tables_create();
     cvol_cursor content = cvol_section_cursor(&r->sections[CVOL_TABL]);
     int code = tables ? cvol_token_tables_take(r->context, tables, &content, r->name)
@@ -384,4 +387,12 @@ int cvol_container_read(cvol_context *context, cvol_array **out, const uint8_t *
                         const char *name)
 {
     return cvol_container_read_part(context, out, NULL, data, size, NULL, name);
+}
+
+int cvol_container_try(cvol_context *context, const uint8_t *data, size_t size, const char *name)
+{
+    reading r = {.context = context, .name = name, .is_tried = 1};
+    const int code = read_all(&r, data, size);
+    cvol_array_free(r.array);
+    return code;
 }

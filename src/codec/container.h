@@ -26,5 +26,7 @@ int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_
 /* All of it. Errors: FORMAT, CORRUPT, LIMIT, UNSUPPORTED, MEMORY, CANCELLED. */
 int cvol_container_read(cvol_context *context, cvol_array **out, const uint8_t *data, size_t size,
                         const char *name);
+/* Whether that would succeed, in less memory: terms are decoded, and not kept. The same errors. */
+int cvol_container_try(cvol_context *context, const uint8_t *data, size_t size, const char *name);
 
 #endif

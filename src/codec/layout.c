@@ -209,12 +209,10 @@ static int add_offset(cvol_context *context, const cvol_file_layout *layout, con
 int cvol_layout_verify(cvol_context *context, cvol_file_layout *out, const uint8_t *data,
                        size_t size, const char *name)
 {
-    cvol_array *array = NULL;
     int code = cvol_layout_walk(context, out, data, size, name);
     if (code)
         return code;
-    code = cvol_container_read(context, &array, data, size, name);
-    cvol_array_free(array);
+    code = cvol_container_try(context, data, size, name);
     return code ? add_offset(context, out, name, code) : CVOL_OK;
 }
 

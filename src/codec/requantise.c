@@ -41,7 +41,7 @@ typedef struct requantising {
 /* Spreads a block's coefficients out by place, in units of the new step; or clears them. */
 static void spread(float *coefficients, const cvol_block *block, int block_log2, double share)
 {
-    const uint32_t *words = block->terms, *end = words + block->words;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
     while (words < end) {
         uint32_t place;
         const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));

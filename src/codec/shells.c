@@ -35,7 +35,7 @@ int cvol_shell_of(uint32_t place, int block_log2, uint16_t split)
 
 void cvol_shell_squares(double squares[CVOL_SHELLS], const cvol_block *block, int block_log2)
 {
-    const uint32_t *words = block->terms, *end = words + block->words;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
     while (words < end) {
         uint32_t place;
         const double value = cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));
