@@ -121,17 +121,25 @@ static void free_all(requantising *all)
     free(all);
 }
 
-static requantising *make_all(cvol_context *context, const cvol_array *array, double step,
-                              const cvol_token_tables *tables)
+static void weigh(cvol_token_costs *costs, double weight)
+{
+    for (int r = 0; r < CVOL_ROWS; r++)
+        for (int t = 0; t < CVOL_TOKENS; t++)
+            costs->of[r][t] *= (float)weight;
+}
+
+static requantising *make_all(cvol_context *context, const cvol_array *array,
+                              cvol_coarseness coarseness, const cvol_token_tables *tables)
 {
     requantising *all = cvol_allocate_zero(1, sizeof *all);
     if (!all)
         return NULL;
     all->array = array;
-    all->step = step;
+    all->step = coarseness.step;
     all->thread_count = cvol_context_threads(context);
     all->room = (size_t)all->thread_count * BRICKS_A_THREAD;
     cvol_token_costs_set(&all->costs, tables);
+    weigh(&all->costs, coarseness.weight);
     all->threads = cvol_allocate_zero((size_t)all->thread_count, sizeof *all->threads);
     all->bricks = cvol_allocate_zero(all->room, sizeof *all->bricks);
     int made = all->threads && all->bricks;
@@ -183,11 +191,11 @@ static int take_bricks(cvol_context *context, double *error, const requantising 
 }
 
 int cvol_requantise(cvol_context *context, double *error, cvol_token_counts *counts,
-                    const cvol_array *array, double step, const cvol_token_tables *tables,
-                    const cvol_brick_sink *sink)
+                    const cvol_array *array, cvol_coarseness coarseness,
+                    const cvol_token_tables *tables, const cvol_brick_sink *sink)
 {
     const size_t bricks = cvol_brick_count(array);
-    requantising *all = make_all(context, array, step, tables);
+    requantising *all = make_all(context, array, coarseness, tables);
     *error = 0;
     if (!all)
         return cvol_fail_memory(context, (size_t)4 << 20, "the coder");

@@ -1,4 +1,8 @@
 /* Making a compressed volume coarser: the search for the step with which its terms are requantised.
+ *
+ * Terms are multiples of the old step, so sizes make jumps where a step passes what many terms are
+ * (twice a step: all that are 1 go at once). Between the two steps of a jump, the finer one is
+ * taken with bits that weigh more, so that those terms go first that cost most.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -15,7 +19,13 @@
 #include "codec/writer.h"
 #include "cvol/codec.h"
 
-enum { TRIES_MOST = 16, FITTED_TRIES = 2 };
+enum { TRIES_MOST = 16, FITTED_TRIES = 2, WEIGHTS_MOST = 14, FINER_MOST = 3 };
+/* A bracket of steps (log) that is less wide has a jump within it. */
+#define JUMP_WIDTH 4e-3
+#define WEIGHT_MOST 256
+#define WEIGHT_WIDTH 1e-3
+/* Where weights do not help, a step finer by this factor may. */
+#define FINER 0.94
 
 typedef struct transcoding {
     cvol_context *context;
@@ -71,8 +81,9 @@ static int count_brick(cvol_context *context, void *user, size_t brick,
 }
 
 /* Codes with a step, and knows the file's size and bounds; nothing is kept. */
-static int try_step(transcoding *t, double step)
+static int try_step(transcoding *t, double step, double weight)
 {
+    const cvol_coarseness coarseness = {step, weight};
     cvol_file_writer *writer = NULL;
     cvol_array_free(t->shape);
     t->shape = NULL;
@@ -82,7 +93,8 @@ static int try_step(transcoding *t, double step)
         code = cvol_file_writer_open(t->context, &writer, NULL, cvol_brick_count(t->from));
     const cvol_brick_sink sink = {count_brick, writer};
     if (!code)
-        code = cvol_requantise(t->context, &t->error, t->counts, t->from, step, t->tables, &sink);
+        code = cvol_requantise(t->context, &t->error, t->counts, t->from, coarseness, t->tables,
+                               &sink);
     if (!code) {
         const cvol_header header = cvol_header_of(t->shape);
         const cvol_file_front front = {
@@ -127,33 +139,65 @@ static int fail_finer(const transcoding *t)
                      t->value, ratio_of(t));
 }
 
-/* The largest step that keeps a PSNR, or the least that keeps a ratio; *met: 0 if that is the
- * coarsest there is. */
-static int search_step(transcoding *t, double *best, int *met)
+/* The best that keeps what is asked, and by how much that misses what is aimed at; step 0: none. */
+typedef struct best_try {
+    cvol_coarseness coarseness;
+    double miss;
+} best_try;
+
+static void note(best_try *best, double step, double weight, double miss)
+{
+    if (best->coarseness.step <= 0 || fabs(miss) < best->miss)
+        *best = (best_try){{step, weight}, fabs(miss)};
+}
+
+/* At a step that is too fine, of two between which sizes jump: weights of bits. */
+static int search_weight(transcoding *t, best_try *best, double step, int *good)
+{
+    cvol_search search = cvol_search_make(1, WEIGHT_MOST, 0.3);
+    double weight = 1.5;
+    for (int i = 0; i < WEIGHTS_MOST; i++) {
+        int kept, code = try_step(t, step, weight);
+        if (code)
+            return code;
+        const double miss = miss_of(t, &kept, good);
+        if (kept)
+            note(best, step, weight, miss);
+        cvol_search_tell(&search, weight, miss);
+        if (*good || cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
+            cvol_search_width(&search) < WEIGHT_WIDTH)
+            break;
+        weight = cvol_search_next(&search);
+    }
+    return CVOL_OK;
+}
+
+/* The coarsest that keeps a PSNR, or the finest that keeps a ratio; *met: 0 if that is the coarsest
+ * there is. */
+static int search_step(transcoding *t, cvol_coarseness *out, int *met)
 {
     const double least = t->from->step;
     const double most = fmax(2.01 * cvol_array_coefficient_bound(t->from), 2 * least);
     const double slope = t->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
     cvol_search search = cvol_search_make(least, most, slope);
     double step = least;
-    *best = 0;
-    *met = 1;
+    int good = 0;
+    best_try best = {{0, 1}, 0};
     for (int i = 0; i < TRIES_MOST; i++) {
-        int kept, good, code = try_step(t, step);
+        int kept, code = try_step(t, step, 1);
         if (code)
             return code;
         const double miss = miss_of(t, &kept, &good);
         /* The finest there is: a ratio beyond, or a PSNR below what is asked. */
         if (i == 0 && (t->target == CVOL_TARGET_PSNR ? !kept : kept && !good))
             return fail_finer(t);
-        if (i >= FITTED_TRIES && kept &&
-            (*best <= 0 || (t->target == CVOL_TARGET_PSNR) == (step > *best)))
-            *best = step;
+        if (i >= FITTED_TRIES && kept)
+            note(&best, step, 1, miss);
         if (good && i >= FITTED_TRIES)
             break;
         cvol_search_tell(&search, step, miss);
         if (i >= FITTED_TRIES && (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
-                                  cvol_search_width(&search) < 1e-4))
+                                  cvol_search_width(&search) < JUMP_WIDTH))
             break;
         step = cvol_search_next(&search);
         /* What other tables gave misleads. */
@@ -162,10 +206,16 @@ static int search_step(transcoding *t, double *best, int *met)
             search = cvol_search_make(least, most, search.slope);
         }
     }
-    if (*best <= 0) {
-        *best = t->target == CVOL_TARGET_PSNR ? least : most;
-        *met = 0;
+    const double finest = search.has_small && search.has_large ? exp(search.small) : 0;
+    for (int i = 0; i < FINER_MOST && !good && finest > 0; i++) {
+        const int code = search_weight(t, &best, fmax(finest * pow(FINER, i), least), &good);
+        if (code)
+            return code;
     }
+    *met = best.coarseness.step > 0;
+    *out = best.coarseness;
+    if (!*met)
+        out->step = t->target == CVOL_TARGET_PSNR ? least : most;
     return CVOL_OK;
 }
 
@@ -193,15 +243,16 @@ static int copy_mask(cvol_context *context, cvol_array *to, const cvol_array *fr
 }
 
 /* The array of a step, with its bricks as they are coded. */
-static int settle(transcoding *t, cvol_array **out, double step)
+static int settle(transcoding *t, cvol_array **out, cvol_coarseness coarseness)
 {
     cvol_coded *coded = NULL;
     int code = cvol_coded_make(t->context, &coded, t->tables, cvol_brick_count(t->from));
     const cvol_brick_sink sink = cvol_coded_sink(coded);
     if (!code)
-        code = cvol_requantise(t->context, &t->error, t->counts, t->from, step, t->tables, &sink);
+        code = cvol_requantise(t->context, &t->error, t->counts, t->from, coarseness, t->tables,
+                               &sink);
     if (!code)
-        code = make_like(t->context, out, t->from, step);
+        code = make_like(t->context, out, t->from, coarseness.step);
     if (!code)
         code = cvol_coded_decode(t->context, *out, coded);
     if (!code)
@@ -224,14 +275,14 @@ static int settle(transcoding *t, cvol_array **out, double step)
 static int run(transcoding *t, cvol_array **out, int *met)
 {
     for (int i = 0; i < 2; i++) {
-        double step;
-        int code = search_step(t, &step, met);
+        cvol_coarseness best;
+        int code = search_step(t, &best, met);
         if (code)
             return code;
         const uint64_t counted = t->file_bytes;
         cvol_array_free(*out);
         *out = NULL;
-        code = settle(t, out, step);
+        code = settle(t, out, best);
         if (code || t->target == CVOL_TARGET_PSNR || ratio_of(t) >= t->value || !*met)
             return code;
         t->other_bytes += t->file_bytes > counted ? t->file_bytes - counted : 0;
