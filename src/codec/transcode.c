@@ -11,6 +11,7 @@
 #include "array/operations.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/apart.h"
 #include "codec/array_file.h"
 #include "codec/coded.h"
 #include "codec/compression.h"
@@ -19,7 +20,8 @@
 #include "codec/writer.h"
 #include "cvol/codec.h"
 
-enum { TRIES_MOST = 16, FITTED_TRIES = 2, WEIGHTS_MOST = 14, FINER_MOST = 3 };
+enum { TRIES_MOST = 16, FITTED_TRIES = 2, WEIGHTS_MOST = 14, FINER_MOST = 3, SETTLED_MOST = 5 };
+#define SLACK_MOST 30
 /* A bracket of steps (log) that is less wide has a jump within it. */
 #define JUMP_WIDTH 4e-3
 #define WEIGHT_MOST 256
@@ -36,6 +38,8 @@ typedef struct transcoding {
     cvol_token_counts *counts;
     cvol_array *shape; /* what comes of the last try, without terms */
     double error;      /* of the last try: squared */
+    double slack_db; /* by how much PSNRs are better than what tries promise, as far as is known */
+    double tried_db; /* what a try promises of what was settled on last */
     uint64_t file_bytes, other_bytes;
     int count;
 } transcoding;
@@ -71,6 +75,39 @@ static void account(const transcoding *t, cvol_array *array)
     array->ledger = t->from->ledger;
     cvol_array_account(array, &result, 0);
     cvol_array_derive_figures(array);
+}
+
+static double psnr_of(const cvol_array *array, double l2_error)
+{
+    const double span = array->ledger.value_max - array->ledger.value_min;
+    return 20 * log10(span * sqrt((double)cvol_grid_samples(&array->grid)) / l2_error);
+}
+
+/* What tries promise is of coefficients. How far the two arrays' samples are apart says more: by no
+ * more than that, and the source's own, is the result off (the triangle inequality), as floats for
+ * the ledger; and as stored samples, if those of the source were measured, where no rounding comes
+ * on top. */
+static int account_samples(const transcoding *t, cvol_array *array)
+{
+    const cvol_array *from = t->from;
+    cvol_apart apart;
+    int code = cvol_volumes_apart(t->context, &apart, from, array);
+    if (code)
+        return code;
+    const double samples = sqrt((double)cvol_grid_samples(&array->grid));
+    const double norm = from->ledger.max_abs * samples + apart.real_l2;
+    const double l2_error = from->ledger.l2_error + apart.real_l2 + CVOL_ROUNDING * norm;
+    if (l2_error < array->ledger.l2_error) {
+        array->ledger.l2_error = l2_error;
+        cvol_array_derive_figures(array);
+    }
+    if (!from->measured || from->mask) /* a PSNR of fewer samples */
+        return CVOL_OK;
+    const double span = from->ledger.value_max - from->ledger.value_min;
+    const double off = span * samples * pow(10, -from->psnr_db / 20) * (1 + 1e-9);
+    array->max_error = fmin(array->max_error, (from->max_error + apart.most) * (1 + 1e-9));
+    array->psnr_db = fmax(array->psnr_db, psnr_of(array, off + apart.stored_l2));
+    return CVOL_OK;
 }
 
 static int count_brick(cvol_context *context, void *user, size_t brick,
@@ -116,7 +153,7 @@ static double ratio_of(const transcoding *t)
 static double miss_of(const transcoding *t, int *kept, int *good)
 {
     if (t->target == CVOL_TARGET_PSNR) {
-        const double over = t->shape->psnr_db - t->value;
+        const double over = t->shape->psnr_db + t->slack_db - t->value;
         *kept = over >= 0;
         *good = over >= 0 && over < 2 * CVOL_PSNR_ACCEPTED;
         return (CVOL_PSNR_AIM - (over > 30 ? 30 : over)) / CVOL_DB_PER_E;
@@ -133,7 +170,7 @@ static int fail_finer(const transcoding *t)
         return cvol_fail(t->context, CVOL_ERROR_TARGET,
                          "a PSNR of %g dB cannot be promised: what is known of the array is %.2f "
                          "dB at least; compress the volume itself",
-                         t->value, t->shape->psnr_db);
+                         t->value, t->shape->psnr_db + t->slack_db);
     return cvol_fail(t->context, CVOL_ERROR_TARGET,
                      "a ratio of %g would be finer than the array, which is coded at %.2f already",
                      t->value, ratio_of(t));
@@ -259,9 +296,11 @@ static int settle(transcoding *t, cvol_array **out, cvol_coarseness coarseness)
         code = copy_mask(t->context, *out, t->from);
     if (!code) {
         account(t, *out);
-        if (cvol_array_may_have_ranges(*out, t->file_bytes))
-            code = cvol_ranges_find(t->context, *out);
+        t->tried_db = (*out)->psnr_db;
+        code = account_samples(t, *out);
     }
+    if (!code && cvol_array_may_have_ranges(*out, t->file_bytes))
+        code = cvol_ranges_find(t->context, *out);
     if (!code) {
         cvol_coded_attach(*out, coded);
         coded = NULL;
@@ -272,7 +311,7 @@ static int settle(transcoding *t, cvol_array **out, cvol_coarseness coarseness)
 }
 
 /* What ranges and masks take is known only when all else is: a second search counts it in. */
-static int run(transcoding *t, cvol_array **out, int *met)
+static int run_ratio(transcoding *t, cvol_array **out, int *met)
 {
     for (int i = 0; i < 2; i++) {
         cvol_coarseness best;
@@ -283,11 +322,51 @@ static int run(transcoding *t, cvol_array **out, int *met)
         cvol_array_free(*out);
         *out = NULL;
         code = settle(t, out, best);
-        if (code || t->target == CVOL_TARGET_PSNR || ratio_of(t) >= t->value || !*met)
+        if (code || ratio_of(t) >= t->value || !*met)
             return code;
         t->other_bytes += t->file_bytes > counted ? t->file_bytes - counted : 0;
     }
     return CVOL_OK;
+}
+
+/* What is promised of samples is known only when a step was settled on: it tells later searches by
+ * how much they may ask less. What tries promise alone is kept in any case: the last resort. */
+static int run_psnr(transcoding *t, cvol_array **out, int *met)
+{
+    int code = CVOL_OK;
+    if (t->from->measured && t->from->psnr_db > t->value) {
+        cvol_array *finest;
+        code = make_like(t->context, &finest, t->from, t->from->step);
+        if (code)
+            return code;
+        t->error = 0;
+        account(t, finest);
+        t->slack_db = fmin(t->from->psnr_db - finest->psnr_db, SLACK_MOST);
+        cvol_array_free(finest);
+    }
+    for (int i = 0; i < SETTLED_MOST; i++) {
+        cvol_coarseness best;
+        if (i == SETTLED_MOST - 1)
+            t->slack_db = 0;
+        code = search_step(t, &best, met);
+        if (!code) {
+            cvol_array_free(*out);
+            *out = NULL;
+            code = settle(t, out, best);
+        }
+        if (code)
+            return code;
+        const double over = (*out)->psnr_db - t->value;
+        if (over >= 0 && (over < 2 * CVOL_PSNR_ACCEPTED || i >= SETTLED_MOST - 2))
+            break;
+        t->slack_db = fmax((*out)->psnr_db - t->tried_db, 0);
+    }
+    return CVOL_OK;
+}
+
+static int run(transcoding *t, cvol_array **out, int *met)
+{
+    return t->target == CVOL_TARGET_PSNR ? run_psnr(t, out, met) : run_ratio(t, out, met);
 }
 
 static int check(cvol_context *context, transcoding *t, const cvol_compress_options *options)
