@@ -241,7 +241,7 @@ static void files_hold_what_was_measured(void **state)
     assert_non_null(own);
     assert_non_null(decoded);
     snprintf(path, sizeof path, "%s/quick.cvol", folder);
-    for (size_t t = 0; t < 4; t++) {
+    for (size_t t = 0; t < 6; t++) {
         cvol_compress_options options = cvol_compress_options_defaults();
         cvol_compress_report report;
         cvol_array *array, *again;
@@ -250,6 +250,11 @@ static void files_hold_what_was_measured(void **state)
         if (t < 3) {
             options.target = CVOL_TARGET_PSNR;
             options.target_value = targets[t];
+        } else if (t == 4) {
+            options.target = CVOL_TARGET_MAX_ERROR;
+            options.target_value = 25;
+        } else if (t == 5) {
+            options.lossless = 1;
         }
         cvol_context_set_threads(context, 1 + (int)t % 2);
         assert_int_equal(cvol_compress(context, &array, &report, volume, &grid, &options), 0);
@@ -267,8 +272,10 @@ static void files_hold_what_was_measured(void **state)
             most = error > most ? error : most;
         }
         const double span = again->ledger.value_max - again->ledger.value_min;
+        assert_true(t != 4 || most <= 25);
+        assert_true(t != 5 || most <= 0);
         const double psnr = 10 * log10(span * span * (double)count / sum);
-        assert_true(fabs(psnr - report.psnr_db) < 1e-6);
+        assert_true(psnr == report.psnr_db || fabs(psnr - report.psnr_db) < 1e-6);
         assert_true(fabs(most - report.max_error) < 1e-9);
         if (t < 3 && (psnr < targets[t] - 0.1 || psnr > targets[t] + 0.4))
             fail_msg("%g dB were asked for, %g it is", targets[t], psnr);

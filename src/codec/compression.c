@@ -113,6 +113,7 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
     const int may_lap = c->trial.shape->lapped;
     const double slope = c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
     *step = first_step(c);
+    c->trial.lap_known = c->trial.hasty;
     if (c->target == CVOL_TARGET_PSNR && c->trial.split == CVOL_SPLIT_FAST && c->trial.samples)
         return prepare_hastily(c, step);
     int code = sample_step(c, step, slope);

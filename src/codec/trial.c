@@ -132,14 +132,14 @@ static void take_sample(cvol_trial *trial, double share)
             trial->counts->of[r][t] = (uint64_t)((double)trial->counts->of[r][t] / share);
 }
 
-/* In haste, fewer bricks are enough, and only as they will be coded. */
+/* In haste, fewer bricks are enough. */
 static int make_sampler(cvol_context *context, cvol_trial *trial)
 {
     if (trial->sampler)
         return CVOL_OK;
     return cvol_sampler_make(context, &trial->sampler, trial->shape, &trial->source,
                              trial->hasty && trial->samples ? HASTY_BRICKS : SAMPLED_BRICKS,
-                             trial->shape->lapped && !trial->hasty);
+                             trial->shape->lapped && !trial->lap_known);
 }
 
 int cvol_trial_find_share(cvol_context *context, cvol_trial *trial, double step)

@@ -15,6 +15,7 @@ typedef struct cvol_trial {
     cvol_array *shape;   /* grid, block, lapped, offset and range of values; no terms */
     cvol_split_choice split;
     int hasty;     /* a step found roughly will do, and lapping is not questioned */
+    int lap_known; /* sampled bricks are only needed as shape->lapped says */
     int uncounted; /* no tables will be fitted to an encoding of all */
     int plain;     /* round to nearest: errors are least; else squared error at equal bytes is */
     double step;   /* of the last trial */
