@@ -129,6 +129,7 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
         evaluate_cell(memory, frame, layer, lane, row, what);
         layer->have[cell] = (uint8_t)what;
         layer->seen[row] = 1;
+        cvol_lapped_filter_lane(memory, frame, layer, lane, row);
     }
 }
 

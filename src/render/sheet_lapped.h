@@ -65,9 +65,14 @@ static inline int cvol_lapped_face(size_t k, size_t samples)
     return k > 0 && CVOL_CELL * k + 2 <= samples;
 }
 
-/* Completes samples once row `row` of the layer's cells has been evaluated, those before it
- * having been: up to two rows before its end, and to its end if it is the last. What it completes:
- * the sheets that `before`, the layer before, holds, and this layer's but those that it holds. */
+/* The face between a cell that was evaluated just now and the one before it. */
+void cvol_lapped_filter_lane(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                             const cvol_lapped_layer *layer, size_t lane, size_t row);
+
+/* Completes samples once row `row` of the layer's cells has been evaluated, and filtered between
+ * lanes, those before it having been: up to two rows before its end, and to its end if it is the
+ * last. What it completes: the sheets that `before`, the layer before, holds, and this layer's but
+ * those that it holds. */
 void cvol_lapped_filter_row(cvol_band_memory *memory, const cvol_sheet_frame *frame,
                             const cvol_lapped_layer *layer, const cvol_lapped_layer *before,
                             size_t row);

@@ -114,21 +114,21 @@ static int find_spans(sheet_span spans[2], int have, int sheets)
     return count;
 }
 
-static void filter_lanes(const work *w, size_t row)
+void cvol_lapped_filter_lane(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                             const cvol_lapped_layer *layer, size_t lane, size_t row)
 {
-    const uint8_t *have = row_of(w->layer->have, w->plan, row);
-    for (size_t lane = 1; lane < w->plan->blocks_lane; lane++) {
-        const int both = have[lane - 1] & have[lane];
-        if (!both || !cvol_lapped_face(lane, w->plan->lanes))
-            continue;
-        sheet_span spans[2];
-        const int count = find_spans(spans, both, w->layer->count);
-        float *a2 = find_samples(w, w->layer, lane, row, 0);
-        for (int i = 0; i < count; i++)
-            CVOL_SIMD_CHOOSE(cvol_sheet_lap_lanes)
-        (a2 + spans[i].begin * w->layer->sheet_stride, w->memory->row_stride,
-         w->layer->sheet_stride, w->plan->points_row, spans[i].count, w->frame->filters.lane);
-    }
+    const work w = {memory, frame, frame->plan, layer, NULL};
+    const uint8_t *have = row_of(layer->have, w.plan, row);
+    const int both = lane > 0 ? have[lane - 1] & have[lane] : 0;
+    if (!both || !cvol_lapped_face(lane, w.plan->lanes))
+        return;
+    sheet_span spans[2];
+    const int count = find_spans(spans, both, layer->count);
+    float *a2 = find_samples(&w, layer, lane, row, 0);
+    for (int i = 0; i < count; i++)
+        CVOL_SIMD_CHOOSE(cvol_sheet_lap_lanes)
+    (a2 + spans[i].begin * layer->sheet_stride, memory->row_stride, layer->sheet_stride,
+     w.plan->points_row, spans[i].count, frame->filters.lane);
 }
 
 /* The face between this row of cells and the one before. */
@@ -190,7 +190,7 @@ static void bound_cells(const work *w, const cvol_lapped_layer *layer, piece p, 
 }
 
 /* Repeats the volume's outermost samples, as where cells are not lapped; of their cover, which lies
- * `offset` behind, too. */
+ * `offset` behind, too. What is beside cells that are not drawn is not looked at. */
 static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p, sheet_span sheets,
                          long offset)
 {
@@ -198,15 +198,18 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
     const long row_stride = w->memory->row_stride,
                lanes = (long)plan->blocks_lane * plan->points_lane;
     const size_t bytes = sizeof(float) * (size_t)(lanes + 3);
+    const uint8_t *drawn = row_of(layer->skip.touched, plan, p.row);
+    const int left = drawn[0], right = drawn[plan->blocks_lane - 1];
     const int above = p.row == 0 && p.begin == 0;
     const int below = p.row + 1 == plan->blocks_row && p.begin + p.count == plan->points_row;
+    if (!left && !right && !above && !below)
+        return;
     for (int z = sheets.begin; z < sheets.begin + sheets.count; z++) {
         float *first = find_samples(w, layer, 0, p.row, p.begin) + z * layer->sheet_stride + offset;
-        for (int r = 0; r < p.count; r++) {
-            float *line = first + r * row_stride;
-            line[-1] = line[-2] = line[0];
-            line[lanes] = line[lanes - 1];
-        }
+        for (int r = 0; r < p.count && left; r++)
+            first[r * row_stride - 1] = first[r * row_stride - 2] = first[r * row_stride];
+        for (int r = 0; r < p.count && right; r++)
+            first[r * row_stride + lanes] = first[r * row_stride + lanes - 1];
         float *last = first + (p.count - 1) * row_stride;
         if (above)
             memcpy(first - 2 - row_stride, first - 2, bytes);
@@ -285,7 +288,6 @@ void cvol_lapped_filter_row(cvol_band_memory *memory, const cvol_sheet_frame *fr
 {
     const work w = {memory, frame, frame->plan, layer, before};
     const int points = frame->plan->points_row;
-    filter_lanes(&w, row);
     if (row > layer->at.first_row) {
         filter_rows(&w, row);
         complete(&w, (piece){row - 1, points - 2, 2});
