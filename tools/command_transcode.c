@@ -4,10 +4,9 @@
 #include "cli.h"
 
 static const char description[] =
-    "Makes a .cvol file smaller by dropping precision, without going through samples. What is "
+    "Makes a .cvol file smaller by dropping precision, without the original samples. What is "
     "known\n"
-    "of the result is certified, not measured: the source's bound, and how far its coefficients "
-    "moved;\n"
+    "of the result is certified, not measured: the source's bound, and how far its samples moved;\n"
     "--psnr is what that bound promises. Attributes and geometry are kept. Compressing the volume\n"
     "itself to the same size gives a little more quality.";
 

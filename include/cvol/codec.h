@@ -87,9 +87,9 @@ CVOL_API int cvol_compress_stream(cvol_context *context, cvol_compress_report *r
 /* A coarser array from a compressed volume (DCT blocks), without going through samples: terms are
  * requantised with the step that the ratio, the bits or the PSNR need; cells stay as they are,
  * attributes and masks too; corrections do not. What is known of the result is certified, not
- * measured: the bound of `array` and how far the terms moved. A PSNR is what that bound promises. A
- * ratio is kept, but as all terms are multiples of a step already, sizes are passed over, and it
- * may be a tenth above what was asked. report (may be NULL) and *out are as those of cvol_compress;
+ * measured: the bound of `array` and how far the samples moved. A PSNR is what that bound promises,
+ * 2 to 3 dB below what it is. A ratio is kept, and is 3 % above what was asked at most, unless no
+ * weight of bits gives such a size. report (may be NULL) and *out are as those of cvol_compress;
  * the caller frees *out. Cost: a dozen codings of the terms. Errors: ARGUMENT, UNSUPPORTED (no
  * volume in blocks; a largest error), TARGET (finer than `array`), DATA, MEMORY, CANCELLED. */
 CVOL_API int cvol_array_transcode(cvol_context *context, cvol_array **out,
