@@ -468,6 +468,41 @@ static void test_arrays(void **state)
     free(volume.data);
 }
 
+/* Samples without a value are not there: as if they were transparent. */
+static void test_mask(void **state)
+{
+    (void)state;
+    const size_t dims[3] = {40, 36, 44};
+    cvol_volume volume = support_blobs(40, 36, 44);
+    float *samples = volume.data;
+    for (size_t z = 10; z < 30; z++)
+        for (size_t y = 8; y < 30; y++)
+            for (size_t x = 12; x < 40; x++)
+                samples[support_index(&volume, x, y, z)] = 1e35f;
+    cvol_compress_options compress = cvol_compress_options_defaults();
+    compress.target = CVOL_TARGET_PSNR;
+    compress.target_value = 90;
+    compress.has_fill = 1;
+    compress.fill = 1e35;
+    cvol_array *array;
+    assert_int_equal(cvol_compress(context, &array, NULL, volume.data, &volume.grid, &compress),
+                     CVOL_OK);
+    const size_t begin[3] = {0, 0, 0};
+    assert_int_equal(cvol_array_evaluate_box(context, samples, array, begin, dims), CVOL_OK);
+    for (size_t i = 0; i < dims[0] * dims[1] * dims[2]; i++)
+        samples[i] = samples[i] > 1e30f ? 0 : samples[i];
+    for (int a = 0; a < 360; a += 90) {
+        cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, a + 10, a / 4.0);
+        cvol_image *masked = splat_array(array, support_blob_points, SUPPORT_BLOB_POINTS, &options);
+        cvol_image *cut = splat(&volume, support_blob_points, SUPPORT_BLOB_POINTS, &options);
+        assert_true(support_psnr(masked, cut) >= 60);
+        cvol_image_free(cut);
+        cvol_image_free(masked);
+    }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 /* All sizes: the wider, the softer, but the light stays. */
 static void test_all_sizes(void **state)
 {
@@ -556,6 +591,7 @@ int main(void)
         cmocka_unit_test(test_like_rays),
         cmocka_unit_test(test_wide_gaussian),
         cmocka_unit_test(test_arrays),
+        cmocka_unit_test(test_mask),
         cmocka_unit_test(test_all_sizes),
         cmocka_unit_test(test_refusals),
     };

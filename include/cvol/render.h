@@ -117,8 +117,8 @@ CVOL_API cvol_render_options cvol_render_options_defaults(void);
 
 /* Samples without a value (arrays with a mask) are transparent, in all modes: what lies between
  * samples is interpolated from those around it that have a value, and counts by their weight:
- * opacities are of so much of the length, means weighted so, and largest samples sought where that is
- * at least half. Rays that meet none are background.
+ * opacities are of so much of the length, means weighted so, and largest samples sought where that
+ * is at least half. Rays that meet none are background. Splats of them are left out.
  *
  * A renderer keeps what frames of one volume share. One thread at a time. */
 typedef struct cvol_renderer cvol_renderer;

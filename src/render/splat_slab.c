@@ -99,6 +99,21 @@ static void extend_row(float *row, size_t count)
     }
 }
 
+/* Makes the samples of a box that have no value NaN: no colour is for them. */
+static int blank(cvol_context *context, float *samples, const cvol_array *array,
+                 const size_t begin[3], const size_t end[3])
+{
+    const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
+    uint8_t *which = cvol_allocate(count, 1);
+    if (!which)
+        return cvol_fail_memory(context, count, "a mask");
+    if (cvol_array_evaluate_mask(which, array, begin, end) > 0)
+        for (size_t i = 0; i < count; i++)
+            samples[i] = which[i] ? NAN : samples[i];
+    free(which);
+    return CVOL_OK;
+}
+
 /* Evaluates slices begin .. end - 1 into the scratch; progress is told by the caller. */
 static int evaluate(cvol_context *context, const cvol_splat_slab *slab,
                     const cvol_splat_source *source, const cvol_splat_plan *plan, size_t begin,
@@ -112,7 +127,9 @@ static int evaluate(cvol_context *context, const cvol_splat_slab *slab,
     cvol_context quiet = *context;
     quiet.progress = NULL;
     int code = cvol_array_evaluate_real(&quiet, slab->scratch, array, lo, hi);
-    return code ? cvol_fail(context, code, "%s", quiet.message) : CVOL_OK;
+    if (code)
+        return cvol_fail(context, code, "%s", quiet.message);
+    return array->mask ? blank(context, slab->scratch, array, lo, hi) : CVOL_OK;
 }
 
 int cvol_splat_slab_next(cvol_context *context, cvol_splat_slab *slab,
