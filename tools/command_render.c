@@ -17,6 +17,34 @@ static const char examples[] =
     "  cvol render ct.cvol -o bones.png --transfer bone --size 1024 --zoom 1.5\n"
     "  cvol render scan.nii.gz -o mip.png --mode mip --background 1,1,1\n";
 
+/* What slices' transforms took; nothing of other engines. */
+static json_t *transform_json(cvol_context *context, const scene *s)
+{
+    cvol_transform_report report;
+    if (s->engine != CVOL_ENGINE_TRANSFORM ||
+        cvol_renderer_transform_report(context, s->renderer, &report))
+        return NULL;
+    return json_pack("{s:[i,i], s:i, s:I, s:I, s:f, s:f, s:f, s:f}", "lattice",
+                     (int)report.lattice[0], (int)report.lattice[1], "slices", (int)report.slices,
+                     "coefficients", (json_int_t)report.terms, "bytes", (json_int_t)report.bytes,
+                     "rho", report.rho, "error_bound", report.bound, "bake_ms", report.bake_ms,
+                     "compose_ms", report.compose_ms);
+}
+
+static int print_report(cvol_context *context, const scene *s, const render_arguments *arguments,
+                        const cvol_image *image, double render_ms)
+{
+    json_t *object = json_pack(
+        "{s:o, s:i, s:i, s:i, s:s, s:s, s:f, s:f, s:i}", "output", json_text(arguments->output),
+        "level", s->in.level, "width", image->width, "height", image->height, "engine",
+        arguments->engine_name, "mode", arguments->mode_name, "load_ms", s->load_ms, "render_ms",
+        render_ms, "threads", cvol_context_threads(context));
+    json_t *transform = transform_json(context, s);
+    if (object && transform)
+        json_object_set_new(object, "transform", transform);
+    return print_json(object);
+}
+
 static int render(cvol_context *context, render_arguments *arguments, scene *s, const char *path)
 {
     cvol_image *image = NULL;
@@ -34,11 +62,7 @@ static int render(cvol_context *context, render_arguments *arguments, scene *s, 
         status = complain_context(context, code, NULL);
     clear_progress();
     if (!status && arguments->common.json)
-        status = print_json(json_pack(
-            "{s:o, s:i, s:i, s:i, s:s, s:s, s:f, s:f, s:i}", "output", json_text(arguments->output),
-            "level", s->in.level, "width", image->width, "height", image->height, "engine",
-            arguments->engine_name, "mode", arguments->mode_name, "load_ms", s->load_ms,
-            "render_ms", render_ms, "threads", cvol_context_threads(context)));
+        status = print_report(context, s, arguments, image, render_ms);
     else if (!status)
         printf("%s: %d x %d, loaded in %.0f ms, rendered in %.0f ms\n", arguments->output,
                image->width, image->height, s->load_ms, render_ms);

@@ -25,8 +25,11 @@ static int choose_engine(cvol_engine *engine, const char *name)
         *engine = CVOL_ENGINE_RAY;
     else if (!strcmp(name, "splat"))
         *engine = CVOL_ENGINE_SPLAT;
+    else if (!strcmp(name, "transform"))
+        *engine = CVOL_ENGINE_TRANSFORM;
     else
-        return complain(EXIT_MISUSED, "--engine is '%s', must be sheet, ray or splat", name);
+        return complain(EXIT_MISUSED, "--engine is '%s', must be sheet, ray, splat or transform",
+                        name);
     return EXIT_DONE;
 }
 
@@ -72,7 +75,12 @@ static int choose_light(cvol_splat_options *splat, const render_arguments *a)
     return EXIT_DONE;
 }
 
-/* The options that only engine splat has. */
+static int has_splats(const scene *s)
+{
+    return s->engine == CVOL_ENGINE_SPLAT || s->engine == CVOL_ENGINE_TRANSFORM;
+}
+
+/* The options that only engines splat and transform have. */
 static int choose_splat(scene *s, const render_arguments *a)
 {
     cvol_splat_options *splat = &s->options.splat;
@@ -85,20 +93,51 @@ static int choose_splat(scene *s, const render_arguments *a)
                {"--shade", a->shade},
                {"--light", a->light_given},
                {"--order", a->order_name != NULL}};
-    for (int k = 0; k < 6 && s->engine != CVOL_ENGINE_SPLAT; k++)
+    for (int k = 0; k < 6 && !has_splats(s); k++)
         if (own[k].given)
-            return complain(EXIT_MISUSED, "%s is for engine splat", own[k].name);
-    if (s->engine != CVOL_ENGINE_SPLAT)
+            return complain(EXIT_MISUSED, "%s is for engines splat and transform", own[k].name);
+    if (!has_splats(s))
         return EXIT_DONE;
     if (s->options.mode != CVOL_MODE_COMPOSITE)
-        return complain(EXIT_MISUSED, "--mode %s is not for engine splat, which only composites",
-                        a->mode_name);
+        return complain(EXIT_MISUSED, "--mode %s is not for engine %s, which only composites",
+                        a->mode_name, a->engine_name);
     const char *order = a->order_name ? a->order_name : "front";
     if (strcmp(order, "front") && strcmp(order, "back"))
         return complain(EXIT_MISUSED, "--order is '%s', must be front or back", order);
     splat->order = strcmp(order, "back") ? CVOL_ORDER_FRONT : CVOL_ORDER_BACK;
     int status = choose_footprint(splat, a);
+    if (!status && s->engine == CVOL_ENGINE_TRANSFORM && splat->footprint == CVOL_FOOTPRINT_CONE)
+        return complain(EXIT_MISUSED, "--footprint cone is for engine splat: it is no product of "
+                                      "lines, as transforms need");
     return status ? status : choose_light(splat, a);
+}
+
+/* The options that only engine transform has. */
+static int choose_transform(scene *s, const render_arguments *a)
+{
+    cvol_transform_options *own = &s->options.transform;
+    const char *given = a->spectrum_name   ? "--spectrum"
+                        : a->schedule_name ? "--schedule"
+                        : a->rho_given     ? "--rho"
+                                           : NULL;
+    if (s->engine != CVOL_ENGINE_TRANSFORM)
+        return given ? complain(EXIT_MISUSED, "%s is for engine transform", given) : EXIT_DONE;
+    const char *schedule = a->schedule_name ? a->schedule_name : "deferred";
+    const char *spectrum = a->spectrum_name ? a->spectrum_name : "dft";
+    if (strcmp(schedule, "deferred") && strcmp(schedule, "literal"))
+        return complain(EXIT_MISUSED, "--schedule is '%s', must be deferred or literal", schedule);
+    own->schedule = strcmp(schedule, "literal") ? CVOL_SCHEDULE_DEFERRED : CVOL_SCHEDULE_LITERAL;
+    own->transform = cvol_transform_from_name(spectrum);
+    if (!own->transform)
+        return complain(EXIT_MISUSED, "--spectrum is '%s', must be dft, dht or dct", spectrum);
+    if (own->transform == CVOL_DCT && own->schedule == CVOL_SCHEDULE_LITERAL)
+        return complain(EXIT_MISUSED, "--spectrum dct has no phase to shift slices by: take dft or "
+                                      "dht, or --schedule deferred");
+    if (a->rho_given && !(a->rho > 0))
+        return complain(EXIT_MISUSED, "--rho is %g, must be above 0", a->rho);
+    if (a->rho_given)
+        own->rho = a->rho;
+    return EXIT_DONE;
 }
 
 int check_render_arguments(scene *s, const render_arguments *a)
@@ -108,7 +147,7 @@ int check_render_arguments(scene *s, const render_arguments *a)
         return EXIT_MISUSED;
     if (a->step != 0 && s->engine != CVOL_ENGINE_RAY)
         return complain(EXIT_MISUSED, "--step is for engine ray; the others take one a slice");
-    if (choose_splat(s, a))
+    if (choose_splat(s, a) || choose_transform(s, a))
         return EXIT_MISUSED;
     if (a->step < 0)
         return complain(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
@@ -172,8 +211,7 @@ static int find_mask(scene *s)
 static int make_renderer(cvol_context *context, scene *s, const char *path)
 {
     /* Splats take what there is. */
-    const int compressed = s->engine == CVOL_ENGINE_SHEET ||
-                           (s->engine == CVOL_ENGINE_SPLAT && s->in.array);
+    const int compressed = s->engine == CVOL_ENGINE_SHEET || (has_splats(s) && s->in.array);
     int status = compressed ? need_array(context, &s->in, path, 0) : need_volume(context, &s->in);
     if (!status && s->engine == CVOL_ENGINE_RAY && s->in.array)
         status = find_mask(s);
@@ -183,6 +221,11 @@ static int make_renderer(cvol_context *context, scene *s, const char *path)
                    ? cvol_renderer_create_sheet(context, &s->renderer, s->in.array)
                : s->engine == CVOL_ENGINE_RAY
                    ? cvol_renderer_create_ray_masked(context, &s->renderer, s->in.volume, s->mask)
+               : s->engine == CVOL_ENGINE_TRANSFORM
+                   ? (compressed
+                          ? cvol_renderer_create_transform(context, &s->renderer, s->in.array)
+                          : cvol_renderer_create_transform_dense(context, &s->renderer,
+                                                                 s->in.volume))
                : compressed ? cvol_renderer_create_splat(context, &s->renderer, s->in.array)
                             : cvol_renderer_create_splat_dense(context, &s->renderer, s->in.volume);
     if (code)

@@ -13,6 +13,9 @@ typedef struct render_arguments {
     const char *footprint_name, *order_name; /* engine splat; NULL: not given */
     int footprint_size, footprint_given, sigma_given, shade, light_given;
     double sigma, light[3];
+    const char *spectrum_name, *schedule_name; /* engine transform; NULL: not given */
+    double rho;
+    int rho_given;
     int views, repeat;
 } render_arguments;
 
@@ -22,67 +25,88 @@ typedef struct render_arguments {
         .size = {512, 512}, .zoom = 1, .views = 12, .repeat = 3                    \
     }
 
-#define LOOK_OPTIONS(a)                                                                              \
-    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                            \
-        {"--mode", "MODE", "composite (default), xray or mip", OPTION_TEXT, &(a).mode_name,          \
-         0,        NULL},                                                                            \
-        {"--transfer",                                                                               \
-         "NAME|FILE",                                                                                \
-         "auto (default) gray bone skin-bone mri hot viridis magma cool-warm, or a JSON file",       \
-         OPTION_TEXT,                                                                                \
-         &(a).transfer_name,                                                                         \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--background",                                                                             \
-         "R,G,B",                                                                                    \
-         "each 0..1 (default 0,0,0)",                                                                \
-         OPTION_NUMBERS3,                                                                            \
-         (a).background,                                                                             \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--level",                                                                                  \
-         "L",                                                                                        \
-         "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser previews",                          \
-         OPTION_INTEGER,                                                                             \
-         &(a).common.level,                                                                          \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--engine",                                                                                 \
-         "ENGINE",                                                                                   \
-         "sheet (default); ray: slow, from dense samples; splat: footprints",                        \
-         OPTION_TEXT,                                                                                \
-         &(a).engine_name,                                                                           \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--footprint",                                                                              \
-         "NAME",                                                                                     \
-         "of engine splat: gaussian (default) cone sinc box",                                        \
-         OPTION_TEXT,                                                                                \
-         &(a).footprint_name,                                                                        \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--footprint-size",                                                                         \
-         "N",                                                                                        \
-         "samples that it spans, 3 to 31 (default 5)",                                               \
-         OPTION_INTEGER,                                                                             \
-         &(a).footprint_size,                                                                        \
-         0,                                                                                          \
-         &(a).footprint_given},                                                                      \
-        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6)",                   \
-         OPTION_NUMBER,   &(a).sigma, 0,                                                             \
-         &(a).sigma_given},                                                                          \
-        {"--shade",   NULL,       "of engine splat: light samples by their gradients",               \
-         OPTION_FLAG, &(a).shade, 0,                                                                 \
-         NULL},                                                                                      \
-        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",                   \
-         OPTION_NUMBERS3, (a).light, 0,                                                              \
-         &(a).light_given},                                                                          \
-        {"--order",   "ORDER",         "of engine splat: front (default) to back, or back to front", \
-         OPTION_TEXT, &(a).order_name, 0,                                                            \
-         NULL},                                                                                      \
-    {                                                                                                \
-        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,            \
-            &(a).step, 0, NULL                                                                       \
+#define LOOK_OPTIONS(a)                                                                           \
+    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                         \
+        {"--mode", "MODE", "composite (default), xray or mip", OPTION_TEXT, &(a).mode_name,       \
+         0,        NULL},                                                                         \
+        {"--transfer",                                                                            \
+         "NAME|FILE",                                                                             \
+         "auto (default) gray bone skin-bone mri hot viridis magma cool-warm, or a JSON file",    \
+         OPTION_TEXT,                                                                             \
+         &(a).transfer_name,                                                                      \
+         0,                                                                                       \
+         NULL},                                                                                   \
+        {"--background",                                                                          \
+         "R,G,B",                                                                                 \
+         "each 0..1 (default 0,0,0)",                                                             \
+         OPTION_NUMBERS3,                                                                         \
+         (a).background,                                                                          \
+         0,                                                                                       \
+         NULL},                                                                                   \
+        {"--level",                                                                               \
+         "L",                                                                                     \
+         "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser previews",                       \
+         OPTION_INTEGER,                                                                          \
+         &(a).common.level,                                                                       \
+         0,                                                                                       \
+         NULL},                                                                                   \
+        {"--engine",                                                                              \
+         "ENGINE",                                                                                \
+         "sheet (default), ray (dense samples, slow), splat (footprints), transform (of slices)", \
+         OPTION_TEXT,                                                                             \
+         &(a).engine_name,                                                                        \
+         0,                                                                                       \
+         NULL},                                                                                   \
+        {"--footprint",                                                                           \
+         "NAME",                                                                                  \
+         "of splat and transform: gaussian (default) sinc box, or splat's cone",                  \
+         OPTION_TEXT,                                                                             \
+         &(a).footprint_name,                                                                     \
+         0,                                                                                       \
+         NULL},                                                                                   \
+        {"--footprint-size",                                                                      \
+         "N",                                                                                     \
+         "samples that it spans, 3 to 31 (default 5)",                                            \
+         OPTION_INTEGER,                                                                          \
+         &(a).footprint_size,                                                                     \
+         0,                                                                                       \
+         &(a).footprint_given},                                                                   \
+        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6)",                \
+         OPTION_NUMBER,   &(a).sigma, 0,                                                          \
+         &(a).sigma_given},                                                                       \
+        {"--shade",   NULL,       "of splat and transform: light samples by their gradients",     \
+         OPTION_FLAG, &(a).shade, 0,                                                              \
+         NULL},                                                                                   \
+        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",                \
+         OPTION_NUMBERS3, (a).light, 0,                                                           \
+         &(a).light_given},                                                                       \
+        {"--order",                                                                               \
+         "ORDER",                                                                                 \
+         "of splat and transform: front (default) to back, or back to front",                     \
+         OPTION_TEXT,                                                                             \
+         &(a).order_name,                                                                         \
+         0,                                                                                       \
+         NULL},                                                                                   \
+        {"--spectrum",                                                                            \
+         "NAME",                                                                                  \
+         "of engine transform: slices as dft (default), dht or dct",                              \
+         OPTION_TEXT,                                                                             \
+         &(a).spectrum_name,                                                                      \
+         0,                                                                                       \
+         NULL},                                                                                   \
+        {"--rho",       "SHARE",  "of each slice's coefficients that is kept (default 0.1)",      \
+         OPTION_NUMBER, &(a).rho, 0,                                                              \
+         &(a).rho_given},                                                                         \
+        {"--schedule",                                                                            \
+         "NAME",                                                                                  \
+         "deferred (default): composite samples; literal: coefficients, every time",              \
+         OPTION_TEXT,                                                                             \
+         &(a).schedule_name,                                                                      \
+         0,                                                                                       \
+         NULL},                                                                                   \
+    {                                                                                             \
+        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,         \
+            &(a).step, 0, NULL                                                                    \
     }
 
 /* A renderer over an input, with its transfer function. */

@@ -60,9 +60,10 @@ CVOL_API const char *cvol_transfer_names(void);
 /* ---- rendering --------------------------------------------------------------------- */
 
 typedef enum cvol_engine {
-    CVOL_ENGINE_SHEET = 1, /* from the compressed array, sheet by sheet */
-    CVOL_ENGINE_RAY = 2,   /* from dense samples, ray by ray: the truth */
-    CVOL_ENGINE_SPLAT = 3  /* footprint by footprint: Westover's algorithm */
+    CVOL_ENGINE_SHEET = 1,    /* from the compressed array, sheet by sheet */
+    CVOL_ENGINE_RAY = 2,      /* from dense samples, ray by ray: the truth */
+    CVOL_ENGINE_SPLAT = 3,    /* footprint by footprint: Westover's algorithm */
+    CVOL_ENGINE_TRANSFORM = 4 /* the same on compressed transforms of slices: Chen and Reif's */
 } cvol_engine;
 
 typedef enum cvol_mode {
@@ -101,6 +102,21 @@ typedef struct cvol_splat_options {
     double light[3]; /* direction towards the light, in the world; 0 0 0: the eye's */
 } cvol_splat_options;
 
+/* When the transform engine goes back to coefficients. */
+typedef enum cvol_schedule {
+    CVOL_SCHEDULE_DEFERRED = 1, /* never: slices are evaluated, and composited as samples */
+    CVOL_SCHEDULE_LITERAL = 2   /* after every operation, truncating each time: as published */
+} cvol_schedule;
+
+/* What the transform engine is asked for; footprint (Gaussian, sinc or box), order and light are
+ * those of splat. */
+typedef struct cvol_transform_options {
+    cvol_transform transform; /* of slices: DFT, DHT, or (deferred) DCT, which has no shift */
+    double rho;               /* places kept of each slice's intensity (a channel) and opacity, over
+                                 its samples; 1 or more: all that are not 0 */
+    cvol_schedule schedule;
+} cvol_transform_options;
+
 typedef struct cvol_render_options {
     int width, height; /* pixels */
     cvol_mode mode;
@@ -109,10 +125,11 @@ typedef struct cvol_render_options {
                              own (ray: 0.5; sheet: one sheet per slice) */
     double background[3]; /* R G B in 0..1 */
     cvol_splat_options splat;
+    cvol_transform_options transform;
 } cvol_render_options;
 
 /* 512 x 512, composite, azimuth 0, elevation 0, zoom 1, black; splats: Gaussian, 5 samples wide,
- * front to back, unlit. */
+ * front to back, unlit; transforms: DFT, a tenth of the places, deferred. */
 CVOL_API cvol_render_options cvol_render_options_defaults(void);
 
 /* Samples without a value (arrays with a mask) are transparent, in all modes: what lies between
@@ -149,6 +166,35 @@ CVOL_API int cvol_renderer_create_splat_dense(cvol_context *context, cvol_render
  * one. */
 CVOL_API int cvol_renderer_create_ray_masked(cvol_context *context, cvol_renderer **out,
                                              const cvol_volume *volume, const uint8_t *mask);
+/* A renderer by splatting on compressed transforms (Chen and Reif, "Fast and compact volume
+ * rendering in the compressed transform domain", 2003), mode composite only. Samples are classified
+ * and lit as by engine splat; intensity C (times opacity; red, green, blue) and opacity D of each
+ * slice become compressed arrays of rank 2; their convolution with the footprint is a factor for
+ * each frequency, the shear towards the eye a phase ramp, and slices are composited on one lattice,
+ *
+ *     front to back   I += (1 - A) C,  A += (1 - A) D
+ *     back to front   I = (1 - D) I + C,  A = (1 - D) A + D
+ *
+ * by products of arrays (literal) or of samples (deferred); one warp makes the picture. What was
+ * made of slices is kept as long as transfer function, direction and light stay. The array or
+ * volume must outlive the renderer. Cost: N log N for the slices, as often as they change; then
+ * O(n') a slice and operation (literal), or n log n a slice (deferred), n places and n' terms. */
+CVOL_API int cvol_renderer_create_transform(cvol_context *context, cvol_renderer **out,
+                                            const cvol_array *array);
+CVOL_API int cvol_renderer_create_transform_dense(cvol_context *context, cvol_renderer **out,
+                                                  const cvol_volume *volume);
+/* What the last picture of a transform renderer took. */
+typedef struct cvol_transform_report {
+    size_t lattice[2], slices; /* slices: those with anything to be seen */
+    uint64_t terms, bytes;     /* of all slices' planes, and in memory */
+    double rho;                /* terms over samples of these planes */
+    double bound; /* certified: on the root mean square over the lattice of the error of
+                     intensity (all channels) that truncation makes */
+    double bake_ms, compose_ms;
+} cvol_transform_report;
+/* ARGUMENT: of another engine, or before its first picture. */
+CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,
+                                            cvol_transform_report *out);
 CVOL_API void cvol_renderer_free(cvol_renderer *renderer);
 /* Sets the transfer function of mode composite; it is copied. */
 CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,

@@ -27,6 +27,7 @@ cvol_render_options cvol_render_options_defaults(void)
         .mode = CVOL_MODE_COMPOSITE,
         .camera = {.zoom = 1},
         .splat = {.footprint = CVOL_FOOTPRINT_GAUSSIAN, .size = 5, .order = CVOL_ORDER_FRONT},
+        .transform = {CVOL_DFT, 0.1, CVOL_SCHEDULE_DEFERRED},
     };
     return options;
 }

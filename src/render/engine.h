@@ -28,8 +28,11 @@ int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volu
 /* `mask`: see cvol_renderer_create_ray_masked; NULL: all samples have a value. */
 int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volume,
                     const uint8_t *mask);
+int cvol_transform_create(cvol_context *context, void **state, const cvol_array *array);
+int cvol_transform_create_dense(cvol_context *context, void **state, const cvol_volume *volume);
 extern const cvol_engine_table cvol_sheet_engine;
 extern const cvol_engine_table cvol_ray_engine;
 extern const cvol_engine_table cvol_splat_engine;
+extern const cvol_engine_table cvol_transform_engine;
 
 #endif

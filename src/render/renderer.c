@@ -33,6 +33,16 @@ static int create_splat_dense(cvol_context *context, void **state, const void *s
     return cvol_splat_create_dense(context, state, source);
 }
 
+static int create_transform(cvol_context *context, void **state, const void *source)
+{
+    return cvol_transform_create(context, state, source);
+}
+
+static int create_transform_dense(cvol_context *context, void **state, const void *source)
+{
+    return cvol_transform_create_dense(context, state, source);
+}
+
 static int create_renderer(cvol_context *context, cvol_renderer **out, const cvol_grid *grid,
                            const cvol_engine_table *engine, create_fn create, const void *source)
 {
@@ -79,6 +89,20 @@ int cvol_renderer_create_splat_dense(cvol_context *context, cvol_renderer **out,
 {
     return create_renderer(context, out, &volume->grid, &cvol_splat_engine, create_splat_dense,
                            volume);
+}
+
+int cvol_renderer_create_transform(cvol_context *context, cvol_renderer **out,
+                                   const cvol_array *array)
+{
+    return create_renderer(context, out, cvol_array_grid(array), &cvol_transform_engine,
+                           create_transform, array);
+}
+
+int cvol_renderer_create_transform_dense(cvol_context *context, cvol_renderer **out,
+                                         const cvol_volume *volume)
+{
+    return create_renderer(context, out, &volume->grid, &cvol_transform_engine,
+                           create_transform_dense, volume);
 }
 
 void cvol_renderer_free(cvol_renderer *renderer)

@@ -64,24 +64,35 @@ static int create(cvol_context *context, void **out, const cvol_splat_source *so
     return CVOL_OK;
 }
 
+cvol_splat_source cvol_splat_source_of_array(const cvol_array *array)
+{
+    return (cvol_splat_source){
+        .array = array, .min = array->ledger.value_min, .max = array->ledger.value_max};
+}
+
+int cvol_splat_source_of_volume(cvol_context *context, cvol_splat_source *out,
+                                const cvol_volume *volume)
+{
+    int code = cvol_grid_check(context, &volume->grid, "volume");
+    cvol_sample_stats stats = {0};
+    if (!code)
+        code = cvol_volume_stats(context, &stats, volume);
+    *out = (cvol_splat_source){.volume = volume, .min = stats.min, .max = stats.max};
+    return code;
+}
+
 int cvol_splat_create(cvol_context *context, void **state, const cvol_array *array)
 {
-    cvol_splat_source source = {
-        .array = array, .min = array->ledger.value_min, .max = array->ledger.value_max};
+    const cvol_splat_source source = cvol_splat_source_of_array(array);
     return create(context, state, &source, cvol_array_grid(array));
 }
 
 int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volume *volume)
 {
+    cvol_splat_source source;
     *state = NULL;
-    int code = cvol_grid_check(context, &volume->grid, "volume");
-    cvol_sample_stats stats = {0};
-    if (!code)
-        code = cvol_volume_stats(context, &stats, volume);
-    if (code)
-        return code;
-    cvol_splat_source source = {.volume = volume, .min = stats.min, .max = stats.max};
-    return create(context, state, &source, &volume->grid);
+    const int code = cvol_splat_source_of_volume(context, &source, volume);
+    return code ? code : create(context, state, &source, &volume->grid);
 }
 
 static int splat_set_transfer(cvol_context *context, void *opaque, const cvol_transfer *transfer)
@@ -98,11 +109,8 @@ static int splat_set_transfer(cvol_context *context, void *opaque, const cvol_tr
 
 /* ---- one picture's tables ---------------------------------------------------------------- */
 
-static int check_options(cvol_context *context, const cvol_render_options *options)
+int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *splat)
 {
-    const cvol_splat_options *splat = &options->splat;
-    if (options->mode != CVOL_MODE_COMPOSITE)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the splat engine has mode composite only");
     if (splat->footprint < CVOL_FOOTPRINT_GAUSSIAN || splat->footprint > CVOL_FOOTPRINT_BOX)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no footprint", (int)splat->footprint);
     if (splat->size < 3 || splat->size > FOOTPRINT_MOST)
@@ -121,76 +129,6 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
                              "light: %c is %g, must be a number of at most 1e30", "xyz"[a],
                              splat -> light[a]);
     return CVOL_OK;
-}
-
-static int is_integer(cvol_type type)
-{
-    return type != CVOL_FLOAT32 && type != CVOL_FLOAT64;
-}
-
-/* Tabulates what samples add, over what of the transfer function they reach and one entry more on
- * both sides. Integers have entries of their own where there are enough. `share` is the sum of
- * weights that a slice would have. */
-static void fill_table(cvol_splat_table *table, const splat_state *state, double distance,
-                       double share)
-{
-    const cvol_transfer *transfer = state->transfer;
-    const double min = state->source.min, max = state->source.max, cells = CVOL_SPLAT_ENTRIES - 4;
-    double lo = fmin(fmax(transfer->points[0].value, min), max);
-    double hi = fmin(fmax(transfer->points[transfer->count - 1].value, min), max);
-    double unit = hi > lo ? (hi - lo) / cells : 1;
-    if (is_integer(state->grid.type) && hi - lo + 2 <= cells) {
-        lo = floor(lo);
-        unit = 1 / floor(cells / (ceil(hi) - lo + 1));
-    }
-    table->from = (float)(lo - unit);
-    table->scale = (float)(1 / unit);
-    int first = CVOL_SPLAT_ENTRIES, last = -1;
-    for (int t = 0; t < CVOL_SPLAT_ENTRIES; t++) {
-        cvol_transfer_point p = cvol_transfer_at(transfer, lo + (t - 1) * unit);
-        double opacity = cvol_opacity_over(p.opacity, distance) / share;
-        const double channels[4] = {p.r * opacity, p.g * opacity, p.b * opacity, opacity};
-        for (int c = 0; c < CVOL_SPLAT_CHANNELS; c++)
-            table->entries[t][c] = (float)channels[c];
-        if (p.opacity > 0) {
-            first = t < first ? t : first;
-            last = t;
-        }
-    }
-    table->visible_from = first == 0 ? -INFINITY : (float)(lo + (first - 2) * unit);
-    table->visible_to = last == CVOL_SPLAT_ENTRIES - 1 ? INFINITY : (float)(lo + last * unit);
-    if (last < 0)
-        table->visible_from = INFINITY;
-}
-
-static void set_light(cvol_splat_light *light, const cvol_splat_plan *plan, const cvol_grid *grid,
-                      const cvol_view *view, const cvol_splat_options *options, int ascending)
-{
-    const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_slice};
-    const double *given = options->light;
-    const double length = hypot(hypot(given[0], given[1]), given[2]);
-    double towards[3], half[3], half_length = 0;
-    light->shade = options->shade;
-    for (int a = 0; a < 3; a++) {
-        towards[a] = length > 0 ? given[a] / length : view->eye[a];
-        half[a] = towards[a] + view->eye[a];
-        half_length = hypot(half_length, half[a]);
-    }
-    double facing_light = 0, facing_halfway = 0;
-    for (int k = 0; k < 3; k++) {
-        const int a = axes[k];
-        const double turn = k == 2 && !ascending ? -1 : 1;
-        /* light from behind has no highlight */
-        const double halfway = half_length > 1e-6 ? half[a] / half_length : 0;
-        light->eye[k] = (float)(turn * view->eye[a]);
-        light->light[k] = (float)(turn * towards[a]);
-        light->halfway[k] = (float)(turn * halfway);
-        light->inverse_spacing[k] = (float)(view->mean_spacing / grid->spacing[a]);
-        facing_light += view->eye[a] * towards[a];
-        facing_halfway += view->eye[a] * halfway;
-    }
-    light->facing_light = (float)facing_light;
-    light->facing_halfway = (float)facing_halfway;
 }
 
 static int draw_slabs(cvol_context *context, const cvol_splat_job *job, cvol_splat_slab *slab,
@@ -239,7 +177,9 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
                       const cvol_render_options *options)
 {
     splat_state *state = opaque;
-    int code = check_options(context, options);
+    if (options->mode != CVOL_MODE_COMPOSITE)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the splat engine has mode composite only");
+    int code = cvol_splat_options_check(context, &options->splat);
     if (code)
         return code;
     cvol_splat_plan plan;
@@ -251,11 +191,12 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     cvol_footprint_gain gain;
     cvol_footprint_gain_make(&gain, &state->footprint, plan.along[0], plan.along[1],
                              cvol_context_threads(context));
-    fill_table(state->table, state, plan.distance, gain.mean);
+    cvol_splat_table_fill(state->table, state->transfer, &state->source, state->grid.type,
+                          plan.distance, gain.mean);
     const int front = options->splat.order == CVOL_ORDER_FRONT;
     const int ascending = plan.rising == front;
     cvol_splat_light light;
-    set_light(&light, &plan, &state->grid, view, &options->splat, ascending);
+    cvol_splat_light_set(&light, &plan, &state->grid, view, &options->splat, ascending);
     cvol_splat_job job = {.plan = &plan,
                           .slab = &state->slab,
                           .footprint = &state->footprint,

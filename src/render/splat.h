@@ -38,6 +38,13 @@ typedef struct cvol_splat_source {
     double min, max; /* what they range over, as far as is known */
 } cvol_splat_source;
 
+cvol_splat_source cvol_splat_source_of_array(const cvol_array *array);
+/* Errors: those of cvol_grid_check. */
+int cvol_splat_source_of_volume(cvol_context *context, cvol_splat_source *out,
+                                const cvol_volume *volume);
+/* Errors: ARGUMENT. */
+int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *splat);
+
 /* Samples of copies before and behind each row. */
 #define CVOL_SPLAT_MARGIN 16
 
@@ -68,7 +75,8 @@ static inline const float *cvol_splat_slab_at(const cvol_splat_slab *slab, size_
     return slab->samples + (place + 2 - slab->first) * slab->slice_stride + CVOL_SPLAT_MARGIN;
 }
 
-/* ---- classification and light: splat_light_simd.c -------------------------------------------- */
+/* ---- classification and light: splat_classify.c, splat_light_simd.c
+ * -------------------------------------------- */
 
 #define CVOL_SPLAT_ENTRIES 8192
 
@@ -96,6 +104,17 @@ typedef struct cvol_splat_light {
     float eye[3], light[3], halfway[3], inverse_spacing[3];
     float facing_light, facing_halfway; /* eye light, eye halfway */
 } cvol_splat_light;
+
+/* Tabulates what samples add, over what of the transfer function they reach and one entry more on
+ * both sides. Integers have entries of their own where there are enough. `distance` of slices in
+ * mean spacings; `share` is the sum of weights that a slice would have. */
+void cvol_splat_table_fill(cvol_splat_table *table, const cvol_transfer *transfer,
+                           const cvol_splat_source *source, cvol_type type, double distance,
+                           double share);
+/* The light of a view; ascending: slices are met in rising order. */
+void cvol_splat_light_set(cvol_splat_light *light, const cvol_splat_plan *plan,
+                          const cvol_grid *grid, const cvol_view *view,
+                          const cvol_splat_options *options, int ascending);
 
 /* A row of samples with its neighbours, each beginning with sample 0; beyond the volume's faces
  * these are the row itself. */

@@ -1,0 +1,288 @@
+/* The transform engine against the splat engine, its orders, schedules and transforms against each
+ * other, and its certified bound against what truncation really does. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "random.h"
+#include "render/transform.h"
+#include "support_render.h"
+
+static cvol_context *context;
+static cvol_volume blobs;
+
+static int setup(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    blobs = support_blobs(30, 26, 22);
+    blobs.grid.spacing[1] = 1.25;
+    return context ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    free(blobs.data);
+    cvol_context_destroy(context);
+    return 0;
+}
+
+static cvol_image *picture(int by_transforms, const cvol_render_options *options)
+{
+    cvol_renderer *renderer;
+    assert_int_equal((by_transforms ? cvol_renderer_create_transform_dense
+                                    : cvol_renderer_create_splat_dense)(context, &renderer, &blobs),
+                     CVOL_OK);
+    support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
+    cvol_image *image = support_picture(context, renderer, options);
+    cvol_renderer_free(renderer);
+    return image;
+}
+
+static double against(const cvol_image *truth, const cvol_render_options *options)
+{
+    cvol_image *image = picture(1, options);
+    const double psnr = support_psnr(truth, image);
+    cvol_image_free(image);
+    return psnr;
+}
+
+/* ---- with all terms it is splatting -----------------------------------------------------------
+ */
+
+static void test_all_terms_are_splats(void **state)
+{
+    /* All three axes, both ends, sheared. */
+    static const double views[][2] = {{0, 0},   {90, 0},  {180, 0},   {270, 0},  {0, 90},
+                                      {0, -90}, {30, 20}, {205, -35}, {118, 15}, {60, 70}};
+    (void)state;
+    for (size_t v = 0; v < sizeof views / sizeof *views; v++) {
+        cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, views[v][0],
+                                                     views[v][1]);
+        options.transform.rho = 1;
+        options.splat.sigma = 1;
+        options.splat.size = 7;
+        cvol_image *truth = picture(0, &options);
+        for (int t = CVOL_DCT; t <= CVOL_DFT; t++)
+            for (int order = CVOL_ORDER_FRONT; order <= CVOL_ORDER_BACK; order++) {
+                options.transform.transform = (cvol_transform)t;
+                options.splat.order = (cvol_order)order;
+                const double psnr = against(truth, &options);
+                if (psnr < 38)
+                    fail_msg("azimuth %g, elevation %g, %s, order %d: %.1f dB", views[v][0],
+                             views[v][1], cvol_transform_name((cvol_transform)t), order, psnr);
+            }
+        options.transform.schedule = CVOL_SCHEDULE_LITERAL;
+        options.transform.transform = CVOL_DFT;
+        assert_true(against(truth, &options) >= 38);
+        cvol_image_free(truth);
+    }
+}
+
+static void test_light(void **state)
+{
+    cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, 40, 25);
+    (void)state;
+    options.transform.rho = 1;
+    options.splat.shade = 1;
+    options.splat.sigma = 1;
+    options.splat.size = 7;
+    cvol_image *truth = picture(0, &options);
+    assert_true(against(truth, &options) >= 38);
+    cvol_image_free(truth);
+}
+
+/* Fewer terms are worse, but no haze over the whole picture. */
+static void test_fewer_terms(void **state)
+{
+    static const double shares[] = {1, 0.3, 0.1, 0.03}, least[] = {60, 32, 26, 20};
+    double before = INFINITY;
+    cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, 30, 20);
+    (void)state;
+    options.transform.rho = 1;
+    cvol_image *truth = picture(1, &options);
+    for (int i = 0; i < 4; i++) {
+        options.transform.rho = shares[i];
+        const double psnr = against(truth, &options);
+        if (psnr < least[i] || psnr > before)
+            fail_msg("rho %g: %.2f dB, before %.2f", shares[i], psnr, before);
+        before = psnr;
+    }
+    cvol_image_free(truth);
+}
+
+/* ---- the bound --------------------------------------------------------------------------------
+ */
+
+/* What the engine composes on the lattice. */
+static cvol_composed compose(const cvol_transform_options *own, int front, double azimuth,
+                             double elevation)
+{
+    cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, azimuth, elevation);
+    cvol_view view;
+    cvol_splat_plan plan;
+    cvol_splat_source source;
+    cvol_splat_light light = {0};
+    cvol_transfer *transfer;
+    cvol_kernel footprint;
+    cvol_baked baked;
+    cvol_composed out;
+    cvol_splat_table *table = aligned_alloc(64, (sizeof *table + 63) / 64 * 64);
+    assert_non_null(table);
+    assert_int_equal(cvol_view_make(context, &view, &blobs.grid, &options), CVOL_OK);
+    assert_int_equal(cvol_splat_source_of_volume(context, &source, &blobs), CVOL_OK);
+    assert_int_equal(
+        cvol_transfer_create(context, &transfer, support_blob_points, SUPPORT_BLOB_POINTS),
+        CVOL_OK);
+    assert_int_equal(cvol_kernel_gaussian(context, &footprint, 2, 0.7), CVOL_OK);
+    cvol_splat_plan_make(&plan, &blobs.grid, &view);
+    const int ascending = plan.rising == front;
+    cvol_splat_table_fill(table, transfer, &source, blobs.grid.type, plan.distance, 1);
+    cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.splat, ascending);
+    const cvol_lattice lattice = cvol_lattice_make(&plan, 4);
+    assert_int_equal(
+        cvol_bake(context, &baked, &source, &plan, &lattice, table, &light, ascending, own),
+        CVOL_OK);
+    assert_int_equal(cvol_compose(context, &out, &baked, &footprint, plan.rising, front, own),
+                     CVOL_OK);
+    out.terms = lattice.dims[0] * lattice.dims[1]; /* for the caller */
+    cvol_baked_free(&baked);
+    cvol_transfer_free(transfer);
+    free(table);
+    return out;
+}
+
+static void test_bound(void **state)
+{
+    random_state random = {20031};
+    (void)state;
+    for (int i = 0; i < 12; i++) {
+        const int front = i & 1;
+        const double azimuth = 180 * random_signed(&random),
+                     elevation = 80 * random_signed(&random);
+        cvol_transform_options own = {i & 2 ? CVOL_DFT : CVOL_DHT, 1, CVOL_SCHEDULE_DEFERRED};
+        cvol_composed exact = compose(&own, front, azimuth, elevation);
+        own.rho = 0.02 + 0.1 * i;
+        own.schedule = i & 4 ? CVOL_SCHEDULE_LITERAL : CVOL_SCHEDULE_DEFERRED;
+        cvol_composed coarse = compose(&own, front, azimuth, elevation);
+        double squares = 0;
+        for (int c = 0; c < 3; c++)
+            for (size_t at = 0; at < exact.terms; at++)
+                squares += pow((double)exact.planes[c][at] - (double)coarse.planes[c][at], 2);
+        if (!(sqrt(squares) <= exact.bound + coarse.bound) || !isfinite(coarse.bound))
+            fail_msg("seed 20031, case %d: error %g, bound %g", i, sqrt(squares), coarse.bound);
+        assert_true(exact.bound < 0.5);
+        cvol_composed_free(&exact);
+        cvol_composed_free(&coarse);
+    }
+}
+
+/* ---- what it reports and refuses --------------------------------------------------------------
+ */
+
+static void test_report(void **state)
+{
+    cvol_render_options options = support_square(40, CVOL_MODE_COMPOSITE, 30, 20);
+    cvol_transform_report report;
+    cvol_renderer *renderer;
+    (void)state;
+    assert_int_equal(cvol_renderer_create_transform_dense(context, &renderer, &blobs), CVOL_OK);
+    assert_int_equal(cvol_renderer_transform_report(context, renderer, &report),
+                     CVOL_ERROR_ARGUMENT);
+    support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
+    cvol_image_free(support_picture(context, renderer, &options));
+    assert_int_equal(cvol_renderer_transform_report(context, renderer, &report), CVOL_OK);
+    assert_true(report.lattice[0] >= 22 && report.lattice[1] >= 22 && report.slices <= 26);
+    assert_true(report.rho > 0.05 && report.rho <= 0.1 && report.terms > 0 && report.bytes > 0);
+    assert_true(report.bound > 0 && isfinite(report.bound));
+    /* The same slices once more, whatever the size of the picture is. */
+    const uint64_t terms = report.terms;
+    cvol_image_free(support_picture(context, renderer, &options));
+    assert_int_equal(cvol_renderer_transform_report(context, renderer, &report), CVOL_OK);
+    assert_true(report.terms == terms);
+    cvol_renderer_free(renderer);
+}
+
+static void expect_refused(const cvol_render_options *options, int code, const char *part)
+{
+    cvol_renderer *renderer;
+    cvol_image *image;
+    assert_int_equal(cvol_renderer_create_transform_dense(context, &renderer, &blobs), CVOL_OK);
+    support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
+    assert_int_equal(cvol_image_create(context, &image, options->width, options->height), CVOL_OK);
+    assert_int_equal(cvol_renderer_render(context, renderer, image, options), code);
+    assert_non_null(strstr(cvol_context_message(context), part));
+    cvol_image_free(image);
+    cvol_renderer_free(renderer);
+}
+
+static void test_refusals(void **state)
+{
+    const cvol_render_options good = support_square(40, CVOL_MODE_COMPOSITE, 0, 0);
+    cvol_render_options bad = good;
+    (void)state;
+    bad.mode = CVOL_MODE_MIP;
+    expect_refused(&bad, CVOL_ERROR_ARGUMENT, "composite only");
+    bad = good;
+    bad.transform.rho = 0;
+    expect_refused(&bad, CVOL_ERROR_ARGUMENT, "rho");
+    bad.transform.rho = NAN;
+    expect_refused(&bad, CVOL_ERROR_ARGUMENT, "rho");
+    bad = good;
+    bad.transform.transform = (cvol_transform)9;
+    expect_refused(&bad, CVOL_ERROR_ARGUMENT, "no transform");
+    bad = good;
+    bad.transform.schedule = (cvol_schedule)3;
+    expect_refused(&bad, CVOL_ERROR_ARGUMENT, "no schedule");
+    bad = good;
+    bad.transform.transform = CVOL_DCT;
+    bad.transform.schedule = CVOL_SCHEDULE_LITERAL;
+    expect_refused(&bad, CVOL_ERROR_UNSUPPORTED, "no phase");
+    bad = good;
+    bad.splat.footprint = CVOL_FOOTPRINT_CONE;
+    expect_refused(&bad, CVOL_ERROR_UNSUPPORTED, "cone");
+    bad = good;
+    bad.splat.size = 2;
+    expect_refused(&bad, CVOL_ERROR_ARGUMENT, "footprint size 2");
+}
+
+static void test_threads(void **state)
+{
+    (void)state;
+    for (int schedule = CVOL_SCHEDULE_DEFERRED; schedule <= CVOL_SCHEDULE_LITERAL; schedule++) {
+        cvol_render_options options = support_square(60, CVOL_MODE_COMPOSITE, 50, -20);
+        cvol_image *images[3];
+        options.transform.schedule = (cvol_schedule)schedule;
+        for (int t = 0; t < 3; t++) {
+            cvol_context_set_threads(context, t + 1);
+            images[t] = picture(1, &options);
+        }
+        cvol_context_set_threads(context, 0);
+        for (int t = 1; t < 3; t++)
+            assert_int_equal(support_difference(images[0], images[t]), 0);
+        for (int t = 0; t < 3; t++)
+            cvol_image_free(images[t]);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_all_terms_are_splats),
+        cmocka_unit_test(test_light),
+        cmocka_unit_test(test_fewer_terms),
+        cmocka_unit_test(test_bound),
+        cmocka_unit_test(test_report),
+        cmocka_unit_test(test_refusals),
+        cmocka_unit_test(test_threads),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
