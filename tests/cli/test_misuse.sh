@@ -133,7 +133,7 @@ expect_failure 2 'in.raw: raw samples need --dims' cvol compare in.nrrd in.raw
 
 for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     refuse $command --mode -- '' x Composite mipp
-    refuse $command --engine -- '' x transform fourier Ray
+    refuse $command --engine -- '' x transforms Ray
     refuse $command --size -- '' x 0 -5 0x5 5x0 5x 5x5x5 x5 5,5 5.5 32769 5x32769 2147483648
     refuse $command --zoom -- '' $number 0 -1
     refuse $command --background -- '' x 1 1,1 1,1,1,1 2,0,0 0,-0.1,0 0,0,nan
@@ -141,7 +141,7 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     expect_failure 2 'step 1e-09' $command --engine ray --step 1e-9
     expect_failure 2 '--step is for engine ray' $command --step 0.5
     for option in '--footprint box' '--footprint-size 5' '--sigma 1' --shade '--light 0,0,1' '--order back'; do
-        expect_failure 2 "${option%% *} is for engine splat" $command $option
+        expect_failure 2 "${option%% *} is for engines splat and transform" $command $option
     done
     refuse $command --engine splat --footprint -- '' x Box gauss
     refuse $command --engine splat --footprint-size -- '' x 2 32 0 -5 3.5 5x5
@@ -151,6 +151,15 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     expect_failure 2 '--light needs --shade' $command --engine splat --light 0,0,1
     expect_failure 2 '--sigma is for --footprint gaussian' $command --engine splat --footprint cone --sigma 1
     expect_failure 2 'which only composites' $command --engine splat --mode xray
+    for option in '--rho 0.1' '--spectrum dft' '--schedule literal'; do
+        expect_failure 2 "${option%% *} is for engine transform" $command --engine splat $option
+    done
+    refuse $command --engine transform --rho -- '' $number 0 -1
+    refuse $command --engine transform --spectrum -- '' x DFT
+    refuse $command --engine transform --schedule -- '' x lazy
+    expect_failure 2 'no phase' $command --engine transform --spectrum dct --schedule literal
+    expect_failure 2 'cone is for engine splat' $command --engine transform --footprint cone
+    expect_failure 2 'which only composites' $command --engine transform --mode mip
     expect_failure 2 'named nonsense' $command --transfer nonsense
     expect_failure 2 "auto gray bone" $command --transfer ''
 done

@@ -150,6 +150,24 @@ expect_same_file threads1.png threads3.png
 expect_done cvol bench render a.cvol --views 2 --repeat 1 --size 64 --engine splat --footprint-size 9 --json
 expect_equal "$(value_of engine)" splat
 
+# ---- transforms of slices -----------------------------------------------------------------------
+
+# With all terms these are splats; with fewer the bound grows.
+for option in '' '--order back' '--spectrum dht' '--spectrum dct' '--schedule literal'; do
+    expect_done cvol render a.cvol -o after.png $view --engine transform --rho 1 $option --json
+    expect_equal "$(value_of engine)" transform
+    expect_number "$(value_of transform.error_bound)" '<=' 0.1
+    expect_done cvol compare splat.png after.png --json
+    expect_number "$(value_of psnr_db)" '>=' 35
+done
+for schedule in deferred literal; do
+    expect_done cvol render dense.nrrd -o coarse.png $view --engine transform --rho 0.1 --schedule $schedule --json
+    expect_number "$(value_of transform.rho)" '<=' 0.1
+    expect_done cvol compare after.png coarse.png --json
+    expect_number "$(value_of psnr_db)" '>=' 20
+done
+expect_done cvol bench render a.cvol --views 2 --repeat 1 --size 64 --engine transform
+
 # ---- the same picture from any number of threads ------------------------------------------------
 
 for engine in sheet ray; do
