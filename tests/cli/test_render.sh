@@ -161,11 +161,16 @@ for option in '' '--order back' '--spectrum dht' '--spectrum dct' '--schedule li
     expect_number "$(value_of psnr_db)" '>=' 35
 done
 for schedule in deferred literal; do
-    expect_done cvol render dense.nrrd -o coarse.png $view --engine transform --rho 0.1 --schedule $schedule --json
+    expect_done cvol render a.cvol -o coarse.png $view --engine transform --rho 0.1 --schedule $schedule --json
     expect_number "$(value_of transform.rho)" '<=' 0.1
     expect_done cvol compare after.png coarse.png --json
     expect_number "$(value_of psnr_db)" '>=' 20
 done
+for file in a.cvol dense.nrrd; do
+    expect_done cvol render $file -o $file.png $view --engine transform --rho 1 --transfer own.json
+done
+expect_done cvol compare a.cvol.png dense.nrrd.png --json
+expect_number "$(value_of psnr_db)" '>=' 40
 expect_done cvol bench render a.cvol --views 2 --repeat 1 --size 64 --engine transform
 
 # ---- the same picture from any number of threads ------------------------------------------------
