@@ -1,4 +1,5 @@
-/* Fuzzing of the transfer function reader: any bytes must give points or an error with a message. */
+/* Fuzzing of the transfer function reader: any bytes must give points or an error with a message.
+ */
 #include "fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

@@ -1,5 +1,5 @@
-/* Fuzzing of the volume readers (NIfTI, NRRD, MetaImage: by content): any bytes must give a volume or
- * an error with a message. */
+/* Fuzzing of the volume readers (NIfTI, NRRD, MetaImage: by content): any bytes must give a volume
+ * or an error with a message. */
 #include "fuzz_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)

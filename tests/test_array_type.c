@@ -45,8 +45,9 @@ static void types_hold_their_ranges(void **state)
         assert_int_equal(cvol_array_grid(array)->type, type);
         cvol_array_free(array);
     }
-    refuse(context, 0, 510, CVOL_UINT8, "values may reach 0 .. 510, uint8 holds 0 .. 255; use "
-                                        "--type uint16");
+    refuse(context, 0, 510, CVOL_UINT8,
+           "values may reach 0 .. 510, uint8 holds 0 .. 255; use "
+           "--type uint16");
     refuse(context, -0.5, 10, CVOL_UINT8,
            "values may reach -1 .. 10, uint8 holds 0 .. 255; use --type int8");
     refuse(context, 0, 65025.5, CVOL_INT16,

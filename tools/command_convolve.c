@@ -6,7 +6,8 @@
 static const char description[] =
     "Writes the convolution with a small filter, computed on coefficients, exact across the faces "
     "of\n"
-    "blocks. In blocks the filter may reach one block to each side. A FILE (its name ends in .json) has "
+    "blocks. In blocks the filter may reach one block to each side. A FILE (its name ends in "
+    ".json) has "
     "one\n"
     "line of taps for all axes, an odd number, symmetric or antisymmetric: {\"taps\": [1, 2, 1]}.";
 

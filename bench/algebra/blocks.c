@@ -278,12 +278,9 @@ int main(int count, char **texts)
     static const struct {
         const char *name;
         void (*call)(void *, int);
-    } measured[] = {{"multiply_ms", call_multiply},
-                    {"add_ms", call_add},
-                    {"statistics_ms", call_statistics},
-                    {"inner_ms", call_inner},
-                    {"compare_ms", call_compare},
-                    {"dense_ms", call_dense}};
+    } measured[] = {{"multiply_ms", call_multiply},     {"add_ms", call_add},
+                    {"statistics_ms", call_statistics}, {"inner_ms", call_inner},
+                    {"compare_ms", call_compare},       {"dense_ms", call_dense}};
     enum { MEASURED = sizeof measured / sizeof *measured };
     bench_times times[MEASURED] = {{.batch = 0}};
     for (int i = 0; i < MEASURED; i++)

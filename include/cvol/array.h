@@ -116,10 +116,10 @@ typedef struct cvol_array_info {
 } cvol_array_info;
 CVOL_API void cvol_array_get_info(const cvol_array *array, cvol_array_info *out);
 
-/* Makes the samples that the array evaluates to ones of another type: those of an operation's result,
- * say, which are float32. Terms and bound stay; psnr_db and max_error, if not measured, count rounding
- * to integers. Errors: ARGUMENT (no type), DATA (value_min .. value_max do not fit: which type they
- * would). */
+/* Makes the samples that the array evaluates to ones of another type: those of an operation's
+ * result, say, which are float32. Terms and bound stay; psnr_db and max_error, if not measured,
+ * count rounding to integers. Errors: ARGUMENT (no type), DATA (value_min .. value_max do not fit:
+ * which type they would). */
 CVOL_API int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type);
 
 /* Attributes: a JSON text (UTF-8, at most 16 MiB) about the volume, which files keep byte for byte.
@@ -153,8 +153,8 @@ CVOL_API const char *cvol_array_attributes(const cvol_array *array);
 CVOL_API int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *array,
                                      const size_t begin[3], const size_t end[3]);
 
-/* Which samples of the box have no value (those that evaluate to a fill, cvol/codec.h): out[i] = 1 +
- * the number of the fill, 0 for samples that have one. Returns how many are not 0. */
+/* Which samples of the box have no value (those that evaluate to a fill, cvol/codec.h): out[i] = 1
+ * + the number of the fill, 0 for samples that have one. Returns how many are not 0. */
 CVOL_API uint64_t cvol_array_evaluate_mask(uint8_t *out, const cvol_array *array,
                                            const size_t begin[3], const size_t end[3]);
 
@@ -166,8 +166,8 @@ CVOL_API int cvol_array_evaluate_real(cvol_context *context, float *out, const c
  * and DHT at x = i n / points, DCT at x = (i + 1/2) n / points - 1/2. out: x fastest. Whole arrays
  * only (blocks: UNSUPPORTED). With points = dims these are the samples. The interpolant is the sum
  * over the kept terms at real x; in a DFT or DHT frequency n/2 stands for cos(pi x).
- * Cost: O(M log M) for M points; frequencies that the grid cannot hold fold (alias) onto it, exactly
- * as sampling does. */
+ * Cost: O(M log M) for M points; frequencies that the grid cannot hold fold (alias) onto it,
+ * exactly as sampling does. */
 CVOL_API int cvol_array_evaluate_grid(cvol_context *context, float *out, const cvol_array *array,
                                       const size_t points[3]);
 
@@ -200,20 +200,20 @@ CVOL_API int cvol_array_interpolate_grid(cvol_context *context, cvol_array **out
                                          const cvol_keep *keep);
 
 /* Rank 1, the support known: the terms at the `terms` places (0 <= place < n, in any order; DFT:
- * both places of a pair) that fit values at `count` >= terms chirp points start + i step best in least
- * squares, by conjugate gradients on the normal equations; the residual's norm goes to *residual (may
- * be NULL). l2_error is that of rounding alone. Errors: ARGUMENT, DATA, TARGET when the points do not
- * determine the terms (condition beyond single precision), LIMIT, MEMORY, CANCELLED. */
-CVOL_API int cvol_array_interpolate_chirp(cvol_context *context, cvol_array **out,
-                                          double *residual, const float *values, size_t count,
-                                          double start, double step, const uint32_t *places,
-                                          size_t terms, const cvol_grid *grid,
-                                          cvol_transform transform);
+ * both places of a pair) that fit values at `count` >= terms chirp points start + i step best in
+ * least squares, by conjugate gradients on the normal equations; the residual's norm goes to
+ * *residual (may be NULL). l2_error is that of rounding alone. Errors: ARGUMENT, DATA, TARGET when
+ * the points do not determine the terms (condition beyond single precision), LIMIT, MEMORY,
+ * CANCELLED. */
+CVOL_API int cvol_array_interpolate_chirp(cvol_context *context, cvol_array **out, double *residual,
+                                          const float *values, size_t count, double start,
+                                          double step, const uint32_t *places, size_t terms,
+                                          const cvol_grid *grid, cvol_transform transform);
 
 /* Rank 1, the support unknown: at most `most` terms (most <= 64) from 2 most values at samples
  * x = 0, 1, ..., by the matrix pencil (Hua and Sarkar 1990), in double precision. DFT and DHT (DCT:
- * UNSUPPORTED). Both places of a pair count, even if one of them has no term. *residual as above. TARGET
- * when no `most` terms pass through the values within 1e-4 of their norm. */
+ * UNSUPPORTED). Both places of a pair count, even if one of them has no term. *residual as above.
+ * TARGET when no `most` terms pass through the values within 1e-4 of their norm. */
 CVOL_API int cvol_array_interpolate_pencil(cvol_context *context, cvol_array **out,
                                            double *residual, const float *values, size_t most,
                                            const cvol_grid *grid, cvol_transform transform);

@@ -1,4 +1,5 @@
-/* What evaluating blocks and evaluating split cells share: the view of the axes, and scratch memory.
+/* What evaluating blocks and evaluating split cells share: the view of the axes, and scratch
+ * memory.
  */
 #ifndef CVOL_ARRAY_BLOCK_INVERSE_STEPS_H
 #define CVOL_ARRAY_BLOCK_INVERSE_STEPS_H

@@ -64,7 +64,6 @@ static void find_costs(cvol_multiply_report *report, size_t points[3], const cvo
     report->cost_ms[CVOL_PLAN_SPARSE] = cvol_multiply_cost_sparse(&task);
 }
 
-
 /* The cheapest; of equals the one that is named last, so `full` where the grid has all points. */
 static cvol_plan cheapest(const double cost_ms[], int with_sparse)
 {
@@ -107,7 +106,8 @@ static void give_reason(cvol_multiply_report *report, cvol_plan asked, const cvo
     char *out = report->reason;
     const size_t room = sizeof report->reason;
     if (report->sparse_failed)
-        snprintf(out, room, "sparse was not verified, or not cheaper; %s is the cheapest exact plan",
+        snprintf(out, room,
+                 "sparse was not verified, or not cheaper; %s is the cheapest exact plan",
                  cvol_plan_name(report->plan));
     else if (a->block)
         snprintf(out, room, "arrays in blocks multiply block by block");
@@ -160,9 +160,8 @@ static int run(cvol_context *context, cvol_array *out, cvol_build_result *result
         report->plan = a->block ? CVOL_PLAN_BLOCKS : cheapest(report->cost_ms, with_sparse);
     if (report->plan == CVOL_PLAN_SPARSE) {
         int verified = 0;
-        const double limit = plan == CVOL_PLAN_AUTO
-                                 ? report->cost_ms[cheapest(report->cost_ms, 0)]
-                                 : (double)INFINITY;
+        const double limit = plan == CVOL_PLAN_AUTO ? report->cost_ms[cheapest(report->cost_ms, 0)]
+                                                    : (double)INFINITY;
         code = cvol_multiply_sparse(context, out, result, a, b, keep, limit, &verified);
         if (code || verified) {
             give_reason(report, plan, a);

@@ -1,8 +1,9 @@
 /* The operations' two halves: on whole arrays (whole_*.c) and on blocks (blocks_*.c).
  *
- * The public functions (algebra.c, convolve.c, multiply.c, ...) check the operands, create the result
- * with cvol_array_create_like, call one of these to fill its terms, and set its ledger from what it
- * reports. `keep` is never NULL here; LIKE_INPUTS is resolved here, as each operation sees fit.
+ * The public functions (algebra.c, convolve.c, multiply.c, ...) check the operands, create the
+ * result with cvol_array_create_like, call one of these to fill its terms, and set its ledger from
+ * what it reports. `keep` is never NULL here; LIKE_INPUTS is resolved here, as each operation sees
+ * fit.
  */
 #ifndef CVOL_ARRAY_OPERATIONS_H
 #define CVOL_ARRAY_OPERATIONS_H
@@ -14,7 +15,8 @@
  * terms, of its offset, and of factors of this norm. */
 void cvol_array_account(cvol_array *array, const cvol_build_result *result, double factors);
 
-/* result->dropped, ->norm, ->max_abs: see build.h; whole arrays set max_abs negative unless known. */
+/* result->dropped, ->norm, ->max_abs: see build.h; whole arrays set max_abs negative unless known.
+ */
 
 int cvol_whole_compress(cvol_context *context, cvol_array *out, cvol_build_result *result,
                         const void *samples, const cvol_keep *keep);
@@ -47,8 +49,8 @@ int cvol_blocks_convolve_kernel(cvol_context *context, cvol_array *out, cvol_bui
 /* Array by array, circular; DFT and DHT. */
 int cvol_whole_convolve(cvol_context *context, cvol_array *out, cvol_build_result *result,
                         const cvol_array *a, const cvol_array *b, const cvol_keep *keep);
-/* The largest |F| of a DFT's or DHT's coefficients as complex numbers: at places of which b has both
- * slots too, and at others. Errors: MEMORY. */
+/* The largest |F| of a DFT's or DHT's coefficients as complex numbers: at places of which b has
+ * both slots too, and at others. Errors: MEMORY. */
 typedef struct cvol_largest {
     double common, alone;
 } cvol_largest;
@@ -109,10 +111,11 @@ int cvol_whole_evaluate(cvol_context *context, float *out, const cvol_array *arr
 int cvol_blocks_evaluate(cvol_context *context, float *out, const cvol_array *array,
                          const size_t begin[3], const size_t end[3]);
 
-/* ---- kernels (kernel.c) ----------------------------------------------------------------------- */
+/* ---- kernels (kernel.c) -----------------------------------------------------------------------
+ */
 
-/* H(omega) = sum_i g[i] exp(-i omega i): the real value of a symmetric line, or the imaginary part of
- * an antisymmetric one (whose real part is 0). */
+/* H(omega) = sum_i g[i] exp(-i omega i): the real value of a symmetric line, or the imaginary part
+ * of an antisymmetric one (whose real part is 0). */
 double cvol_kernel_response(const cvol_kernel_line *line, double omega);
 /* Bounds of max |H| over all frequencies (*norm) and of sum |h| (*sum); certified, by interval
  * arithmetic over the parts and axes. */

@@ -40,8 +40,7 @@ int cvol_spectrum_reserve(cvol_context *context, cvol_spectrum *spectrum, size_t
     if (!places || !values) {
         free(places);
         free(values);
-        return cvol_fail_memory(context, count * (sizeof *places + sizeof *values),
-                                "sparse terms");
+        return cvol_fail_memory(context, count * (sizeof *places + sizeof *values), "sparse terms");
     }
     if (spectrum->sparse_count) {
         memcpy(places, spectrum->places, spectrum->sparse_count * sizeof *places);

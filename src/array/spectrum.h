@@ -10,8 +10,8 @@
 #include "cvol/array.h"
 
 typedef struct cvol_spectrum {
-    size_t low[3];     /* k per axis: 1 <= k <= dims (DCT), <= dims / 2 + 1 (DFT, DHT); all 0: none */
-    size_t box[3];     /* DCT: k; else min(2 k - 1, dims); 0 if there is none */
+    size_t low[3]; /* k per axis: 1 <= k <= dims (DCT), <= dims / 2 + 1 (DFT, DHT); all 0: none */
+    size_t box[3]; /* DCT: k; else min(2 k - 1, dims); 0 if there is none */
     size_t low_count;  /* their product */
     float *low_values; /* x fastest; NULL if there is none */
     uint32_t *places;  /* x + nx (y + ny z), strictly rising, none within the box */

@@ -25,7 +25,7 @@ static double product_term(const void *user, const size_t place[3])
     const double complex A = cvol_spectrum_coefficient(&o->a->whole, transform, o->dims, place);
     const double complex B = cvol_spectrum_coefficient(&o->b->whole, transform, o->dims, place);
     const double complex C = cvol_complex(creal(A) * creal(B) - cimag(A) * cimag(B),
-                                   creal(A) * cimag(B) + cimag(A) * creal(B));
+                                          creal(A) * cimag(B) + cimag(A) * creal(B));
     return o->root * cvol_slot_of(transform, o->dims, place, C);
 }
 

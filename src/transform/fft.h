@@ -1,7 +1,7 @@
 /* One door to FFTW 3, single precision: fast transforms of any length, unnormalised.
  *
- * Plans are made once for each kind and shape and kept (the last 256 of them) behind a lock; executing
- * them needs none. They are made by estimate, so that results have the same bits in every
+ * Plans are made once for each kind and shape and kept (the last 256 of them) behind a lock;
+ * executing them needs none. They are made by estimate, so that results have the same bits in every
  * run. The transforms run on the calling thread.
  *
  *     FORWARD  H[u] = sum_x a[x] exp(-2 pi i u x / n)        real to half complex
@@ -11,8 +11,9 @@
  *     IDST     a[x] = (-1)^x A[n-1] + 2 sum_{u < n-1} A[u] sin(pi (u+1) (x + 1/2) / n)  (RODFT01)
  *     COMPLEX_FORWARD, COMPLEX_BACKWARD   the sums above, complex to complex
  *
- * of rank 1 to 3: dims[0] fastest, axes of length 1 are left out (a DCT has no factor 2 there). Half
- * complex arrays are halved along x: dims[0] / 2 + 1 complex numbers a row, as pairs of floats.
+ * of rank 1 to 3: dims[0] fastest, axes of length 1 are left out (a DCT has no factor 2 there).
+ * Half complex arrays are halved along x: dims[0] / 2 + 1 complex numbers a row, as pairs of
+ * floats.
  */
 #ifndef CVOL_TRANSFORM_FFT_H
 #define CVOL_TRANSFORM_FFT_H
@@ -44,7 +45,8 @@ typedef struct cvol_fft_lines {
 int cvol_fft_along(cvol_context *context, cvol_fft_kind kind, const cvol_fft_lines *lines,
                    float *out, float *in);
 
-/* The smallest length >= n whose only factors are 2, 3 and 5 (and 7 at most once); even if `even`. */
+/* The smallest length >= n whose only factors are 2, 3 and 5 (and 7 at most once); even if `even`.
+ */
 size_t cvol_fft_good_length(size_t n, int even);
 
 /* Floats; NULL without memory. Freed by free(). */

@@ -5,20 +5,21 @@
  *
  *     DCT  slot[u, v, w] = A[u, v, w]
  *     DHT  slot[u, v, w] = A[u, v, w] = Re F - Im F
- *     DFT  slot[p] = sqrt 2 Re F[p],  slot[-p] = sqrt 2 Im F[p]     for the first p of a pair (p, -p)
- *          slot[p] = F[p]                                           where p = -p
+ *     DFT  slot[p] = sqrt 2 Re F[p],  slot[-p] = sqrt 2 Im F[p]     for the first p of a pair (p,
+ * -p) slot[p] = F[p]                                           where p = -p
  *
  * F is the orthonormal DFT, -p = ((nx - u) % nx, ...) the mirror place. p is the first of its pair
  * if 2 u < n on the first axis (x, y, z) on which u is not its own mirror.
- * So under DHT slot[p] = (a - b) / sqrt 2 and slot[-p] = (a + b) / sqrt 2 where a and b are the DFT's.
+ * So under DHT slot[p] = (a - b) / sqrt 2 and slot[-p] = (a + b) / sqrt 2 where a and b are the
+ * DFT's.
  */
 #ifndef CVOL_TRANSFORM_WHOLE_H
 #define CVOL_TRANSFORM_WHOLE_H
 
 #include "cvol/array.h"
 
-/* out may be in, which else is left as it is; both as cvol_fft_allocate gives them. DHT and DFT take
- * a buffer of 4 N bytes. Errors: MEMORY, LIMIT. */
+/* out may be in, which else is left as it is; both as cvol_fft_allocate gives them. DHT and DFT
+ * take a buffer of 4 N bytes. Errors: MEMORY, LIMIT. */
 int cvol_whole_forward(cvol_context *context, cvol_transform transform, float *slots,
                        float *samples, const size_t dims[3]);
 int cvol_whole_inverse(cvol_context *context, cvol_transform transform, float *samples,
