@@ -8,7 +8,8 @@ if(CVOL_WERROR)
 endif()
 if(CVOL_SANITIZE)
   target_compile_options(cvol_flags INTERFACE
-    -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer -g)
+    -fsanitize=address $<$<NOT:$<BOOL:$<TARGET_PROPERTY:CVOL_DEFINED>>>:-fsanitize=undefined>
+    -fno-sanitize-recover=all -fno-omit-frame-pointer -g)
   target_link_options(cvol_flags INTERFACE -fsanitize=address,undefined)
 endif()
 
@@ -31,10 +32,10 @@ function(cvol_add_simd_source target file)
     target_include_directories(${object} PRIVATE
       ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src)
     target_compile_options(${object} PRIVATE ${flags_${set}} ${ARGN})
-    if(CVOL_SANITIZE AND NOT set STREQUAL "base")
+    if(NOT set STREQUAL "base")
       # The sets share their source: one of them looked through for undefined behaviour is enough,
       # and the others compile in a third of the time.
-      target_compile_options(${object} PRIVATE -fno-sanitize=undefined)
+      set_target_properties(${object} PROPERTIES CVOL_DEFINED ON)
     endif()
     target_compile_definitions(${object} PRIVATE CVOL_SIMD_SET=${set})
     target_sources(${target} PRIVATE $<TARGET_OBJECTS:${object}>)

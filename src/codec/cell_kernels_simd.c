@@ -65,6 +65,9 @@ static double sum_of(const cvol_vf sums[VECTORS])
 /* Room for what is read, and not used, before the first magnitude: four at most. */
 enum { BEFORE = SIDE };
 
+/* Larger ones are worthless in any case, and no integers. */
+#define SIZE_MOST 0x1p30f
+
 /* The magnitudes `apart` places before these on each axis, added up; 1 for those there are not. */
 CVOL_INLINE cvol_vf before(const float *sizes, int u, int v, int w, int apart)
 {
@@ -98,7 +101,9 @@ void CVOL_SIMD(cvol_cell_quantise)(cvol_cell_quantised *out, const float *coeffi
                 const cvol_vf near = before(sizes, k * CVOL_LANES, v, w, how->apart);
                 const cvol_vf threshold = how->low + how->alone / (1 + near);
                 const cvol_vi kept = size >= threshold;
-                const cvol_vi magnitude = cvol_to_int(size + how->up) & kept;
+                const cvol_vi magnitude = cvol_to_int(
+                                              cvol_min(size + how->up, cvol_splat(SIZE_MOST))) &
+                                          kept;
                 const cvol_vf error = size - cvol_to_float(magnitude);
                 const cvol_vi value = (magnitude ^ sign) - sign;
                 errors[k] += error * error;
