@@ -1,5 +1,5 @@
 /* The transform engine against the splat engine, its orders, schedules and transforms against each
- * other, and its certified bound against what truncation really does. */
+ * other, and its bound against what truncation really does. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

@@ -188,8 +188,9 @@ typedef struct cvol_transform_report {
     size_t lattice[2], slices; /* slices: those with anything to be seen */
     uint64_t terms, bytes;     /* of all slices' planes, and in memory */
     double rho;                /* terms over samples of these planes */
-    double bound; /* certified: on the root mean square over the lattice of the error of
-                     intensity (all channels) that truncation makes */
+    double bound; /* on the root mean square over the lattice of the error of intensity (all
+                     channels) that truncation makes, where exact values stay within 0..1; not
+                     certified, as sharp edges that are moved by a part of a sample overshoot */
     double bake_ms, compose_ms;
 } cvol_transform_report;
 /* ARGUMENT: of another engine, or before its first picture. */
