@@ -129,34 +129,33 @@ static cvol_composed compose(const cvol_transform_options *own, int front, doubl
     cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, azimuth, elevation);
     cvol_view view;
     cvol_splat_plan plan;
-    cvol_splat_source source;
+    cvol_splat_subject subject;
     cvol_splat_light light = {0};
     cvol_transfer *transfer;
     cvol_kernel footprint;
     cvol_baked baked;
     cvol_composed out;
-    cvol_splat_table *table = aligned_alloc(64, (sizeof *table + 63) / 64 * 64);
-    assert_non_null(table);
     assert_int_equal(cvol_view_make(context, &view, &blobs.grid, &options), CVOL_OK);
-    assert_int_equal(cvol_splat_source_of_volume(context, &source, &blobs), CVOL_OK);
+    assert_int_equal(cvol_splat_subject_make(context, &subject, NULL, &blobs), CVOL_OK);
     assert_int_equal(
         cvol_transfer_create(context, &transfer, support_blob_points, SUPPORT_BLOB_POINTS),
         CVOL_OK);
     assert_int_equal(cvol_kernel_gaussian(context, &footprint, 2, 0.7), CVOL_OK);
     cvol_splat_plan_make(&plan, &blobs.grid, &view);
     const int ascending = plan.rising == front;
-    cvol_splat_table_fill(table, transfer, &source, blobs.grid.type, plan.distance, 1);
+    assert_int_equal(cvol_splat_subject_set_transfer(context, &subject, transfer), CVOL_OK);
+    cvol_splat_subject_tabulate(&subject, plan.distance, 1);
     cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.splat, ascending);
     const cvol_lattice lattice = cvol_lattice_make(&plan, 4);
-    assert_int_equal(
-        cvol_bake(context, &baked, &source, &plan, &lattice, table, &light, ascending, own),
-        CVOL_OK);
+    assert_int_equal(cvol_bake(context, &baked, &subject.source, &plan, &lattice, subject.table,
+                               &light, ascending, own),
+                     CVOL_OK);
     assert_int_equal(cvol_compose(context, &out, &baked, &footprint, plan.rising, front, own),
                      CVOL_OK);
     out.terms = lattice.dims[0] * lattice.dims[1]; /* for the caller */
     cvol_baked_free(&baked);
     cvol_transfer_free(transfer);
-    free(table);
+    cvol_splat_subject_free(&subject);
     return out;
 }
 
@@ -188,6 +187,13 @@ static void test_bound(void **state)
 /* ---- what it reports and refuses --------------------------------------------------------------
  */
 
+static void report_after(cvol_renderer *renderer, const cvol_render_options *options,
+                         cvol_transform_report *out)
+{
+    cvol_image_free(support_picture(context, renderer, options));
+    assert_int_equal(cvol_renderer_transform_report(context, renderer, out), CVOL_OK);
+}
+
 static void test_report(void **state)
 {
     cvol_render_options options = support_square(40, CVOL_MODE_COMPOSITE, 30, 20);
@@ -203,11 +209,24 @@ static void test_report(void **state)
     assert_true(report.lattice[0] >= 22 && report.lattice[1] >= 22 && report.slices <= 26);
     assert_true(report.rho > 0.05 && report.rho <= 0.1 && report.terms > 0 && report.bytes > 0);
     assert_true(report.bound > 0 && isfinite(report.bound));
-    /* The same slices once more, whatever the size of the picture is. */
+    assert_true(report.bake_ms > 0);
+    /* Zoom, roll and size are the warp's: slices stay. Another direction, rho or transfer function
+     * has slices of its own. */
     const uint64_t terms = report.terms;
-    cvol_image_free(support_picture(context, renderer, &options));
-    assert_int_equal(cvol_renderer_transform_report(context, renderer, &report), CVOL_OK);
-    assert_true(report.terms == terms);
+    options = support_square(70, CVOL_MODE_COMPOSITE, 30, 20);
+    options.camera.zoom = 1.5;
+    options.camera.roll_deg = 40;
+    report_after(renderer, &options, &report);
+    assert_true(report.terms == terms && report.bake_ms <= 0);
+    options.camera.azimuth_deg = 31;
+    report_after(renderer, &options, &report);
+    assert_true(report.bake_ms > 0);
+    options.transform.rho = 0.2;
+    report_after(renderer, &options, &report);
+    assert_true(report.bake_ms > 0 && report.terms > terms);
+    support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS - 1);
+    report_after(renderer, &options, &report);
+    assert_true(report.bake_ms > 0);
     cvol_renderer_free(renderer);
 }
 

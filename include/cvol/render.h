@@ -191,7 +191,7 @@ typedef struct cvol_transform_report {
     double bound; /* on the root mean square over the lattice of the error of intensity (all
                      channels) that truncation makes, where exact values stay within 0..1; not
                      certified, as sharp edges that are moved by a part of a sample overshoot */
-    double bake_ms, compose_ms;
+    double bake_ms, compose_ms; /* bake_ms is 0 if slices were kept from a picture before */
 } cvol_transform_report;
 /* ARGUMENT: of another engine, or before its first picture. */
 CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,

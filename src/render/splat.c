@@ -25,10 +25,7 @@
 #define FOOTPRINT_MOST 31
 
 typedef struct splat_state {
-    cvol_splat_source source;
-    cvol_grid grid;
-    cvol_transfer *transfer;
-    cvol_splat_table *table;
+    cvol_splat_subject subject;
     /* What the picture before leaves for the next. */
     cvol_footprint_table footprint;
     cvol_splat_slab slab;
@@ -39,72 +36,41 @@ typedef struct splat_state {
 static void splat_free(void *opaque)
 {
     splat_state *state = opaque;
-    cvol_transfer_free(state->transfer);
     cvol_footprint_table_free(&state->footprint);
     cvol_splat_slab_free(&state->slab);
-    free(state->table);
+    cvol_splat_subject_free(&state->subject);
     free(state);
 }
 
-static int create(cvol_context *context, void **out, const cvol_splat_source *source,
-                  const cvol_grid *grid)
+static int create(cvol_context *context, void **out, const cvol_array *array,
+                  const cvol_volume *volume)
 {
     *out = NULL;
     splat_state *state = calloc(1, sizeof *state);
     if (!state)
         return cvol_fail_memory(context, sizeof *state, "a renderer");
-    state->source = *source;
-    state->grid = *grid;
-    state->table = cvol_allocate(1, sizeof *state->table);
-    if (!state->table) {
-        splat_free(state);
-        return cvol_fail_memory(context, sizeof *state->table, "a renderer");
-    }
-    *out = state;
-    return CVOL_OK;
-}
-
-cvol_splat_source cvol_splat_source_of_array(const cvol_array *array)
-{
-    return (cvol_splat_source){
-        .array = array, .min = array->ledger.value_min, .max = array->ledger.value_max};
-}
-
-int cvol_splat_source_of_volume(cvol_context *context, cvol_splat_source *out,
-                                const cvol_volume *volume)
-{
-    int code = cvol_grid_check(context, &volume->grid, "volume");
-    cvol_sample_stats stats = {0};
-    if (!code)
-        code = cvol_volume_stats(context, &stats, volume);
-    *out = (cvol_splat_source){.volume = volume, .min = stats.min, .max = stats.max};
+    const int code = cvol_splat_subject_make(context, &state->subject, array, volume);
+    if (code)
+        free(state);
+    else
+        *out = state;
     return code;
 }
 
 int cvol_splat_create(cvol_context *context, void **state, const cvol_array *array)
 {
-    const cvol_splat_source source = cvol_splat_source_of_array(array);
-    return create(context, state, &source, cvol_array_grid(array));
+    return create(context, state, array, NULL);
 }
 
 int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volume *volume)
 {
-    cvol_splat_source source;
-    *state = NULL;
-    const int code = cvol_splat_source_of_volume(context, &source, volume);
-    return code ? code : create(context, state, &source, &volume->grid);
+    return create(context, state, NULL, volume);
 }
 
 static int splat_set_transfer(cvol_context *context, void *opaque, const cvol_transfer *transfer)
 {
     splat_state *state = opaque;
-    cvol_transfer *copy;
-    int code = cvol_transfer_copy(context, &copy, transfer);
-    if (code)
-        return code;
-    cvol_transfer_free(state->transfer);
-    state->transfer = copy;
-    return CVOL_OK;
+    return cvol_splat_subject_set_transfer(context, &state->subject, transfer);
 }
 
 /* ---- one picture's tables ---------------------------------------------------------------- */
@@ -183,7 +149,7 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     if (code)
         return code;
     cvol_splat_plan plan;
-    cvol_splat_plan_make(&plan, &state->grid, view);
+    cvol_splat_plan_make(&plan, &state->subject.grid, view);
     const cvol_footprint_shape shape = cvol_footprint_shape_make(&options->splat, plan.along);
     code = cvol_footprint_table_make(context, &state->footprint, &shape);
     if (code)
@@ -191,25 +157,24 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     cvol_footprint_gain gain;
     cvol_footprint_gain_make(&gain, &state->footprint, plan.along[0], plan.along[1],
                              cvol_context_threads(context));
-    cvol_splat_table_fill(state->table, state->transfer, &state->source, state->grid.type,
-                          plan.distance, gain.mean);
+    cvol_splat_subject_tabulate(&state->subject, plan.distance, gain.mean);
     const int front = options->splat.order == CVOL_ORDER_FRONT;
     const int ascending = plan.rising == front;
     cvol_splat_light light;
-    cvol_splat_light_set(&light, &plan, &state->grid, view, &options->splat, ascending);
+    cvol_splat_light_set(&light, &plan, &state->subject.grid, view, &options->splat, ascending);
     cvol_splat_job job = {.plan = &plan,
                           .slab = &state->slab,
                           .footprint = &state->footprint,
-                          .table = state->table,
+                          .table = state->subject.table,
                           .light = &light,
                           .gain = &gain,
                           .ascending = ascending,
                           .front = front};
     code = cvol_splat_bands_make(context, &job, view);
     if (!code)
-        code = cvol_splat_slab_prepare(context, &state->slab, &state->source, &plan);
+        code = cvol_splat_slab_prepare(context, &state->slab, &state->subject.source, &plan);
     if (!code)
-        code = draw_slabs(context, &job, &state->slab, &state->source);
+        code = draw_slabs(context, &job, &state->slab, &state->subject.source);
     if (!code)
         finish(image, &job, options->background);
     cvol_splat_bands_free(&job);

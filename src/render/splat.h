@@ -38,10 +38,6 @@ typedef struct cvol_splat_source {
     double min, max; /* what they range over, as far as is known */
 } cvol_splat_source;
 
-cvol_splat_source cvol_splat_source_of_array(const cvol_array *array);
-/* Errors: those of cvol_grid_check. */
-int cvol_splat_source_of_volume(cvol_context *context, cvol_splat_source *out,
-                                const cvol_volume *volume);
 /* Errors: ARGUMENT. */
 int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *splat);
 
@@ -115,6 +111,25 @@ void cvol_splat_table_fill(cvol_splat_table *table, const cvol_transfer *transfe
 void cvol_splat_light_set(cvol_splat_light *light, const cvol_splat_plan *plan,
                           const cvol_grid *grid, const cvol_view *view,
                           const cvol_splat_options *options, int ascending);
+
+/* What is drawn, and how its samples are classified: splat_subject.c. */
+typedef struct cvol_splat_subject {
+    cvol_splat_source source;
+    cvol_grid grid;
+    cvol_transfer *transfer; /* NULL: none was set yet */
+    cvol_splat_table *table; /* of the last cvol_splat_subject_tabulate */
+} cvol_splat_subject;
+
+/* Of an array or a volume, the other one NULL. Errors: MEMORY, those of cvol_grid_check; then there
+ * is nothing to free. */
+int cvol_splat_subject_make(cvol_context *context, cvol_splat_subject *out, const cvol_array *array,
+                            const cvol_volume *volume);
+void cvol_splat_subject_free(cvol_splat_subject *subject);
+/* Copies the transfer function. Errors: MEMORY. */
+int cvol_splat_subject_set_transfer(cvol_context *context, cvol_splat_subject *subject,
+                                    const cvol_transfer *transfer);
+/* Sets the table (cvol_splat_table_fill). */
+void cvol_splat_subject_tabulate(cvol_splat_subject *subject, double distance, double share);
 
 /* A row of samples with its neighbours, each beginning with sample 0; beyond the volume's faces
  * these are the row itself. */

@@ -8,15 +8,16 @@
 #include "base/context.h"
 #include "base/memory.h"
 
+/* Shears and distances of two views along one direction differ by rounding. */
+#define SAME 1e-9
+
 typedef struct transform_state {
-    cvol_splat_source source;
-    cvol_grid grid;
-    cvol_transfer *transfer;
-    cvol_splat_table *table;
+    cvol_splat_subject subject;
     cvol_baked baked;
     /* What `baked` is of. */
     int has_baked;
-    cvol_splat_plan plan;
+    int axis_slice;
+    double distance;
     cvol_splat_light light;
     cvol_transform_options options;
     cvol_transform_report report;
@@ -28,56 +29,42 @@ typedef struct transform_state {
 static void transform_free(void *opaque)
 {
     transform_state *state = opaque;
-    cvol_transfer_free(state->transfer);
     cvol_baked_free(&state->baked);
-    free(state->table);
+    cvol_splat_subject_free(&state->subject);
     free(state);
 }
 
-static int create(cvol_context *context, void **out, const cvol_splat_source *source,
-                  const cvol_grid *grid)
+static int create(cvol_context *context, void **out, const cvol_array *array,
+                  const cvol_volume *volume)
 {
     *out = NULL;
     transform_state *state = calloc(1, sizeof *state);
     if (!state)
         return cvol_fail_memory(context, sizeof *state, "a renderer");
-    state->source = *source;
-    state->grid = *grid;
-    state->table = cvol_allocate(1, sizeof *state->table);
-    if (!state->table) {
-        transform_free(state);
-        return cvol_fail_memory(context, sizeof *state->table, "a renderer");
-    }
-    *out = state;
-    return CVOL_OK;
+    const int code = cvol_splat_subject_make(context, &state->subject, array, volume);
+    if (code)
+        free(state);
+    else
+        *out = state;
+    return code;
 }
 
 int cvol_transform_create(cvol_context *context, void **state, const cvol_array *array)
 {
-    const cvol_splat_source source = cvol_splat_source_of_array(array);
-    return create(context, state, &source, cvol_array_grid(array));
+    return create(context, state, array, NULL);
 }
 
 int cvol_transform_create_dense(cvol_context *context, void **state, const cvol_volume *volume)
 {
-    cvol_splat_source source;
-    *state = NULL;
-    const int code = cvol_splat_source_of_volume(context, &source, volume);
-    return code ? code : create(context, state, &source, &volume->grid);
+    return create(context, state, NULL, volume);
 }
 
 static int transform_set_transfer(cvol_context *context, void *opaque,
                                   const cvol_transfer *transfer)
 {
     transform_state *state = opaque;
-    cvol_transfer *copy;
-    const int code = cvol_transfer_copy(context, &copy, transfer);
-    if (code)
-        return code;
-    cvol_transfer_free(state->transfer);
-    state->transfer = copy;
     state->has_baked = 0;
-    return CVOL_OK;
+    return cvol_splat_subject_set_transfer(context, &state->subject, transfer);
 }
 
 int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,
@@ -137,17 +124,24 @@ static int make_footprint(cvol_context *context, cvol_kernel *out, const cvol_sp
     return cvol_kernel_taps(context, out, 2, taps, radius);
 }
 
-/* Slices are those of another axis, opacity, light or number of terms. */
+/* Slices are those of another axis, lattice, opacity, light or number of terms. The picture's size
+ * and zoom do not matter: they are the warp's. */
 static int is_stale(const transform_state *state, const cvol_splat_plan *plan,
-                    const cvol_splat_light *light, const cvol_transform_options *options)
+                    const cvol_lattice *lattice, const cvol_splat_light *light,
+                    const cvol_transform_options *options)
 {
-    const cvol_splat_plan *old = &state->plan;
+    const cvol_lattice *old = &state->baked.lattice;
     const cvol_transform_options *before = &state->options;
-    return !state->has_baked || old->axis_slice != plan->axis_slice ||
-           fabs(old->distance - plan->distance) > 1e-9 * plan->distance ||
-           memcmp(old->along, plan->along, sizeof plan->along) != 0 ||
-           before->transform != options->transform || fabs(before->rho - options->rho) > 0 ||
-           memcmp(&state->light, light, sizeof *light) != 0;
+    int stale = !state->has_baked || state->axis_slice != plan->axis_slice ||
+                fabs(state->distance - plan->distance) > SAME * plan->distance ||
+                before->transform != options->transform || before->rho < options->rho ||
+                before->rho > options->rho || old->reach != lattice->reach ||
+                memcmp(&state->light, light, sizeof *light) != 0;
+    for (int a = 0; a < 2; a++)
+        stale |= old->dims[a] != lattice->dims[a] ||
+                 fabs(old->shear[a] - lattice->shear[a]) > SAME ||
+                 fabs(old->base[a] - lattice->base[a]) > SAME * (double)lattice->dims[a];
+    return stale;
 }
 
 static double now_ms(void)
@@ -158,19 +152,18 @@ static double now_ms(void)
 }
 
 static int bake(cvol_context *context, transform_state *state, const cvol_splat_plan *plan,
-                const cvol_splat_light *light, int ascending, int reach,
+                const cvol_lattice *lattice, const cvol_splat_light *light, int ascending,
                 const cvol_transform_options *options)
 {
-    const cvol_lattice lattice = cvol_lattice_make(plan, reach);
     state->has_baked = 0;
     cvol_baked_free(&state->baked);
-    cvol_splat_table_fill(state->table, state->transfer, &state->source, state->grid.type,
-                          plan->distance, 1);
-    const int code = cvol_bake(context, &state->baked, &state->source, plan, &lattice, state->table,
-                               light, ascending, options);
+    cvol_splat_subject_tabulate(&state->subject, plan->distance, 1);
+    const int code = cvol_bake(context, &state->baked, &state->subject.source, plan, lattice,
+                               state->subject.table, light, ascending, options);
     if (code)
         return code;
-    state->plan = *plan;
+    state->axis_slice = plan->axis_slice;
+    state->distance = plan->distance;
     state->light = *light;
     state->options = *options;
     state->has_baked = 1;
@@ -290,13 +283,14 @@ static int transform_draw(cvol_context *context, void *opaque, cvol_image *image
     if (code)
         return code;
     memset(&light, 0, sizeof light);
-    cvol_splat_plan_make(&plan, &state->grid, view);
+    cvol_splat_plan_make(&plan, &state->subject.grid, view);
     const int ascending = plan.rising == front;
-    cvol_splat_light_set(&light, &plan, &state->grid, view, splat, ascending);
+    cvol_splat_light_set(&light, &plan, &state->subject.grid, view, splat, ascending);
+    const cvol_lattice lattice = cvol_lattice_make(&plan, (splat->size - 1) / 2 + 1);
     const double start = now_ms();
-    if (is_stale(state, &plan, &light, &options->transform))
-        code = bake(context, state, &plan, &light, ascending, (splat->size - 1) / 2 + 1,
-                    &options->transform);
+    const int stale = is_stale(state, &plan, &lattice, &light, &options->transform);
+    if (stale)
+        code = bake(context, state, &plan, &lattice, &light, ascending, &options->transform);
     if (code)
         return code;
     const double baked = now_ms();
@@ -305,7 +299,7 @@ static int transform_draw(cvol_context *context, void *opaque, cvol_image *image
                         &options->transform);
     if (!code) {
         warp(context, image, &composed, &state->baked.lattice, &plan, options->background);
-        fill_report(state, &composed, baked - start, now_ms() - baked);
+        fill_report(state, &composed, stale ? baked - start : 0, now_ms() - baked);
     }
     cvol_composed_free(&composed);
     return code;
