@@ -58,6 +58,20 @@ static double against(const cvol_image *truth, const cvol_render_options *option
 /* ---- with all terms it is splatting -----------------------------------------------------------
  */
 
+typedef struct kind {
+    cvol_transform transform;
+    int tile;
+} kind;
+static const kind kinds[] = {{CVOL_DCT, 8}, {CVOL_DCT, 16}, {CVOL_DCT, 32},
+                             {CVOL_DCT, 0}, {CVOL_DHT, 0},  {CVOL_DFT, 0}};
+enum { KINDS = sizeof kinds / sizeof *kinds };
+
+static void set_kind(cvol_render_options *options, int k)
+{
+    options->transform.transform = kinds[k].transform;
+    options->transform.tile = kinds[k].tile;
+}
+
 static void test_all_terms_are_splats(void **state)
 {
     /* All three axes, both ends, sheared. */
@@ -68,21 +82,54 @@ static void test_all_terms_are_splats(void **state)
         cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, views[v][0],
                                                      views[v][1]);
         options.transform.rho = 1;
+        options.splat.plane = CVOL_FOOTPRINT_IN_SLICES;
         options.splat.sigma = 1;
         options.splat.size = 7;
+        for (int order = CVOL_ORDER_FRONT; order <= CVOL_ORDER_BACK; order++) {
+            options.splat.order = (cvol_order)order;
+            cvol_image *truth = picture(0, &options);
+            for (int k = 0; k < KINDS; k++)
+                for (int schedule = CVOL_SCHEDULE_DEFERRED; schedule <= CVOL_SCHEDULE_LITERAL;
+                     schedule++) {
+                    set_kind(&options, k);
+                    options.transform.schedule = (cvol_schedule)schedule;
+                    const double psnr = against(truth, &options);
+                    if (psnr < 60)
+                        fail_msg("azimuth %g, elevation %g, %s %d, order %d, schedule %d: %.1f dB",
+                                 views[v][0], views[v][1], cvol_transform_name(kinds[k].transform),
+                                 kinds[k].tile, order, schedule, psnr);
+                }
+            cvol_image_free(truth);
+        }
+    }
+}
+
+/* All footprints and sizes; wide ones are seen every other place. */
+static void test_footprints(void **state)
+{
+    static const struct {
+        cvol_footprint footprint;
+        int size;
+        double least;
+    } cases[] = {{CVOL_FOOTPRINT_GAUSSIAN, 3, 60},  {CVOL_FOOTPRINT_GAUSSIAN, 5, 60},
+                 {CVOL_FOOTPRINT_GAUSSIAN, 15, 56}, {CVOL_FOOTPRINT_GAUSSIAN, 31, 50},
+                 {CVOL_FOOTPRINT_SINC, 9, 60},      {CVOL_FOOTPRINT_BOX, 4, 55}};
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, 25, -15);
+        options.splat.plane = CVOL_FOOTPRINT_IN_SLICES;
+        options.splat.footprint = cases[i].footprint;
+        options.splat.size = cases[i].size;
+        options.transform.rho = 1;
         cvol_image *truth = picture(0, &options);
-        for (int t = CVOL_DCT; t <= CVOL_DFT; t++)
-            for (int order = CVOL_ORDER_FRONT; order <= CVOL_ORDER_BACK; order++) {
-                options.transform.transform = (cvol_transform)t;
-                options.splat.order = (cvol_order)order;
-                const double psnr = against(truth, &options);
-                if (psnr < 38)
-                    fail_msg("azimuth %g, elevation %g, %s, order %d: %.1f dB", views[v][0],
-                             views[v][1], cvol_transform_name((cvol_transform)t), order, psnr);
-            }
-        options.transform.schedule = CVOL_SCHEDULE_LITERAL;
-        options.transform.transform = CVOL_DFT;
-        assert_true(against(truth, &options) >= 38);
+        for (int k = 0; k < KINDS; k++) {
+            set_kind(&options, k);
+            const double psnr = against(truth, &options);
+            if (psnr < cases[i].least)
+                fail_msg("footprint %d, size %d, %s %d: %.1f dB", (int)cases[i].footprint,
+                         cases[i].size, cvol_transform_name(kinds[k].transform), kinds[k].tile,
+                         psnr);
+        }
         cvol_image_free(truth);
     }
 }
@@ -92,39 +139,44 @@ static void test_light(void **state)
     cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, 40, 25);
     (void)state;
     options.transform.rho = 1;
+    options.splat.plane = CVOL_FOOTPRINT_IN_SLICES;
     options.splat.shade = 1;
     options.splat.sigma = 1;
     options.splat.size = 7;
     cvol_image *truth = picture(0, &options);
-    assert_true(against(truth, &options) >= 38);
+    assert_true(against(truth, &options) >= 60);
     cvol_image_free(truth);
 }
 
-/* Fewer terms are worse, but no haze over the whole picture. */
+/* Fewer terms are worse, but no haze over the whole picture; tiles are better. */
 static void test_fewer_terms(void **state)
 {
-    static const double shares[] = {1, 0.3, 0.1, 0.03}, least[] = {60, 32, 26, 20};
-    double before = INFINITY;
+    static const double shares[] = {1, 0.3, 0.1, 0.03};
+    static const double least[2][4] = {{60, 30, 25, 19}, {60, 60, 50, 35}};
     cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, 30, 20);
     (void)state;
-    options.transform.rho = 1;
-    cvol_image *truth = picture(1, &options);
-    for (int i = 0; i < 4; i++) {
-        options.transform.rho = shares[i];
-        const double psnr = against(truth, &options);
-        if (psnr < least[i] || psnr > before)
-            fail_msg("rho %g: %.2f dB, before %.2f", shares[i], psnr, before);
-        before = psnr;
+    for (int tiles = 0; tiles < 2; tiles++) {
+        double before = INFINITY;
+        options.transform.tile = tiles ? 16 : 0;
+        options.transform.rho = 1;
+        cvol_image *truth = picture(1, &options);
+        for (int i = 0; i < 4; i++) {
+            options.transform.rho = shares[i];
+            const double psnr = against(truth, &options);
+            if (psnr < least[tiles][i] || psnr > before)
+                fail_msg("tiles %d, rho %g: %.2f dB, before %.2f", tiles, shares[i], psnr, before);
+            before = psnr;
+        }
+        cvol_image_free(truth);
     }
-    cvol_image_free(truth);
 }
 
 /* ---- the bound --------------------------------------------------------------------------------
  */
 
-/* What the engine composes on the lattice. */
+/* What the engine composes on the lattice; *places of it. */
 static cvol_composed compose(const cvol_transform_options *own, int front, double azimuth,
-                             double elevation)
+                             double elevation, size_t *places)
 {
     cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, azimuth, elevation);
     cvol_view view;
@@ -132,33 +184,44 @@ static cvol_composed compose(const cvol_transform_options *own, int front, doubl
     cvol_splat_subject subject;
     cvol_splat_light light = {0};
     cvol_transfer *transfer;
-    cvol_kernel footprint;
     cvol_baked baked;
     cvol_composed out;
+    options.splat.size = 5;
     assert_int_equal(cvol_view_make(context, &view, &blobs.grid, &options), CVOL_OK);
     assert_int_equal(cvol_splat_subject_make(context, &subject, NULL, &blobs), CVOL_OK);
     assert_int_equal(
         cvol_transfer_create(context, &transfer, support_blob_points, SUPPORT_BLOB_POINTS),
         CVOL_OK);
-    assert_int_equal(cvol_kernel_gaussian(context, &footprint, 2, 0.7), CVOL_OK);
     cvol_splat_plan_make(&plan, &blobs.grid, &view);
     const int ascending = plan.rising == front;
     assert_int_equal(cvol_splat_subject_set_transfer(context, &subject, transfer), CVOL_OK);
     cvol_splat_subject_tabulate(&subject, plan.distance, 1);
     cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.splat, ascending);
-    const cvol_lattice lattice = cvol_lattice_make(&plan, 4);
-    assert_int_equal(cvol_bake(context, &baked, &subject.source, &plan, &lattice, subject.table,
-                               &light, ascending, own),
+    const cvol_footprint_shape shape = cvol_lattice_shape(&options.splat);
+    const cvol_lattice lattice = cvol_lattice_make(&plan, &shape, 1);
+    const cvol_bake_source source = {&subject.source, &plan, subject.table, &light, ascending};
+    assert_int_equal(cvol_bake(context, &baked, &source, &lattice, &shape, own), CVOL_OK);
+    assert_int_equal(cvol_compose(context, &out, &baked, &lattice, &shape, plan.distance,
+                                  plan.rising, front, own),
                      CVOL_OK);
-    assert_int_equal(cvol_compose(context, &out, &baked, &footprint, plan.rising, front, own),
-                     CVOL_OK);
-    out.terms = lattice.dims[0] * lattice.dims[1]; /* for the caller */
+    assert_true(out.certified);
+    *places = lattice.dims[0] * lattice.dims[1];
     cvol_baked_free(&baked);
     cvol_transfer_free(transfer);
     cvol_splat_subject_free(&subject);
     return out;
 }
 
+static double distance(const cvol_composed *a, const cvol_composed *b, size_t places)
+{
+    double squares = 0;
+    for (int c = 0; c < 3; c++)
+        for (size_t at = 0; at < places; at++)
+            squares += pow((double)a->planes[c][at] - (double)b->planes[c][at], 2);
+    return sqrt(squares);
+}
+
+/* Both schedules are within their bounds of what all terms give, and of each other. */
 static void test_bound(void **state)
 {
     random_state random = {20031};
@@ -167,20 +230,26 @@ static void test_bound(void **state)
         const int front = i & 1;
         const double azimuth = 180 * random_signed(&random),
                      elevation = 80 * random_signed(&random);
-        cvol_transform_options own = {i & 2 ? CVOL_DFT : CVOL_DHT, 1, CVOL_SCHEDULE_DEFERRED};
-        cvol_composed exact = compose(&own, front, azimuth, elevation);
-        own.rho = 0.02 + 0.1 * i;
-        own.schedule = i & 4 ? CVOL_SCHEDULE_LITERAL : CVOL_SCHEDULE_DEFERRED;
-        cvol_composed coarse = compose(&own, front, azimuth, elevation);
-        double squares = 0;
-        for (int c = 0; c < 3; c++)
-            for (size_t at = 0; at < exact.terms; at++)
-                squares += pow((double)exact.planes[c][at] - (double)coarse.planes[c][at], 2);
-        if (!(sqrt(squares) <= exact.bound + coarse.bound) || !isfinite(coarse.bound))
-            fail_msg("seed 20031, case %d: error %g, bound %g", i, sqrt(squares), coarse.bound);
-        assert_true(exact.bound < 0.5);
-        cvol_composed_free(&exact);
-        cvol_composed_free(&coarse);
+        cvol_transform_options own = {kinds[i % KINDS].transform, kinds[i % KINDS].tile, 1,
+                                      CVOL_SCHEDULE_DEFERRED};
+        cvol_composed pictures[3];
+        size_t places;
+        for (int schedule = 0; schedule < 3; schedule++) {
+            own.rho = schedule ? 0.02 + 0.1 * i : 1;
+            own.schedule = schedule == 2 ? CVOL_SCHEDULE_LITERAL : CVOL_SCHEDULE_DEFERRED;
+            pictures[schedule] = compose(&own, front, azimuth, elevation, &places);
+        }
+        for (int p = 0; p < 3; p++)
+            for (int q = 0; q < p; q++) {
+                const double error = distance(&pictures[p], &pictures[q], places);
+                const double bound = pictures[p].bound + pictures[q].bound;
+                if (!(error <= bound) || !isfinite(bound))
+                    fail_msg("seed 20031, case %d, %d and %d: error %g, bound %g", i, p, q, error,
+                             bound);
+            }
+        assert_true(pictures[0].bound < 0.5);
+        for (int p = 0; p < 3; p++)
+            cvol_composed_free(&pictures[p]);
     }
 }
 
@@ -224,6 +293,10 @@ static void test_report(void **state)
     options.transform.rho = 0.2;
     report_after(renderer, &options, &report);
     assert_true(report.bake_ms > 0 && report.terms > terms);
+    /* fewer terms are the strongest of those that are there */
+    options.transform.rho = 0.05;
+    report_after(renderer, &options, &report);
+    assert_true(report.bake_ms <= 0 && report.terms < terms && report.rho <= 0.05);
     support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS - 1);
     report_after(renderer, &options, &report);
     assert_true(report.bake_ms > 0);
@@ -262,9 +335,11 @@ static void test_refusals(void **state)
     bad.transform.schedule = (cvol_schedule)3;
     expect_refused(&bad, CVOL_ERROR_ARGUMENT, "no schedule");
     bad = good;
-    bad.transform.transform = CVOL_DCT;
-    bad.transform.schedule = CVOL_SCHEDULE_LITERAL;
-    expect_refused(&bad, CVOL_ERROR_UNSUPPORTED, "no phase");
+    bad.transform.tile = 12;
+    expect_refused(&bad, CVOL_ERROR_ARGUMENT, "tile is 12");
+    bad = good;
+    bad.transform.transform = CVOL_DFT;
+    expect_refused(&bad, CVOL_ERROR_ARGUMENT, "tiles are of transform dct");
     bad = good;
     bad.splat.footprint = CVOL_FOOTPRINT_CONE;
     expect_refused(&bad, CVOL_ERROR_UNSUPPORTED, "cone");
@@ -280,6 +355,7 @@ static void test_threads(void **state)
         cvol_render_options options = support_square(60, CVOL_MODE_COMPOSITE, 50, -20);
         cvol_image *images[3];
         options.transform.schedule = (cvol_schedule)schedule;
+        options.transform.rho = 0.1;
         for (int t = 0; t < 3; t++) {
             cvol_context_set_threads(context, t + 1);
             images[t] = picture(1, &options);
@@ -296,6 +372,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_all_terms_are_splats),
+        cmocka_unit_test(test_footprints),
         cmocka_unit_test(test_light),
         cmocka_unit_test(test_fewer_terms),
         cmocka_unit_test(test_bound),

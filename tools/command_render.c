@@ -24,11 +24,12 @@ static json_t *transform_json(cvol_context *context, const scene *s)
     if (s->engine != CVOL_ENGINE_TRANSFORM ||
         cvol_renderer_transform_report(context, s->renderer, &report))
         return NULL;
-    return json_pack("{s:[i,i], s:i, s:I, s:I, s:f, s:f, s:f, s:f}", "lattice",
-                     (int)report.lattice[0], (int)report.lattice[1], "slices", (int)report.slices,
-                     "coefficients", (json_int_t)report.terms, "bytes", (json_int_t)report.bytes,
-                     "rho", report.rho, "error_bound", report.bound, "bake_ms", report.bake_ms,
-                     "compose_ms", report.compose_ms);
+    return json_pack("{s:[i,i], s:f, s:i, s:I, s:I, s:f, s:f, s:b, s:f, s:f}", "lattice",
+                     (int)report.lattice[0], (int)report.lattice[1], "step", report.step, "slices",
+                     (int)report.slices, "coefficients", (json_int_t)report.terms, "bytes",
+                     (json_int_t)report.bytes, "rho", report.rho, "error_bound", report.bound,
+                     "certified", report.certified, "bake_ms", report.bake_ms, "compose_ms",
+                     report.compose_ms);
 }
 
 static int print_report(cvol_context *context, const scene *s, const render_arguments *arguments,

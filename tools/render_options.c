@@ -92,8 +92,9 @@ static int choose_splat(scene *s, const render_arguments *a)
                {"--sigma", a->sigma_given},
                {"--shade", a->shade},
                {"--light", a->light_given},
-               {"--order", a->order_name != NULL}};
-    for (int k = 0; k < 6 && !has_splats(s); k++)
+               {"--order", a->order_name != NULL},
+               {"--footprint-plane", a->plane_name != NULL}};
+    for (int k = 0; k < 7 && !has_splats(s); k++)
         if (own[k].given)
             return complain(EXIT_MISUSED, "%s is for engines splat and transform", own[k].name);
     if (!has_splats(s))
@@ -104,6 +105,13 @@ static int choose_splat(scene *s, const render_arguments *a)
     const char *order = a->order_name ? a->order_name : "front";
     if (strcmp(order, "front") && strcmp(order, "back"))
         return complain(EXIT_MISUSED, "--order is '%s', must be front or back", order);
+    const char *plane = a->plane_name ? a->plane_name : "view";
+    if (strcmp(plane, "view") && strcmp(plane, "slices"))
+        return complain(EXIT_MISUSED, "--footprint-plane is '%s', must be view or slices", plane);
+    if (a->plane_name && s->engine == CVOL_ENGINE_TRANSFORM && !strcmp(plane, "view"))
+        return complain(EXIT_MISUSED, "--footprint-plane view is for engine splat: transform has "
+                                      "footprints that are round in slices");
+    splat->plane = strcmp(plane, "slices") ? CVOL_FOOTPRINT_IN_VIEW : CVOL_FOOTPRINT_IN_SLICES;
     splat->order = strcmp(order, "back") ? CVOL_ORDER_FRONT : CVOL_ORDER_BACK;
     int status = choose_footprint(splat, a);
     if (!status && s->engine == CVOL_ENGINE_TRANSFORM && splat->footprint == CVOL_FOOTPRINT_CONE)
@@ -119,20 +127,27 @@ static int choose_transform(scene *s, const render_arguments *a)
     const char *given = a->spectrum_name   ? "--spectrum"
                         : a->schedule_name ? "--schedule"
                         : a->rho_given     ? "--rho"
+                        : a->tile_given    ? "--tile"
                                            : NULL;
     if (s->engine != CVOL_ENGINE_TRANSFORM)
         return given ? complain(EXIT_MISUSED, "%s is for engine transform", given) : EXIT_DONE;
     const char *schedule = a->schedule_name ? a->schedule_name : "deferred";
-    const char *spectrum = a->spectrum_name ? a->spectrum_name : "dft";
+    const char *spectrum = a->spectrum_name ? a->spectrum_name : "dct";
     if (strcmp(schedule, "deferred") && strcmp(schedule, "literal"))
         return complain(EXIT_MISUSED, "--schedule is '%s', must be deferred or literal", schedule);
     own->schedule = strcmp(schedule, "literal") ? CVOL_SCHEDULE_DEFERRED : CVOL_SCHEDULE_LITERAL;
     own->transform = cvol_transform_from_name(spectrum);
     if (!own->transform)
         return complain(EXIT_MISUSED, "--spectrum is '%s', must be dft, dht or dct", spectrum);
-    if (own->transform == CVOL_DCT && own->schedule == CVOL_SCHEDULE_LITERAL)
-        return complain(EXIT_MISUSED, "--spectrum dct has no phase to shift slices by: take dft or "
-                                      "dht, or --schedule deferred");
+    if (own->transform != CVOL_DCT)
+        own->tile = 0; /* only whole slices have these */
+    if (a->tile_given && a->tile != 0 && a->tile != 8 && a->tile != 16 && a->tile != 32)
+        return complain(EXIT_MISUSED, "--tile is %d, must be 0, 8, 16 or 32", a->tile);
+    if (a->tile_given && a->tile != 0 && own->transform != CVOL_DCT)
+        return complain(EXIT_MISUSED, "--tile %d is for --spectrum dct, this is %s", a->tile,
+                        spectrum);
+    if (a->tile_given)
+        own->tile = a->tile;
     if (a->rho_given && !(a->rho > 0))
         return complain(EXIT_MISUSED, "--rho is %g, must be above 0", a->rho);
     if (a->rho_given)

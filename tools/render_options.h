@@ -10,12 +10,13 @@ typedef struct render_arguments {
     int size[2], size_given;
     double azimuth, elevation, roll, zoom, step;
     double background[3];
-    const char *footprint_name, *order_name; /* engine splat; NULL: not given */
+    /* engine splat; NULL: not given */
+    const char *footprint_name, *order_name, *plane_name;
     int footprint_size, footprint_given, sigma_given, shade, light_given;
     double sigma, light[3];
     const char *spectrum_name, *schedule_name; /* engine transform; NULL: not given */
     double rho;
-    int rho_given;
+    int rho_given, tile, tile_given;
     int views, repeat;
 } render_arguments;
 
@@ -87,14 +88,28 @@ typedef struct render_arguments {
          &(a).order_name,                                                                         \
          0,                                                                                       \
          NULL},                                                                                   \
+        {"--footprint-plane",                                                                     \
+         "PLANE",                                                                                 \
+         "of splat: where it is round, view (default) or slices, as for transform",               \
+         OPTION_TEXT,                                                                             \
+         &(a).plane_name,                                                                         \
+         0,                                                                                       \
+         NULL},                                                                                   \
+        {"--tile",                                                                                \
+         "N",                                                                                     \
+         "of engine transform: slices in tiles of 8, 16 (default) or 32; 0: whole",               \
+         OPTION_INTEGER,                                                                          \
+         &(a).tile,                                                                               \
+         0,                                                                                       \
+         &(a).tile_given},                                                                        \
         {"--spectrum",                                                                            \
          "NAME",                                                                                  \
-         "of engine transform: slices as dft (default), dht or dct",                              \
+         "of engine transform: dct (default), or, of whole slices, dft or dht",                   \
          OPTION_TEXT,                                                                             \
          &(a).spectrum_name,                                                                      \
          0,                                                                                       \
          NULL},                                                                                   \
-        {"--rho",       "SHARE",  "of each slice's coefficients that is kept (default 0.1)",      \
+        {"--rho",       "SHARE",  "of its coefficients that are kept (default 0.1)",              \
          OPTION_NUMBER, &(a).rho, 0,                                                              \
          &(a).rho_given},                                                                         \
         {"--schedule",                                                                            \

@@ -89,14 +89,22 @@ typedef enum cvol_footprint {
     CVOL_FOOTPRINT_BOX = 4       /* 1; its edges are soft over 1/8 of a sample */
 } cvol_footprint;
 
+/* Which ellipse that is. */
+typedef enum cvol_footprint_plane {
+    CVOL_FOOTPRINT_IN_VIEW = 1,  /* a round kernel's, as the view sees it */
+    CVOL_FOOTPRINT_IN_SLICES = 2 /* round in the slices: they are composited on their own lattice,
+                                    sheared, which one warp brings to the picture */
+} cvol_footprint_plane;
+
 /* In which order the splat engine composites sheets: the picture is the same, up to rounding. */
 typedef enum cvol_order { CVOL_ORDER_FRONT = 1, CVOL_ORDER_BACK = 2 } cvol_order;
 
 /* What the splat engine is asked for. */
 typedef struct cvol_splat_options {
     cvol_footprint footprint;
-    int size;     /* samples that a footprint spans, 3 to 31 */
-    double sigma; /* of a Gaussian, in samples, 0.2 to 31; 0: size / 6 */
+    int size;                   /* samples that a footprint spans, 3 to 31 */
+    double sigma;               /* of a Gaussian, in samples, 0.2 to 31; 0: size / 6 */
+    cvol_footprint_plane plane; /* engine transform: always in slices */
     cvol_order order;
     int shade;       /* light samples by Phong's model, along the gradient */
     double light[3]; /* direction towards the light, in the world; 0 0 0: the eye's */
@@ -111,9 +119,10 @@ typedef enum cvol_schedule {
 /* What the transform engine is asked for; footprint (Gaussian, sinc or box), order and light are
  * those of splat. */
 typedef struct cvol_transform_options {
-    cvol_transform transform; /* of slices: DFT, DHT, or (deferred) DCT, which has no shift */
-    double rho;               /* places kept of each slice's intensity (a channel) and opacity, over
-                                 its samples; 1 or more: all that are not 0 */
+    cvol_transform transform; /* of planes: DCT; whole ones also DFT and DHT */
+    int tile;                 /* planes are in tiles of 8, 16 or 32 samples a side; 0: whole */
+    double rho;               /* terms kept over samples: of all planes together (tiles), or places
+                                 of each (whole); 1 or more: all that are not 0 */
     cvol_schedule schedule;
 } cvol_transform_options;
 
@@ -129,7 +138,9 @@ typedef struct cvol_render_options {
 } cvol_render_options;
 
 /* 512 x 512, composite, azimuth 0, elevation 0, zoom 1, black; splats: Gaussian, 5 samples wide,
- * front to back, unlit; transforms: DFT, a tenth of the places, deferred. */
+ * in the view, front to back, unlit; transforms: DCT in tiles of 16, a tenth of the terms,
+ * deferred.
+ */
 CVOL_API cvol_render_options cvol_render_options_defaults(void);
 
 /* Samples without a value (arrays with a mask) are transparent, in all modes: what lies between
@@ -169,16 +180,18 @@ CVOL_API int cvol_renderer_create_ray_masked(cvol_context *context, cvol_rendere
 /* A renderer by splatting on compressed transforms (Chen and Reif, "Fast and compact volume
  * rendering in the compressed transform domain", 2003), mode composite only. Samples are classified
  * and lit as by engine splat; intensity C (times opacity; red, green, blue) and opacity D of each
- * slice become compressed arrays of rank 2; their convolution with the footprint is a factor for
- * each frequency, the shear towards the eye a phase ramp, and slices are composited on one lattice,
+ * slice become compressed arrays of rank 2, in tiles or whole; these are spread by the footprint,
+ * shifted to where the view has them, and composited on one lattice,
  *
  *     front to back   I += (1 - A) C,  A += (1 - A) D
  *     back to front   I = (1 - D) I + C,  A = (1 - D) A + D
  *
- * by products of arrays (literal) or of samples (deferred); one warp makes the picture. What was
- * made of slices is kept as long as transfer function, direction and light stay. The array or
- * volume must outlive the renderer. Cost: N log N for the slices, as often as they change; then
- * O(n') a slice and operation (literal), or n log n a slice (deferred), n places and n' terms. */
+ * by products of arrays (literal) or of samples (deferred); one warp makes the picture. Under wide
+ * Gaussians tiles are evaluated at every other or every fourth place. What was made of slices is
+ * kept as long as transfer function, direction and light stay, and fewer terms are asked for. The
+ * array or volume must outlive the renderer. Cost: N log N for the slices, as often as they change;
+ * then O(n') a slice and operation (literal), or n log n a slice (deferred), n places and n'
+ * terms. */
 CVOL_API int cvol_renderer_create_transform(cvol_context *context, cvol_renderer **out,
                                             const cvol_array *array);
 CVOL_API int cvol_renderer_create_transform_dense(cvol_context *context, cvol_renderer **out,
@@ -186,11 +199,12 @@ CVOL_API int cvol_renderer_create_transform_dense(cvol_context *context, cvol_re
 /* What the last picture of a transform renderer took. */
 typedef struct cvol_transform_report {
     size_t lattice[2], slices; /* slices: those with anything to be seen */
+    double step;               /* samples from place to place of the lattice */
     uint64_t terms, bytes;     /* of all slices' planes, and in memory */
     double rho;                /* terms over samples of these planes */
-    double bound; /* on the root mean square over the lattice of the error of intensity (all
-                     channels) that truncation makes, where exact values stay within 0..1; not
-                     certified, as sharp edges that are moved by a part of a sample overshoot */
+    double bound;  /* on the root mean square over the lattice of the error of intensity (all
+                      channels) that truncation makes */
+    int certified; /* whether it is proved: for footprints without negative weights */
     double bake_ms, compose_ms; /* bake_ms is 0 if slices were kept from a picture before */
 } cvol_transform_report;
 /* ARGUMENT: of another engine, or before its first picture. */

@@ -26,8 +26,11 @@ cvol_render_options cvol_render_options_defaults(void)
         .height = 512,
         .mode = CVOL_MODE_COMPOSITE,
         .camera = {.zoom = 1},
-        .splat = {.footprint = CVOL_FOOTPRINT_GAUSSIAN, .size = 5, .order = CVOL_ORDER_FRONT},
-        .transform = {CVOL_DFT, 0.1, CVOL_SCHEDULE_DEFERRED},
+        .splat = {.footprint = CVOL_FOOTPRINT_GAUSSIAN,
+                  .size = 5,
+                  .plane = CVOL_FOOTPRINT_IN_VIEW,
+                  .order = CVOL_ORDER_FRONT},
+        .transform = {CVOL_DCT, 16, 0.1, CVOL_SCHEDULE_DEFERRED},
     };
     return options;
 }

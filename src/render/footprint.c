@@ -47,14 +47,12 @@ static double windowed_sinc(double t, double size)
     return (fabs(x) < 1e-9 ? 1 : sin(x) / x) * window * window;
 }
 
-/* How far a footprint reaches, in samples. */
-static double reach_of(const cvol_footprint_shape *shape)
+double cvol_footprint_reach(const cvol_footprint_shape *shape)
 {
     return shape->size / 2.0 + (shape->kind == CVOL_FOOTPRINT_BOX ? EDGE / 2 : 0);
 }
 
-/* The factor of one coordinate; the cone has none but its square. */
-static double factor(const cvol_footprint_shape *shape, double q)
+double cvol_footprint_factor(const cvol_footprint_shape *shape, double q)
 {
     const double half = shape->size / 2.0;
     if (shape->kind == CVOL_FOOTPRINT_BOX)
@@ -120,12 +118,12 @@ static void fill_products(cvol_footprint_table *table)
 {
     for (int px = 0; px < table->phases_x; px++)
         for (int column = 0; column < table->width; column++)
-            table->rows[px * table->stride + CVOL_FOOTPRINT_PAD + column] = (float)factor(
-                &table->shape, place_x(table, px, column));
+            table->rows[px * table->stride + CVOL_FOOTPRINT_PAD + column] = (float)
+                cvol_footprint_factor(&table->shape, place_x(table, px, column));
     for (int py = 0; py < table->phases_y; py++)
         for (int row = 0; row < table->height; row++)
-            table->columns[py * table->height + row] = (float)factor(&table->shape,
-                                                                     place_y(table, py, row));
+            table->columns[py * table->height + row] = (float)cvol_footprint_factor(
+                &table->shape, place_y(table, py, row));
 }
 
 static void fill_cone(cvol_footprint_table *table, int threads)
@@ -170,7 +168,8 @@ int cvol_footprint_table_make(cvol_context *context, cvol_footprint_table *table
     if (table->rows && same_shape(&table->shape, shape))
         return CVOL_OK;
     cvol_footprint_table_free(table);
-    const double reach_x = reach_of(shape) * shape->ux, reach_y = reach_of(shape) * shape->uy;
+    const double reach_x = cvol_footprint_reach(shape) * shape->ux,
+                 reach_y = cvol_footprint_reach(shape) * shape->uy;
     if (!(2 * fmax(reach_x, reach_y) <= SPAN_MOST))
         return cvol_fail(context, CVOL_ERROR_LIMIT,
                          "a footprint of %d samples would span %.0f pixels of this picture, "

@@ -36,6 +36,11 @@ typedef struct cvol_footprint_shape {
 cvol_footprint_shape cvol_footprint_shape_make(const cvol_splat_options *options,
                                                double pixels[3][2]);
 
+/* How far a footprint reaches, in samples. */
+double cvol_footprint_reach(const cvol_footprint_shape *shape);
+/* The factor of one coordinate, in samples; the cone has none. */
+double cvol_footprint_factor(const cvol_footprint_shape *shape, double q);
+
 /* Zeros before the weights of a row of the table, and at least as many behind. */
 #define CVOL_FOOTPRINT_PAD 8
 

@@ -21,6 +21,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "render/lattice.h"
 
 #define FOOTPRINT_MOST 31
 
@@ -86,6 +87,9 @@ int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *sp
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "sigma %g: must be 0 (size / 6), or 0.2 to %d samples", splat->sigma,
                          FOOTPRINT_MOST);
+    if (splat->plane != CVOL_FOOTPRINT_IN_VIEW && splat->plane != CVOL_FOOTPRINT_IN_SLICES)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no plane of footprints",
+                         (int)splat->plane);
     if (splat->order != CVOL_ORDER_FRONT && splat->order != CVOL_ORDER_BACK)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no order of compositing",
                          (int)splat->order);
@@ -139,6 +143,28 @@ static void finish(cvol_image *image, const cvol_splat_job *job, const double ba
 
 /* ---- drawing -------------------------------------------------------------------------------- */
 
+/* From the lattice of slices to the picture. */
+static int finish_lattice(cvol_context *context, cvol_image *image, const cvol_splat_job *job,
+                          const cvol_lattice *lattice, const cvol_splat_plan *plan,
+                          const double background[3])
+{
+    const size_t width = lattice->dims[0], height = lattice->dims[1];
+    float *pixels = cvol_allocate(width * height * CVOL_SPLAT_CHANNELS, sizeof *pixels);
+    if (!pixels)
+        return cvol_fail_memory(context, width * height * CVOL_SPLAT_CHANNELS * sizeof *pixels,
+                                "a picture");
+    for (size_t y = 0; y < height; y++) {
+        const float *from = job->image + y * job->row_stride +
+                            CVOL_SPLAT_CHANNELS * (size_t)job->margin;
+        float *to = pixels + y * width * CVOL_SPLAT_CHANNELS;
+        for (size_t i = 0; i < width * CVOL_SPLAT_CHANNELS; i++)
+            to[i] = i % CVOL_SPLAT_CHANNELS == 3 ? 1 - from[i] : from[i];
+    }
+    cvol_lattice_warp(context, image, pixels, lattice, plan, background);
+    free(pixels);
+    return CVOL_OK;
+}
+
 static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, const cvol_view *view,
                       const cvol_render_options *options)
 {
@@ -148,9 +174,24 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     int code = cvol_splat_options_check(context, &options->splat);
     if (code)
         return code;
+    const int in_slices = options->splat.plane == CVOL_FOOTPRINT_IN_SLICES;
     cvol_splat_plan plan;
     cvol_splat_plan_make(&plan, &state->subject.grid, view);
-    const cvol_footprint_shape shape = cvol_footprint_shape_make(&options->splat, plan.along);
+    cvol_footprint_shape shape = cvol_footprint_shape_make(&options->splat, plan.along);
+    const cvol_splat_plan seen = plan;
+    cvol_lattice lattice = {0};
+    int size[2] = {view->width, view->height};
+    if (in_slices) {
+        /* The lattice is the picture. */
+        shape = cvol_lattice_shape(&options->splat);
+        lattice = cvol_lattice_make(&plan, &shape, 1);
+        for (int a = 0; a < 2; a++) {
+            size[a] = (int)lattice.dims[a];
+            plan.origin[a] = lattice.base[a];
+            for (int k = 0; k < 3; k++)
+                plan.along[k][a] = k == 2 ? lattice.shear[a] : k == a;
+        }
+    }
     code = cvol_footprint_table_make(context, &state->footprint, &shape);
     if (code)
         return code;
@@ -170,12 +211,14 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
                           .gain = &gain,
                           .ascending = ascending,
                           .front = front};
-    code = cvol_splat_bands_make(context, &job, view);
+    code = cvol_splat_bands_make(context, &job, size[0], size[1]);
     if (!code)
         code = cvol_splat_slab_prepare(context, &state->slab, &state->subject.source, &plan);
     if (!code)
         code = draw_slabs(context, &job, &state->slab, &state->subject.source);
-    if (!code)
+    if (!code && in_slices)
+        code = finish_lattice(context, image, &job, &lattice, &seen, options->background);
+    else if (!code)
         finish(image, &job, options->background);
     cvol_splat_bands_free(&job);
     return code;

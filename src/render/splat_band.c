@@ -212,16 +212,16 @@ static cvol_splat_memory *make_memory(const cvol_splat_job *job, int threads)
 }
 
 /* The picture's rows, and how many make a band. */
-static void choose_bands(cvol_splat_job *job, const cvol_view *view, int threads)
+static void choose_bands(cvol_splat_job *job, int width, int height, int threads)
 {
-    job->width = view->width;
-    job->height = view->height;
+    job->width = width;
+    job->height = height;
     const int slant = (int)ceil(cvol_footprint_slant(job->footprint));
     job->margin = (job->footprint->width + 2 * slant + 2 * CVOL_FOOTPRINT_PAD + 3) / 4 * 4;
     job->row_stride = CVOL_SPLAT_CHANNELS *
                       (((size_t)job->width + 2 * (size_t)job->margin + 7) / 4 * 4);
     const size_t row_bytes = 2 * sizeof(float) * job->row_stride;
-    int rows = (int)(BAND_BYTES / row_bytes), share = view->height / (4 * threads) + 1;
+    int rows = (int)(BAND_BYTES / row_bytes), share = height / (4 * threads) + 1;
     /* Samples near a border between bands are classified for both. */
     int least = job->footprint->height > BAND_ROWS_LEAST ? job->footprint->height : BAND_ROWS_LEAST;
     rows = rows < share || threads == 1 ? rows : share;
@@ -271,10 +271,10 @@ void cvol_splat_bands_free(cvol_splat_job *job)
     free_memory(job->memory, job->threads);
 }
 
-int cvol_splat_bands_make(cvol_context *context, cvol_splat_job *job, const cvol_view *view)
+int cvol_splat_bands_make(cvol_context *context, cvol_splat_job *job, int width, int height)
 {
     job->threads = cvol_context_threads(context);
-    choose_bands(job, view, job->threads);
+    choose_bands(job, width, height, job->threads);
     const size_t floats = (size_t)job->height * job->row_stride;
     job->memory = make_memory(job, job->threads);
     job->hidden = make_hidden(job);

@@ -32,9 +32,9 @@ typedef struct cvol_splat_job {
     cvol_splat_hidden *hidden; /* of each band */
 } cvol_splat_job;
 
-/* Cuts the picture into bands, empty ones, and makes what they are drawn with; plan and footprint
+/* Cuts a picture into bands, empty ones, and makes what they are drawn with; plan and footprint
  * are set. Errors: MEMORY. In any case cvol_splat_bands_free frees what there is. */
-int cvol_splat_bands_make(cvol_context *context, cvol_splat_job *job, const cvol_view *view);
+int cvol_splat_bands_make(cvol_context *context, cvol_splat_job *job, int width, int height);
 void cvol_splat_bands_free(cvol_splat_job *job);
 
 /* Draws the slices that are met as numbers begin .. end - 1, which lie in the slab. */

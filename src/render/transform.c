@@ -16,8 +16,7 @@ typedef struct transform_state {
     cvol_baked baked;
     /* What `baked` is of. */
     int has_baked;
-    int axis_slice;
-    double distance;
+    cvol_footprint_shape shape;
     cvol_splat_light light;
     cvol_transform_options options;
     cvol_transform_report report;
@@ -92,10 +91,12 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no schedule", (int)own->schedule);
     if (!(own->rho > 0))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "rho is %g, must be above 0", own->rho);
-    if (own->transform == CVOL_DCT && own->schedule == CVOL_SCHEDULE_LITERAL)
-        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                         "a DCT has no phase to shift a slice by: take dft or dht, or the deferred "
-                         "schedule, which evaluates it where it is wanted");
+    if (own->tile != 0 && own->tile != 8 && own->tile != 16 && own->tile != 32)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "tile is %d, must be 0, 8, 16 or 32",
+                         own->tile);
+    if (own->tile != 0 && own->transform != CVOL_DCT)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "tiles are of transform dct, not %s",
+                         cvol_transform_name(own->transform));
     if (options->splat.footprint == CVOL_FOOTPRINT_CONE)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "a cone is no product of lines: the transform engine has footprints "
@@ -103,45 +104,19 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
     return CVOL_OK;
 }
 
-/* The footprint at whole samples, as a kernel whose sum is 1. */
-static int make_footprint(cvol_context *context, cvol_kernel *out, const cvol_splat_options *splat)
-{
-    const int radius = (splat->size - 1) / 2;
-    const double sigma = splat->sigma > 0 ? splat->sigma : splat->size / 6.0;
-    const double pi = acos(-1);
-    double taps[2 * CVOL_KERNEL_RADIUS + 1], sum = 0;
-    for (int i = -radius; i <= radius; i++) {
-        double tap = 1;
-        if (splat->footprint == CVOL_FOOTPRINT_GAUSSIAN)
-            tap = exp(-0.5 * i * i / (sigma * sigma));
-        else if (splat->footprint == CVOL_FOOTPRINT_SINC)
-            tap = i ? sin(pi * i) / (pi * i) * pow(cos(pi * i / splat->size), 2) : 1;
-        taps[i + radius] = tap;
-        sum += tap;
-    }
-    for (int i = 0; i <= 2 * radius; i++)
-        taps[i] /= sum;
-    return cvol_kernel_taps(context, out, 2, taps, radius);
-}
-
-/* Slices are those of another axis, lattice, opacity, light or number of terms. The picture's size
+/* Slices are those of another axis, lattice, opacity, light or kind of terms. The picture's size
  * and zoom do not matter: they are the warp's. */
 static int is_stale(const transform_state *state, const cvol_splat_plan *plan,
-                    const cvol_lattice *lattice, const cvol_splat_light *light,
-                    const cvol_transform_options *options)
+                    const cvol_lattice *lattice, const cvol_footprint_shape *shape,
+                    const cvol_splat_light *light, const cvol_transform_options *options)
 {
-    const cvol_lattice *old = &state->baked.lattice;
     const cvol_transform_options *before = &state->options;
-    int stale = !state->has_baked || state->axis_slice != plan->axis_slice ||
-                fabs(state->distance - plan->distance) > SAME * plan->distance ||
-                before->transform != options->transform || before->rho < options->rho ||
-                before->rho > options->rho || old->reach != lattice->reach ||
-                memcmp(&state->light, light, sizeof *light) != 0;
-    for (int a = 0; a < 2; a++)
-        stale |= old->dims[a] != lattice->dims[a] ||
-                 fabs(old->shear[a] - lattice->shear[a]) > SAME ||
-                 fabs(old->base[a] - lattice->base[a]) > SAME * (double)lattice->dims[a];
-    return stale;
+    return !state->has_baked || state->baked.axis_slice != plan->axis_slice ||
+           fabs(state->baked.distance - plan->distance) > SAME * plan->distance ||
+           before->transform != options->transform || before->tile != options->tile ||
+           (state->baked.margin && !cvol_lattice_same(&state->baked.lattice, lattice)) ||
+           memcmp(&state->shape, shape, sizeof *shape) != 0 ||
+           memcmp(&state->light, light, sizeof *light) != 0;
 }
 
 static double now_ms(void)
@@ -151,118 +126,80 @@ static double now_ms(void)
     return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
 }
 
+/* Has slices with at least, and if they are new or fewer, exactly rho. */
 static int bake(cvol_context *context, transform_state *state, const cvol_splat_plan *plan,
-                const cvol_lattice *lattice, const cvol_splat_light *light, int ascending,
-                const cvol_transform_options *options)
+                const cvol_lattice *lattice, const cvol_footprint_shape *shape,
+                const cvol_splat_light *light, int ascending, const cvol_transform_options *options)
 {
     state->has_baked = 0;
     cvol_baked_free(&state->baked);
     cvol_splat_subject_tabulate(&state->subject, plan->distance, 1);
-    const int code = cvol_bake(context, &state->baked, &state->subject.source, plan, lattice,
-                               state->subject.table, light, ascending, options);
+    const cvol_bake_source source = {&state->subject.source, plan, state->subject.table, light,
+                                     ascending};
+    const int code = cvol_bake(context, &state->baked, &source, lattice, shape, options);
     if (code)
         return code;
-    state->axis_slice = plan->axis_slice;
-    state->distance = plan->distance;
     state->light = *light;
+    state->shape = *shape;
     state->options = *options;
     state->has_baked = 1;
+    return CVOL_OK;
+}
+
+/* Leaves only the strongest terms of what there is. */
+static int reduce(cvol_context *context, transform_state *state, double rho)
+{
+    cvol_baked fewer;
+    const int code = cvol_baked_reduce(context, &fewer, &state->baked, &state->shape, rho);
+    if (code)
+        return code;
+    cvol_baked_free(&state->baked);
+    state->baked = fewer;
+    state->options.rho = rho;
     return CVOL_OK;
 }
 
 /* ---- from the lattice to pixels ---------------------------------------------------------------
  */
 
-/* Cubic weights (Catmull and Rom 1974) of the four places around. */
-static void weigh(double w[4], double f)
+static int warp(cvol_context *context, cvol_image *image, const cvol_composed *composed,
+                const cvol_lattice *lattice, const cvol_splat_plan *plan,
+                const double background[3])
 {
-    w[0] = f * (-0.5 + f * (1 - 0.5 * f));
-    w[1] = 1 + f * f * (-2.5 + 1.5 * f);
-    w[2] = f * (0.5 + f * (2 - 1.5 * f));
-    w[3] = f * f * (-0.5 + 0.5 * f);
-}
-
-/* A plane at (u, v); 0 beyond it. */
-static double sample(const float *plane, const size_t dims[2], const ptrdiff_t at[2],
-                     double w[2][4])
-{
-    double sum = 0;
-    for (ptrdiff_t j = 0; j < 4; j++) {
-        const ptrdiff_t y = at[1] + j - 1;
-        if (y < 0 || y >= (ptrdiff_t)dims[1])
-            continue;
-        double line = 0;
-        for (ptrdiff_t i = 0; i < 4; i++) {
-            const ptrdiff_t x = at[0] + i - 1;
-            if (x >= 0 && x < (ptrdiff_t)dims[0])
-                line += w[0][i] * (double)plane[x + (ptrdiff_t)dims[0] * y];
-        }
-        sum += w[1][j] * line;
-    }
-    return sum;
-}
-
-static uint8_t to_byte(double level)
-{
-    if (!(level > 0))
-        return 0;
-    return level < 1 ? (uint8_t)(level * 255 + 0.5) : 255;
-}
-
-static void warp(cvol_context *context, cvol_image *image, const cvol_composed *composed,
-                 const cvol_lattice *lattice, const cvol_splat_plan *plan,
-                 const double background[3])
-{
-    const double(*along)[2] = plan->along;
-    const double determinant = along[0][0] * along[1][1] - along[0][1] * along[1][0];
-#pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
-    for (int y = 0; y < image->height; y++)
-        for (int x = 0; x < image->width; x++) {
-            const double dx = x - plan->origin[0], dy = y - plan->origin[1];
-            const double place[2] = {
-                lattice->base[0] + (dx * along[1][1] - dy * along[1][0]) / determinant,
-                lattice->base[1] + (along[0][0] * dy - along[0][1] * dx) / determinant};
-            uint8_t *out = image->rgba + 4 * ((size_t)y * (size_t)image->width + (size_t)x);
-            ptrdiff_t at[2];
-            double w[2][4], through = 1;
-            int inside = 1;
-            for (int a = 0; a < 2; a++) {
-                inside &= place[a] > -2 && place[a] < (double)lattice->dims[a] + 2;
-                at[a] = inside ? (ptrdiff_t)floor(place[a]) : 0;
-                weigh(w[a], place[a] - (double)at[a]);
-            }
-            if (inside)
-                through = 1 - fmin(fmax(sample(composed->planes[CVOL_PLANE_OPACITY], lattice->dims,
-                                               at, w),
-                                        0),
-                                   1);
-            for (int c = 0; c < 3; c++) {
-                const double light = inside ? sample(composed->planes[c], lattice->dims, at, w) : 0;
-                out[c] = to_byte(fmax(light, 0) + through * background[c]);
-            }
-            out[3] = 255;
-        }
+    const size_t places = lattice->dims[0] * lattice->dims[1];
+    float *pixels = cvol_allocate(CVOL_PLANES * places, sizeof *pixels);
+    if (!pixels)
+        return cvol_fail_memory(context, CVOL_PLANES * places * sizeof *pixels, "a picture");
+    for (size_t i = 0; i < places; i++)
+        for (size_t c = 0; c < CVOL_PLANES; c++)
+            pixels[CVOL_PLANES * i + c] = composed->planes[c] ? composed->planes[c][i]
+                                                              : composed->planes[0][i];
+    cvol_lattice_warp(context, image, pixels, lattice, plan, background);
+    free(pixels);
+    return CVOL_OK;
 }
 
 /* ---- drawing -------------------------------------------------------------------------------- */
 
-static void fill_report(transform_state *state, const cvol_composed *composed, double bake_ms,
-                        double compose_ms)
+static void fill_report(transform_state *state, const cvol_composed *composed,
+                        const cvol_lattice *lattice, double bake_ms, double compose_ms)
 {
     const cvol_baked *baked = &state->baked;
-    const double places = (double)baked->lattice.dims[0] * (double)baked->lattice.dims[1];
+    const size_t planes = cvol_baked_planes(baked);
+    const double places = (double)lattice->dims[0] * (double)lattice->dims[1];
+    const double samples = (double)baked->samples[0] * (double)baked->samples[1];
     cvol_transform_report *report = &state->report;
-    *report = (cvol_transform_report){.lattice = {baked->lattice.dims[0], baked->lattice.dims[1]},
+    *report = (cvol_transform_report){.lattice = {lattice->dims[0], lattice->dims[1]},
+                                      .step = lattice->step,
+                                      .slices = planes / (size_t)(baked->channels + 1),
                                       .terms = baked->terms,
                                       .bytes = baked->bytes,
                                       .bound = composed->bound / sqrt(3 * places),
+                                      .certified = composed->certified,
                                       .bake_ms = bake_ms,
                                       .compose_ms = compose_ms};
-    for (size_t k = 0; k < baked->slices; k++)
-        report->slices += baked->planes[k][0] != NULL;
-    if (report->slices)
-        report->rho = (double)baked->terms /
-                      ((double)report->slices * CVOL_PLANES * (double)baked->lattice.samples);
+    if (planes)
+        report->rho = (double)baked->terms / ((double)planes * samples);
     state->has_report = 1;
 }
 
@@ -271,36 +208,39 @@ static int transform_draw(cvol_context *context, void *opaque, cvol_image *image
 {
     transform_state *state = opaque;
     const cvol_splat_options *splat = &options->splat;
+    const cvol_transform_options *own = &options->transform;
     const int front = splat->order == CVOL_ORDER_FRONT;
-    cvol_splat_plan plan;
-    cvol_splat_light light;
-    cvol_kernel footprint;
     int code = check_options(context, options);
     if (!code)
         code = cvol_splat_options_check(context, splat);
-    if (!code)
-        code = make_footprint(context, &footprint, splat);
     if (code)
         return code;
+    cvol_splat_plan plan;
+    cvol_splat_light light;
     memset(&light, 0, sizeof light);
     cvol_splat_plan_make(&plan, &state->subject.grid, view);
     const int ascending = plan.rising == front;
     cvol_splat_light_set(&light, &plan, &state->subject.grid, view, splat, ascending);
-    const cvol_lattice lattice = cvol_lattice_make(&plan, (splat->size - 1) / 2 + 1);
+    const cvol_footprint_shape shape = cvol_lattice_shape(splat);
+    const cvol_lattice lattice = cvol_lattice_make(&plan, &shape,
+                                                   own->tile ? cvol_lattice_step(&shape) : 1);
     const double start = now_ms();
-    const int stale = is_stale(state, &plan, &lattice, &light, &options->transform);
+    const int stale = is_stale(state, &plan, &lattice, &shape, &light, own) ||
+                      state->options.rho < fmin(own->rho, 1);
     if (stale)
-        code = bake(context, state, &plan, &lattice, &light, ascending, &options->transform);
+        code = bake(context, state, &plan, &lattice, &shape, &light, ascending, own);
+    else if (state->options.rho > own->rho)
+        code = reduce(context, state, own->rho);
     if (code)
         return code;
     const double baked = now_ms();
     cvol_composed composed;
-    code = cvol_compose(context, &composed, &state->baked, &footprint, plan.rising, front,
-                        &options->transform);
-    if (!code) {
-        warp(context, image, &composed, &state->baked.lattice, &plan, options->background);
-        fill_report(state, &composed, stale ? baked - start : 0, now_ms() - baked);
-    }
+    code = cvol_compose(context, &composed, &state->baked, &lattice, &shape, plan.distance,
+                        plan.rising, front, own);
+    if (!code)
+        code = warp(context, image, &composed, &lattice, &plan, options->background);
+    if (!code)
+        fill_report(state, &composed, &lattice, stale ? baked - start : 0, now_ms() - baked);
     cvol_composed_free(&composed);
     return code;
 }

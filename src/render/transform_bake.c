@@ -7,53 +7,19 @@
 #include "base/thread.h"
 #include "render/transform.h"
 
-/* The next length of which a transform is fast: 2^a 3^b 5^c, even. */
-static size_t fast_length(size_t n)
-{
-    for (n += n & 1;; n += 2) {
-        size_t rest = n;
-        for (size_t p = 2; p <= 5; p += p == 2 ? 1 : 2)
-            while (rest % p == 0)
-                rest /= p;
-        if (rest == 1)
-            return n;
-    }
-}
-
-cvol_lattice cvol_lattice_make(const cvol_splat_plan *plan, int reach)
-{
-    const double(*along)[2] = plan->along;
-    const double determinant = along[0][0] * along[1][1] - along[0][1] * along[1][0];
-    cvol_lattice out = {.reach = (size_t)reach, .samples = plan->lanes * plan->rows};
-    out.shear[0] = (along[2][0] * along[1][1] - along[2][1] * along[1][0]) / determinant;
-    out.shear[1] = (along[0][0] * along[2][1] - along[0][1] * along[2][0]) / determinant;
-    const size_t samples[2] = {plan->lanes, plan->rows};
-    for (int a = 0; a < 2; a++) {
-        const double drift = out.shear[a] * (double)(plan->slices - 1);
-        out.base[a] = reach + fmax(-drift, 0);
-        out.dims[a] = fast_length(samples[a] + (size_t)ceil(fabs(drift)) + 2 * (size_t)reach);
-    }
-    return out;
-}
-
-cvol_keep cvol_transform_keep(const cvol_transform_options *options, const cvol_lattice *lattice)
-{
-    const double places = (double)lattice->dims[0] * (double)lattice->dims[1];
-    return options->rho >= 1 ? cvol_keep_all()
-                             : cvol_keep_rho(options->rho * (double)lattice->samples / places);
-}
+/* ---- classified slices ------------------------------------------------------------------------
+ */
 
 /* One slice's planes; 0 if nothing of it can be seen. */
 static int classify(float *planes[CVOL_PLANES], const cvol_splat_slab *slab, size_t place,
-                    const cvol_splat_plan *plan, const cvol_lattice *lattice,
-                    const cvol_splat_table *table, const cvol_splat_light *light,
+                    const cvol_bake_source *source, const size_t dims[2], size_t margin,
                     cvol_splat_list *list)
 {
-    const size_t P = lattice->dims[0], stride = slab->row_stride, slice = slab->slice_stride;
-    const size_t last = plan->slices - 1, reach = lattice->reach;
+    const cvol_splat_plan *plan = source->plan;
+    const size_t stride = slab->row_stride, slice = slab->slice_stride, last = plan->slices - 1;
     int any = 0;
     for (int c = 0; c < CVOL_PLANES; c++)
-        memset(planes[c], 0, P * lattice->dims[1] * sizeof *planes[c]);
+        memset(planes[c], 0, dims[0] * dims[1] * sizeof *planes[c]);
     for (size_t j = 0; j < plan->rows; j++) {
         const float *samples = cvol_splat_slab_at(slab, place) + j * stride;
         const cvol_splat_row row = {samples, j > 0 ? samples - stride : samples,
@@ -61,10 +27,10 @@ static int classify(float *planes[CVOL_PLANES], const cvol_splat_slab *slab, siz
                                     place > 0 ? samples - slice : samples,
                                     place < last ? samples + slice : samples};
         CVOL_SIMD_CHOOSE(cvol_splat_list_make)
-        (list, &row, 0, (int)plan->lanes, table, light);
+        (list, &row, 0, (int)plan->lanes, source->table, source->light);
         for (int n = 0; n < list->count; n++)
             for (int c = 0; c < CVOL_PLANES; c++)
-                planes[c][(size_t)list->numbers[n] + reach + P * (j + reach)] =
+                planes[c][(size_t)list->numbers[n] + margin + dims[0] * (j + margin)] =
                     list->from[CVOL_PLANES * list->entries[n] + c];
         any |= list->count > 0;
     }
@@ -76,6 +42,8 @@ typedef struct baker {
     cvol_context context; /* of one thread, and without progress */
     float *planes[CVOL_PLANES];
     cvol_splat_list list;
+    float *scratch;         /* of a tile */
+    uint64_t *bins, filled; /* terms by magnitude; slices that have something */
     int code;
 } baker;
 
@@ -84,6 +52,8 @@ static void free_bakers(baker *bakers, int count)
     for (int t = 0; bakers && t < count; t++) {
         for (int c = 0; c < CVOL_PLANES; c++)
             free(bakers[t].planes[c]);
+        free(bakers[t].scratch);
+        free(bakers[t].bins);
         free(bakers[t].list.numbers);
         free(bakers[t].list.entries);
         free(bakers[t].list.channels);
@@ -105,7 +75,9 @@ static baker *make_bakers(const cvol_context *context, int count, const cvol_spl
         b->list.numbers = cvol_allocate_zero(room, sizeof *b->list.numbers);
         b->list.entries = cvol_allocate_zero(room, sizeof *b->list.entries);
         b->list.channels = cvol_allocate(CVOL_SPLAT_CHANNELS * plan->lanes, sizeof(float));
-        made = b->list.numbers && b->list.entries && b->list.channels;
+        b->scratch = cvol_allocate(2 * 32 * 32, sizeof *b->scratch);
+        b->bins = cvol_allocate_zero(CVOL_TILE_BINS, sizeof *b->bins);
+        made = b->list.numbers && b->list.entries && b->list.channels && b->scratch && b->bins;
         for (int c = 0; c < CVOL_PLANES; c++)
             made = made && (b->planes[c] = cvol_allocate(places, sizeof(float)));
     }
@@ -115,68 +87,187 @@ static baker *make_bakers(const cvol_context *context, int count, const cvol_spl
     return NULL;
 }
 
-static void compress(baker *b, cvol_baked *out, size_t k, const cvol_transform_options *options)
+/* What a pass over all slices shares. */
+typedef struct bake_job {
+    const cvol_bake_source *source;
+    const cvol_transform_options *options;
+    cvol_baked *out;
+    size_t dims[2]; /* of a plane */
+    cvol_tile_weights weights;
+    const cvol_array *like; /* counting: a plane without terms; else NULL */
+    float least;
+    baker *bakers;
+    int threads;
+} bake_job;
+
+static int has_plane(const bake_job *job, int c)
 {
-    const cvol_lattice *lattice = &out->lattice;
-    const cvol_grid grid = cvol_grid_make(lattice->dims[0], lattice->dims[1], 1, CVOL_FLOAT32);
-    const cvol_keep keep = cvol_transform_keep(options, lattice);
-    for (int c = 0; c < CVOL_PLANES && !b->code; c++)
-        b->code = cvol_array_compress(&b->context, &out->planes[k][c], b->planes[c], &grid, 2,
-                                      options->transform, 0, &keep);
+    return c < job->out->channels || c == CVOL_PLANE_OPACITY;
 }
 
-static void count_terms(cvol_baked *baked)
+static void count(baker *b, const bake_job *job)
 {
+    b->filled++;
+    for (int c = 0; c < CVOL_PLANES; c++)
+        if (has_plane(job, c))
+            cvol_tiles_count(b->bins, b->planes[c], job->like, job->weights.of[c], b->scratch);
+}
+
+static void compress(baker *b, const bake_job *job, size_t k)
+{
+    const size_t *dims = job->dims;
+    const cvol_grid grid = cvol_grid_make(dims[0], dims[1], 1, CVOL_FLOAT32);
+    const size_t *samples = job->out->samples;
+    const double share = (double)(samples[0] * samples[1]) / (double)(dims[0] * dims[1]);
+    const cvol_keep keep = job->options->rho < 1 ? cvol_keep_rho(job->options->rho * share)
+                                                 : cvol_keep_all();
+    for (int c = 0; c < CVOL_PLANES && !b->code; c++)
+        if (has_plane(job, c) && job->options->tile)
+            b->code = cvol_tiles_compress(&b->context, &job->out->planes[k][c], b->planes[c], dims,
+                                          job->options->tile, job->weights.of[c], job->least);
+        else if (has_plane(job, c))
+            b->code = cvol_array_compress(&b->context, &job->out->planes[k][c], b->planes[c], &grid,
+                                          2, job->options->transform, 0, &keep);
+}
+
+/* All slices: counts terms, or keeps them. Progress from `from` to `to`. */
+static int pass(cvol_context *context, const bake_job *job, double from, double to)
+{
+    const cvol_bake_source *source = job->source;
+    const cvol_splat_plan *plan = source->plan;
+    cvol_splat_slab slab = {0};
+    int code = cvol_splat_slab_prepare(context, &slab, source->samples, plan);
+    for (size_t done = 0; done < plan->slices && !code;) {
+        code = cvol_splat_slab_next(context, &slab, source->samples, plan, source->ascending);
+        if (code)
+            break;
+        /* The last slice of a slab waits for its neighbour. */
+        const size_t loaded = slab.first + slab.filled;
+        const size_t end = loaded < plan->slices ? loaded - 1 : plan->slices;
+#pragma omp parallel for schedule(dynamic) num_threads(job->threads)
+        for (size_t place = done; place < end; place++) {
+            baker *b = &job->bakers[cvol_thread_index()];
+            const size_t k = source->ascending ? place : plan->slices - 1 - place;
+            if (b->code ||
+                !classify(b->planes, &slab, place, source, job->dims, job->out->margin, &b->list))
+                continue;
+            if (job->like)
+                count(b, job);
+            else
+                compress(b, job, k);
+        }
+        done = end;
+        for (int t = 0; t < job->threads && !code; t++)
+            if (job->bakers[t].code)
+                code = cvol_fail(context, job->bakers[t].code, "%s",
+                                 job->bakers[t].context.message);
+        if (!code)
+            code = cvol_report_progress(context, "transforming slices",
+                                        from + (to - from) * (double)done / (double)plan->slices);
+    }
+    cvol_splat_slab_free(&slab);
+    return code;
+}
+
+/* The threshold with which all planes together keep rho. */
+static int find_threshold(cvol_context *context, bake_job *job)
+{
+    const cvol_grid grid = cvol_grid_make(job->dims[0], job->dims[1], 1, CVOL_FLOAT32);
+    cvol_array *like;
+    int code = cvol_array_create_as(context, &like, &grid, 2, CVOL_DCT, job->options->tile);
+    if (code)
+        return code;
+    job->like = like;
+    code = pass(context, job, 0, 0.4);
+    job->like = NULL;
+    cvol_array_free(like);
+    uint64_t *bins = job->bakers[0].bins, filled = job->bakers[0].filled;
+    for (int t = 1; t < job->threads; t++) {
+        filled += job->bakers[t].filled;
+        for (int i = 0; i < CVOL_TILE_BINS; i++)
+            bins[i] += job->bakers[t].bins[i];
+    }
+    const double places = (double)(job->dims[0] * job->dims[1]) * (double)filled;
+    job->least = cvol_tile_threshold(
+        bins, (uint64_t)(job->options->rho * places * (job->out->channels + 1)));
+    return code;
+}
+
+static int is_grey(const cvol_splat_table *table)
+{
+    for (int t = 0; t < CVOL_SPLAT_ENTRIES; t++)
+        if (table->entries[t][0] < table->entries[t][1] ||
+            table->entries[t][0] > table->entries[t][1] ||
+            table->entries[t][0] < table->entries[t][2] ||
+            table->entries[t][0] > table->entries[t][2])
+            return 0;
+    return 1;
+}
+
+/* ---- all of it --------------------------------------------------------------------------------
+ */
+
+size_t cvol_baked_planes(const cvol_baked *baked)
+{
+    size_t planes = 0;
     for (size_t k = 0; k < baked->slices; k++)
-        for (int c = 0; c < CVOL_PLANES && baked->planes[k][c]; c++) {
+        for (int c = 0; c < CVOL_PLANES; c++)
+            planes += baked->planes[k][c] != NULL;
+    return planes;
+}
+
+void cvol_baked_count(cvol_baked *baked)
+{
+    baked->terms = baked->bytes = 0;
+    for (size_t k = 0; k < baked->slices; k++)
+        for (int c = 0; c < CVOL_PLANES; c++) {
             cvol_array_info info;
+            if (!baked->planes[k][c])
+                continue;
             cvol_array_get_info(baked->planes[k][c], &info);
             baked->terms += info.coefficients;
             baked->bytes += info.resident_bytes;
         }
 }
 
-int cvol_bake(cvol_context *context, cvol_baked *out, const cvol_splat_source *source,
-              const cvol_splat_plan *plan, const cvol_lattice *lattice,
-              const cvol_splat_table *table, const cvol_splat_light *light, int ascending,
+int cvol_bake(cvol_context *context, cvol_baked *out, const cvol_bake_source *source,
+              const cvol_lattice *lattice, const cvol_footprint_shape *shape,
               const cvol_transform_options *options)
 {
-    const size_t places = lattice->dims[0] * lattice->dims[1];
-    const int threads = cvol_context_threads(context);
-    cvol_splat_slab slab = {0};
-    *out = (cvol_baked){.lattice = *lattice, .slices = plan->slices};
-    int code = cvol_splat_slab_prepare(context, &slab, source, plan);
-    if (code)
-        return code;
-    out->planes = calloc(plan->slices, sizeof *out->planes);
-    baker *bakers = make_bakers(context, threads, plan, places);
-    if (!out->planes || !bakers)
+    const cvol_splat_plan *plan = source->plan;
+    const int periodic = cvol_transform_is_periodic(options);
+    *out = (cvol_baked){.samples = {plan->lanes, plan->rows},
+                        .slices = plan->slices,
+                        .axis_slice = plan->axis_slice,
+                        .transform = options->transform,
+                        .tile = options->tile,
+                        .margin = periodic ? lattice->reach : 0,
+                        .channels = is_grey(source->table) ? 1 : 3,
+                        .distance = plan->distance};
+    bake_job job = {.source = source,
+                    .options = options,
+                    .out = out,
+                    .dims = {periodic ? lattice->dims[0] : plan->lanes,
+                             periodic ? lattice->dims[1] : plan->rows},
+                    .threads = cvol_context_threads(context)};
+    if (periodic)
+        out->lattice = *lattice;
+    if (options->tile)
+        cvol_tile_weights_make(&job.weights, shape, options->tile);
+    const size_t places = job.dims[0] * job.dims[1];
+    out->planes = cvol_allocate_zero(plan->slices, sizeof *out->planes);
+    job.bakers = make_bakers(context, job.threads, plan, places);
+    int code = CVOL_OK;
+    if (!out->planes || !job.bakers)
         code = cvol_fail_memory(context, CVOL_PLANES * places * sizeof(float), "planes of a slice");
-    for (size_t done = 0; done < plan->slices && !code;) {
-        code = cvol_splat_slab_next(context, &slab, source, plan, ascending);
-        /* The last slice of a slab waits for its neighbour. */
-        const size_t loaded = slab.first + slab.filled;
-        const size_t end = loaded < plan->slices ? loaded - 1 : plan->slices;
-#pragma omp parallel for schedule(dynamic) num_threads(threads)
-        for (size_t place = done; place < end; place++) {
-            baker *b = &bakers[cvol_thread_index()];
-            const size_t k = ascending ? place : plan->slices - 1 - place;
-            if (!b->code &&
-                classify(b->planes, &slab, place, plan, lattice, table, light, &b->list))
-                compress(b, out, k, options);
-        }
-        done = end;
-        for (int t = 0; t < threads && !code; t++)
-            if (bakers[t].code)
-                code = cvol_fail(context, bakers[t].code, "%s", bakers[t].context.message);
-        if (!code)
-            code = cvol_report_progress(context, "transforming slices",
-                                        (double)done / (double)plan->slices);
-    }
+    const int counted = options->tile && options->rho < 1;
+    if (!code && counted)
+        code = find_threshold(context, &job);
     if (!code)
-        count_terms(out);
-    free_bakers(bakers, threads);
-    cvol_splat_slab_free(&slab);
+        code = pass(context, &job, counted ? 0.4 : 0, 1);
+    if (!code)
+        cvol_baked_count(out);
+    free_bakers(job.bakers, job.threads);
     return code;
 }
 

@@ -1,0 +1,46 @@
+/* The loops' inside: what both schedules share. */
+#ifndef CVOL_RENDER_TRANSFORM_COMPOSE_H
+#define CVOL_RENDER_TRANSFORM_COMPOSE_H
+
+#include "render/transform.h"
+
+typedef struct cvol_compose_job {
+    const cvol_baked *baked;
+    const cvol_lattice *lattice;
+    const cvol_footprint_shape *shape;
+    double power; /* opacity D becomes 1 - (1 - D)^power */
+    double norm;  /* cvol_lattice_norm */
+    int rising, front;
+} cvol_compose_job;
+
+/* The slice that is met as number n. */
+static inline size_t cvol_compose_slice(const cvol_compose_job *job, size_t n)
+{
+    return job->rising == job->front ? n : job->baked->slices - 1 - n;
+}
+
+static inline int cvol_compose_has(const cvol_compose_job *job, size_t k)
+{
+    return job->baked->planes[k][CVOL_PLANE_OPACITY] != NULL;
+}
+
+/* What a slice's planes may differ from the truth by. Before the first and after the last slice
+ * these are the picture's own. Truth lies within 0 .. 1; so does what is composited, if `cut`, and
+ * else its samples reach `most`: |C~|, and |1 - D~|. */
+typedef struct cvol_slice_bounds {
+    double errors[CVOL_PLANES], most[CVOL_PLANES];
+} cvol_slice_bounds;
+/* Errors of the planes of slice k, spread; most: 1. */
+cvol_slice_bounds cvol_slice_bounds_of(const cvol_compose_job *job, size_t k);
+/* Errors of intensities and opacity after a slice in front of or behind what is there. */
+void cvol_carry_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, int front);
+/* Of the intensities together; of one channel thrice, where there is one. */
+double cvol_error_norm(const double errors[CVOL_PLANES], int channels);
+
+/* Each fills out->planes (allocated, zero) and bound. Errors: MEMORY, CANCELLED. */
+int cvol_compose_literal(cvol_context *context, cvol_composed *out, const cvol_compose_job *job,
+                         const cvol_transform_options *options);
+int cvol_compose_whole(cvol_context *context, cvol_composed *out, const cvol_compose_job *job);
+int cvol_compose_tiles(cvol_context *context, cvol_composed *out, const cvol_compose_job *job);
+
+#endif
