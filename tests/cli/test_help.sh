@@ -10,7 +10,7 @@ options_of() {
     result='-o --type'
     keep='--keep --step'
     look='--size --zoom --engine --mode --transfer --background --level --step'
-    look="$look --footprint --footprint-size --sigma --shade --light --order --spectrum --rho --schedule"
+    look="$look --footprint --footprint-size --sigma --shade --light --order --footprint-plane --tile --spectrum --rho --schedule"
     case $1 in
     compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --no-lap --fast --stream" ;;
     decompress) echo "$common --box --level" ;;

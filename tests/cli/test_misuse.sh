@@ -151,13 +151,16 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     expect_failure 2 '--light needs --shade' $command --engine splat --light 0,0,1
     expect_failure 2 '--sigma is for --footprint gaussian' $command --engine splat --footprint cone --sigma 1
     expect_failure 2 'which only composites' $command --engine splat --mode xray
-    for option in '--rho 0.1' '--spectrum dft' '--schedule literal'; do
+    for option in '--rho 0.1' '--spectrum dft' '--schedule literal' '--tile 8'; do
         expect_failure 2 "${option%% *} is for engine transform" $command --engine splat $option
     done
     refuse $command --engine transform --rho -- '' $number 0 -1
     refuse $command --engine transform --spectrum -- '' x DFT
     refuse $command --engine transform --schedule -- '' x lazy
-    expect_failure 2 'no phase' $command --engine transform --spectrum dct --schedule literal
+    refuse $command --engine transform --tile -- '' x 4 12 -1
+    expect_failure 2 'is for --spectrum dct' $command --engine transform --spectrum dft --tile 16
+    expect_failure 2 'view is for engine splat' $command --engine transform --footprint-plane view
+    expect_failure 2 'must be view or slices' $command --engine splat --footprint-plane x
     expect_failure 2 'cone is for engine splat' $command --engine transform --footprint cone
     expect_failure 2 'which only composites' $command --engine transform --mode mip
     expect_failure 2 'named nonsense' $command --transfer nonsense

@@ -153,12 +153,15 @@ expect_equal "$(value_of engine)" splat
 # ---- transforms of slices -----------------------------------------------------------------------
 
 # With all terms these are splats; with fewer the bound grows.
-for option in '' '--order back' '--spectrum dht' '--spectrum dct' '--schedule literal'; do
+expect_done cvol render a.cvol -o slices.png $view --engine splat --footprint-plane slices
+for option in '' '--order back' '--spectrum dht' '--tile 0' '--schedule literal'; do
     expect_done cvol render a.cvol -o after.png $view --engine transform --rho 1 $option --json
     expect_equal "$(value_of engine)" transform
     expect_number "$(value_of transform.error_bound)" '<=' 0.1
     expect_done cvol compare splat.png after.png --json
     expect_number "$(value_of psnr_db)" '>=' 35
+    expect_done cvol compare slices.png after.png --json
+    expect_number "$(value_of psnr_db)" '>=' 60
 done
 for schedule in deferred literal; do
     expect_done cvol render a.cvol -o coarse.png $view --engine transform --rho 0.1 --schedule $schedule --json
