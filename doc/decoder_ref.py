@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""Decodes .cvol files, written from doc/format.md and nothing else: plain, slow, to be read beside it.
+"""Decodes .cvol and .cvi files, written from doc/format.md and nothing else: plain, slow, to be read beside it.
 
-usage: decoder_ref.py FILE.cvol OUT.raw [--level L]
+usage: decoder_ref.py FILE OUT.raw [--level L]
 
-Writes the samples, x fastest, in the file's type, low byte first, and prints what the file says of
-them as JSON. --level 1, 2, 3: a volume's coarser levels; the file may then end early.
+Writes the samples, x fastest, in the file's type, low byte first (of a picture its pixels: red, green,
+blue, alpha), and prints what the file says of them as JSON. --level 1, 2, 3: a volume's coarser levels; the file may then end early.
 
 Needs NumPy, and of libzstd the one function that unpacks a frame. The built-in codes are read from
 src/codec/token_defaults.c.
@@ -60,7 +60,7 @@ def crc32c(data):
 
 
 ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "MODE", "RNGE", "TABL", "INDX", "MASK", "SHL0", "SHL1",
-         "SHL2", "SHL3", "CORR", "TERM", "SPEC", "ENDS"]
+         "SHL2", "SHL3", "CORR", "TERM", "SPEC", "PICT", "PLNS", "ENDS"]
 OPTIONAL = {"ATTR", "RNGE"}
 SHELLS = ["SHL0", "SHL1", "SHL2", "SHL3"]
 
@@ -938,6 +938,158 @@ def read_whole(header, content):
     return inverse(header.transform, slots.reshape(dims[::-1]))
 
 
+# ---- 17. and 18. pictures ------------------------------------------------------------------------
+
+class PlaneReader:
+    """Numbers of planes, tile after tile."""
+
+    THRESHOLDS = 0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 28, 40, 60, 100, 200
+    BANDS = 0, 1, 2, 4, 8, 14, 22, 32, 48
+
+    def __init__(self, content, transform, classes):
+        self.coded, self.raw, self.length = RangeDecoder(content), Stream(content, None), len(content)
+        self.transform = transform
+
+        def contexts(*shape):
+            return ([contexts(*shape[1:]) for _ in range(shape[0])] if shape
+                    else [2 ** 15, 2 ** 15])
+        self.classes = [{"empty": contexts(4), "zero": contexts(10, 16), "more": contexts(16, 15),
+                         "length": contexts(24)} for _ in range(classes)]
+
+    def number(self, context, band, level):
+        if not self.coded.bit(context["zero"][band][level]):
+            return 0
+        m = 1
+        while m <= 15 and self.coded.bit(context["more"][level][m - 1]):
+            m += 1
+        if m == 16:
+            n = 0
+            while n < 30 and self.coded.bit(context["length"][min(n, 23)]):
+                n += 1
+            m = 15 + 2 ** n + self.raw.raw(n)
+        return -m if self.raw.raw(1) else m
+
+    def frequency(self, i, n):
+        return 64 * i // n if self.transform == 1 else 128 * min(i, n - i) // n
+
+    def tile(self, context, w, h, left, above, whole):
+        """q[j, i]; left, above: such tiles, or None."""
+        known = [int(t[0, 0]) for t in (left, above) if t is not None]
+        prediction = sum(known) // len(known) if known else 0
+        busy = [int(t is not None and np.count_nonzero(t.ravel()[1:]) > 0) for t in (left, above)]
+        q = np.zeros((h, w), np.int64)
+        if self.coded.bit(context["empty"][busy[0] + 2 * busy[1]]):
+            across = [self.frequency(i, w) for i in range(w)]
+            sizes = np.zeros((h + 2, w + 3), int)  # of q[j, i] at [j + 2, i + 2]
+            beside = np.zeros((h, w), int)
+            for t in (left, above):
+                if t is not None:
+                    beside += np.minimum(np.abs(t), 4095)
+            beside[0, 0] = 0
+            beside, sizes = beside.tolist(), sizes.tolist()
+            for j in range(h):
+                down = self.frequency(j, h)
+                row, up, upper = sizes[j + 2], sizes[j + 1], sizes[j]
+                for i in range(w):
+                    total = (2 * (row[i + 1] + up[i + 2]) + row[i] + upper[i + 2] + up[i + 1]
+                             + up[i + 3] + beside[j][i])
+                    if whole and self.transform != 1:
+                        other = -i % w, -j % h
+                        if other[0] + w * other[1] < i + w * j:
+                            total += 2 * sizes[other[1] + 2][other[0] + 2]
+                    level = sum(bound < total for bound in self.THRESHOLDS)
+                    band = sum(bound < across[i] + down for bound in self.BANDS)
+                    value = self.number(context, band, level)
+                    need(abs(value) <= 2 ** (29 if i + j else 30), "PLNS: a number")
+                    q[j, i] = value
+                    row[i + 2] = min(abs(value), 4095)
+        q[0, 0] += prediction
+        need(abs(q[0, 0]) <= 2 ** 29, "PLNS: a number")
+        return q
+
+    def plane(self, kind, dims, block, step):
+        """Samples [q, p] of a plane of the class `kind`."""
+        w, h = (block, block) if block else dims
+        across, down = -(-dims[0] // w), -(-dims[1] // h)
+        tiles, samples = {}, np.zeros((down * h, across * w))
+        for j in range(down):
+            for i in range(across):
+                tiles[i, j] = self.tile(self.classes[kind], w, h, tiles.get((i - 1, j)),
+                                        tiles.get((i, j - 1)), not block)
+        used = max(self.coded.at - 7, 0) + (self.raw.bits + 7) // 8
+        need(used <= self.length, "PLNS is too short")
+        total = sum(int(np.abs(q).sum()) for q in tiles.values())
+        need(total * step < FLOAT32_MAX / 16, "terms are too large")
+        for (i, j), q in tiles.items():
+            samples[h * j:h * j + h, w * i:w * i + w] = inverse(self.transform, step * q[None])[0]
+        return samples[:dims[1], :dims[0]]
+
+
+def spline_filter(s, axis):
+    z = -0.26794919
+    c = np.moveaxis(np.array(s), axis, 0)
+    carry = np.zeros_like(c[0])
+    for i in range(len(c)):
+        c[i] = carry = 6 * c[i] + z * carry
+    carry = carry * z * z / (z * z - 1)
+    for i in reversed(range(len(c))):
+        c[i] = carry = z * (carry - c[i])
+    return np.moveaxis(c, 0, axis)
+
+
+def spline_values(c, u, v):
+    """At places (u, v), arrays of one shape; zeros lie around c[q, p, channel]."""
+    def basis(t):
+        t = np.abs(t)
+        return np.where(t <= 1, (4 - 6 * t ** 2 + 3 * t ** 3) / 6,
+                        np.where(t <= 2, (2 - t) ** 3 / 6, 0))
+
+    i0, j0 = np.floor(u).astype(int), np.floor(v).astype(int)
+    out = np.zeros(u.shape + c.shape[2:])
+    for dj in range(-1, 3):
+        for di in range(-1, 3):
+            i, j = i0 + di, j0 + dj
+            inside = (i >= 0) & (i < c.shape[1]) & (j >= 0) & (j < c.shape[0])
+            values = c[np.clip(j, 0, c.shape[0] - 1), np.clip(i, 0, c.shape[1] - 1)]
+            out += (inside * basis(u - i) * basis(v - j))[..., None] * values
+    return out
+
+
+def read_picture(data):
+    """(what it says, pixels[y, x, channel])"""
+    sections = read_sections(data, "ENDS")
+    head = sections["PICT"][0]
+    need(len(head) >= 112, "PICT is too short")
+    width, height, P, Q, transform, block, count, over = struct.unpack_from("<8I", head)
+    m, background = struct.unpack_from("<6d", head, 32), struct.unpack_from("<3d", head, 80)
+    psnr, = struct.unpack_from("<d", head, 104)
+    need(0 < width <= 32768 and 0 < height <= 32768 and 0 < P <= 65536 and 0 < Q <= 65536
+         and transform in (1, 2, 3) and block in (0, 8, 16, 32) and count in (3, 4)
+         and over in ((0, 1) if count == 4 else (0,)) and (over or (P, Q) == (width, height))
+         and all(map(math.isfinite, m)) and all(0 <= b <= 1 for b in background)
+         and len(head) >= 112 + 32 * count, "PICT: a field")
+    reader = PlaneReader(sections["PLNS"][0], transform, 3)
+    mixed = []
+    for c in range(count):
+        step, l2_error, least, most = struct.unpack_from("<4d", head, 112 + 32 * c)
+        need(0 < step <= 1e30 and 0 <= l2_error <= 1e30 and -1e30 <= least <= most <= 1e30,
+             "PICT: a plane")
+        mixed.append(reader.plane((0, 1, 1, 2)[c], (P, Q), block, step))
+    a, b, c = mixed[0] / math.sqrt(3), mixed[1] / math.sqrt(2), mixed[2] / math.sqrt(6)
+    levels = np.stack([a + b + c, a - 2 * c, a - b + c] + mixed[3:], 2)
+    if over:
+        coefficients = spline_filter(spline_filter(levels, 1), 0)
+        x, y = np.meshgrid(np.arange(width), np.arange(height))
+        values = spline_values(coefficients, m[0] * x + m[1] * y + m[2], m[3] * x + m[4] * y + m[5])
+        through = 1 - np.clip(values[..., 3:], 0, 1)
+        levels = np.maximum(values[..., :3], 0) + through * np.array(background)
+    if levels.shape[2] == 3:
+        levels = np.concatenate([levels, np.ones((height, width, 1))], 2)
+    pixels = np.floor(255 * np.clip(levels, 0, 1) + 0.5).astype(np.uint8)
+    return {"width": width, "height": height, "lattice": [P, Q], "over": over,
+            "psnr_db": min(psnr, 999)}, pixels
+
+
 def decode(data, level=0):
     """(header, attributes, samples[z, y, x])"""
     shells = 4 - level
@@ -962,6 +1114,11 @@ def main():
     with open(arguments.file, "rb") as file:
         data = file.read()
     try:
+        if data[12:16] == b"PICT":
+            says, pixels = read_picture(data)
+            pixels.tofile(arguments.out)
+            print(json.dumps(says))
+            return
         header, attributes, samples = decode(data, arguments.level)
     except (Damaged, KeyError) as error:
         sys.exit(f"decoder_ref: {arguments.file}: {error}")

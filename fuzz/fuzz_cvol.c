@@ -1,5 +1,5 @@
-/* Fuzzing of the .cvol reader: any bytes must give an array that evaluates, or an error; and
- * verifying them must tell which.
+/* Fuzzing of the reader of .cvol and .cvi: any bytes must give an array or a picture that
+ * evaluates, or an error; and verifying them must tell which.
  *
  * With libFuzzer:  clang -fsanitize=fuzzer,address,undefined ... fuzz/fuzz_cvol.c
  * Without:         -DCVOL_FUZZ_MAIN reads the files named on the command line.
@@ -16,6 +16,8 @@
 #include "codec/brick_index.h"
 #include "codec/container.h"
 #include "codec/layout.h"
+#include "codec/picture.h"
+#include "codec/plane_file.h"
 #include "cvol/codec.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -221,14 +223,34 @@ static void fuzz_read_levels(cvol_context *context, const uint8_t *data, size_t 
     }
 }
 
-static void fuzz_read(const uint8_t *data, size_t size)
+/* Pixels of a picture, if they are few. */
+static void fuzz_draw(cvol_context *context, const cvol_picture *picture)
 {
-    cvol_context *context = cvol_context_create();
-    cvol_array *array;
-    if (!context)
+    cvol_image *image;
+    const double pixels = (double)picture->width * picture->height;
+    const double places = (double)picture->lattice[0] * (double)picture->lattice[1];
+    if (pixels > 1e4 || places > 1e5)
         return;
-    cvol_context_set_threads(context, 1);
-    cvol_context_set_limit_bytes(context, FUZZ_LIMIT_BYTES);
+    (void)cvol_picture_evaluate(context, &image, picture);
+    cvol_image_free(image);
+}
+
+static void fuzz_read_picture(cvol_context *context, const uint8_t *data, size_t size)
+{
+    cvol_file_layout layout;
+    cvol_picture *picture;
+    const int damaged = cvol_layout_verify(context, &layout, data, size, "fuzz");
+    const int refused = cvol_picture_take(context, &picture, data, size, "fuzz");
+    if (!damaged != !refused)
+        abort();
+    if (!refused)
+        fuzz_draw(context, picture);
+    cvol_picture_free(picture);
+}
+
+static void fuzz_read_array(cvol_context *context, const uint8_t *data, size_t size)
+{
+    cvol_array *array;
     cvol_file_layout layout;
     const int damaged = cvol_layout_verify(context, &layout, data, size, "fuzz");
     const int refused = cvol_container_read(context, &array, data, size, "fuzz");
@@ -239,6 +261,19 @@ static void fuzz_read(const uint8_t *data, size_t size)
     cvol_array_free(array);
     fuzz_read_boxes(context, data, size);
     fuzz_read_levels(context, data, size);
+}
+
+static void fuzz_read(const uint8_t *data, size_t size)
+{
+    cvol_context *context = cvol_context_create();
+    if (!context)
+        return;
+    cvol_context_set_threads(context, 1);
+    cvol_context_set_limit_bytes(context, FUZZ_LIMIT_BYTES);
+    if (cvol_plane_file_kind(data, size) == CVOL_FILE_PICTURE)
+        fuzz_read_picture(context, data, size);
+    else
+        fuzz_read_array(context, data, size);
     cvol_context_destroy(context);
 }
 

@@ -1,28 +1,15 @@
 /* cvol compare: how far two volumes, or two pictures, are apart. */
-#include <string.h>
-
-#include "cli.h"
+#include "picture.h"
 
 static const char description[] =
-    "Compares two volumes of one shape (any format, compressed or not), or two PNG pictures of "
-    "one\n"
-    "size. PSNR of volumes is over the range of A; of pictures over 255, also over the foreground\n"
+    "Compares two volumes of one shape (any format, compressed or not), or two pictures of one\n"
+    "size, PNG or compressed. PSNR of volumes is over the range of A; of pictures over 255, also "
+    "over the foreground\n"
     "alone (pixels where either has a channel above 2), with SSIM beside it. Equal things have a\n"
     "PSNR of infinity, 999 in JSON.";
 
 static const char examples[] = "  cvol compare brain.nii.gz brain.cvol\n"
-                               "  cvol compare a.png b.png --json\n";
-
-static int is_png(const char *path)
-{
-    static const unsigned char signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
-    unsigned char start[8] = {0};
-    FILE *file = fopen(path, "rb");
-    size_t count = file ? fread(start, 1, sizeof start, file) : 0;
-    if (file)
-        fclose(file);
-    return count == sizeof start && !memcmp(start, signature, sizeof start);
-}
+                               "  cvol compare a.png b.cvi --json\n";
 
 static int describes_itself(const char *path)
 {
@@ -36,7 +23,7 @@ static int compare_pictures(cvol_context *context, const common_options *common,
     cvol_image_difference d;
     int status = EXIT_DONE;
     /* Sizes that differ are the files' fault: not misuse, whatever the code. */
-    if (cvol_image_read_png(context, &a, a_path) || cvol_image_read_png(context, &b, b_path) ||
+    if (read_picture(context, &a, a_path) || read_picture(context, &b, b_path) ||
         cvol_image_compare(context, &d, a, b))
         status = complain_context(context, 0, NULL);
     else if (common->json)
@@ -104,7 +91,7 @@ int command_compare(int argc, char **argv)
     cvol_context *context = begin_command(&common);
     if (!context)
         return EXIT_FAILED;
-    status = is_png(a) && is_png(b) ? compare_pictures(context, &common, a, b)
-                                    : compare_volumes(context, &common, a, b);
+    status = is_picture(a) && is_picture(b) ? compare_pictures(context, &common, a, b)
+                                            : compare_volumes(context, &common, a, b);
     return end_command(context, status);
 }

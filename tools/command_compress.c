@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "compress_stream.h"
+#include "picture.h"
 
 /* How it is compressed: by the codec, which searches the step of DCT blocks by the size of the
  * coded file, or by truncation, for any other transform and block, or a number of terms. */
@@ -32,7 +33,8 @@ static const char description[] =
     "dft),\n"
     "whole arrays (--block 0) and --keep drop the smallest. The error is measured by decoding "
     "before\n"
-    "the file gets its name. Geometry and sample type are kept.";
+    "the file gets its name. Geometry and sample type are kept.\n"
+    "A PNG becomes a compressed picture, OUT.cvi, by --ratio (of its pixels' bytes) or --psnr.";
 
 static const char examples[] =
     "  cvol compress brain.nii.gz brain.cvol                   a thirtieth of the raw bytes\n"
@@ -41,7 +43,8 @@ static const char examples[] =
     "  cvol compress field.raw f.cvol --dims 128x128x64 --type float32 --max-error 0.01\n"
     "  cvol compress ct.mha ct.cvol --lossless                 every sample as it was\n"
     "  cvol compress ocean.nrrd o.cvol --fill 1e35 --psnr 60   1e35 marks land\n"
-    "  cvol compress wave.nrrd w.cvol --transform dft --block 0 --keep 16,1000\n";
+    "  cvol compress wave.nrrd w.cvol --transform dft --block 0 --keep 16,1000\n"
+    "  cvol compress brain.png brain.cvi --psnr 40             a picture\n";
 
 /* The value that marks samples without one: a number, which then stands for NaN and infinite
  * samples as well, or nan for these alone. */
@@ -362,6 +365,43 @@ static int compress(cvol_context *context, compress_arguments *arguments, const 
     return status;
 }
 
+/* A PNG, of which less can be asked for. */
+static int compress_png(cvol_context *context, const compress_arguments *a, const method *m,
+                        const char *in_path, const char *out_path)
+{
+    cvol_picture_options options = cvol_picture_options_defaults();
+    int status = check_output(in_path, out_path);
+    options.transform = m->transform;
+    options.block = m->block;
+    options.psnr_db = a->psnr;
+    options.ratio = a->psnr_given ? 0 : a->ratio;
+    return status ? status : compress_picture(context, in_path, out_path, &options, a->common.json);
+}
+
+/* What pictures have not. */
+static int check_png(const compress_arguments *a, const char *in_path, const char *out_path)
+{
+    const char *given = a->bits_given                 ? "--bpv"
+                        : a->max_error_given          ? "--max-error"
+                        : a->lossless                 ? "--lossless"
+                        : a->keep                     ? "--keep"
+                        : a->fill                     ? "--fill"
+                        : a->attributes               ? "--attributes"
+                        : a->no_lap                   ? "--no-lap"
+                        : a->fast                     ? "--fast"
+                        : a->stream                   ? "--stream"
+                        : has_raw_options(&a->common) ? "--dims, --type and the like"
+                                                      : NULL;
+    if (given)
+        return complain(EXIT_MISUSED, "%s: is a picture, and takes no %s", in_path, given);
+    if (a->psnr_given && a->psnr > 100)
+        return complain(EXIT_MISUSED, "--psnr is %g dB, of pictures at most 100", a->psnr);
+    if (!has_ending(out_path, ".cvi"))
+        return complain(EXIT_MISUSED, "%s: is a picture: the output's name must end in .cvi",
+                        in_path);
+    return EXIT_DONE;
+}
+
 int command_compress(int argc, char **argv)
 {
     compress_arguments a = {.ratio = 30, .block = 16, .transform = "dct"};
@@ -410,12 +450,16 @@ int command_compress(int argc, char **argv)
     int status = parse_command_line(&line, argc, argv);
     if (status >= 0 || (status = choose_method(&m, &a)))
         return status;
-    if (!has_ending(line.positionals[1], ".cvol"))
-        return complain(EXIT_MISUSED, "%s: the output's name must end in .cvol",
-                        line.positionals[1]);
+    const char *in_path = line.positionals[0], *out_path = line.positionals[1];
+    const int is_a_png = is_png(in_path);
+    if (is_a_png && (status = check_png(&a, in_path, out_path)))
+        return status;
+    if (!is_a_png && !has_ending(out_path, ".cvol"))
+        return complain(EXIT_MISUSED, "%s: the output's name must end in .cvol", out_path);
     cvol_context *context = begin_command(&a.common);
     if (!context)
         return EXIT_FAILED;
-    status = compress(context, &a, &m, line.positionals[0], line.positionals[1]);
+    status = is_a_png ? compress_png(context, &a, &m, in_path, out_path)
+                      : compress(context, &a, &m, in_path, out_path);
     return end_command(context, status);
 }

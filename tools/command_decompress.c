@@ -1,17 +1,19 @@
 /* cvol decompress: a .cvol file back into a dense volume, slab by slab. */
 #include <stdlib.h>
 
-#include "cli.h"
+#include "picture.h"
 
 static const char description[] =
     "Decodes a .cvol file into a volume of the original sample type and geometry. The output's\n"
     "ending chooses its format. With --box only that part, which stays where it is in the world.\n"
-    "Large volumes are written slab by slab, and need little memory.";
+    "Large volumes are written slab by slab, and need little memory. A compressed picture becomes\n"
+    "a PNG.";
 
 static const char examples[] =
     "  cvol decompress brain.cvol brain.nii.gz\n"
     "  cvol decompress brain.cvol brain.nrrd\n"
-    "  cvol decompress brain.cvol part.nrrd --box 100:200,150:250,90:91\n";
+    "  cvol decompress brain.cvol part.nrrd --box 100:200,150:250,90:91\n"
+    "  cvol decompress brain.cvi brain.png\n";
 
 /* Whether the name ends in one of the formats' endings: known before the work is done. */
 static int can_be_written(const char *path)
@@ -205,7 +207,7 @@ int command_decompress(int argc, char **argv)
          OPTION_INTEGER, &common.level, 0, NULL},
         COMMON_OPTIONS(common),
     };
-    command_line line = {.usage = "cvol decompress IN.cvol OUT [options]",
+    command_line line = {.usage = "cvol decompress IN OUT [options]",
                          .description = description,
                          .examples = examples,
                          .options = specs,
@@ -216,13 +218,25 @@ int command_decompress(int argc, char **argv)
         return status;
     if (common.level > 3)
         return complain(EXIT_MISUSED, "--level is %d, must be 0 to 3", common.level);
-    if (!can_be_written(line.positionals[1]))
+    const char *in_path = line.positionals[0], *out_path = line.positionals[1];
+    const cvol_file_kind kind = cvol_file_kind_of(in_path);
+    const int is_compressed = kind == CVOL_FILE_PICTURE ||
+                              (kind == CVOL_FILE_OTHER && has_ending(out_path, ".png"));
+    if (is_compressed && (box_given || common.level))
         return complain(EXIT_MISUSED,
-                        "%s: the name's ending is none of those that can be written (%s)",
-                        line.positionals[1], cvol_volume_formats());
+                        "%s: is a compressed picture: --box and --level are for volumes", in_path);
+    if (is_compressed && !has_ending(out_path, ".png"))
+        return complain(EXIT_MISUSED,
+                        "%s: is a compressed picture: the output's name must end in .png", in_path);
+    if (!is_compressed && !can_be_written(out_path))
+        return complain(EXIT_MISUSED,
+                        "%s: the name's ending is none of those that can be written (%s)", out_path,
+                        cvol_volume_formats());
     cvol_context *context = begin_command(&common);
     if (!context)
         return EXIT_FAILED;
-    return end_command(context, decompress(context, &common, box_given ? box : NULL,
-                                           line.positionals[0], line.positionals[1]));
+    const size_t *of = box_given ? box : NULL;
+    return end_command(context, is_compressed
+                                    ? decompress_picture(context, in_path, out_path, common.json)
+                                    : decompress(context, &common, of, in_path, out_path));
 }

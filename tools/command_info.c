@@ -3,14 +3,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli.h"
+#include "picture.h"
 
 static const char description[] =
     "Shows shape, type, geometry and range of a volume; of a .cvol "
     "file also how it is compressed,\n"
-    "and a certified bound of its distance from what it stands for. --layout "
-    "shows its sections,\n"
-    "damaged ones too, and exits with 1 if there are such.";
+    "and a certified bound of its distance from what it stands for; the same of a compressed\n"
+    "picture. --layout shows its sections, damaged ones too, and exits with 1 if there are such.";
 
 static json_t *describe_grid(const cvol_grid *grid)
 {
@@ -116,9 +115,35 @@ static int describe_build(int json)
     return EXIT_DONE;
 }
 
+/* A compressed picture. */
+static int show_picture(cvol_context *context, const common_options *common, const char *path)
+{
+    cvol_picture *picture;
+    cvol_picture_info info;
+    if (has_raw_options(common) || common->fill_given)
+        return complain(EXIT_MISUSED,
+                        "%s: is a compressed picture, other options are for raw "
+                        "samples",
+                        path);
+    int code = cvol_picture_read(context, &picture, path);
+    if (!code)
+        code = cvol_picture_get_info(context, &info, picture);
+    cvol_picture_free(picture);
+    if (code)
+        return complain_context(context, code, NULL);
+    json_t *object = describe_picture(&info);
+    if (common->json || !object)
+        return print_json(object);
+    print_text(path, object);
+    json_decref(object);
+    return EXIT_DONE;
+}
+
 static int describe(cvol_context *context, common_options *common, const char *path)
 {
     input in;
+    if (cvol_file_kind_of(path) == CVOL_FILE_PICTURE)
+        return show_picture(context, common, path);
     common->accept_cut = 1;
     int status = open_input(context, &in, path, common);
     if (!status) {

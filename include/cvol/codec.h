@@ -188,6 +188,16 @@ CVOL_API int cvol_file_layout_read(cvol_context *context, cvol_file_layout *out,
  * Cost: that of cvol_array_read and one more pass over the file. Errors: those of both. */
 CVOL_API int cvol_file_verify(cvol_context *context, cvol_file_layout *out, const char *path);
 
+/* What files of cvol hold. */
+typedef enum cvol_file_kind {
+    CVOL_FILE_OTHER = 0,   /* none of them, or unreadable */
+    CVOL_FILE_ARRAY = 1,   /* an array: cvol_array_read */
+    CVOL_FILE_PICTURE = 2, /* a compressed picture: cvol/picture.h */
+    CVOL_FILE_BAKED = 3    /* a baked volume: cvol/render.h */
+} cvol_file_kind;
+/* By the file's first bytes. */
+CVOL_API cvol_file_kind cvol_file_kind_of(const char *path);
+
 /* 1 if the file begins with the .cvol signature, 0 if not or unreadable. */
 CVOL_API int cvol_file_is_cvol(const char *path);
 

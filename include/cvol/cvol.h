@@ -7,6 +7,7 @@
 #include "cvol/base.h"
 #include "cvol/codec.h"
 #include "cvol/image.h"
+#include "cvol/picture.h"
 #include "cvol/render.h"
 #include "cvol/volume.h"
 

@@ -11,6 +11,7 @@
 #include "base/context.h"
 #include "codec/header.h"
 #include "codec/mask_section.h"
+#include "codec/plane_file.h"
 #include "codec/ranges.h"
 #include "codec/shells.h"
 #include "codec/terms.h"
@@ -346,6 +347,16 @@ static int read_all(reading *r, const uint8_t *data, size_t size)
     int code = cvol_container_check_version(r->context, version, r->name);
     if (code)
         return code;
+    const cvol_file_kind kind = cvol_plane_file_kind(data, size);
+    if (kind != CVOL_FILE_ARRAY)
+        return cvol_fail(
+            r->context, CVOL_ERROR_FORMAT,
+            kind == CVOL_FILE_PICTURE
+                ? "%s: is a compressed picture, no volume: cvol decompress makes a PNG "
+                  "of it"
+                : "%s: is a baked volume, which has no samples any more: cvol render "
+                  "--engine transform makes pictures of it",
+            r->name);
     if (r->part.level < 0 || r->part.level >= CVOL_SHELLS)
         return cvol_fail(r->context, CVOL_ERROR_ARGUMENT, "level is %d, must be 0 to %d",
                          r->part.level, CVOL_SHELLS - 1);

@@ -13,6 +13,8 @@
 #include "codec/brick_index.h"
 #include "codec/container.h"
 #include "codec/header.h"
+#include "codec/picture.h"
+#include "codec/plane_file.h"
 #include "codec/section.h"
 
 const char *cvol_section_state_name(cvol_section_state state)
@@ -206,13 +208,23 @@ static int add_offset(cvol_context *context, const cvol_file_layout *layout, con
     return code;
 }
 
+static int try_to_read(cvol_context *context, const uint8_t *data, size_t size, const char *name)
+{
+    if (cvol_plane_file_kind(data, size) == CVOL_FILE_ARRAY)
+        return cvol_container_try(context, data, size, name);
+    cvol_picture *picture;
+    const int code = cvol_picture_take(context, &picture, data, size, name);
+    cvol_picture_free(picture);
+    return code;
+}
+
 int cvol_layout_verify(cvol_context *context, cvol_file_layout *out, const uint8_t *data,
                        size_t size, const char *name)
 {
     int code = cvol_layout_walk(context, out, data, size, name);
     if (code)
         return code;
-    code = cvol_container_try(context, data, size, name);
+    code = try_to_read(context, data, size, name);
     return code ? add_offset(context, out, name, code) : CVOL_OK;
 }
 

@@ -36,8 +36,13 @@ static const struct section_row {
     [CVOL_CORR] = {"CORR", BIT(CVOL_SHL3), 0, "what makes samples exact, or keeps a bound"},
     [CVOL_TERM] = {"TERM", BIT(CVOL_ERRS), 0, "the terms of all blocks"},
     [CVOL_SPEC] = {"SPEC", BIT(CVOL_ERRS), 0, "the terms of the whole array"},
-    [CVOL_ENDS] = {"ENDS", BIT(CVOL_SHL3) | BIT(CVOL_CORR) | BIT(CVOL_TERM) | BIT(CVOL_SPEC), 0,
-                   "the end"},
+    [CVOL_PICT] = {"PICT", START, 0, "size, lattice and steps of a compressed picture"},
+    [CVOL_BAKE] = {"BAKE", START, 0, "what was baked, and how"},
+    [CVOL_PLNS] = {"PLNS", BIT(CVOL_PICT) | BIT(CVOL_BAKE), 0, "the coefficients of all planes"},
+    [CVOL_ENDS] = {"ENDS",
+                   BIT(CVOL_SHL3) | BIT(CVOL_CORR) | BIT(CVOL_TERM) | BIT(CVOL_SPEC) |
+                       BIT(CVOL_PLNS),
+                   0, "the end"},
 };
 
 const char *cvol_section_tag(cvol_section_kind kind)

@@ -14,7 +14,8 @@
 
 enum { CVOL_SECTION_HEADER_BYTES = 24, CVOL_SECTION_REQUIRED = 1 };
 
-/* In the order in which they stand in a file. The four shells follow each other. */
+/* In the order in which they stand in a file. The four shells follow each other. PICT and BAKE
+ * stand where HEAD does in other kinds of files. */
 typedef enum cvol_section_kind {
     CVOL_HEAD,
     CVOL_GEOM,
@@ -32,6 +33,9 @@ typedef enum cvol_section_kind {
     CVOL_CORR,
     CVOL_TERM,
     CVOL_SPEC,
+    CVOL_PICT,
+    CVOL_BAKE,
+    CVOL_PLNS,
     CVOL_ENDS,
     CVOL_SECTION_KINDS, /* how many; also: none of them */
     CVOL_SECTION_UNKNOWN = CVOL_SECTION_KINDS

@@ -1,0 +1,30 @@
+/* Making compressed pictures, from planes. */
+#ifndef CVOL_IMAGE_PICTURE_H
+#define CVOL_IMAGE_PICTURE_H
+
+#include "codec/picture.h"
+
+/* Planes of red, green, blue and opacity. */
+typedef struct cvol_picture_source {
+    const float *planes[CVOL_PICTURE_PLANES]; /* lattice[0] * lattice[1] each; the last NULL: opaque
+                                               */
+    size_t lattice[2];
+    int width, height; /* pixels */
+    int is_over;       /* colours are premultiplied, light over a background; else planes are the
+                          pixels themselves, and the lattice is theirs */
+    double background[3], to_lattice[2][3]; /* if it is over: spline_warp.h */
+} cvol_picture_source;
+
+/* Compresses planes, so that pixels hold the target against what the planes themselves give.
+ * Errors: those of cvol_picture_compress. */
+int cvol_picture_make(cvol_context *context, cvol_picture **out, const cvol_picture_source *source,
+                      const cvol_picture_options *options);
+
+/* Pixels of red, green, blue and (NULL: opaque) opacity. Errors: MEMORY. */
+int cvol_picture_draw_planes(cvol_context *context, cvol_image *image,
+                             const cvol_picture_source *source);
+
+/* Draws it into an image of its size. Errors: MEMORY, CANCELLED. */
+int cvol_picture_draw(cvol_context *context, cvol_image *image, const cvol_picture *picture);
+
+#endif
