@@ -30,7 +30,7 @@ check src/array 'array transform base'
 check src/codec 'codec array transform base'
 check src/volume 'volume base'
 check src/image 'image codec array base'
-check src/render 'render array transform volume image base'
+check src/render 'render codec array transform volume image base'
 check tools ''
 [ "$failed" = 0 ] && echo 'rooms: every include follows an arrow'
 exit "$failed"

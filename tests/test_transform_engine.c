@@ -231,7 +231,7 @@ static void test_bound(void **state)
         const double azimuth = 180 * random_signed(&random),
                      elevation = 80 * random_signed(&random);
         cvol_transform_options own = {kinds[i % KINDS].transform, kinds[i % KINDS].tile, 1,
-                                      CVOL_SCHEDULE_DEFERRED};
+                                      CVOL_SCHEDULE_DEFERRED, 0};
         cvol_composed pictures[3];
         size_t places;
         for (int schedule = 0; schedule < 3; schedule++) {

@@ -17,6 +17,8 @@ typedef struct render_arguments {
     const char *spectrum_name, *schedule_name; /* engine transform; NULL: not given */
     double rho;
     int rho_given, tile, tile_given;
+    double psnr, ratio; /* of a compressed picture */
+    int psnr_given, ratio_given, progressive;
     int views, repeat;
 } render_arguments;
 

@@ -8,6 +8,7 @@
 
 #include "cvol/array.h"
 #include "cvol/image.h"
+#include "cvol/picture.h"
 #include "cvol/volume.h"
 
 #ifdef __cplusplus
@@ -124,6 +125,7 @@ typedef struct cvol_transform_options {
     double rho;               /* terms kept over samples: of all planes together (tiles), or places
                                  of each (whole); 1 or more: all that are not 0 */
     cvol_schedule schedule;
+    double stored_rho; /* planes are made with so many terms, if that is more; pictures use rho */
 } cvol_transform_options;
 
 typedef struct cvol_render_options {
@@ -219,6 +221,14 @@ CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *re
  * Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                                   const cvol_render_options *options);
+/* The same picture of a transform renderer, kept compressed: planes on the lattice on which slices
+ * were composited. They are in tiles as `picture` says, or, of the literal schedule, in the
+ * transform in which they came to be. The target is held against the picture as it is rendered.
+ * The caller frees *out. Errors: those of rendering and of cvol_picture_compress; ARGUMENT (another
+ * engine). */
+CVOL_API int cvol_renderer_picture(cvol_context *context, cvol_renderer *renderer,
+                                   cvol_picture **out, const cvol_render_options *options,
+                                   const cvol_picture_options *picture);
 
 #ifdef __cplusplus
 }

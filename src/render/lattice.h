@@ -43,9 +43,13 @@ cvol_lattice_line cvol_lattice_line_make(const cvol_lattice *lattice,
 /* Bounds the L2 norm of what a slice adds to places, over that of the slice. */
 double cvol_lattice_norm(const cvol_lattice *lattice, const cvol_footprint_shape *shape);
 
-/* From the lattice to the picture by cubic splines (Unser, Aldroubi and Eden 1993): `pixels` of
- * colour, premultiplied, and opacity, four floats a place, are overwritten. plan: the view's, of
+/* The place that pixel (x, y) has: out[a][0] x + out[a][1] y + out[a][2]. plan: the view's, of
  * which slice 0 begins at lattice->base. */
+void cvol_lattice_matrix(double out[2][3], const cvol_lattice *lattice,
+                         const cvol_splat_plan *plan);
+
+/* From the lattice to the picture by cubic splines (Unser, Aldroubi and Eden 1993): `pixels` of
+ * colour, premultiplied, and opacity, four floats a place, are overwritten. */
 void cvol_lattice_warp(cvol_context *context, cvol_image *image, float *pixels,
                        const cvol_lattice *lattice, const cvol_splat_plan *plan,
                        const double background[3]);

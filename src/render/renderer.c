@@ -139,6 +139,23 @@ static int check_request(cvol_context *context, const cvol_renderer *renderer,
     return CVOL_OK;
 }
 
+int cvol_renderer_picture(cvol_context *context, cvol_renderer *renderer, cvol_picture **out,
+                          const cvol_render_options *options, const cvol_picture_options *picture)
+{
+    const cvol_image size = {.width = options->width, .height = options->height};
+    cvol_view view;
+    *out = NULL;
+    if (renderer->engine != &cvol_transform_engine)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "only engine transform composes compressed pictures");
+    int code = check_request(context, renderer, &size, options);
+    if (!code)
+        code = cvol_view_make(context, &view, &renderer->grid, options);
+    if (!code)
+        code = cvol_transform_picture(context, renderer->state, out, &view, options, picture);
+    return code;
+}
+
 int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                          const cvol_render_options *options)
 {

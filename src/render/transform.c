@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "image/picture.h"
 
 /* Shears and distances of two views along one direction differ by rounding. */
 #define SAME 1e-9
@@ -126,7 +127,7 @@ static double now_ms(void)
     return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
 }
 
-/* Has slices with at least, and if they are new or fewer, exactly rho. */
+/* Makes slices, with rho or what is to be stored. */
 static int bake(cvol_context *context, transform_state *state, const cvol_splat_plan *plan,
                 const cvol_lattice *lattice, const cvol_footprint_shape *shape,
                 const cvol_splat_light *light, int ascending, const cvol_transform_options *options)
@@ -136,26 +137,15 @@ static int bake(cvol_context *context, transform_state *state, const cvol_splat_
     cvol_splat_subject_tabulate(&state->subject, plan->distance, 1);
     const cvol_bake_source source = {&state->subject.source, plan, state->subject.table, light,
                                      ascending};
-    const int code = cvol_bake(context, &state->baked, &source, lattice, shape, options);
+    cvol_transform_options stored = *options;
+    stored.rho = fmax(options->rho, options->stored_rho);
+    const int code = cvol_bake(context, &state->baked, &source, lattice, shape, &stored);
     if (code)
         return code;
     state->light = *light;
     state->shape = *shape;
-    state->options = *options;
+    state->options = stored;
     state->has_baked = 1;
-    return CVOL_OK;
-}
-
-/* Leaves only the strongest terms of what there is. */
-static int reduce(cvol_context *context, transform_state *state, double rho)
-{
-    cvol_baked fewer;
-    const int code = cvol_baked_reduce(context, &fewer, &state->baked, &state->shape, rho);
-    if (code)
-        return code;
-    cvol_baked_free(&state->baked);
-    state->baked = fewer;
-    state->options.rho = rho;
     return CVOL_OK;
 }
 
@@ -181,10 +171,10 @@ static int warp(cvol_context *context, cvol_image *image, const cvol_composed *c
 
 /* ---- drawing -------------------------------------------------------------------------------- */
 
-static void fill_report(transform_state *state, const cvol_composed *composed,
-                        const cvol_lattice *lattice, double bake_ms, double compose_ms)
+static void fill_report(transform_state *state, const cvol_baked *baked,
+                        const cvol_composed *composed, const cvol_lattice *lattice, double bake_ms,
+                        double compose_ms)
 {
-    const cvol_baked *baked = &state->baked;
     const size_t planes = cvol_baked_planes(baked);
     const double places = (double)lattice->dims[0] * (double)lattice->dims[1];
     const double samples = (double)baked->samples[0] * (double)baked->samples[1];
@@ -203,10 +193,16 @@ static void fill_report(transform_state *state, const cvol_composed *composed,
     state->has_report = 1;
 }
 
-static int transform_draw(cvol_context *context, void *opaque, cvol_image *image,
-                          const cvol_view *view, const cvol_render_options *options)
+/* A view's picture on its lattice. */
+typedef struct drawing {
+    cvol_splat_plan plan;
+    cvol_lattice lattice;
+    cvol_composed composed; /* the caller frees it */
+} drawing;
+
+static int compose(cvol_context *context, transform_state *state, drawing *out,
+                   const cvol_view *view, const cvol_render_options *options)
 {
-    transform_state *state = opaque;
     const cvol_splat_options *splat = &options->splat;
     const cvol_transform_options *own = &options->transform;
     const int front = splat->order == CVOL_ORDER_FRONT;
@@ -215,33 +211,70 @@ static int transform_draw(cvol_context *context, void *opaque, cvol_image *image
         code = cvol_splat_options_check(context, splat);
     if (code)
         return code;
-    cvol_splat_plan plan;
     cvol_splat_light light;
     memset(&light, 0, sizeof light);
-    cvol_splat_plan_make(&plan, &state->subject.grid, view);
-    const int ascending = plan.rising == front;
-    cvol_splat_light_set(&light, &plan, &state->subject.grid, view, splat, ascending);
+    cvol_splat_plan_make(&out->plan, &state->subject.grid, view);
+    const int ascending = out->plan.rising == front;
+    cvol_splat_light_set(&light, &out->plan, &state->subject.grid, view, splat, ascending);
     const cvol_footprint_shape shape = cvol_lattice_shape(splat);
-    const cvol_lattice lattice = cvol_lattice_make(&plan, &shape,
-                                                   own->tile ? cvol_lattice_step(&shape) : 1);
+    out->lattice = cvol_lattice_make(&out->plan, &shape, own->tile ? cvol_lattice_step(&shape) : 1);
     const double start = now_ms();
-    const int stale = is_stale(state, &plan, &lattice, &shape, &light, own) ||
+    const int stale = is_stale(state, &out->plan, &out->lattice, &shape, &light, own) ||
                       state->options.rho < fmin(own->rho, 1);
     if (stale)
-        code = bake(context, state, &plan, &lattice, &shape, &light, ascending, own);
-    else if (state->options.rho > own->rho)
-        code = reduce(context, state, own->rho);
+        code = bake(context, state, &out->plan, &out->lattice, &shape, &light, ascending, own);
+    cvol_baked fewer = {0};
+    if (!code && state->options.rho > own->rho) /* only the strongest of what there is */
+        code = cvol_baked_reduce(context, &fewer, &state->baked, &state->shape, own->rho);
     if (code)
         return code;
+    const cvol_baked *used = fewer.planes ? &fewer : &state->baked;
     const double baked = now_ms();
-    cvol_composed composed;
-    code = cvol_compose(context, &composed, &state->baked, &lattice, &shape, plan.distance,
-                        plan.rising, front, own);
+    code = cvol_compose(context, &out->composed, used, &out->lattice, &shape, out->plan.distance,
+                        out->plan.rising, front, own);
     if (!code)
-        code = warp(context, image, &composed, &lattice, &plan, options->background);
-    if (!code)
-        fill_report(state, &composed, &lattice, stale ? baked - start : 0, now_ms() - baked);
-    cvol_composed_free(&composed);
+        fill_report(state, used, &out->composed, &out->lattice, stale ? baked - start : 0,
+                    now_ms() - baked);
+    cvol_baked_free(&fewer);
+    return code;
+}
+
+static int transform_draw(cvol_context *context, void *opaque, cvol_image *image,
+                          const cvol_view *view, const cvol_render_options *options)
+{
+    drawing drawn;
+    int code = compose(context, opaque, &drawn, view, options);
+    if (code)
+        return code;
+    code = warp(context, image, &drawn.composed, &drawn.lattice, &drawn.plan, options->background);
+    cvol_composed_free(&drawn.composed);
+    return code;
+}
+
+int cvol_transform_picture(cvol_context *context, void *opaque, cvol_picture **out,
+                           const cvol_view *view, const cvol_render_options *options,
+                           const cvol_picture_options *how)
+{
+    drawing drawn;
+    *out = NULL;
+    int code = compose(context, opaque, &drawn, view, options);
+    if (code)
+        return code;
+    cvol_picture_source source = {.lattice = {drawn.lattice.dims[0], drawn.lattice.dims[1]},
+                                  .width = options->width,
+                                  .height = options->height,
+                                  .is_over = 1};
+    for (int c = 0; c < CVOL_PLANES; c++)
+        source.planes[c] = drawn.composed.planes[drawn.composed.planes[c] ? c : 0];
+    memcpy(source.background, options->background, sizeof source.background);
+    cvol_lattice_matrix(source.to_lattice, &drawn.lattice, &drawn.plan);
+    cvol_picture_options kept = *how;
+    if (options->transform.schedule == CVOL_SCHEDULE_LITERAL) { /* its coefficients stay */
+        kept.transform = options->transform.transform;
+        kept.block = options->transform.tile;
+    }
+    code = cvol_picture_make(context, out, &source, &kept);
+    cvol_composed_free(&drawn.composed);
     return code;
 }
 

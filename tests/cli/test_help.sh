@@ -18,7 +18,7 @@ options_of() {
     info) echo "$common $raw --build --layout" ;;
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;
-    render) echo "$common $raw $look -o --azimuth --elevation --roll" ;;
+    render) echo "$common $raw $look -o --azimuth --elevation --roll --psnr --ratio --progressive" ;;
     bench) echo "$common $raw $look --views --repeat" ;;
     add) echo "$common $operand $result $keep --alpha --beta" ;;
     multiply) echo "$common $operand $result $keep --plan --explain" ;;

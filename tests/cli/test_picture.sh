@@ -72,6 +72,66 @@ else
     echo 'skipped: the reference decoder (no python3 with numpy)'
 fi
 
+# ---- of the transform engine, and from coarse to fine -----------------------------------------
+
+view='--size 96 --azimuth 30 --elevation 20 --engine transform --background 0.2,0.4,0.9'
+for option in '' '--psnr 38' '--ratio 40' '--schedule literal --spectrum dht' '--schedule literal' '--transfer hot'; do
+    case $option in
+    *psnr* | *ratio*) expect_done cvol render a.cvol -o whole.png $view ;;
+    *) expect_done cvol render a.cvol -o whole.png $view $option ;;
+    esac
+    expect_done cvol render a.cvol -o kept.cvi $view $option --json
+    expect_equal "$(value_of picture.planes)" 4
+    expect_equal "$(value_of picture.file_bytes)" "$(wc -c <kept.cvi)"
+    expect_field transform.error_bound number
+    kept=$(value_of picture.psnr_db)
+    case $option in
+    *ratio*) expect_number "$(value_of picture.ratio)" '>=' 40 ;;
+    *psnr*) expect_number "$kept" '>=' 38 ;;
+    *) expect_number "$kept" '>=' 45 ;;
+    esac
+    case $option in
+    *dht*) expect_equal "$(value_of picture.transform)" dht ;;
+    *) expect_equal "$(value_of picture.transform)" dct ;;
+    esac
+    expect_done cvol compare whole.png kept.cvi --json
+    expect_near "$(value_of psnr_db)" "$kept" 0.001
+    expect_done cvol decompress kept.cvi kept.png
+    expect_done cvol compare kept.png kept.cvi --json
+    expect_equal "$(value_of psnr_db)" 999.0
+    expect_done cvol verify kept.cvi
+done
+
+view='--size 96 --azimuth 30 --elevation 20'
+expect_done cvol render a.cvol -o fine.png $view
+expect_done cvol render a.cvol -o out.png $view --progressive --json
+for i in 0 1 2 3; do
+    expect_equal "$(value_of pictures.$i.level)" $((3 - i))
+    expect_field pictures.$i.render_ms number
+done
+expect_equal "$(value_of pictures.0.output)" out-1.png
+expect_equal "$(value_of pictures.3.output)" out.png
+expect_same_file out.png fine.png
+expect_done cvol render a.cvol -o coarse.png $view --level 3
+expect_same_file out-1.png coarse.png
+rm out*.png
+expect_done cvol render a.cvol -o out.png $view --progressive --level 2
+list_names
+case $names in *out-1.png*out.png*) ;; *) fail "two pictures must be there: $names" ;; esac
+expect_no_file out-2.png
+expect_done cvol render a.cvol -o fine.png $view --engine transform
+expect_done cvol render a.cvol -o out.png $view --engine transform --progressive --json
+expect_same_file out.png fine.png
+expect_equal "$(value_of pictures.1.transform.bake_ms)" 0.0
+before=0
+for i in 0 1 2 3; do
+    now=$(value_of pictures.$i.transform.coefficients)
+    expect_number "$now" '>' $before
+    before=$now
+done
+expect_done cvol compare fine.png out-3.png --json
+expect_number "$(value_of psnr_db)" '>=' 30
+
 # ---- misuse and damage ------------------------------------------------------------------------
 
 expect_failure 2 'must end in .cvi' cvol compress a.png b.cvol
@@ -84,6 +144,13 @@ expect_failure 2 'must end in .png' cvol decompress a.cvi c.nrrd
 expect_failure 2 'box and --level are for volumes' cvol decompress a.cvi c.png --level 1
 expect_failure 1 'is a compressed picture, no volume' cvol render a.cvi -o c.png
 expect_failure 1 'is a compressed picture, no volume' cvol compare a.cvi a.cvol
+expect_failure 2 'only engine transform composes' cvol render a.cvol -o c.cvi
+expect_failure 2 '--psnr is for compressed pictures' cvol render a.cvol -o c.png --psnr 40
+expect_failure 2 'only one of' cvol render a.cvol -o c.cvi --engine transform --psnr 40 --ratio 3
+expect_failure 2 '--psnr is 101' cvol render a.cvol -o c.cvi --engine transform --psnr 101
+expect_failure 2 '--ratio is 1,' cvol render a.cvol -o c.cvi --engine transform --ratio 1
+expect_failure 2 'for engines sheet and transform' cvol render a.cvol -o c.png --engine ray --progressive
+expect_failure 2 'draws a .cvol level by level' cvol render in.raw --dims $dims --type uint8 -o c.png --progressive
 size=$(wc -c <a.cvi)
 for at in 2 9 17 30 40 150 250 $((size / 2)) $((size - 30)) $((size - 2)); do
     cp a.cvi bad.cvi
