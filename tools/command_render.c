@@ -19,7 +19,8 @@ static const char examples[] =
     "  cvol render ct.cvol -o bones.png --transfer bone --size 1024 --zoom 1.5\n"
     "  cvol render scan.nii.gz -o mip.png --mode mip --background 1,1,1\n"
     "  cvol render ct.cvol -o ct.cvi --engine transform        a compressed picture\n"
-    "  cvol render ct.cvol -o ct.png --progressive             ct-1.png, ct-2.png, ..., ct.png\n";
+    "  cvol render ct.cvol -o ct.png --progressive             ct-1.png, ct-2.png, ..., ct.png\n"
+    "  cvol render ct.cvol --engine fourier --poses poses.csv -o stack.nrrd --size 256\n";
 
 /* What slices' transforms took; nothing of other engines. */
 static json_t *transform_json(cvol_context *context, const scene *s)
@@ -51,6 +52,7 @@ static void describe_outcome(json_t *object, cvol_context *context, const scene 
     json_object_set_new(object, "render_ms", json_real(result->render_ms));
     if (transform)
         json_object_set_new(object, "transform", transform);
+    describe_fourier(object, context, s);
     if (result->is_compressed)
         json_object_set_new(object, "picture", describe_picture(&result->info));
 }
@@ -269,6 +271,12 @@ int command_render(int argc, char **argv)
          0, NULL},
         {"--zoom", "Z", "magnification (default 1)", OPTION_NUMBER, &a.zoom, 0, NULL},
         LOOK_OPTIONS(a),
+        {NULL, NULL, "Many projections, as float32 in the volume's units (engine fourier):",
+         OPTION_HEADING, NULL, 0, NULL},
+        {"--poses", "FILE", "a line for each: w,x,y,z or azimuth,elevation,roll; -o STACK.nrrd",
+         OPTION_TEXT, &a.poses, 0, NULL},
+        {"--integrals", NULL, "along rays, in the volume's unit of length, not means", OPTION_FLAG,
+         &a.integrals, 0, NULL},
         INPUT_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),
     };
@@ -283,11 +291,12 @@ int command_render(int argc, char **argv)
     int status = parse_command_line(&line, argc, argv);
     if (status >= 0 || (status = check_render_arguments(&s, &a)))
         return status;
-    if ((status = check_pictures(&s, &a)))
+    if ((status = a.poses ? check_poses(&a) : check_pictures(&s, &a)))
         return status;
     a.common.accept_cut = 1;
     cvol_context *context = begin_command(&a.common);
     if (!context)
         return EXIT_FAILED;
-    return end_command(context, render(context, &a, &s, line.positionals[0]));
+    return end_command(context,
+                       (a.poses ? render_poses : render)(context, &a, &s, line.positionals[0]));
 }

@@ -27,9 +27,11 @@ static int choose_engine(cvol_engine *engine, const char *name)
         *engine = CVOL_ENGINE_SPLAT;
     else if (!strcmp(name, "transform"))
         *engine = CVOL_ENGINE_TRANSFORM;
+    else if (!strcmp(name, "fourier"))
+        *engine = CVOL_ENGINE_FOURIER;
     else
-        return complain(EXIT_MISUSED, "--engine is '%s', must be sheet, ray, splat or transform",
-                        name);
+        return complain(EXIT_MISUSED,
+                        "--engine is '%s', must be sheet, ray, splat, transform or fourier", name);
     return EXIT_DONE;
 }
 
@@ -155,14 +157,39 @@ static int choose_transform(scene *s, const render_arguments *a)
     return EXIT_DONE;
 }
 
-int check_render_arguments(scene *s, const render_arguments *a)
+/* The mode that engine fourier has, and the options that it alone has. */
+static int choose_fourier(scene *s, const render_arguments *a)
+{
+    const char *given = a->depth_cue_given ? "--depth-cue"
+                        : a->poses         ? "--poses"
+                        : a->integrals     ? "--integrals"
+                                           : NULL;
+    if (s->engine != CVOL_ENGINE_FOURIER)
+        return given ? complain(EXIT_MISUSED, "%s is for engine fourier", given) : EXIT_DONE;
+    if (s->options.mode != CVOL_MODE_XRAY)
+        return complain(EXIT_MISUSED, "--mode %s is not for engine fourier, which has xray only",
+                        a->mode_name);
+    if (!(a->depth_cue >= 0 && a->depth_cue <= 1))
+        return complain(EXIT_MISUSED, "--depth-cue is %g, must be 0 to 1", a->depth_cue);
+    if (a->integrals && !a->poses)
+        return complain(EXIT_MISUSED, "--integrals is for --poses: pictures show means");
+    s->options.fourier.depth_cue = a->depth_cue;
+    s->options.fourier.integrals = a->integrals;
+    return EXIT_DONE;
+}
+
+int check_render_arguments(scene *s, render_arguments *a)
 {
     s->options = cvol_render_options_defaults();
-    if (choose_mode(&s->options.mode, a->mode_name) || choose_engine(&s->engine, a->engine_name))
+    if (choose_engine(&s->engine, a->engine_name))
+        return EXIT_MISUSED;
+    if (!a->mode_name)
+        a->mode_name = s->engine == CVOL_ENGINE_FOURIER ? "xray" : "composite";
+    if (choose_mode(&s->options.mode, a->mode_name))
         return EXIT_MISUSED;
     if (a->step != 0 && s->engine != CVOL_ENGINE_RAY)
         return complain(EXIT_MISUSED, "--step is for engine ray; the others take one a slice");
-    if (choose_splat(s, a) || choose_transform(s, a))
+    if (choose_splat(s, a) || choose_transform(s, a) || choose_fourier(s, a))
         return EXIT_MISUSED;
     if (a->step < 0)
         return complain(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
@@ -223,26 +250,40 @@ static int find_mask(scene *s)
     return EXIT_DONE;
 }
 
+static int create_renderer(cvol_context *context, scene *s, int compressed)
+{
+    cvol_renderer **out = &s->renderer;
+    const cvol_array *array = s->in.array;
+    const cvol_volume *volume = s->in.volume;
+    switch (s->engine) {
+    case CVOL_ENGINE_SHEET:
+        return cvol_renderer_create_sheet(context, out, array);
+    case CVOL_ENGINE_RAY:
+        return cvol_renderer_create_ray_masked(context, out, volume, s->mask);
+    case CVOL_ENGINE_TRANSFORM:
+        return compressed ? cvol_renderer_create_transform(context, out, array)
+                          : cvol_renderer_create_transform_dense(context, out, volume);
+    case CVOL_ENGINE_FOURIER:
+        return compressed ? cvol_renderer_create_fourier(context, out, array)
+                          : cvol_renderer_create_fourier_dense(context, out, volume);
+    case CVOL_ENGINE_SPLAT:
+        break;
+    }
+    return compressed ? cvol_renderer_create_splat(context, out, array)
+                      : cvol_renderer_create_splat_dense(context, out, volume);
+}
+
 static int make_renderer(cvol_context *context, scene *s, const char *path)
 {
-    /* Splats take what there is. */
-    const int compressed = s->engine == CVOL_ENGINE_SHEET || (has_splats(s) && s->in.array);
+    /* Most take what there is. */
+    const int compressed = s->engine == CVOL_ENGINE_SHEET ||
+                           (s->engine != CVOL_ENGINE_RAY && s->in.array);
     int status = compressed ? need_array(context, &s->in, path, 0) : need_volume(context, &s->in);
     if (!status && s->engine == CVOL_ENGINE_RAY && s->in.array)
         status = find_mask(s);
     if (status)
         return status;
-    int code = s->engine == CVOL_ENGINE_SHEET
-                   ? cvol_renderer_create_sheet(context, &s->renderer, s->in.array)
-               : s->engine == CVOL_ENGINE_RAY
-                   ? cvol_renderer_create_ray_masked(context, &s->renderer, s->in.volume, s->mask)
-               : s->engine == CVOL_ENGINE_TRANSFORM
-                   ? (compressed
-                          ? cvol_renderer_create_transform(context, &s->renderer, s->in.array)
-                          : cvol_renderer_create_transform_dense(context, &s->renderer,
-                                                                 s->in.volume))
-               : compressed ? cvol_renderer_create_splat(context, &s->renderer, s->in.array)
-                            : cvol_renderer_create_splat_dense(context, &s->renderer, s->in.volume);
+    const int code = create_renderer(context, s, compressed);
     if (code)
         return complain_context(context, code, NULL);
     /* What the engine does not look at need not stay in memory. */

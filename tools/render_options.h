@@ -19,111 +19,126 @@ typedef struct render_arguments {
     int rho_given, tile, tile_given;
     double psnr, ratio; /* of a compressed picture */
     int psnr_given, ratio_given, progressive;
+    double depth_cue; /* engine fourier */
+    int depth_cue_given, integrals;
+    const char *poses;
     int views, repeat;
 } render_arguments;
 
-#define RENDER_ARGUMENTS_DEFAULTS                                                  \
-    {                                                                              \
-        .engine_name = "sheet", .mode_name = "composite", .transfer_name = "auto", \
-        .size = {512, 512}, .zoom = 1, .views = 12, .repeat = 3                    \
+#define RENDER_ARGUMENTS_DEFAULTS                                                       \
+    {                                                                                   \
+        .engine_name = "sheet", .transfer_name = "auto", .size = {512, 512}, .zoom = 1, \
+        .views = 12, .repeat = 3                                                        \
     }
 
-#define LOOK_OPTIONS(a)                                                                           \
-    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                         \
-        {"--mode", "MODE", "composite (default), xray or mip", OPTION_TEXT, &(a).mode_name,       \
-         0,        NULL},                                                                         \
-        {"--transfer",                                                                            \
-         "NAME|FILE",                                                                             \
-         "auto (default) gray bone skin-bone mri hot viridis magma cool-warm, or a JSON file",    \
-         OPTION_TEXT,                                                                             \
-         &(a).transfer_name,                                                                      \
-         0,                                                                                       \
-         NULL},                                                                                   \
-        {"--background",                                                                          \
-         "R,G,B",                                                                                 \
-         "each 0..1 (default 0,0,0)",                                                             \
-         OPTION_NUMBERS3,                                                                         \
-         (a).background,                                                                          \
-         0,                                                                                       \
-         NULL},                                                                                   \
-        {"--level",                                                                               \
-         "L",                                                                                     \
-         "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser previews",                       \
-         OPTION_INTEGER,                                                                          \
-         &(a).common.level,                                                                       \
-         0,                                                                                       \
-         NULL},                                                                                   \
-        {"--engine",                                                                              \
-         "ENGINE",                                                                                \
-         "sheet (default), ray (dense samples, slow), splat (footprints), transform (of slices)", \
-         OPTION_TEXT,                                                                             \
-         &(a).engine_name,                                                                        \
-         0,                                                                                       \
-         NULL},                                                                                   \
-        {"--footprint",                                                                           \
-         "NAME",                                                                                  \
-         "of splat and transform: gaussian (default) sinc box, or splat's cone",                  \
-         OPTION_TEXT,                                                                             \
-         &(a).footprint_name,                                                                     \
-         0,                                                                                       \
-         NULL},                                                                                   \
-        {"--footprint-size",                                                                      \
-         "N",                                                                                     \
-         "samples that it spans, 3 to 31 (default 5)",                                            \
-         OPTION_INTEGER,                                                                          \
-         &(a).footprint_size,                                                                     \
-         0,                                                                                       \
-         &(a).footprint_given},                                                                   \
-        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6)",                \
-         OPTION_NUMBER,   &(a).sigma, 0,                                                          \
-         &(a).sigma_given},                                                                       \
-        {"--shade",   NULL,       "of splat and transform: light samples by their gradients",     \
-         OPTION_FLAG, &(a).shade, 0,                                                              \
-         NULL},                                                                                   \
-        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",                \
-         OPTION_NUMBERS3, (a).light, 0,                                                           \
-         &(a).light_given},                                                                       \
-        {"--order",                                                                               \
-         "ORDER",                                                                                 \
-         "of splat and transform: front (default) to back, or back to front",                     \
-         OPTION_TEXT,                                                                             \
-         &(a).order_name,                                                                         \
-         0,                                                                                       \
-         NULL},                                                                                   \
-        {"--footprint-plane",                                                                     \
-         "PLANE",                                                                                 \
-         "of splat: where it is round, view (default) or slices, as for transform",               \
-         OPTION_TEXT,                                                                             \
-         &(a).plane_name,                                                                         \
-         0,                                                                                       \
-         NULL},                                                                                   \
-        {"--tile",                                                                                \
-         "N",                                                                                     \
-         "of engine transform: slices in tiles of 8, 16 (default) or 32; 0: whole",               \
-         OPTION_INTEGER,                                                                          \
-         &(a).tile,                                                                               \
-         0,                                                                                       \
-         &(a).tile_given},                                                                        \
-        {"--spectrum",                                                                            \
-         "NAME",                                                                                  \
-         "of engine transform: dct (default), or, of whole slices, dft or dht",                   \
-         OPTION_TEXT,                                                                             \
-         &(a).spectrum_name,                                                                      \
-         0,                                                                                       \
-         NULL},                                                                                   \
-        {"--rho",       "SHARE",  "of its coefficients that are kept (default 0.1)",              \
-         OPTION_NUMBER, &(a).rho, 0,                                                              \
-         &(a).rho_given},                                                                         \
-        {"--schedule",                                                                            \
-         "NAME",                                                                                  \
-         "deferred (default): composite samples; literal: coefficients, every time",              \
-         OPTION_TEXT,                                                                             \
-         &(a).schedule_name,                                                                      \
-         0,                                                                                       \
-         NULL},                                                                                   \
-    {                                                                                             \
-        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,         \
-            &(a).step, 0, NULL                                                                    \
+#define LOOK_OPTIONS(a)                                                                        \
+    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                      \
+        {"--mode",                                                                             \
+         "MODE",                                                                               \
+         "composite (default), xray (default of engine fourier) or mip",                       \
+         OPTION_TEXT,                                                                          \
+         &(a).mode_name,                                                                       \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--transfer",                                                                         \
+         "NAME|FILE",                                                                          \
+         "auto (default) gray bone skin-bone mri hot viridis magma cool-warm, or a JSON file", \
+         OPTION_TEXT,                                                                          \
+         &(a).transfer_name,                                                                   \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--background",                                                                       \
+         "R,G,B",                                                                              \
+         "each 0..1 (default 0,0,0)",                                                          \
+         OPTION_NUMBERS3,                                                                      \
+         (a).background,                                                                       \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--level",                                                                            \
+         "L",                                                                                  \
+         "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser previews",                    \
+         OPTION_INTEGER,                                                                       \
+         &(a).common.level,                                                                    \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--engine",                                                                           \
+         "ENGINE",                                                                             \
+         "sheet (default), ray (slow), splat (footprints), transform (of slices), fourier",    \
+         OPTION_TEXT,                                                                          \
+         &(a).engine_name,                                                                     \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--footprint",                                                                        \
+         "NAME",                                                                               \
+         "of splat and transform: gaussian (default) sinc box, or splat's cone",               \
+         OPTION_TEXT,                                                                          \
+         &(a).footprint_name,                                                                  \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--footprint-size",                                                                   \
+         "N",                                                                                  \
+         "samples that it spans, 3 to 31 (default 5)",                                         \
+         OPTION_INTEGER,                                                                       \
+         &(a).footprint_size,                                                                  \
+         0,                                                                                    \
+         &(a).footprint_given},                                                                \
+        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6)",             \
+         OPTION_NUMBER,   &(a).sigma, 0,                                                       \
+         &(a).sigma_given},                                                                    \
+        {"--shade",   NULL,       "of splat and transform: light samples by their gradients",  \
+         OPTION_FLAG, &(a).shade, 0,                                                           \
+         NULL},                                                                                \
+        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",             \
+         OPTION_NUMBERS3, (a).light, 0,                                                        \
+         &(a).light_given},                                                                    \
+        {"--order",                                                                            \
+         "ORDER",                                                                              \
+         "of splat and transform: front (default) to back, or back to front",                  \
+         OPTION_TEXT,                                                                          \
+         &(a).order_name,                                                                      \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--footprint-plane",                                                                  \
+         "PLANE",                                                                              \
+         "of splat: where it is round, view (default) or slices, as for transform",            \
+         OPTION_TEXT,                                                                          \
+         &(a).plane_name,                                                                      \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--tile",                                                                             \
+         "N",                                                                                  \
+         "of engine transform: slices in tiles of 8, 16 (default) or 32; 0: whole",            \
+         OPTION_INTEGER,                                                                       \
+         &(a).tile,                                                                            \
+         0,                                                                                    \
+         &(a).tile_given},                                                                     \
+        {"--spectrum",                                                                         \
+         "NAME",                                                                               \
+         "of engine transform: dct (default), or, of whole slices, dft or dht",                \
+         OPTION_TEXT,                                                                          \
+         &(a).spectrum_name,                                                                   \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--rho",       "SHARE",  "of its coefficients that are kept (default 0.1)",           \
+         OPTION_NUMBER, &(a).rho, 0,                                                           \
+         &(a).rho_given},                                                                      \
+        {"--schedule",                                                                         \
+         "NAME",                                                                               \
+         "deferred (default): composite samples; literal: coefficients, every time",           \
+         OPTION_TEXT,                                                                          \
+         &(a).schedule_name,                                                                   \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--depth-cue",                                                                        \
+         "S",                                                                                  \
+         "of engine fourier: how much darker the far end is, 0 (default) to 1",                \
+         OPTION_NUMBER,                                                                        \
+         &(a).depth_cue,                                                                       \
+         0,                                                                                    \
+         &(a).depth_cue_given},                                                                \
+    {                                                                                          \
+        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,      \
+            &(a).step, 0, NULL                                                                 \
     }
 
 /* A renderer over an input, with its transfer function. */
@@ -136,10 +151,17 @@ typedef struct scene {
     double load_ms;
 } scene;
 
-/* Checks the names and numbers of the options. Exit status. */
-int check_render_arguments(scene *s, const render_arguments *arguments);
+/* Checks the names and numbers of the options, and sets the mode's where it was not given. Exit
+ * status. */
+int check_render_arguments(scene *s, render_arguments *arguments);
 /* Opens the input and makes the renderer. Exit status. */
 int open_scene(cvol_context *context, scene *s, render_arguments *arguments, const char *path);
 void close_scene(scene *s);
+
+/* render_poses.c: `arguments->poses` as a stack of projections. Exit status. */
+int check_poses(const render_arguments *arguments);
+int render_poses(cvol_context *context, render_arguments *arguments, scene *s, const char *path);
+/* What engine fourier tells of itself; nothing of others. */
+void describe_fourier(json_t *object, cvol_context *context, const scene *s);
 
 #endif

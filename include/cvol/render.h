@@ -64,7 +64,8 @@ typedef enum cvol_engine {
     CVOL_ENGINE_SHEET = 1,    /* from the compressed array, sheet by sheet */
     CVOL_ENGINE_RAY = 2,      /* from dense samples, ray by ray: the truth */
     CVOL_ENGINE_SPLAT = 3,    /* footprint by footprint: Westover's algorithm */
-    CVOL_ENGINE_TRANSFORM = 4 /* the same on compressed transforms of slices: Chen and Reif's */
+    CVOL_ENGINE_TRANSFORM = 4, /* the same on compressed transforms of slices: Chen and Reif's */
+    CVOL_ENGINE_FOURIER = 5 /* mode xray alone: slices through the spectrum, O(N^2 log N) a view */
 } cvol_engine;
 
 typedef enum cvol_mode {
@@ -128,6 +129,12 @@ typedef struct cvol_transform_options {
     double stored_rho; /* planes are made with so many terms, if that is more; pictures use rho */
 } cvol_transform_options;
 
+/* What the fourier engine is asked for. */
+typedef struct cvol_fourier_options {
+    double depth_cue; /* 0..1: how much darker the far end of the volume's diagonal is */
+    int integrals;    /* of cvol_renderer_project: along rays, in world length, not means */
+} cvol_fourier_options;
+
 typedef struct cvol_render_options {
     int width, height; /* pixels */
     cvol_mode mode;
@@ -137,6 +144,7 @@ typedef struct cvol_render_options {
     double background[3]; /* R G B in 0..1 */
     cvol_splat_options splat;
     cvol_transform_options transform;
+    cvol_fourier_options fourier;
 } cvol_render_options;
 
 /* 512 x 512, composite, azimuth 0, elevation 0, zoom 1, black; splats: Gaussian, 5 samples wide,
@@ -212,6 +220,37 @@ typedef struct cvol_transform_report {
 /* ARGUMENT: of another engine, or before its first picture. */
 CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,
                                             cvol_transform_report *out);
+/* A renderer by the Fourier slice theorem (Malzbender, "Fourier volume rendering", 1993), mode xray
+ * only: a picture is a plane through the volume's spectrum, transformed back. It is that of engine
+ * ray but for what is finer than pixels and samples. The array or volume must outlive the renderer,
+ * which holds the spectrum of all samples, padded to 3/2 of each axis, as half floats: 6.8 bytes a
+ * sample, twice as much with a mask, and while it is made three times as much. Samples that are NaN
+ * count as for engine ray. Cost: N log N once, and for a picture O(P log P + 64 P), P the points of
+ * the volume's shadow, whatever the volume's depth. */
+CVOL_API int cvol_renderer_create_fourier(cvol_context *context, cvol_renderer **out,
+                                          const cvol_array *array);
+CVOL_API int cvol_renderer_create_fourier_dense(cvol_context *context, cvol_renderer **out,
+                                                const cvol_volume *volume);
+/* Views in the data's own units: out[x + width (y + height i)], y = 0 on top, is the mean of the
+ * samples along a ray of view i, and the least sample where it misses the volume; or, with
+ * options->fourier.integrals, the integral, and 0. A rotation (w, x, y, z), a quaternion of any
+ * length, turns a camera that looks along -z with y up: its columns are right, up and the direction
+ * of the eye. Zoom and size are options'. Engine fourier only; each thread makes whole views, which
+ * have the same bits for any number of threads. Errors: ARGUMENT, MEMORY, CANCELLED. */
+CVOL_API int cvol_renderer_project(cvol_context *context, cvol_renderer *renderer, float *out,
+                                   const cvol_render_options *options, const double (*rotations)[4],
+                                   size_t count);
+/* The rotation of a camera of these angles. */
+CVOL_API void cvol_camera_rotation(double rotation[4], const cvol_camera *camera);
+/* What a fourier renderer holds. */
+typedef struct cvol_fourier_report {
+    size_t padded[3];
+    uint64_t bytes; /* of the spectrum */
+    double build_ms;
+} cvol_fourier_report;
+/* ARGUMENT: of another engine. */
+CVOL_API int cvol_renderer_fourier_report(cvol_context *context, const cvol_renderer *renderer,
+                                          cvol_fourier_report *out);
 CVOL_API void cvol_renderer_free(cvol_renderer *renderer);
 /* Sets the transfer function of mode composite; it is copied. */
 CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,

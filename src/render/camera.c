@@ -105,6 +105,27 @@ static void set_directions(cvol_view *view, const cvol_camera *camera)
     }
 }
 
+/* rotation = rotation times a turn by `degrees` about x or z. */
+static void turn_about(double rotation[4], int axis, double degrees)
+{
+    const double c = cos(degrees / 2 * RADIANS_PER_DEGREE), s = sin(degrees / 2 * RADIANS_PER_DEGREE);
+    const double w = rotation[0], x = rotation[1], y = rotation[2], z = rotation[3];
+    rotation[0] = w * c - (axis ? z : x) * s;
+    rotation[1] = x * c + (axis ? y : w) * s;
+    rotation[2] = y * c + (axis ? -x : z) * s;
+    rotation[3] = z * c + (axis ? w : -y) * s;
+}
+
+/* From straight above, looking down: about z by the azimuth, then about the new x and z. */
+void cvol_camera_rotation(double rotation[4], const cvol_camera *camera)
+{
+    rotation[0] = 1;
+    rotation[1] = rotation[2] = rotation[3] = 0;
+    turn_about(rotation, 1, camera->azimuth_deg);
+    turn_about(rotation, 0, 90 - camera->elevation_deg);
+    turn_about(rotation, 1, camera->roll_deg);
+}
+
 int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
                    const cvol_render_options *options)
 {

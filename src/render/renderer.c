@@ -43,6 +43,16 @@ static int create_transform_dense(cvol_context *context, void **state, const voi
     return cvol_transform_create_dense(context, state, source);
 }
 
+static int create_fourier(cvol_context *context, void **state, const void *source)
+{
+    return cvol_fourier_create(context, state, source);
+}
+
+static int create_fourier_dense(cvol_context *context, void **state, const void *source)
+{
+    return cvol_fourier_create_dense(context, state, source);
+}
+
 static int create_renderer(cvol_context *context, cvol_renderer **out, const cvol_grid *grid,
                            const cvol_engine_table *engine, create_fn create, const void *source)
 {
@@ -103,6 +113,20 @@ int cvol_renderer_create_transform_dense(cvol_context *context, cvol_renderer **
 {
     return create_renderer(context, out, &volume->grid, &cvol_transform_engine,
                            create_transform_dense, volume);
+}
+
+int cvol_renderer_create_fourier(cvol_context *context, cvol_renderer **out,
+                                 const cvol_array *array)
+{
+    return create_renderer(context, out, cvol_array_grid(array), &cvol_fourier_engine,
+                           create_fourier, array);
+}
+
+int cvol_renderer_create_fourier_dense(cvol_context *context, cvol_renderer **out,
+                                       const cvol_volume *volume)
+{
+    return create_renderer(context, out, &volume->grid, &cvol_fourier_engine, create_fourier_dense,
+                           volume);
 }
 
 void cvol_renderer_free(cvol_renderer *renderer)

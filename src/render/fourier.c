@@ -1,0 +1,513 @@
+/* The fourier engine: pictures like X-rays, by the Fourier slice theorem.
+ *
+ * Sums along rays come from a slice (fourier_slice.c). A pixel's mean is
+ *
+ *     base + sum / weight,       weight: the length within the volume, as blurred as the sum,
+ *
+ * where the pixel's ray meets the volume. With depth cueing (Totsuka and Levoy, "Frequency domain
+ * volume rendering", 1993) a sample counts 1 - strength depth, depth from 0 at the near end of the
+ * volume's diagonal, were it along the ray, to 1 at the far end.
+ */
+#include "render/fourier.h"
+
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+#include "array/array.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "base/thread.h"
+
+/* Of the least spacing: lengths below say nothing. */
+#define FLOOR 0.05
+
+typedef struct fourier_state {
+    cvol_grid grid;
+    cvol_fourier_source source;
+    cvol_fourier_kernel kernel;
+    cvol_fourier_volume volume;
+    cvol_fourier_planes *planes; /* one for each thread that makes whole views */
+    int planes_count;
+    cvol_fourier_report report;
+} fourier_state;
+
+/* ---- state ----------------------------------------------------------------------------- */
+
+static double now_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
+}
+
+static void fourier_free(void *opaque)
+{
+    fourier_state *state = opaque;
+    for (int i = 0; i < state->planes_count; i++)
+        cvol_fourier_planes_free(&state->planes[i]);
+    free(state->planes);
+    cvol_fourier_volume_free(&state->volume);
+    free(state);
+}
+
+static int find_window(cvol_context *context, fourier_state *state)
+{
+    const cvol_array *array = state->source.array;
+    cvol_sample_stats stats = {0};
+    int code = CVOL_OK;
+    if (array) {
+        stats.min = array->ledger.value_min;
+        stats.max = array->ledger.value_max;
+    } else {
+        code = cvol_grid_check(context, &state->grid, "volume");
+        if (!code)
+            code = cvol_volume_stats(context, &stats, state->source.volume);
+    }
+    state->source.min = stats.min;
+    state->source.max = stats.max;
+    return code;
+}
+
+static int create(cvol_context *context, void **out, const cvol_array *array,
+                  const cvol_volume *volume)
+{
+    *out = NULL;
+    const double start = now_ms();
+    fourier_state *state = calloc(1, sizeof *state);
+    if (!state)
+        return cvol_fail_memory(context, sizeof *state, "a renderer");
+    state->grid = array ? *cvol_array_grid(array) : volume->grid;
+    state->source = (cvol_fourier_source){.array = array, .volume = volume};
+    cvol_fourier_kernel_make(&state->kernel);
+    int code = find_window(context, state);
+    if (!code)
+        code = cvol_fourier_volume_make(context, &state->volume, &state->source);
+    if (code) {
+        fourier_free(state);
+        return code;
+    }
+    for (int a = 0; a < 3; a++)
+        state->report.padded[a] = state->volume.samples.dims[a];
+    state->report.bytes = 4 * (uint64_t)(state->volume.samples.places + state->volume.cover.places);
+    state->report.build_ms = now_ms() - start;
+    *out = state;
+    return CVOL_OK;
+}
+
+int cvol_fourier_create(cvol_context *context, void **state, const cvol_array *array)
+{
+    return create(context, state, array, NULL);
+}
+
+int cvol_fourier_create_dense(cvol_context *context, void **state, const cvol_volume *volume)
+{
+    return create(context, state, NULL, volume);
+}
+
+/* No transfer function matters to a mean. */
+static int fourier_set_transfer(cvol_context *context, void *opaque, const cvol_transfer *transfer)
+{
+    (void)context;
+    (void)opaque;
+    (void)transfer;
+    return CVOL_OK;
+}
+
+int cvol_renderer_fourier_report(cvol_context *context, const cvol_renderer *renderer,
+                                 cvol_fourier_report *out)
+{
+    if (renderer->engine != &cvol_fourier_engine)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "this renderer is not of engine fourier");
+    *out = ((const fourier_state *)renderer->state)->report;
+    return CVOL_OK;
+}
+
+/* ---- where rays meet the volume -----------------------------------------------------------------
+ */
+
+/* Along axis a, a ray's t where it is within the box, for pixel x and row y (world lengths from
+ * the middle): (half + ...) as a middle and a half width, both linear in x and y. */
+typedef struct box_rays {
+    int moves[3];              /* whether t matters to this axis */
+    double mid_x[3], mid_y[3]; /* the middle of t is mid_x x + mid_y y */
+    double half[3];            /* and t is within half of it; or |place| <= half */
+} box_rays;
+
+static box_rays rays_make(const cvol_grid *grid, const cvol_view *view)
+{
+    box_rays rays = {0};
+    for (int a = 0; a < 3; a++) {
+        const double thick = grid->dims[a] > 1 ? view->extent[a] : grid->spacing[a];
+        const double eye = view->eye[a];
+        rays.moves[a] = fabs(eye) > 1e-9;
+        const double over = rays.moves[a] ? -1 / eye : 1;
+        rays.mid_x[a] = view->right[a] * over;
+        rays.mid_y[a] = view->up[a] * over;
+        /* rays along a face are within */
+        rays.half[a] = thick / 2 * (rays.moves[a] ? fabs(over) : 1 + 1e-9);
+    }
+    return rays;
+}
+
+/* From where to where (t towards the eye, from the plane through the middle) the rays of a row of
+ * pixels are within the volume; near < far if they are. */
+static void meet(float *far, float *near, const box_rays *rays, double x0, double step, double y,
+                 int count)
+{
+    for (int i = 0; i < count; i++) {
+        far[i] = -INFINITY;
+        near[i] = INFINITY;
+    }
+    for (int a = 0; a < 3; a++) {
+        const float start = (float)(rays->mid_x[a] * x0 + rays->mid_y[a] * y);
+        const float rise = (float)(rays->mid_x[a] * step), half = (float)rays->half[a];
+        if (rays->moves[a])
+            for (int i = 0; i < count; i++) {
+                const float middle = start + (float)i * rise;
+                far[i] = far[i] > middle - half ? far[i] : middle - half;
+                near[i] = near[i] < middle + half ? near[i] : middle + half;
+            }
+        else
+            for (int i = 0; i < count; i++)
+                near[i] = fabsf(start + (float)i * rise) <= half ? near[i] : -INFINITY;
+    }
+}
+
+/* ---- pixels -------------------------------------------------------------------------------------
+ */
+
+/* What all rows of one picture share. */
+typedef struct pixel_job {
+    const fourier_state *state;
+    const cvol_fourier_planes *planes;
+    const cvol_view *view;
+    cvol_fourier_cue cue;
+    box_rays rays;
+    double floor; /* weights below say nothing */
+    int integrals;
+    /* Where pixels are not points of the lattice: */
+    long *cell;
+    float (*weights)[CVOL_FOURIER_TAPS];
+} pixel_job;
+
+/* Where pixel x lies on the lattice. */
+static double column_at(const pixel_job *job, int i)
+{
+    const cvol_fourier_lattice *lattice = &job->planes->lattice;
+    return (i + 0.5 - job->view->width / 2.0) * job->view->pixel / lattice->space +
+           lattice->shift[0];
+}
+
+static int interpolates(cvol_context *context, pixel_job *job)
+{
+    const cvol_fourier_lattice *lattice = &job->planes->lattice;
+    const size_t width = (size_t)job->view->width;
+    if (lattice->aligned)
+        return CVOL_OK;
+    job->cell = cvol_allocate(width, sizeof *job->cell);
+    job->weights = cvol_allocate(width, sizeof *job->weights);
+    if (!job->cell || !job->weights)
+        return cvol_fail_memory(context, width * 24, "weights of pixels");
+    for (int i = 0; i < job->view->width; i++) {
+        const double at = column_at(job, i), cell = floor(at);
+        /* far outside it does not matter where */
+        job->cell[i] = cell > -1e9 && cell < 1e9 ? (long)cell - 1 : -1000000000;
+        cvol_fourier_kernel_weigh(job->weights[i], &job->state->kernel, at - cell);
+    }
+    return CVOL_OK;
+}
+
+static int within(long at, size_t count)
+{
+    return at >= 0 && (size_t)at < count;
+}
+
+/* A row of pixels of a plane; 0 beyond it. `line` has room for a row of the plane. */
+static void sample_row(float *out, float *line, const float *plane, const pixel_job *job, int j)
+{
+    const cvol_fourier_lattice *lattice = &job->planes->lattice;
+    const size_t *n = lattice->dims;
+    const int width = job->view->width;
+    memset(out, 0, (size_t)width * sizeof *out);
+    if (lattice->aligned) {
+        const long row = lattice->first[1] + job->view->height - 1 - j;
+        long from = lattice->first[0] < 0 ? -lattice->first[0] : 0;
+        long end = (long)n[0] - lattice->first[0] < width ? (long)n[0] - lattice->first[0] : width;
+        if (within(row, n[1]) && from < end)
+            memcpy(out + from, plane + (size_t)row * n[0] + lattice->first[0] + from,
+                   (size_t)(end - from) * sizeof *out);
+        return;
+    }
+    const double y = (job->view->height / 2.0 - j - 0.5) * job->view->pixel / lattice->space +
+                     lattice->shift[1];
+    if (!(y > -2 && y < (double)n[1] + 2))
+        return;
+    const long cell = (long)floor(y) - 1;
+    float weights[CVOL_FOURIER_TAPS];
+    cvol_fourier_kernel_weigh(weights, &job->state->kernel, y - floor(y));
+    memset(line, 0, n[0] * sizeof *line);
+    for (int k = 0; k < CVOL_FOURIER_TAPS; k++)
+        if (within(cell + k, n[1])) {
+            const float *from = plane + (size_t)(cell + k) * n[0];
+            for (size_t i = 0; i < n[0]; i++)
+                line[i] += weights[k] * from[i];
+        }
+    for (int i = 0; i < width; i++)
+        for (int k = 0; k < CVOL_FOURIER_TAPS; k++)
+            if (within(job->cell[i] + k, n[0]))
+                out[i] += job->weights[i][k] * line[job->cell[i] + k];
+}
+
+/* Means (or integrals) of a row of pixels; NaN where there is no volume. Five lines of scratch, the
+ * last as long as the lattice's. */
+static void make_row(float *out, float *scratch, const pixel_job *job, int j)
+{
+    const fourier_state *state = job->state;
+    const cvol_view *view = job->view;
+    const int width = view->width;
+    const size_t w = (size_t)width;
+    float *sum = scratch, *weight = scratch + w, *far = weight + w, *near = far + w;
+    float *line = near + w;
+    sample_row(sum, line, job->planes->sums, job, j);
+    sample_row(weight, line, job->planes->weights, job, j);
+    const double y = (view->height / 2.0 - j - 0.5) * view->pixel;
+    meet(far, near, &job->rays, (0.5 - width / 2.0) * view->pixel, view->pixel, y, width);
+    const float base = (float)state->volume.base,
+                above = (float)(state->volume.base - state->source.min);
+    const float min = (float)state->source.min, max = (float)state->source.max;
+    const float least = (float)job->floor;
+    const float cue_near = (float)job->cue.near, slope = (float)job->cue.slope;
+    const int cued = slope > 0, masked = state->volume.masked;
+    for (int i = 0; i < width; i++) {
+        const float length = near[i] - far[i];
+        const int there = length > 0 && (!masked || weight[i] > least);
+        const float mean = sum[i] * weight[i] / (weight[i] * weight[i] + least * least);
+        const float share = cue_near + (there ? slope * 0.5f * (near[i] + far[i]) : 0);
+        if (job->integrals) {
+            /* linear in the samples, so that nothing is lost at the outline */
+            out[i] = sum[i] + base * weight[i] * share;
+            continue;
+        }
+        const float value = cued ? min + mean + above * share : base + mean;
+        /* a mean is within what it is of */
+        out[i] = !there ? NAN : value > min ? (value < max ? value : max) : min;
+    }
+}
+
+/* Room for views of `count` threads. */
+static int prepare_planes(cvol_context *context, fourier_state *state, int count)
+{
+    if (count <= state->planes_count)
+        return CVOL_OK;
+    const size_t bytes = (size_t)count * sizeof *state->planes;
+    cvol_fourier_planes *grown = realloc(state->planes, bytes);
+    if (!grown)
+        return cvol_fail_memory(context, bytes, "threads' views");
+    state->planes = grown;
+    for (; state->planes_count < count; state->planes_count++)
+        state->planes[state->planes_count] = (cvol_fourier_planes){0};
+    return CVOL_OK;
+}
+
+static int check_options(cvol_context *context, const cvol_render_options *options)
+{
+    const double strength = options->fourier.depth_cue;
+    return strength >= 0 && strength <= 1
+               ? CVOL_OK
+               : cvol_fail(context, CVOL_ERROR_ARGUMENT, "depth cue %g: must be 0 to 1", strength);
+}
+
+/* Sums and weights of a view, and what its pixels need. */
+static int start_view(cvol_context *context, const fourier_state *state,
+                      cvol_fourier_planes *planes, pixel_job *job, const cvol_view *view,
+                      const cvol_render_options *options)
+{
+    const double strength = options->fourier.depth_cue;
+    const double diagonal = view->pixel * options->camera.zoom * view->height;
+    *job = (pixel_job){.state = state,
+                       .planes = planes,
+                       .view = view,
+                       .cue = {1 - strength / 2, strength / diagonal},
+                       .rays = rays_make(&state->grid, view),
+                       .floor = INFINITY,
+                       .integrals = options->fourier.integrals};
+    for (int a = 0; a < 3; a++)
+        job->floor = fmin(job->floor, FLOOR * state->grid.spacing[a]);
+    int code = cvol_fourier_project(context, planes, &state->volume, &state->grid, view, &job->cue,
+                                    &state->kernel);
+    return code ? code : interpolates(context, job);
+}
+
+static size_t scratch_floats(const pixel_job *job)
+{
+    return 5 * (size_t)job->view->width + job->planes->lattice.dims[0] + 16;
+}
+
+static void free_job(pixel_job *job)
+{
+    free(job->cell);
+    free(job->weights);
+}
+
+/* ---- pictures -----------------------------------------------------------------------------------
+ */
+
+static uint8_t to_byte(double level)
+{
+    if (!(level > 0))
+        return 0;
+    return level < 1 ? (uint8_t)(level * 255 + 0.5) : 255;
+}
+
+static void paint_row(uint8_t *rgba, const float *values, const pixel_job *job,
+                      const double background[3])
+{
+    const double min = job->state->source.min, range = job->state->source.max - min;
+    for (int i = 0; i < job->view->width; i++, rgba += 4) {
+        const double level = range > 0 ? ((double)values[i] - min) / range : 0;
+        const uint8_t grey = to_byte(level);
+        for (int c = 0; c < 3; c++)
+            rgba[c] = isnan(values[i]) ? to_byte(background[c]) : grey;
+        rgba[3] = 255;
+    }
+}
+
+/* Rows of pixels, as bytes of an image or as floats. */
+static int make_rows(cvol_context *context, const pixel_job *job, cvol_image *image, float *out,
+                     const double background[3])
+{
+    const size_t width = (size_t)job->view->width;
+    const float nothing = (float)job->state->source.min;
+    int code = CVOL_OK;
+#pragma omp parallel num_threads(cvol_context_threads(context))
+    {
+        float *scratch = cvol_allocate(scratch_floats(job), sizeof *scratch);
+        if (!scratch) {
+#pragma omp atomic write
+            code = CVOL_ERROR_MEMORY;
+        }
+#pragma omp for schedule(static, 16)
+        for (int j = 0; j < job->view->height; j++) {
+            if (!scratch)
+                continue;
+            float *values = image ? scratch : out + width * (size_t)j;
+            make_row(values, image ? scratch + width : scratch, job, j);
+            if (image)
+                paint_row(image->rgba + 4 * width * (size_t)j, values, job, background);
+            else
+                for (size_t i = 0; i < width; i++)
+                    values[i] = isnan(values[i]) ? nothing : values[i];
+        }
+        free(scratch);
+    }
+    return code ? cvol_fail_memory(context, scratch_floats(job) * sizeof(float), "rows of pixels")
+                : CVOL_OK;
+}
+
+static int fourier_draw(cvol_context *context, void *opaque, cvol_image *image,
+                        const cvol_view *view, const cvol_render_options *options)
+{
+    fourier_state *state = opaque;
+    if (options->mode != CVOL_MODE_XRAY)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the fourier engine has mode xray only");
+    pixel_job job = {0};
+    int code = check_options(context, options);
+    if (!code)
+        code = prepare_planes(context, state, 1);
+    if (!code)
+        code = start_view(context, state, state->planes, &job, view, options);
+    if (!code)
+        code = make_rows(context, &job, image, NULL, options->background);
+    free_job(&job);
+    return code ? code : cvol_report_progress(context, "rendering", 1);
+}
+
+/* ---- projections --------------------------------------------------------------------------------
+ */
+
+/* The axes of a rotation of the camera, from a quaternion of any length. */
+static int turn(cvol_context *context, cvol_view *view, const double q[4])
+{
+    const double largest = fmax(fmax(fabs(q[0]), fabs(q[1])), fmax(fabs(q[2]), fabs(q[3])));
+    if (!(largest > 0) || !isfinite(q[0]) || !isfinite(q[1]) || !isfinite(q[2]) || !isfinite(q[3]))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%g %g %g %g is no rotation", q[0], q[1],
+                         q[2], q[3]);
+    double u[4], square = 0;
+    for (int k = 0; k < 4; k++) {
+        u[k] = q[k] / largest;
+        square += u[k] * u[k];
+    }
+    for (int k = 0; k < 4; k++)
+        u[k] /= sqrt(square);
+    const double w = u[0], x = u[1], y = u[2], z = u[3];
+    const double right[3] = {1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)};
+    const double up[3] = {2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)};
+    const double eye[3] = {2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)};
+    memcpy(view->right, right, sizeof right);
+    memcpy(view->up, up, sizeof up);
+    memcpy(view->eye, eye, sizeof eye);
+    return CVOL_OK;
+}
+
+static int project_one(cvol_context *context, const fourier_state *state,
+                       cvol_fourier_planes *planes, float *out, cvol_view view,
+                       const cvol_render_options *options, const double rotation[4])
+{
+    pixel_job job = {0};
+    int code = turn(context, &view, rotation);
+    if (!code)
+        code = start_view(context, state, planes, &job, &view, options);
+    if (!code)
+        code = make_rows(context, &job, NULL, out, NULL);
+    free_job(&job);
+    return code;
+}
+
+static int project_all(cvol_context *context, fourier_state *state, float *out,
+                       const cvol_view *view, const cvol_render_options *options,
+                       const double (*rotations)[4], size_t count)
+{
+    const size_t pixels = (size_t)view->width * (size_t)view->height;
+    /* one view alone is shared by all threads */
+    const int threads = count > 1 ? cvol_context_threads(context) : 1;
+    int code = prepare_planes(context, state, threads);
+    if (code)
+        return code;
+#pragma omp parallel for schedule(dynamic) num_threads(threads)
+    for (size_t i = 0; i < count; i++) {
+        cvol_context quiet = *context;
+        quiet.progress = NULL;
+        if (count > 1)
+            quiet.threads = 1;
+        const int failed = project_one(&quiet, state, state->planes + cvol_thread_index(),
+                                       out + pixels * i, *view, options, rotations[i]);
+        if (failed) {
+#pragma omp atomic write
+            code = failed;
+        }
+    }
+    return code ? cvol_fail_memory(context, pixels * sizeof *out, "projections") : CVOL_OK;
+}
+
+int cvol_renderer_project(cvol_context *context, cvol_renderer *renderer, float *out,
+                          const cvol_render_options *options, const double (*rotations)[4],
+                          size_t count)
+{
+    if (renderer->engine != &cvol_fourier_engine)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "this renderer is not of engine fourier, which alone has projections");
+    cvol_view view, turned;
+    int code = cvol_view_make(context, &view, &renderer->grid, options);
+    if (!code)
+        code = check_options(context, options);
+    for (size_t i = 0; i < count && !code; i++) {
+        turned = view;
+        code = turn(context, &turned, rotations[i]);
+    }
+    if (!code)
+        code = project_all(context, renderer->state, out, &view, options, rotations, count);
+    return code ? code : cvol_report_progress(context, "projecting", 1);
+}
+
+const cvol_engine_table cvol_fourier_engine = {fourier_free, fourier_set_transfer, fourier_draw};

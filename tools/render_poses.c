@@ -1,0 +1,149 @@
+/* Batches of projections: a stack with one sheet for each pose, written as it is made. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "poses.h"
+#include "render_options.h"
+
+/* Pictures' width in the world. */
+static double pixel_of(const cvol_grid *grid, const cvol_render_options *options)
+{
+    double square = 0, mean = 0;
+    for (int a = 0; a < 3; a++) {
+        const double extent = (double)(grid->dims[a] - 1) * grid->spacing[a];
+        square += extent * extent;
+        mean += grid->spacing[a] / 3;
+    }
+    return (square > 0 ? sqrt(square) : mean) / options->camera.zoom / options->height;
+}
+
+/* Its sheets are pictures, pixels apart as in the world; rows run downwards. */
+static cvol_grid stack_grid(const scene *s, size_t poses)
+{
+    const cvol_grid *of = input_grid(&s->in);
+    cvol_grid grid = cvol_grid_make((size_t)s->options.width, (size_t)s->options.height, poses,
+                                    CVOL_FLOAT32);
+    grid.spacing[0] = grid.spacing[1] = pixel_of(of, &s->options);
+    snprintf(grid.unit, sizeof grid.unit, "%s", of->unit);
+    return grid;
+}
+
+/* Sheets at a time: enough for all threads, and no more memory than this unless one needs it. */
+#define BATCH_BYTES ((size_t)64 << 20)
+#define BATCH_MAX ((size_t)256)
+
+static size_t least(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+static void rotations_of(double (*out)[4], const pose_list *list, size_t first, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        const double *numbers = list->poses[first + i].numbers;
+        const cvol_camera camera = {numbers[0], numbers[1], numbers[2], 1};
+        if (list->numbers == 4)
+            memcpy(out[i], numbers, sizeof out[i]);
+        else
+            cvol_camera_rotation(out[i], &camera);
+    }
+}
+
+static int write_stack(cvol_context *context, scene *s, const pose_list *list, const char *output)
+{
+    const cvol_grid grid = stack_grid(s, list->count);
+    const size_t pixels = grid.dims[0] * grid.dims[1];
+    const size_t fit = BATCH_BYTES / (pixels * sizeof(float));
+    const size_t batch = least(list->count, least(fit ? fit : 1, BATCH_MAX));
+    double rotations[BATCH_MAX][4];
+    cvol_volume_sink *sink = NULL;
+    float *sheets = malloc(batch * pixels * sizeof *sheets);
+    if (!sheets)
+        return complain(EXIT_FAILED, "not enough memory for %zu pictures of %zu pixels", batch,
+                        pixels);
+    int code = cvol_volume_sink_open(context, &sink, output, &grid);
+    for (size_t first = 0; first < list->count && !code; first += batch) {
+        const size_t count = least(batch, list->count - first);
+        rotations_of(rotations, list, first, count);
+        hold_progress("projecting", (double)first / (double)list->count);
+        code = cvol_renderer_project(context, s->renderer, sheets, &s->options,
+                                     (const double(*)[4])rotations, count);
+        if (!code)
+            code = cvol_volume_sink_write(context, sink, sheets, count);
+    }
+    hold_progress(NULL, 0);
+    if (!code)
+        code = cvol_volume_sink_commit(context, sink);
+    else
+        cvol_volume_sink_abandon(sink);
+    free(sheets);
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
+static int print_figures(cvol_context *context, const scene *s, const render_arguments *a,
+                         size_t count, double render_ms)
+{
+    if (!a->common.json) {
+        printf("%s: %zu projections of %d x %d, loaded in %.0f ms, %.2f ms each\n", a->output,
+               count, s->options.width, s->options.height, s->load_ms, render_ms / (double)count);
+        return EXIT_DONE;
+    }
+    json_t *object = json_pack(
+        "{s:o, s:I, s:i, s:i, s:f, s:s, s:s, s:b, s:f, s:f, s:i}", "output", json_text(a->output),
+        "poses", (json_int_t)count, "width", s->options.width, "height", s->options.height, "pixel",
+        pixel_of(input_grid(&s->in), &s->options), "engine", a->engine_name, "mode", a->mode_name,
+        "integrals", a->integrals, "load_ms", s->load_ms, "render_ms", render_ms, "threads",
+        cvol_context_threads(context));
+    if (object)
+        describe_fourier(object, context, s);
+    return print_json(object);
+}
+
+void describe_fourier(json_t *object, cvol_context *context, const scene *s)
+{
+    cvol_fourier_report report;
+    if (s->engine == CVOL_ENGINE_FOURIER &&
+        !cvol_renderer_fourier_report(context, s->renderer, &report))
+        json_object_set_new(object, "fourier",
+                            json_pack("{s:o, s:I, s:f}", "padded", json_dims(report.padded),
+                                      "bytes", (json_int_t)report.bytes, "build_ms",
+                                      report.build_ms));
+}
+
+int check_poses(const render_arguments *a)
+{
+    if (!a->output)
+        return complain(EXIT_MISUSED, "no stack to write: give -o STACK.nrrd");
+    if (has_ending(a->output, ".png") || has_ending(a->output, ".cvi"))
+        return complain(EXIT_MISUSED, "%s: projections are volumes: .nrrd, .mha, .nii or .raw",
+                        a->output);
+    if (a->psnr_given || a->ratio_given || a->progressive)
+        return complain(EXIT_MISUSED, "--%s is for pictures, not for --poses",
+                        a->psnr_given    ? "psnr"
+                        : a->ratio_given ? "ratio"
+                                         : "progressive");
+    return EXIT_DONE;
+}
+
+int render_poses(cvol_context *context, render_arguments *a, scene *s, const char *path)
+{
+    pose_list list = {0};
+    int status = check_output(path, a->output);
+    if (!status)
+        status = check_output(a->poses, a->output);
+    if (!status)
+        status = read_poses(&list, a->poses);
+    if (!status)
+        status = open_scene(context, s, a, path);
+    const double start = milliseconds();
+    if (!status)
+        status = write_stack(context, s, &list, a->output);
+    const double render_ms = milliseconds() - start;
+    clear_progress();
+    if (!status)
+        status = print_figures(context, s, a, list.count, render_ms);
+    free_poses(&list);
+    close_scene(s);
+    return status;
+}
