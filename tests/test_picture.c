@@ -265,7 +265,7 @@ static void test_numbers(void **state)
         cvol_tile_contexts_start(&contexts);
         cvol_range_encoder_start(&encoder);
         cvol_tile_coder coder = {.encoder = &encoder, .contexts = &contexts};
-        assert_true(cvol_plane_code(&coder, copy, &shape));
+        assert_true(cvol_plane_code(&coder, copy, NULL, &shape));
         assert_memory_equal(values, copy, count * sizeof *values);
         assert_true(cvol_range_encoder_finish(&encoder, &bytes));
         cvol_range_encoder_free(&encoder);
@@ -273,7 +273,7 @@ static void test_numbers(void **state)
         cvol_range_decoder_start(&decoder, bytes.data, bytes.size);
         coder = (cvol_tile_coder){.decoder = &decoder, .contexts = &contexts};
         memset(copy, 1, count * sizeof *copy);
-        if (!cvol_plane_code(&coder, copy, &shape) || cvol_range_decoder_overrun(&decoder) ||
+        if (!cvol_plane_code(&coder, copy, NULL, &shape) || cvol_range_decoder_overrun(&decoder) ||
             memcmp(values, copy, count * sizeof *values))
             fail_msg("seed 77, case %d: what was coded must come back", n);
         cvol_bytes_free(&bytes);

@@ -180,6 +180,7 @@ int command_verify(int argc, char **argv);
 int command_compare(int argc, char **argv);
 int command_render(int argc, char **argv);
 int command_bench(int argc, char **argv);
+int command_bake(int argc, char **argv);
 int command_add(int argc, char **argv);
 int command_multiply(int argc, char **argv);
 int command_convolve(int argc, char **argv);

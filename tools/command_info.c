@@ -139,9 +139,64 @@ static int show_picture(cvol_context *context, const common_options *common, con
     return EXIT_DONE;
 }
 
+static json_t *describe_baked(const cvol_baked_info *info, const char *path)
+{
+    static const char *const footprints[] = {"gaussian", "cone", "sinc", "box"};
+    const uint64_t bytes = file_size(path);
+    const cvol_grid *grid = &info->grid;
+    json_t *points = json_array();
+    for (size_t i = 0; i < info->transfer_count; i++) {
+        const cvol_transfer_point *p = &info->transfer_points[i];
+        json_array_append_new(points,
+                              json_pack("[f, f, f, f, f]", p->value, p->r, p->g, p->b, p->opacity));
+    }
+    return json_pack(
+        "{s:s, s:o, s:s, s:o, s:s, s:i, s:i, s:i, s:s, s:i, s:s, s:o, s:b, s:o, s:s, s:i, s:f, "
+        "s:f, s:f, s:f, s:I, s:f, s:I, s:I}",
+        "kind", "baked", "dims", json_dims(grid->dims), "type", cvol_type_name(grid->type),
+        "spacing", json_triple(grid->spacing), "axis",
+        info->axis == 0   ? "x"
+        : info->axis == 1 ? "y"
+                          : "z",
+        "slices", (int)info->slices, "visible_slices", (int)info->visible, "channels",
+        info->channels, "transform", cvol_transform_name(info->transform), "tile", info->tile,
+        "transfer", info->transfer_name, "transfer_points", points, "lit", info->splat.shade,
+        "light", json_triple(info->splat.light), "footprint",
+        footprints[info->splat.footprint - CVOL_FOOTPRINT_GAUSSIAN], "footprint_size",
+        info->splat.size, "sigma", info->splat.sigma, "rho", info->rho, "kept", info->kept, "step",
+        info->step, "coefficients", (json_int_t)info->terms, "ratio",
+        (double)cvol_grid_bytes(grid) / (double)bytes, "file_bytes", (json_int_t)bytes,
+        "resident_bytes", (json_int_t)info->resident_bytes);
+}
+
+/* A baked volume. */
+static int show_baked(cvol_context *context, const common_options *common, const char *path)
+{
+    cvol_renderer *renderer = NULL;
+    cvol_baked_info info;
+    if (has_raw_options(common) || common->fill_given)
+        return complain(EXIT_MISUSED, "%s: is a baked volume, other options are for raw samples",
+                        path);
+    int code = cvol_renderer_create_baked(context, &renderer, path);
+    if (!code)
+        code = cvol_renderer_baked_info(context, renderer, &info);
+    json_t *object = code ? NULL : describe_baked(&info, path);
+    cvol_renderer_free(renderer);
+    if (code)
+        return complain_context(context, code, NULL);
+    if (common->json || !object)
+        return print_json(object);
+    json_object_del(object, "transfer_points");
+    print_text(path, object);
+    json_decref(object);
+    return EXIT_DONE;
+}
+
 static int describe(cvol_context *context, common_options *common, const char *path)
 {
     input in;
+    if (cvol_file_kind_of(path) == CVOL_FILE_BAKED)
+        return show_baked(context, common, path);
     if (cvol_file_kind_of(path) == CVOL_FILE_PICTURE)
         return show_picture(context, common, path);
     common->accept_cut = 1;

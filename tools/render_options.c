@@ -296,9 +296,82 @@ static int make_renderer(cvol_context *context, scene *s, const char *path)
     return EXIT_DONE;
 }
 
+/* What options leave open, the baked file says. */
+static void fill_from(scene *s, const render_arguments *a, const cvol_baked_info *info)
+{
+    cvol_splat_options *splat = &s->options.splat;
+    cvol_transform_options *own = &s->options.transform;
+    if (!a->footprint_name && !a->footprint_given && !a->sigma_given) {
+        splat->footprint = info->splat.footprint;
+        splat->size = info->splat.size;
+        splat->sigma = info->splat.sigma;
+    }
+    if (!a->shade) {
+        splat->shade = info->splat.shade;
+        memcpy(splat->light, info->splat.light, sizeof splat->light);
+    }
+    if (!a->rho_given)
+        own->rho = info->rho;
+    if (!a->spectrum_name)
+        own->transform = info->transform;
+    if (!a->tile_given && !a->spectrum_name)
+        own->tile = info->tile;
+}
+
+/* A transfer function that was given must be the file's. Exit status. */
+static int check_baked_transfer(cvol_context *context, scene *s, const render_arguments *a,
+                                const cvol_baked_info *info, const char *path)
+{
+    const char *name = a->transfer_name;
+    cvol_transfer *transfer = NULL;
+    if (!a->transfer_given)
+        return EXIT_DONE;
+    if (!is_file_name(name) && strcmp(name, info->transfer_name))
+        return complain(EXIT_MISUSED, "%s: was baked with transfer function %s, not %s", path,
+                        info->transfer_name[0] ? info->transfer_name : "of a file", name);
+    int code = CVOL_OK;
+    if (is_file_name(name)) {
+        code = cvol_transfer_read(context, &transfer, name);
+        if (!code)
+            code = cvol_renderer_set_transfer(context, s->renderer, transfer);
+        cvol_transfer_free(transfer);
+    }
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
+/* A renderer over slices that were baked. Exit status. */
+static int open_baked(cvol_context *context, scene *s, const render_arguments *a, const char *path)
+{
+    cvol_baked_info info;
+    if (s->engine != CVOL_ENGINE_TRANSFORM)
+        return complain(EXIT_MISUSED,
+                        "%s: is a baked volume, which engine %s cannot draw: give "
+                        "--engine transform",
+                        path, a->engine_name);
+    if (a->axis_name)
+        return complain(EXIT_MISUSED, "%s: is baked already", path);
+    if (a->common.level || has_raw_options(&a->common) || a->common.fill_given)
+        return complain(EXIT_MISUSED,
+                        "%s: is a baked volume: --level is for others, --dims, --type and the like "
+                        "for raw samples",
+                        path);
+    int code = cvol_renderer_create_baked(context, &s->renderer, path);
+    if (!code)
+        code = cvol_renderer_baked_info(context, s->renderer, &info);
+    if (code)
+        return complain_context(context, code, NULL);
+    fill_from(s, a, &info);
+    return check_baked_transfer(context, s, a, &info, path);
+}
+
 int open_scene(cvol_context *context, scene *s, render_arguments *arguments, const char *path)
 {
     double start = milliseconds();
+    if (cvol_file_kind_of(path) == CVOL_FILE_BAKED) {
+        const int baked_status = open_baked(context, s, arguments, path);
+        s->load_ms = milliseconds() - start;
+        return baked_status;
+    }
     int status = open_input(context, &s->in, path, &arguments->common);
     if (!status && s->in.cut) {
         clear_progress();

@@ -22,6 +22,8 @@ typedef struct render_arguments {
     double depth_cue; /* engine fourier */
     int depth_cue_given, integrals;
     const char *poses;
+    int transfer_given;
+    const char *axis_name; /* of cvol bake */
     int views, repeat;
 } render_arguments;
 
@@ -46,7 +48,7 @@ typedef struct render_arguments {
          OPTION_TEXT,                                                                          \
          &(a).transfer_name,                                                                   \
          0,                                                                                    \
-         NULL},                                                                                \
+         &(a).transfer_given},                                                                 \
         {"--background",                                                                       \
          "R,G,B",                                                                              \
          "each 0..1 (default 0,0,0)",                                                          \

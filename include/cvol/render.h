@@ -206,6 +206,41 @@ CVOL_API int cvol_renderer_create_transform(cvol_context *context, cvol_renderer
                                             const cvol_array *array);
 CVOL_API int cvol_renderer_create_transform_dense(cvol_context *context, cvol_renderer **out,
                                                   const cvol_volume *volume);
+/* Bakes what such a renderer draws into a file: its planes of all slices across `axis` (0 x, 1 y, 2
+ * z), with the transfer function that was set, light, footprint, transform (DCT) and rho of the
+ * options; opacities are for the axis' own direction. Light is that of an eye in this direction.
+ * Planes are rounded, by which a quarter is added to the energy that truncation lost. transfer_name
+ * (or NULL) is kept for people. file_bytes may be NULL. Errors: ARGUMENT (also a footprint larger
+ * than a slice, rho 0 or above 1), UNSUPPORTED (DFT and DHT, whose planes serve one direction),
+ * LIMIT, IO, MEMORY, CANCELLED. */
+CVOL_API int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, const char *path,
+                                int axis, const char *transfer_name,
+                                const cvol_render_options *options, uint64_t *file_bytes);
+/* A renderer by transforms over such a file, for all directions along which a ray crosses the
+ * slices of its axis (both ends, sheared; opacities are changed to the distance of slices along the
+ * view). Pictures use the strongest rho of what is stored. Options must agree with the file:
+ * another transfer function, light, transform, more terms, a direction of another axis, a footprint
+ * larger than a slice are refused by ARGUMENT. Errors: IO, FORMAT, CORRUPT, LIMIT, UNSUPPORTED,
+ * MEMORY. */
+CVOL_API int cvol_renderer_create_baked(cvol_context *context, cvol_renderer **out,
+                                        const char *path);
+typedef struct cvol_baked_info {
+    cvol_grid grid; /* shape, type and spacing of the volume */
+    int axis;
+    size_t slices, visible; /* all; those with anything to be seen */
+    int channels;           /* of colour: 3, or 1: grey */
+    cvol_transform transform;
+    int tile;
+    double rho, kept, step; /* asked for; terms over samples; what they are multiples of */
+    uint64_t terms, resident_bytes;
+    cvol_splat_options splat;                   /* footprint and light */
+    char transfer_name[32];                     /* "": none was given */
+    const cvol_transfer_point *transfer_points; /* the renderer's */
+    size_t transfer_count;
+} cvol_baked_info;
+/* Errors: ARGUMENT (not over a baked volume). */
+CVOL_API int cvol_renderer_baked_info(cvol_context *context, const cvol_renderer *renderer,
+                                      cvol_baked_info *out);
 /* What the last picture of a transform renderer took. */
 typedef struct cvol_transform_report {
     size_t lattice[2], slices; /* slices: those with anything to be seen */

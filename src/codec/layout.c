@@ -10,6 +10,7 @@
 
 #include "base/context.h"
 #include "base/file.h"
+#include "codec/baked.h"
 #include "codec/brick_index.h"
 #include "codec/container.h"
 #include "codec/header.h"
@@ -212,6 +213,12 @@ static int try_to_read(cvol_context *context, const uint8_t *data, size_t size, 
 {
     if (cvol_plane_file_kind(data, size) == CVOL_FILE_ARRAY)
         return cvol_container_try(context, data, size, name);
+    if (cvol_plane_file_kind(data, size) == CVOL_FILE_BAKED) {
+        cvol_baked_file baked;
+        const int code = cvol_baked_file_take(context, &baked, data, size, name);
+        cvol_baked_file_free(&baked);
+        return code;
+    }
     cvol_picture *picture;
     const int code = cvol_picture_take(context, &picture, data, size, name);
     cvol_picture_free(picture);

@@ -75,7 +75,7 @@ static int put_planes(cvol_context *context, cvol_bytes *out, const cvol_picture
         int32_t *values;
         code = cvol_plane_values(context, &values, picture->planes[c], picture->steps[c]);
         if (!code)
-            (void)cvol_plane_code(&coder, values, &shape);
+            (void)cvol_plane_code(&coder, values, NULL, &shape);
         free(values);
     }
     if (!code && !cvol_range_encoder_finish(&encoder, out))
@@ -214,7 +214,7 @@ static int take_planes(cvol_context *context, cvol_picture *picture, const plane
     cvol_range_decoder_start(&decoder, section->content, (size_t)section->length);
     for (int c = 0; c < picture->plane_count && !code; c++) {
         const cvol_tile_coder coder = {.decoder = &decoder, .contexts = &contexts[class_of(c)]};
-        if (!cvol_plane_code(&coder, values, &shape) || cvol_range_decoder_overrun(&decoder))
+        if (!cvol_plane_code(&coder, values, NULL, &shape) || cvol_range_decoder_overrun(&decoder))
             code = cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: section PLNS: plane %d is damaged",
                              name, c);
         picture->steps[c] = records[c].step;

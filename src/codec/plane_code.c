@@ -34,7 +34,8 @@ uint64_t cvol_plane_places(const cvol_plane_shape *shape)
 
 /* ---- coding --------------------------------------------------------------------------------- */
 
-int cvol_plane_code(const cvol_tile_coder *coder, int32_t *values, const cvol_plane_shape *shape)
+int cvol_plane_code(const cvol_tile_coder *coder, int32_t *values, const int32_t *before,
+                    const cvol_plane_shape *shape)
 {
     size_t tiles[2];
     tile_counts(tiles, shape);
@@ -47,6 +48,7 @@ int cvol_plane_code(const cvol_tile_coder *coder, int32_t *values, const cvol_pl
             int32_t *at = values + per_tile * (i + tiles[0] * j);
             tile.left = i ? at - per_tile : NULL;
             tile.above = j ? at - per_tile * tiles[0] : NULL;
+            tile.before = before ? before + (at - values) : NULL;
             if (!cvol_tile_code(coder, at, &tile))
                 return 0;
         }

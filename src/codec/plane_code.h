@@ -27,8 +27,10 @@ int cvol_plane_values(cvol_context *context, int32_t **out, const cvol_array *ar
 int cvol_plane_array(cvol_context *context, cvol_array **out, const int32_t *values,
                      const cvol_plane_shape *shape, double step, const char *name);
 
-/* Codes all tiles, or fills `values`: then 0 if one is damaged. */
-int cvol_plane_code(const cvol_tile_coder *coder, int32_t *values, const cvol_plane_shape *shape);
+/* Codes all tiles, or fills `values`: then 0 if one is damaged. before: the values of a plane of
+ * this shape that is alike, or NULL. */
+int cvol_plane_code(const cvol_tile_coder *coder, int32_t *values, const int32_t *before,
+                    const cvol_plane_shape *shape);
 
 /* An array with the coefficients of another, of rank 2, rounded to multiples of `step`, or dropped
  * where they are below 3/5 of it. Errors: DATA, MEMORY. */

@@ -66,7 +66,8 @@ int cvol_plane_file_check(cvol_context *context, const cvol_plane_shape *shape, 
                          "%s: %llu planes of %zu x %zu are more than %llu bytes can hold", name,
                          (unsigned long long)planes, shape->dims[0], shape->dims[1],
                          (unsigned long long)bytes);
-    if (32 * places > cvol_context_limit_bytes(context))
+    if (32 * places > cvol_context_limit_bytes(context) ||
+        64 * tiles * planes > cvol_context_limit_bytes(context))
         return cvol_fail(context, CVOL_ERROR_LIMIT, "%s: has planes of %zu x %zu places", name,
                          shape->dims[0], shape->dims[1]);
     return CVOL_OK;

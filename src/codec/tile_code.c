@@ -121,6 +121,8 @@ static uint32_t around(const int32_t *values, const cvol_tile *tile, size_t i, s
     const size_t w = tile->size[0];
     const int32_t *at = values + i + w * j;
     uint32_t sum = partners(values, tile, i, j);
+    if (tile->before)
+        sum += 2 * magnitude(tile->before[i + w * j]);
     if (i)
         sum += 2 * magnitude(at[-1]);
     if (i > 1)
@@ -156,6 +158,29 @@ static int is_busy(const cvol_tile *tile, const int32_t *values)
     return 0;
 }
 
+/* How far a tile reaches along an axis, 1 .. count: that less 1, bit by bit from the highest on,
+ * each in the context of those before. */
+static size_t code_reach(const cvol_tile_coder *coder, cvol_probability *contexts, size_t count,
+                         size_t reach)
+{
+    size_t node = 1;
+    for (size_t bit = count / 2; bit; bit /= 2)
+        node = 2 * node + (size_t)code_bit(coder, &contexts[node], ((reach - 1) & bit) != 0);
+    return node - count + 1;
+}
+
+/* One past the last row and column of a tile that has anything. */
+static void find_reach(size_t out[2], const int32_t *values, const size_t size[2])
+{
+    out[0] = out[1] = 1;
+    for (size_t j = 0; j < size[1]; j++)
+        for (size_t i = 0; i < size[0]; i++)
+            if (values[i + size[0] * j]) {
+                out[0] = i + 1 > out[0] ? i + 1 : out[0];
+                out[1] = j + 1;
+            }
+}
+
 int cvol_tile_code(const cvol_tile_coder *coder, int32_t *values, const cvol_tile *tile)
 {
     const size_t w = tile->size[0], h = tile->size[1], count = w * h;
@@ -170,9 +195,15 @@ int cvol_tile_code(const cvol_tile_coder *coder, int32_t *values, const cvol_til
         busy = values[i] != 0;
     const int context = is_busy(tile, tile->left) + 2 * is_busy(tile, tile->above);
     busy = code_bit(coder, &coder->contexts->empty[context], busy);
-    for (size_t j = 0; j < h && busy; j++) {
+    size_t reach[2] = {w, h};
+    if (busy && !tile->is_whole) {
+        find_reach(reach, values, tile->size);
+        reach[0] = code_reach(coder, coder->contexts->columns, w, reach[0]);
+        reach[1] = code_reach(coder, coder->contexts->rows, h, reach[1]);
+    }
+    for (size_t j = 0; j < reach[1] && busy; j++) {
         const uint32_t row = frequency(tile, 1, j);
-        for (size_t i = 0; i < w; i++) {
+        for (size_t i = 0; i < reach[0]; i++) {
             int32_t *at = &values[i + w * j];
             *at = code_value(coder, band_of(row + frequency(tile, 0, i)),
                              level_of(around(values, tile, i, j)), *at);

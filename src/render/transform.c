@@ -1,5 +1,5 @@
 /* The transform engine: from a view to slices, from slices to a lattice, from there to pixels. */
-#include "render/transform.h"
+#include "render/transform_state.h"
 
 #include <math.h>
 #include <string.h>
@@ -12,25 +12,15 @@
 /* Shears and distances of two views along one direction differ by rounding. */
 #define SAME 1e-9
 
-typedef struct transform_state {
-    cvol_splat_subject subject;
-    cvol_baked baked;
-    /* What `baked` is of. */
-    int has_baked;
-    cvol_footprint_shape shape;
-    cvol_splat_light light;
-    cvol_transform_options options;
-    cvol_transform_report report;
-    int has_report;
-} transform_state;
-
 /* ---- state ----------------------------------------------------------------------------- */
 
 static void transform_free(void *opaque)
 {
-    transform_state *state = opaque;
+    cvol_transform_state *state = opaque;
     cvol_baked_free(&state->baked);
     cvol_splat_subject_free(&state->subject);
+    cvol_baked_file_free(&state->file);
+    free(state->path);
     free(state);
 }
 
@@ -38,7 +28,7 @@ static int create(cvol_context *context, void **out, const cvol_array *array,
                   const cvol_volume *volume)
 {
     *out = NULL;
-    transform_state *state = calloc(1, sizeof *state);
+    cvol_transform_state *state = calloc(1, sizeof *state);
     if (!state)
         return cvol_fail_memory(context, sizeof *state, "a renderer");
     const int code = cvol_splat_subject_make(context, &state->subject, array, volume);
@@ -62,7 +52,9 @@ int cvol_transform_create_dense(cvol_context *context, void **state, const cvol_
 static int transform_set_transfer(cvol_context *context, void *opaque,
                                   const cvol_transfer *transfer)
 {
-    transform_state *state = opaque;
+    cvol_transform_state *state = opaque;
+    if (state->path)
+        return cvol_baked_file_has_transfer(context, state, transfer);
     state->has_baked = 0;
     return cvol_splat_subject_set_transfer(context, &state->subject, transfer);
 }
@@ -70,7 +62,7 @@ static int transform_set_transfer(cvol_context *context, void *opaque,
 int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,
                                    cvol_transform_report *out)
 {
-    const transform_state *state = renderer->state;
+    const cvol_transform_state *state = renderer->state;
     if (renderer->engine != &cvol_transform_engine || !state->has_report)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "this renderer has made no picture by transforms");
@@ -107,7 +99,7 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
 
 /* Slices are those of another axis, lattice, opacity, light or kind of terms. The picture's size
  * and zoom do not matter: they are the warp's. */
-static int is_stale(const transform_state *state, const cvol_splat_plan *plan,
+static int is_stale(const cvol_transform_state *state, const cvol_splat_plan *plan,
                     const cvol_lattice *lattice, const cvol_footprint_shape *shape,
                     const cvol_splat_light *light, const cvol_transform_options *options)
 {
@@ -128,7 +120,7 @@ static double now_ms(void)
 }
 
 /* Makes slices, with rho or what is to be stored. */
-static int bake(cvol_context *context, transform_state *state, const cvol_splat_plan *plan,
+static int bake(cvol_context *context, cvol_transform_state *state, const cvol_splat_plan *plan,
                 const cvol_lattice *lattice, const cvol_footprint_shape *shape,
                 const cvol_splat_light *light, int ascending, const cvol_transform_options *options)
 {
@@ -171,7 +163,7 @@ static int warp(cvol_context *context, cvol_image *image, const cvol_composed *c
 
 /* ---- drawing -------------------------------------------------------------------------------- */
 
-static void fill_report(transform_state *state, const cvol_baked *baked,
+static void fill_report(cvol_transform_state *state, const cvol_baked *baked,
                         const cvol_composed *composed, const cvol_lattice *lattice, double bake_ms,
                         double compose_ms)
 {
@@ -200,7 +192,7 @@ typedef struct drawing {
     cvol_composed composed; /* the caller frees it */
 } drawing;
 
-static int compose(cvol_context *context, transform_state *state, drawing *out,
+static int compose(cvol_context *context, cvol_transform_state *state, drawing *out,
                    const cvol_view *view, const cvol_render_options *options)
 {
     const cvol_splat_options *splat = &options->splat;
@@ -219,9 +211,12 @@ static int compose(cvol_context *context, transform_state *state, drawing *out,
     const cvol_footprint_shape shape = cvol_lattice_shape(splat);
     out->lattice = cvol_lattice_make(&out->plan, &shape, own->tile ? cvol_lattice_step(&shape) : 1);
     const double start = now_ms();
-    const int stale = is_stale(state, &out->plan, &out->lattice, &shape, &light, own) ||
-                      state->options.rho < fmin(own->rho, 1);
-    if (stale)
+    const int stale = !state->path &&
+                      (is_stale(state, &out->plan, &out->lattice, &shape, &light, own) ||
+                       state->options.rho < fmin(own->rho, 1));
+    if (state->path)
+        code = cvol_baked_file_serves(context, state, &out->plan, options);
+    else if (stale)
         code = bake(context, state, &out->plan, &out->lattice, &shape, &light, ascending, own);
     cvol_baked fewer = {0};
     if (!code && state->options.rho > own->rho) /* only the strongest of what there is */

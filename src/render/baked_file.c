@@ -1,0 +1,298 @@
+/* Baked volumes: slices to a file, and a renderer over one (codec/baked.h). */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/file.h"
+#include "render/transform_state.h"
+
+static const char *const axes[] = {"x", "y", "z"};
+
+/* A footprint must not be larger than a slice. */
+static int check_footprint(cvol_context *context, const char *name, const cvol_splat_options *splat,
+                           const size_t samples[2])
+{
+    if ((size_t)splat->size <= samples[0] && (size_t)splat->size <= samples[1])
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                     "%s: a footprint of %d samples is larger than slices of %zu x %zu", name,
+                     splat->size, samples[0], samples[1]);
+}
+
+/* ---- baking --------------------------------------------------------------------------------- */
+
+static int check_baking(cvol_context *context, const cvol_transform_state *state, const char *path,
+                        int axis, const cvol_render_options *options)
+{
+    const cvol_transform_options *own = &options->transform;
+    if (state->path)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: is baked already", state->path);
+    if (!state->subject.transfer)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "baking needs a transfer function, none was set");
+    if (axis < 0 || axis > 2)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "axis is %d, must be 0, 1 or 2", axis);
+    if (!(own->rho > 0 && own->rho <= 1))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "rho is %g, must be above 0 and at most 1",
+                         own->rho);
+    if (own->transform != CVOL_DCT)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: slices under %s are moved by their phases, and serve one direction "
+                         "only: bake them under dct",
+                         path, cvol_transform_name(own->transform));
+    if (options->splat.footprint == CVOL_FOOTPRINT_CONE)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "a cone is no product of lines: slices are baked for footprints gaussian, "
+                         "sinc and box");
+    for (int a = 0; a < 3; a++)
+        if (state->subject.grid.dims[a] > 65536)
+            return cvol_fail(context, CVOL_ERROR_LIMIT,
+                             "%s: the volume has %zu samples along %s, a baked one at most 65536",
+                             path, state->subject.grid.dims[a], axes[a]);
+    return cvol_splat_options_check(context, &options->splat);
+}
+
+/* Slices seen along their axis. */
+static int make_slices(cvol_context *context, cvol_transform_state *state, cvol_baked *out,
+                       int axis, const cvol_render_options *options)
+{
+    cvol_render_options along = *options;
+    cvol_view view;
+    cvol_splat_plan plan;
+    cvol_splat_light light;
+    along.camera = (cvol_camera){axis == 0 ? 90 : 0, axis == 2 ? 90 : 0, 0, 1};
+    int code = cvol_view_make(context, &view, &state->subject.grid, &along);
+    if (code)
+        return code;
+    memset(&light, 0, sizeof light);
+    cvol_splat_plan_make(&plan, &state->subject.grid, &view);
+    cvol_splat_light_set(&light, &plan, &state->subject.grid, &view, &options->splat, plan.rising);
+    const cvol_footprint_shape shape = cvol_lattice_shape(&options->splat);
+    const cvol_lattice lattice = cvol_lattice_make(&plan, &shape, 1);
+    const cvol_bake_source source = {&state->subject.source, &plan, state->subject.table, &light,
+                                     plan.rising};
+    cvol_splat_subject_tabulate(&state->subject, plan.distance, 1);
+    return cvol_bake(context, out, &source, &lattice, &shape, &options->transform);
+}
+
+static int write_file(cvol_context *context, const cvol_baked_file *file, const char *path,
+                      uint64_t *file_bytes)
+{
+    cvol_bytes bytes = {0};
+    cvol_output *output = NULL;
+    int code = cvol_baked_file_put(context, &bytes, file);
+    if (!code)
+        code = cvol_output_open(context, &output, path);
+    if (!code)
+        code = cvol_output_write(context, output, bytes.data, bytes.size);
+    if (code)
+        cvol_output_abandon(output);
+    else
+        code = cvol_output_commit(context, output);
+    if (!code && file_bytes)
+        *file_bytes = bytes.size;
+    cvol_bytes_free(&bytes);
+    return code;
+}
+
+int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, const char *path, int axis,
+                       const char *transfer_name, const cvol_render_options *options,
+                       uint64_t *file_bytes)
+{
+    cvol_transform_state *state = renderer->state;
+    if (renderer->engine != &cvol_transform_engine)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "only engine transform bakes volumes");
+    int code = check_baking(context, state, path, axis, options);
+    if (code)
+        return code;
+    cvol_baked_file file = {.grid = state->subject.grid,
+                            .axis = axis,
+                            .transform = options->transform.transform,
+                            .tile = options->transform.tile,
+                            .rho = options->transform.rho,
+                            .splat = options->splat,
+                            .point_count = state->subject.transfer->count,
+                            .points = state->subject.transfer->points};
+    size_t samples[2];
+    cvol_baked baked = {0};
+    cvol_baked_file_samples(samples, &file);
+    if (transfer_name && strlen(transfer_name) < sizeof file.transfer_name)
+        strcpy(file.transfer_name, transfer_name);
+    code = check_footprint(context, path, &options->splat, samples);
+    if (!code)
+        code = make_slices(context, state, &baked, axis, options);
+    if (!code) {
+        file.channels = baked.channels;
+        file.distance = baked.distance;
+        file.slices = baked.slices;
+        file.planes = baked.planes;
+        file.step = cvol_baked_file_step(&file);
+        code = write_file(context, &file, path, file_bytes);
+    }
+    cvol_baked_free(&baked);
+    return code;
+}
+
+/* ---- a renderer over a file ----------------------------------------------------------------- */
+
+/* Hands the planes over. */
+static void adopt(cvol_transform_state *state)
+{
+    cvol_baked_file *file = &state->file;
+    state->subject.grid = file->grid;
+    state->baked = (cvol_baked){.slices = file->slices,
+                                .axis_slice = file->axis,
+                                .transform = file->transform,
+                                .tile = file->tile,
+                                .channels = file->channels,
+                                .distance = file->distance,
+                                .planes = file->planes};
+    cvol_baked_file_samples(state->baked.samples, file);
+    cvol_baked_count(&state->baked);
+    file->planes = NULL;
+    state->has_baked = 1;
+    state->shape = cvol_lattice_shape(&file->splat);
+    state->options = (cvol_transform_options){
+        .transform = file->transform, .tile = file->tile, .rho = file->rho};
+}
+
+static int create(cvol_context *context, cvol_transform_state **out, const char *path)
+{
+    cvol_map map;
+    *out = NULL;
+    int code = cvol_file_map(context, &map, path);
+    if (code)
+        return code;
+    cvol_transform_state *state = calloc(1, sizeof *state);
+    if (state && (state->path = malloc(strlen(path) + 1)))
+        strcpy(state->path, path);
+    if (!state || !state->path)
+        code = cvol_fail_memory(context, sizeof *state, "a renderer");
+    if (!code)
+        code = cvol_baked_file_take(context, &state->file, map.data, map.size, path);
+    cvol_file_unmap(&map);
+    if (code) {
+        free(state ? state->path : NULL);
+        free(state);
+        return code;
+    }
+    adopt(state);
+    *out = state;
+    return CVOL_OK;
+}
+
+int cvol_renderer_create_baked(cvol_context *context, cvol_renderer **out, const char *path)
+{
+    cvol_transform_state *state;
+    *out = NULL;
+    int code = create(context, &state, path);
+    if (code)
+        return code;
+    cvol_renderer *renderer = calloc(1, sizeof *renderer);
+    if (!renderer) {
+        cvol_transform_engine.free(state);
+        return cvol_fail_memory(context, sizeof *renderer, "a renderer");
+    }
+    *renderer = (cvol_renderer){.engine = &cvol_transform_engine,
+                                .state = state,
+                                .grid = state->file.grid,
+                                .has_transfer = 1};
+    *out = renderer;
+    return CVOL_OK;
+}
+
+int cvol_renderer_baked_info(cvol_context *context, const cvol_renderer *renderer,
+                             cvol_baked_info *out)
+{
+    const cvol_transform_state *state = renderer->state;
+    if (renderer->engine != &cvol_transform_engine || !state->path)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "this renderer is not over a baked volume");
+    const cvol_baked_file *file = &state->file;
+    const cvol_baked *baked = &state->baked;
+    const size_t planes = cvol_baked_planes(baked);
+    const double samples = (double)baked->samples[0] * (double)baked->samples[1];
+    *out = (cvol_baked_info){.grid = file->grid,
+                             .axis = file->axis,
+                             .slices = baked->slices,
+                             .visible = planes / (size_t)(file->channels + 1),
+                             .channels = file->channels,
+                             .rho = file->rho,
+                             .step = file->step,
+                             .terms = baked->terms,
+                             .resident_bytes = baked->bytes,
+                             .splat = file->splat,
+                             .transform = file->transform,
+                             .tile = file->tile,
+                             .transfer_points = file->points,
+                             .transfer_count = file->point_count};
+    if (planes)
+        out->kept = (double)baked->terms / ((double)planes * samples);
+    memcpy(out->transfer_name, file->transfer_name, sizeof out->transfer_name);
+    return CVOL_OK;
+}
+
+/* ---- what it serves ------------------------------------------------------------------------- */
+
+static int same(double a, double b)
+{
+    return !(a < b) && !(b < a);
+}
+
+int cvol_baked_file_has_transfer(cvol_context *context, const cvol_transform_state *state,
+                                 const cvol_transfer *transfer)
+{
+    const cvol_baked_file *file = &state->file;
+    int is_same = transfer->count == file->point_count;
+    for (size_t i = 0; is_same && i < file->point_count; i++) {
+        const cvol_transfer_point *a = &transfer->points[i], *b = &file->points[i];
+        is_same = same(a->value, b->value) && same(a->r, b->r) && same(a->g, b->g) &&
+                  same(a->b, b->b) && same(a->opacity, b->opacity);
+    }
+    if (is_same)
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                     "%s: was baked with another transfer function%s%s", state->path,
+                     file->transfer_name[0] ? ", " : "", file->transfer_name);
+}
+
+static int check_light(cvol_context *context, const cvol_transform_state *state,
+                       const cvol_splat_options *asked)
+{
+    const cvol_splat_options *own = &state->file.splat;
+    if (!asked->shade != !own->shade)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: was baked %s, which cannot be changed",
+                         state->path, own->shade ? "lit" : "unlit");
+    for (int a = 0; a < 3 && own->shade; a++)
+        if (!same(asked->light[a], own->light[a]))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "%s: was baked with the light at %g,%g,%g (0,0,0: with the eye), not "
+                             "%g,%g,%g",
+                             state->path, own->light[0], own->light[1], own->light[2],
+                             asked->light[0], asked->light[1], asked->light[2]);
+    return CVOL_OK;
+}
+
+int cvol_baked_file_serves(cvol_context *context, const cvol_transform_state *state,
+                           const cvol_splat_plan *plan, const cvol_render_options *options)
+{
+    const cvol_transform_options *asked = &options->transform;
+    const cvol_baked_file *file = &state->file;
+    if (asked->transform != file->transform || asked->tile != file->tile)
+        return cvol_fail(
+            context, CVOL_ERROR_ARGUMENT,
+            "%s: was baked under %s with tiles of %d (0: whole slices), not %s with %d",
+            state->path, cvol_transform_name(file->transform), file->tile,
+            cvol_transform_name(asked->transform), asked->tile);
+    if (asked->rho > file->rho * (1 + 1e-12))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: keeps rho %g, %g is asked for",
+                         state->path, file->rho, asked->rho);
+    if (plan->axis_slice != file->axis)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%s: was baked in slices along %s, from this direction they lie along %s: "
+                         "bake it for that axis as well",
+                         state->path, axes[file->axis], axes[plan->axis_slice]);
+    const int code = check_light(context, state, &options->splat);
+    return code ? code
+                : check_footprint(context, state->path, &options->splat, state->baked.samples);
+}

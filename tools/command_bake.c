@@ -1,0 +1,132 @@
+/* cvol bake: classified, lit and transformed slices of a volume, for engine transform. */
+#include <string.h>
+
+#include "render_options.h"
+
+static const char description[] =
+    "Does once what engine transform does before its first picture: samples are classified by the\n"
+    "transfer function (and lit), slices across an axis are transformed and their strongest terms\n"
+    "kept. cvol render OUT.cvol --engine transform composes pictures from that, from all\n"
+    "directions for which this axis is the one most parallel to the view.";
+
+static const char examples[] =
+    "  cvol bake ct.cvol -o ct-y.cvol --transfer bone --axis y\n"
+    "  cvol render ct-y.cvol -o ct.png --engine transform --azimuth 20\n";
+
+static json_t *describe(const render_arguments *a, const cvol_baked_info *info, double bake_ms)
+{
+    const uint64_t bytes = file_size(a->output);
+    return json_pack("{s:o, s:s, s:s, s:i, s:i, s:s, s:i, s:f, s:f, s:f, s:I, s:I, s:f, s:f}",
+                     "output", json_text(a->output), "axis", a->axis_name, "transfer",
+                     a->transfer_name, "slices", (int)info->slices, "visible_slices",
+                     (int)info->visible, "transform", cvol_transform_name(info->transform), "tile",
+                     info->tile, "rho", info->rho, "kept", info->kept, "step", info->step,
+                     "coefficients", (json_int_t)info->terms, "file_bytes", (json_int_t)bytes,
+                     "ratio", (double)cvol_grid_bytes(&info->grid) / (double)bytes, "bake_ms",
+                     bake_ms);
+}
+
+/* What was written, read again. Exit status. */
+static int report(cvol_context *context, const render_arguments *a, double bake_ms)
+{
+    cvol_renderer *renderer = NULL;
+    cvol_baked_info info;
+    int code = cvol_renderer_create_baked(context, &renderer, a->output);
+    if (!code)
+        code = cvol_renderer_baked_info(context, renderer, &info);
+    clear_progress();
+    int status = EXIT_DONE;
+    if (code)
+        status = complain_context(context, code, NULL);
+    else if (a->common.json)
+        status = print_json(describe(a, &info, bake_ms));
+    else
+        printf("%s: %zu slices across %s, %llu terms, %llu bytes, baked in %.0f ms\n", a->output,
+               info.slices, a->axis_name, (unsigned long long)info.terms,
+               (unsigned long long)file_size(a->output), bake_ms);
+    cvol_renderer_free(renderer);
+    return status;
+}
+
+static int bake(cvol_context *context, scene *s, render_arguments *a, const char *path)
+{
+    int status = check_output(path, a->output);
+    if (!status)
+        status = open_scene(context, s, a, path);
+    const double start = milliseconds();
+    int code = status ? CVOL_OK
+                      : cvol_renderer_bake(context, s->renderer, a->output, a->axis_name[0] - 'x',
+                                           a->transfer_name, &s->options, NULL);
+    if (code)
+        status = complain_context(context, code, NULL);
+    const double bake_ms = milliseconds() - start;
+    close_scene(s);
+    return status ? status : report(context, a, bake_ms);
+}
+
+static int check_baking(const render_arguments *a)
+{
+    if (!a->output)
+        return complain(EXIT_MISUSED, "no file to write: give -o OUT.cvol");
+    if (!has_ending(a->output, ".cvol"))
+        return complain(EXIT_MISUSED, "%s: the output's name must end in .cvol", a->output);
+    if (!a->axis_name)
+        return complain(EXIT_MISUSED, "which slices? Give --axis x, y or z: the one nearest to the "
+                                      "directions that you will look from");
+    if (strcmp(a->axis_name, "x") && strcmp(a->axis_name, "y") && strcmp(a->axis_name, "z"))
+        return complain(EXIT_MISUSED, "--axis is '%s', must be x, y or z", a->axis_name);
+    if (a->rho_given && !(a->rho > 0 && a->rho <= 1))
+        return complain(EXIT_MISUSED, "--rho is %g, must be above 0 and at most 1", a->rho);
+    return EXIT_DONE;
+}
+
+int command_bake(int argc, char **argv)
+{
+    render_arguments a = RENDER_ARGUMENTS_DEFAULTS;
+    a.engine_name = "transform";
+    const option_spec specs[] = {
+        {"-o", "OUT.cvol", "the baked volume (needed)", OPTION_TEXT, &a.output, 0, NULL},
+        {"--axis", "AXIS", "x, y or z: across which slices lie (needed)", OPTION_TEXT, &a.axis_name,
+         0, NULL},
+        {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},
+        {"--transfer", "NAME|FILE",
+         "auto (default) gray bone skin-bone mri hot viridis magma cool-warm, or a JSON file",
+         OPTION_TEXT, &a.transfer_name, 0, NULL},
+        {"--shade", NULL, "light samples by their gradients, for an eye in the axis' direction",
+         OPTION_FLAG, &a.shade, 0, NULL},
+        {"--light", "X,Y,Z", "where the light is (default: with that eye)", OPTION_NUMBERS3,
+         a.light, 0, &a.light_given},
+        {"--level", "L", "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser", OPTION_INTEGER,
+         &a.common.level, 0, NULL},
+        {NULL, NULL, "Slices:", OPTION_HEADING, NULL, 0, NULL},
+        {"--rho", "SHARE", "of their coefficients that are kept, at most 1 (default 0.1)",
+         OPTION_NUMBER, &a.rho, 0, &a.rho_given},
+        {"--spectrum", "NAME", "dct (default): dft and dht serve one direction, and are refused",
+         OPTION_TEXT, &a.spectrum_name, 0, NULL},
+        {"--tile", "N", "in tiles of 8, 16 (default) or 32; 0: whole", OPTION_INTEGER, &a.tile, 0,
+         &a.tile_given},
+        {"--footprint", "NAME", "that pictures will have: gaussian (default) sinc or box",
+         OPTION_TEXT, &a.footprint_name, 0, NULL},
+        {"--footprint-size", "N", "samples that it spans, 3 to 31 (default 5)", OPTION_INTEGER,
+         &a.footprint_size, 0, &a.footprint_given},
+        {"--sigma", "S", "of a Gaussian, in samples (default N / 6)", OPTION_NUMBER, &a.sigma, 0,
+         &a.sigma_given},
+        INPUT_OPTIONS(a.common),
+        COMMON_OPTIONS(a.common),
+    };
+    command_line line = {.usage = "cvol bake IN -o OUT.cvol --axis AXIS [options]",
+                         .description = description,
+                         .examples = examples,
+                         .options = specs,
+                         .option_count = sizeof specs / sizeof *specs,
+                         .positional_count = 1};
+    scene s;
+    memset(&s, 0, sizeof s);
+    int status = parse_command_line(&line, argc, argv);
+    if (status >= 0 || (status = check_baking(&a)) || (status = check_render_arguments(&s, &a)))
+        return status;
+    cvol_context *context = begin_command(&a.common);
+    if (!context)
+        return EXIT_FAILED;
+    return end_command(context, bake(context, &s, &a, line.positionals[0]));
+}
