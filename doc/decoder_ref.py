@@ -4,7 +4,7 @@
 usage: decoder_ref.py FILE OUT.raw [--level L]
 
 Writes the samples, x fastest, in the file's type, low byte first (of a picture its pixels: red, green,
-blue, alpha), and prints what the file says of them as JSON. --level 1, 2, 3: a volume's coarser levels; the file may then end early.
+blue, alpha; of a baked volume its planes as float32), and prints what the file says of them as JSON. --level 1, 2, 3: a volume's coarser levels; the file may then end early.
 
 Needs NumPy, and of libzstd the one function that unpacks a frame. The built-in codes are read from
 src/codec/token_defaults.c.
@@ -60,7 +60,8 @@ def crc32c(data):
 
 
 ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "MODE", "RNGE", "TABL", "INDX", "MASK", "SHL0", "SHL1",
-         "SHL2", "SHL3", "CORR", "TERM", "SPEC", "PICT", "PLNS", "ENDS"]
+         "SHL2", "SHL3", "CORR", "TERM", "SPEC", "PICT", "BAKE", "PLNS",
+         "ENDS"]
 OPTIONAL = {"ATTR", "RNGE"}
 SHELLS = ["SHL0", "SHL1", "SHL2", "SHL3"]
 
@@ -954,7 +955,8 @@ class PlaneReader:
             return ([contexts(*shape[1:]) for _ in range(shape[0])] if shape
                     else [2 ** 15, 2 ** 15])
         self.classes = [{"empty": contexts(4), "zero": contexts(10, 16), "more": contexts(16, 15),
-                         "length": contexts(24)} for _ in range(classes)]
+                         "length": contexts(24), "rows": contexts(32), "columns": contexts(32)}
+                        for _ in range(classes)]
 
     def number(self, context, band, level):
         if not self.coded.bit(context["zero"][band][level]):
@@ -972,8 +974,15 @@ class PlaneReader:
     def frequency(self, i, n):
         return 64 * i // n if self.transform == 1 else 128 * min(i, n - i) // n
 
-    def tile(self, context, w, h, left, above, whole):
-        """q[j, i]; left, above: such tiles, or None."""
+    def reach(self, contexts, count):
+        node, bit = 1, count // 2
+        while bit:
+            node = 2 * node + self.coded.bit(contexts[node])
+            bit //= 2
+        return node - count + 1
+
+    def tile(self, context, w, h, left, above, whole, before):
+        """q[j, i]; left, above, before: such tiles, or None."""
         known = [int(t[0, 0]) for t in (left, above) if t is not None]
         prediction = sum(known) // len(known) if known else 0
         busy = [int(t is not None and np.count_nonzero(t.ravel()[1:]) > 0) for t in (left, above)]
@@ -986,11 +995,15 @@ class PlaneReader:
                 if t is not None:
                     beside += np.minimum(np.abs(t), 4095)
             beside[0, 0] = 0
+            if before is not None:
+                beside += 2 * np.minimum(np.abs(before), 4095)
+            columns = w if whole else self.reach(context["columns"], w)
+            rows = h if whole else self.reach(context["rows"], h)
             beside, sizes = beside.tolist(), sizes.tolist()
-            for j in range(h):
+            for j in range(rows):
                 down = self.frequency(j, h)
                 row, up, upper = sizes[j + 2], sizes[j + 1], sizes[j]
-                for i in range(w):
+                for i in range(columns):
                     total = (2 * (row[i + 1] + up[i + 2]) + row[i] + upper[i + 2] + up[i + 1]
                              + up[i + 3] + beside[j][i])
                     if whole and self.transform != 1:
@@ -1007,22 +1020,23 @@ class PlaneReader:
         need(abs(q[0, 0]) <= 2 ** 29, "PLNS: a number")
         return q
 
-    def plane(self, kind, dims, block, step):
-        """Samples [q, p] of a plane of the class `kind`."""
+    def plane(self, kind, dims, block, step, before=None):
+        """Samples [q, p] of a plane of the class `kind`, and its tiles."""
         w, h = (block, block) if block else dims
         across, down = -(-dims[0] // w), -(-dims[1] // h)
         tiles, samples = {}, np.zeros((down * h, across * w))
         for j in range(down):
             for i in range(across):
                 tiles[i, j] = self.tile(self.classes[kind], w, h, tiles.get((i - 1, j)),
-                                        tiles.get((i, j - 1)), not block)
+                                        tiles.get((i, j - 1)), not block,
+                                        before[i, j] if before else None)
         used = max(self.coded.at - 7, 0) + (self.raw.bits + 7) // 8
         need(used <= self.length, "PLNS is too short")
         total = sum(int(np.abs(q).sum()) for q in tiles.values())
         need(total * step < FLOAT32_MAX / 16, "terms are too large")
         for (i, j), q in tiles.items():
             samples[h * j:h * j + h, w * i:w * i + w] = inverse(self.transform, step * q[None])[0]
-        return samples[:dims[1], :dims[0]]
+        return samples[:dims[1], :dims[0]], tiles
 
 
 def spline_filter(s, axis):
@@ -1074,7 +1088,7 @@ def read_picture(data):
         step, l2_error, least, most = struct.unpack_from("<4d", head, 112 + 32 * c)
         need(0 < step <= 1e30 and 0 <= l2_error <= 1e30 and -1e30 <= least <= most <= 1e30,
              "PICT: a plane")
-        mixed.append(reader.plane((0, 1, 1, 2)[c], (P, Q), block, step))
+        mixed.append(reader.plane((0, 1, 1, 2)[c], (P, Q), block, step)[0])
     a, b, c = mixed[0] / math.sqrt(3), mixed[1] / math.sqrt(2), mixed[2] / math.sqrt(6)
     levels = np.stack([a + b + c, a - 2 * c, a - b + c] + mixed[3:], 2)
     if over:
@@ -1088,6 +1102,49 @@ def read_picture(data):
     pixels = np.floor(255 * np.clip(levels, 0, 1) + 0.5).astype(np.uint8)
     return {"width": width, "height": height, "lattice": [P, Q], "over": over,
             "psnr_db": min(psnr, 999)}, pixels
+
+
+# ---- 19. baked volumes ---------------------------------------------------------------------------
+
+def read_baked(data):
+    """(what it says, planes[slice, opacity or channel, y, x])"""
+    sections = read_sections(data, "ENDS")
+    head, content = sections["BAKE"][0], sections["PLNS"][0]
+    need(len(head) >= 160, "BAKE is too short")
+    dims, spacing = struct.unpack_from("<3I", head), struct.unpack_from("<3d", head, 16)
+    axis, transform, block, channels, lit, footprint, size, points = struct.unpack_from("<8I", head,
+                                                                                        40)
+    distance, rho, step, sigma, *light = struct.unpack_from("<7d", head, 72)
+    name = head[128:160].rstrip(b"\0").decode("ascii")
+    need(all(0 < n <= 65536 for n in dims) and 1 <= struct.unpack_from("<I", head, 12)[0] <= 8
+         and all(1e-30 < s < 1e30 for s in spacing) and axis < 3 and transform == 1
+         and block in (0, 8, 16, 32) and channels in (1, 3) and lit < 2 and footprint in (1, 3, 4)
+         and 3 <= size <= 31 and 0 < points <= 65536 and len(head) >= 160 + 40 * points
+         and 1e-6 < distance < 1e6 and 0 < rho <= 1 and 0 < step <= 1e30
+         and (sigma == 0 or 0.2 <= sigma <= 31) and all(abs(x) <= 1e30 for x in light),
+         "BAKE: a field")
+    plane_dims = [n for a, n in enumerate(dims) if a != axis]
+    slices, planes = dims[axis], channels + 1
+    runs = -(-slices // 16)
+    need(len(content) >= 4 * (slices * planes + runs), "PLNS is too short")
+    bounds = np.frombuffer(content, "<f4", slices * planes).reshape(slices, planes)
+    need(((bounds >= -1) & (bounds <= 1e30)).all(), "PLNS: a bound")
+    need(((bounds < 0) == (bounds[:, :1] < 0)).all(), "PLNS: a bound")
+    lengths = struct.unpack_from(f"<{runs}I", content, 4 * slices * planes)
+    at = 4 * (slices * planes + runs)
+    need(at + sum(lengths) == len(content), "PLNS: a run's length")
+    out = np.zeros((slices, planes, plane_dims[1], plane_dims[0]), "<f4")
+    terms = 0
+    for run, length in enumerate(lengths):
+        reader = PlaneReader(content[at:at + length], transform, 2)
+        at += length
+        for k in range(16 * run, min(16 * run + 16, slices)):
+            before = None
+            for i in range(planes if bounds[k, 0] >= 0 else 0):
+                out[k, i], before = reader.plane(int(i > 0), plane_dims, block, step, before)
+                terms += sum(np.count_nonzero(q) for q in before.values())
+    return {"dims": dims, "axis": "xyz"[axis], "slices": slices, "planes": planes, "transfer": name,
+            "rho": rho, "lit": lit, "coefficients": int(terms)}, out
 
 
 def decode(data, level=0):
@@ -1117,6 +1174,11 @@ def main():
         if data[12:16] == b"PICT":
             says, pixels = read_picture(data)
             pixels.tofile(arguments.out)
+            print(json.dumps(says))
+            return
+        if data[12:16] == b"BAKE":
+            says, samples = read_baked(data)
+            samples.tofile(arguments.out)
             print(json.dumps(says))
             return
         header, attributes, samples = decode(data, arguments.level)

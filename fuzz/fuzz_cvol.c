@@ -1,5 +1,5 @@
-/* Fuzzing of the reader of .cvol and .cvi: any bytes must give an array or a picture that
- * evaluates, or an error; and verifying them must tell which.
+/* Fuzzing of the reader of .cvol and .cvi: any bytes must give an array, a baked volume or a
+ * picture that evaluates, or an error; and verifying them must tell which.
  *
  * With libFuzzer:  clang -fsanitize=fuzzer,address,undefined ... fuzz/fuzz_cvol.c
  * Without:         -DCVOL_FUZZ_MAIN reads the files named on the command line.
@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "base/bytes.h"
+#include "codec/baked.h"
 #include "codec/brick_index.h"
 #include "codec/container.h"
 #include "codec/layout.h"
@@ -248,6 +249,18 @@ static void fuzz_read_picture(cvol_context *context, const uint8_t *data, size_t
     cvol_picture_free(picture);
 }
 
+static void fuzz_read_baked(cvol_context *context, const uint8_t *data, size_t size)
+{
+    cvol_file_layout layout;
+    cvol_baked_file baked;
+    const int damaged = cvol_layout_verify(context, &layout, data, size, "fuzz");
+    const int refused = cvol_baked_file_take(context, &baked, data, size, "fuzz");
+    if (!damaged != !refused)
+        abort();
+    if (!refused)
+        cvol_baked_file_free(&baked);
+}
+
 static void fuzz_read_array(cvol_context *context, const uint8_t *data, size_t size)
 {
     cvol_array *array;
@@ -270,8 +283,11 @@ static void fuzz_read(const uint8_t *data, size_t size)
         return;
     cvol_context_set_threads(context, 1);
     cvol_context_set_limit_bytes(context, FUZZ_LIMIT_BYTES);
-    if (cvol_plane_file_kind(data, size) == CVOL_FILE_PICTURE)
+    const cvol_file_kind kind = cvol_plane_file_kind(data, size);
+    if (kind == CVOL_FILE_PICTURE)
         fuzz_read_picture(context, data, size);
+    else if (kind == CVOL_FILE_BAKED)
+        fuzz_read_baked(context, data, size);
     else
         fuzz_read_array(context, data, size);
     cvol_context_destroy(context);

@@ -59,7 +59,10 @@ static int report(cvol_context *context, const render_arguments *arguments, cons
     best_of_views(best, all, views, repeat);
     double median = (best[(views - 1) / 2] + best[views / 2]) / 2;
     clear_progress();
-    size_t voxels = cvol_grid_samples(input_grid(&s->in));
+    cvol_baked_info baked; /* there are no samples of one */
+    const int is_baked = !s->in.array && !s->in.volume &&
+                         !cvol_renderer_baked_info(context, s->renderer, &baked);
+    size_t voxels = cvol_grid_samples(is_baked ? &baked.grid : input_grid(&s->in));
     if (!arguments->common.json) {
         printf("%s, %d x %d, %d views, %d threads: %.2f ms a picture (median; fastest view %.2f), "
                "%.3f ns a voxel; loaded in %.0f ms; peak memory %.0f MB\n",

@@ -19,6 +19,7 @@ options_of() {
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;
     render) echo "$common $raw $look -o --azimuth --elevation --roll --psnr --ratio --progressive --poses --integrals" ;;
+    bake) echo "$common $raw -o --axis --transfer --shade --light --level --rho --spectrum --tile --footprint --footprint-size --sigma" ;;
     bench) echo "$common $raw $look --views --repeat" ;;
     add) echo "$common $operand $result $keep --alpha --beta" ;;
     multiply) echo "$common $operand $result $keep --plan --explain" ;;
@@ -29,7 +30,7 @@ options_of() {
     esac | tr ' ' '\n' | sort
 }
 
-commands='compress decompress transcode info verify compare render bench add multiply convolve scale gradient stats'
+commands='compress decompress transcode info verify compare render bake bench add multiply convolve scale gradient stats'
 
 # Of every help: status 0, nothing on stderr, lines that fit.
 expect_help() {
