@@ -55,10 +55,10 @@ int cvol_picture_draw_planes(cvol_context *context, cvol_image *image,
     for (size_t i = 0; i < count; i++)
         for (size_t c = 0; c < 4; c++)
             places[4 * i + c] = source->planes[c][i];
-    cvol_spline_warp(context, image, places, source->lattice, source->to_lattice,
-                     source->background);
+    const int code = cvol_spline_warp(context, image, places, source->lattice, source->to_lattice,
+                                      source->background);
     free(places);
-    return CVOL_OK;
+    return code;
 }
 
 int cvol_picture_draw(cvol_context *context, cvol_image *image, const cvol_picture *picture)

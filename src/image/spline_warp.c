@@ -1,10 +1,11 @@
 /* The warp: a filter to and fro turns values into coefficients of splines, places take 4 x 4. */
 #include "image/spline_warp.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "base/context.h"
+#include "base/memory.h"
+#include "image/spline_row.h"
 
 typedef float pixel __attribute__((vector_size(16)));
 
@@ -50,69 +51,63 @@ static void filter(float *places, const size_t dims[2], int threads)
     }
 }
 
-/* ---- splines at the places --------------------------------------------------------------------
+/* ---- where there is anything ------------------------------------------------------------------
  */
 
-static void weigh(float w[4], float f)
-{
-    const float g = 1 - f;
-    w[0] = g * g * g / 6;
-    w[1] = (4 - 3 * f * f * (2 - f)) / 6;
-    w[2] = (4 - 3 * g * g * (2 - g)) / 6;
-    w[3] = f * f * f / 6;
-}
+/* Splines' coefficients are next to nothing this many places beside what is not empty. */
+#define SPREAD 8
 
-/* The spline at (u, v) in places; zeros lie around the lattice. */
-static pixel sample(const float *places, const size_t dims[2], double u, double v)
+/* Of each row, the places from spans[0] up to spans[1] near which there is anything. */
+static void find_spans(int (*spans)[2], const float *places, const size_t dims[2])
 {
-    const long x0 = (long)floor(u), y0 = (long)floor(v);
-    float wx[4], wy[4];
-    weigh(wx, (float)(u - (double)x0));
-    weigh(wy, (float)(v - (double)y0));
-    pixel sum = {0};
-    const int inside = x0 >= 1 && y0 >= 1 && x0 + 2 < (long)dims[0] && y0 + 2 < (long)dims[1];
-    for (long j = 0; j < 4; j++) {
-        const long y = y0 + j - 1;
-        if (!inside && (y < 0 || y >= (long)dims[1]))
-            continue;
-        const float *row = places + 4 * ((long)dims[0] * y + x0 - 1);
-        pixel line = {0};
-        for (long i = 0; i < 4; i++)
-            if (inside || (x0 + i - 1 >= 0 && x0 + i - 1 < (long)dims[0]))
-                line += wx[i] * load(row + 4 * i);
-        sum += wy[j] * line;
+    const long width = (long)dims[0], height = (long)dims[1];
+    const pixel zero = {0};
+    for (long y = 0; y < height; y++) {
+        spans[y][0] = (int)width;
+        spans[y][1] = 0;
     }
-    return sum;
+    for (long y = 0; y < height; y++) {
+        const float *row = places + 4 * width * y;
+        long from = 0, to = width;
+        while (from < to && !memcmp(row + 4 * from, &zero, sizeof zero))
+            from++;
+        while (to > from && !memcmp(row + 4 * (to - 1), &zero, sizeof zero))
+            to--;
+        for (long j = y - SPREAD; j <= y + SPREAD && from < to; j++) {
+            if (j < 0 || j >= height)
+                continue;
+            spans[j][0] = (int)(from - SPREAD < spans[j][0] ? from - SPREAD : spans[j][0]);
+            spans[j][1] = (int)(to + SPREAD > spans[j][1] ? to + SPREAD : spans[j][1]);
+        }
+    }
 }
 
-static uint8_t to_byte(float level)
-{
-    if (!(level > 0))
-        return 0;
-    return level < 1 ? (uint8_t)(level * 255 + 0.5f) : 255;
-}
+/* ---- the picture ------------------------------------------------------------------------------
+ */
 
-void cvol_spline_warp(cvol_context *context, cvol_image *image, float *places, const size_t dims[2],
-                      const double to_lattice[2][3], const double background[3])
+int cvol_spline_warp(cvol_context *context, cvol_image *image, float *places, const size_t dims[2],
+                     const double to_lattice[2][3], const double background[3])
 {
     const double(*m)[3] = to_lattice;
-    const float ground[3] = {(float)background[0], (float)background[1], (float)background[2]};
-    const double right = (double)dims[0] + 1, below = (double)dims[1] + 1;
     const int threads = cvol_context_threads(context);
+    int(*spans)[2] = cvol_allocate(dims[1], sizeof *spans);
+    if (!spans)
+        return cvol_fail_memory(context, dims[1] * sizeof *spans, "a picture");
+    find_spans(spans, places, dims);
     filter(places, dims, threads);
 #pragma omp parallel for schedule(static) num_threads(threads)
     for (int y = 0; y < image->height; y++) {
-        uint8_t *out = image->rgba + 4 * (size_t)y * (size_t)image->width;
-        for (int x = 0; x < image->width; x++, out += 4) {
-            const double u = m[0][0] * x + m[0][1] * y + m[0][2];
-            const double v = m[1][0] * x + m[1][1] * y + m[1][2];
-            pixel value = {0};
-            if (u > -2 && u < right && v > -2 && v < below)
-                value = sample(places, dims, u, v);
-            const float through = 1 - fminf(fmaxf(value[3], 0), 1);
-            for (int c = 0; c < 3; c++)
-                out[c] = to_byte(fmaxf(value[c], 0) + through * ground[c]);
-            out[3] = 255;
-        }
+        const cvol_spline_row row = {
+            .places = places,
+            .spans = spans,
+            .dims = {(long)dims[0], (long)dims[1]},
+            .start = {m[0][1] * y + m[0][2], m[1][1] * y + m[1][2]},
+            .step = {m[0][0], m[1][0]},
+            .ground = {(float)background[0], (float)background[1], (float)background[2]},
+            .out = image->rgba + 4 * (size_t)y * (size_t)image->width,
+            .count = image->width};
+        CVOL_SIMD_CHOOSE(cvol_spline_sample)(&row);
     }
+    free(spans);
+    return CVOL_OK;
 }

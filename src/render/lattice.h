@@ -49,9 +49,9 @@ void cvol_lattice_matrix(double out[2][3], const cvol_lattice *lattice,
                          const cvol_splat_plan *plan);
 
 /* From the lattice to the picture by cubic splines (Unser, Aldroubi and Eden 1993): `pixels` of
- * colour, premultiplied, and opacity, four floats a place, are overwritten. */
-void cvol_lattice_warp(cvol_context *context, cvol_image *image, float *pixels,
-                       const cvol_lattice *lattice, const cvol_splat_plan *plan,
-                       const double background[3]);
+ * colour, premultiplied, and opacity, four floats a place, are overwritten. Errors: MEMORY. */
+int cvol_lattice_warp(cvol_context *context, cvol_image *image, float *pixels,
+                      const cvol_lattice *lattice, const cvol_splat_plan *plan,
+                      const double background[3]);
 
 #endif

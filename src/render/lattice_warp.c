@@ -17,12 +17,12 @@ void cvol_lattice_matrix(double out[2][3], const cvol_lattice *lattice, const cv
     }
 }
 
-void cvol_lattice_warp(cvol_context *context, cvol_image *image, float *pixels,
-                       const cvol_lattice *lattice, const cvol_splat_plan *plan,
-                       const double background[3])
+int cvol_lattice_warp(cvol_context *context, cvol_image *image, float *pixels,
+                      const cvol_lattice *lattice, const cvol_splat_plan *plan,
+                      const double background[3])
 {
     double to_lattice[2][3];
     cvol_lattice_matrix(to_lattice, lattice, plan);
-    cvol_spline_warp(context, image, pixels, lattice->dims, (const double(*)[3])to_lattice,
-                     background);
+    return cvol_spline_warp(context, image, pixels, lattice->dims, (const double(*)[3])to_lattice,
+                            background);
 }

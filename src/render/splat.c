@@ -160,9 +160,9 @@ static int finish_lattice(cvol_context *context, cvol_image *image, const cvol_s
         for (size_t i = 0; i < width * CVOL_SPLAT_CHANNELS; i++)
             to[i] = i % CVOL_SPLAT_CHANNELS == 3 ? 1 - from[i] : from[i];
     }
-    cvol_lattice_warp(context, image, pixels, lattice, plan, background);
+    const int code = cvol_lattice_warp(context, image, pixels, lattice, plan, background);
     free(pixels);
-    return CVOL_OK;
+    return code;
 }
 
 static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, const cvol_view *view,

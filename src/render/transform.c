@@ -156,9 +156,9 @@ static int warp(cvol_context *context, cvol_image *image, const cvol_composed *c
         for (size_t c = 0; c < CVOL_PLANES; c++)
             pixels[CVOL_PLANES * i + c] = composed->planes[c] ? composed->planes[c][i]
                                                               : composed->planes[0][i];
-    cvol_lattice_warp(context, image, pixels, lattice, plan, background);
+    const int code = cvol_lattice_warp(context, image, pixels, lattice, plan, background);
     free(pixels);
-    return CVOL_OK;
+    return code;
 }
 
 /* ---- drawing -------------------------------------------------------------------------------- */
@@ -209,7 +209,9 @@ static int compose(cvol_context *context, cvol_transform_state *state, drawing *
     const int ascending = out->plan.rising == front;
     cvol_splat_light_set(&light, &out->plan, &state->subject.grid, view, splat, ascending);
     const cvol_footprint_shape shape = cvol_lattice_shape(splat);
-    out->lattice = cvol_lattice_make(&out->plan, &shape, own->tile ? cvol_lattice_step(&shape) : 1);
+    /* who asks for all terms wants all places */
+    const int coarse = own->tile != 0 && own->rho < 1;
+    out->lattice = cvol_lattice_make(&out->plan, &shape, coarse ? cvol_lattice_step(&shape) : 1);
     const double start = now_ms();
     const int stale = !state->path &&
                       (is_stale(state, &out->plan, &out->lattice, &shape, &light, own) ||

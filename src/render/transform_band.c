@@ -18,13 +18,13 @@
 /* Slices whose matrices are made at a time. */
 #define GROUP 16
 /* A band's sheet and picture, to fit into the second-level cache. */
-#define BAND_BYTES (3 << 18)
+#define BAND_BYTES (5 << 18)
 #define BAND_ROWS_LEAST 32
 /* Cells of the lattice that are closed together, and after how many slices that is looked at. */
-#define CELL_WIDTH 16
+#define CELL_WIDTH 8
 #define CELL_HEIGHT 8
-#define CLOSING 4
-#define LEAST_LIGHT 0x1p-12f
+#define CLOSING 2
+#define LEAST_LIGHT 0x1p-10f
 
 /* ---- matrices ----------------------------------------------------------------------------------
  */
@@ -351,7 +351,7 @@ static double bound_of(const cvol_compose_job *job)
         if (!cvol_compose_has(job, k))
             continue;
         const cvol_slice_bounds bounds = cvol_slice_bounds_of(job, k);
-        cvol_carry_errors(errors, &bounds, job->front);
+        cvol_carry_seen(errors, &bounds, 1); /* opacities are cut to 0 .. 1 */
     }
     return cvol_error_norm(errors, job->baked->channels) +
            ((job->front ? sqrt(3) * (double)LEAST_LIGHT : 0) + 1e-6 * (double)job->baked->slices) *

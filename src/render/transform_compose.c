@@ -34,8 +34,7 @@ cvol_slice_bounds cvol_slice_bounds_of(const cvol_compose_job *job, size_t k)
  *     |T C - T~ C~| <= |C - C~| + max|C~| |T - T~|          front to back, T = 1 - A
  *     |(1 - D) I - (1 - D~) I~| <= max|1 - D~| |I - I~| + |D - D~|
  *
- * and opacity is 1 - (1 - A)(1 - D) in both. If T~, too, is within 0 .. 1, then max|C| is as good
- * as max|C~|. */
+ * and opacity is 1 - (1 - A)(1 - D) in both. */
 void cvol_carry_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, int front)
 {
     const double A = errors[CVOL_PLANE_OPACITY], D = slice->errors[CVOL_PLANE_OPACITY];
@@ -44,6 +43,15 @@ void cvol_carry_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slic
         errors[c] = slice->errors[c] +
                     (front ? errors[c] + slice->most[c] * A : through * errors[c] + D);
     errors[CVOL_PLANE_OPACITY] = through * A + D;
+}
+
+/* The second line above, for all slices: |I - I~| <= sum T~ (|C - C~| + |D - D~|). Without
+ * truncation in between both orders compute the same. */
+void cvol_carry_seen(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, double through)
+{
+    for (int c = 0; c < CVOL_PLANES; c++)
+        errors[c] += through * slice->errors[CVOL_PLANE_OPACITY] +
+                     (c == CVOL_PLANE_OPACITY ? 0 : through * slice->errors[c]);
 }
 
 /* ---- both ----------------------------------------------------------------------------------- */

@@ -24,9 +24,8 @@ static inline int cvol_compose_has(const cvol_compose_job *job, size_t k)
     return job->baked->planes[k][CVOL_PLANE_OPACITY] != NULL;
 }
 
-/* What a slice's planes may differ from the truth by. Before the first and after the last slice
- * these are the picture's own. Truth lies within 0 .. 1; so does what is composited, if `cut`, and
- * else its samples reach `most`: |C~|, and |1 - D~|. */
+/* What a slice's planes may differ from the truth by, and what their samples reach: |C~|, and
+ * |1 - D~|. */
 typedef struct cvol_slice_bounds {
     double errors[CVOL_PLANES], most[CVOL_PLANES];
 } cvol_slice_bounds;
@@ -34,6 +33,9 @@ typedef struct cvol_slice_bounds {
 cvol_slice_bounds cvol_slice_bounds_of(const cvol_compose_job *job, size_t k);
 /* Errors of intensities and opacity after a slice in front of or behind what is there. */
 void cvol_carry_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, int front);
+/* The same after a slice of which nothing is truncated, in any order: samples of which at most
+ * `through` of the light is left, in magnitude. */
+void cvol_carry_seen(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, double through);
 /* Of the intensities together; of one channel thrice, where there is one. */
 double cvol_error_norm(const double errors[CVOL_PLANES], int channels);
 

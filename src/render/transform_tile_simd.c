@@ -1,38 +1,99 @@
 /* Kernels of tiles (transform_tile.h). */
+#include "array/array.h"
 #include "base/vector.h"
 #include "render/transform_tile.h"
-
-#include "array/array.h"
 
 /* Rows that are added up side by side. */
 #define SIDE 4
 
+/* Terms that are unpacked at a time. */
+#define BATCH 16
+
+typedef struct term_batch {
+    float value[BATCH] __attribute__((aligned(64)));
+    int32_t column[BATCH] __attribute__((aligned(64))); /* where rows of `across` and lines begin */
+    int32_t line[BATCH] __attribute__((aligned(64)));
+    int32_t keep[BATCH] __attribute__((aligned(64))); /* -1: on the line of the one before */
+} term_batch;
+
+/* Unpacks BATCH words; 0 if there is an escape among them. *last: the line of the one before. */
+CVOL_INLINE int unpack(term_batch *out, const uint32_t *words, const cvol_tile_task *task,
+                       int width, cvol_vi *last)
+{
+    const int log2 = task->block_log2, bits = cvol_place_bits(log2);
+    const int32_t mask = (1 << bits) - 1, side = (1 << log2) - 1, escape = cvol_term_escape(bits);
+    cvol_vi escapes = {0}, before = *last, index;
+    for (int i = 0; i < CVOL_LANES; i++)
+        index[i] = CVOL_LANES - 1 + i;
+    for (int i = 0; i < BATCH; i += CVOL_LANES) {
+        cvol_vi word;
+        memcpy(&word, words + i, sizeof word);
+        const cvol_vi value = word >> bits, place = word & mask, line = place >> log2;
+        const cvol_vi keep = line == (cvol_vi)cvol_shuffle((cvol_vf)before, (cvol_vf)line, index);
+        const cvol_vi column = (place & side) * width, start = line * width;
+        escapes |= value == escape;
+        before = line;
+        cvol_store(out->value + i, cvol_to_float(value) * task->step);
+        memcpy(out->column + i, &column, sizeof column);
+        memcpy(out->line + i, &start, sizeof start);
+        memcpy(out->keep + i, &keep, sizeof keep);
+    }
+    if (cvol_any(escapes))
+        return 0;
+    *last = before;
+    return 1;
+}
+
+/* The same for fewer terms, or where there are escapes; how many there are goes to *count. */
+static const uint32_t *unpack_slowly(term_batch *out, int *count, const uint32_t *words,
+                                     const cvol_tile_task *task, int width, cvol_vi *last)
+{
+    int i = 0, before = (*last)[CVOL_LANES - 1];
+    for (; i < BATCH && words < task->end; i++) {
+        uint32_t place;
+        out->value[i] = task->step *
+                        (float)cvol_term_unpack(&words, &place, cvol_place_bits(task->block_log2));
+        const int line = (int)(place >> task->block_log2);
+        out->column[i] = (int)(place & ((UINT32_C(1) << task->block_log2) - 1)) * width;
+        out->line[i] = line * width;
+        out->keep[i] = line == before ? -1 : 0;
+        before = line;
+    }
+    (*last)[CVOL_LANES - 1] = before;
+    *count = i;
+    return words;
+}
+
 /* lines[v][x] = sum_u A[u, v] across[u][x], v < rows. */
 CVOL_INLINE void add_across(float *lines, const cvol_tile_task *task, int vectors)
 {
-    const int width = vectors * CVOL_LANES, bits = cvol_place_bits(task->block_log2);
-    const uint32_t mask = (UINT32_C(1) << task->block_log2) - 1;
+    const int width = vectors * CVOL_LANES;
     const uint32_t *at = task->terms;
-    uint32_t place = 0;
-    int32_t value = 0;
-    int left = at < task->end;
-    if (left)
-        value = cvol_term_unpack(&at, &place, bits);
-    for (int v = 0; v < task->rows; v++) {
-        cvol_vf sum[CVOL_TILE_PLACES / CVOL_LANES];
-        for (int i = 0; i < vectors; i++)
-            sum[i] = cvol_splat(0);
-        while (left && (int)(place >> task->block_log2) == v) {
-            const float *row = task->across + (place & mask) * (uint32_t)task->width;
-            const float factor = task->step * (float)value;
-            for (int i = 0; i < vectors; i++)
-                sum[i] += factor * cvol_load(row + i * CVOL_LANES);
-            left = at < task->end;
-            if (left)
-                value = cvol_term_unpack(&at, &place, bits);
+    term_batch batch;
+    cvol_vi last = (cvol_vi){0} - 1;
+    cvol_vf sum[CVOL_TILE_PLACES / CVOL_LANES];
+    for (int i = 0; i < vectors; i++)
+        sum[i] = cvol_splat(0);
+    for (int i = 0; i < task->rows * vectors; i++)
+        cvol_store(lines + i * CVOL_LANES, sum[0]);
+    while (at < task->end) {
+        int count = BATCH;
+        if (task->end - at >= BATCH && unpack(&batch, at, task, width, &last))
+            at += BATCH;
+        else
+            at = unpack_slowly(&batch, &count, at, task, width, &last);
+        /* from memory, one by one: to take vectors apart would cost more */
+        __asm__ volatile("" ::: "memory");
+        for (int t = 0; t < count; t++) {
+            const float *row = task->across + batch.column[t];
+            float *line = lines + batch.line[t];
+            const cvol_vi keep = batch.keep[t] - (cvol_vi){0};
+            for (int i = 0; i < vectors; i++) {
+                sum[i] = (cvol_vf)((cvol_vi)sum[i] & keep) +
+                         batch.value[t] * cvol_load(row + i * CVOL_LANES);
+                cvol_store(line + i * CVOL_LANES, sum[i]);
+            }
         }
-        for (int i = 0; i < vectors; i++)
-            cvol_store(lines + v * width + i * CVOL_LANES, sum[i]);
     }
 }
 

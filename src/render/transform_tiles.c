@@ -69,17 +69,17 @@ static int gather(float *out, const float *samples, const cvol_array *shape, siz
     const size_t left = index % shape->blocks[0] * B, top = index / shape->blocks[0] * B;
     const size_t width = dims[0] - left < B ? dims[0] - left : B;
     const size_t height = dims[1] - top < B ? dims[1] - top : B;
-    float most = 0;
+    const float *row = samples + dims[0] * top + left;
+    uint32_t any = 0;
     for (size_t y = 0; y < B; y++, out += B) {
-        const float *row = samples + dims[0] * (top + (y < height ? y : height - 1)) + left;
-        for (size_t x = 0; x < width; x++) {
-            out[x] = row[x];
-            most = fmaxf(most, fabsf(row[x]));
-        }
+        memcpy(out, row, width * sizeof *out);
+        for (size_t x = 0; x < width; x++)
+            any |= row[x] != 0;
         for (size_t x = width; x < B; x++)
             out[x] = row[width - 1];
+        row += y + 1 < height ? dims[0] : 0;
     }
-    return most > 0;
+    return any != 0;
 }
 
 void cvol_tiles_count(uint64_t *bins, const float *samples, const cvol_array *like,

@@ -65,6 +65,17 @@ static void take_samples(float *const picture[CVOL_PLANES], const evaluated *sli
         A[i] += (1 - A[i]) * D[i];
 }
 
+/* The most light that is left anywhere, in magnitude. */
+static double most_through(const float *A, size_t places)
+{
+    float most = 0;
+    for (size_t i = 0; i < places; i++) {
+        const float through = fabsf(1 - A[i]);
+        most = through > most ? through : most;
+    }
+    return (double)most;
+}
+
 static int compose_all(cvol_context *context, cvol_composed *out, const cvol_compose_job *job,
                        evaluated *side, size_t count)
 {
@@ -72,7 +83,7 @@ static int compose_all(cvol_context *context, cvol_composed *out, const cvol_com
     const size_t places = job->lattice->dims[0] * job->lattice->dims[1];
     const int threads = cvol_context_threads(context), channels = job->baked->channels;
     const size_t bands = (size_t)threads * 4, band = places / bands + 1;
-    double errors[CVOL_PLANES] = {0};
+    double errors[CVOL_PLANES] = {0}, through = 1;
     int code = CVOL_OK;
     for (size_t n = 0; n < slices && !code; n += count) {
         const size_t left = slices - n, taken = left < count ? left : count;
@@ -93,8 +104,14 @@ static int compose_all(cvol_context *context, cvol_composed *out, const cvol_com
                     take_samples(out->planes, &side[i], channels, job->front, begin, end);
         }
         for (size_t i = 0; i < taken; i++)
-            if (!side[i].empty)
-                cvol_carry_errors(errors, &side[i].bounds, job->front);
+            if (!side[i].empty && job->front) {
+                cvol_carry_seen(errors, &side[i].bounds, through);
+                through *= fmax(1, side[i].bounds.most[CVOL_PLANE_OPACITY]);
+            } else if (!side[i].empty) {
+                cvol_carry_errors(errors, &side[i].bounds, 0);
+            }
+        if (job->front)
+            through = most_through(out->planes[CVOL_PLANE_OPACITY], places);
         code = cvol_report_progress(context, "compositing", (double)n / (double)slices);
     }
     /* and rounding, of single precision */

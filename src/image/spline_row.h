@@ -1,0 +1,21 @@
+/* What the warp (spline_warp.c) and its kernel share. */
+#ifndef CVOL_IMAGE_SPLINE_ROW_H
+#define CVOL_IMAGE_SPLINE_ROW_H
+
+#include <stdint.h>
+
+#include "base/cpu.h"
+
+/* One row of the picture: pixel x lies at start + x step, in places. */
+typedef struct cvol_spline_row {
+    const float *places; /* coefficients of splines, four floats a place */
+    int (*spans)[2];     /* of each row of places: from, up to where there is anything */
+    long dims[2];
+    double start[2], step[2];
+    float ground[3];
+    uint8_t *out; /* RGBA */
+    int count;
+} cvol_spline_row;
+CVOL_SIMD_DECLARE(void, cvol_spline_sample, (const cvol_spline_row *row));
+
+#endif
