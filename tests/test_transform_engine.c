@@ -91,6 +91,9 @@ static void test_all_terms_are_splats(void **state)
             for (int k = 0; k < KINDS; k++)
                 for (int schedule = CVOL_SCHEDULE_DEFERRED; schedule <= CVOL_SCHEDULE_LITERAL;
                      schedule++) {
+                    /* the slow one: views in turn */
+                    if (schedule == CVOL_SCHEDULE_LITERAL && (v + (size_t)(k + order)) % 3)
+                        continue;
                     set_kind(&options, k);
                     options.transform.schedule = (cvol_schedule)schedule;
                     const double psnr = against(truth, &options);
