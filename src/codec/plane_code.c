@@ -122,10 +122,10 @@ int cvol_plane_values(cvol_context *context, int32_t **out, const cvol_array *ar
 /* No sample, and nothing on the way to it, may be beyond float32. */
 static int are_small(const int32_t *values, size_t count, double step)
 {
-    double sum = 0;
+    uint64_t sum = 0; /* magnitudes are at most 2^29, places below 2^33 */
     for (size_t i = 0; i < count; i++)
-        sum += fabs((double)values[i]);
-    return sum * step < (double)FLT_MAX / 16;
+        sum += (uint32_t)abs(values[i]);
+    return (double)sum * step < (double)FLT_MAX / 16;
 }
 
 static int fill_whole(cvol_context *context, cvol_array *array, const int32_t *values, double step)
@@ -146,6 +146,15 @@ static int fill_whole(cvol_context *context, cvol_array *array, const int32_t *v
     return code;
 }
 
+/* Whether 8 values are: most are. */
+static int are_zero(const int32_t *values)
+{
+    int32_t any = 0;
+    for (int i = 0; i < 8; i++)
+        any |= values[i];
+    return !any;
+}
+
 static int fill_blocks(cvol_context *context, cvol_array *array, const int32_t *values)
 {
     const size_t per_block = cvol_array_block_terms(array), count = array->block_count * per_block;
@@ -159,11 +168,16 @@ static int fill_blocks(cvol_context *context, cvol_array *array, const int32_t *
     for (size_t b = 0; b < array->block_count; b++) {
         cvol_block *block = &array->block_table[b];
         block->terms = to;
-        for (size_t i = 0; i < per_block; i++)
+        for (size_t i = 0; i < per_block; i++) {
+            if (i % 8 == 0 && are_zero(values + b * per_block + i)) {
+                i += 7;
+                continue;
+            }
             if (values[b * per_block + i]) {
                 to += cvol_term_pack(to, (uint32_t)i, values[b * per_block + i], place_bits);
                 array->coefficients++;
             }
+        }
         block->words = (uint32_t)(to - block->terms);
         cvol_block_find_low(block, array->block_log2);
     }

@@ -2,13 +2,31 @@
  * unary (long ones by their bit length), and a sign. */
 #include "codec/tile_code.h"
 
+#include <stddef.h>
 #include <stdlib.h>
+#include <string.h>
+
+static int count_below(const uint32_t *thresholds, int count, uint32_t value)
+{
+    int n = 0;
+    while (n < count && thresholds[n] < value)
+        n++;
+    return n;
+}
 
 void cvol_tile_contexts_start(cvol_tile_contexts *contexts)
 {
+    static const uint32_t levels[CVOL_TILE_LEVELS - 1] = {0,  1,  2,  3,  4,  6,   8,  11,
+                                                          15, 20, 28, 40, 60, 100, 200};
+    static const uint32_t bands[CVOL_TILE_BANDS - 1] = {0, 1, 2, 4, 8, 14, 22, 32, 48};
     cvol_probability *all = &contexts->empty[0];
-    for (size_t i = 0; i < sizeof *contexts / sizeof *all; i++)
+    const size_t count = (sizeof *contexts - offsetof(cvol_tile_contexts, empty)) / sizeof *all;
+    for (size_t i = 0; i < count; i++)
         all[i] = (cvol_probability){1 << 15, 1 << 15};
+    for (uint32_t sum = 0; sum < CVOL_TILE_SUMS; sum++)
+        contexts->levels[sum] = (uint8_t)count_below(levels, CVOL_TILE_LEVELS - 1, sum);
+    for (uint32_t f = 0; f < CVOL_TILE_FREQUENCIES; f++)
+        contexts->bands[f] = (uint8_t)count_below(bands, CVOL_TILE_BANDS - 1, f);
 }
 
 static inline int code_bit(const cvol_tile_coder *coder, cvol_probability *p, int bit)
@@ -71,33 +89,12 @@ static inline uint32_t magnitude(int32_t value)
     return size < 4095 ? size : 4095;
 }
 
-static int count_below(const uint32_t *thresholds, int count, uint32_t value)
-{
-    int n = 0;
-    while (n < count && thresholds[n] < value)
-        n++;
-    return n;
-}
-
-static int level_of(uint32_t sum)
-{
-    static const uint32_t thresholds[CVOL_TILE_LEVELS - 1] = {0,  1,  2,  3,  4,  6,   8,  11,
-                                                              15, 20, 28, 40, 60, 100, 200};
-    return count_below(thresholds, CVOL_TILE_LEVELS - 1, sum);
-}
-
 /* Twice the frequency over what the axis has, in 64ths. */
 static uint32_t frequency(const cvol_tile *tile, int axis, size_t i)
 {
     const size_t n = tile->size[axis];
     const size_t f = tile->transform == CVOL_DCT ? i : 2 * (i <= n - i ? i : n - i);
     return (uint32_t)(64 * f / n);
-}
-
-static int band_of(uint32_t r)
-{
-    static const uint32_t thresholds[CVOL_TILE_BANDS - 1] = {0, 1, 2, 4, 8, 14, 22, 32, 48};
-    return count_below(thresholds, CVOL_TILE_BANDS - 1, r);
 }
 
 /* What is known of the magnitude at place (i, j) from elsewhere. */
@@ -187,8 +184,7 @@ int cvol_tile_code(const cvol_tile_coder *coder, int32_t *values, const cvol_til
     const int32_t prediction = predict(tile);
     int busy = 0, holds = 1;
     if (coder->decoder)
-        for (size_t i = 0; i < count; i++)
-            values[i] = 0;
+        memset(values, 0, count * sizeof *values);
     else
         values[0] -= prediction;
     for (size_t i = 0; i < count && !busy; i++)
@@ -201,12 +197,18 @@ int cvol_tile_code(const cvol_tile_coder *coder, int32_t *values, const cvol_til
         reach[0] = code_reach(coder, coder->contexts->columns, w, reach[0]);
         reach[1] = code_reach(coder, coder->contexts->rows, h, reach[1]);
     }
+    uint32_t across[CVOL_TILE_SIDE];
+    for (size_t i = 0; i < reach[0] && i < CVOL_TILE_SIDE; i++)
+        across[i] = frequency(tile, 0, i);
     for (size_t j = 0; j < reach[1] && busy; j++) {
         const uint32_t row = frequency(tile, 1, j);
         for (size_t i = 0; i < reach[0]; i++) {
             int32_t *at = &values[i + w * j];
-            *at = code_value(coder, band_of(row + frequency(tile, 0, i)),
-                             level_of(around(values, tile, i, j)), *at);
+            const uint32_t column = i < CVOL_TILE_SIDE ? across[i] : frequency(tile, 0, i);
+            const uint32_t sum = around(values, tile, i, j);
+            *at = code_value(
+                coder, coder->contexts->bands[row + column],
+                coder->contexts->levels[sum < CVOL_TILE_SUMS ? sum : CVOL_TILE_SUMS - 1], *at);
             const int32_t most = i + j ? CVOL_TILE_LIMIT : 2 * CVOL_TILE_LIMIT;
             holds &= *at <= most && *at >= -most;
         }

@@ -21,7 +21,9 @@ enum {
     CVOL_TILE_LEVELS = 16,
     CVOL_TILE_UNARY = 15,
     CVOL_TILE_LENGTHS = 24,
-    CVOL_TILE_SIDE = 32
+    CVOL_TILE_SIDE = 32,
+    CVOL_TILE_SUMS = 202,
+    CVOL_TILE_FREQUENCIES = 129
 };
 
 /* The largest magnitude that is coded; what is predicted may be off by twice that. */
@@ -29,6 +31,8 @@ enum {
 
 /* Probabilities that planes of one class share. */
 typedef struct cvol_tile_contexts {
+    /* Contexts by sums and frequencies. */
+    uint8_t levels[CVOL_TILE_SUMS], bands[CVOL_TILE_FREQUENCIES];
     cvol_probability empty[4], rows[CVOL_TILE_SIDE], columns[CVOL_TILE_SIDE],
         zero[CVOL_TILE_BANDS][CVOL_TILE_LEVELS], more[CVOL_TILE_LEVELS][CVOL_TILE_UNARY],
         length[CVOL_TILE_LENGTHS];
