@@ -101,10 +101,10 @@ def read_sections(data, last):
 
 class Header:
     def __init__(self, head, geom, errs):
-        need(len(head) >= 84 and len(geom) >= 156 and len(errs) >= 76, "a record is too short")
-        (nx, ny, nz, self.type, self.transform, self.rank, self.block, self.lapped, self.step,
-         self.offset, self.value_min, self.value_max,
-         self.coefficients) = struct.unpack_from("<3Q5I4dQ", head)
+        need(len(head) >= 88 and len(geom) >= 156 and len(errs) >= 76, "a record is too short")
+        (nx, ny, nz, self.type, self.transform, self.rank, self.block, self.lapped,
+         self.dependent, self.step, self.offset, self.value_min, self.value_max,
+         self.coefficients) = struct.unpack_from("<3Q6I4dQ", head)
         self.dims = nx, ny, nz
         geometry = struct.unpack_from("<I15d16s2d", geom)
         self.space, self.spacing, self.origin = geometry[0], geometry[1:4], geometry[4:7]
@@ -128,6 +128,8 @@ class Header:
              "block or dims")
         need(self.lapped == 0 or (self.lapped == 1 and self.is_volume() and self.block == 16),
              "lapped")
+        need(self.dependent == 0 or (self.dependent == 1 and self.is_volume() and self.block == 16),
+             "dependent")
         need(self.step > 0 if self.block else self.step == 0 == self.offset, "step")
         need(self.value_min <= self.value_max and min(self.spacing) > 0, "value_min or spacing")
 
@@ -224,7 +226,8 @@ def cut_bricks(content, checksum, lengths, sums, tag):
 # ---- 7. streams of tokens ------------------------------------------------------------------------
 
 ROW_LAST, ROW_ESCAPE, ROW_DC, ROW_LENGTH = 1584, 1672, 1694, 1742
-ROW_MORE, ROW_SPLIT, ROW_OCTANTS, ROWS = 2014, 2078, 2089, 2212
+ROW_MORE, ROW_SPLIT, ROW_OCTANTS = 2014, 2078, 2089
+ROW_INDEX, ROW_LAST_INDEX, ROW_INDEX_ESCAPE, ROWS = 2212, 5020, 5176, 5202
 
 
 def default_codes():
@@ -307,11 +310,16 @@ LEVEL_BOUNDS = [0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 28, 40, 60, 100, 200, 400, 800,
                 12800]
 
 
-def level_of(total):
-    return sum(bound < total for bound in LEVEL_BOUNDS)
+FINE_BOUNDS = [0, 1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 22, 30, 40, 56, 80, 120, 200, 400, 800, 1600,
+               3200, 6400, 12800, 25600]
+STATE_AFTER = [(0, 2), (5, 7), (1, 3), (6, 4), (2, 0), (4, 6), (3, 1), (7, 5)]
 
 
-LEVELS = [level_of(total) for total in range(24001)]  # no sum is larger
+def levels_of(bounds):
+    return [sum(bound < total for bound in bounds) for total in range(48001)]  # none is larger
+
+
+LEVELS, FINE_LEVELS = levels_of(LEVEL_BOUNDS), levels_of(FINE_BOUNDS)
 
 
 class Scan:
@@ -369,8 +377,9 @@ def parts_of(split):
 class Brick:
     """Decodes one brick: for each part (block, side, first sample in it, values[w, v, u])."""
 
-    def __init__(self, streams, counts, block):
-        self.streams, self.counts, self.block = streams, counts, block
+    def __init__(self, streams, counts, header):
+        self.streams, self.counts, self.block = streams, counts, header.block
+        self.dependent = header.dependent
         self.mean, self.length, self.tokens = {}, {}, {}  # by cubes of 4^3, and by cells
 
     def decode(self):
@@ -418,11 +427,11 @@ class Brick:
         stream = self.streams[0]
         d = self.number(stream, ROW_DC + 12 * k + spread)
         dc = prediction + (-d if d and stream.raw(1) else d)
-        need(abs(dc) <= VALUE_LIMIT, "a DC")
+        need(abs(dc) <= VALUE_LIMIT >> self.dependent, "a DC")
         kind = 0 if d == 0 else 1 if d == 1 else 2 if d < 4 else 3
         L = stream.token(ROW_LENGTH + 4 * (17 * k + around) + kind)
         values = np.zeros((M, M, M), np.int64)
-        values[0, 0, 0] = dc
+        values[0, 0, 0] = dc << self.dependent
         if L:
             need(2 ** (L - 1) < M ** 3, "a last index")
             self.coefficients(values, k, L, dc)
@@ -446,7 +455,7 @@ class Brick:
         scan = scan_of(len(values))
         sums = [0] * (scan.side ** 3 + 2 * scan.side ** 2)
         scan.scatter(sums, 0, min(abs(dc), 2))
-        begin = 1
+        begin, state = 1, 0
         for s, stream in enumerate(self.streams):
             end, last = 8 ** max(0, k + s - 1), None
             if end <= begin:
@@ -455,12 +464,16 @@ class Brick:
                 last = self.last(stream, k, L)
                 end = last + 1
             for i in range(begin, end):
-                m = self.magnitude(stream, k, scan.bands[i], LEVELS[sums[scan.sums[i]]], i == last)
-                need(m <= VALUE_LIMIT, "a coefficient")
+                odd = state % 2
+                m = self.magnitude(stream, k, scan.bands[i], sums[scan.sums[i]], odd, i == last)
+                need(m <= VALUE_LIMIT >> self.dependent, "a coefficient")
+                if self.dependent:
+                    state = STATE_AFTER[state][m % 2]
+                    m = 2 * m - odd if m else 0
                 if m:
                     u, v, w = scan.places[i]
                     values[w, v, u] = -m if stream.raw(1) else m
-                    scan.scatter(sums, scan.sums[i], min(m, 2000))
+                    scan.scatter(sums, scan.sums[i], min(m, 4000))
             begin = end
             if last is not None:
                 break
@@ -474,13 +487,18 @@ class Brick:
             return 2 + t % 2
         return (4 + t % 4) << (L - 3) | stream.raw(L - 3)
 
-    @staticmethod
-    def magnitude(stream, k, band, level, is_last):
-        row = ROW_LAST + 22 * k + level if is_last else (18 * k + band) * 22 + level
-        shift = max(0, level - 13)
+    def magnitude(self, stream, k, band, total, odd, is_last):
+        if self.dependent:
+            level, k, escape = FINE_LEVELS[total], k + 3 * odd, ROW_INDEX_ESCAPE
+            row = (ROW_LAST_INDEX + 26 * k if is_last else ROW_INDEX + (18 * k + band) * 26) + level
+            shift = min(8, max(0, level - 16))
+        else:
+            level, escape = LEVELS[total], ROW_ESCAPE
+            row = (ROW_LAST + 22 * k if is_last else (18 * k + band) * 22) + level
+            shift = max(0, level - 13)
         high = stream.token(row)
         if high == 15:
-            r = stream.token(ROW_ESCAPE + level)
+            r = stream.token(escape + level)
             if r == 15:
                 r += stream.raw(4)
             high = 2 ** r + stream.raw(r) + 14
@@ -850,7 +868,7 @@ def read_volume(header, sections, shells):
         counts = [min(64 // B, blocks[a] - first[a]) for a in range(3)]
         weight = {}
         for block, side, begin, values in Brick([Stream(shell[number], rows) for shell in data],
-                                                counts, B).decode():
+                                                counts, header).decode():
             x, y, z = (B * (first[a] + block[a]) + begin[a] for a in range(3))
             samples[z:z + side, y:y + side, x:x + side] = inverse_dct(header.step * values)
             if integers.size:

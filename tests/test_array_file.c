@@ -21,8 +21,8 @@
 
 /* Places in a file: signature 8, version 4, then HEAD, GEOM and ERRS, each behind a header of 24.
  */
-enum { HEAD_AT = 36, STEP_AT = HEAD_AT + 44, COUNT_AT = HEAD_AT + 76 };
-enum { CONTENT_AT = HEAD_AT + 84 + 24 + 156 + 24 + 76 + 24 };
+enum { HEAD_AT = 36, STEP_AT = HEAD_AT + 48, COUNT_AT = HEAD_AT + 80 };
+enum { CONTENT_AT = HEAD_AT + 88 + 24 + 156 + 24 + 76 + 24 };
 
 static cvol_context *context;
 

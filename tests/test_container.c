@@ -18,7 +18,12 @@
 /* Places of fields in a file: signature 8, version 4, section header 24, then HEAD; header, GEOM;
  * header, ERRS. */
 enum { HEAD_AT = 36, TYPE_AT = HEAD_AT + 24, TRANSFORM_AT = TYPE_AT + 4, RANK_AT = TYPE_AT + 8 };
-enum { BLOCK_AT = TYPE_AT + 12, LAPPED_AT = TYPE_AT + 16, STEP_AT = TYPE_AT + 20 };
+enum {
+    BLOCK_AT = TYPE_AT + 12,
+    LAPPED_AT = TYPE_AT + 16,
+    DEPENDENT_AT = TYPE_AT + 20,
+    STEP_AT = TYPE_AT + 24
+};
 enum { VALUE_MIN_AT = STEP_AT + 16, COUNT_AT = STEP_AT + 32, HEAD_END = COUNT_AT + 8 };
 enum { GEOM_AT = HEAD_END + 24, SPACING_AT = GEOM_AT + 4, UNIT_AT = GEOM_AT + 124 };
 enum { GEOM_END = GEOM_AT + 156, ERRS_AT = GEOM_END + 24, MAX_ABS_AT = ERRS_AT + 24 };
@@ -437,6 +442,9 @@ static void lying_headers_are_refused(void **state)
     assert_int_equal(lie_u32(RANK_AT, 4), CVOL_ERROR_CORRUPT);
     assert_int_equal(lie_u32(LAPPED_AT, 1), CVOL_ERROR_CORRUPT); /* blocks of 8 */
     assert_int_equal(lie_u32(LAPPED_AT, 2), CVOL_ERROR_CORRUPT);
+    assert_int_equal(lie_u32(DEPENDENT_AT, 1), CVOL_ERROR_CORRUPT);
+    assert_non_null(strstr(cvol_context_message(context), "dependent is 1, must be 0, or 1 of"));
+    assert_int_equal(lie_u32(DEPENDENT_AT, 2), CVOL_ERROR_CORRUPT);
     assert_int_not_equal(lie_u32(BLOCK_AT, 16), CVOL_OK);
     assert_int_not_equal(lie_u32(BLOCK_AT, 4), CVOL_OK);
     assert_int_not_equal(lie_f64(STEP_AT, 0), CVOL_OK);

@@ -240,7 +240,7 @@ static void lies_are_told_with_their_place(void **state)
     data[RANK_AT] = 9;
     for (int i = 0; i < 2; i++) { /* of the content, then of the header that has it */
         const uint32_t sum = i ? cvol_crc32c(data + HEAD_AT, 20)
-                               : cvol_crc32c(data + HEAD_AT + 24, 84);
+                               : cvol_crc32c(data + HEAD_AT + 24, 88);
         for (int b = 0; b < 4; b++)
             data[HEAD_AT + 16 + 4 * i + b] = (uint8_t)(sum >> 8 * b);
     }

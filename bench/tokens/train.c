@@ -95,7 +95,8 @@ static run_result run(cvol_context *context, const cvol_volume *volume, const cv
     run_result result = {0};
     cvol_token_costs_set(&costs, tables);
     const cvol_slab slab = {volume->data, 0, volume->grid.dims[2]};
-    const cvol_brick_recipe recipe = {shape, tables, &costs, {step, split, 0}, counts};
+    const cvol_brick_recipe recipe = {shape,  tables, &costs, {step, split, 0, shape->dependent},
+                                      counts, NULL};
     cvol_brick_maker *maker = cvol_brick_maker_create(shape);
     cvol_brick_coder *coder = cvol_brick_coder_create(tables);
     cvol_bytes shells[CVOL_SHELLS] = {{0}};
@@ -103,6 +104,7 @@ static run_result run(cvol_context *context, const cvol_volume *volume, const cv
     if (cvol_array_create(context, &decoded, &volume->grid, 16) || !maker || !coder)
         fail("no memory");
     decoded->step = step;
+    decoded->dependent = shape->dependent;
     decoded->offset = shape->offset;
     for (size_t b = stride / 2; b < cvol_brick_count(shape); b += stride) {
         double start = now();
@@ -172,7 +174,8 @@ int main(int argc, char **argv)
     cvol_token_counts *counts = malloc(sizeof *counts), *sums = malloc(sizeof *sums);
     const int rounds = atoi(argv[2]);
     const size_t stride = (size_t)env_number("STRIDE", 1);
-    const int lapped = env_number("LAPPED", 1), fit = env_number("FIT", 0);
+    const int lapped = env_number("LAPPED", 1), fit = env_number("FIT", 0),
+              dependent = env_number("DEPENDENT", 0);
     const cvol_split_choice split = (cvol_split_choice)env_number("SPLIT", CVOL_SPLIT_BEST);
     cvol_token_tables *own = cvol_token_tables_create();
     if (!context || !tables || !counts || !sums || !own)
@@ -191,11 +194,12 @@ int main(int argc, char **argv)
                 fail(cvol_context_message(context));
             shape->offset = min;
             shape->lapped = lapped;
+            shape->dependent = dependent;
             for (int k = 0; k < STEPS * (lapped > 1 ? 2 : 1); k++) {
                 if (lapped > 1)
                     shape->lapped = k >= STEPS;
                 memset(counts, 0, sizeof *counts);
-                const double step = steps[k % STEPS] * (max - min);
+                const double step = steps[k % STEPS] * (max - min) * (dependent ? 0.56 : 1);
                 run_result result;
                 memcpy(own, tables, sizeof *own);
                 if (fit) {

@@ -57,6 +57,8 @@ struct cvol_array {
     double step;
     int lapped; /* rank 3, DCT, B = 16: what blocks evaluate to is then post-filtered across their
                    faces (transform/lap.h, grid 16), along x, then y, then z */
+    int dependent; /* rank 3, DCT, B = 16: the coder may code terms by half of what they are, as
+                      dependent quantisation chose them (codec/dependent.h); nothing else knows */
     int has_ranges;              /* whether the next two and the blocks' range codes are known */
     double range_min, range_max; /* what range codes 0 and 255 stand for */
     cvol_block *block_table;

@@ -63,7 +63,7 @@ static int make_tables(cvol_context *context, cvol_token_tables **out, const cvo
         cvol_token_tables_fit(tables, counts);
     const cvol_corrected *corrected = cvol_corrected_of(array);
     if (!code && corrected && corrected->tables) /* as they are coded already */
-        cvol_token_tables_copy_rows(tables, corrected->tables, CVOL_ROW_CORRECTION, CVOL_ROWS);
+        cvol_token_tables_copy_rows(tables, corrected->tables, CVOL_ROW_CORRECTION, CVOL_ROW_INDEX);
     free(counts);
     *out = tables;
     return code;
@@ -118,6 +118,20 @@ static int check_array(cvol_context *context, const cvol_array *array)
     return array->block ? cvol_terms_check(context, array) : CVOL_OK;
 }
 
+/* Terms that were changed since they were chosen are coded as they are: *array becomes `plain`. */
+static int choose_coding(cvol_context *context, const cvol_array **array, cvol_array *plain)
+{
+    if (!(*array)->dependent || cvol_coded_of(*array))
+        return CVOL_OK;
+    const int dependent = cvol_bricks_are_dependent(context, *array);
+    if (!dependent) {
+        *plain = **array;
+        plain->dependent = 0;
+        *array = plain;
+    }
+    return dependent < 0 ? -dependent : CVOL_OK;
+}
+
 /* path NULL: only counted. */
 static int write_file(cvol_context *context, const cvol_array *array, const char *path,
                       uint64_t *file_bytes)
@@ -127,6 +141,9 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
     cvol_bytes content = {0}; /* of RNGE, TERM or SPEC */
     cvol_token_tables *tables = NULL;
     int code = check_array(context, array);
+    cvol_array plain;
+    if (!code)
+        code = choose_coding(context, &array, &plain);
     if (code)
         return code;
     code = cvol_file_writer_open(context, &writer, path, is_volume ? cvol_brick_count(array) : 0);

@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "codec/brick_internal.h"
+#include "codec/dependent.h"
 
 /* Tokens of a cell's split. */
 enum { SPLIT_NONE, SPLIT_OCTANTS, SPLIT_MIXED, SPLIT_FOURS };
@@ -166,6 +167,23 @@ static int scan_part(cvol_brick_coder *coder, const cvol_cell_part *part, int in
     return used;
 }
 
+/* Brings a part's values, in scan order, to the indices that stand for them; 0 if none do. */
+static int find_indices(int32_t *values, int used)
+{
+    int state = 0;
+    if (values[0] & 1)
+        return 0;
+    values[0] /= 2;
+    for (int i = 1; i < used; i++) {
+        const int64_t index = cvol_dependent_index(state, cvol_magnitude(values[i]));
+        if (index < 0)
+            return 0;
+        values[i] = values[i] < 0 ? -(int32_t)index : (int32_t)index;
+        state = cvol_state_after[state][index & 1];
+    }
+    return 1;
+}
+
 static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
                          const size_t place[3])
 {
@@ -179,15 +197,44 @@ static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const
         const int size_class = cvol_size_class(parts[p].side);
         coder->scanned[0] = 0;
         const int used = block->words ? scan_part(coder, &parts[p], in_cell) : 1;
+        if (array->dependent)
+            find_indices(coder->scanned, used);
         int at[3];
         cvol_part_place(at, &parts[p], place, array->block);
         const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
         cvol_part_encode(coder->writers, size_class, &context, coder->scanned, used,
-                         coder->scatter);
+                         array->dependent, coder->scatter);
         cvol_part_note(&coder->context, at, size_class, coder->scanned[0],
                        used > 1 ? cvol_bit_length((uint32_t)used - 1) : 0);
     }
     unspread_terms(coder, block, array->block_log2);
+}
+
+/* Whether all parts of a block have indices. */
+static int block_is_dependent(cvol_brick_coder *coder, const cvol_array *array,
+                              const cvol_block *block)
+{
+    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    const int count = cvol_block_parts(parts, array->block, block->split);
+    int found = 1;
+    if (!block->words)
+        return 1;
+    spread_terms(coder, block, array->block_log2);
+    for (int p = 0; p < count && found; p++)
+        found = find_indices(coder->scanned,
+                             scan_part(coder, &parts[p], array->block == CVOL_CELL));
+    unspread_terms(coder, block, array->block_log2);
+    return found;
+}
+
+int cvol_brick_is_dependent(cvol_brick_coder *coder, const cvol_array *array, size_t brick)
+{
+    const cvol_brick_box box = cvol_brick_box_of(array, brick);
+    int found = 1;
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box) && found; i++)
+        found = block_is_dependent(coder, array,
+                                   &array->block_table[cvol_brick_block_index(array, &box, i)]);
+    return found;
 }
 
 int cvol_brick_encode(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS],
@@ -269,14 +316,15 @@ static int reserve_words(cvol_brick_coder *coder, size_t more)
 }
 
 static int decode_parts(cvol_brick_coder *coder, cvol_token_reader streams[CVOL_SHELLS], int shells,
-                        int B, uint16_t split, const size_t place[3])
+                        const cvol_array *array, uint16_t split, const size_t place[3])
 {
+    const int B = array->block;
     cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
     const int count = cvol_block_parts(parts, B, split);
     for (int p = 0; p < count; p++) {
         const int size_class = cvol_size_class(parts[p].side);
         const cvol_part_target target = {coder->values, coder->found, first_place(&parts[p]),
-                                         B == CVOL_CELL};
+                                         B == CVOL_CELL, array->dependent};
         int at[3], length;
         int32_t dc;
         cvol_part_place(at, &parts[p], place, B);
@@ -299,7 +347,7 @@ static int decode_block(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_arr
         return CVOL_ERROR_MEMORY;
     if (B == CVOL_CELL && !take_split(coder, &streams[0], place, &block->split))
         return CVOL_ERROR_CORRUPT;
-    if (!decode_parts(coder, streams, shells, B, block->split, place))
+    if (!decode_parts(coder, streams, shells, array, block->split, place))
         return CVOL_ERROR_CORRUPT;
     const uint64_t sum = take_terms(coder, array->block_log2, &block->words, &out->terms);
     /* No sample, and nothing on the way to it, is larger than this sum: floats must hold it. */

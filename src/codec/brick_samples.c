@@ -51,10 +51,10 @@ void cvol_brick_maker_free(cvol_brick_maker *maker)
 }
 
 static void code_part(cvol_brick_coder *coder, const int at[3], int size_class,
-                      const int32_t *values, int used)
+                      const int32_t *values, int used, int dependent)
 {
     const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
-    cvol_part_encode(coder->writers, size_class, &context, values, used, coder->scatter);
+    cvol_part_encode(coder->writers, size_class, &context, values, used, dependent, coder->scatter);
     cvol_part_note(&coder->context, at, size_class, values[0],
                    used > 1 ? cvol_bit_length((uint32_t)used - 1) : 0);
 }
@@ -102,7 +102,7 @@ static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_re
             return CVOL_ERROR_TARGET;
         cvol_part_place(at, &parts[p], place, CVOL_CELL);
         code_part(maker->coder, at, cvol_size_class(parts[p].side), choice.values[p],
-                  choice.used[p]);
+                  choice.used[p], recipe->options.dependent);
     }
     return CVOL_OK;
 }
@@ -128,7 +128,7 @@ static int code_block(cvol_brick_maker *maker, double *error, const cvol_brick_r
     if (!choice.used)
         return CVOL_ERROR_TARGET;
     *error += (double)choice.error;
-    code_part(coder, at, size_class, coder->scanned, choice.used);
+    code_part(coder, at, size_class, coder->scanned, choice.used, 0);
     return CVOL_OK;
 }
 
@@ -143,6 +143,11 @@ const float *cvol_brick_cells(cvol_brick_maker *maker, const cvol_array *shape,
 cvol_brick_terms cvol_brick_maker_terms(const cvol_brick_maker *maker)
 {
     return (cvol_brick_terms){maker->words, maker->word_count, maker->terms};
+}
+
+void cvol_brick_maker_count(const cvol_brick_maker *maker, cvol_token_counts *counts)
+{
+    cvol_brick_coder_count(maker->coder, counts);
 }
 
 int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], double *error,
@@ -169,7 +174,6 @@ int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], dou
             return code;
     }
     if (recipe->counts)
-        for (int s = 0; s < CVOL_SHELLS; s++)
-            cvol_token_writer_count(&maker->coder->writers[s], recipe->counts);
+        cvol_brick_maker_count(maker, recipe->counts);
     return cvol_brick_finish(maker->coder, shells) ? CVOL_OK : CVOL_ERROR_MEMORY;
 }

@@ -30,6 +30,8 @@ typedef struct cvol_brick_recipe {
  * step is too small for a value; without a message. */
 int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], double *error,
                     const cvol_brick_recipe *recipe, const float *cells, size_t brick);
+/* Counts the tokens of the last brick that was made. */
+void cvol_brick_maker_count(const cvol_brick_maker *maker, cvol_token_counts *counts);
 /* The terms of the last brick that was made with `kept`, the maker's until its next use. */
 cvol_brick_terms cvol_brick_maker_terms(const cvol_brick_maker *maker);
 /* The cells of a brick of the slab's samples, the maker's until its next use. */

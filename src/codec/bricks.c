@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "base/thread.h"
 #include "transform/cell.h"
 
 /* Bricks that are worked on between two calls of the progress function: whole runs. */
@@ -110,6 +111,21 @@ static int encode_all(cvol_context *context, const cvol_array *array, const code
             cvol_bytes_free(&chunk[i].shells[s]);
     free(chunk);
     return code;
+}
+
+int cvol_bricks_are_dependent(cvol_context *context, const cvol_array *array)
+{
+    coders all;
+    const size_t count = cvol_brick_count(array);
+    const int code = coders_make(context, &all, NULL);
+    int dependent = 1;
+    if (code)
+        return -code;
+#pragma omp parallel for schedule(dynamic) num_threads(all.count) reduction(&& : dependent)
+    for (size_t b = 0; b < count; b++)
+        dependent = dependent && cvol_brick_is_dependent(all.coder[cvol_thread_index()], array, b);
+    coders_free(&all);
+    return dependent;
 }
 
 int cvol_bricks_encode(cvol_context *context, const cvol_array *array,

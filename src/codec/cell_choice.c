@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "codec/brick_internal.h"
 #include "codec/cell_weight.h"
+#include "codec/part_trellis.h"
 
 /* Which ways of splitting are tried: not the coarser one where the finer one's weight is below
  * `least` of its own, not the finer where it is above `most`. Measured on eleven volumes at eight
@@ -27,6 +28,7 @@ struct cvol_cell_chooser {
     float scaled[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
     int32_t values[WAYS][CVOL_CELL_SAMPLES];
     uint16_t scatter[CVOL_SCATTER_MAX];
+    cvol_trellis *trellis; /* made when it is needed */
 };
 
 /* One cell's choice on its way. */
@@ -37,6 +39,8 @@ typedef struct choosing {
     const cvol_token_costs *costs;
     float inverse; /* of the step */
     int plain;
+    int by_weight; /* whether what weights decide about octants needs no cost: it is not compared,
+                      and values are chosen later */
     split_margins margins;
     float eights[8], fours[8]; /* weights of the octants */
 } choosing;
@@ -44,13 +48,20 @@ typedef struct choosing {
 cvol_cell_chooser *cvol_cell_chooser_create(void)
 {
     cvol_cell_chooser *chooser = cvol_allocate(1, sizeof *chooser);
-    if (chooser)
-        memset(chooser->scatter, 0, sizeof chooser->scatter);
-    return chooser;
+    if (!chooser)
+        return NULL;
+    memset(chooser->scatter, 0, sizeof chooser->scatter);
+    chooser->trellis = cvol_trellis_create();
+    if (chooser->trellis)
+        return chooser;
+    free(chooser);
+    return NULL;
 }
 
 void cvol_cell_chooser_free(cvol_cell_chooser *chooser)
 {
+    if (chooser)
+        cvol_trellis_free(chooser->trellis);
     free(chooser);
 }
 
@@ -76,18 +87,36 @@ static void note_part(const choosing *c, const int32_t *values, int used, int si
                    used > 1 ? cvol_bit_length((uint32_t)used - 1) : 0);
 }
 
+/* In place of a choice, for a part that is chosen later: about what its neighbours need to know. */
+static void note_unchosen(const choosing *c, const float *coefficients, int size_class,
+                          const int begin[3], int first)
+{
+    const float dc = coefficients[first] * c->inverse;
+    const int32_t value = fabsf(dc) < 0x1p29f ? (int32_t)lrintf(dc) : 0;
+    note_part(c, &value, 1 << 3 * (size_class + 1), size_class, begin);
+}
+
+/* Where the parts of an octant that is split begin: within the cell, in fours, and among the
+ * coefficients. */
+static int place_four(int begin[3], int octant, int i)
+{
+    const int half[3] = {octant & 1, octant >> 1 & 1, octant >> 2};
+    const int quarter[3] = {i & 1, i >> 1 & 1, i >> 2};
+    int first = 0;
+    for (int a = 2; a >= 0; a--) {
+        begin[a] = 2 * half[a] + quarter[a];
+        first = CVOL_CELL * first + 2 * quarter[a] + half[a];
+    }
+    return first;
+}
+
 /* The eight parts of an octant that is split: cost and error of all. */
 static cvol_part_choice choose_fours(const choosing *c, int used[8], int octant)
 {
-    const int half[3] = {octant & 1, octant >> 1 & 1, octant >> 2};
     cvol_part_choice all = {0};
     for (int i = 0; i < 8; i++) {
-        const int quarter[3] = {i & 1, i >> 1 & 1, i >> 2};
-        int begin[3], first = 0;
-        for (int a = 2; a >= 0; a--) {
-            begin[a] = 2 * half[a] + quarter[a];
-            first = CVOL_CELL * first + 2 * quarter[a] + half[a];
-        }
+        int begin[3];
+        const int first = place_four(begin, octant, i);
         int32_t *values = c->chooser->values[FOURS] + 512 * octant + 64 * i;
         const cvol_part_choice choice = choose_part(c, values, c->chooser->fours, 0, begin, first);
         used[i] = choice.used;
@@ -103,6 +132,20 @@ static int may_choose(cvol_split_choice split)
     return split == CVOL_SPLIT_BEST;
 }
 
+/* An octant is coded as eight parts: used is NULL where they are chosen later. */
+static void take_fours(const choosing *c, cvol_cell_choice *out, const int *used, int octant)
+{
+    for (int i = 0; i < 8; i++) {
+        int begin[3];
+        const int first = place_four(begin, octant, i);
+        if (!used)
+            note_unchosen(c, c->chooser->fours, 0, begin, first);
+        out->values[out->parts] = c->chooser->values[FOURS] + 512 * octant + 64 * i;
+        out->used[out->parts++] = used ? used[i] : 1;
+    }
+    out->split |= (uint16_t)(2u << octant);
+}
+
 /* An octant, split or not; its cost. */
 static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
                            cvol_split_choice split)
@@ -113,30 +156,70 @@ static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
     const split_margins *margins = &c->margins;
     const float finer = c->fours[octant] + CVOL_OCTANT_COST,
                 coarser = c->eights[octant] + CVOL_PART_COST;
-    cvol_part_choice choice = {.cost = INFINITY};
-    if (split == CVOL_SPLIT_OCTANTS ||
-        (may_choose(split) && finer >= margins->octant_least * coarser))
-        choice = choose_part(c, values, c->chooser->eights, 1, begin, first);
-    if (split == CVOL_SPLIT_FOURS || choice.cost == INFINITY ||
-        (may_choose(split) && choice.cost > CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST &&
-         finer <= margins->octant_most * coarser)) {
-        int used[8];
-        const cvol_part_choice fours = choose_fours(c, used, octant);
-        if (fours.cost < choice.cost) {
-            for (int i = 0; i < 8; i++) {
-                out->values[out->parts] = c->chooser->values[FOURS] + 512 * octant + 64 * i;
-                out->used[out->parts++] = used[i];
-            }
-            out->split |= (uint16_t)(2u << octant);
-            out->error += fours.error;
-            return fours.cost;
+    const int may_eights = split == CVOL_SPLIT_OCTANTS ||
+                           (may_choose(split) && finer >= margins->octant_least * coarser),
+              may_fours = split == CVOL_SPLIT_FOURS ||
+                          (may_choose(split) && finer <= margins->octant_most * coarser);
+    cvol_part_choice choice = {.used = 1, .cost = INFINITY};
+    if (c->by_weight && may_eights != may_fours) {
+        if (may_fours) {
+            take_fours(c, out, NULL, octant);
+            return 0;
         }
+        note_unchosen(c, c->chooser->eights, 1, begin, first);
+        choice.cost = 0;
+    } else {
+        if (may_eights)
+            choice = choose_part(c, values, c->chooser->eights, 1, begin, first);
+        if (choice.cost == INFINITY ||
+            (may_fours && choice.cost > CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST)) {
+            int used[8];
+            const cvol_part_choice fours = choose_fours(c, used, octant);
+            if (fours.cost < choice.cost) {
+                take_fours(c, out, used, octant);
+                out->error += fours.error;
+                return fours.cost;
+            }
+        }
+        note_part(c, values, choice.used, 1, begin);
     }
     out->values[out->parts] = values;
     out->used[out->parts++] = choice.used;
     out->error += choice.error;
-    note_part(c, values, choice.used, 1, begin);
     return choice.cost;
+}
+
+/* Chooses again for every part that was chosen, on the best path through the states. */
+static void choose_paths(const choosing *c, cvol_cell_choice *out)
+{
+    cvol_cell_chooser *chooser = c->chooser;
+    const float *coefficients[CVOL_PART_SIZES] = {chooser->fours, chooser->eights,
+                                                  chooser->coefficients};
+    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    cvol_cell_list_parts(parts, out->split);
+    out->error = 0;
+    for (int p = 0; p < out->parts; p++) {
+        const int size_class = cvol_size_class(parts[p].side);
+        const cvol_scan *scan = cvol_part_scan_of(size_class);
+        const int *first = parts[p].first;
+        const float *from = coefficients[size_class] + first[0] +
+                            CVOL_CELL * (first[1] + CVOL_CELL * first[2]);
+        int at[3];
+        cvol_part_place(
+            at, &parts[p],
+            (const size_t[3]){(size_t)c->at[0] / 4, (size_t)c->at[1] / 4, (size_t)c->at[2] / 4},
+            CVOL_CELL);
+        for (int i = 0; i < scan->count; i++)
+            chooser->scaled[i] = from[scan->entries[i].in_cell] * c->inverse;
+        const cvol_part_context context = cvol_part_context_of(c->brick, at, size_class);
+        const cvol_part_choice choice = cvol_part_choose_dependent(
+            chooser->trellis, out->values[p], chooser->scaled, size_class, c->costs, &context,
+            chooser->scatter);
+        out->used[p] = choice.used;
+        out->error += 4 * choice.error;
+        cvol_part_note(c->brick, at, size_class, out->values[p][0],
+                       choice.used > 1 ? cvol_bit_length((uint32_t)choice.used - 1) : 0);
+    }
 }
 
 /* Bits of saying how the cell is split. */
@@ -198,13 +281,17 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
                   .brick = brick,
                   .at = {4 * cell[0], 4 * cell[1], 4 * cell[2]},
                   .costs = costs,
-                  .inverse = (float)(1 / options->step),
+                  .inverse = (float)((options->dependent ? 0.5 : 1) / options->step),
                   .plain = options->plain,
                   .margins = best_margins};
     const ways tried = ways_worth_trying(&c, samples, split);
     cvol_part_choice whole = {.cost = INFINITY};
     *out = (cvol_cell_choice){.split = CVOL_CELL_OCTANTS};
-    if (tried.whole) {
+    c.by_weight = options->dependent && !tried.whole;
+    if (options->dependent && !tried.split) {
+        whole.used = 1;
+        whole.cost = 0;
+    } else if (tried.whole) {
         whole = choose_part(&c, chooser->values[WHOLE], chooser->coefficients, 2, origin, 0);
         whole.cost += CVOL_LAMBDA * bits_of_split(&c, cell, CVOL_CELL_WHOLE);
     }
@@ -223,4 +310,6 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
         out->used[0] = whole.used;
         note_part(&c, chooser->values[WHOLE], whole.used, 2, origin);
     }
+    if (options->dependent)
+        choose_paths(&c, out);
 }

@@ -18,16 +18,17 @@ typedef enum cvol_split_choice {
 typedef struct cvol_chooser_options {
     double step;
     cvol_split_choice split;
-    int plain; /* the nearest values */
+    int plain;     /* the nearest values */
+    int dependent; /* indices (dependent.h); the step is half of what tells values apart */
 } cvol_chooser_options;
 
 /* What was chosen for a cell. */
 typedef struct cvol_cell_choice {
     uint16_t split;
     int parts;
-    float error;                                /* squared, in steps squared */
-    const int32_t *values[CVOL_CELL_PARTS_MAX]; /* of each part, in scan order */
-    int used[CVOL_CELL_PARTS_MAX];              /* 0: a value is beyond the limit */
+    float error;                          /* squared, in steps squared */
+    int32_t *values[CVOL_CELL_PARTS_MAX]; /* of each part, in scan order; indices */
+    int used[CVOL_CELL_PARTS_MAX];        /* 0: a value is beyond the limit */
 } cvol_cell_choice;
 
 /* One thread's memory. */

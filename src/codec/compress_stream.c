@@ -126,6 +126,7 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
         found->step = step;
         found->offset = shape->offset;
         found->lapped = shape->lapped;
+        found->dependent = shape->dependent;
         found->ledger.value_min = shape->ledger.value_min;
         found->ledger.value_max = shape->ledger.value_max;
         cvol_layer_measure_tell(measure, found, a->shell_norm);

@@ -8,6 +8,8 @@
 
 /* Where a ratio's search begins, in units of the samples' range, per unit of ratio. */
 #define FIRST_STEP 6e-4
+/* Dependent quantisation with so much of a step has about the same error. */
+#define DEPENDENT_SHARE 0.57
 /* A sample within this of the target is as good as any. */
 #define SAMPLE_MISS 0.02
 #define HASTY_MISS 0.08
@@ -33,8 +35,9 @@ double cvol_compression_sample_miss(const cvol_compression *c)
 static double first_step(const cvol_compression *c)
 {
     const double span = c->trial.shape->ledger.value_max - c->trial.shape->ledger.value_min;
-    const double step = c->target == CVOL_TARGET_PSNR ? 3 * span * exp(-c->value / CVOL_DB_PER_E)
-                                                      : span * FIRST_STEP * c->value;
+    const double plain = c->target == CVOL_TARGET_PSNR ? 3 * span * exp(-c->value / CVOL_DB_PER_E)
+                                                       : span * FIRST_STEP * c->value;
+    const double step = plain * (c->trial.shape->dependent ? DEPENDENT_SHARE : 1);
     return fmin(fmax(step, c->least_step), c->most_step);
 }
 

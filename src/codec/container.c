@@ -203,6 +203,7 @@ static int make_array(reading *r)
     array->step = header->step;
     array->offset = header->offset;
     array->lapped = (int)header->lapped;
+    array->dependent = (int)header->dependent;
     array->ledger = header->ledger;
     array->threshold = header->threshold;
     array->measured = (int)header->measured;

@@ -16,6 +16,7 @@ cvol_header cvol_header_of(const cvol_array *array)
                           .rank = (uint32_t)array->rank,
                           .block = (uint32_t)array->block,
                           .lapped = (uint32_t)array->lapped,
+                          .dependent = (uint32_t)array->dependent,
                           .step = array->step,
                           .offset = array->offset,
                           .coefficients = array->coefficients,
@@ -96,6 +97,7 @@ void cvol_head_put(cvol_bytes *out, const cvol_header *header)
     cvol_bytes_put_u32(out, header->rank);
     cvol_bytes_put_u32(out, header->block);
     cvol_bytes_put_u32(out, header->lapped);
+    cvol_bytes_put_u32(out, header->dependent);
     cvol_bytes_put_f64(out, header->step);
     cvol_bytes_put_f64(out, header->offset);
     cvol_bytes_put_f64(out, header->ledger.value_min);
@@ -119,6 +121,9 @@ static int check_method(cvol_context *context, const cvol_header *h, const char 
             return bad(context, name, "HEAD", "rank", h->rank, "that of the dims");
     if (h->lapped > 1 || (h->lapped && !(cvol_header_is_volume(h) && h->block == 16)))
         return bad(context, name, "HEAD", "lapped", h->lapped,
+                   "0, or 1 of volumes in dct blocks of 16");
+    if (h->dependent > 1 || (h->dependent && !(cvol_header_is_volume(h) && h->block == 16)))
+        return bad(context, name, "HEAD", "dependent", h->dependent,
                    "0, or 1 of volumes in dct blocks of 16");
     if (h->block ? !(h->step > 0) || !isfinite(h->step) : h->step != 0)
         return bad(context, name, "HEAD", "step", h->step,
@@ -160,6 +165,7 @@ int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *cont
     header->rank = cvol_cursor_u32(content);
     header->block = cvol_cursor_u32(content);
     header->lapped = cvol_cursor_u32(content);
+    header->dependent = cvol_cursor_u32(content);
     header->step = cvol_cursor_f64(content);
     header->offset = cvol_cursor_f64(content);
     header->ledger.value_min = cvol_cursor_f64(content);

@@ -13,7 +13,7 @@
 typedef struct cvol_header {
     cvol_grid grid; /* GEOM: all of it but shape and type */
     /* HEAD */
-    uint32_t transform, rank, block, lapped;
+    uint32_t transform, rank, block, lapped, dependent;
     double step, offset;
     uint64_t coefficients;
     cvol_ledger ledger; /* HEAD: value_min and value_max; ERRS: the other two */

@@ -68,6 +68,7 @@ int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
         array->step = step;
         array->offset = shape->offset;
         array->lapped = shape->lapped;
+        array->dependent = shape->dependent;
         array->ledger.value_min = shape->ledger.value_min;
         array->ledger.value_max = shape->ledger.value_max;
         for (int i = 0; i < 2; i++)

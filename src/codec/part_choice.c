@@ -11,15 +11,6 @@
 /* Coefficients after the last one of this share are taken as zero. */
 #define LAST_SHARE 0.6f
 
-void cvol_token_costs_set(cvol_token_costs *costs, const cvol_token_tables *tables)
-{
-    for (int r = 0; r < CVOL_ROWS; r++)
-        for (int t = 0; t < CVOL_TOKENS; t++) {
-            const uint16_t *bounds = tables->rows[r].bounds + 7 + t;
-            costs->of[r][t] = CVOL_TOKEN_SCALE - log2f((float)(bounds[1] - bounds[0]));
-        }
-}
-
 /* Bits of a number's token and what follows it. */
 static float bits_of_number(const float *row, uint64_t number)
 {
@@ -30,23 +21,10 @@ static float bits_of_number(const float *row, uint64_t number)
     return row[token] + (float)(length - 1) + (token == 15 ? 5 : 0);
 }
 
-/* Bits of a magnitude >= 1 and its sign. */
-static inline float bits_of_value(const cvol_token_costs *costs, const float *row, int level,
-                                  uint32_t magnitude)
-{
-    const int shift = cvol_level_shift[level];
-    const uint32_t high = magnitude >> shift;
-    float bits = 1 + (float)shift;
-    if (high < 15)
-        return bits + row[high];
-    const int more = cvol_bit_length(high - 14) - 1;
-    bits += row[15] + (float)more + (more < 15 ? 0 : 4);
-    return bits + costs->of[CVOL_ROW_ESCAPE + level][more < 15 ? more : 15];
-}
-
 /* The DC: the nearest value, or the next one on the prediction's side. */
-static int32_t choose_dc(float *cost, float *squared, float scaled, const cvol_token_costs *costs,
-                         const cvol_part_context *context, int plain)
+int32_t cvol_part_choose_dc(float *cost, float *squared, float scaled,
+                            const cvol_token_costs *costs, const cvol_part_context *context,
+                            int plain)
 {
     const float *row = costs->of[context->dc_row];
     const int32_t nearest = (int32_t)lrintf(scaled);
@@ -72,10 +50,10 @@ static int32_t choose_dc(float *cost, float *squared, float scaled, const cvol_t
 }
 
 /* The best magnitude; *cost is error and lambda bits. */
-static inline uint32_t decide(float *cost, const cvol_token_costs *costs, const float *row,
-                              int level, float scaled, int plain)
+static inline uint32_t decide(float *cost, const cvol_token_costs *costs, cvol_place_code code,
+                              float scaled, int plain)
 {
-    float best = scaled * scaled + CVOL_LAMBDA * (row[0] + (float)cvol_level_shift[level]);
+    float best = scaled * scaled + CVOL_LAMBDA * cvol_bits_of_zero(costs, code);
     uint32_t chosen = 0;
     if (scaled >= LEAST_SHARE) {
         const uint32_t high = (uint32_t)(scaled + 0.5f);
@@ -83,7 +61,7 @@ static inline uint32_t decide(float *cost, const cvol_token_costs *costs, const 
             best = INFINITY;
         for (uint32_t m = high > 1 && !plain ? high - 1 : high; m <= high; m++) {
             const float error = scaled - (float)m;
-            const float sum = error * error + CVOL_LAMBDA * bits_of_value(costs, row, level, m);
+            const float sum = error * error + CVOL_LAMBDA * cvol_bits_of_value(costs, code, m);
             if (sum < best) {
                 best = sum;
                 chosen = m;
@@ -94,18 +72,6 @@ static inline uint32_t decide(float *cost, const cvol_token_costs *costs, const 
     return chosen;
 }
 
-/* Bits of a last index. */
-static float bits_of_last(const cvol_token_costs *costs, int size_class, uint32_t last)
-{
-    const int length = cvol_bit_length(last);
-    const float *row = costs->of[cvol_more_row(size_class, length)];
-    if (length == 1)
-        return 0;
-    if (length == 2)
-        return row[last & 1];
-    return row[last >> (length - 3) & 3] + (float)(length - 3);
-}
-
 /* Chooses values 1 .. extent - 1, and where the part ends. */
 static cvol_part_choice choose_rest(int32_t *values, const float *scaled, int extent,
                                     const cvol_scan *scan, const cvol_token_costs *costs,
@@ -113,7 +79,7 @@ static cvol_part_choice choose_rest(int32_t *values, const float *scaled, int ex
                                     uint16_t *scatter)
 {
     const int size_class = scan->size_class;
-    double sum = 0, squared = 0; /* single precision would lose small errors in large tails */
+    double total = 0, squared = 0; /* single precision would lose small errors in large tails */
     cvol_part_choice choice = {1, (float)tail, (float)tail + CVOL_LAMBDA * length_row[0]};
     if (plain && extent > 1)
         choice.cost = INFINITY;
@@ -121,26 +87,24 @@ static cvol_part_choice choose_rest(int32_t *values, const float *scaled, int ex
     for (int i = 1; i < extent; i++) {
         const cvol_scan_entry *entry = &scan->entries[i];
         const float size = fabsf(scaled[i]);
-        const int level = cvol_level_of(scatter[entry->scatter]);
-        const float *row = costs->of[cvol_value_row(size_class, entry->band, level)];
+        const uint32_t sum = scatter[entry->scatter];
         float cost;
-        const uint32_t m = decide(&cost, costs, row, level, size, plain);
+        const uint32_t m = decide(&cost, costs, cvol_value_code(size_class, entry->band, sum, 0, 0),
+                                  size, plain);
         values[i] = scaled[i] < 0 ? -(int32_t)m : (int32_t)m;
         tail -= (double)size * (double)size;
-        sum += (double)cost;
+        total += (double)cost;
         const float error = size - (float)m;
         squared += (double)(error * error);
         if (!m)
             continue;
         cvol_scatter(scatter + entry->scatter, scan->row, scan->sheet, m);
-        const float *last_row = costs->of[cvol_last_row(size_class, level)];
+        const cvol_place_code last_code = cvol_last_code(size_class, sum, 0, 0);
         const float last_cost = error * error +
-                                CVOL_LAMBDA *
-                                    (m == 1 ? 1 + (float)cvol_level_shift[level] + last_row[0]
-                                            : bits_of_value(costs, last_row, level, m - 1));
-        const float whole = (float)(sum + tail) - cost + last_cost +
+                                CVOL_LAMBDA * cvol_bits_of_last_value(costs, last_code, m);
+        const float whole = (float)(total + tail) - cost + last_cost +
                             CVOL_LAMBDA * (length_row[cvol_bit_length((uint32_t)i)] +
-                                           bits_of_last(costs, size_class, (uint32_t)i));
+                                           cvol_bits_of_last(costs, size_class, (uint32_t)i));
         if (whole < choice.cost || plain)
             choice = (cvol_part_choice){i + 1, (float)(squared + tail), whole};
     }
@@ -152,7 +116,7 @@ static cvol_part_choice choose_rest(int32_t *values, const float *scaled, int ex
 }
 
 /* The sum of squares of c[begin .. end). Eight sums, so that additions need not wait. */
-static double squares(const float *c, int begin, int end)
+double cvol_part_squares(const float *c, int begin, int end)
 {
     double sums[8] = {0};
     int i = begin;
@@ -174,8 +138,9 @@ cvol_part_choice cvol_part_choose(int32_t *values, const float *scaled, int size
     float dc_cost, dc_error;
     if (!cvol_quantise_fits(scaled, extent, 1))
         return (cvol_part_choice){0, 0, INFINITY};
-    const double tail = squares(scaled, 1, extent) + squares(scaled, extent, scan->count);
-    values[0] = choose_dc(&dc_cost, &dc_error, scaled[0], costs, context, plain);
+    const double tail = cvol_part_squares(scaled, 1, extent) +
+                        cvol_part_squares(scaled, extent, scan->count);
+    values[0] = cvol_part_choose_dc(&dc_cost, &dc_error, scaled[0], costs, context, plain);
     const int64_t difference = values[0] - context->prediction;
     const float *length_row = costs->of[cvol_length_row(
         context, size_class, (uint64_t)(difference < 0 ? -difference : difference))];

@@ -8,16 +8,10 @@
 #define CVOL_CODEC_PART_CHOICE_H
 
 #include "codec/brick_context.h"
-#include "codec/part_scan.h"
+#include "codec/part_cost.h"
 
 /* What a bit is worth, in steps squared. */
 #define CVOL_LAMBDA 0.12f
-
-/* Bits of each token: -log2 of its probability. */
-typedef struct cvol_token_costs {
-    float of[CVOL_ROWS][CVOL_TOKENS];
-} cvol_token_costs;
-void cvol_token_costs_set(cvol_token_costs *costs, const cvol_token_tables *tables);
 
 typedef struct cvol_part_choice {
     int used;    /* one past the last value that is not 0, at least 1 */
@@ -31,5 +25,11 @@ typedef struct cvol_part_choice {
 cvol_part_choice cvol_part_choose(int32_t *values, const float *scaled, int size_class,
                                   const cvol_token_costs *costs, const cvol_part_context *context,
                                   int plain, uint16_t *scatter);
+
+/* Its parts: the DC's value, with *cost and its squared error; a sum of squares. */
+int32_t cvol_part_choose_dc(float *cost, float *squared, float scaled,
+                            const cvol_token_costs *costs, const cvol_part_context *context,
+                            int plain);
+double cvol_part_squares(const float *c, int begin, int end);
 
 #endif

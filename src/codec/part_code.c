@@ -3,10 +3,13 @@
 
 #include <stdlib.h>
 
+#include "codec/dependent.h"
 #include "codec/quantise.h"
 
 const uint8_t cvol_level_shift[CVOL_LEVELS] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
                                                0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8};
+const uint8_t cvol_fine_level_shift[CVOL_FINE_LEVELS] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+                                                         0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 8};
 
 /* Scattered sums of a shell's cube are touched two places beyond it. */
 static int cube_side(int index)
@@ -31,20 +34,19 @@ static void put_number(cvol_token_writer *out, int row, uint64_t number)
     cvol_raw_put(out, (uint32_t)number & ((UINT32_C(1) << (length - 1)) - 1), length - 1);
 }
 
-static void put_magnitude(cvol_token_writer *out, int row, int level, uint32_t magnitude)
+static void put_magnitude(cvol_token_writer *out, cvol_place_code code, uint32_t magnitude)
 {
-    const int shift = cvol_level_shift[level];
-    const uint32_t high = magnitude >> shift;
-    cvol_token_put(out, row, high < 15 ? high : 15);
+    const uint32_t high = magnitude >> code.shift;
+    cvol_token_put(out, code.row, high < 15 ? high : 15);
     if (high >= 15) {
         const uint32_t rest = high - 14;
         const int bits = cvol_bit_length(rest) - 1;
-        cvol_token_put(out, CVOL_ROW_ESCAPE + level, bits < 15 ? (uint32_t)bits : 15);
+        cvol_token_put(out, code.escape_row, bits < 15 ? (uint32_t)bits : 15);
         if (bits >= 15)
             cvol_raw_put(out, (uint32_t)bits - 15, 4);
         cvol_raw_put(out, rest & ((UINT32_C(1) << bits) - 1), bits);
     }
-    cvol_raw_put(out, magnitude & ((UINT32_C(1) << shift) - 1), shift);
+    cvol_raw_put(out, magnitude & ((UINT32_C(1) << code.shift) - 1), code.shift);
 }
 
 static void put_last(cvol_token_writer *out, int size_class, uint32_t last)
@@ -59,32 +61,35 @@ static void put_last(cvol_token_writer *out, int size_class, uint32_t last)
     }
 }
 
-/* Coefficients begin .. end - 1, of which `last` is the last of the part. */
-static void put_values(cvol_token_writer *out, const cvol_scan *scan, const int32_t *values,
-                       int begin, int end, int last, uint16_t *scatter)
+/* Coefficients begin .. end - 1, of which `last` is the last of the part; the state after them. */
+static int put_values(cvol_token_writer *out, const cvol_scan *scan, const int32_t *indices,
+                      int begin, int end, int last, int dependent, int state, uint16_t *scatter)
 {
     for (int i = begin; i < end; i++) {
         const cvol_scan_entry *entry = &scan->entries[i];
-        const uint32_t magnitude = cvol_magnitude(values[i]);
-        const int level = cvol_level_of(scatter[entry->scatter]);
+        const uint32_t magnitude = cvol_magnitude(indices[i]), sum = scatter[entry->scatter];
+        const int odd = cvol_state_is_odd(state), size_class = scan->size_class;
         if (i == last)
-            put_magnitude(out, cvol_last_row(scan->size_class, level), level, magnitude - 1);
+            put_magnitude(out, cvol_last_code(size_class, sum, dependent, odd), magnitude - 1);
         else
-            put_magnitude(out, cvol_value_row(scan->size_class, entry->band, level), level,
+            put_magnitude(out, cvol_value_code(size_class, entry->band, sum, dependent, odd),
                           magnitude);
+        const uint32_t value = dependent ? cvol_dependent_magnitude(state, magnitude) : magnitude;
+        state = dependent ? cvol_state_after[state][magnitude & 1] : 0;
         if (!magnitude)
             continue;
-        cvol_raw_put(out, values[i] < 0, 1);
-        cvol_scatter(scatter + entry->scatter, scan->row, scan->sheet, magnitude);
+        cvol_raw_put(out, indices[i] < 0, 1);
+        cvol_scatter(scatter + entry->scatter, scan->row, scan->sheet, value);
     }
+    return state;
 }
 
 void cvol_part_encode(cvol_token_writer streams[CVOL_SHELLS], int size_class,
-                      const cvol_part_context *context, const int32_t *values, int used,
-                      uint16_t *scatter)
+                      const cvol_part_context *context, const int32_t *indices, int used,
+                      int dependent, uint16_t *scatter)
 {
     const cvol_scan *scan = cvol_part_scan_of(size_class);
-    const int64_t difference = values[0] - context->prediction;
+    const int64_t difference = indices[0] - context->prediction;
     const uint64_t number = (uint64_t)(difference < 0 ? -difference : difference);
     const int last = used - 1;
     put_number(&streams[0], context->dc_row, number);
@@ -94,8 +99,8 @@ void cvol_part_encode(cvol_token_writer streams[CVOL_SHELLS], int size_class,
                    last ? (uint32_t)cvol_bit_length((uint32_t)last) : 0);
     if (!last)
         return;
-    cvol_scatter_dc(scatter, scan->row, scan->sheet, values[0]);
-    int begin = 1;
+    cvol_scatter_dc(scatter, scan->row, scan->sheet, indices[0]);
+    int begin = 1, state = 0;
     for (int s = 0; s < CVOL_SHELLS && begin <= last; s++) {
         const int shell_end = cvol_shell_end(size_class, s);
         if (shell_end <= begin)
@@ -103,7 +108,7 @@ void cvol_part_encode(cvol_token_writer streams[CVOL_SHELLS], int size_class,
         const int end = last < shell_end ? last + 1 : shell_end;
         if (last < shell_end)
             put_last(&streams[s], size_class, (uint32_t)last);
-        put_values(&streams[s], scan, values, begin, end, last, scatter);
+        state = put_values(&streams[s], scan, indices, begin, end, last, dependent, state, scatter);
         begin = end;
     }
     cvol_scatter_clear(scatter, scan->row, scan->sheet, cube_side(used));
@@ -125,23 +130,22 @@ CVOL_INLINE uint32_t take_number(cvol_token_reader *in, int row)
     return UINT32_C(1) << (length - 1) | cvol_raw_take(in, length - 1);
 }
 
-static uint32_t take_escape(cvol_token_reader *in, int level)
+static uint32_t take_escape(cvol_token_reader *in, int row)
 {
-    int bits = (int)cvol_token_take(in, CVOL_ROW_ESCAPE + level);
+    int bits = (int)cvol_token_take(in, row);
     if (bits == 15)
         bits += (int)cvol_raw_take(in, 4);
     return (UINT32_C(1) << bits) + cvol_raw_take(in, bits) + 14;
 }
 
-CVOL_INLINE uint32_t take_magnitude(cvol_token_reader *in, int row, int level)
+CVOL_INLINE uint32_t take_magnitude(cvol_token_reader *in, cvol_place_code code)
 {
-    uint32_t high = cvol_token_take(in, row);
+    uint32_t high = cvol_token_take(in, code.row);
     if (__builtin_expect(high == 15, 0))
-        high = take_escape(in, level);
-    const int shift = cvol_level_shift[level];
-    if (__builtin_expect(!shift, 1))
+        high = take_escape(in, code.escape_row);
+    if (__builtin_expect(!code.shift, 1))
         return high;
-    const uint64_t magnitude = (uint64_t)high << shift | cvol_raw_take(in, shift);
+    const uint64_t magnitude = (uint64_t)high << code.shift | cvol_raw_take(in, code.shift);
     return magnitude > UINT32_MAX ? UINT32_MAX : (uint32_t)magnitude;
 }
 
@@ -157,30 +161,38 @@ static uint32_t take_last(cvol_token_reader *in, int size_class, int length)
 }
 
 /* Coefficients begin .. end - 1; 0 if one is too large. */
-static int take_values(cvol_token_reader *stream, const cvol_scan *scan, int begin, int end,
-                       int last, const cvol_part_target *target, uint16_t *scatter)
+CVOL_INLINE int take_values(cvol_token_reader *stream, const cvol_scan *scan, int begin, int end,
+                            int last, const cvol_part_target *target, int dependent, int *state,
+                            uint16_t *scatter)
 {
     cvol_token_reader in = *stream;
+    int now = *state;
     for (int i = begin; i < end; i++) {
         const cvol_scan_entry entry = scan->entries[i];
-        const int level = cvol_level_of(scatter[entry.scatter]);
+        const uint32_t sum = scatter[entry.scatter];
+        const int odd = dependent ? cvol_state_is_odd(now) : 0, size_class = scan->size_class;
         uint32_t magnitude;
         if (__builtin_expect(i == last, 0))
-            magnitude = 1 + take_magnitude(&in, cvol_last_row(scan->size_class, level), level);
+            magnitude = 1 + take_magnitude(&in, cvol_last_code(size_class, sum, dependent, odd));
         else
-            magnitude = take_magnitude(&in, cvol_value_row(scan->size_class, entry.band, level),
-                                       level);
+            magnitude = take_magnitude(
+                &in, cvol_value_code(size_class, entry.band, sum, dependent, odd));
+        if (dependent)
+            now = cvol_state_after[now][magnitude & 1];
         if (!magnitude)
             continue;
-        if (__builtin_expect(magnitude > (uint32_t)CVOL_VALUE_LIMIT, 0))
+        if (__builtin_expect(magnitude > (uint32_t)CVOL_VALUE_LIMIT >> dependent, 0))
             return 0;
+        if (dependent)
+            magnitude = 2 * magnitude - (uint32_t)odd;
+        cvol_scatter(scatter + entry.scatter, scan->row, scan->sheet, magnitude);
         const int32_t value = cvol_raw_take(&in, 1) ? -(int32_t)magnitude : (int32_t)magnitude;
         const int place = target->first + (target->in_cell ? entry.in_cell : entry.place);
         target->values[place] = value;
         target->found[place / 64] |= UINT64_C(1) << place % 64;
-        cvol_scatter(scatter + entry.scatter, scan->row, scan->sheet, magnitude);
     }
     *stream = in;
+    *state = now;
     return 1;
 }
 
@@ -188,7 +200,7 @@ static int take_values(cvol_token_reader *stream, const cvol_scan *scan, int beg
 static int take_shells(cvol_token_reader streams[CVOL_SHELLS], int shells, const cvol_scan *scan,
                        int length, const cvol_part_target *target, uint16_t *scatter)
 {
-    int begin = 1;
+    int begin = 1, state = 0;
     for (int s = 0; s < shells; s++) {
         int end = cvol_shell_end(scan->size_class, s), last = scan->count;
         if (end <= begin)
@@ -197,7 +209,9 @@ static int take_shells(cvol_token_reader streams[CVOL_SHELLS], int shells, const
             last = (int)take_last(&streams[s], scan->size_class, length);
             end = last + 1;
         }
-        if (!take_values(&streams[s], scan, begin, end, last, target, scatter))
+        if (!(target->dependent
+                  ? take_values(&streams[s], scan, begin, end, last, target, 1, &state, scatter)
+                  : take_values(&streams[s], scan, begin, end, last, target, 0, &state, scatter)))
             return 0;
         begin = end;
         if (last < scan->count)
@@ -216,10 +230,11 @@ int cvol_part_decode(cvol_token_reader streams[CVOL_SHELLS], int shells, int siz
     int64_t value = context->prediction;
     if (number)
         value += cvol_raw_take(&streams[0], 1) ? -(int64_t)number : (int64_t)number;
-    if (value < -CVOL_VALUE_LIMIT || value > CVOL_VALUE_LIMIT)
+    const int64_t limit = CVOL_VALUE_LIMIT >> target->dependent;
+    if (value < -limit || value > limit)
         return 0;
     *dc = (int32_t)value;
-    target->values[target->first] = *dc;
+    target->values[target->first] = *dc * (1 + target->dependent);
     if (*dc)
         target->found[target->first / 64] |= UINT64_C(1) << target->first % 64;
     *length = (int)cvol_token_take(&streams[0], cvol_length_row(context, size_class, number));

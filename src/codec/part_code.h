@@ -25,15 +25,41 @@
 
 /* The low bits of a magnitude that are raw, by level. */
 extern const uint8_t cvol_level_shift[CVOL_LEVELS];
+extern const uint8_t cvol_fine_level_shift[CVOL_FINE_LEVELS];
 
-/* The row of a coefficient's magnitude. */
-CVOL_INLINE int cvol_value_row(int size_class, int band, int level)
+/* How magnitudes are coded at one place: what tables and how many raw bits. */
+typedef struct cvol_place_code {
+    int row, escape_row, shift;
+} cvol_place_code;
+
+/* Of a coefficient, or of the last one, after neighbours of this scattered sum. dependent: whether
+ * indices are coded; odd: whether their values are odd. */
+CVOL_INLINE cvol_place_code cvol_value_code(int size_class, int band, uint32_t sum, int dependent,
+                                            int odd)
 {
-    return CVOL_ROW_VALUE + (size_class * CVOL_BANDS + band) * CVOL_LEVELS + level;
+    if (!dependent) {
+        const int level = cvol_level_of(sum);
+        return (cvol_place_code){CVOL_ROW_VALUE + (size_class * CVOL_BANDS + band) * CVOL_LEVELS +
+                                     level,
+                                 CVOL_ROW_ESCAPE + level, cvol_level_shift[level]};
+    }
+    const int level = cvol_fine_level_of(sum);
+    return (cvol_place_code){
+        CVOL_ROW_INDEX +
+            ((odd * CVOL_INDEX_SIZES + size_class) * CVOL_BANDS + band) * CVOL_FINE_LEVELS + level,
+        CVOL_ROW_INDEX_ESCAPE + level, cvol_fine_level_shift[level]};
 }
-CVOL_INLINE int cvol_last_row(int size_class, int level)
+CVOL_INLINE cvol_place_code cvol_last_code(int size_class, uint32_t sum, int dependent, int odd)
 {
-    return CVOL_ROW_LAST + size_class * CVOL_LEVELS + level;
+    if (!dependent) {
+        const int level = cvol_level_of(sum);
+        return (cvol_place_code){CVOL_ROW_LAST + size_class * CVOL_LEVELS + level,
+                                 CVOL_ROW_ESCAPE + level, cvol_level_shift[level]};
+    }
+    const int level = cvol_fine_level_of(sum);
+    return (cvol_place_code){CVOL_ROW_LAST_INDEX +
+                                 (odd * CVOL_INDEX_SIZES + size_class) * CVOL_FINE_LEVELS + level,
+                             CVOL_ROW_INDEX_ESCAPE + level, cvol_fine_level_shift[level]};
 }
 CVOL_INLINE int cvol_more_row(int size_class, int length)
 {
@@ -52,8 +78,8 @@ CVOL_INLINE uint32_t cvol_number_token(uint64_t number)
 /* Codes a part: values in scan order, the last of values[0 .. used) is not 0 unless used = 1.
  * scatter: all zero, and so again after it. */
 void cvol_part_encode(cvol_token_writer streams[CVOL_SHELLS], int size_class,
-                      const cvol_part_context *context, const int32_t *values, int used,
-                      uint16_t *scatter);
+                      const cvol_part_context *context, const int32_t *indices, int used,
+                      int dependent, uint16_t *scatter);
 
 /* Where a decoded part's values go. */
 typedef struct cvol_part_target {
@@ -61,6 +87,7 @@ typedef struct cvol_part_target {
     uint64_t *found; /* a bit for every place whose value is not 0 */
     int first;       /* place of the part's frequency 0 */
     int in_cell;     /* whether places are those of a cell's part */
+    int dependent;   /* whether what is coded are indices */
 } cvol_part_target;
 
 /* Decodes the first `shells` shells of a part. *dc and *length are what the brick's context notes.

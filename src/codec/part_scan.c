@@ -5,14 +5,15 @@
 
 static cvol_scan_entry entries4[64], entries8[512], entries16[4096], entries32[32768];
 static uint16_t inverse4[64], inverse8[512], inverse16[4096], inverse32[32768];
-uint8_t cvol_level_table[CVOL_LEVEL_TABLE];
+static uint16_t runs[CVOL_PART_SIZES][CVOL_SCAN_RUNS_MOST];
+uint8_t cvol_level_table[CVOL_LEVEL_TABLE], cvol_fine_level_table[CVOL_LEVEL_TABLE];
 static pthread_once_t tables_once = PTHREAD_ONCE_INIT;
 
 static const cvol_scan scans[CVOL_PART_SIZES] = {
-    {4, 64, 0, 6, 36, entries4, inverse4},
-    {8, 512, 1, 10, 100, entries8, inverse8},
-    {16, 4096, 2, 18, 324, entries16, inverse16},
-    {32, 32768, 3, 34, 1156, entries32, inverse32},
+    {4, 64, 0, 6, 36, entries4, inverse4, runs[0]},
+    {8, 512, 1, 10, 100, entries8, inverse8, runs[1]},
+    {16, 4096, 2, 18, 324, entries16, inverse16, runs[2]},
+    {32, 32768, 3, 34, 1156, entries32, inverse32, runs[3]},
 };
 
 /* Band class of u + v + w = norm: bounds are 2.5, 5.5, 9.5, 14.5, 21.5 sixteenths of M. */
@@ -52,19 +53,46 @@ static void fill_scan(cvol_scan_entry *entries, uint16_t *inverse, int M)
                 }
 }
 
-static void fill_tables(void)
+/* Neighbours of one shell are apart in u + v + w, those of two shells in the shell. */
+static void fill_runs(uint16_t *ends, const cvol_scan_entry *entries, int M)
 {
-    static const int bounds[CVOL_LEVELS - 1] = {
-        0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 28, 40, 60, 100, 200, 400, 800, 1600, 3200, 6400, 12800};
+    const int count = M * M * M;
+    int norm_before = 0, length_before = 0, run = 0;
+    for (int i = 1; i < count; i++) {
+        const int place = entries[i].place, norm = place % M + place / M % M + place / M / M;
+        const int length = (cvol_bit_length((uint32_t)i) + 2) / 3;
+        if (i > 1 && (norm != norm_before || length != length_before))
+            ends[run++] = (uint16_t)i;
+        norm_before = norm;
+        length_before = length;
+    }
+    ends[run] = (uint16_t)count;
+}
+
+static void fill_levels(uint8_t *table, const uint16_t *bounds)
+{
     for (int sum = 0, level = 0; sum < CVOL_LEVEL_TABLE; sum++) {
         while (sum > bounds[level])
             level++;
-        cvol_level_table[sum] = (uint8_t)level;
+        table[sum] = (uint8_t)level;
     }
+}
+
+static void fill_tables(void)
+{
+    static const uint16_t bounds[CVOL_LEVELS - 1] = {
+        0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 28, 40, 60, 100, 200, 400, 800, 1600, 3200, 6400, 12800};
+    static const uint16_t fine[CVOL_FINE_LEVELS - 1] = {
+        0,  1,  2,  3,   4,   5,   6,   8,    10,   12,   16,    22,   30,
+        40, 56, 80, 120, 200, 400, 800, 1600, 3200, 6400, 12800, 25600};
+    fill_levels(cvol_level_table, bounds);
+    fill_levels(cvol_fine_level_table, fine);
     fill_scan(entries4, inverse4, 4);
     fill_scan(entries8, inverse8, 8);
     fill_scan(entries16, inverse16, 16);
     fill_scan(entries32, inverse32, 32);
+    for (int size_class = 0; size_class < CVOL_PART_SIZES; size_class++)
+        fill_runs(runs[size_class], scans[size_class].entries, scans[size_class].side);
 }
 
 const cvol_scan *cvol_part_scan_of(int size_class)

@@ -6,7 +6,7 @@
  * length of an index says which.
  *
  * A coefficient's context is made of
- *  - its level: the scattered sum of the magnitudes m (cut at 2000) of coefficients coded before it
+ *  - its level: the scattered sum of the magnitudes m (cut at 4000) of coefficients coded before it
  *    that are near: one at (u, v, w) adds 2 m to its neighbours at distance 1 along an axis and m
  * to those at (2, 0, 0), (1, 1, 0) and the like; the DC adds as if it were 2 at most. The sum is
  *    cut into 22 classes;
@@ -26,8 +26,10 @@ enum {
     CVOL_SCATTER_MAX = 34 * 34 * 34,
     CVOL_BANDS = 18,
     CVOL_LEVELS = 22,
+    CVOL_FINE_LEVELS = 26,
+    CVOL_SCAN_RUNS_MOST = 256,
     CVOL_LEVEL_TABLE = 1024,
-    CVOL_SCATTER_LIMIT = 2000
+    CVOL_SCATTER_LIMIT = 4000
 };
 
 /* One place of a scan order. */
@@ -44,12 +46,16 @@ typedef struct cvol_scan {
     int row, sheet;                 /* strides of the scattered sums */
     const cvol_scan_entry *entries; /* count = M^3 of them */
     const uint16_t *index_of_place; /* the inverse */
+    /* Ends of runs of indices, from 1 on, of which none is near enough to another to be in its
+     * context; the last one is count. */
+    const uint16_t *run_ends;
 } cvol_scan;
 
 /* The scan of a size class; static, read-only after the first call. */
 const cvol_scan *cvol_part_scan_of(int size_class);
 /* Classes of sums below CVOL_LEVEL_TABLE; valid after the first cvol_part_scan_of. */
 extern uint8_t cvol_level_table[CVOL_LEVEL_TABLE];
+extern uint8_t cvol_fine_level_table[CVOL_LEVEL_TABLE];
 
 CVOL_INLINE int cvol_bit_length(uint32_t value)
 {
@@ -62,6 +68,14 @@ CVOL_INLINE int cvol_level_of(uint32_t sum)
     if (__builtin_expect(sum < CVOL_LEVEL_TABLE, 1))
         return cvol_level_table[sum];
     return 17 + (sum > 1600) + (sum > 3200) + (sum > 6400) + (sum > 12800);
+}
+
+/* The same of sums of dependent quantisation's values, which are twice as large. */
+CVOL_INLINE int cvol_fine_level_of(uint32_t sum)
+{
+    if (__builtin_expect(sum < CVOL_LEVEL_TABLE, 1))
+        return cvol_fine_level_table[sum];
+    return 20 + (sum > 1600) + (sum > 3200) + (sum > 6400) + (sum > 12800) + (sum > 25600);
 }
 
 /* Adds a magnitude to the nine neighbours that come later. `at` is the coefficient's place among

@@ -80,7 +80,7 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
         }
         out->error += (double)choice.error;
         cvol_part_encode(coder->writers, size_class, &context, coder->scanned, choice.used,
-                         coder->scatter);
+                         0, coder->scatter);
         cvol_part_note(&coder->context, at, size_class, coder->scanned[0],
                        choice.used > 1 ? cvol_bit_length((uint32_t)choice.used - 1) : 0);
     }

@@ -165,38 +165,31 @@ typedef struct sampled {
     int code;
 } sampled;
 
-/* Encodes bricks, each by the thread that comes to it; counts are added up as they come, which the
- * order does not matter for. */
+/* Encodes bricks, each by the thread that comes to it; tokens are counted as they come, which the
+ * order does not matter for, by one thread at a time: counts are large. */
 static void run(const cvol_sampler *sampler, sampled *results, cvol_token_counts *counts,
                 const cvol_brick_recipe *recipe, int threads)
 {
 #pragma omp parallel num_threads(threads)
     {
         cvol_brick_maker *maker = cvol_brick_maker_create(recipe->shape);
-        cvol_token_counts *own = counts ? cvol_allocate_zero(1, sizeof *own) : NULL;
-        cvol_brick_recipe mine = *recipe;
         cvol_bytes shells[CVOL_SHELLS] = {{0}};
-        mine.counts = own;
 #pragma omp for schedule(dynamic)
         for (size_t i = 0; i < sampler->count; i++) {
             const float *cells = sampler->cells[recipe->shape->lapped != 0] +
                                  i * CVOL_BRICK_SAMPLES;
-            results[i].code = !maker || (counts && !own)
-                                  ? CVOL_ERROR_MEMORY
-                                  : cvol_brick_make(maker, shells, &results[i].error, &mine, cells,
-                                                    sampler->bricks[i]);
+            results[i].code = maker ? cvol_brick_make(maker, shells, &results[i].error, recipe,
+                                                      cells, sampler->bricks[i])
+                                    : CVOL_ERROR_MEMORY;
+            if (counts && !results[i].code) {
+#pragma omp critical
+                cvol_brick_maker_count(maker, counts);
+            }
             for (int s = 0; s < CVOL_SHELLS; s++)
                 results[i].bytes += shells[s].size;
         }
-        if (own) {
-#pragma omp critical
-            for (int r = 0; r < CVOL_ROWS; r++)
-                for (int t = 0; t < CVOL_TOKENS; t++)
-                    counts->of[r][t] += own->of[r][t];
-        }
         for (int s = 0; s < CVOL_SHELLS; s++)
             cvol_bytes_free(&shells[s]);
-        free(own);
         cvol_brick_maker_free(maker);
     }
 }

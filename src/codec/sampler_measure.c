@@ -102,6 +102,7 @@ static int decode(cvol_context *context, cvol_array **out, const cvol_array *sha
         spans[s] = (cvol_span){shells[s].data, shells[s].size};
     if (!code) {
         (*out)->step = step;
+        (*out)->dependent = shape->dependent;
         code = cvol_brick_decode(coder, &terms, *out, 0, spans, CVOL_SHELLS);
     }
     if (!code) {

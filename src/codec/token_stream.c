@@ -24,7 +24,7 @@ void cvol_token_writer_free(cvol_token_writer *writer)
 int cvol_token_writer_grow(cvol_token_writer *writer)
 {
     const size_t capacity = writer->capacity ? 2 * writer->capacity : 4096;
-    uint16_t *tokens = realloc(writer->tokens, capacity * sizeof *tokens);
+    uint32_t *tokens = realloc(writer->tokens, capacity * sizeof *tokens);
     if (!tokens) {
         writer->failed = 1;
         return 0;
@@ -58,7 +58,7 @@ static uint32_t write_words(const cvol_token_writer *writer, const cvol_token_ta
 {
     uint32_t x = UINT32_C(1) << 16;
     for (size_t i = writer->count; i > 0; i--) {
-        const uint16_t entry = writer->tokens[i - 1];
+        const uint32_t entry = writer->tokens[i - 1];
         const uint16_t *bounds = tables->rows[entry >> 4].bounds + 7 + (entry & 15);
         const uint32_t first = bounds[0], frequency = bounds[1] - first;
         if (x >> 18 >= frequency) {

@@ -24,7 +24,7 @@
 /* ---- writing ---------------------------------------------------------------------------- */
 
 typedef struct cvol_token_writer {
-    uint16_t *tokens; /* row * 16 + token */
+    uint32_t *tokens; /* row * 16 + token */
     size_t count, capacity;
     cvol_bytes raw;
     uint64_t raw_bits;
@@ -45,7 +45,7 @@ CVOL_INLINE void cvol_token_put(cvol_token_writer *writer, int row, uint32_t tok
 {
     if (__builtin_expect(writer->count == writer->capacity, 0) && !cvol_token_writer_grow(writer))
         return;
-    writer->tokens[writer->count++] = (uint16_t)((uint32_t)row << 4 | token);
+    writer->tokens[writer->count++] = (uint32_t)row << 4 | token;
 }
 /* The low `count` <= 32 bits of value. */
 void cvol_raw_put(cvol_token_writer *writer, uint32_t value, int count);

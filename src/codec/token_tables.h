@@ -57,7 +57,14 @@ enum {
     CVOL_MASK_CONTEXTS = 64,
     CVOL_ROW_MASK = CVOL_ROW_CORRECTION_DEEP + 1,
     CVOL_ROW_FILL = CVOL_ROW_MASK + CVOL_MASK_CONTEXTS,
-    CVOL_ROWS = CVOL_ROW_FILL + 8
+    /* Dependent quantisation (dependent.h) has its own: magnitudes of indices [odd][size
+     * class][band][level], of the last one less one [odd][size class][level], what lies beyond
+     * [level]. Its parts are those of cells of 16^3. */
+    CVOL_INDEX_SIZES = 3,
+    CVOL_ROW_INDEX = CVOL_ROW_FILL + 8,
+    CVOL_ROW_LAST_INDEX = CVOL_ROW_INDEX + 2 * CVOL_INDEX_SIZES * CVOL_BANDS * CVOL_FINE_LEVELS,
+    CVOL_ROW_INDEX_ESCAPE = CVOL_ROW_LAST_INDEX + 2 * CVOL_INDEX_SIZES * CVOL_FINE_LEVELS,
+    CVOL_ROWS = CVOL_ROW_INDEX_ESCAPE + CVOL_FINE_LEVELS
 };
 
 /* Token t has the numbers bounds[7 + t] .. bounds[8 + t] - 1 of 0 .. 2^14 - 1; bounds[0 .. 7] are

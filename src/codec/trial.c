@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/part_trellis.h"
 #include "codec/survey.h"
 
 /* Of more, sums of squares and transforms would leave the range of float. */
@@ -41,6 +42,7 @@ static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid 
     if (code)
         return code;
     trial->shape->lapped = block == 16;
+    trial->shape->dependent = block == 16;
     trial->split = block == 16 ? CVOL_SPLIT_BEST : CVOL_SPLIT_NEVER;
     trial->error_share = 1;
     trial->tables = cvol_token_tables_create();
@@ -108,6 +110,10 @@ void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *opti
         trial->shape->lapped = 0;
     if (options->fast && trial->split == CVOL_SPLIT_BEST)
         trial->split = CVOL_SPLIT_FAST;
+    /* What corrections stand on is rounded for their sake. */
+    if (options->fast || options->lossless || options->max_error > 0 ||
+        options->target == CVOL_TARGET_MAX_ERROR)
+        trial->shape->dependent = 0;
 }
 
 void cvol_trial_free(cvol_trial *trial)
@@ -144,7 +150,8 @@ static int make_sampler(cvol_context *context, cvol_trial *trial)
 
 int cvol_trial_find_share(cvol_context *context, cvol_trial *trial, double step)
 {
-    const cvol_chooser_options options = {step, trial->split, trial->plain};
+    const cvol_chooser_options options = {step, trial->split, trial->plain,
+                                          trial->shape->dependent};
     int code = make_sampler(context, trial);
     if (!code)
         code = cvol_sampler_measure(context, &trial->error_share, trial->sampler, trial->shape,
@@ -171,7 +178,8 @@ int cvol_trial_guess_error(cvol_context *context, cvol_trial *trial, double step
 
 int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
 {
-    const cvol_chooser_options options = {step, trial->split, trial->plain};
+    const cvol_chooser_options options = {step, trial->split, trial->plain,
+                                          trial->shape->dependent};
     int code = make_sampler(context, trial);
     trial->step = step;
     if (!code)
@@ -186,12 +194,13 @@ int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
 
 int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, size_t every)
 {
-    const cvol_encode_pass pass = {.shape = trial->shape,
-                                   .source = &trial->source,
-                                   .tables = trial->tables,
-                                   .options = {step, trial->split, trial->plain},
-                                   .counts = trial->counts,
-                                   .every = every};
+    const cvol_encode_pass pass = {
+        .shape = trial->shape,
+        .source = &trial->source,
+        .tables = trial->tables,
+        .options = {step, trial->split, trial->plain, trial->shape->dependent},
+        .counts = trial->counts,
+        .every = every};
     trial->step = step;
     const int code = cvol_encode_pass_run(context, &trial->result, &pass);
     if (code)
@@ -206,6 +215,8 @@ int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, s
 
 int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step)
 {
+    const double lambda = trial->shape->dependent ? 4 * (double)CVOL_LAMBDA_DEPENDENT
+                                                  : (double)CVOL_LAMBDA;
     double costs[2], shares[2];
     for (int lapped = 0; lapped < 2; lapped++) {
         trial->shape->lapped = lapped;
@@ -216,7 +227,7 @@ int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step)
             return code;
         shares[lapped] = trial->error_share;
         costs[lapped] = trial->result.error * shares[lapped] +
-                        (double)CVOL_LAMBDA * step * step * 8 * (double)trial->result.bytes;
+                        lambda * step * step * 8 * (double)trial->result.bytes;
     }
     trial->shape->lapped = costs[1] < costs[0];
     trial->error_share = shares[trial->shape->lapped];
@@ -227,17 +238,18 @@ int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
                     const cvol_brick_sink *sink, cvol_layer_hook *after, void *user)
 {
     const double left = pow(0.5, trial->count++);
-    const cvol_encode_pass pass = {.shape = trial->shape,
-                                   .source = &trial->source,
-                                   .tables = trial->tables,
-                                   .options = {step, trial->split, trial->plain},
-                                   .sink = sink,
-                                   .after = after,
-                                   .user = user,
-                                   .counts = trial->uncounted ? NULL : trial->counts,
-                                   .kept = trial->kept,
-                                   .progress_from = 0.9 * (1 - left),
-                                   .progress_to = 0.9 * (1 - left / 2)};
+    const cvol_encode_pass pass = {
+        .shape = trial->shape,
+        .source = &trial->source,
+        .tables = trial->tables,
+        .options = {step, trial->split, trial->plain, trial->shape->dependent},
+        .sink = sink,
+        .after = after,
+        .user = user,
+        .counts = trial->uncounted ? NULL : trial->counts,
+        .kept = trial->kept,
+        .progress_from = 0.9 * (1 - left),
+        .progress_to = 0.9 * (1 - left / 2)};
     trial->step = step;
     const int code = cvol_encode_pass_run(context, &trial->result, &pass);
     trial->bytes = trial->front_bytes + trial->result.bytes;
@@ -255,6 +267,7 @@ static int make_array(cvol_context *context, cvol_array **out, const cvol_trial 
     (*out)->step = step;
     (*out)->offset = shape->offset;
     (*out)->lapped = shape->lapped;
+    (*out)->dependent = shape->dependent;
     (*out)->ledger.value_min = shape->ledger.value_min;
     (*out)->ledger.value_max = shape->ledger.value_max;
     return CVOL_OK;

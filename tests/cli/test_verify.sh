@@ -66,7 +66,7 @@ expect_done cvol info good.cvol --layout
 expect_equal "$(wc -l <"$out")" 12
 expect_equal "$(awk 'NR > 2 { printf "%s ", $1 }' "$out")" 'HEAD GEOM ERRS TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS '
 expect_equal "$(awk 'NR > 2 { printf "%s ", $4 }' "$out")" 'sound sound sound sound sound sound sound sound sound sound '
-expect_equal "$(awk 'NR == 3 { print $2, $3 }' "$out")" '12 84'
+expect_equal "$(awk 'NR == 3 { print $2, $3 }' "$out")" '12 88'
 expect_done cvol info whole.cvol --layout
 expect_equal "$(awk 'NR > 2 { printf "%s ", $1 }' "$out")" 'HEAD GEOM ERRS SPEC ENDS '
 expect_done cvol info good.cvol --layout --json
