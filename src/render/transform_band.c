@@ -217,6 +217,7 @@ static void composite(const tile_view *view, const tile_sheet *sheet, long begin
         cvol_tile_row row = {.channels = job->baked->channels,
                              .count = span[1] - (int)from,
                              .front = job->front,
+                             .cut = job->shape->kind != CVOL_FOOTPRINT_SINC,
                              .through = view->picture[CVOL_PLANE_OPACITY] + at,
                              .sheet_opacity = sheet->planes[CVOL_PLANE_OPACITY] + sheet_at};
         float *planes[CVOL_PLANES] = {NULL};
@@ -350,7 +351,11 @@ static double bound_of(const cvol_compose_job *job)
         const size_t k = cvol_compose_slice(job, n);
         if (!cvol_compose_has(job, k))
             continue;
-        const cvol_slice_bounds bounds = cvol_slice_bounds_of(job, k);
+        cvol_slice_bounds bounds = cvol_slice_bounds_of(job, k);
+        /* Where an intensity is cut to L D~, it is off by as much or by L |D - D~|. */
+        for (int c = 0; c < CVOL_PLANE_OPACITY; c++)
+            bounds.errors[c] = hypot(bounds.errors[c],
+                                     (double)CVOL_BRIGHTEST * bounds.errors[CVOL_PLANE_OPACITY]);
         cvol_carry_seen(errors, &bounds, 1); /* opacities are cut to 0 .. 1 */
     }
     return cvol_error_norm(errors, job->baked->channels) +

@@ -29,10 +29,10 @@ cvol_slice_bounds cvol_slice_bounds_of(const cvol_compose_job *job, size_t k)
     return out;
 }
 
-/* The truth's values are within 0 .. 1, and
+/* The truth's opacities are within 0 .. 1, its intensities within 0 .. L = CVOL_BRIGHTEST, and
  *
  *     |T C - T~ C~| <= |C - C~| + max|C~| |T - T~|          front to back, T = 1 - A
- *     |(1 - D) I - (1 - D~) I~| <= max|1 - D~| |I - I~| + |D - D~|
+ *     |(1 - D) I - (1 - D~) I~| <= max|1 - D~| |I - I~| + L |D - D~|
  *
  * and opacity is 1 - (1 - A)(1 - D) in both. */
 void cvol_carry_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, int front)
@@ -40,18 +40,19 @@ void cvol_carry_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slic
     const double A = errors[CVOL_PLANE_OPACITY], D = slice->errors[CVOL_PLANE_OPACITY];
     const double through = slice->most[CVOL_PLANE_OPACITY];
     for (int c = 0; c < CVOL_PLANE_OPACITY; c++)
-        errors[c] = slice->errors[c] +
-                    (front ? errors[c] + slice->most[c] * A : through * errors[c] + D);
+        errors[c] = slice->errors[c] + (front ? errors[c] + slice->most[c] * A
+                                              : through * errors[c] + (double)CVOL_BRIGHTEST * D);
     errors[CVOL_PLANE_OPACITY] = through * A + D;
 }
 
-/* The second line above, for all slices: |I - I~| <= sum T~ (|C - C~| + |D - D~|). Without
+/* The second line above, for all slices: |I - I~| <= sum T~ (|C - C~| + L |D - D~|). Without
  * truncation in between both orders compute the same. */
 void cvol_carry_seen(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, double through)
 {
-    for (int c = 0; c < CVOL_PLANES; c++)
-        errors[c] += through * slice->errors[CVOL_PLANE_OPACITY] +
-                     (c == CVOL_PLANE_OPACITY ? 0 : through * slice->errors[c]);
+    const double D = slice->errors[CVOL_PLANE_OPACITY];
+    for (int c = 0; c < CVOL_PLANE_OPACITY; c++)
+        errors[c] += through * (slice->errors[c] + (double)CVOL_BRIGHTEST * D);
+    errors[CVOL_PLANE_OPACITY] += through * D;
 }
 
 /* ---- both ----------------------------------------------------------------------------------- */

@@ -37,6 +37,7 @@ typedef struct cvol_tile_row {
     float *colours[CVOL_PLANES - 1], *through;     /* the picture: intensities, 1 - A */
     float *sheet[CVOL_PLANES - 1], *sheet_opacity; /* sums of a slice */
     int channels, count, front;
+    int cut; /* intensities are within 0 .. CVOL_BRIGHTEST D, as the truth's are */
 } cvol_tile_row;
 CVOL_SIMD_DECLARE(void, cvol_tile_composite, (const cvol_tile_row *row));
 

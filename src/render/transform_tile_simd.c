@@ -1,4 +1,6 @@
 /* Kernels of tiles (transform_tile.h). */
+#include <float.h>
+
 #include "array/array.h"
 #include "base/vector.h"
 #include "render/transform_tile.h"
@@ -158,11 +160,14 @@ void CVOL_SIMD(cvol_tile_add)(const cvol_tile_task *task)
 CVOL_INLINE void composite(const cvol_tile_row *row, int channels, int front)
 {
     const cvol_vf zero = {0}, one = cvol_splat(1);
+    const cvol_vf darkest = cvol_splat(row->cut ? 0 : -FLT_MAX);
     for (int x = 0; x < row->count; x += CVOL_LANES) {
         const cvol_vf D = cvol_max(cvol_min(cvol_load(row->sheet_opacity + x), one), zero);
         const cvol_vf T = cvol_load(row->through + x);
+        const cvol_vf brightest = row->cut ? CVOL_BRIGHTEST * D : cvol_splat(FLT_MAX);
         for (int c = 0; c < channels; c++) {
-            const cvol_vf C = cvol_load(row->sheet[c] + x), I = cvol_load(row->colours[c] + x);
+            const cvol_vf C = cvol_max(cvol_min(cvol_load(row->sheet[c] + x), brightest), darkest);
+            const cvol_vf I = cvol_load(row->colours[c] + x);
             cvol_store(row->colours[c] + x, front ? I + T * C : I - D * I + C);
             cvol_store(row->sheet[c] + x, zero);
         }
