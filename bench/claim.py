@@ -5,8 +5,8 @@ The CT of a head (cthead_8bit), resampled to N^3, seen from azimuth 15 and eleva
 transfer functions (thin, semi, opaque). Engine `splat` against engine `transform`: deferred and
 literal, tiles of 16 and global slices.
 
- * time: user and system time of one process on one thread, per picture after the first (what is
-   made of slices once is not counted; column `bake`), the least of some runs;
+ * time of a picture on one thread, the least of some after the first (what is made of slices once
+   is not counted: column `bake_ms`);
  * PSNR of the picture against `splat --footprint-plane slices`, the same footprint with all terms,
    and against `splat` itself, whose footprint is round in the view.
 
@@ -41,7 +41,8 @@ def parse_arguments():
     parser.add_argument('--footprints', default='5,9,15,31', metavar='F,F')
     parser.add_argument('--rhos', default='0.1,0.03333,0.01', metavar='R,R')
     parser.add_argument('--engines', default=','.join(ENGINES), metavar='A,B')
-    parser.add_argument('--runs', type=int, default=3, help='of which the least time counts')
+    parser.add_argument('--repeat', type=int, default=6, help='pictures of splat, of which the '
+                        'least time counts; four times as many of tiles, deferred')
     return parser.parse_args()
 
 
@@ -78,23 +79,9 @@ def make_volumes(arguments, folder, sizes):
         numpy.rint(cube).astype(numpy.uint8).tofile(os.path.join(folder, f'{size}.raw'))
 
 
-def user_seconds(command):
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    child = os.posix_spawn(command[0], command, dict(os.environ, OMP_WAIT_POLICY='passive'),
-                           file_actions=[(os.POSIX_SPAWN_DUP2, nowhere, 1)])
-    _, status, used = os.wait4(child, 0)
-    os.close(nowhere)
-    if status:
-        sys.exit(f'claim.py: {" ".join(command)} failed')
-    return used.ru_utime + used.ru_stime
-
-
-def picture_ms(scene, options, repeats, runs):
-    """The time of one picture more, least of some runs."""
-    command = scene['bench'] + options
-    few = min(user_seconds(command + ['--repeat', '1']) for _ in range(runs))
-    many = min(user_seconds(command + ['--repeat', str(1 + repeats)]) for _ in range(runs))
-    return 1e3 * (many - few) / repeats
+def picture_ms(scene, options, repeats):
+    """The least time of a picture on one thread, after one that is not counted."""
+    return run_json(scene['bench'] + options + ['--repeat', str(repeats)])['frame_ms']['min']
 
 
 def scene_of(arguments, folder, size, look, footprint):
@@ -103,7 +90,7 @@ def scene_of(arguments, folder, size, look, footprint):
               '--footprint-size', str(footprint)]
     return {'render': [arguments.cvol, 'render'] + volume + VIEW + ['--json'],
             'bench': [arguments.cvol, 'bench', 'render'] + volume +
-                     ['--views', '1'], 'folder': folder}
+                     ['--views', '1', '--json'], 'folder': folder}
 
 
 def picture(scene, name, options):
@@ -122,15 +109,14 @@ def measure(arguments, folder, size, footprint):
         scene = scene_of(arguments, folder, size, look, footprint)
         slices, _ = picture(scene, 'slices', ['--engine', 'splat', '--footprint-plane', 'slices'])
         view, _ = picture(scene, 'view', ['--engine', 'splat'])
-        splat_ms = picture_ms(scene, ['--engine', 'splat'], 3, arguments.runs)
+        splat_ms = picture_ms(scene, ['--engine', 'splat'], arguments.repeat)
         for name in arguments.engines.split(','):
             for rho in arguments.rhos.split(','):
                 options = ['--engine', 'transform', '--rho', rho] + ENGINES[name]
                 path, told = picture(scene, 'transform', options)
                 told = told['transform']
                 slow = name != 'tiles deferred'
-                took = picture_ms(scene, options, 1 if slow else 10,
-                                  1 if slow else arguments.runs)
+                took = picture_ms(scene, options, 1 if slow else 4 * arguments.repeat)
                 rows.append({
                     'N': size, 'f': footprint, 'rho': rho, 'look': look, 'engine': name,
                     'splat_ms': round(splat_ms, 1), 'ms': round(took, 1),
