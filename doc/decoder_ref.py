@@ -12,6 +12,7 @@ src/codec/token_defaults.c.
 import argparse
 import ctypes
 import ctypes.util
+import itertools
 import json
 import math
 import os
@@ -649,7 +650,7 @@ class Modes:
         self.kind, self.fraction, self.quantum, self.unit, self.grain, count = (
             struct.unpack_from("<IIdiiI", content) if content else (0, 0, 0.0, 0, 0, 0))
         need(self.kind <= 3 and self.fraction <= 10 and count <= 7, "MODE")
-        self.fills = struct.unpack_from(f"<{count}Q", content, 28) if content else ()
+        self.fills = struct.unpack_from(f"<{count}Q", content, 32) if content else ()
 
 
 # ---- 13. MASK ------------------------------------------------------------------------------------
@@ -661,6 +662,10 @@ def read_mask(stream, shape, fills):
     if not stream.data:
         return which
     outside, last = stream.raw(1), 0
+    cells = {}
+    for place in itertools.product(range(-(-nz // 16)), range(-(-ny // 16)), range(-(-nx // 16))):
+        cells[place] = None if stream.raw(1) else stream.raw(fills.bit_length())
+        need((cells[place] or 0) <= fills, "MASK: a cell")
     # With a border of what is thought to be beyond.
     bits = [[[outside] * (nx + 2) for _ in range(ny + 2)] for _ in range(nz + 1)]
     for z in range(nz):
@@ -668,6 +673,11 @@ def read_mask(stream, shape, fills):
         for y in range(ny):
             line, up = bits[z + 1][y + 1], bits[z + 1][y]
             for x in range(nx):
+                cell = cells[z // 16, y // 16, x // 16]
+                if cell is not None:
+                    line[x + 1] = int(cell > 0)
+                    which[z, y, x] = cell
+                    continue
                 c = (line[x] + 2 * up[x + 1] + 4 * front[y + 1][x + 1] + 8 * up[x + 2]
                      + 16 * front[y + 1][x + 2] + 32 * front[y + 2][x + 1])
                 bit = line[x + 1] = stream.token(ROW_MASK + c)

@@ -42,6 +42,29 @@ static int describes_itself(const char *path)
     return cvol_file_is_cvol(path) || cvol_file_is_volume(path);
 }
 
+/* Puts a background that is kept apart back among the terms. */
+static int flatten(cvol_context *context, input *in, const char *path)
+{
+    cvol_array_info info;
+    cvol_array *flat;
+    if (!in->array)
+        return EXIT_DONE;
+    cvol_array_get_info(in->array, &info);
+    if (!info.apart)
+        return EXIT_DONE;
+    const int code = cvol_array_flatten(context, &flat, in->array);
+    if (code)
+        return complain_context(context, code, path);
+    cvol_array_free(in->array);
+    in->array = flat;
+    clear_progress();
+    fprintf(stderr,
+            "cvol: %s: its background, %g, was put back among its terms first; cvol compress "
+            "--background none saves that\n",
+            path, info.background);
+    return EXIT_DONE;
+}
+
 /* Opens a file as it is. What describes itself does not hear of the raw options if another operand
  * may need them. */
 static int open_one(cvol_context *context, input *in, const char *path, common_options *common,
@@ -60,7 +83,8 @@ static int open_one(cvol_context *context, input *in, const char *path, common_o
         plain.read = cvol_read_options_defaults();
         plain.type_name = NULL;
     }
-    return open_input(context, in, path, &plain);
+    const int status = open_input(context, in, path, &plain);
+    return status ? status : flatten(context, in, path);
 }
 
 /* Compresses a dense operand like another array. */
@@ -70,7 +94,7 @@ static int compress_like(cvol_context *context, input *in, const char *path, con
     cvol_array_get_info(like, &info);
     const cvol_keep keep = cvol_keep_ratio(30);
     if (info.rank == 3 && info.transform == CVOL_DCT && info.block)
-        return need_array(context, in, path, info.block);
+        return need_array(context, in, path, info.block, CVOL_BACKGROUND_NONE);
     int code = cvol_array_compress(context, &in->array, in->volume->data, &in->volume->grid,
                                    info.rank, info.transform, info.block, &keep);
     if (code)
@@ -83,7 +107,7 @@ static int compress_like(cvol_context *context, input *in, const char *path, con
 int open_operand(cvol_context *context, input *in, const char *path, algebra_arguments *arguments)
 {
     int status = open_one(context, in, path, &arguments->common, 0);
-    return status ? status : need_array(context, in, path, 0);
+    return status ? status : need_array(context, in, path, 0, CVOL_BACKGROUND_NONE);
 }
 
 /* Shapes that differ are told before anything is compressed. */
@@ -114,8 +138,9 @@ int open_operands(cvol_context *context, input in[2], const char *const paths[2]
         status = check_dims(in, paths);
     for (int i = 0; i < 2 && !status; i++)
         if (!in[i].array)
-            status = in[1 - i].array ? compress_like(context, &in[i], paths[i], in[1 - i].array)
-                                     : need_array(context, &in[i], paths[i], 0);
+            status = in[1 - i].array
+                         ? compress_like(context, &in[i], paths[i], in[1 - i].array)
+                         : need_array(context, &in[i], paths[i], 0, CVOL_BACKGROUND_NONE);
     if (!status && cvol_array_agree(context, in[0].array, in[1].array))
         status = complain(EXIT_FAILED, "%s and %s: %s", paths[0], paths[1],
                           cvol_context_message(context));

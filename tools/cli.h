@@ -147,7 +147,8 @@ const cvol_grid *input_grid(const input *in);
 /* Makes in->volume from in->array, or in->array (at the default ratio, and says so; in blocks of
  * `block`, 0: the default) from in->volume, where it is missing. Exit status. */
 int need_volume(cvol_context *context, input *in);
-int need_array(cvol_context *context, input *in, const char *path, int block);
+int need_array(cvol_context *context, input *in, const char *path, int block,
+               cvol_background background);
 
 /* Refuses an output that is the input, or whose folder takes no files. Exit status. */
 int check_output(const char *in, const char *out);

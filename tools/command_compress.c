@@ -24,7 +24,7 @@ typedef struct compress_arguments {
     int ratio_given, psnr_given, max_error_given, bits_given;
     int block, stream;
     int lossless, no_lap, fast;
-    const char *transform, *keep, *attributes, *fill;
+    const char *transform, *keep, *attributes, *fill, *background;
 } compress_arguments;
 
 static const char description[] =
@@ -62,6 +62,31 @@ static int choose_fill(cvol_compress_options *options, compress_arguments *a)
     if (end == a->fill || *end || isinf(options->fill))
         return complain(EXIT_MISUSED, "--fill is '%s', must be a number or nan", a->fill);
     return EXIT_DONE;
+}
+
+/* A value behind sharp edges that is kept apart: found, given, or none. Volumes that will be
+ * multiplied are better off without. */
+static int choose_background(cvol_compress_options *options, const compress_arguments *a)
+{
+    char *end;
+    options->background = a->no_lap ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
+    if (!a->background || !strcmp(a->background, "auto"))
+        return EXIT_DONE;
+    options->background = CVOL_BACKGROUND_NONE;
+    if (!strcmp(a->background, "none"))
+        return EXIT_DONE;
+    options->background = CVOL_BACKGROUND_VALUE;
+    options->background_value = strtod(a->background, &end);
+    if (end == a->background || *end || !isfinite(options->background_value))
+        return complain(EXIT_MISUSED, "--background is '%s', must be auto, none or a number",
+                        a->background);
+    const char *beside = a->fill              ? "--fill"
+                         : a->lossless        ? "--lossless"
+                         : a->max_error_given ? "--max-error"
+                         : a->stream          ? "--stream"
+                                              : NULL;
+    return beside ? complain(EXIT_MISUSED, "--background and %s do not go together", beside)
+                  : EXIT_DONE;
 }
 
 /* How many targets are asked for; a PSNR and a bound may be together. */
@@ -109,6 +134,8 @@ static int choose_method(method *m, compress_arguments *a)
     int status = choose_target(m, a);
     if (!status)
         status = choose_fill(&m->options, a);
+    if (!status)
+        status = choose_background(&m->options, a);
     if (status)
         return status;
     m->options.block = m->block = a->block;
@@ -119,11 +146,12 @@ static int choose_method(method *m, compress_arguments *a)
     if (!m->transform)
         return complain(EXIT_MISUSED, "--transform is '%s', must be dct, dht or dft", a->transform);
     m->truncate = m->transform != CVOL_DCT || m->block == 0 || a->keep;
-    const char *of_blocks = a->bits_given            ? "--bpv"
-                            : a->max_error_given     ? "--max-error"
-                            : a->lossless            ? "--lossless"
-                            : isnan(m->options.fill) ? "--fill nan"
-                                                     : NULL;
+    const char *of_blocks = a->bits_given                                    ? "--bpv"
+                            : a->max_error_given                             ? "--max-error"
+                            : a->lossless                                    ? "--lossless"
+                            : isnan(m->options.fill)                         ? "--fill nan"
+                            : m->options.background == CVOL_BACKGROUND_VALUE ? "--background"
+                                                                             : NULL;
     if (m->truncate && of_blocks)
         return complain(EXIT_MISUSED, "%s needs dct blocks: leave --transform and --block 0 away",
                         of_blocks);
@@ -142,14 +170,16 @@ static int report_json(const cvol_grid *grid, const cvol_array_info *info,
 {
     return print_json(json_pack(
         "{s:o, s:s, s:I, s:f, s:f, s:o, s:f, s:b, s:b, s:i, s:f, s:I, s:f, "
-        "s:s, s:i, s:o, s:o, s:b}",
+        "s:s, s:i, s:o, s:o, s:b, s:o, s:I}",
         "dims", json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
         (json_int_t)report->file_bytes, "ratio", report->ratio, "bits_per_voxel",
         bits_a_voxel(grid, report), "psnr_db", json_decibels(report->psnr_db), "max_error",
         report->max_error, "lossless", report->lossless, "target_met", report->target_met, "block",
         info->block, "step", info->step, "coefficients", (json_int_t)info->coefficients, "rho",
         info->rho, "transform", cvol_transform_name(info->transform), "rank", info->rank, "low",
-        json_dims(info->low), "l2_error", json_number(info->l2_error), "by_slab", by_slab));
+        json_dims(info->low), "l2_error", json_number(info->l2_error), "by_slab", by_slab,
+        "background", report->apart ? json_real(report->background) : json_null(),
+        "background_samples", (json_int_t)report->apart));
 }
 
 /* A target by size that was missed, and which way: `asked` names it. */
@@ -170,9 +200,12 @@ static void report_text(const char *path, const method *m, const cvol_compress_r
     printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits a voxel, ", path,
            (unsigned long long)report->file_bytes, report->ratio, bits);
     if (report->lossless)
-        printf("lossless\n");
+        printf("lossless");
     else
-        printf("PSNR %.2f dB, largest error %g\n", report->psnr_db, report->max_error);
+        printf("PSNR %.2f dB, largest error %g", report->psnr_db, report->max_error);
+    if (report->apart)
+        printf(", background %g kept apart", report->background);
+    printf("\n");
     if (m->truncate || m->options.lossless)
         return;
     if (m->options.target == CVOL_TARGET_BITS) {
@@ -422,9 +455,12 @@ int command_compress(int argc, char **argv)
          NULL},
         {"--keep", "K,S", "the K lowest frequencies of each axis, S others", OPTION_TEXT, &a.keep,
          0, NULL},
-        {NULL, NULL, "Samples without a value:", OPTION_HEADING, NULL, 0, NULL},
-        {"--fill", "V", "those that are V, NaN or infinite (these become V); nan: the latter",
+        {NULL, NULL, "Samples that are no part of the transform:", OPTION_HEADING, NULL, 0, NULL},
+        {"--fill", "V", "those without a value: V, NaN, infinite (these become V); nan: the latter",
          OPTION_TEXT, &a.fill, 0, NULL},
+        {"--background", "V",
+         "keep samples that are V apart, exactly; none; auto (default): where it pays", OPTION_TEXT,
+         &a.background, 0, NULL},
         {NULL, NULL, "What is kept beside the samples:", OPTION_HEADING, NULL, 0, NULL},
         {"--attributes", "FILE.json", "a JSON text (default: that of a .cvol as input)",
          OPTION_TEXT, &a.attributes, 0, NULL},

@@ -174,7 +174,8 @@ int need_volume(cvol_context *context, input *in)
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
-int need_array(cvol_context *context, input *in, const char *path, int block)
+int need_array(cvol_context *context, input *in, const char *path, int block,
+               cvol_background background)
 {
     if (in->array)
         return EXIT_DONE;
@@ -182,6 +183,7 @@ int need_array(cvol_context *context, input *in, const char *path, int block)
     cvol_compress_report report;
     if (block)
         options.block = block;
+    options.background = background;
     int code = cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid,
                              &options);
     if (code)

@@ -15,6 +15,15 @@ typedef enum cvol_target {
     CVOL_TARGET_BITS = 4 /* bits a sample, 8 file bytes / samples: at most, and at most 2 % less */
 } cvol_target;
 
+/* A background is one value that many samples have, behind sharp edges: kept apart as a mask, it is
+ * exact and the edges around it need no terms. To who evaluates or renders it is a value as any
+ * other; operations (cvol/algebra.h) need an array without (cvol_array_flatten). */
+typedef enum cvol_background {
+    CVOL_BACKGROUND_NONE,
+    CVOL_BACKGROUND_FIND, /* the value that most samples have, where that pays */
+    CVOL_BACKGROUND_VALUE /* samples that equal background_value */
+} cvol_background;
+
 typedef struct cvol_compress_options {
     cvol_transform transform; /* CVOL_DCT */
     int block;                /* 8, 16 or 32 */
@@ -24,6 +33,8 @@ typedef struct cvol_compress_options {
     int lossless;     /* every sample comes back to the bit, of any type; target does not matter */
     int has_fill;     /* samples that equal `fill` have no value; NaN: all NaN and infinite ones */
     double fill;
+    cvol_background background; /* of samples in memory; FIND: not beside the four above */
+    double background_value;
     const char *attributes; /* of cvol_compress_stream: JSON text, or NULL */
     int no_lap;             /* cells are transformed by themselves, not through filters across their
                                faces: for volumes that will be multiplied or convolved */
@@ -45,6 +56,8 @@ typedef struct cvol_compress_report {
     int target_met; /* 0 only for a ratio (or bits) beyond lossless or beyond the coarsest step */
     int trials;     /* steps tried */
     uint64_t coefficients; /* terms kept */
+    uint64_t apart;        /* samples of the background that is kept apart */
+    double background;     /* their value */
 } cvol_compress_report;
 
 /* Compresses the samples (described by `grid`, x fastest) into a new array.

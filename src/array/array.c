@@ -111,6 +111,9 @@ int cvol_array_create(cvol_context *context, cvol_array **out, const cvol_grid *
 
 int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_array *like)
 {
+    const int code = cvol_array_need_plain(context, like);
+    if (code)
+        return code;
     cvol_grid grid = like->grid;
     grid.type = CVOL_FLOAT32;
     grid.value_scale = 1;
@@ -208,6 +211,10 @@ void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
     out->measured = array->measured;
     out->psnr_db = array->psnr_db;
     out->max_error = array->max_error;
+    if (cvol_mask_is_background(array->mask)) {
+        out->apart = cvol_mask_samples(array->mask);
+        out->background = cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
+    }
 }
 
 void cvol_array_derive_figures(cvol_array *array)
@@ -252,6 +259,11 @@ void cvol_array_account(cvol_array *array, const cvol_build_result *result, doub
 
 int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_array *b)
 {
+    int plain = cvol_array_need_plain(context, a);
+    if (!plain)
+        plain = cvol_array_need_plain(context, b);
+    if (plain)
+        return plain;
     const size_t *m = a->grid.dims, *n = b->grid.dims;
     if (a->rank != b->rank)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,

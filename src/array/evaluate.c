@@ -209,7 +209,7 @@ int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *
 uint64_t cvol_array_evaluate_mask(uint8_t *out, const cvol_array *array, const size_t begin[3],
                                   const size_t end[3])
 {
-    if (array->mask)
+    if (cvol_mask_is_void(array->mask))
         return cvol_mask_get(out, array->mask, begin, end);
     memset(out, 0, (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]));
     return 0;

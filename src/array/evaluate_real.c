@@ -16,14 +16,44 @@ int cvol_array_check_box(cvol_context *context, const cvol_array *array, const s
     return CVOL_OK;
 }
 
+/* Samples of the background get its value, on so many sheets from z on. */
+static int apply_background(cvol_context *context, float *out, const cvol_array *array,
+                            const size_t begin[3], const size_t end[3])
+{
+    const size_t sheet = (end[0] - begin[0]) * (end[1] - begin[1]);
+    const float value = (float)cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
+    int failed = 0;
+#pragma omp parallel num_threads(cvol_context_threads(context))
+    {
+        uint8_t *which = cvol_allocate(sheet, 1);
+        if (!which) {
+#pragma omp atomic write
+            failed = 1;
+        }
+#pragma omp for schedule(static)
+        for (size_t z = begin[2]; z < end[2]; z++) {
+            const size_t first[3] = {begin[0], begin[1], z}, last[3] = {end[0], end[1], z + 1};
+            float *to = out + sheet * (z - begin[2]);
+            if (which && cvol_mask_get(which, array->mask, first, last))
+                for (size_t i = 0; i < sheet; i++)
+                    to[i] = which[i] ? value : to[i];
+        }
+        free(which);
+    }
+    return failed ? cvol_fail_memory(context, sheet, "a mask") : CVOL_OK;
+}
+
 int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,
                              const size_t begin[3], const size_t end[3])
 {
     int code = cvol_array_check_box(context, array, begin, end);
     if (code)
         return code;
-    return array->block ? cvol_blocks_evaluate(context, out, array, begin, end)
+    code = array->block ? cvol_blocks_evaluate(context, out, array, begin, end)
                         : cvol_whole_evaluate(context, out, array, begin, end);
+    if (!code && cvol_mask_is_background(array->mask))
+        code = apply_background(context, out, array, begin, end);
+    return code;
 }
 
 int cvol_whole_evaluate_stored(cvol_context *context, void *out, const cvol_array *array,

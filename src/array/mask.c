@@ -77,6 +77,26 @@ int cvol_fills_of_value(uint64_t *bits, cvol_type type, double value)
         break;                      \
     }
 
+double cvol_fills_value(const cvol_fills *fills, int which, cvol_type type)
+{
+    const uint64_t bits = fills->bits[which];
+    const int unused = 64 - 8 * (int)cvol_type_size(type);
+    double value = 0;
+    if (type == CVOL_FLOAT64) {
+        memcpy(&value, &bits, sizeof value);
+    } else if (type == CVOL_FLOAT32) {
+        const uint32_t word = (uint32_t)bits;
+        float number;
+        memcpy(&number, &word, sizeof number);
+        value = (double)number;
+    } else if (type == CVOL_INT8 || type == CVOL_INT16 || type == CVOL_INT32) {
+        value = (double)((int64_t)(bits << unused) >> unused);
+    } else {
+        value = (double)bits;
+    }
+    return value;
+}
+
 int cvol_fills_add_strange(cvol_fills *fills, cvol_type type, const void *samples, size_t count)
 {
     if (cvol_type_is_integer(type))
@@ -173,6 +193,16 @@ const cvol_fills *cvol_mask_fills(const cvol_mask *mask)
     return &mask->fills;
 }
 
+int cvol_mask_is_void(const cvol_mask *mask)
+{
+    return mask && !mask->fills.background;
+}
+
+int cvol_mask_is_background(const cvol_mask *mask)
+{
+    return mask && mask->fills.background;
+}
+
 static size_t least(size_t a, size_t b)
 {
     return a < b ? a : b;
@@ -234,6 +264,23 @@ static int set_cell(cvol_mask *mask, const part *p, const uint8_t *which, const 
     return 1;
 }
 
+/* The lowest `width` bits (at most 16), each a byte; how many are 1. */
+static size_t copy_bits(uint8_t *to, uint32_t bits, size_t width)
+{
+    static const uint8_t four[16][4] = {{0, 0, 0, 0}, {1, 0, 0, 0}, {0, 1, 0, 0}, {1, 1, 0, 0},
+                                        {0, 0, 1, 0}, {1, 0, 1, 0}, {0, 1, 1, 0}, {1, 1, 1, 0},
+                                        {0, 0, 0, 1}, {1, 0, 0, 1}, {0, 1, 0, 1}, {1, 1, 0, 1},
+                                        {0, 0, 1, 1}, {1, 0, 1, 1}, {0, 1, 1, 1}, {1, 1, 1, 1}};
+    size_t x = 0, found = 0;
+    for (; x + 4 <= width; x += 4, bits >>= 4)
+        memcpy(to + x, four[bits & 15], 4);
+    for (; x < width; x++, bits >>= 1)
+        to[x] = bits & 1;
+    for (x = 0; x < width; x++)
+        found += to[x];
+    return found;
+}
+
 static size_t get_cell(uint8_t *which, const cvol_mask *mask, const part *p, const size_t begin[3],
                        const size_t size[3])
 {
@@ -248,6 +295,12 @@ static size_t get_cell(uint8_t *which, const cvol_mask *mask, const part *p, con
             if (state != MIXED) {
                 memset(to, state, width);
                 found += state ? width : 0;
+                continue;
+            }
+            if (mask->planes == 1) {
+                const size_t bit = bit_of(p->lo[0], y, z);
+                const uint32_t line = (uint32_t)(bitmap[bit / 64] >> bit % 64);
+                found += copy_bits(to, line, width);
                 continue;
             }
             for (size_t x = 0; x < width; x++) {

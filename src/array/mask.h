@@ -1,5 +1,7 @@
-/* Which samples of a volume have no value: those that are one of a few bit patterns, the fills
- * (1e35, say, or a NaN). They are no part of the transform, and evaluate to their fill.
+/* Samples of a volume that are no part of its transform: those that are one of a few bit patterns,
+ * the fills. They evaluate to their fill. Either they have no value (the fill is 1e35, say, or a
+ * NaN), or they are the volume's background: a value as any other, kept apart because the edges
+ * around it would take more terms than the mask takes bytes.
  *
  * Kept by cells of 16^3: most have no such sample or nothing else; others have a bit map.
  */
@@ -16,6 +18,7 @@ enum { CVOL_FILLS_MAX = 7, CVOL_MASK_CELL = 16 };
 /* Bit patterns of a sample type, in the low bits. */
 typedef struct cvol_fills {
     int count;
+    int background; /* the samples have a value, that of the only fill */
     uint64_t bits[CVOL_FILLS_MAX];
 } cvol_fills;
 
@@ -23,6 +26,8 @@ typedef struct cvol_fills {
 int cvol_fills_add(cvol_fills *fills, uint64_t bits);
 /* The pattern of a value in a type, of floats the nearest one; 0 if the type has none. */
 int cvol_fills_of_value(uint64_t *bits, cvol_type type, double value);
+/* The value that a pattern of a type is. */
+double cvol_fills_value(const cvol_fills *fills, int which, cvol_type type);
 /* Adds the patterns of all NaN and infinite samples; 0 if there are too many. */
 int cvol_fills_add_strange(cvol_fills *fills, cvol_type type, const void *samples, size_t count);
 /* which[i] = 1 + the number of the fill that sample i is; 0: none. How many are not 0. */
@@ -40,6 +45,9 @@ int cvol_mask_create(cvol_context *context, cvol_mask **out, const size_t dims[3
 void cvol_mask_free(cvol_mask *mask); /* NULL is allowed */
 
 const cvol_fills *cvol_mask_fills(const cvol_mask *mask);
+/* Of a mask or NULL: whether samples are without a value, or a background is kept apart. */
+int cvol_mask_is_void(const cvol_mask *mask);
+int cvol_mask_is_background(const cvol_mask *mask);
 /* Sets a box of whole cells (or what of them is the volume's); which: as cvol_fills_match. Threads
  * may set boxes that do not meet. 0 when memory is short. */
 int cvol_mask_set(cvol_mask *mask, const uint8_t *which, const size_t begin[3],

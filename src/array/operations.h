@@ -99,6 +99,8 @@ int cvol_blocks_distance(cvol_context *context, double *squares, const cvol_arra
 int cvol_blocks_inner(cvol_context *context, double *inner, const cvol_array *a,
                       const cvol_array *b);
 
+/* Whether all of the array is in its terms. Errors: UNSUPPORTED. */
+int cvol_array_need_plain(cvol_context *context, const cvol_array *array);
 /* Whether a box is one. Errors: ARGUMENT. */
 int cvol_array_check_box(cvol_context *context, const cvol_array *array, const size_t begin[3],
                          const size_t end[3]);

@@ -8,6 +8,7 @@
 #include "array/lapped.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "transform/block.h"
 
 static void find_bounds(float out[2], const float *samples, size_t count)
 {
@@ -121,6 +122,31 @@ static int bound_lapped(cvol_context *context, bounds *out, const cvol_array *ar
     return code;
 }
 
+/* A block that has samples of the background reaches to its value; one that has no others has only
+ * that. */
+static void bound_background(bounds *of, const cvol_array *array)
+{
+    const float value = (float)(cvol_fills_value(cvol_mask_fills(array->mask), 0,
+                                                 array->grid.type) -
+                                array->offset);
+    const float only[2] = {value, value};
+    uint8_t which[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
+    for (size_t i = 0; i < array->block_count; i++) {
+        size_t begin[3], end[3], count = 1;
+        cvol_block_origin(begin, array, i);
+        for (int a = 0; a < 3; a++) {
+            end[a] = begin[a] + (size_t)array->block;
+            end[a] = end[a] < array->grid.dims[a] ? end[a] : array->grid.dims[a];
+            count *= end[a] - begin[a];
+        }
+        const size_t masked = cvol_mask_get(which, array->mask, begin, end);
+        if (masked == count)
+            memcpy(of[i], only, sizeof only);
+        else if (masked)
+            widen(of[i], only);
+    }
+}
+
 int cvol_array_find_ranges(cvol_context *context, cvol_array *array)
 {
     bounds *of = cvol_allocate(array->block_count, sizeof *of);
@@ -131,6 +157,8 @@ int cvol_array_find_ranges(cvol_context *context, cvol_array *array)
         free(of);
         return code;
     }
+    if (cvol_mask_is_background(array->mask))
+        bound_background(of, array);
     float lo = of[0][0], hi = of[0][1];
     for (size_t i = 1; i < array->block_count; i++) {
         lo = of[i][0] < lo ? of[i][0] : lo;

@@ -28,7 +28,9 @@ int cvol_array_statistics_of(cvol_context *context, cvol_array_statistics *out, 
     const double samples = (double)cvol_grid_samples(&a->grid), error = a->ledger.l2_error;
     double sum, squares;
     memset(out, 0, sizeof *out);
-    int code = sums_of(context, &sum, &squares, a);
+    int code = cvol_array_need_plain(context, a);
+    if (!code)
+        code = sums_of(context, &sum, &squares, a);
     if (code)
         return code;
     out->sum = sum;

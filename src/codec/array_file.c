@@ -60,6 +60,8 @@ static int make_tables(cvol_context *context, cvol_token_tables **out, const cvo
     int code = tables && counts ? cvol_bricks_count(context, counts, array)
                                 : cvol_fail_memory(context, sizeof *counts, "the coder's tables");
     if (!code)
+        code = cvol_mask_count(context, counts, array);
+    if (!code)
         cvol_token_tables_fit(tables, counts);
     const cvol_corrected *corrected = cvol_corrected_of(array);
     if (!code && corrected && corrected->tables) /* as they are coded already */

@@ -11,12 +11,15 @@
 #include "codec/array_file.h"
 #include "codec/compress_modes.h"
 #include "codec/compression.h"
+#include "codec/corrected.h"
 #include "codec/ranges.h"
 
 /* What the searches aim at: a part of the step. */
 #define FINEST_WIDTH 2e-4
-/* Of a step below this, exact integers may take fewer bytes. */
-#define EXACT_STEP 4
+/* Of a mean squared error below the first, exact integers may take fewer bytes; below the second,
+ * if they repeat themselves. */
+#define EXACT_ERROR 0.02
+#define PACKED_ERROR 0.5
 
 enum { TRIALS_MOST = 60 };
 
@@ -58,11 +61,30 @@ static int settle(cvol_compression *c, double step)
     return code;
 }
 
+/* About the step; where it is so fine that a background is better not kept apart, that of the plain
+ * samples. */
+static int prepare(cvol_compression *c, double *step)
+{
+    int code = cvol_compression_prepare(c, step);
+    if (code || *step >= c->trial.least_step)
+        return code;
+    const void *samples = c->trial.truth;
+    const cvol_grid grid = c->trial.shape->grid;
+    cvol_trial_free(&c->trial);
+    code = cvol_trial_start(c->context, &c->trial, samples, &grid, c->options->block);
+    if (code)
+        return code;
+    cvol_trial_set_options(&c->trial, c->options);
+    c->trial.uncounted = 1;
+    cvol_compression_limits(c);
+    return cvol_compression_prepare(c, step);
+}
+
 static int search_ratio(cvol_compression *c)
 {
-    cvol_search search = cvol_search_make(c->least_step, c->most_step, 1.1);
     double step;
-    int code = cvol_compression_prepare(c, &step);
+    int code = prepare(c, &step);
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, 1.1);
     c->best_step = 0;
     for (int i = 0; i < TRIALS_MOST && !code; i++) {
         code = try_step(c, step, 0);
@@ -90,11 +112,11 @@ static int search_ratio(cvol_compression *c)
 
 static int search_psnr(cvol_compression *c)
 {
-    cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.8);
     const double least = c->trial.hasty ? c->value - CVOL_PSNR_HASTY_LESS : c->value;
     const double most = c->value + (c->trial.hasty ? CVOL_PSNR_HASTY_MORE : CVOL_PSNR_ACCEPTED);
     double step;
-    int code = cvol_compression_prepare(c, &step);
+    int code = prepare(c, &step);
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.8);
     c->best_step = 0;
     c->reached = 0;
     for (int i = 0; i < TRIALS_MOST && !code; i++) {
@@ -126,13 +148,13 @@ static int try_lossless(cvol_compression *c, double least_ratio)
     cvol_array *array;
     options.lossless = 1;
     options.block = c->trial.shape->block;
-    int code = cvol_compress_modes(c->context, &array, &report, c->trial.samples,
+    int code = cvol_compress_modes(c->context, &array, &report, c->trial.truth,
                                    &c->trial.shape->grid, &options);
     if (code)
         return code;
     c->trial.count += report.trials;
     if (report.ratio >= least_ratio) {
-        cvol_array_free(c->trial.array);
+        cvol_array_free(cvol_trial_take_array(&c->trial));
         c->trial.array = array;
         c->file_bytes = report.file_bytes;
     } else {
@@ -146,6 +168,18 @@ static int is_met(const cvol_compression *c)
     return ratio_of(c) >= c->value && ratio_of(c) <= c->value * CVOL_RATIO_MOST;
 }
 
+/* Whether exact integers could take as few bytes. */
+static int may_be_lossless(const cvol_compression *c)
+{
+    const cvol_array *array = c->trial.array;
+    const double span = array->ledger.value_max - array->ledger.value_min;
+    const double error = span * span * pow(10, -array->psnr_db / 10);
+    if (!cvol_type_is_integer(array->grid.type) || !(error < PACKED_ERROR))
+        return 0;
+    return error < EXACT_ERROR ||
+           cvol_packed_may_fit(c->trial.truth, &array->grid, (double)c->raw_bytes / c->value);
+}
+
 static int run_ratio(cvol_compression *c, int *met)
 {
     int code = search_ratio(c);
@@ -155,8 +189,7 @@ static int run_ratio(cvol_compression *c, int *met)
         code = settle(c, c->most_step);
     else
         code = settle(c, c->best_step);
-    if (!code && c->best_step > 0 && c->best_step < EXACT_STEP &&
-        cvol_type_is_integer(c->trial.shape->grid.type))
+    if (!code && c->best_step > 0 && may_be_lossless(c))
         code = try_lossless(c, c->value);
     *met = is_met(c) || (ratio_of(c) >= c->value && c->best_step > c->least_step * 1.000001 &&
                          c->trial.array->max_error > 0);
@@ -201,6 +234,10 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
                                      .target_met = met,
                                      .trials = c->trial.count,
                                      .coefficients = array->coefficients};
+    if (cvol_mask_is_background(array->mask)) {
+        report->apart = cvol_mask_samples(array->mask);
+        report->background = cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
+    }
 }
 
 int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,
@@ -212,8 +249,10 @@ int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report 
         return code;
     if (cvol_compress_needs_modes(options))
         return cvol_compress_modes(context, out, report, samples, grid, options);
-    cvol_compression c = {
-        .context = context, .target = options->target, .value = options->target_value};
+    cvol_compression c = {.context = context,
+                          .options = options,
+                          .target = options->target,
+                          .value = options->target_value};
     int met = 0;
     if (c.target == CVOL_TARGET_BITS) {
         c.target = CVOL_TARGET_RATIO;
@@ -222,7 +261,7 @@ int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report 
             code = cvol_ratio_of_bits(context, &c.value, options->target_value, grid->type);
     }
     if (!code)
-        code = cvol_trial_start(context, &c.trial, samples, grid, options->block);
+        code = cvol_trial_start_apart(context, &c.trial, samples, grid, options);
     if (!code)
         cvol_trial_set_options(&c.trial, options);
     if (!code) {
@@ -235,8 +274,7 @@ int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report 
     if (!code)
         code = cvol_report_progress(context, "compressing", 1);
     if (!code) {
-        *out = c.trial.array;
-        c.trial.array = NULL;
+        *out = cvol_trial_take_array(&c.trial);
     }
     cvol_trial_free(&c.trial);
     return code;

@@ -7,14 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include <zstd.h>
-
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/array_file.h"
 #include "codec/compression.h"
 #include "codec/correcting.h"
-#include "codec/mask_fill.h"
+#include "codec/mask_make.h"
 #include "codec/ranges.h"
 
 enum {
@@ -68,59 +66,13 @@ static int find_fills(modes *m, cvol_fills *fills)
     return CVOL_OK;
 }
 
-/* Sets the mask slab by slab; *otherwise becomes a value that is not masked. */
-static int set_mask(modes *m, double *otherwise, size_t *masked)
-{
-    const size_t *dims = m->grid->dims, sheet = dims[0] * dims[1];
-    const size_t size = cvol_type_size(m->grid->type);
-    uint8_t *which = cvol_allocate(sheet, CVOL_MASK_CELL);
-    int code = which ? CVOL_OK : cvol_fail_memory(m->context, sheet * CVOL_MASK_CELL, "a mask");
-    int found = 0;
-    *otherwise = 0;
-    *masked = 0;
-    for (size_t z = 0; z < dims[2] && !code; z += CVOL_MASK_CELL) {
-        const size_t begin[3] = {0, 0, z};
-        const size_t end[3] = {dims[0], dims[1],
-                               dims[2] - z < CVOL_MASK_CELL ? dims[2] : z + CVOL_MASK_CELL};
-        const size_t count = sheet * (end[2] - z);
-        const uint8_t *from = (const uint8_t *)m->samples + size * sheet * z;
-        *masked += cvol_fills_match(which, cvol_mask_fills(m->mask), m->grid->type, from, count);
-        if (!cvol_mask_set(m->mask, which, begin, end))
-            code = cvol_fail_memory(m->context, count, "a mask");
-        for (size_t i = 0; i < count && !found; i++)
-            if (!which[i]) {
-                float value;
-                cvol_samples_load(&value, from, m->grid->type, i, 1, 0);
-                *otherwise = (double)value;
-                found = 1;
-            }
-    }
-    free(which);
-    return code;
-}
-
 static int make_mask(modes *m)
 {
     cvol_fills fills;
-    double otherwise;
-    size_t masked = 0;
-    int code = find_fills(m, &fills);
-    if (code || !fills.count)
-        return code;
-    code = cvol_mask_create(m->context, &m->mask, m->grid->dims, &fills);
-    if (!code)
-        code = set_mask(m, &otherwise, &masked);
-    if (!code && !masked) {
-        cvol_mask_free(m->mask);
-        m->mask = NULL;
-        return CVOL_OK;
-    }
-    if (!code && !(m->filled = cvol_allocate(cvol_grid_bytes(m->grid), 1)))
-        code = cvol_fail_memory(m->context, cvol_grid_bytes(m->grid), "the filled samples");
-    if (!code)
-        code = cvol_mask_fill(m->context, m->filled, m->samples, m->grid, m->mask, 0,
-                              m->grid->dims[2], otherwise);
-    return code;
+    const int code = find_fills(m, &fills);
+    return code || !fills.count ? code
+                                : cvol_mask_make(m->context, &m->mask, &m->filled, m->samples,
+                                                 m->grid, &fills);
 }
 
 /* ---- a part of the volume --------------------------------------------------------------- */
@@ -352,15 +304,9 @@ static int make_corrected(modes *m, double *step)
 static int try_packed(modes *m)
 {
     const cvol_corrected *now = cvol_corrected_of(m->trial.array);
-    const size_t raw = cvol_grid_bytes(m->grid), most = ZSTD_compressBound(raw);
     const size_t taken = now->data.size + (size_t)m->trial.result.bytes;
     cvol_corrected *packed;
-    void *quick = raw > CVOL_PACKED_MOST ? NULL : malloc(most);
-    if (!quick)
-        return CVOL_OK;
-    const size_t quickly = ZSTD_compress(quick, most, m->samples, raw, 3);
-    free(quick);
-    if (ZSTD_isError(quickly) || quickly > taken + taken / 2)
+    if (!cvol_packed_may_fit(m->samples, m->grid, (double)taken))
         return CVOL_OK;
     int code = cvol_corrected_pack(m->context, &packed, m->samples, m->grid);
     if (code || packed->data.size > taken - taken / 32) {

@@ -26,6 +26,14 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
     if (options->max_error > 0 && options->target != CVOL_TARGET_PSNR)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "a maximum error beside another target than a PSNR");
+    if (options->background == CVOL_BACKGROUND_VALUE &&
+        (options->lossless || options->has_fill || options->max_error > 0 ||
+         options->target == CVOL_TARGET_MAX_ERROR))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "a background beside a largest error, lossless compression or a fill");
+    if (options->background == CVOL_BACKGROUND_VALUE && !isfinite(options->background_value))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the background is %g, must be finite",
+                         options->background_value);
     if (options->lossless)
         return CVOL_OK;
     switch (options->target) {

@@ -25,6 +25,7 @@
 typedef struct cvol_compression {
     cvol_context *context;
     cvol_trial trial;
+    const cvol_compress_options *options;
     cvol_target target;
     double value;
     uint64_t raw_bytes, file_bytes;

@@ -9,7 +9,11 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-enum { BRICK_SAMPLES = CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE, PACK_LEVEL = 19 };
+enum {
+    BRICK_SAMPLES = CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE,
+    PACK_LEVEL = 19,
+    PACK_QUICKLY = 3
+};
 
 /* ---- bricks ----------------------------------------------------------------------------- */
 
@@ -266,6 +270,17 @@ const cvol_corrected *cvol_corrected_of(const cvol_array *array)
 }
 
 /* ---- packed ----------------------------------------------------------------------------- */
+
+int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes)
+{
+    const size_t raw = cvol_grid_bytes(grid), most = ZSTD_compressBound(raw);
+    void *quick = raw > CVOL_PACKED_MOST ? NULL : malloc(most);
+    if (!quick)
+        return 0;
+    const size_t quickly = ZSTD_compress(quick, most, samples, raw, PACK_QUICKLY);
+    free(quick);
+    return !ZSTD_isError(quickly) && (double)quickly <= 1.5 * bytes;
+}
 
 int cvol_corrected_pack(cvol_context *context, cvol_corrected **out, const void *samples,
                         const cvol_grid *grid)

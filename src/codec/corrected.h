@@ -45,6 +45,8 @@ cvol_span cvol_corrected_brick(const cvol_corrected *corrected, size_t brick);
 /* Those of an array, or NULL. */
 const cvol_corrected *cvol_corrected_of(const cvol_array *array);
 
+/* Whether samples packed whole could take so many bytes, going by a quick try. */
+int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes);
 /* Packs an array's samples into new corrections. Errors: MEMORY. */
 int cvol_corrected_pack(cvol_context *context, cvol_corrected **out, const void *samples,
                         const cvol_grid *grid);

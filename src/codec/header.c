@@ -193,6 +193,7 @@ void cvol_modes_put(cvol_bytes *out, const cvol_header *header)
     cvol_bytes_put_u32(out, (uint32_t)header->rule.unit);
     cvol_bytes_put_u32(out, (uint32_t)header->rule.grain);
     cvol_bytes_put_u32(out, (uint32_t)header->fills.count);
+    cvol_bytes_put_u32(out, (uint32_t)header->fills.background);
     for (int i = 0; i < header->fills.count; i++)
         cvol_bytes_put_u64(out, header->fills.bits[i]);
 }
@@ -200,17 +201,28 @@ void cvol_modes_put(cvol_bytes *out, const cvol_header *header)
 static int take_fills(cvol_context *context, cvol_header *header, cvol_cursor *content,
                       const char *name)
 {
-    const uint32_t count = cvol_cursor_u32(content);
+    const uint32_t count = cvol_cursor_u32(content), background = cvol_cursor_u32(content);
     const size_t size = cvol_type_size(header->grid.type);
     if (count > CVOL_FILLS_MAX)
         return bad(context, name, "MODE", "the number of fills", count, "at most 7");
+    if (background > (count == 1))
+        return bad(context, name, "MODE", "background", background,
+                   "0, or 1 where there is one fill");
+    header->fills.background = (int)background;
     for (uint32_t i = 0; i < count && !content->failed; i++) {
         const uint64_t bits = cvol_cursor_u64(content);
         if ((size < 8 && bits >> 8 * size) || !cvol_fills_add(&header->fills, bits) ||
             header->fills.count != (int)i + 1)
             return bad(context, name, "MODE", "fill", i, "a bit pattern of the type, and no other");
     }
-    return content->failed ? fail_length(context, name, "MODE", content) : CVOL_OK;
+    if (content->failed)
+        return fail_length(context, name, "MODE", content);
+    const double value = background ? cvol_fills_value(&header->fills, 0, header->grid.type) : 0;
+    const cvol_ledger *ledger = &header->ledger;
+    if (background && !(value >= ledger->value_min && value <= ledger->value_max))
+        return bad(context, name, "MODE", "the background's fill", value,
+                   "within value_min .. value_max");
+    return CVOL_OK;
 }
 
 int cvol_modes_take(cvol_context *context, cvol_header *header, cvol_cursor *content,

@@ -77,53 +77,72 @@ static void push(level *coarse, const level *fine)
     }
 }
 
-/* Trilinear interpolation: the nearer point weighs 3/4 along each axis. */
-static double interpolate(const level *coarse, const size_t at[3])
+/* The coarse points between which a fine one lies: the nearer weighs 3/4. */
+typedef struct between {
+    size_t near, far;
+} between;
+
+static between find_between(size_t at, size_t points)
 {
-    const size_t *n = coarse->size;
-    size_t near[3], far[3];
-    for (int a = 0; a < 3; a++) {
-        near[a] = at[a] / 2;
-        far[a] = at[a] & 1 ? least(near[a] + 1, n[a] - 1) : near[a] ? near[a] - 1 : 0;
-    }
-    double sum = 0;
-    for (int corner = 0; corner < 8; corner++) {
-        size_t place[3];
-        double weight = 1;
-        for (int a = 0; a < 3; a++) {
-            place[a] = corner >> a & 1 ? far[a] : near[a];
-            weight *= corner >> a & 1 ? 0.25 : 0.75;
+    const size_t near = at / 2;
+    return (between){near, at & 1 ? least(near + 1, points - 1) : near ? near - 1 : 0};
+}
+
+/* Unknown points by trilinear interpolation. */
+static void interpolate(level *fine, const level *coarse)
+{
+    const size_t *n = fine->size, *m = coarse->size;
+    for (size_t z = 0; z < n[2]; z++) {
+        const between bz = find_between(z, m[2]);
+        for (size_t y = 0; y < n[1]; y++) {
+            const between by = find_between(y, m[1]);
+            const double *lines[4] = {coarse->values + m[0] * (by.near + m[1] * bz.near),
+                                      coarse->values + m[0] * (by.far + m[1] * bz.near),
+                                      coarse->values + m[0] * (by.near + m[1] * bz.far),
+                                      coarse->values + m[0] * (by.far + m[1] * bz.far)};
+            const size_t line = n[0] * (y + n[1] * z);
+            const uint8_t *known = fine->known + line;
+            double *to = fine->values + line, mixed[SIDE / 2];
+            if (!memchr(known, 0, n[0]))
+                continue;
+            for (size_t x = 0; x < m[0]; x++)
+                mixed[x] = 0.5625 * lines[0][x] + 0.1875 * (lines[1][x] + lines[2][x]) +
+                           0.0625 * lines[3][x];
+            for (size_t x = 0; x < n[0]; x++) {
+                const between bx = find_between(x, m[0]);
+                if (!known[x])
+                    to[x] = 0.75 * mixed[bx.near] + 0.25 * mixed[bx.far];
+            }
         }
-        sum += weight * coarse->values[place[0] + n[0] * (place[1] + n[1] * place[2])];
     }
-    return sum;
 }
 
 /* Every unknown point becomes the mean of its neighbours. */
 static void smooth(level *l)
 {
-    const size_t *n = l->size, strides[3] = {1, n[0], n[0] * n[1]};
-    const size_t count = n[0] * n[1] * n[2];
-    for (size_t i = 0; i < count; i++) {
-        l->next[i] = l->values[i];
-        if (l->known[i])
-            continue;
-        const size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
-        double sum = 0;
-        int near = 0;
-        for (int a = 0; a < 3; a++) {
-            if (at[a]) {
-                sum += l->values[i - strides[a]];
-                near++;
-            }
-            if (at[a] + 1 < n[a]) {
-                sum += l->values[i + strides[a]];
-                near++;
+    const size_t *n = l->size, sheet = n[0] * n[1];
+    memcpy(l->next, l->values, sheet * n[2] * sizeof *l->next);
+    for (size_t z = 0; z < n[2]; z++)
+        for (size_t y = 0; y < n[1]; y++) {
+            const size_t line = n[0] * y + sheet * z;
+            const uint8_t *known = l->known + line;
+            if (!memchr(known, 0, n[0]))
+                continue;
+            const double *at = l->values + line;
+            const double *above = y ? at - n[0] : NULL, *below = y + 1 < n[1] ? at + n[0] : NULL;
+            const double *front = z ? at - sheet : NULL, *behind = z + 1 < n[2] ? at + sheet : NULL;
+            const int beside = (above != NULL) + (below != NULL) + (front != NULL) +
+                               (behind != NULL);
+            for (size_t x = 0; x < n[0]; x++) {
+                if (known[x])
+                    continue;
+                const int near = beside + (x > 0) + (x + 1 < n[0]);
+                const double sum = (above ? above[x] : 0) + (below ? below[x] : 0) +
+                                   (front ? front[x] : 0) + (behind ? behind[x] : 0) +
+                                   (x ? at[x - 1] : 0) + (x + 1 < n[0] ? at[x + 1] : 0);
+                l->next[line + x] = near ? sum / near : at[x];
             }
         }
-        if (near)
-            l->next[i] = sum / near;
-    }
     double *swap = l->values;
     l->values = l->next;
     l->next = swap;
@@ -131,12 +150,7 @@ static void smooth(level *l)
 
 static void pull(level *fine, const level *coarse)
 {
-    const size_t *n = fine->size;
-    for (size_t i = 0; i < n[0] * n[1] * n[2]; i++) {
-        const size_t at[3] = {i % n[0], i / n[0] % n[1], i / n[0] / n[1]};
-        if (!fine->known[i])
-            fine->values[i] = interpolate(coarse, at);
-    }
+    interpolate(fine, coarse);
     for (int sweep = 0; sweep < SWEEPS; sweep++)
         smooth(fine);
 }
@@ -144,13 +158,12 @@ static void pull(level *fine, const level *coarse)
 /* values and known of level 0 are set. */
 static void fill_brick(pyramid *p, const size_t size[3], double otherwise)
 {
-    memcpy(p->levels[0].size, size, sizeof p->levels[0].size);
     for (int l = 1; l < LEVELS; l++) {
         for (int a = 0; a < 3; a++)
             p->levels[l].size[a] = (p->levels[l - 1].size[a] + 1) / 2;
         push(&p->levels[l], &p->levels[l - 1]);
     }
-    if (!p->levels[LEVELS - 1].known[0]) {
+    if (p->levels[LEVELS - 1].known[0] == 0) {
         for (size_t i = 0; i < size[0] * size[1] * size[2]; i++)
             p->levels[0].values[i] = otherwise;
         return;
@@ -189,6 +202,7 @@ static void do_brick(pyramid *p, const fill_job *job, const size_t begin[3], con
     const size_t *dims = job->grid->dims;
     if (!cvol_mask_get(p->which, job->mask, begin, end))
         return;
+    memcpy(p->levels[0].size, size, sizeof size);
     for (int back = 0; back < 2; back++) {
         for (size_t z = 0; z < size[2]; z++)
             for (size_t y = 0; y < size[1]; y++) {

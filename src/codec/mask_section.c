@@ -10,8 +10,8 @@
 
 enum { BRICK_SAMPLES = CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE };
 
-int cvol_mask_brick(cvol_token_writer *writer, cvol_bytes *out, const cvol_token_tables *tables,
-                    const cvol_array *array, size_t brick)
+static int code_brick(cvol_token_writer *writer, cvol_bytes *out, const cvol_token_tables *tables,
+                      const cvol_array *array, size_t brick, cvol_token_counts *counts)
 {
     const cvol_box box = cvol_brick_samples_of(array, brick);
     const size_t size[3] = {box.end[0] - box.begin[0], box.end[1] - box.begin[1],
@@ -21,10 +21,50 @@ int cvol_mask_brick(cvol_token_writer *writer, cvol_bytes *out, const cvol_token
     if (done) {
         cvol_mask_get(which, array->mask, box.begin, box.end);
         done = cvol_mask_encode(writer, out, tables, which, size,
-                                cvol_mask_fills(array->mask)->count, NULL);
+                                cvol_mask_fills(array->mask)->count, counts);
     }
     free(which);
     return done;
+}
+
+int cvol_mask_brick(cvol_token_writer *writer, cvol_bytes *out, const cvol_token_tables *tables,
+                    const cvol_array *array, size_t brick)
+{
+    return code_brick(writer, out, tables, array, brick, NULL);
+}
+
+static void add_counts(cvol_token_counts *to, const cvol_token_counts *counts)
+{
+    for (int r = CVOL_ROW_MASK; r < CVOL_ROW_FILL + CVOL_FILLS_MAX; r++)
+        for (int t = 0; t < CVOL_TOKENS; t++)
+            to->of[r][t] += counts->of[r][t];
+}
+
+int cvol_mask_count(cvol_context *context, cvol_token_counts *counts, const cvol_array *array)
+{
+    const size_t bricks = array->mask ? cvol_brick_count(array) : 0;
+    int failed = 0;
+#pragma omp parallel num_threads(cvol_context_threads(context))
+    {
+        cvol_token_counts *own = cvol_allocate_zero(1, sizeof *own);
+        cvol_token_writer writer = {0};
+        cvol_bytes brick = {0};
+#pragma omp for schedule(dynamic)
+        for (size_t b = 0; b < bricks; b++) {
+            if (!own || !code_brick(&writer, &brick, NULL, array, b, own)) {
+#pragma omp atomic write
+                failed = 1;
+            }
+        }
+        if (own) {
+#pragma omp critical
+            add_counts(counts, own);
+        }
+        free(own);
+        cvol_bytes_free(&brick);
+        cvol_token_writer_free(&writer);
+    }
+    return failed ? cvol_fail_memory(context, BRICK_SAMPLES, "a mask") : CVOL_OK;
 }
 
 static int take_brick(const cvol_array *array, uint8_t *which, int fills,

@@ -41,6 +41,23 @@ static void compare_row(cvol_distance *out, const void *samples, size_t first, c
     add_row(out, &row);
 }
 
+/* What decodes where a row of the array begins at sample `at`, with the background in its place;
+ * `row` is for that. */
+static const float *with_background(float *row, const float *real, const cvol_array *array,
+                                    const size_t at[3], size_t count)
+{
+    uint8_t which[ROW_MOST];
+    const size_t end[3] = {at[0] + count, at[1] + 1, at[2] + 1};
+    if (!cvol_mask_is_background(array->mask) || !cvol_mask_get(which, array->mask, at, end))
+        return real;
+    const float value = (float)(cvol_fills_value(cvol_mask_fills(array->mask), 0,
+                                                 array->grid.type) -
+                                array->offset);
+    for (size_t i = 0; i < count; i++)
+        row[i] = which[i] ? value : real[i];
+    return row;
+}
+
 /* Adds distances to *out, in order, so that threads do not matter. */
 static void add_distances(cvol_distance *out, const cvol_distance *distances, size_t count)
 {
@@ -128,11 +145,15 @@ static cvol_distance compare_block(const cvol_array *array, const void *samples,
     for (int a = 0; a < 3; a++)
         inside[a] = dims[a] - begin[a] < B ? dims[a] - begin[a] : B;
     cvol_distance distance = {0};
+    float row[ROW_MOST];
     cvol_block_evaluate(evaluated, array, index);
     for (size_t z = 0; z < inside[2]; z++)
         for (size_t y = 0; y < inside[1]; y++) {
             size_t first = begin[0] + dims[0] * (begin[1] + y + dims[1] * (begin[2] + z));
-            compare_row(&distance, samples, first, evaluated + B * (y + B * z), inside[0], &as);
+            const size_t at[3] = {begin[0], begin[1] + y, begin[2] + z};
+            compare_row(&distance, samples, first,
+                        with_background(row, evaluated + B * (y + B * z), array, at, inside[0]),
+                        inside[0], &as);
         }
     return distance;
 }
@@ -172,6 +193,7 @@ static void compare_piece(void *user, const cvol_piece *piece)
     const size_t nx = grid->dims[0];
     const cvol_stored_as as = cvol_stored_as_of(to->array);
     cvol_distance distance = {0};
+    float row[ROW_MOST];
     for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
         for (size_t y = piece->begin[1]; y < piece->end[1]; y++)
             for (size_t x = 0; x < nx; x += ROW_MOST) {
@@ -179,7 +201,9 @@ static void compare_piece(void *user, const cvol_piece *piece)
                 const size_t count = nx - x < ROW_MOST ? nx - x : ROW_MOST;
                 const float *line = piece->samples[0] + x + (y - piece->begin[1]) * piece->line +
                                     (z - piece->begin[2]) * piece->sheet;
-                compare_row(&distance, to->slab->samples, first, line, count, &as);
+                const size_t at[3] = {x, y, z};
+                compare_row(&distance, to->slab->samples, first,
+                            with_background(row, line, to->array, at, count), count, &as);
             }
     to->pieces[piece->index] = distance;
 }

@@ -7,11 +7,18 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/background.h"
+#include "codec/mask_make.h"
+#include "codec/mask_section.h"
 #include "codec/part_trellis.h"
 #include "codec/survey.h"
 
 /* Of more, sums of squares and transforms would leave the range of float. */
 #define SPAN_MOST 2e35
+/* A mask may take one in so many of the bytes that are asked for. */
+#define MASK_SHARE 3
+/* Bytes of a brick's mask that are no tokens: what its cells are, its length and checksum. */
+#define MASK_BRICK 16
 
 /* Bricks that are sampled, and those of them that are decoded and measured. */
 enum { SAMPLED_BRICKS = 32, MEASURED_BRICKS = 12, HASTY_BRICKS = 16, HASTY_MEASURED = 8 };
@@ -70,11 +77,94 @@ int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *sampl
                      const cvol_grid *grid, int block)
 {
     double least, most;
-    *trial = (cvol_trial){.source = {fetch, trial, 1}, .samples = samples};
+    *trial = (cvol_trial){.source = {fetch, trial, 1}, .samples = samples, .truth = samples};
     int code = make_shape(context, trial, grid, block);
     if (!code)
         code = cvol_survey_samples(context, &least, &most, samples, grid);
     return code ? code : take_range(context, trial->shape, least, most);
+}
+
+/* What a mask needs in a file: tokens, and bytes with tables that fit them: streams, their lengths
+ * and checksums. */
+static int measure_mask(cvol_context *context, cvol_trial *trial)
+{
+    const size_t bricks = cvol_brick_count(trial->shape);
+    cvol_token_costs *costs = malloc(sizeof *costs);
+    double bits = 0;
+    int code = CVOL_OK;
+    trial->mask_counts = cvol_allocate_zero(1, sizeof *trial->mask_counts);
+    if (!trial->mask_counts || !costs)
+        code = cvol_fail_memory(context, sizeof *trial->mask_counts, "the coder's tables");
+    if (!code)
+        code = cvol_mask_count(context, trial->mask_counts, trial->shape);
+    if (!code) {
+        cvol_token_tables_fit(trial->tables, trial->mask_counts);
+        cvol_token_costs_set(costs, trial->tables);
+        for (int r = CVOL_ROW_MASK; r < CVOL_ROW_FILL + CVOL_FILLS_MAX; r++)
+            for (int t = 0; t < CVOL_TOKENS; t++)
+                bits += (double)trial->mask_counts->of[r][t] * (double)costs->of[r][t];
+        trial->mask_bytes = (uint64_t)(bits / 8) + MASK_BRICK * bricks;
+        trial->front_bytes += trial->mask_bytes;
+    }
+    free(costs);
+    return code;
+}
+
+/* Whether a mask leaves the most of the bytes that a target allows. */
+static int can_pay(const cvol_compress_options *options, const cvol_grid *grid, uint64_t bytes)
+{
+    const double samples = (double)cvol_grid_samples(grid), value = options->target_value;
+    if (options->target == CVOL_TARGET_PSNR)
+        return 1;
+    const double budget = options->target == CVOL_TARGET_BITS
+                              ? samples * value / 8
+                              : (double)cvol_grid_bytes(grid) / value;
+    return (double)bytes * MASK_SHARE <= budget;
+}
+
+static int start_masked(cvol_context *context, cvol_trial *trial, const void *samples,
+                        const cvol_grid *grid, cvol_mask *mask, void *filled,
+                        const cvol_compress_options *options)
+{
+    const double value = cvol_fills_value(cvol_mask_fills(mask), 0, grid->type);
+    int code = cvol_trial_start(context, trial, filled, grid, options->block);
+    trial->filled = filled;
+    if (!trial->shape) {
+        cvol_mask_free(mask);
+        return code;
+    }
+    trial->truth = samples;
+    trial->shape->mask = mask;
+    const cvol_ledger *ledger = &trial->shape->ledger;
+    if (!code)
+        code = take_range(context, trial->shape, fmin(ledger->value_min, value),
+                          fmax(ledger->value_max, value));
+    if (!code)
+        code = measure_mask(context, trial);
+    if (code || options->background == CVOL_BACKGROUND_VALUE ||
+        can_pay(options, grid, trial->mask_bytes))
+        return code;
+    cvol_trial_free(trial);
+    return cvol_trial_start(context, trial, samples, grid, options->block);
+}
+
+int cvol_trial_start_apart(cvol_context *context, cvol_trial *trial, const void *samples,
+                           const cvol_grid *grid, const cvol_compress_options *options)
+{
+    cvol_fills fills;
+    double least_step;
+    cvol_mask *mask = NULL;
+    void *filled = NULL;
+    int code = cvol_grid_check(context, grid, "array");
+    if (!code)
+        code = cvol_background_fills(context, &fills, &least_step, samples, grid, options);
+    if (!code && fills.count)
+        code = cvol_mask_make(context, &mask, &filled, samples, grid, &fills);
+    if (code || !mask)
+        return code ? code : cvol_trial_start(context, trial, samples, grid, options->block);
+    code = start_masked(context, trial, samples, grid, mask, filled, options);
+    trial->least_step = code || !trial->filled ? 0 : least_step;
+    return code;
 }
 
 int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
@@ -116,16 +206,36 @@ void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *opti
         trial->shape->dependent = 0;
 }
 
+/* The mask is the shape's. */
+static void drop(cvol_array **array)
+{
+    if (*array)
+        (*array)->mask = NULL;
+    cvol_array_free(*array);
+    *array = NULL;
+}
+
+cvol_array *cvol_trial_take_array(cvol_trial *trial)
+{
+    cvol_array *array = trial->array;
+    if (array->mask)
+        trial->shape->mask = NULL;
+    trial->array = NULL;
+    return array;
+}
+
 void cvol_trial_free(cvol_trial *trial)
 {
+    drop(&trial->array);
+    drop(&trial->kept);
     cvol_array_free(trial->shape);
-    cvol_array_free(trial->array);
-    cvol_array_free(trial->kept);
+    free(trial->filled);
     cvol_coded_free(trial->coded);
     cvol_sampler_free(trial->sampler);
     cvol_cell_sample_free(trial->cells);
     free(trial->tables);
     free(trial->counts);
+    free(trial->mask_counts);
 }
 
 /* What a share of all bricks gave, as if it had been all; counts too, so that the tables are worth
@@ -133,7 +243,7 @@ void cvol_trial_free(cvol_trial *trial)
 static void take_sample(cvol_trial *trial, double share)
 {
     trial->bytes = trial->front_bytes + (uint64_t)((double)trial->result.bytes / share);
-    for (int r = 0; r < CVOL_ROWS; r++)
+    for (int r = 0; r < CVOL_ROW_FILL + CVOL_FILLS_MAX; r++)
         for (int t = 0; t < CVOL_TOKENS; t++)
             trial->counts->of[r][t] = (uint64_t)((double)trial->counts->of[r][t] / share);
 }
@@ -268,6 +378,7 @@ static int make_array(cvol_context *context, cvol_array **out, const cvol_trial 
     (*out)->offset = shape->offset;
     (*out)->lapped = shape->lapped;
     (*out)->dependent = shape->dependent;
+    (*out)->mask = cvol_mask_is_background(shape->mask) ? shape->mask : NULL;
     (*out)->ledger.value_min = shape->ledger.value_min;
     (*out)->ledger.value_max = shape->ledger.value_max;
     return CVOL_OK;
@@ -277,10 +388,8 @@ int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step)
 {
     cvol_coded_free(trial->coded);
     trial->coded = NULL;
-    cvol_array_free(trial->array); /* of another step */
-    trial->array = NULL;
-    cvol_array_free(trial->kept);
-    trial->kept = NULL;
+    drop(&trial->array); /* of another step */
+    drop(&trial->kept);
     int code = cvol_coded_make(context, &trial->coded, trial->tables,
                                cvol_brick_count(trial->shape));
     if (!code && trial->split == CVOL_SPLIT_FAST)
@@ -294,9 +403,11 @@ int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step)
 int cvol_trial_fit(cvol_context *context, cvol_trial *trial)
 {
     cvol_bytes section = {0};
+    for (int r = CVOL_ROW_MASK; r < CVOL_ROW_FILL + CVOL_FILLS_MAX && trial->mask_counts; r++)
+        memcpy(trial->counts->of[r], trial->mask_counts->of[r], sizeof trial->counts->of[r]);
     cvol_token_tables_fit(trial->tables, trial->counts);
     const int code = cvol_token_tables_put(context, &section, trial->tables);
-    trial->front_bytes = front_estimate(trial->shape, section.size);
+    trial->front_bytes = front_estimate(trial->shape, section.size) + trial->mask_bytes;
     cvol_bytes_free(&section);
     return code;
 }
@@ -338,7 +449,7 @@ static int decode(cvol_context *context, cvol_trial *trial)
         return code;
     cvol_array *array = trial->array;
     cvol_distance distance;
-    code = cvol_measure_distance(context, &distance, array, trial->samples);
+    code = cvol_measure_distance(context, &distance, array, trial->truth);
     if (code)
         return code;
     cvol_array_set_measured(array, &distance);
@@ -351,8 +462,7 @@ static int decode(cvol_context *context, cvol_trial *trial)
 int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
 {
     standing at = {context->progress, context->progress_user, 0.9 * (1 - pow(0.5, trial->count))};
-    cvol_array_free(trial->array);
-    trial->array = NULL;
+    drop(&trial->array);
     if (at.progress)
         cvol_context_set_progress(context, tell_standing, &at);
     const int code = decode(context, trial);

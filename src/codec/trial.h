@@ -12,7 +12,10 @@
 typedef struct cvol_trial {
     cvol_slab_source source;
     const void *samples; /* all of them, or NULL where they are read */
-    cvol_array *shape;   /* grid, block, lapped, offset and range of values; no terms */
+    const void *truth;   /* what to measure against: samples, but those of the background */
+    void *filled;        /* with a background: samples, owned */
+    cvol_array *shape;   /* grid, block, lapped, offset, range of values, mask; no terms. Arrays of
+                            trials borrow its mask */
     cvol_split_choice split;
     int hasty;     /* a step found roughly will do, and lapping is not questioned */
     int lap_known; /* sampled bricks are only needed as shape->lapped says */
@@ -20,10 +23,13 @@ typedef struct cvol_trial {
     int plain;     /* round to nearest: errors are least; else squared error at equal bytes is */
     double step;   /* of the last trial */
     cvol_token_tables *tables;
-    cvol_token_counts *counts;   /* of the last trial */
-    cvol_encode_result result;   /* of the last trial */
-    uint64_t front_bytes, bytes; /* of a file before its shells (an estimate until trial_finish),
-                                    and of the file */
+    cvol_token_counts *counts;      /* of the last trial */
+    cvol_token_counts *mask_counts; /* with a background: of its mask */
+    cvol_encode_result result;      /* of the last trial */
+    double least_step;   /* with a background: finer ones do better without; 0: none do */
+    uint64_t mask_bytes;            /* of the background's mask, in the front */
+    uint64_t front_bytes, bytes;    /* of a file before its shells (an estimate until trial_finish),
+                                       and of the file */
     cvol_sampler *sampler;
     cvol_cell_sample *cells;
     cvol_coded *coded;  /* of the last cvol_trial_encode */
@@ -39,6 +45,10 @@ typedef struct cvol_trial {
  * CANCELLED. */
 int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *samples,
                      const cvol_grid *grid, int block);
+/* The same, with a background kept apart if the options and the samples ask for it. Errors: those
+ * of cvol_background_fills too. */
+int cvol_trial_start_apart(cvol_context *context, cvol_trial *trial, const void *samples,
+                           const cvol_grid *grid, const cvol_compress_options *options);
 int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
                             const cvol_slab_source *source, const cvol_grid *grid);
 /* How options say that it is to be coded; before the first trial. */
@@ -66,6 +76,8 @@ int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
 int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step);
 /* Fits the tables to what was encoded last. Errors: MEMORY. */
 int cvol_trial_fit(cvol_context *context, cvol_trial *trial);
+/* Hands over trial->array, with its mask. */
+cvol_array *cvol_trial_take_array(cvol_trial *trial);
 /* Decodes what was encoded last into trial->array, and measures it. Where all was encoded with
  * CVOL_SPLIT_FAST, terms are those that were coded, and bytes are not read again. */
 int cvol_trial_decode(cvol_context *context, cvol_trial *trial);

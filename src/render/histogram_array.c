@@ -34,13 +34,19 @@ static void count_block(cvol_histogram *out, const cvol_array *array, const floa
             end[a] = begin[a] + size[a];
         cvol_mask_get(which, array->mask, begin, end);
     }
+    const int apart = cvol_mask_is_background(array->mask);
+    const double background = apart ? cvol_fills_value(cvol_mask_fills(array->mask), 0,
+                                                       array->grid.type)
+                                    : 0;
     double span = out->max - out->min, scale = span > 0 ? CVOL_HISTOGRAM_BINS / span : 0;
     for (size_t z = 0; z < size[2]; z++)
         for (size_t y = 0; y < size[1]; y++)
             for (size_t x = 0; x < size[0]; x++) {
-                if (which[x + size[0] * (y + size[1] * z)])
+                const int masked = which[x + size[0] * (y + size[1] * z)];
+                if (masked && !apart)
                     continue;
-                double value = (double)samples[x + B * (y + B * z)] + array->offset;
+                double value = masked ? background
+                                      : (double)samples[x + B * (y + B * z)] + array->offset;
                 double bin = (value - out->min) * scale;
                 size_t i = bin <= 0                     ? 0
                            : bin >= CVOL_HISTOGRAM_BINS ? CVOL_HISTOGRAM_BINS - 1

@@ -85,8 +85,11 @@ int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array
     }
     if (!array->has_ranges) {
         code = cvol_array_share(context, &state->ranged, array);
-        if (!code)
+        if (!code) {
+            state->ranged->mask = array->mask; /* lent, to bound with */
             code = cvol_array_know_ranges(context, state->ranged);
+            state->ranged->mask = NULL;
+        }
         if (code) {
             sheet_free(state);
             return code;
@@ -302,6 +305,16 @@ static int draw_bands(cvol_context *context, sheet_state *state, const cvol_shee
     return cancelled ? CVOL_ERROR_CANCELLED : cvol_report_progress(context, "rendering", 1);
 }
 
+/* Of masked samples as they are evaluated; 0 without a background. */
+static float find_background(const sheet_state *state)
+{
+    const cvol_array *array = state->array;
+    if (!cvol_mask_is_background(state->mask))
+        return 0;
+    return (float)(cvol_fills_value(cvol_mask_fills(state->mask), 0, array->grid.type) -
+                   array->offset);
+}
+
 static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *image,
                       const cvol_view *view, const cvol_render_options *options)
 {
@@ -312,7 +325,9 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     int code = cvol_sheet_plan_make(context, &plan, array, view);
     if (code)
         return code;
-    plan.masked = state->mask != NULL;
+    plan.masked = cvol_mask_is_void(state->mask)         ? CVOL_SHEET_SOME_VOID
+                  : cvol_mask_is_background(state->mask) ? CVOL_SHEET_SOME_BACKGROUND
+                                                         : CVOL_SHEET_ALL_PLAIN;
     const int band_lines = choose_band_lines(&plan, threads);
     if (!prepare_image(state, &plan, threads) || !prepare_bands(state, &plan, threads, band_lines))
         return cvol_fail(context, CVOL_ERROR_MEMORY,
@@ -330,6 +345,7 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
         .visibility = colour ? &state->by_transfer : &state->everything,
         .mask = state->mask,
         .masked = state->masked,
+        .background = find_background(state),
         .kernel = choose_kernel(options->mode),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,

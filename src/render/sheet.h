@@ -43,12 +43,19 @@ typedef struct cvol_sheet_table {
     cvol_pair entries[CVOL_LEVELS][CVOL_TABLE_SIZE] __attribute__((aligned(64)));
 } cvol_sheet_table;
 
+/* What samples that are no part of the transform are (array/mask.h). */
+typedef enum cvol_sheet_masked {
+    CVOL_SHEET_ALL_PLAIN,      /* there are none */
+    CVOL_SHEET_SOME_VOID,      /* without a value */
+    CVOL_SHEET_SOME_BACKGROUND /* of the background's value */
+} cvol_sheet_masked;
+
 typedef struct cvol_sheet_plan {
     int axis_lane, axis_row, axis_sheet;
     size_t lanes, rows, sheets; /* samples along each */
     size_t blocks_lane, blocks_row, layers;
     int lapped;    /* the array is */
-    int masked;    /* some samples have no value */
+    cvol_sheet_masked masked;
     int ascending; /* sheets are met in rising order */
     double shear_lane, shear_row;
     double distance; /* between sheets along a ray, in mean spacings */
@@ -124,6 +131,8 @@ typedef struct cvol_layer {
     cvol_sheet_view sheets[CVOL_BLOCK_MAX]; /* front to back */
     long row_stride;
     long cover_at; /* how far behind each sample its cover lies (sheet_mask.h); 0: no mask */
+    cvol_sheet_masked masked;
+    float background; /* value of masked samples, less the array's offset */
     double lane_step, row_step;
     /* Sample coordinates of the faces through which rays would enter and leave, a little outwards,
      * and in how many sheets a ray moves by one sample; the latter is never zero or infinite. */

@@ -72,7 +72,7 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
     memory->sheet_stride = (long)(rows * row_stride);
     const size_t samples = rows * row_stride * sheets;
     memory->cover_at = plan->masked ? (long)samples : 0;
-    if (!cvol_ensure(&memory->samples, &memory->sample_capacity, samples << plan->masked,
+    if (!cvol_ensure(&memory->samples, &memory->sample_capacity, samples << (plan->masked != 0),
                      sizeof(float)) ||
         !cvol_layer_skip_prepare(&memory->skip[0], plan) ||
         !cvol_layer_skip_prepare(&memory->skip[1], plan) ||
@@ -122,7 +122,16 @@ static void extend_faces(float *at, const cvol_band_memory *memory, const cvol_s
 
 cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame)
 {
-    return (cvol_skip_source){frame->plan, frame->array, frame->visibility, frame->masked};
+    return (cvol_skip_source){frame->plan, frame->array, frame->visibility, frame->masked,
+                              frame->plan->masked == CVOL_SHEET_SOME_VOID};
+}
+
+void cvol_band_tell_mask(cvol_layer *layer, const cvol_band_memory *memory,
+                         const cvol_sheet_frame *frame)
+{
+    layer->cover_at = memory->cover_at;
+    layer->masked = frame->plan->masked;
+    layer->background = frame->background;
 }
 
 void cvol_band_cover(float *out, const cvol_band_memory *memory, long sheet_stride,
@@ -292,7 +301,7 @@ static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
     cvol_layer layer, first_sheet;
     cvol_layer_describe(&layer, memory->samples, memory->row_stride, memory->sheet_stride, skip,
                         before, plan, at);
-    layer.cover_at = memory->cover_at;
+    cvol_band_tell_mask(&layer, memory, frame);
     first_sheet = layer;
     first_sheet.sheet_count = 1;
     for (int from = begin; from < end; from += CVOL_TILE) {

@@ -18,8 +18,9 @@ struct cvol_sheet_frame {
     cvol_lapped_filters filters; /* of lapped arrays */
     const cvol_sheet_table *table;
     const cvol_visibility *visibility;
-    const cvol_mask *mask; /* NULL: all samples have a value */
+    const cvol_mask *mask; /* NULL: there is none */
     const uint8_t *masked; /* its state in every block */
+    float background;      /* see cvol_layer */
     cvol_sheet_kernel *kernel;
     cvol_sheet_evaluator *evaluate;
     cvol_intermediate *intermediate;
@@ -65,6 +66,9 @@ void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride,
                          const cvol_layer_skip *skip, const cvol_layer_skip *before,
                          const cvol_sheet_plan *plan, const cvol_band_layer *at);
 cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame);
+/* Tells a layer of the mask. */
+void cvol_band_tell_mask(cvol_layer *layer, const cvol_band_memory *memory,
+                         const cvol_sheet_frame *frame);
 /* Writes the cover of block (lane, row) of a layer whose samples begin at `out`, if there is a
  * mask. */
 void cvol_band_cover(float *out, const cvol_band_memory *memory, long sheet_stride,

@@ -127,13 +127,13 @@ CVOL_INLINE int find_level_before(float *level, const cvol_layer *layer,
  * it has by the sheet before. */
 CVOL_INLINE void composite_end(const cvol_layer *layer, const cvol_sheet_view *sheet,
                                const cvol_sheet_table *table, const cvol_line *line,
-                               const line_view *view, int group, long window, int masked)
+                               const line_view *view, int group, long window, int has_void)
 {
     int closed = 1;
     for (int i = group * CVOL_GROUP; i < (group + 1) * CVOL_GROUP; i += CVOL_LANES) {
         const cvol_vf before = cvol_load(line->values + 4 * line->width + i);
         cvol_vf weight = weigh(layer, view, sheet->lane_at + i * layer->lane_step), to = before;
-        if (masked && view->windows[window] & CVOL_WINDOW_MASKED)
+        if (has_void && view->windows[window] & CVOL_WINDOW_MASKED)
             weight *= 0.5f * cvol_load(line->values + 5 * line->width + i);
         else
             to = cvol_splat(view->levels[window]);
@@ -160,8 +160,9 @@ CVOL_INLINE int composite_masked(const cvol_sheet_table *table, float *r, int wi
 /* A sheet stands for the interval before it. */
 CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
                                  const cvol_sheet_table *table, const cvol_line *line, int unit,
-                                 int masked)
+                                 cvol_sheet_masked masked)
 {
+    const int has_void = masked == CVOL_SHEET_SOME_VOID;
     line_view view;
     const int only = sheet->front == -0.5f;
     view_line(&view, layer, sheet, line->number, only ? -0.5f : -1, only ? 0.5f : 0);
@@ -182,7 +183,7 @@ CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view 
         int known = line->met[group] == sheet->ordinal - 1;
         if (!(view.windows[window] & CVOL_WINDOW_SEEN)) {
             if (known)
-                composite_end(layer, sheet, table, line, &view, group, window, masked);
+                composite_end(layer, sheet, table, line, &view, group, window, has_void);
             continue;
         }
         float level = 0;
@@ -193,7 +194,11 @@ CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view 
         for (int part = 0; part < CVOL_GROUP; part += CVOL_LANES) {
             double position = sheet->lane_at + (i + part) * step;
             interval_end end = {.cover = cvol_splat(1)}, before;
-            if (masked && view.windows[window] & CVOL_WINDOW_MASKED)
+            const int mixed = masked && view.windows[window] & CVOL_WINDOW_MASKED;
+            if (mixed && !has_void)
+                end.value = unit ? reconstruct_unit_apart(&view, &footprint, x + part, layer)
+                                 : reconstruct_finer_apart(&view, position, step, layer);
+            else if (mixed)
                 end.value = unit ? reconstruct_unit_masked(&end.cover, &view, &footprint, x + part,
                                                            layer->cover_at)
                                  : reconstruct_finer_masked(&end.cover, &view, position, step,
@@ -206,13 +211,13 @@ CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view 
                                    : end.value;
             float *r = line->values + i + part;
             cvol_store(previous + i + part, end.value);
-            if (inside && known && !masked) {
+            if (inside && known && !has_void) {
                 closed &= composite_interval(table, r, line->width, before.value, end.value,
                                              end.value, 0);
                 continue;
             }
             cvol_vf weight = !inside ? weigh(layer, &view, position) : cvol_splat(known ? 1 : 0.5f);
-            if (masked) {
+            if (has_void) {
                 before.cover = begins  ? cvol_splat(1)
                                : known ? cvol_load(r + 5 * line->width)
                                        : end.cover;
@@ -228,7 +233,7 @@ CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view 
 }
 
 CVOL_INLINE void composite_layer(const cvol_layer *layer, const cvol_sheet_table *table,
-                                 const cvol_line *line, int unit, int masked)
+                                 const cvol_line *line, int unit, cvol_sheet_masked masked)
 {
     for (int s = 0; s < layer->sheet_count; s++)
         composite_sheet(layer, &layer->sheets[s], table, line, unit, masked);
@@ -238,12 +243,13 @@ void CVOL_SIMD(cvol_sheet_composite)(const cvol_layer *layer, const cvol_sheet_t
                                      const cvol_line *line)
 {
     const int unit = layer->lane_step == 1;
-    if (layer->cover_at && unit)
-        composite_layer(layer, table, line, 1, 1);
-    else if (layer->cover_at)
-        composite_layer(layer, table, line, 0, 1);
-    else if (unit)
-        composite_layer(layer, table, line, 1, 0);
+    if (layer->masked == CVOL_SHEET_SOME_VOID)
+        unit ? composite_layer(layer, table, line, 1, CVOL_SHEET_SOME_VOID)
+             : composite_layer(layer, table, line, 0, CVOL_SHEET_SOME_VOID);
+    else if (layer->masked)
+        unit ? composite_layer(layer, table, line, 1, CVOL_SHEET_SOME_BACKGROUND)
+             : composite_layer(layer, table, line, 0, CVOL_SHEET_SOME_BACKGROUND);
     else
-        composite_layer(layer, table, line, 0, 0);
+        unit ? composite_layer(layer, table, line, 1, CVOL_SHEET_ALL_PLAIN)
+             : composite_layer(layer, table, line, 0, CVOL_SHEET_ALL_PLAIN);
 }

@@ -139,7 +139,7 @@ static void describe(cvol_layer *now, const cvol_band_memory *memory, const cvol
 {
     cvol_layer_describe(now, layer->samples, memory->row_stride, layer->sheet_stride, &layer->skip,
                         before->reached ? &before->skip : NULL, frame->plan, &layer->at);
-    now->cover_at = memory->cover_at;
+    cvol_band_tell_mask(now, memory, frame);
     now->sheet_count -= layer->held;
     layer->drawn = *now;
     layer->drawn.sheet_count = layer->held;

@@ -62,6 +62,29 @@ static void fill(float *out, long row_stride, long sheet_stride, const cvol_shee
                 out[z * sheet_stride + y * row_stride + x] = value;
 }
 
+/* Whether points are the samples, as many as there are. */
+static int are_samples(int points, double first, double pitch, int inside)
+{
+    return points == inside && first == 0 && pitch == 1;
+}
+
+/* The cover of a block whose points are its samples; steps: of lanes, rows, sheets in `which`. */
+static void copy_cover(float *out, long row_stride, long sheet_stride, const uint8_t *which,
+                       const int steps[3], const int size[3], int sheets)
+{
+    for (int z = 0; z < sheets; z++)
+        for (int y = 0; y < size[1]; y++) {
+            const uint8_t *from = which + (z < size[2] ? z : size[2] - 1) * steps[2] + y * steps[1];
+            float *to = out + z * sheet_stride + y * row_stride;
+            if (steps[0] == 1)
+                for (int x = 0; x < size[0]; x++)
+                    to[x] = (float)!from[x];
+            else
+                for (int x = 0; x < size[0]; x++)
+                    to[x] = (float)!from[x * steps[0]];
+        }
+}
+
 void cvol_sheet_mask_cover(float *out, long row_stride, long sheet_stride,
                            const cvol_sheet_plan *plan, const cvol_array *array,
                            const cvol_mask *mask, int state, size_t lane, size_t row, size_t layer)
@@ -83,6 +106,14 @@ void cvol_sheet_mask_cover(float *out, long row_stride, long sheet_stride,
         size[a] = (int)(end[a] - begin[a]);
     const int steps[3] = {1, size[0], size[0] * size[1]};
     const int along = steps[plan->axis_lane], down = steps[plan->axis_row];
+    if (are_samples(plan->points_lane, plan->first_lane, plan->pitch_lane, size[plan->axis_lane]) &&
+        are_samples(plan->points_row, plan->first_row, plan->pitch_row, size[plan->axis_row])) {
+        copy_cover(out, row_stride, sheet_stride, which,
+                   (int[3]){along, down, steps[plan->axis_sheet]},
+                   (int[3]){size[plan->axis_lane], size[plan->axis_row], size[plan->axis_sheet]},
+                   array->block);
+        return;
+    }
     axis_points lanes, rows;
     find_points(&lanes, plan->points_lane, plan->first_lane, plan->pitch_lane,
                 size[plan->axis_lane]);

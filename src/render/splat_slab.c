@@ -129,7 +129,7 @@ static int evaluate(cvol_context *context, const cvol_splat_slab *slab,
     int code = cvol_array_evaluate_real(&quiet, slab->scratch, array, lo, hi);
     if (code)
         return cvol_fail(context, code, "%s", quiet.message);
-    return array->mask ? blank(context, slab->scratch, array, lo, hi) : CVOL_OK;
+    return cvol_mask_is_void(array->mask) ? blank(context, slab->scratch, array, lo, hi) : CVOL_OK;
 }
 
 int cvol_splat_slab_next(cvol_context *context, cvol_splat_slab *slab,

@@ -1,0 +1,56 @@
+/* An array without a background kept apart: its samples, transformed and quantised again.
+ *
+ * The terms are those of plain blocks, quantised with half the array's step, so that what this adds
+ * to the error is about a quarter of its square. */
+#include <stdlib.h>
+
+#include "array/operations.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "cvol/algebra.h"
+
+int cvol_array_need_plain(cvol_context *context, const cvol_array *array)
+{
+    if (!cvol_mask_is_background(array->mask))
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                     "the array's background is kept apart from its terms, and operations are on "
+                     "terms: cvol_array_flatten makes an array without");
+}
+
+/* An array of the samples, less what they are off by. */
+static int transform_again(cvol_context *context, cvol_array **out, float *samples,
+                           const cvol_array *array)
+{
+    const size_t zero[3] = {0, 0, 0};
+    const cvol_keep keep = cvol_keep_step(array->step > 0 ? array->step / 2 : 1e-6);
+    cvol_grid grid = array->grid;
+    grid.type = CVOL_FLOAT32;
+    int code = cvol_array_evaluate_real(context, samples, array, zero, grid.dims);
+    if (!code)
+        code = cvol_array_compress(context, out, samples, &grid, array->rank, array->transform,
+                                   array->block, &keep);
+    return code;
+}
+
+int cvol_array_flatten(cvol_context *context, cvol_array **out, const cvol_array *array)
+{
+    const size_t count = cvol_grid_samples(&array->grid);
+    *out = NULL;
+    if (!cvol_mask_is_background(array->mask))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the array has no background kept apart");
+    float *samples = cvol_allocate(count, sizeof *samples);
+    if (!samples)
+        return cvol_fail_memory(context, count * sizeof *samples, "the samples");
+    const int code = transform_again(context, out, samples, array);
+    free(samples);
+    if (code)
+        return code;
+    cvol_ledger *ledger = &(*out)->ledger;
+    (*out)->grid.type = array->grid.type;
+    ledger->l2_error += array->ledger.l2_error;
+    ledger->value_min = array->ledger.value_min;
+    ledger->value_max = array->ledger.value_max;
+    cvol_array_derive_figures(*out);
+    return CVOL_OK;
+}
