@@ -24,9 +24,9 @@ extern "C" {
 CVOL_API int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_array *b);
 
 /* The same samples without a background that is kept apart (cvol/codec.h), for operations, which are
- * on terms: all of it in plain blocks, quantised with half the array's step. The bound is that of
- * `array` and what this adds. The caller frees *out. Memory: the samples as floats. Cost: evaluating
- * and transforming all of them. Errors: ARGUMENT (no such background), MEMORY, CANCELLED. */
+ * on terms: plain blocks, with as many terms as make the bound grow by half. The caller frees *out.
+ * Memory: the samples as floats. Cost: evaluating and transforming all of them. Errors: ARGUMENT (no
+ * such background), MEMORY, CANCELLED. */
 CVOL_API int cvol_array_flatten(cvol_context *context, cvol_array **out, const cvol_array *array);
 
 /* ---- linear --------------------------------------------------------------------------------- */

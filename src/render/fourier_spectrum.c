@@ -53,9 +53,9 @@ static int slab_make(cvol_context *context, slab *out, const cvol_fourier_source
         most = n[2];
     *out = (slab){.most = most};
     out->samples = cvol_allocate(n[0] * n[1] * most, sizeof(float));
-    if (source->array && source->array->mask)
+    if (source->array && cvol_mask_is_void(source->array->mask))
         out->mask = cvol_allocate(n[0] * n[1] * most, 1);
-    if (out->samples && (out->mask || !source->array || !source->array->mask))
+    if (out->samples && (out->mask || !source->array || !cvol_mask_is_void(source->array->mask)))
         return CVOL_OK;
     return cvol_fail_memory(context, n[0] * n[1] * most * sizeof(float), "a slab of samples");
 }

@@ -95,6 +95,14 @@ for type in uint8 int16 float32 float64; do
     done
 done
 
+# A background kept apart.
+nx=70
+for type in uint8 float32; do
+    make_volume in.raw $type 70x35x20
+    expect_done cvol compress in.raw out.cvol --dims 70x35x20 --type $type --background 3 --psnr 40
+    case $type in uint8) check out.cvol u1 ;; float32) check out.cvol f4 ;; esac
+done
+
 # What the file says besides.
 echo '{"a": [1, "b"]}' >in.json
 make_volume in.raw uint8 41x36x70

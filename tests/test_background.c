@@ -1,0 +1,436 @@
+/* A background that is kept apart: found where it pays, exact, of a value as any other to whoever
+ * evaluates, renders or measures, and put back among the terms for operations.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "array/array.h"
+#include "base/for_type.h"
+#include "codec/array_file.h"
+#include "codec/header.h"
+#include "cvol/algebra.h"
+#include "cvol/codec.h"
+#include "random.h"
+#include "support.h"
+#include "support_render.h"
+
+enum { NX = 75, NY = 66, NZ = 70, COUNT = NX * NY * NZ };
+
+static cvol_context *context;
+static const size_t dims[3] = {NX, NY, NZ}, zero[3] = {0, 0, 0};
+
+static int setup(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    return context ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    cvol_context_destroy(context);
+    return 0;
+}
+
+/* ---- volumes --------------------------------------------------------------------------------- */
+
+static int is_outside(size_t i)
+{
+    const double x = (double)(i % NX) - 34, y = (double)(i / NX % NY) - 31,
+                 z = (double)(i / NX / NY) - 36;
+    return x * x + 1.3 * y * y + 0.8 * z * z > 700;
+}
+
+/* A body with some detail, and `background` around it, which may be noisy. */
+static cvol_volume make_body(cvol_type type, double background, double noise, uint64_t seed)
+{
+    random_state r = {seed};
+    cvol_volume volume = support_volume(NX, NY, NZ, type);
+#define SET(t)                                                                                   \
+    for (size_t i = 0; i < COUNT; i++) {                                                         \
+        const double x = (double)(i % NX), y = (double)(i / NX % NY), z = (double)(i / NX / NY); \
+        const double value = 100 + 20 * sin(x / 4) * cos(y / 5) + 10 * sin(z / 3 + x / 9);       \
+        const double around = background + noise * fabs(random_signed(&r));                      \
+        ((t *)volume.data)[i] = (t)(is_outside(i) ? around : value + random_signed(&r));         \
+    }
+    CVOL_FOR_TYPE(type, SET)
+#undef SET
+    return volume;
+}
+
+static cvol_compress_options finding(cvol_target target, double value)
+{
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.target = target;
+    options.target_value = value;
+    options.background = CVOL_BACKGROUND_FIND;
+    return options;
+}
+
+static cvol_array *compress(const cvol_volume *volume, const cvol_compress_options *options,
+                            cvol_compress_report *report)
+{
+    cvol_array *array;
+    if (cvol_compress(context, &array, report, volume->data, &volume->grid, options))
+        fail_msg("%s", cvol_context_message(context));
+    return array;
+}
+
+static double sample_at(const cvol_volume *volume, size_t i)
+{
+    double value = 0;
+#define GET(t) value = (double)((const t *)volume->data)[i]
+    CVOL_FOR_TYPE(volume->grid.type, GET);
+#undef GET
+    return value;
+}
+
+static double psnr_between(const cvol_volume *a, const cvol_volume *b)
+{
+    double squares = 0, lo = INFINITY, hi = -INFINITY;
+    for (size_t i = 0; i < COUNT; i++) {
+        const double value = sample_at(a, i), off = value - sample_at(b, i);
+        squares += off * off;
+        lo = fmin(lo, value);
+        hi = fmax(hi, value);
+    }
+    return 20 * log10((hi - lo) / sqrt(squares / COUNT));
+}
+
+static cvol_volume decode(const cvol_array *array)
+{
+    cvol_volume volume = support_volume(NX, NY, NZ, cvol_array_grid(array)->type);
+    assert_int_equal(cvol_array_evaluate_box(context, volume.data, array, zero, dims), CVOL_OK);
+    return volume;
+}
+
+static uint64_t apart_in(const cvol_array *array)
+{
+    cvol_array_info info;
+    cvol_array_get_info(array, &info);
+    return info.apart;
+}
+
+/* ---- compressing ----------------------------------------------------------------------------- */
+
+static void test_it_is_found_exact_and_smaller(void **state)
+{
+    (void)state;
+    static const cvol_type types[] = {CVOL_UINT8, CVOL_INT16, CVOL_FLOAT32, CVOL_FLOAT64};
+    for (int t = 0; t < 4; t++) {
+        const double background = types[t] == CVOL_UINT8 ? 3 : -500;
+        cvol_volume volume = make_body(types[t], background, 0, 1);
+        cvol_compress_options options = finding(CVOL_TARGET_PSNR, 44);
+        cvol_compress_report with, without;
+        cvol_array *array = compress(&volume, &options, &with);
+        uint64_t outside = 0;
+        for (size_t i = 0; i < COUNT; i++)
+            outside += sample_at(&volume, i) == background;
+        assert_true(with.apart == outside && with.background == background);
+        assert_true(apart_in(array) == outside);
+        cvol_volume back = decode(array);
+        for (size_t i = 0; i < COUNT; i++)
+            if (is_outside(i) && sample_at(&back, i) != background)
+                fail_msg("type %d: sample %zu is %g", (int)types[t], i, sample_at(&back, i));
+        assert_true(with.psnr_db >= 44);
+        assert_true(fabs(psnr_between(&volume, &back) - with.psnr_db) < 0.001);
+        options.background = CVOL_BACKGROUND_NONE;
+        cvol_array_free(array);
+        array = compress(&volume, &options, &without);
+        assert_true(without.apart == 0 && apart_in(array) == 0);
+        if (with.file_bytes >= without.file_bytes * 3 / 4)
+            fail_msg("type %d: %llu bytes with, %llu without", (int)types[t],
+                     (unsigned long long)with.file_bytes, (unsigned long long)without.file_bytes);
+        cvol_array_free(array);
+        free(back.data);
+        free(volume.data);
+    }
+}
+
+static void test_ratios_are_kept(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_body(CVOL_UINT8, 0, 0, 2);
+    for (int r = 0; r < 3; r++) {
+        const cvol_compress_options options = finding(CVOL_TARGET_RATIO, 12 << r);
+        cvol_compress_report report;
+        cvol_array *array = compress(&volume, &options, &report);
+        assert_true(report.target_met && report.ratio >= 12 << r);
+        assert_true(report.ratio <= 1.021 * (12 << r));
+        cvol_array_free(array);
+    }
+    /* A mask of this file's size would leave nothing for the rest. */
+    const cvol_compress_options options = finding(CVOL_TARGET_RATIO, 150);
+    cvol_compress_report report;
+    cvol_array *array = compress(&volume, &options, &report);
+    assert_true(report.apart == 0 && report.ratio >= 150);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+static void test_it_is_not_found_where_it_does_not_pay(void **state)
+{
+    (void)state;
+    cvol_compress_report report;
+    cvol_compress_options options = finding(CVOL_TARGET_PSNR, 40);
+    cvol_volume noisy = make_body(CVOL_UINT8, 0, 9, 3), smooth = support_blobs(NX, NY, NZ);
+    cvol_array_free(compress(&noisy, &options, &report));
+    assert_int_equal(report.apart, 0);
+    cvol_array_free(compress(&smooth, &options, &report));
+    assert_int_equal(report.apart, 0);
+    /* Steps so fine that nothing is saved. */
+    cvol_volume sharp = make_body(CVOL_FLOAT32, 0, 0, 4);
+    options.target_value = 100;
+    cvol_array_free(compress(&sharp, &options, &report));
+    assert_int_equal(report.apart, 0);
+    assert_true(report.psnr_db >= 100);
+    /* But it can be asked for. */
+    options.background = CVOL_BACKGROUND_VALUE;
+    cvol_array_free(compress(&sharp, &options, &report));
+    assert_true(report.apart > 0 && report.psnr_db >= 100);
+    free(noisy.data);
+    free(smooth.data);
+    free(sharp.data);
+}
+
+static void test_what_cannot_be_asked_for(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_body(CVOL_UINT8, 0, 0, 5);
+    cvol_array *array;
+    cvol_compress_options options = finding(CVOL_TARGET_PSNR, 40);
+    options.background = CVOL_BACKGROUND_VALUE;
+    options.background_value = 0.5;
+    assert_int_equal(cvol_compress(context, &array, NULL, volume.data, &volume.grid, &options),
+                     CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(context), "0.5 is no uint8"));
+    options.background_value = 0;
+    options.lossless = 1;
+    assert_int_equal(cvol_compress(context, &array, NULL, volume.data, &volume.grid, &options),
+                     CVOL_ERROR_ARGUMENT);
+    /* A value that no sample has is no background. */
+    cvol_compress_report report;
+    options.lossless = 0;
+    options.background_value = 250;
+    array = compress(&volume, &options, &report);
+    assert_int_equal(report.apart, 0);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+/* ---- files ----------------------------------------------------------------------------------- */
+
+static void test_files_keep_it(void **state)
+{
+    (void)state;
+    char *folder = support_folder_make(), *path = support_path(folder, "background.cvol");
+    cvol_volume volume = make_body(CVOL_INT16, -7, 0, 6);
+    const cvol_compress_options options = finding(CVOL_TARGET_PSNR, 50);
+    uint64_t bytes[2];
+    cvol_array *arrays[2], *read, *coarse;
+    cvol_compress_report report;
+    for (int i = 0; i < 2; i++) {
+        cvol_context_set_threads(context, 1 + 2 * i);
+        arrays[i] = compress(&volume, &options, &report);
+        assert_int_equal(cvol_array_write(context, arrays[i], path, &bytes[i]), CVOL_OK);
+        assert_true(bytes[i] == report.file_bytes);
+    }
+    assert_true(bytes[0] == bytes[1]);
+    assert_int_equal(cvol_array_read(context, &read, path, NULL), CVOL_OK);
+    cvol_volume a = decode(arrays[0]), b = decode(arrays[1]), c = decode(read);
+    assert_memory_equal(a.data, b.data, COUNT * sizeof(int16_t));
+    assert_memory_equal(a.data, c.data, COUNT * sizeof(int16_t));
+    assert_true(apart_in(read) == apart_in(arrays[0]));
+    /* Coarser: the background stays as it is, the promise is kept. */
+    cvol_compress_options less = finding(CVOL_TARGET_RATIO, report.ratio * 1.5);
+    assert_int_equal(cvol_array_transcode(context, &coarse, &report, read, &less), CVOL_OK);
+    cvol_volume d = decode(coarse);
+    for (size_t i = 0; i < COUNT; i++)
+        if (is_outside(i))
+            assert_int_equal(((int16_t *)d.data)[i], -7);
+    assert_true(psnr_between(&volume, &d) >= report.psnr_db);
+    cvol_array_free(arrays[0]);
+    cvol_array_free(arrays[1]);
+    cvol_array_free(read);
+    cvol_array_free(coarse);
+    free(a.data);
+    free(b.data);
+    free(c.data);
+    free(d.data);
+    free(volume.data);
+    free(path);
+    support_folder_remove(folder);
+}
+
+static void test_headers_that_lie(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_body(CVOL_UINT8, 0, 0, 7);
+    const cvol_compress_options options = finding(CVOL_TARGET_PSNR, 40);
+    cvol_array *array = compress(&volume, &options, NULL);
+    const cvol_header header = cvol_header_of(array);
+    for (int lie = 0; lie < 4; lie++) {
+        cvol_header given = header, told = header;
+        cvol_bytes bytes = {0};
+        given.fills.background = lie == 1 ? 2 : 1;
+        given.fills.bits[0] = lie == 2 ? 255 : 0;
+        if (lie == 3)
+            given.fills.bits[given.fills.count++] = 9;
+        told.fills = (cvol_fills){0};
+        cvol_modes_put(&bytes, &given);
+        cvol_cursor content = {.data = bytes.data, .size = bytes.size};
+        const int code = cvol_modes_take(context, &told, &content, "x.cvol");
+        assert_int_equal(code, lie ? CVOL_ERROR_CORRUPT : CVOL_OK);
+        if (lie)
+            assert_non_null(strstr(cvol_context_message(context), "section MODE: "));
+        cvol_bytes_free(&bytes);
+    }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+/* ---- evaluating and rendering ---------------------------------------------------------------- */
+
+static void test_real_samples_and_ranges(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_body(CVOL_UINT8, 20, 0, 8);
+    const cvol_compress_options options = finding(CVOL_TARGET_PSNR, 45);
+    cvol_array *array = compress(&volume, &options, NULL);
+    cvol_volume back = decode(array);
+    float *real = malloc(COUNT * sizeof *real);
+    uint8_t *which = malloc(COUNT);
+    assert_true(real && which);
+    assert_int_equal(cvol_array_evaluate_real(context, real, array, zero, dims), CVOL_OK);
+    assert_int_equal(cvol_array_evaluate_mask(which, array, zero, dims), 0);
+    double error = 0;
+    for (size_t i = 0; i < COUNT; i++) {
+        const double off = (double)real[i] - sample_at(&volume, i);
+        error += off * off;
+        assert_true(is_outside(i) ? (double)real[i] == 20
+                                  : fabs((double)real[i] - sample_at(&back, i)) < 0.5001 ||
+                                        sample_at(&back, i) == array->ledger.value_min ||
+                                        sample_at(&back, i) == array->ledger.value_max);
+    }
+    assert_true(sqrt(error) <= array->ledger.l2_error);
+    assert_int_equal(cvol_array_know_ranges(context, array), CVOL_OK);
+    const double unit = (array->range_max - array->range_min) / 255;
+    for (size_t b = 0; b < array->block_count; b++) {
+        size_t at[3];
+        cvol_block_origin(at, array, b);
+        const double value = (double)real[at[0] + NX * (at[1] + NY * at[2])];
+        const uint8_t *range = array->block_table[b].range;
+        assert_true(value >= array->range_min + unit * range[0] - 1e-3 &&
+                    value <= array->range_min + unit * range[1] + 1e-3);
+    }
+    cvol_array_free(array);
+    free(back.data);
+    free(real);
+    free(which);
+    free(volume.data);
+}
+
+/* The sheet engine's picture is as near to the ray engine's of the decoded samples as it is without
+ * a background: of all modes, sizes and directions, and of lapped volumes and others. */
+static void test_pictures(void **state)
+{
+    (void)state;
+    static const cvol_mode modes[] = {CVOL_MODE_COMPOSITE, CVOL_MODE_XRAY, CVOL_MODE_MIP};
+    static const cvol_transfer_point points[] = {
+        {30, 1, 0, 0, 0}, {60, 1, .4, 0, .2}, {110, .6, .9, .2, .5}, {130, 1, 1, 1, 1}};
+    cvol_volume volume = make_body(CVOL_UINT8, 5, 0, 9);
+    for (int k = 0; k < 24; k++) {
+        cvol_compress_options options = finding(CVOL_TARGET_PSNR, 52);
+        cvol_render_options view = support_square(k % 4 == 3 ? 40 : 130, modes[k / 2 % 3], 47 * k,
+                                                  31 * (k % 5) - 60);
+        double psnr[2];
+        view.camera.zoom = k % 4 == 2 ? 2.5 : 1;
+        options.no_lap = k & 1;
+        for (int apart = 0; apart < 2; apart++) {
+            options.background = apart ? CVOL_BACKGROUND_FIND : CVOL_BACKGROUND_NONE;
+            cvol_array *array = compress(&volume, &options, NULL);
+            assert_int_equal(apart_in(array) > 0, apart);
+            cvol_volume back = decode(array);
+            cvol_image *sheet = support_sheet(context, array, points, 4, &view);
+            cvol_render_options fine = view;
+            fine.step_voxels = 0.25;
+            cvol_image *ray = support_ray(context, &back, points, 4, &fine);
+            psnr[apart] = support_psnr(sheet, ray);
+            cvol_image_free(sheet);
+            cvol_image_free(ray);
+            cvol_array_free(array);
+            free(back.data);
+        }
+        if (getenv("CVOL_TEST_VERBOSE"))
+            print_message("view %d: %.2f without, %.2f dB with\n", k, psnr[0], psnr[1]);
+        else if (psnr[1] < fmin(psnr[0] - 0.7, 45))
+            fail_msg("view %d: %.2f dB, without a background %.2f", k, psnr[1], psnr[0]);
+    }
+    free(volume.data);
+}
+
+/* ---- operations ------------------------------------------------------------------------------ */
+
+static void test_operations_want_it_flat(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_body(CVOL_UINT8, 0, 0, 10);
+    const cvol_compress_options options = finding(CVOL_TARGET_PSNR, 48);
+    cvol_array *array = compress(&volume, &options, NULL), *flat, *sum = NULL;
+    cvol_array_statistics statistics;
+    assert_int_equal(cvol_array_add(context, &sum, 1, array, 1, array, NULL),
+                     CVOL_ERROR_UNSUPPORTED);
+    assert_int_equal(cvol_array_scale(context, &sum, 2, array, 0), CVOL_ERROR_UNSUPPORTED);
+    assert_int_equal(cvol_array_resample(context, &sum, array, -2, NULL), CVOL_ERROR_UNSUPPORTED);
+    assert_int_equal(cvol_array_gradient(context, &sum, array, NULL), CVOL_ERROR_UNSUPPORTED);
+    assert_int_equal(cvol_array_statistics_of(context, &statistics, array), CVOL_ERROR_UNSUPPORTED);
+    assert_non_null(strstr(cvol_context_message(context), "cvol_array_flatten"));
+    assert_null(sum);
+    assert_int_equal(cvol_array_flatten(context, &flat, array), CVOL_OK);
+    assert_true(apart_in(flat) == 0 && cvol_array_grid(flat)->type == CVOL_UINT8);
+    float *real = malloc(COUNT * sizeof *real);
+    assert_non_null(real);
+    assert_int_equal(cvol_array_evaluate_real(context, real, flat, zero, dims), CVOL_OK);
+    double error = 0, total = 0;
+    for (size_t i = 0; i < COUNT; i++) {
+        const double off = (double)real[i] - sample_at(&volume, i);
+        error += off * off;
+        total += sample_at(&volume, i);
+    }
+    assert_true(sqrt(error) <= flat->ledger.l2_error);
+    assert_true(flat->ledger.l2_error < 1.51 * array->ledger.l2_error);
+    assert_int_equal(cvol_array_statistics_of(context, &statistics, flat), CVOL_OK);
+    assert_true(fabs(statistics.sum - total) <= statistics.sum_error);
+    assert_int_equal(cvol_array_add(context, &sum, 1, flat, 1, flat, NULL), CVOL_OK);
+    cvol_array_free(sum);
+    assert_int_equal(cvol_array_flatten(context, &sum, flat), CVOL_ERROR_ARGUMENT);
+    cvol_array_free(flat);
+    cvol_array_free(array);
+    free(real);
+    free(volume.data);
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+    const struct CMUnitTest tests[] = {
+        TEST(test_it_is_found_exact_and_smaller),
+        TEST(test_ratios_are_kept),
+        TEST(test_it_is_not_found_where_it_does_not_pay),
+        TEST(test_what_cannot_be_asked_for),
+        TEST(test_files_keep_it),
+        TEST(test_headers_that_lie),
+        TEST(test_real_samples_and_ranges),
+        TEST(test_pictures),
+        TEST(test_operations_want_it_flat),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
