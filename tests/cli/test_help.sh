@@ -12,7 +12,7 @@ options_of() {
     look='--size --zoom --engine --mode --transfer --background --level --step'
     look="$look --footprint --footprint-size --sigma --shade --light --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
     case $1 in
-    compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --no-lap --fast --stream" ;;
+    compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --no-lap --fast --stream --background" ;;
     decompress) echo "$common --box --level" ;;
     transcode) echo "$common --ratio --bpv --psnr" ;;
     info) echo "$common $raw --build --layout" ;;
