@@ -243,7 +243,7 @@ void cvol_trial_free(cvol_trial *trial)
 static void take_sample(cvol_trial *trial, double share)
 {
     trial->bytes = trial->front_bytes + (uint64_t)((double)trial->result.bytes / share);
-    for (int r = 0; r < CVOL_ROW_FILL + CVOL_FILLS_MAX; r++)
+    for (int r = 0; r < CVOL_ROWS; r++)
         for (int t = 0; t < CVOL_TOKENS; t++)
             trial->counts->of[r][t] = (uint64_t)((double)trial->counts->of[r][t] / share);
 }
