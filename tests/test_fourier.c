@@ -41,7 +41,7 @@ static cvol_volume noise(size_t nx, size_t ny, size_t nz, uint64_t seed)
 static cvol_renderer *renderer_of(const cvol_volume *volume)
 {
     cvol_renderer *renderer;
-    if (cvol_renderer_create_fourier_dense(context, &renderer, volume))
+    if (cvol_renderer_create_fourier_dense(context, &renderer, volume, 0))
         fail_msg("%s", cvol_context_message(context));
     return renderer;
 }
@@ -99,7 +99,7 @@ static void test_spectrum(void **state)
         cvol_fourier_kernel kernel;
         random_state r = {77 + s};
         cvol_fourier_kernel_make(&kernel);
-        assert_int_equal(cvol_fourier_volume_make(context, &spectra, &source), CVOL_OK);
+        assert_int_equal(cvol_fourier_volume_make(context, &spectra, &source, 0), CVOL_OK);
         const double samples = (double)(shapes[s][0] * shapes[s][1] * shapes[s][2]);
         for (int trial = 0; trial < 60; trial++) {
             float re[64], im[64];
@@ -260,7 +260,7 @@ static void test_arrays(void **state)
                              CVOL_OK);
         cvol_render_options options = support_square(80, CVOL_MODE_XRAY, 40, 20);
         cvol_renderer *renderer;
-        assert_int_equal(cvol_renderer_create_fourier(context, &renderer, array), CVOL_OK);
+        assert_int_equal(cvol_renderer_create_fourier(context, &renderer, array, 0), CVOL_OK);
         cvol_image *truth = ray(&volume, options);
         cvol_image *image = support_picture(context, renderer, &options);
         assert_true(support_psnr(truth, image) > 45);
@@ -298,7 +298,7 @@ static void test_mask(void **state)
         options.background[0] = 1;
         assert_int_equal(cvol_renderer_create_ray_masked(context, &by_rays, &volume, mask),
                          CVOL_OK);
-        assert_int_equal(cvol_renderer_create_fourier(context, &renderer, array), CVOL_OK);
+        assert_int_equal(cvol_renderer_create_fourier(context, &renderer, array, 0), CVOL_OK);
         cvol_image *truth = support_picture(context, by_rays, &options);
         cvol_image *image = support_picture(context, renderer, &options);
         if (support_psnr(truth, image) < 24)
@@ -423,6 +423,65 @@ static void test_threads(void **state)
     free(volume.data);
 }
 
+/* With nothing left out bricks give the same bits; with less, worse pictures from less memory. */
+static void test_kept(void **state)
+{
+    (void)state;
+    cvol_volume volume = support_blobs(37, 30, 41);
+    random_state r = {21};
+    for (size_t i = 0; i < 37 * 30 * 41; i++)
+        ((float *)volume.data)[i] += (float)random_signed(&r);
+    cvol_render_options options = support_square(90, CVOL_MODE_XRAY, 0, 0);
+    const double rhos[] = {0, 100, 0.3, 0.1, 0.03};
+    double rotations[7][4];
+    for (int v = 0; v < 7; v++)
+        for (int k = 0; k < 4; k++)
+            rotations[v][k] = v < 3 ? k == v : random_signed(&r);
+    float *truth = NULL;
+    double before = 0;
+    uint64_t bytes = 0;
+    for (int k = 0; k < 5; k++) {
+        cvol_renderer *renderer;
+        cvol_fourier_report report;
+        assert_int_equal(cvol_renderer_create_fourier_dense(context, &renderer, &volume, rhos[k]),
+                         CVOL_OK);
+        options.fourier.depth_cue = k < 2 ? 0.5 : 0;
+        if (k == 2) {
+            cvol_renderer *whole = renderer_of(&volume);
+            free(truth);
+            truth = project(whole, &options, (const double(*)[4])rotations, 7);
+            cvol_renderer_free(whole);
+        }
+        float *values = project(renderer, &options, (const double(*)[4])rotations, 7);
+        assert_int_equal(cvol_renderer_fourier_report(context, renderer, &report), CVOL_OK);
+        double square = 0;
+        for (int i = 0; i < 7 * 8100 && k; i++)
+            square += pow((double)(values[i] - truth[i]), 2);
+        if (k == 1)
+            assert_true(square == 0);
+        if (k >= 2) {
+            assert_true(square > before && square < 7 * 8100 * 4);
+            assert_true((double)report.places <= rhos[k] * 1.2 * 37 * 30 * 41 / 2 + 500);
+            assert_true((double)report.places >= rhos[k] * 0.8 * 37 * 30 * 41 / 2);
+            assert_true(report.bytes < bytes);
+            before = square;
+        }
+        bytes = report.bytes;
+        if (k)
+            free(values);
+        else
+            truth = values;
+        cvol_renderer_free(renderer);
+    }
+    free(truth);
+    free(volume.data);
+    cvol_renderer *none;
+    volume = support_blobs(10, 10, 10);
+    assert_int_equal(cvol_renderer_create_fourier_dense(context, &none, &volume, -1),
+                     CVOL_ERROR_ARGUMENT);
+    free(volume.data);
+}
+
 /* ---- what is refused ----------------------------------------------------------------------------
  */
 
@@ -471,7 +530,7 @@ static void test_refusals(void **state)
     cvol_context_set_progress(context, always, NULL);
     assert_int_equal(cvol_renderer_project(context, renderer, out, &options, sound, 1),
                      CVOL_ERROR_CANCELLED);
-    assert_int_equal(cvol_renderer_create_fourier_dense(context, &other, &volume),
+    assert_int_equal(cvol_renderer_create_fourier_dense(context, &other, &volume, 0),
                      CVOL_ERROR_CANCELLED);
     cvol_context_set_progress(context, NULL, NULL);
     cvol_image_free(image);
@@ -492,6 +551,7 @@ int main(void)
         cmocka_unit_test(test_rotations),
         cmocka_unit_test(test_depth_and_integrals),
         cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_kept),
         cmocka_unit_test(test_refusals),
     };
     return cmocka_run_group_tests(tests, setup, teardown);

@@ -128,9 +128,12 @@ static int choose_transform(scene *s, const render_arguments *a)
     cvol_transform_options *own = &s->options.transform;
     const char *given = a->spectrum_name   ? "--spectrum"
                         : a->schedule_name ? "--schedule"
-                        : a->rho_given     ? "--rho"
                         : a->tile_given    ? "--tile"
                                            : NULL;
+    if (a->rho_given && s->engine != CVOL_ENGINE_TRANSFORM && s->engine != CVOL_ENGINE_FOURIER)
+        return complain(EXIT_MISUSED, "--rho is for engine transform and engine fourier");
+    if (a->rho_given && !(a->rho > 0))
+        return complain(EXIT_MISUSED, "--rho is %g, must be above 0", a->rho);
     if (s->engine != CVOL_ENGINE_TRANSFORM)
         return given ? complain(EXIT_MISUSED, "%s is for engine transform", given) : EXIT_DONE;
     const char *schedule = a->schedule_name ? a->schedule_name : "deferred";
@@ -150,8 +153,6 @@ static int choose_transform(scene *s, const render_arguments *a)
                         spectrum);
     if (a->tile_given)
         own->tile = a->tile;
-    if (a->rho_given && !(a->rho > 0))
-        return complain(EXIT_MISUSED, "--rho is %g, must be above 0", a->rho);
     if (a->rho_given)
         own->rho = a->rho;
     return EXIT_DONE;
@@ -175,6 +176,7 @@ static int choose_fourier(scene *s, const render_arguments *a)
         return complain(EXIT_MISUSED, "--integrals is for --poses: pictures show means");
     s->options.fourier.depth_cue = a->depth_cue;
     s->options.fourier.integrals = a->integrals;
+    s->rho = a->rho;
     return EXIT_DONE;
 }
 
@@ -264,8 +266,8 @@ static int create_renderer(cvol_context *context, scene *s, int compressed)
         return compressed ? cvol_renderer_create_transform(context, out, array)
                           : cvol_renderer_create_transform_dense(context, out, volume);
     case CVOL_ENGINE_FOURIER:
-        return compressed ? cvol_renderer_create_fourier(context, out, array)
-                          : cvol_renderer_create_fourier_dense(context, out, volume);
+        return compressed ? cvol_renderer_create_fourier(context, out, array, s->rho)
+                          : cvol_renderer_create_fourier_dense(context, out, volume, s->rho);
     case CVOL_ENGINE_SPLAT:
         break;
     }

@@ -121,7 +121,7 @@ typedef struct render_arguments {
          &(a).spectrum_name,                                                                   \
          0,                                                                                    \
          NULL},                                                                                \
-        {"--rho",       "SHARE",  "of its coefficients that are kept (default 0.1)",           \
+        {"--rho",       "SHARE",  "of coefficients that are kept (default 0.1; fourier: all)", \
          OPTION_NUMBER, &(a).rho, 0,                                                           \
          &(a).rho_given},                                                                      \
         {"--schedule",                                                                         \
@@ -150,6 +150,7 @@ typedef struct scene {
     cvol_renderer *renderer;
     cvol_render_options options;
     cvol_engine engine;
+    double rho; /* of engine fourier */
     double load_ms;
 } scene;
 

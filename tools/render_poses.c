@@ -106,9 +106,9 @@ void describe_fourier(json_t *object, cvol_context *context, const scene *s)
     if (s->engine == CVOL_ENGINE_FOURIER &&
         !cvol_renderer_fourier_report(context, s->renderer, &report))
         json_object_set_new(object, "fourier",
-                            json_pack("{s:o, s:I, s:f}", "padded", json_dims(report.padded),
-                                      "bytes", (json_int_t)report.bytes, "build_ms",
-                                      report.build_ms));
+                            json_pack("{s:o, s:I, s:I, s:f}", "padded", json_dims(report.padded),
+                                      "coefficients", (json_int_t)report.places, "bytes",
+                                      (json_int_t)report.bytes, "build_ms", report.build_ms));
 }
 
 int check_poses(const render_arguments *a)

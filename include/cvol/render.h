@@ -259,13 +259,15 @@ CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_re
  * only: a picture is a plane through the volume's spectrum, transformed back. It is that of engine
  * ray but for what is finer than pixels and samples. The array or volume must outlive the renderer,
  * which holds the spectrum of all samples, padded to 3/2 of each axis, as half floats: 6.8 bytes a
- * sample, twice as much with a mask, and while it is made three times as much. Samples that are NaN
- * count as for engine ray. Cost: N log N once, and for a picture O(P log P + 64 P), P the points of
+ * sample, twice as much with a mask, and while it is made three times as much. With rho above 0 only
+ * the strongest frequencies stay, rho / 2 for each sample (of conjugate pairs one), in 4 bytes each
+ * and 0.24 a sample, and a picture unpacks what its plane passes through. Samples that are NaN count
+ * as for engine ray. Cost: N log N once, and for a picture O(P log P + 64 P), P the points of
  * the volume's shadow, whatever the volume's depth. */
 CVOL_API int cvol_renderer_create_fourier(cvol_context *context, cvol_renderer **out,
-                                          const cvol_array *array);
+                                          const cvol_array *array, double rho);
 CVOL_API int cvol_renderer_create_fourier_dense(cvol_context *context, cvol_renderer **out,
-                                                const cvol_volume *volume);
+                                                const cvol_volume *volume, double rho);
 /* Views in the data's own units: out[x + width (y + height i)], y = 0 on top, is the mean of the
  * samples along a ray of view i, and the least sample where it misses the volume; or, with
  * options->fourier.integrals, the integral, and 0. A rotation (w, x, y, z), a quaternion of any
@@ -280,7 +282,7 @@ CVOL_API void cvol_camera_rotation(double rotation[4], const cvol_camera *camera
 /* What a fourier renderer holds. */
 typedef struct cvol_fourier_report {
     size_t padded[3];
-    uint64_t bytes; /* of the spectrum */
+    uint64_t places, bytes; /* of the spectrum: complex numbers, and in memory */
     double build_ms;
 } cvol_fourier_report;
 /* ARGUMENT: of another engine. */

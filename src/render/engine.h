@@ -33,8 +33,9 @@ int cvol_transform_create_dense(cvol_context *context, void **state, const cvol_
 int cvol_transform_picture(cvol_context *context, void *state, cvol_picture **out,
                            const cvol_view *view, const cvol_render_options *options,
                            const cvol_picture_options *how);
-int cvol_fourier_create(cvol_context *context, void **state, const cvol_array *array);
-int cvol_fourier_create_dense(cvol_context *context, void **state, const cvol_volume *volume);
+int cvol_fourier_create(cvol_context *context, void **state, const cvol_array *array, double rho);
+int cvol_fourier_create_dense(cvol_context *context, void **state, const cvol_volume *volume,
+                              double rho);
 extern const cvol_engine_table cvol_sheet_engine;
 extern const cvol_engine_table cvol_ray_engine;
 extern const cvol_engine_table cvol_splat_engine;

@@ -70,9 +70,12 @@ static int find_window(cvol_context *context, fourier_state *state)
 }
 
 static int create(cvol_context *context, void **out, const cvol_array *array,
-                  const cvol_volume *volume)
+                  const cvol_volume *volume, double rho)
 {
     *out = NULL;
+    if (!(rho >= 0))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "rho is %g, must be above 0, or 0 for all",
+                         rho);
     const double start = now_ms();
     fourier_state *state = calloc(1, sizeof *state);
     if (!state)
@@ -82,27 +85,32 @@ static int create(cvol_context *context, void **out, const cvol_array *array,
     cvol_fourier_kernel_make(&state->kernel);
     int code = find_window(context, state);
     if (!code)
-        code = cvol_fourier_volume_make(context, &state->volume, &state->source);
+        code = cvol_fourier_volume_make(context, &state->volume, &state->source, rho);
     if (code) {
         fourier_free(state);
         return code;
     }
     for (int a = 0; a < 3; a++)
         state->report.padded[a] = state->volume.samples.dims[a];
-    state->report.bytes = 4 * (uint64_t)(state->volume.samples.places + state->volume.cover.places);
+    const cvol_fourier_spectrum *spectra[] = {&state->volume.samples, &state->volume.cover};
+    for (int k = 0; k < 2; k++) {
+        state->report.places += cvol_fourier_spectrum_places(spectra[k]);
+        state->report.bytes += cvol_fourier_spectrum_bytes(spectra[k]);
+    }
     state->report.build_ms = now_ms() - start;
     *out = state;
     return CVOL_OK;
 }
 
-int cvol_fourier_create(cvol_context *context, void **state, const cvol_array *array)
+int cvol_fourier_create(cvol_context *context, void **state, const cvol_array *array, double rho)
 {
-    return create(context, state, array, NULL);
+    return create(context, state, array, NULL, rho);
 }
 
-int cvol_fourier_create_dense(cvol_context *context, void **state, const cvol_volume *volume)
+int cvol_fourier_create_dense(cvol_context *context, void **state, const cvol_volume *volume,
+                              double rho)
 {
-    return create(context, state, NULL, volume);
+    return create(context, state, NULL, volume, rho);
 }
 
 /* No transfer function matters to a mean. */

@@ -23,13 +23,26 @@
 #define CVOL_FOURIER_BEFORE 1
 #define CVOL_FOURIER_AROUND 4
 
+/* The strongest places alone, in bricks of SIDE along each axis, of u + 1, v and w: brick b's
+ * values are first[b] .. first[b + 1] - 1, of the places whose bits are set in words[8 b + w % 8],
+ * bit 8 (v % 8) + (u + 1) % 8. */
+#define CVOL_FOURIER_BRICK 8
+typedef struct cvol_fourier_bricks {
+    size_t count[3], all;
+    size_t *first;
+    uint64_t *words;
+    uint16_t *values; /* pairs */
+} cvol_fourier_bricks;
+
 /* Place (u, v, w), 0 <= u <= N_x / 2, 0 <= v < N_y, 0 <= w < N_z, is the pair of half floats at
  *     2 ((u + 1) + stride_v (v + 1) + stride_w (w + 1)),
- * times `unit`; one place before and two behind are there as well. */
+ * times `unit`; one place before and two behind are there as well. Or there are bricks, and no
+ * values. */
 typedef struct cvol_fourier_spectrum {
     size_t dims[3]; /* N, even */
     size_t stride_v, stride_w, places;
     uint16_t *values;
+    cvol_fourier_bricks bricks;
     float unit;
 } cvol_fourier_spectrum;
 
@@ -49,9 +62,34 @@ typedef struct cvol_fourier_volume {
     double base;
 } cvol_fourier_volume;
 
+/* rho: places kept, twice, over the samples; 0: all. */
 int cvol_fourier_volume_make(cvol_context *context, cvol_fourier_volume *out,
-                             const cvol_fourier_source *source);
+                             const cvol_fourier_source *source, double rho);
 void cvol_fourier_volume_free(cvol_fourier_volume *volume);
+/* Bytes of what is kept, and places. */
+uint64_t cvol_fourier_spectrum_bytes(const cvol_fourier_spectrum *spectrum);
+uint64_t cvol_fourier_spectrum_places(const cvol_fourier_spectrum *spectrum);
+
+/* ---- bricks: fourier_bricks.c -------------------------------------------------------------------
+ */
+
+/* Keeps the strongest places, no more than `most` and those beside the first and the last of x. */
+int cvol_fourier_keep(cvol_context *context, cvol_fourier_spectrum *of, double most);
+void cvol_fourier_bricks_free(cvol_fourier_bricks *bricks);
+
+/* Bricks of a slice, unpacked: brick b is page table[b], rows of 12 places for each v and w, the
+ * last of them of the next brick. Page 0 is empty. */
+#define CVOL_FOURIER_PAGE_ROW 12
+typedef struct cvol_fourier_pages {
+    uint32_t *table;
+    uint16_t *values;
+    size_t room; /* pages */
+} cvol_fourier_pages;
+
+/* Unpacks what the plane through 0 across `normal` (by g) needs. */
+int cvol_fourier_pages_load(cvol_context *context, cvol_fourier_pages *pages,
+                            const cvol_fourier_spectrum *of, const double normal[3]);
+void cvol_fourier_pages_free(cvol_fourier_pages *pages);
 
 /* ---- slices: fourier_slice.c --------------------------------------------------------------------
  */
@@ -79,6 +117,7 @@ typedef struct cvol_fourier_planes {
     /* Scratch: columns of frequencies. */
     float *columns[2];
     size_t column_stride, room[2];
+    cvol_fourier_pages samples, cover; /* of spectra in bricks */
 } cvol_fourier_planes;
 
 int cvol_fourier_project(cvol_context *context, cvol_fourier_planes *planes,
@@ -93,6 +132,7 @@ void cvol_fourier_planes_free(cvol_fourier_planes *planes);
 /* `count` points of a slice, g_a = start[a] + k step[a]. */
 typedef struct cvol_fourier_line {
     const cvol_fourier_spectrum *spectrum;
+    const cvol_fourier_pages *pages; /* of a spectrum in bricks */
     const cvol_fourier_kernel *kernel;
     double start[3], step[3];
     /* The result is near F + i sum_a slope[a] dF / dg_a; all slopes 0: F alone. */

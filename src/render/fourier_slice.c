@@ -69,19 +69,31 @@ static void lattice_make(cvol_fourier_lattice *out, const cvol_grid *grid, const
     }
 }
 
+static void free_planes(cvol_fourier_planes *planes)
+{
+    for (int k = 0; k < 2; k++) {
+        free(planes->columns[k]);
+        planes->columns[k] = NULL;
+    }
+    free(planes->sums);
+    free(planes->weights);
+    planes->sums = planes->weights = NULL;
+    planes->room[0] = planes->room[1] = 0;
+}
+
 static int planes_prepare(cvol_context *context, cvol_fourier_planes *planes)
 {
     const size_t *n = planes->lattice.dims;
     planes->column_stride = n[1] + BATCH; /* not a power of two */
     const size_t columns = 2 * (n[0] / 2 + 1) * planes->column_stride, points = n[0] * n[1];
     if (planes->room[0] < columns || planes->room[1] < points) {
-        cvol_fourier_planes_free(planes);
+        free_planes(planes);
         for (int k = 0; k < 2; k++)
             planes->columns[k] = cvol_fft_allocate(columns);
         planes->sums = cvol_fft_allocate(points);
         planes->weights = cvol_fft_allocate(points);
         if (!planes->columns[0] || !planes->columns[1] || !planes->sums || !planes->weights) {
-            cvol_fourier_planes_free(planes);
+            free_planes(planes);
             return cvol_fail_memory(context, 4 * (columns + points) * 2, "a slice");
         }
         planes->room[0] = columns;
@@ -92,14 +104,9 @@ static int planes_prepare(cvol_context *context, cvol_fourier_planes *planes)
 
 void cvol_fourier_planes_free(cvol_fourier_planes *planes)
 {
-    for (int k = 0; k < 2; k++) {
-        free(planes->columns[k]);
-        planes->columns[k] = NULL;
-    }
-    free(planes->sums);
-    free(planes->weights);
-    planes->sums = planes->weights = NULL;
-    planes->room[0] = planes->room[1] = 0;
+    free_planes(planes);
+    cvol_fourier_pages_free(&planes->samples);
+    cvol_fourier_pages_free(&planes->cover);
 }
 
 /* ---- one column of the slice --------------------------------------------------------------------
@@ -150,10 +157,12 @@ static int find_range(long *first, long *last, const slice_job *job, size_t colu
     return *first <= *last;
 }
 
-static void gather(const slice_job *job, const cvol_fourier_spectrum *spectrum, float *re,
-                   float *im, size_t column, long first, size_t count, int cued)
+static void gather(const slice_job *job, const cvol_fourier_spectrum *spectrum,
+                   const cvol_fourier_pages *pages, float *re, float *im, size_t column, long first,
+                   size_t count, int cued)
 {
     cvol_fourier_line line = {.spectrum = spectrum,
+                              .pages = spectrum->bricks.all ? pages : NULL,
                               .kernel = job->kernel,
                               .near = job->near,
                               .cued = cued,
@@ -259,7 +268,8 @@ static int make_column(cvol_context *context, const slice_job *job, const thread
     if (2 * column == planes->lattice.dims[0] || !find_range(&first, &last, job, column))
         return CVOL_OK;
     const size_t count = (size_t)(last - first + 1);
-    gather(job, &job->volume->samples, of->re, of->im, column, first, count, job->cued);
+    gather(job, &job->volume->samples, &planes->samples, of->re, of->im, column, first, count,
+           job->cued);
     weigh(job, of, column, first, count);
     double scale = job->scale;
     if (!planes->lattice.aligned)
@@ -267,7 +277,8 @@ static int make_column(cvol_context *context, const slice_job *job, const thread
     const turns of_sums = turns_of(job, 0, column, scale), of_box = turns_of(job, 1, column, scale);
     put(out[0], rows, of->re, of->im, of->filter, first, count, &of_sums);
     if (job->volume->masked) {
-        gather(job, &job->volume->cover, of->cover_re, of->cover_im, column, first, count, 0);
+        gather(job, &job->volume->cover, &planes->cover, of->cover_re, of->cover_im, column, first,
+               count, 0);
         put(out[1], rows, of->cover_re, of->cover_im, of->filter, first, count, &of_sums);
     } else {
         put(out[1], rows, of->box, NULL, NULL, first, count, &of_box);
@@ -335,6 +346,21 @@ static int make_rows(cvol_context *context, cvol_fourier_planes *planes)
     return code ? cvol_fail_memory(context, n[0] * sizeof(float), "a row of a slice") : CVOL_OK;
 }
 
+/* The bricks that a slice passes through, of spectra in bricks. */
+static int load_pages(cvol_context *context, const slice_job *job, const cvol_view *view)
+{
+    double normal[3];
+    for (int a = 0; a < 3; a++)
+        normal[a] = view->eye[a] / (job->grid->spacing[a] * (double)job->volume->samples.dims[a]);
+    int code = CVOL_OK;
+    if (job->volume->samples.bricks.all)
+        code = cvol_fourier_pages_load(context, &job->planes->samples, &job->volume->samples,
+                                       normal);
+    if (!code && job->volume->cover.bricks.all)
+        code = cvol_fourier_pages_load(context, &job->planes->cover, &job->volume->cover, normal);
+    return code;
+}
+
 int cvol_fourier_project(cvol_context *context, cvol_fourier_planes *planes,
                          const cvol_fourier_volume *volume, const cvol_grid *grid,
                          const cvol_view *view, const cvol_fourier_cue *cue,
@@ -371,7 +397,9 @@ int cvol_fourier_project(cvol_context *context, cvol_fourier_planes *planes,
     }
     job.near = (float)(cue->near - cue->slope * middle);
     job.cued = cue->slope > 0 || cue->slope < 0;
-    code = tabulate(context, &job);
+    code = load_pages(context, &job, view);
+    if (!code)
+        code = tabulate(context, &job);
     if (!code)
         code = make_columns(context, &job);
     free(job.table);

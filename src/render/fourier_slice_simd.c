@@ -150,34 +150,76 @@ CVOL_INLINE const uint16_t *rows_of(const cvol_fourier_spectrum *of, const run *
                              of->stride_w * (size_t)at->cell[2][k]);
 }
 
-CVOL_INLINE void gather_plain(float *re, float *im, const cvol_fourier_line *line, const run *at,
-                              int k)
+/* Where the rows of four neighbours about a point begin. */
+typedef struct rows {
+    const uint16_t *first; /* of a spectrum whose places lie side by side: steps from here */
+    size_t row, sheet;
+    size_t v[TAPS], w[TAPS]; /* of one in bricks: of which, and within a page */
+    size_t in_v[TAPS], in_w[TAPS];
+} rows;
+
+CVOL_INLINE void find_rows(rows *out, const cvol_fourier_line *line, const run *at, int k,
+                           int paged)
 {
     const cvol_fourier_spectrum *of = line->spectrum;
-    const size_t row = 2 * of->stride_v, sheet = 2 * of->stride_w;
-    const uint16_t *rows = rows_of(of, at, k);
+    if (!paged) {
+        out->row = 2 * of->stride_v;
+        out->sheet = 2 * of->stride_w;
+        out->first = rows_of(of, at, k);
+        return;
+    }
+    const size_t u = (size_t)at->cell[0][k], *count = of->bricks.count;
+    for (int j = 0; j < TAPS; j++) {
+        size_t v = (size_t)(at->cell[1][k] + j) + of->dims[1] - 1;
+        size_t w = (size_t)(at->cell[2][k] + j) + of->dims[2] - 1;
+        for (int turn = 0; turn < 2; turn++) {
+            v -= v >= of->dims[1] ? of->dims[1] : 0;
+            w -= w >= of->dims[2] ? of->dims[2] : 0;
+        }
+        out->v[j] = count[0] * (v / CVOL_FOURIER_BRICK) + u / CVOL_FOURIER_BRICK;
+        out->w[j] = count[0] * count[1] * (w / CVOL_FOURIER_BRICK);
+        out->in_v[j] = 2 * CVOL_FOURIER_PAGE_ROW * (v % CVOL_FOURIER_BRICK) +
+                       2 * (u % CVOL_FOURIER_BRICK);
+        out->in_w[j] = (size_t)2 * CVOL_FOURIER_PAGE_ROW * CVOL_FOURIER_BRICK *
+                       (w % CVOL_FOURIER_BRICK);
+    }
+}
+
+CVOL_INLINE eight load_row(const rows *of, const cvol_fourier_line *line, int v, int w, int paged)
+{
+    if (!paged)
+        return load_halves(of->first + (size_t)w * of->sheet + (size_t)v * of->row);
+    const size_t page = line->pages->table[of->w[w] + of->v[v]];
+    return load_halves(line->pages->values +
+                       page *
+                           (2 * CVOL_FOURIER_PAGE_ROW * CVOL_FOURIER_BRICK * CVOL_FOURIER_BRICK) +
+                       of->in_w[w] + of->in_v[v]);
+}
+
+CVOL_INLINE void gather_plain(float *re, float *im, const cvol_fourier_line *line, const run *at,
+                              int k, int paged)
+{
+    rows of;
+    find_rows(&of, line, at, k, paged);
     eight sum = {0};
     for (int w = 0; w < TAPS; w++) {
-        const uint16_t *in = rows + (size_t)w * sheet;
-        eight part = load_halves(in) * at->weight[1][0][k];
-        part += load_halves(in + row) * at->weight[1][1][k];
-        part += load_halves(in + 2 * row) * at->weight[1][2][k];
-        part += load_halves(in + 3 * row) * at->weight[1][3][k];
+        eight part = load_row(&of, line, 0, w, paged) * at->weight[1][0][k];
+        for (int v = 1; v < TAPS; v++)
+            part += load_row(&of, line, v, w, paged) * at->weight[1][v][k];
         sum += part * at->weight[2][w][k];
     }
     add_up(re, im, sum * twice(at->weight[0], k));
 }
 
 CVOL_INLINE void gather_cued(float *re, float *im, const cvol_fourier_line *line, const run *at,
-                             int k)
+                             int k, int paged)
 {
-    const cvol_fourier_spectrum *of = line->spectrum;
-    const size_t row = 2 * of->stride_v, sheet = 2 * of->stride_w;
-    const uint16_t *rows = rows_of(of, at, k);
+    rows of;
+    find_rows(&of, line, at, k, paged);
     eight sum = {0}, rise = {0};
     for (int w = 0; w < TAPS; w++)
         for (int v = 0; v < TAPS; v++) {
-            const eight in = load_halves(rows + (size_t)w * sheet + (size_t)v * row);
+            const eight in = load_row(&of, line, v, w, paged);
             sum += in * (at->weight[2][w][k] * at->weight[1][v][k]);
             rise += in * (line->slope[1] * at->weight[2][w][k] * at->slope[1][v][k] +
                           line->slope[2] * at->slope[2][w][k] * at->weight[1][v][k]);
@@ -190,7 +232,7 @@ CVOL_INLINE void gather_cued(float *re, float *im, const cvol_fourier_line *line
     *im = line->near * of_im + rise_re;
 }
 
-CVOL_INLINE void gather(float *re, float *im, const cvol_fourier_line *line, int cued)
+CVOL_INLINE void gather(float *re, float *im, const cvol_fourier_line *line, int cued, int paged)
 {
     const float unit = line->spectrum->unit;
     run at;
@@ -199,7 +241,8 @@ CVOL_INLINE void gather(float *re, float *im, const cvol_fourier_line *line, int
         const size_t left = line->count - first;
         const int count = left < RUN ? (int)left : RUN;
         for (int k = 0; k < count; k++)
-            (cued ? gather_cued : gather_plain)(re + first + k, im + first + k, line, &at, k);
+            (cued ? gather_cued : gather_plain)(re + first + k, im + first + k, line, &at, k,
+                                                paged);
         for (int lane = 0; lane < RUN; lane += CVOL_LANES) {
             cvol_store(re + first + lane, cvol_load(re + first + lane) * unit);
             cvol_store(im + first + lane,
@@ -210,10 +253,14 @@ CVOL_INLINE void gather(float *re, float *im, const cvol_fourier_line *line, int
 
 void CVOL_SIMD(cvol_fourier_gather)(float *re, float *im, const cvol_fourier_line *line)
 {
-    if (line->cued)
-        gather(re, im, line, 1);
+    if (line->cued && line->pages)
+        gather(re, im, line, 1, 1);
+    else if (line->cued)
+        gather(re, im, line, 1, 0);
+    else if (line->pages)
+        gather(re, im, line, 0, 1);
     else
-        gather(re, im, line, 0);
+        gather(re, im, line, 0, 0);
 }
 
 /* ---- factors ----------------------------------------------------------------------------------

@@ -385,15 +385,38 @@ static int spectrum_make(cvol_context *context, cvol_fourier_spectrum *out, doub
     return code;
 }
 
+uint64_t cvol_fourier_spectrum_places(const cvol_fourier_spectrum *spectrum)
+{
+    const cvol_fourier_bricks *bricks = &spectrum->bricks;
+    return bricks->all ? bricks->first[bricks->all] : spectrum->places;
+}
+
+uint64_t cvol_fourier_spectrum_bytes(const cvol_fourier_spectrum *spectrum)
+{
+    return 4 * cvol_fourier_spectrum_places(spectrum) +
+           (sizeof(size_t) + CVOL_FOURIER_BRICK * sizeof(uint64_t)) * spectrum->bricks.all;
+}
+
+/* The strongest places of both spectra. */
+static int keep(cvol_context *context, cvol_fourier_volume *volume, double most)
+{
+    int code = cvol_fourier_keep(context, &volume->samples, most);
+    if (!code && volume->masked)
+        code = cvol_fourier_keep(context, &volume->cover, most);
+    return code;
+}
+
 int cvol_fourier_volume_make(cvol_context *context, cvol_fourier_volume *out,
-                             const cvol_fourier_source *source)
+                             const cvol_fourier_source *source, double rho)
 {
     const size_t *n =
         (source->array ? cvol_array_grid(source->array) : &source->volume->grid)->dims;
-    *out = (cvol_fourier_volume){.masked = source->array && source->array->mask};
+    *out = (cvol_fourier_volume){.masked = source->array && cvol_mask_is_void(source->array->mask)};
     int code = spectrum_make(context, &out->samples, &out->base, source, n, 0);
     if (!code && out->masked)
         code = spectrum_make(context, &out->cover, &out->base, source, n, 1);
+    if (!code && rho > 0)
+        code = keep(context, out, rho / 2 * (double)n[0] * (double)n[1] * (double)n[2]);
     if (code)
         cvol_fourier_volume_free(out);
     return code;
@@ -403,5 +426,7 @@ void cvol_fourier_volume_free(cvol_fourier_volume *volume)
 {
     free(volume->samples.values);
     free(volume->cover.values);
+    cvol_fourier_bricks_free(&volume->samples.bricks);
+    cvol_fourier_bricks_free(&volume->cover.bricks);
     *volume = (cvol_fourier_volume){0};
 }

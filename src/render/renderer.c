@@ -43,14 +43,17 @@ static int create_transform_dense(cvol_context *context, void **state, const voi
     return cvol_transform_create_dense(context, state, source);
 }
 
+typedef struct fourier_source {
+    const cvol_array *array;
+    const cvol_volume *volume;
+    double rho;
+} fourier_source;
+
 static int create_fourier(cvol_context *context, void **state, const void *source)
 {
-    return cvol_fourier_create(context, state, source);
-}
-
-static int create_fourier_dense(cvol_context *context, void **state, const void *source)
-{
-    return cvol_fourier_create_dense(context, state, source);
+    const fourier_source *of = source;
+    return of->array ? cvol_fourier_create(context, state, of->array, of->rho)
+                     : cvol_fourier_create_dense(context, state, of->volume, of->rho);
 }
 
 static int create_renderer(cvol_context *context, cvol_renderer **out, const cvol_grid *grid,
@@ -116,17 +119,19 @@ int cvol_renderer_create_transform_dense(cvol_context *context, cvol_renderer **
 }
 
 int cvol_renderer_create_fourier(cvol_context *context, cvol_renderer **out,
-                                 const cvol_array *array)
+                                 const cvol_array *array, double rho)
 {
+    const fourier_source source = {.array = array, .rho = rho};
     return create_renderer(context, out, cvol_array_grid(array), &cvol_fourier_engine,
-                           create_fourier, array);
+                           create_fourier, &source);
 }
 
 int cvol_renderer_create_fourier_dense(cvol_context *context, cvol_renderer **out,
-                                       const cvol_volume *volume)
+                                       const cvol_volume *volume, double rho)
 {
-    return create_renderer(context, out, &volume->grid, &cvol_fourier_engine, create_fourier_dense,
-                           volume);
+    const fourier_source source = {.volume = volume, .rho = rho};
+    return create_renderer(context, out, &volume->grid, &cvol_fourier_engine, create_fourier,
+                           &source);
 }
 
 void cvol_renderer_free(cvol_renderer *renderer)

@@ -22,7 +22,7 @@ for file in a.cvol dense.nrrd; do
     expect_number "$(value_of psnr_db)" '>=' 40
 done
 for option in '--azimuth 31' '--elevation 21' '--roll 10' '--zoom 1.5' '--background 1,0.5,0' \
-    '--size 128x100' '--depth-cue 0.7'; do
+    '--size 128x100' '--depth-cue 0.7' '--rho 0.05'; do
     expect_done cvol render dense.nrrd -o after.png $view --engine fourier $option
     expect_other_file fourier.png after.png
 done

@@ -164,6 +164,7 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     expect_failure 2 'cone is for engine splat' $command --engine transform --footprint cone
     expect_failure 2 'which only composites' $command --engine transform --mode mip
     expect_failure 2 'which has xray only' $command --engine fourier --mode mip
+    refuse $command --engine fourier --rho -- '' $number 0 -1
     refuse $command --engine fourier --depth-cue -- '' $number -0.1 1.1
     expect_failure 2 '--depth-cue is for engine fourier' $command --depth-cue 0.5
     expect_failure 2 'named nonsense' $command --transfer nonsense
