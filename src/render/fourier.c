@@ -326,6 +326,19 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
                : cvol_fail(context, CVOL_ERROR_ARGUMENT, "depth cue %g: must be 0 to 1", strength);
 }
 
+/* Weights below this say nothing. What was left out of a spectrum is noise of `lost` of the samples
+ * in padded space; along a ray it adds up with the square root of its samples. */
+static double find_floor(const fourier_state *state)
+{
+    const double lost = fmax(state->volume.samples.bricks.lost, state->volume.cover.bricks.lost);
+    double spacing = INFINITY, places = 1;
+    for (int a = 0; a < 3; a++) {
+        spacing = fmin(spacing, state->grid.spacing[a]);
+        places = fmax(places, (double)state->volume.samples.dims[a]);
+    }
+    return spacing * fmax(FLOOR, lost * sqrt(places));
+}
+
 /* Sums and weights of a view, and what its pixels need. */
 static int start_view(cvol_context *context, const fourier_state *state,
                       cvol_fourier_planes *planes, pixel_job *job, const cvol_view *view,
@@ -338,10 +351,8 @@ static int start_view(cvol_context *context, const fourier_state *state,
                        .view = view,
                        .cue = {1 - strength / 2, strength / diagonal},
                        .rays = rays_make(&state->grid, view),
-                       .floor = INFINITY,
                        .integrals = options->fourier.integrals};
-    for (int a = 0; a < 3; a++)
-        job->floor = fmin(job->floor, FLOOR * state->grid.spacing[a]);
+    job->floor = find_floor(state);
     int code = cvol_fourier_project(context, planes, &state->volume, &state->grid, view, &job->cue,
                                     &state->kernel);
     return code ? code : interpolates(context, job);

@@ -32,6 +32,7 @@ typedef struct cvol_fourier_bricks {
     size_t *first;
     uint64_t *words;
     uint16_t *values; /* pairs */
+    double lost;      /* what was not kept over all, as L2 norms */
 } cvol_fourier_bricks;
 
 /* Place (u, v, w), 0 <= u <= N_x / 2, 0 <= v < N_y, 0 <= w < N_z, is the pair of half floats at

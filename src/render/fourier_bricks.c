@@ -37,6 +37,15 @@ static size_t bin_of(const uint16_t *place)
     return bits >> 15;
 }
 
+/* About what is counted in a bin: its middle. */
+static double energy_of(size_t bin)
+{
+    const uint32_t bits = (uint32_t)bin << 15 | 1 << 14;
+    float sum;
+    memcpy(&sum, &bits, sizeof sum);
+    return bin && isfinite(sum) ? (double)sum : 0;
+}
+
 /* Places of row (v, w): 0 <= u <= N_x / 2, as they are stored. */
 static const uint16_t *row_of(const cvol_fourier_spectrum *of, size_t v, size_t w)
 {
@@ -46,8 +55,8 @@ static const uint16_t *row_of(const cvol_fourier_spectrum *of, size_t v, size_t 
 
 /* The lowest bin that is kept, if no more than `most` places are; bin 0 (nothing there) never is.
  */
-static int find_threshold(cvol_context *context, size_t *threshold, const cvol_fourier_spectrum *of,
-                          double most)
+static int find_threshold(cvol_context *context, size_t *threshold, double *lost,
+                          const cvol_fourier_spectrum *of, double most)
 {
     const int threads = cvol_context_threads(context);
     const size_t counts = (size_t)threads * BINS;
@@ -63,16 +72,22 @@ static int find_threshold(cvol_context *context, size_t *threshold, const cvol_f
                 own[bin_of(row + 2 * u)]++;
         }
     }
-    double kept = 0;
-    size_t bin = BINS;
-    for (; bin > 1; bin--) {
+    double places = 0, kept = 0, dropped = 0;
+    *threshold = BINS;
+    for (size_t bin = BINS - 1; bin > 0; bin--) {
+        double count = 0;
         for (int t = 0; t < threads; t++)
-            kept += (double)bins[(size_t)t * BINS + bin - 1];
-        if (kept > most)
-            break;
+            count += (double)bins[(size_t)t * BINS + bin];
+        places += count;
+        if (places <= most) {
+            *threshold = bin;
+            kept += count * energy_of(bin);
+        } else {
+            dropped += count * energy_of(bin);
+        }
     }
     free(bins);
-    *threshold = bin;
+    *lost = dropped > 0 ? sqrt(dropped / (kept + dropped)) : 0;
     return CVOL_OK;
 }
 
@@ -156,13 +171,15 @@ static int make_bricks(cvol_context *context, cvol_fourier_bricks *bricks,
 int cvol_fourier_keep(cvol_context *context, cvol_fourier_spectrum *of, double most)
 {
     size_t threshold = 0;
-    int code = find_threshold(context, &threshold, of, most);
+    double lost = 0;
+    int code = find_threshold(context, &threshold, &lost, of, most);
     if (!code)
         code = make_bricks(context, &of->bricks, of, threshold);
     if (code) {
         cvol_fourier_bricks_free(&of->bricks);
         return code;
     }
+    of->bricks.lost = lost;
     free(of->values);
     of->values = NULL;
     return CVOL_OK;
@@ -205,7 +222,7 @@ static int is_touched(const cvol_fourier_spectrum *of, const size_t at[3], const
 {
     double reach = 0, middle[3];
     for (int a = 0; a < 3; a++) {
-        reach += fabs(normal[a]) * (SIDE / 2.0 + CVOL_FOURIER_TAPS);
+        reach += fabs(normal[a]) * (SIDE / 2.0 + CVOL_FOURIER_TAPS - 1);
         middle[a] = (double)(SIDE * at[a]) + SIDE / 2.0;
     }
     for (int wrap = 0; wrap < 4; wrap++) {

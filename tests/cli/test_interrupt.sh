@@ -41,6 +41,14 @@ for signal in INT TERM; do
         expect_equal "$(ls -A | tr '\n' ' ')" 'before names old.cvol out.cvol '
     done
 done
+awk 'BEGIN { for (i = 0; i < 20000; i++) print i % 360, 20, 0 }' >poses.csv
+for after in 0.2 3; do
+    interrupt INT $after "$CVOL" render "$scan" --threads 1 --engine fourier --poses poses.csv -o out.nrrd
+    expect_equal "$status" 1
+    expect_sentence 'cancelled'
+    expect_no_output
+    expect_no_file out.nrrd
+done
 interrupt INT 0.3 "$CVOL" render "$scan" --threads 1 -o out.png --json
 expect_equal "$status" 1
 expect_sentence 'cancelled'
