@@ -13,7 +13,7 @@ import statistics
 import sys
 import tempfile
 
-from render_speed import have_vtk, time_vtk
+from render_speed import child_cpu_s, have_vtk, time_vtk
 from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run, run_json,
                     say, write_results)
 from volumes import BENCH, RENDERED, rendered_path
@@ -74,19 +74,31 @@ def compare_pictures(arguments, cvol, path, folder, rhos):
 
 # ---- speed ----------------------------------------------------------------------------------
 
+def time_cvol(arguments, cvol, path, options):
+    """`cvol bench render`, and its processor time a picture: that of many repeats less that of one,
+    so that loading is not in it."""
+    many, cpu = 5 * arguments.repeat, []
+    for repeat in (1, many):
+        before = child_cpu_s()
+        result = run_json([cvol, 'bench', 'render', path, '--json', '--repeat', str(repeat)] +
+                          options)
+        cpu.append(child_cpu_s() - before)
+    result['cpu_ms'] = 1e3 * (cpu[1] - cpu[0]) / (arguments.views * (many - 1))
+    return result
+
+
 def time_views(arguments, cvol, path, folder, rhos, vtk):
     """Milliseconds of each rho, and VTK's, by round."""
     shared = ['--mode', 'xray', '--size', str(arguments.size), '--views', str(arguments.views),
-              '--repeat', str(arguments.repeat), '--threads', str(arguments.threads)]
+              '--threads', str(arguments.threads)]
     raw = os.path.join(folder, 'samples.raw')
     about = run_json([os.path.join(BENCH, 'volumes.py'), path, raw]) if vtk else None
     ours, theirs = {rho: [] for rho in rhos}, []
     for _ in range(arguments.rounds):
         for rho in rhos:
-            ours[rho].append(run_json([cvol, 'bench', 'render', path, '--json'] +
-                                      rho_options(rho) + shared))
+            ours[rho].append(time_cvol(arguments, cvol, path, rho_options(rho) + shared))
         if vtk:
-            theirs.append(time_vtk(raw, about, shared))
+            theirs.append(time_vtk(raw, about, shared + ['--repeat', str(arguments.repeat)]))
     return ours, theirs
 
 
@@ -98,7 +110,8 @@ def rows_of(arguments, name, ours, theirs, found):
     for rho, results in ours.items():
         quality = found[rho]
         row = {'volume': name, 'voxels': results[0]['voxels'], 'rho': rho,
-               'ms': f'{median_ms(results):.2f}', 'MB held': f"{quality['bytes'] / 1e6:.1f}",
+               'ms': f'{median_ms(results):.2f}',
+               'CPU ms': f"{statistics.median(r['cpu_ms'] for r in results):.2f}", 'MB held': f"{quality['bytes'] / 1e6:.1f}",
                'load ms': f"{statistics.median(r['load_ms'] for r in results):.0f}",
                'peak MB': f"{statistics.median(r['peak_rss_mb'] for r in results):.0f}",
                'worst dB': f"{min(quality['psnr']):.1f}",
@@ -110,6 +123,7 @@ def rows_of(arguments, name, ours, theirs, found):
                       for a, b in zip(results, theirs)]
             row |= {'VTK ms': f'{median_ms(theirs):.1f}',
                     'VTK/cvol': f'{statistics.median(ratios):.1f}',
+                    'VTK CPU ms': f"{statistics.median(r['cpu_ms'] for r in theirs):.1f}",
                     'VTK/cvol by round': ' '.join(f'{r:.1f}' for r in ratios),
                     'VTK version': theirs[0]['version']}
         yield row
@@ -150,10 +164,10 @@ def measure_all(arguments, cvol, vtk):
 
 
 def describe(arguments, cvol, rows, batches, skipped):
-    columns = ['volume', 'voxels', 'rho', 'ms', 'MB held', 'load ms', 'peak MB', 'worst dB',
-               'median dB', 'foreground dB']
+    columns = ['volume', 'voxels', 'rho', 'ms', 'CPU ms', 'MB held', 'load ms', 'peak MB',
+               'worst dB', 'median dB', 'foreground dB']
     if any('VTK ms' in row for row in rows):
-        columns += ['VTK ms', 'VTK/cvol']
+        columns += ['VTK ms', 'VTK/cvol', 'VTK CPU ms']
     lines = ['# X-rays by the Fourier slice theorem', '',
              f'{arguments.size} x {arguments.size}, {arguments.threads} thread(s), '
              f'{arguments.views} views, best of {arguments.repeat} pictures of each; medians of '
