@@ -42,7 +42,7 @@ for pair in 'empty:is empty' 'folder:is a directory' 'folder.nrrd:is a directory
     'missing.nrrd:No such file' 'missing:No such file' 'empty.nrrd:is empty' 'empty.mha:is empty' \
     'empty.nii:is empty' 'empty.nii.gz:is empty' 'empty.cvol:is empty' 'text:known by content or name' \
     'text.cvol:known by content or name' 'text.nrrd:NRRD' 'text.mhd:line 1' 'text.nii:' \
-    'text.nii.gz:' 'picture.png:known by content or name' 'pipe.nrrd:is not a regular file'; do
+    'text.nii.gz:' 'pipe.nrrd:is not a regular file'; do
     file=${pair%%:*}
     pattern=${pair#*:}
     refuse "$pattern" "$file"
@@ -65,7 +65,12 @@ expect_done cvol render in.nrrd -o small.png --size 8 --engine ray
 expect_done cvol render in.nrrd -o large.png --size 9 --engine ray
 expect_failure 1 'picture.png' cvol compare small.png picture.png
 expect_failure 1 '8 x 8' cvol compare small.png large.png
-refuse 'known by content or name' small.png
+expect_failure 1 'picture.png:*known by content or name' cvol info picture.png
+expect_failure 1 'picture.png:*known by content or name' cvol render picture.png -o out.png
+expect_failure 2 'is a picture:*must end in .cvi' cvol compress small.png out.cvol
+expect_failure 1 'picture.png' cvol compress picture.png out.cvi
+expect_same_file out.cvol old.cvol
+[ ! -e out.cvi ] || fail 'must leave no picture'
 make_volume other.raw uint8 6x5x5
 make_nrrd other.nrrd other.raw uint8 6 5 5
 expect_failure 1 'in.nrrd and other.nrrd:*cannot be compared' cvol compare in.nrrd other.nrrd
