@@ -9,7 +9,7 @@ endif()
 if(CVOL_SANITIZE)
   target_compile_options(cvol_flags INTERFACE
     -fsanitize=address $<$<NOT:$<BOOL:$<TARGET_PROPERTY:CVOL_DEFINED>>>:-fsanitize=undefined>
-    -fno-sanitize-recover=all -fno-omit-frame-pointer -g)
+    -fno-sanitize-recover=all -fno-omit-frame-pointer -g1)
   target_link_options(cvol_flags INTERFACE -fsanitize=address,undefined)
 endif()
 
