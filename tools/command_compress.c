@@ -65,11 +65,11 @@ static int choose_fill(cvol_compress_options *options, compress_arguments *a)
 }
 
 /* A value behind sharp edges that is kept apart: found, given, or none. Volumes that will be
- * multiplied are better off without. */
+ * multiplied are better off without, and haste has no time for it. */
 static int choose_background(cvol_compress_options *options, const compress_arguments *a)
 {
     char *end;
-    options->background = a->no_lap ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
+    options->background = a->no_lap || a->fast ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
     if (!a->background || !strcmp(a->background, "auto"))
         return EXIT_DONE;
     options->background = CVOL_BACKGROUND_NONE;

@@ -200,7 +200,9 @@ static void do_brick(pyramid *p, const fill_job *job, const size_t begin[3], con
 {
     const size_t size[3] = {end[0] - begin[0], end[1] - begin[1], end[2] - begin[2]};
     const size_t *dims = job->grid->dims;
-    if (!cvol_mask_get(p->which, job->mask, begin, end))
+    const size_t masked = cvol_mask_get(p->which, job->mask, begin, end);
+    const int all = masked == size[0] * size[1] * size[2];
+    if (!masked)
         return;
     memcpy(p->levels[0].size, size, sizeof size);
     for (int back = 0; back < 2; back++) {
@@ -212,9 +214,11 @@ static void do_brick(pyramid *p, const fill_job *job, const size_t begin[3], con
                               dims[0] * (begin[1] + y + dims[1] * (begin[2] + z - job->first)),
                           size[0], back);
             }
-        for (size_t i = 0; i < size[0] * size[1] * size[2] && !back; i++)
+        for (size_t i = 0; i < size[0] * size[1] * size[2] && !back && all; i++)
+            p->levels[0].values[i] = job->otherwise;
+        for (size_t i = 0; i < size[0] * size[1] * size[2] && !back && !all; i++)
             p->levels[0].known[i] = !p->which[i];
-        if (!back)
+        if (!back && !all)
             fill_brick(p, size, job->otherwise);
     }
 }
