@@ -117,31 +117,41 @@ static void interpolate(level *fine, const level *coarse)
     }
 }
 
+/* Every unknown point of a line becomes the mean of its neighbours; `others`: the four lines beside
+ * it, zeros where the brick ends, and how many there are. */
+static void smooth_line(double *to, const double *at, const uint8_t *known,
+                        const double *const others[4], int beside, size_t count)
+{
+    const double *a = others[0], *b = others[1], *c = others[2], *d = others[3];
+    const double inside = beside + 2, end = beside + (count > 1);
+    for (size_t x = 1; x + 1 < count; x++) {
+        const double mean = (a[x] + b[x] + c[x] + d[x] + at[x - 1] + at[x + 1]) / inside;
+        to[x] = known[x] ? at[x] : mean;
+    }
+    for (size_t x = 0; x<count; x += count> 1 ? count - 1 : 1) {
+        const double beyond = count > 1 ? at[x ? x - 1 : 1] : 0;
+        const double sum = a[x] + b[x] + c[x] + d[x] + beyond;
+        to[x] = known[x] || end <= 0 ? at[x] : sum / end;
+    }
+}
+
 /* Every unknown point becomes the mean of its neighbours. */
 static void smooth(level *l)
 {
+    static const double nothing[SIDE] = {0};
     const size_t *n = l->size, sheet = n[0] * n[1];
-    memcpy(l->next, l->values, sheet * n[2] * sizeof *l->next);
     for (size_t z = 0; z < n[2]; z++)
         for (size_t y = 0; y < n[1]; y++) {
             const size_t line = n[0] * y + sheet * z;
-            const uint8_t *known = l->known + line;
-            if (!memchr(known, 0, n[0]))
-                continue;
             const double *at = l->values + line;
-            const double *above = y ? at - n[0] : NULL, *below = y + 1 < n[1] ? at + n[0] : NULL;
-            const double *front = z ? at - sheet : NULL, *behind = z + 1 < n[2] ? at + sheet : NULL;
-            const int beside = (above != NULL) + (below != NULL) + (front != NULL) +
-                               (behind != NULL);
-            for (size_t x = 0; x < n[0]; x++) {
-                if (known[x])
-                    continue;
-                const int near = beside + (x > 0) + (x + 1 < n[0]);
-                const double sum = (above ? above[x] : 0) + (below ? below[x] : 0) +
-                                   (front ? front[x] : 0) + (behind ? behind[x] : 0) +
-                                   (x ? at[x - 1] : 0) + (x + 1 < n[0] ? at[x + 1] : 0);
-                l->next[line + x] = near ? sum / near : at[x];
-            }
+            const double *others[4] = {y ? at - n[0] : nothing, y + 1 < n[1] ? at + n[0] : nothing,
+                                       z ? at - sheet : nothing,
+                                       z + 1 < n[2] ? at + sheet : nothing};
+            const int beside = (y > 0) + (y + 1 < n[1]) + (z > 0) + (z + 1 < n[2]);
+            if (memchr(l->known + line, 0, n[0]))
+                smooth_line(l->next + line, at, l->known + line, others, beside, n[0]);
+            else
+                memcpy(l->next + line, at, n[0] * sizeof *at);
         }
     double *swap = l->values;
     l->values = l->next;
