@@ -33,7 +33,8 @@ typedef struct cvol_compress_options {
     int lossless;     /* every sample comes back to the bit, of any type; target does not matter */
     int has_fill;     /* samples that equal `fill` have no value; NaN: all NaN and infinite ones */
     double fill;
-    cvol_background background; /* of samples in memory; FIND: not beside the four above */
+    cvol_background background; /* of samples in memory. VALUE: not beside a bound, lossless or a
+                                   fill; FIND: there it finds none */
     double background_value;
     const char *attributes; /* of cvol_compress_stream: JSON text, or NULL */
     int no_lap;             /* cells are transformed by themselves, not through filters across their
@@ -69,6 +70,7 @@ typedef struct cvol_compress_report {
  * in the array's own type (cvol_array_evaluate_box) are made with; floats
  * (cvol_array_evaluate_real, pictures, operations) are what the terms give. Samples without a value
  * are kept as a mask, come back to the bit, and count for no PSNR, error, least or largest value.
+ * With a background kept apart a copy of the samples is made, filled in.
  * Lossless floats may be NaN or infinite, of at most 7 bit patterns. Cost: one forward transform,
  * and per trial one quantisation and coding of it. Errors: ARGUMENT, DATA (NaN or infinite samples:
  * how many and the index of the first), TARGET, MEMORY, CANCELLED, UNSUPPORTED. */

@@ -429,6 +429,7 @@ static int run_filled(modes *m, cvol_array **out, cvol_compress_report *report)
 {
     cvol_compress_options plain = *m->options;
     plain.has_fill = 0;
+    plain.background = CVOL_BACKGROUND_NONE;
     for (int i = 0; i < TRIES_MOST; i++) {
         int same, code = cvol_compress(m->context, out, report, m->filled ? m->filled : m->samples,
                                        m->grid, &plain);

@@ -206,10 +206,10 @@ void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *opti
         trial->shape->dependent = 0;
 }
 
-/* The mask is the shape's. */
-static void drop(cvol_array **array)
+/* Frees an array, but no mask that is the shape's. */
+static void drop(const cvol_trial *trial, cvol_array **array)
 {
-    if (*array)
+    if (*array && (*array)->mask == trial->shape->mask)
         (*array)->mask = NULL;
     cvol_array_free(*array);
     *array = NULL;
@@ -218,7 +218,7 @@ static void drop(cvol_array **array)
 cvol_array *cvol_trial_take_array(cvol_trial *trial)
 {
     cvol_array *array = trial->array;
-    if (array->mask)
+    if (array->mask == trial->shape->mask)
         trial->shape->mask = NULL;
     trial->array = NULL;
     return array;
@@ -226,8 +226,8 @@ cvol_array *cvol_trial_take_array(cvol_trial *trial)
 
 void cvol_trial_free(cvol_trial *trial)
 {
-    drop(&trial->array);
-    drop(&trial->kept);
+    drop(trial, &trial->array);
+    drop(trial, &trial->kept);
     cvol_array_free(trial->shape);
     free(trial->filled);
     cvol_coded_free(trial->coded);
@@ -388,8 +388,8 @@ int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step)
 {
     cvol_coded_free(trial->coded);
     trial->coded = NULL;
-    drop(&trial->array); /* of another step */
-    drop(&trial->kept);
+    drop(trial, &trial->array); /* of another step */
+    drop(trial, &trial->kept);
     int code = cvol_coded_make(context, &trial->coded, trial->tables,
                                cvol_brick_count(trial->shape));
     if (!code && trial->split == CVOL_SPLIT_FAST)
@@ -462,7 +462,7 @@ static int decode(cvol_context *context, cvol_trial *trial)
 int cvol_trial_decode(cvol_context *context, cvol_trial *trial)
 {
     standing at = {context->progress, context->progress_user, 0.9 * (1 - pow(0.5, trial->count))};
-    drop(&trial->array);
+    drop(trial, &trial->array);
     if (at.progress)
         cvol_context_set_progress(context, tell_standing, &at);
     const int code = decode(context, trial);
