@@ -116,7 +116,7 @@ static uint64_t apart_in(const cvol_array *array)
 {
     cvol_array_info info;
     cvol_array_get_info(array, &info);
-    return info.apart;
+    return info.background_samples;
 }
 
 /* ---- compressing ----------------------------------------------------------------------------- */
@@ -134,7 +134,7 @@ static void test_it_is_found_exact_and_smaller(void **state)
         uint64_t outside = 0;
         for (size_t i = 0; i < COUNT; i++)
             outside += sample_at(&volume, i) == background;
-        assert_true(with.apart == outside && with.background == background);
+        assert_true(with.background_samples == outside && with.background == background);
         assert_true(apart_in(array) == outside);
         cvol_volume back = decode(array);
         for (size_t i = 0; i < COUNT; i++)
@@ -145,7 +145,7 @@ static void test_it_is_found_exact_and_smaller(void **state)
         options.background = CVOL_BACKGROUND_NONE;
         cvol_array_free(array);
         array = compress(&volume, &options, &without);
-        assert_true(without.apart == 0 && apart_in(array) == 0);
+        assert_true(without.background_samples == 0 && apart_in(array) == 0);
         if (with.file_bytes >= without.file_bytes * 3 / 4)
             fail_msg("type %d: %llu bytes with, %llu without", (int)types[t],
                      (unsigned long long)with.file_bytes, (unsigned long long)without.file_bytes);
@@ -171,7 +171,7 @@ static void test_ratios_are_kept(void **state)
     const cvol_compress_options options = finding(CVOL_TARGET_RATIO, 150);
     cvol_compress_report report;
     cvol_array *array = compress(&volume, &options, &report);
-    assert_true(report.apart == 0 && report.ratio >= 150);
+    assert_true(report.background_samples == 0 && report.ratio >= 150);
     cvol_array_free(array);
     free(volume.data);
 }
@@ -183,22 +183,38 @@ static void test_it_is_not_found_where_it_does_not_pay(void **state)
     cvol_compress_options options = finding(CVOL_TARGET_PSNR, 40);
     cvol_volume noisy = make_body(CVOL_UINT8, 0, 9, 3), smooth = support_blobs(NX, NY, NZ);
     cvol_array_free(compress(&noisy, &options, &report));
-    assert_int_equal(report.apart, 0);
+    assert_int_equal(report.background_samples, 0);
     cvol_array_free(compress(&smooth, &options, &report));
-    assert_int_equal(report.apart, 0);
+    assert_int_equal(report.background_samples, 0);
     /* Steps so fine that nothing is saved. */
     cvol_volume sharp = make_body(CVOL_FLOAT32, 0, 0, 4);
     options.target_value = 100;
     cvol_array_free(compress(&sharp, &options, &report));
-    assert_int_equal(report.apart, 0);
+    assert_int_equal(report.background_samples, 0);
     assert_true(report.psnr_db >= 100);
     /* But it can be asked for. */
     options.background = CVOL_BACKGROUND_VALUE;
     cvol_array_free(compress(&sharp, &options, &report));
-    assert_true(report.apart > 0 && report.psnr_db >= 100);
+    assert_true(report.background_samples > 0 && report.psnr_db >= 100);
     free(noisy.data);
     free(smooth.data);
     free(sharp.data);
+}
+
+/* Samples without a value are a mask already: what stands in for them is no background. */
+static void test_a_fill_is_no_background(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_body(CVOL_INT16, -1000, 0, 8);
+    cvol_compress_report report;
+    cvol_compress_options options = finding(CVOL_TARGET_PSNR, 45);
+    options.has_fill = 1;
+    options.fill = -1000;
+    cvol_array *array = compress(&volume, &options, &report);
+    assert_int_equal(report.background_samples, 0);
+    assert_true(report.psnr_db >= 45 && report.psnr_db < 47);
+    cvol_array_free(array);
+    free(volume.data);
 }
 
 static void test_what_cannot_be_asked_for(void **state)
@@ -221,7 +237,7 @@ static void test_what_cannot_be_asked_for(void **state)
     options.lossless = 0;
     options.background_value = 250;
     array = compress(&volume, &options, &report);
-    assert_int_equal(report.apart, 0);
+    assert_int_equal(report.background_samples, 0);
     cvol_array_free(array);
     free(volume.data);
 }
@@ -425,6 +441,7 @@ int main(void)
         TEST(test_it_is_found_exact_and_smaller),
         TEST(test_ratios_are_kept),
         TEST(test_it_is_not_found_where_it_does_not_pay),
+        TEST(test_a_fill_is_no_background),
         TEST(test_what_cannot_be_asked_for),
         TEST(test_files_keep_it),
         TEST(test_headers_that_lie),

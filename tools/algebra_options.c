@@ -50,7 +50,7 @@ static int flatten(cvol_context *context, input *in, const char *path)
     if (!in->array)
         return EXIT_DONE;
     cvol_array_get_info(in->array, &info);
-    if (!info.apart)
+    if (!info.background_samples)
         return EXIT_DONE;
     const int code = cvol_array_flatten(context, &flat, in->array);
     if (code)

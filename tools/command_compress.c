@@ -69,7 +69,8 @@ static int choose_fill(cvol_compress_options *options, compress_arguments *a)
 static int choose_background(cvol_compress_options *options, const compress_arguments *a)
 {
     char *end;
-    options->background = a->no_lap || a->fast ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
+    const int spared = !a->background && (a->no_lap || a->fast);
+    options->background = spared ? CVOL_BACKGROUND_NONE : CVOL_BACKGROUND_FIND;
     if (!a->background || !strcmp(a->background, "auto"))
         return EXIT_DONE;
     options->background = CVOL_BACKGROUND_NONE;
@@ -178,8 +179,8 @@ static int report_json(const cvol_grid *grid, const cvol_array_info *info,
         info->block, "step", info->step, "coefficients", (json_int_t)info->coefficients, "rho",
         info->rho, "transform", cvol_transform_name(info->transform), "rank", info->rank, "low",
         json_dims(info->low), "l2_error", json_number(info->l2_error), "by_slab", by_slab,
-        "background", report->apart ? json_real(report->background) : json_null(),
-        "background_samples", (json_int_t)report->apart));
+        "background", report->background_samples ? json_real(report->background) : json_null(),
+        "background_samples", (json_int_t)report->background_samples));
 }
 
 /* A target by size that was missed, and which way: `asked` names it. */
@@ -203,7 +204,7 @@ static void report_text(const char *path, const method *m, const cvol_compress_r
         printf("lossless");
     else
         printf("PSNR %.2f dB, largest error %g", report->psnr_db, report->max_error);
-    if (report->apart)
+    if (report->background_samples)
         printf(", background %g kept apart", report->background);
     printf("\n");
     if (m->truncate || m->options.lossless)
@@ -367,11 +368,12 @@ static int compress_by_slab(cvol_context *context, compress_arguments *arguments
 }
 
 /* Whether what is asked for can be done slab by slab. */
-static int can_be_streamed(const method *m)
+static int can_be_streamed(const compress_arguments *a, const method *m)
 {
     const cvol_compress_options *options = &m->options;
     return !m->truncate && m->block == 16 && options->target != CVOL_TARGET_MAX_ERROR &&
-           options->max_error <= 0 && !options->lossless && !options->has_fill;
+           options->max_error <= 0 && !options->lossless && !options->has_fill &&
+           (!a->background || options->background == CVOL_BACKGROUND_NONE);
 }
 
 static int compress(cvol_context *context, compress_arguments *arguments, const method *m,
@@ -381,15 +383,15 @@ static int compress(cvol_context *context, compress_arguments *arguments, const 
     int status = check_output(in_path, out_path);
     if (status)
         return status;
-    if (arguments->stream && !can_be_streamed(m))
+    if (arguments->stream && !can_be_streamed(arguments, m))
         return complain(EXIT_MISUSED, "--stream compresses in dct blocks of 16, by --ratio, --bpv "
-                                      "or --psnr");
+                                      "or --psnr, and keeps no background apart");
     if (arguments->stream && cvol_file_is_cvol(in_path))
         return complain(EXIT_MISUSED,
                         "%s: is a .cvol file, which --stream does not take; cvol transcode makes "
                         "it smaller",
                         in_path);
-    if (can_be_streamed(m) && !cvol_file_is_cvol(in_path))
+    if (can_be_streamed(arguments, m) && !cvol_file_is_cvol(in_path))
         status = open_slab_input(context, &in, in_path, &arguments->common, arguments->stream);
     if (!status)
         status = in.stream ? compress_by_slab(context, arguments, m, &in, out_path)
@@ -423,6 +425,7 @@ static int check_png(const compress_arguments *a, const char *in_path, const cha
                         : a->no_lap                   ? "--no-lap"
                         : a->fast                     ? "--fast"
                         : a->stream                   ? "--stream"
+                        : a->background               ? "--background"
                         : has_raw_options(&a->common) ? "--dims, --type and the like"
                                                       : NULL;
     if (given)

@@ -54,8 +54,8 @@ static json_t *describe_array(const input *in)
         json_number(info.l2_error / sqrt((double)cvol_grid_samples(grid))), "max_abs",
         json_number(info.max_abs), "value_min", info.value_min, "value_max", info.value_max,
         "whole", !in->cut, "level", in->level, "background",
-        info.apart ? json_real(info.background) : json_null(), "background_samples",
-        (json_int_t)info.apart);
+        info.background_samples ? json_real(info.background) : json_null(), "background_samples",
+        (json_int_t)info.background_samples);
     json_object_update(object, more);
     json_decref(more);
     return object;
@@ -108,8 +108,8 @@ static void print_text(const char *path, json_t *object)
 static int describe_build(int json)
 {
     json_t *object = json_pack("{s:s, s:s, s:s, s:s}", "version", cvol_version(), "formats",
-                               cvol_volume_formats(), "engines", "sheet ray splat transform fourier", "transforms",
-                               "dct dht dft");
+                               cvol_volume_formats(), "engines",
+                               "sheet ray splat transform fourier", "transforms", "dct dht dft");
     if (json)
         return print_json(object);
     print_text("cvol", object);

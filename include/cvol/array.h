@@ -113,8 +113,9 @@ typedef struct cvol_array_info {
                                  /* follow from l2_error: at least, at most */
     double psnr_db;              /* infinity: exact */
     double max_error;            /* largest |original - decoded| */
-    uint64_t apart;    /* samples of the background that is kept apart (cvol/codec.h), if one is */
-    double background; /* their value */
+    uint64_t background_samples; /* samples of the background that is kept apart (cvol/codec.h), if
+                                    one is */
+    double background;           /* their value */
 } cvol_array_info;
 CVOL_API void cvol_array_get_info(const cvol_array *array, cvol_array_info *out);
 

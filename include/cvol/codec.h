@@ -56,9 +56,9 @@ typedef struct cvol_compress_report {
     int lossless;   /* decoded samples equal the original ones */
     int target_met; /* 0 only for a ratio (or bits) beyond lossless or beyond the coarsest step */
     int trials;     /* steps tried */
-    uint64_t coefficients; /* terms kept */
-    uint64_t apart;        /* samples of the background that is kept apart */
-    double background;     /* their value */
+    uint64_t coefficients;       /* terms kept */
+    uint64_t background_samples; /* samples of the background that is kept apart */
+    double background;           /* their value */
 } cvol_compress_report;
 
 /* Compresses the samples (described by `grid`, x fastest) into a new array.

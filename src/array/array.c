@@ -212,7 +212,7 @@ void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
     out->psnr_db = array->psnr_db;
     out->max_error = array->max_error;
     if (cvol_mask_is_background(array->mask)) {
-        out->apart = cvol_mask_samples(array->mask);
+        out->background_samples = cvol_mask_samples(array->mask);
         out->background = cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
     }
 }

@@ -19,7 +19,8 @@ int cvol_array_need_plain(cvol_context *context, const cvol_array *array)
                      "terms: cvol_array_flatten makes an array without");
 }
 
-/* An array of the samples, less what they are off by. */
+/* Evaluates the samples and transforms them, less terms that together are half as far off as the
+ * samples themselves may be. */
 static int transform_again(cvol_context *context, cvol_array **out, float *samples,
                            const cvol_array *array)
 {

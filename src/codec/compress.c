@@ -235,7 +235,7 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
                                      .trials = c->trial.count,
                                      .coefficients = array->coefficients};
     if (cvol_mask_is_background(array->mask)) {
-        report->apart = cvol_mask_samples(array->mask);
+        report->background_samples = cvol_mask_samples(array->mask);
         report->background = cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
     }
 }
@@ -261,7 +261,7 @@ int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report 
             code = cvol_ratio_of_bits(context, &c.value, options->target_value, grid->type);
     }
     if (!code)
-        code = cvol_trial_start_apart(context, &c.trial, samples, grid, options);
+        code = cvol_trial_start_with_background(context, &c.trial, samples, grid, options);
     if (!code)
         cvol_trial_set_options(&c.trial, options);
     if (!code) {

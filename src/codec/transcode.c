@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/mask.h"
 #include "array/operations.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -101,7 +102,7 @@ static int account_samples(const transcoding *t, cvol_array *array)
         array->ledger.l2_error = l2_error;
         cvol_array_derive_figures(array);
     }
-    if (!from->measured || from->mask) /* a PSNR of fewer samples */
+    if (!from->measured || cvol_mask_is_void(from->mask)) /* a PSNR of fewer samples */
         return CVOL_OK;
     const double span = from->ledger.value_max - from->ledger.value_min;
     const double off = span * samples * pow(10, -from->psnr_db / 20) * (1 + 1e-9);

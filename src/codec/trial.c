@@ -148,8 +148,8 @@ static int start_masked(cvol_context *context, cvol_trial *trial, const void *sa
     return cvol_trial_start(context, trial, samples, grid, options->block);
 }
 
-int cvol_trial_start_apart(cvol_context *context, cvol_trial *trial, const void *samples,
-                           const cvol_grid *grid, const cvol_compress_options *options)
+int cvol_trial_start_with_background(cvol_context *context, cvol_trial *trial, const void *samples,
+                                     const cvol_grid *grid, const cvol_compress_options *options)
 {
     cvol_fills fills;
     double least_step;

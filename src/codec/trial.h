@@ -26,10 +26,10 @@ typedef struct cvol_trial {
     cvol_token_counts *counts;      /* of the last trial */
     cvol_token_counts *mask_counts; /* with a background: of its mask */
     cvol_encode_result result;      /* of the last trial */
-    double least_step;   /* with a background: finer ones do better without; 0: none do */
-    uint64_t mask_bytes;            /* of the background's mask, in the front */
-    uint64_t front_bytes, bytes;    /* of a file before its shells (an estimate until trial_finish),
-                                       and of the file */
+    double least_step;           /* with a background: finer ones do better without; 0: none do */
+    uint64_t mask_bytes;         /* of the background's mask, in the front */
+    uint64_t front_bytes, bytes; /* of a file before its shells (an estimate until trial_finish),
+                                    and of the file */
     cvol_sampler *sampler;
     cvol_cell_sample *cells;
     cvol_coded *coded;  /* of the last cvol_trial_encode */
@@ -47,8 +47,8 @@ int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *sampl
                      const cvol_grid *grid, int block);
 /* The same, with a background kept apart if the options and the samples ask for it. Errors: those
  * of cvol_background_fills too. */
-int cvol_trial_start_apart(cvol_context *context, cvol_trial *trial, const void *samples,
-                           const cvol_grid *grid, const cvol_compress_options *options);
+int cvol_trial_start_with_background(cvol_context *context, cvol_trial *trial, const void *samples,
+                                     const cvol_grid *grid, const cvol_compress_options *options);
 int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
                             const cvol_slab_source *source, const cvol_grid *grid);
 /* How options say that it is to be coded; before the first trial. */

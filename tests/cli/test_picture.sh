@@ -147,6 +147,7 @@ expect_failure 2 'must end in .cvi' cvol compress a.png b.cvol
 expect_failure 2 'must end in .cvol' cvol compress in.raw c.cvi --dims $dims --type uint8
 expect_failure 2 'takes no --lossless' cvol compress a.png c.cvi --lossless
 expect_failure 2 'takes no --dims' cvol compress a.png c.cvi --dims 2x2x2
+expect_failure 2 'takes no --background' cvol compress a.png c.cvi --background 0
 expect_failure 2 'at most 100' cvol compress a.png c.cvi --psnr 120
 expect_failure 1 'ratio 1e+06 cannot be had' cvol compress a.png c.cvi --ratio 1e6
 expect_failure 2 'must end in .png' cvol decompress a.cvi c.nrrd
