@@ -1,4 +1,4 @@
-/* cvol/image.h - pictures: 8-bit RGBA rows, PNG files, differences. */
+/* cvol/image.h - pictures: 8-bit RGBA rows or floats, PNG and PFM files, differences. */
 #ifndef CVOL_IMAGE_H
 #define CVOL_IMAGE_H
 
@@ -8,11 +8,14 @@
 extern "C" {
 #endif
 
-/* width x height pixels of four bytes R G B A (A: straight, not premultiplied), the top
- * row first. */
+/* width x height pixels, the top row first: of four bytes R G B A (A: straight, not premultiplied)
+ * in `rgba`, or of four floats in `values`, and then rgba is NULL. Floats are what a renderer
+ * computed, not rounded and over no background: R G B times A, and A, each 0..1 or, where a filter
+ * overshoots, a little beyond. Only functions that say so take pictures of floats. */
 typedef struct cvol_image {
     int width, height;
     uint8_t *rgba;
+    float *values;
 } cvol_image;
 
 /* Largest width or height of a picture. */
@@ -20,13 +23,32 @@ typedef struct cvol_image {
 
 /* A black, transparent picture. The caller frees it. Errors: ARGUMENT, MEMORY. */
 CVOL_API int cvol_image_create(cvol_context *context, cvol_image **out, int width, int height);
+CVOL_API int cvol_image_create_float(cvol_context *context, cvol_image **out, int width,
+                                     int height);
+/* Either kind; NULL is allowed. */
 CVOL_API void cvol_image_free(cvol_image *image);
+
+/* Rounds a picture of floats to bytes, in `out` of the same size: over a background R G B, as
+ * renderers do, or (NULL) with straight alpha, so that it looks the same over any. Errors: ARGUMENT.
+ */
+CVOL_API int cvol_image_flatten(cvol_context *context, cvol_image *out, const cvol_image *image,
+                                const double background[3]);
+/* Turns left and right round, in place; of either kind. */
+CVOL_API void cvol_image_mirror(cvol_image *image);
 
 /* Reads any PNG as 8-bit RGBA. Errors: IO, FORMAT, LIMIT, MEMORY. */
 CVOL_API int cvol_image_read_png(cvol_context *context, cvol_image **out, const char *path);
 /* Writes a PNG: RGB when every pixel is opaque, RGBA otherwise. The file appears under its
  * name only when it is whole. Errors: IO, MEMORY. */
 CVOL_API int cvol_image_write_png(cvol_context *context, const cvol_image *image, const char *path);
+/* Writes a picture of floats as a PNG of 16 bits a channel: over a background R G B, or (NULL) with
+ * straight alpha. With `grey`, one channel, R, for all three. Errors: ARGUMENT, IO, MEMORY. */
+CVOL_API int cvol_image_write_png16(cvol_context *context, const cvol_image *image,
+                                    const double background[3], int grey, const char *path);
+/* Writes a picture of floats as it is, over a background, as a portable float map (PFM, low byte
+ * first): RGB, or with `grey` R alone. Errors: ARGUMENT, IO, MEMORY. */
+CVOL_API int cvol_image_write_pfm(cvol_context *context, const cvol_image *image,
+                                  const double background[3], int grey, const char *path);
 
 /* How far picture b is from picture a, over R, G and B:
  * psnr_db            = 10 log10(255^2 / mean squared difference), infinity when equal

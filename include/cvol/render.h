@@ -70,8 +70,8 @@ typedef enum cvol_engine {
 
 typedef enum cvol_mode {
     CVOL_MODE_COMPOSITE = 1, /* colour and opacity, front to back */
-    CVOL_MODE_XRAY = 2,      /* mean of the samples along the ray, over min..max, white on black */
-    CVOL_MODE_MIP = 3        /* largest sample along the ray, over min..max, white on black */
+    CVOL_MODE_XRAY = 2,      /* mean of the samples along the ray, over the window, white on black */
+    CVOL_MODE_MIP = 3        /* largest sample along the ray, over the window, white on black */
 } cvol_mode;
 
 /* Parallel projection. The eye lies in direction (cos e sin a, -cos e cos a, sin e) of the
@@ -142,6 +142,8 @@ typedef struct cvol_render_options {
     double step_voxels;   /* sample distance along the ray in mean spacings; 0: the engine's
                              own (ray: 0.5; sheet: one sheet per slice) */
     double background[3]; /* R G B in 0..1 */
+    double window[2];     /* modes xray and mip: the values that are black and white, the second
+                             larger; 0 0: the smallest and the largest sample */
     cvol_splat_options splat;
     cvol_transform_options transform;
     cvol_fourier_options fourier;
@@ -289,11 +291,15 @@ typedef struct cvol_fourier_report {
 CVOL_API int cvol_renderer_fourier_report(cvol_context *context, const cvol_renderer *renderer,
                                           cvol_fourier_report *out);
 CVOL_API void cvol_renderer_free(cvol_renderer *renderer);
+/* The values that are black and white in modes xray and mip when no window is given. Errors:
+ * ARGUMENT (an engine that has only mode composite). */
+CVOL_API int cvol_renderer_range(cvol_context *context, const cvol_renderer *renderer,
+                                 double range[2]);
 /* Sets the transfer function of mode composite; it is copied. */
 CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,
                                         const cvol_transfer *transfer);
-/* Renders one picture into `image`, which is created by the caller with the options' size;
- * every pixel becomes opaque over the background. Bit-identical for any number of threads.
+/* Renders one picture into `image`, which is created by the caller with the options' size: bytes,
+ * every pixel opaque over the background; or floats, as they were computed, over none. Bit-identical for any number of threads.
  * Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                                   const cvol_render_options *options);

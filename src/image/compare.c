@@ -14,13 +14,12 @@
  * Sums of squares are exact integers and the windows are added up row by row in order, so that
  * the figures do not depend on the number of threads.
  */
-#include "cvol/image.h"
-
 #include <math.h>
 #include <stdlib.h>
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "image/pixels.h"
 
 #define WINDOW 7
 #define CHANNELS 3
@@ -164,6 +163,11 @@ int cvol_image_compare(cvol_context *context, cvol_image_difference *out, const 
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "the pictures differ in size: %d x %d and %d x %d pixels", a->width,
                          a->height, b->width, b->height);
+    int code = cvol_image_need_bytes(context, a, "comparing");
+    if (!code)
+        code = cvol_image_need_bytes(context, b, "comparing");
+    if (code)
+        return code;
     size_t pixels = (size_t)a->width * (size_t)a->height;
     picture_sums sums = sum_picture(a, b);
     out->psnr_db = psnr_of(sums.squares, pixels);

@@ -1,31 +1,65 @@
-/* Pictures in memory: width x height pixels R G B A, the top row first. */
+/* Pictures in memory: width x height pixels R G B A, bytes or floats, the top row first. */
 #include "cvol/image.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/context.h"
 #include "base/memory.h"
 
-int cvol_image_create(cvol_context *context, cvol_image **out, int width, int height)
+static int create(cvol_context *context, cvol_image **out, int width, int height, int floats)
 {
     *out = NULL;
     if (width < 1 || height < 1 || width > CVOL_IMAGE_SIZE_MAX || height > CVOL_IMAGE_SIZE_MAX)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "a picture of %d x %d pixels: width and height are 1 to %d", width, height,
                          CVOL_IMAGE_SIZE_MAX);
-    size_t pixels = (size_t)width * (size_t)height;
+    const size_t pixels = (size_t)width * (size_t)height, pixel = floats ? 4 * sizeof(float) : 4;
     cvol_image *image = calloc(1, sizeof *image);
     if (!image)
         return cvol_fail_memory(context, sizeof *image, "a picture");
     image->width = width;
     image->height = height;
-    image->rgba = cvol_allocate_zero(pixels, 4);
-    if (!image->rgba) {
+    void *memory = cvol_allocate_zero(pixels, pixel);
+    if (!memory) {
         free(image);
-        return cvol_fail_memory(context, pixels * 4, "a picture");
+        return cvol_fail_memory(context, pixels * pixel, "a picture");
     }
+    if (floats)
+        image->values = memory;
+    else
+        image->rgba = memory;
     *out = image;
     return CVOL_OK;
+}
+
+int cvol_image_create(cvol_context *context, cvol_image **out, int width, int height)
+{
+    return create(context, out, width, height, 0);
+}
+
+int cvol_image_create_float(cvol_context *context, cvol_image **out, int width, int height)
+{
+    return create(context, out, width, height, 1);
+}
+
+static void swap(uint8_t *a, uint8_t *b, size_t size)
+{
+    uint8_t kept[4 * sizeof(float)];
+    memcpy(kept, a, size);
+    memcpy(a, b, size);
+    memcpy(b, kept, size);
+}
+
+void cvol_image_mirror(cvol_image *image)
+{
+    uint8_t *memory = image->values ? (uint8_t *)image->values : image->rgba;
+    const size_t pixel = image->values ? 4 * sizeof(float) : 4, width = (size_t)image->width;
+    for (int y = 0; y < image->height; y++) {
+        uint8_t *row = memory + (size_t)y * width * pixel;
+        for (size_t x = 0; x < width / 2; x++)
+            swap(row + x * pixel, row + (width - 1 - x) * pixel, pixel);
+    }
 }
 
 void cvol_image_free(cvol_image *image)
@@ -33,5 +67,6 @@ void cvol_image_free(cvol_image *image)
     if (!image)
         return;
     free(image->rgba);
+    free(image->values);
     free(image);
 }

@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "image/pixels.h"
 #include "image/spline_warp.h"
 
 /* ---- back to pixels ------------------------------------------------------------------------- */
@@ -127,12 +128,15 @@ static int has_alpha(const cvol_image *image)
 int cvol_picture_compress(cvol_context *context, cvol_picture **out, const cvol_image *image,
                           const cvol_picture_options *options)
 {
+    *out = NULL;
+    const int refused = cvol_image_need_bytes(context, image, "compressing");
+    if (refused)
+        return refused;
     const size_t pixels = (size_t)image->width * (size_t)image->height;
     const int count = has_alpha(image) ? 4 : 3;
     cvol_picture_source from = {.lattice = {(size_t)image->width, (size_t)image->height},
                                 .width = image->width,
                                 .height = image->height};
-    *out = NULL;
     float *levels = cvol_allocate((size_t)count * pixels, sizeof *levels);
     if (!levels)
         return cvol_fail_memory(context, (size_t)count * pixels * sizeof *levels, "a picture");

@@ -1,4 +1,4 @@
-/* PNG files, read and written through libpng.
+/* PNG files, read through libpng.
  *
  * Reading turns every colour type, depth and interlacing into 8-bit RGBA. The file is read into
  * memory first, so that libpng never meets a stream; what the header claims is checked against
@@ -31,10 +31,8 @@ typedef struct png_job {
     png_structp png;
     png_infop info;
     char message[200]; /* libpng's own words */
-    cvol_cursor file;  /* reading: the file */
-    cvol_image *image; /* reading: the picture, once its size is known */
-    cvol_bytes bytes;  /* writing: the encoded file */
-    uint8_t *row;      /* writing: one row without alpha */
+    cvol_cursor file;
+    cvol_image *image; /* once its size is known */
 } png_job;
 
 static void on_error(png_structp png, png_const_charp message)
@@ -50,8 +48,6 @@ static void on_warning(png_structp png, png_const_charp message)
     (void)png;
     (void)message;
 }
-
-/* ---- reading ------------------------------------------------------------------------- */
 
 static void read_from_cursor(png_structp png, png_bytep out, size_t size)
 {
@@ -154,90 +150,5 @@ int cvol_image_read_png(cvol_context *context, cvol_image **out, const char *pat
         cvol_image_free(job.image);
     else
         *out = job.image;
-    return code;
-}
-
-/* ---- writing ------------------------------------------------------------------------- */
-
-static void append_to_bytes(png_structp png, png_bytep data, size_t size)
-{
-    png_job *job = png_get_io_ptr(png);
-    cvol_bytes_append(&job->bytes, data, size);
-    if (job->bytes.failed)
-        png_error(png, "not enough memory");
-}
-
-static void flush_nothing(png_structp png)
-{
-    (void)png;
-}
-
-static int is_opaque(const cvol_image *image)
-{
-    size_t pixels = (size_t)image->width * (size_t)image->height;
-    for (size_t i = 0; i < pixels; i++)
-        if (image->rgba[4 * i + 3] != 255)
-            return 0;
-    return 1;
-}
-
-static const uint8_t *without_alpha(uint8_t *row, const uint8_t *rgba, int width)
-{
-    for (size_t i = 0; i < (size_t)width; i++)
-        memcpy(row + 3 * i, rgba + 4 * i, 3);
-    return row;
-}
-
-static int encode(png_job *job, const cvol_image *image, int opaque)
-{
-    if (setjmp(png_jmpbuf(job->png)))
-        return cvol_fail(job->context, CVOL_ERROR_MEMORY, "%s: PNG: %s", job->path, job->message);
-    png_set_write_fn(job->png, job, append_to_bytes, flush_nothing);
-    png_set_IHDR(job->png, job->info, (png_uint_32)image->width, (png_uint_32)image->height, 8,
-                 opaque ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_NONE,
-                 PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    png_write_info(job->png, job->info);
-    for (int j = 0; j < image->height; j++) {
-        const uint8_t *rgba = image->rgba + 4 * (size_t)image->width * (size_t)j;
-        png_write_row(job->png, opaque ? without_alpha(job->row, rgba, image->width) : rgba);
-    }
-    png_write_end(job->png, NULL);
-    return CVOL_OK;
-}
-
-static int write_bytes(cvol_context *context, const cvol_bytes *bytes, const char *path)
-{
-    cvol_output *output;
-    int code = cvol_output_open(context, &output, path);
-    if (code)
-        return code;
-    code = cvol_output_write(context, output, bytes->data, bytes->size);
-    if (!code)
-        return cvol_output_commit(context, output);
-    cvol_output_abandon(output);
-    return code;
-}
-
-int cvol_image_write_png(cvol_context *context, const cvol_image *image, const char *path)
-{
-    if (image->width < 1 || image->height < 1 || image->width > CVOL_IMAGE_SIZE_MAX ||
-        image->height > CVOL_IMAGE_SIZE_MAX)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: a picture of %d x %d pixels: width and height are 1 to %d", path,
-                         image->width, image->height, CVOL_IMAGE_SIZE_MAX);
-    png_job job = {.context = context, .path = path};
-    int code;
-    job.row = cvol_allocate((size_t)image->width, 3);
-    if (job.row)
-        job.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &job, on_error, on_warning);
-    if (job.png)
-        job.info = png_create_info_struct(job.png);
-    code = job.info ? encode(&job, image, is_opaque(image))
-                    : cvol_fail_memory(context, sizeof job, "libpng");
-    png_destroy_write_struct(&job.png, &job.info);
-    if (!code)
-        code = write_bytes(context, &job.bytes, path);
-    cvol_bytes_free(&job.bytes);
-    free(job.row);
     return code;
 }

@@ -13,7 +13,8 @@ typedef struct cvol_spline_row {
     long dims[2];
     double start[2], step[2];
     float ground[3];
-    uint8_t *out; /* RGBA */
+    uint8_t *out;  /* RGBA over the ground; or NULL, and then */
+    float *values; /* colour, premultiplied, and opacity */
     int count;
 } cvol_spline_row;
 CVOL_SIMD_DECLARE(void, cvol_spline_sample, (const cvol_spline_row *row));

@@ -104,7 +104,8 @@ int cvol_spline_warp(cvol_context *context, cvol_image *image, float *places, co
             .start = {m[0][1] * y + m[0][2], m[1][1] * y + m[1][2]},
             .step = {m[0][0], m[1][0]},
             .ground = {(float)background[0], (float)background[1], (float)background[2]},
-            .out = image->rgba + 4 * (size_t)y * (size_t)image->width,
+            .out = image->values ? NULL : image->rgba + 4 * (size_t)y * (size_t)image->width,
+            .values = image->values ? image->values + 4 * (size_t)y * (size_t)image->width : NULL,
             .count = image->width};
         CVOL_SIMD_CHOOSE(cvol_spline_sample)(&row);
     }

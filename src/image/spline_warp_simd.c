@@ -76,9 +76,9 @@ void CVOL_SIMD(cvol_spline_sample)(const cvol_spline_row *row)
 {
     const double right = (double)row->dims[0] + 1, below = (double)row->dims[1] + 1;
     const float nothing[4] = {0, 0, 0, 0};
-    uint8_t empty[4], *out = row->out;
+    uint8_t empty[4];
     store_pixel(empty, nothing, row->ground);
-    for (int i = 0; i < row->count; i++, out += 4) {
+    for (int i = 0; i < row->count; i++) {
         const double u = row->start[0] + i * row->step[0], v = row->start[1] + i * row->step[1];
         /* rounded towards zero, from above -2 on */
         const int inside = u > -2 && u < right && v > -2 && v < below;
@@ -86,9 +86,14 @@ void CVOL_SIMD(cvol_spline_sample)(const cvol_spline_row *row)
         if (inside && is_near(row, x, y)) {
             float value[4];
             sample(value, row, x, y, (float)(u - (double)x), (float)(v - (double)y));
-            store_pixel(out, value, row->ground);
+            if (row->values)
+                memcpy(row->values + 4 * i, value, sizeof value);
+            else
+                store_pixel(row->out + 4 * i, value, row->ground);
+        } else if (row->values) {
+            memcpy(row->values + 4 * i, nothing, sizeof nothing);
         } else {
-            memcpy(out, empty, sizeof empty);
+            memcpy(row->out + 4 * i, empty, sizeof empty);
         }
     }
 }

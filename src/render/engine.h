@@ -5,7 +5,8 @@
 #include "render/camera.h"
 #include "render/transfer.h"
 
-/* An engine's own state, and how it draws. `draw` fills image->rgba whole. */
+/* An engine's own state, and how it draws. `draw` fills the whole image: bytes over the background, or
+ * floats (cvol/image.h) of an image that has these. The options' window is not an engine's matter. */
 typedef struct cvol_engine_table {
     void (*free)(void *state);
     /* Called when the transfer function was set (never NULL). */
@@ -19,7 +20,13 @@ struct cvol_renderer {
     void *state;
     cvol_grid grid;
     int has_transfer;
+    int has_range;
+    double range[2]; /* of samples: black and white in grey modes */
 };
+
+/* Grey levels of a picture of floats, of range[0] .. range[1] within 0..1, become those of a window.
+ */
+void cvol_window_apply(cvol_image *image, const double range[2], const double window[2]);
 
 /* Creates the engines' states. */
 int cvol_sheet_create(cvol_context *context, void **state, const cvol_array *array);
@@ -28,6 +35,7 @@ int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volu
 /* `mask`: see cvol_renderer_create_ray_masked; NULL: all samples have a value. */
 int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volume,
                     const uint8_t *mask);
+void cvol_ray_range(const void *state, double range[2]);
 int cvol_transform_create(cvol_context *context, void **state, const cvol_array *array);
 int cvol_transform_create_dense(cvol_context *context, void **state, const cvol_volume *volume);
 int cvol_transform_picture(cvol_context *context, void *state, cvol_picture **out,
@@ -36,6 +44,7 @@ int cvol_transform_picture(cvol_context *context, void *state, cvol_picture **ou
 int cvol_fourier_create(cvol_context *context, void **state, const cvol_array *array, double rho);
 int cvol_fourier_create_dense(cvol_context *context, void **state, const cvol_volume *volume,
                               double rho);
+void cvol_fourier_range(const void *state, double range[2]);
 extern const cvol_engine_table cvol_sheet_engine;
 extern const cvol_engine_table cvol_ray_engine;
 extern const cvol_engine_table cvol_splat_engine;

@@ -392,7 +392,19 @@ static void paint_row(uint8_t *rgba, const float *values, const pixel_job *job,
     }
 }
 
-/* Rows of pixels, as bytes of an image or as floats. */
+static void paint_values(float *out, const float *values, const pixel_job *job)
+{
+    const double min = job->state->source.min, range = job->state->source.max - min;
+    for (int i = 0; i < job->view->width; i++, out += 4) {
+        const int hit = !isnan(values[i]);
+        const double level = hit && range > 0 ? ((double)values[i] - min) / range : 0;
+        for (int c = 0; c < 3; c++)
+            out[c] = (float)level;
+        out[3] = (float)hit;
+    }
+}
+
+/* Rows of pixels, as an image's or as floats. */
 static int make_rows(cvol_context *context, const pixel_job *job, cvol_image *image, float *out,
                      const double background[3])
 {
@@ -412,7 +424,9 @@ static int make_rows(cvol_context *context, const pixel_job *job, cvol_image *im
                 continue;
             float *values = image ? scratch : out + width * (size_t)j;
             make_row(values, image ? scratch + width : scratch, job, j);
-            if (image)
+            if (image && image->values)
+                paint_values(image->values + 4 * width * (size_t)j, values, job);
+            else if (image)
                 paint_row(image->rgba + 4 * width * (size_t)j, values, job, background);
             else
                 for (size_t i = 0; i < width; i++)
@@ -527,6 +541,13 @@ int cvol_renderer_project(cvol_context *context, cvol_renderer *renderer, float 
     if (!code)
         code = project_all(context, renderer->state, out, &view, options, rotations, count);
     return code ? code : cvol_report_progress(context, "projecting", 1);
+}
+
+void cvol_fourier_range(const void *opaque, double range[2])
+{
+    const fourier_state *state = opaque;
+    range[0] = state->source.min;
+    range[1] = state->source.max;
 }
 
 const cvol_engine_table cvol_fourier_engine = {fourier_free, fourier_set_transfer, fourier_draw};

@@ -265,22 +265,38 @@ static ray_light grey(const ray_job *job, const ray_line *line)
     return (ray_light){.rgb = {level, level, level}};
 }
 
-static void draw_pixel(uint8_t rgba[4], const ray_job *job, int i, int j)
+static ray_light light_of(const ray_job *job, int i, int j)
 {
     ray_line line;
-    ray_light light = {.through = 1};
-    if (cast(&line, job, i, j))
-        light = job->mode == CVOL_MODE_COMPOSITE ? composite(job, &line) : grey(job, &line);
+    if (!cast(&line, job, i, j))
+        return (ray_light){.through = 1};
+    return job->mode == CVOL_MODE_COMPOSITE ? composite(job, &line) : grey(job, &line);
+}
+
+static void put_bytes(uint8_t rgba[4], const ray_light *light, const double background[3])
+{
     for (int c = 0; c < 3; c++)
-        rgba[c] = to_byte(light.rgb[c] + light.through * job->background[c]);
+        rgba[c] = to_byte(light->rgb[c] + light->through * background[c]);
     rgba[3] = 255;
+}
+
+static void put_values(float values[4], const ray_light *light)
+{
+    for (int c = 0; c < 3; c++)
+        values[c] = (float)light->rgb[c];
+    values[3] = (float)(1 - light->through);
 }
 
 static void draw_row(cvol_image *image, const ray_job *job, int j)
 {
-    uint8_t *row = image->rgba + 4 * (size_t)image->width * (size_t)j;
-    for (int i = 0; i < image->width; i++)
-        draw_pixel(row + 4 * (size_t)i, job, i, j);
+    const size_t first = 4 * (size_t)image->width * (size_t)j;
+    for (int i = 0; i < image->width; i++) {
+        const ray_light light = light_of(job, i, j);
+        if (image->values)
+            put_values(image->values + first + 4 * (size_t)i, &light);
+        else
+            put_bytes(image->rgba + first + 4 * (size_t)i, &light, job->background);
+    }
 }
 
 /* In bands, between which progress is told and a wish to stop is heard. */
@@ -326,6 +342,13 @@ static int ray_draw(cvol_context *context, void *state, cvol_image *image, const
         code = draw_rows(context, image, &job);
     free(job.table.entries);
     return code;
+}
+
+void cvol_ray_range(const void *state, double range[2])
+{
+    const cvol_ray_field *field = &((const ray_state *)state)->field;
+    range[0] = field->min;
+    range[1] = field->max;
 }
 
 const cvol_engine_table cvol_ray_engine = {ray_free, ray_set_transfer, ray_draw};

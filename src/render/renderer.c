@@ -1,8 +1,10 @@
 /* Renderers: what every engine shares. The engines themselves stand behind engine.h. */
 #include "render/engine.h"
 
+#include <math.h>
 #include <stdlib.h>
 
+#include "array/array.h"
 #include "base/context.h"
 
 typedef int (*create_fn)(cvol_context *context, void **state, const void *source);
@@ -75,8 +77,14 @@ static int create_renderer(cvol_context *context, cvol_renderer **out, const cvo
 
 int cvol_renderer_create_sheet(cvol_context *context, cvol_renderer **out, const cvol_array *array)
 {
-    return create_renderer(context, out, cvol_array_grid(array), &cvol_sheet_engine, create_sheet,
-                           array);
+    const int code = create_renderer(context, out, cvol_array_grid(array), &cvol_sheet_engine,
+                                     create_sheet, array);
+    if (!code) {
+        (*out)->has_range = 1;
+        (*out)->range[0] = array->ledger.value_min;
+        (*out)->range[1] = array->ledger.value_max;
+    }
+    return code;
 }
 
 int cvol_renderer_create_ray(cvol_context *context, cvol_renderer **out, const cvol_volume *volume)
@@ -88,7 +96,13 @@ int cvol_renderer_create_ray_masked(cvol_context *context, cvol_renderer **out,
                                     const cvol_volume *volume, const uint8_t *mask)
 {
     const ray_source source = {volume, mask};
-    return create_renderer(context, out, &volume->grid, &cvol_ray_engine, create_ray, &source);
+    const int code = create_renderer(context, out, &volume->grid, &cvol_ray_engine, create_ray,
+                                     &source);
+    if (!code) {
+        (*out)->has_range = 1;
+        cvol_ray_range((*out)->state, (*out)->range);
+    }
+    return code;
 }
 
 int cvol_renderer_create_splat(cvol_context *context, cvol_renderer **out, const cvol_array *array)
@@ -118,20 +132,30 @@ int cvol_renderer_create_transform_dense(cvol_context *context, cvol_renderer **
                            create_transform_dense, volume);
 }
 
+static int create_fourier_renderer(cvol_context *context, cvol_renderer **out,
+                                   const cvol_grid *grid, const fourier_source *source)
+{
+    const int code = create_renderer(context, out, grid, &cvol_fourier_engine, create_fourier,
+                                     source);
+    if (!code) {
+        (*out)->has_range = 1;
+        cvol_fourier_range((*out)->state, (*out)->range);
+    }
+    return code;
+}
+
 int cvol_renderer_create_fourier(cvol_context *context, cvol_renderer **out,
                                  const cvol_array *array, double rho)
 {
     const fourier_source source = {.array = array, .rho = rho};
-    return create_renderer(context, out, cvol_array_grid(array), &cvol_fourier_engine,
-                           create_fourier, &source);
+    return create_fourier_renderer(context, out, cvol_array_grid(array), &source);
 }
 
 int cvol_renderer_create_fourier_dense(cvol_context *context, cvol_renderer **out,
                                        const cvol_volume *volume, double rho)
 {
     const fourier_source source = {.volume = volume, .rho = rho};
-    return create_renderer(context, out, &volume->grid, &cvol_fourier_engine, create_fourier,
-                           &source);
+    return create_fourier_renderer(context, out, &volume->grid, &source);
 }
 
 void cvol_renderer_free(cvol_renderer *renderer)
@@ -168,6 +192,34 @@ static int check_request(cvol_context *context, const cvol_renderer *renderer,
     return CVOL_OK;
 }
 
+static int has_window(const cvol_render_options *options)
+{
+    const double *window = options->window;
+    return options->mode != CVOL_MODE_COMPOSITE &&
+           (window[0] < 0 || window[0] > 0 || window[1] < 0 || window[1] > 0);
+}
+
+static int check_window(cvol_context *context, const cvol_renderer *renderer,
+                        const cvol_render_options *options)
+{
+    const double *window = options->window;
+    if (!isfinite(window[0]) || !isfinite(window[1]) || !(window[1] > window[0]))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "a window from %g to %g: must be finite, the second larger", window[0],
+                         window[1]);
+    double range[2];
+    return cvol_renderer_range(context, renderer, range);
+}
+
+int cvol_renderer_range(cvol_context *context, const cvol_renderer *renderer, double range[2])
+{
+    if (!renderer->has_range)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "this engine has mode composite only");
+    range[0] = renderer->range[0];
+    range[1] = renderer->range[1];
+    return CVOL_OK;
+}
+
 int cvol_renderer_picture(cvol_context *context, cvol_renderer *renderer, cvol_picture **out,
                           const cvol_render_options *options, const cvol_picture_options *picture)
 {
@@ -185,6 +237,26 @@ int cvol_renderer_picture(cvol_context *context, cvol_renderer *renderer, cvol_p
     return code;
 }
 
+/* Through floats: the engines know only the samples' own range. */
+static int draw_window(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
+                       const cvol_view *view, const cvol_render_options *options)
+{
+    cvol_image *floats = image;
+    int code = check_window(context, renderer, options);
+    if (!code && !image->values)
+        code = cvol_image_create_float(context, &floats, image->width, image->height);
+    if (code)
+        return code;
+    code = renderer->engine->draw(context, renderer->state, floats, view, options);
+    if (!code)
+        cvol_window_apply(floats, renderer->range, options->window);
+    if (!code && floats != image)
+        code = cvol_image_flatten(context, image, floats, options->background);
+    if (floats != image)
+        cvol_image_free(floats);
+    return code;
+}
+
 int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                          const cvol_render_options *options)
 {
@@ -192,7 +264,9 @@ int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_im
     int code = check_request(context, renderer, image, options);
     if (!code)
         code = cvol_view_make(context, &view, &renderer->grid, options);
-    if (!code)
-        code = renderer->engine->draw(context, renderer->state, image, &view, options);
-    return code;
+    if (code)
+        return code;
+    return has_window(options)
+               ? draw_window(context, renderer, image, &view, options)
+               : renderer->engine->draw(context, renderer->state, image, &view, options);
 }

@@ -127,17 +127,32 @@ static uint8_t to_byte(float level)
     return level < 1 ? (uint8_t)(level * 255 + 0.5f) : 255;
 }
 
+/* `from`: colour times opacity, and what comes through. */
+static void put_bytes(uint8_t *to, const float *from, const double background[3])
+{
+    for (int c = 0; c < 3; c++)
+        to[c] = to_byte(from[c] + from[3] * (float)background[c]);
+    to[3] = 255;
+}
+
+static void put_values(float *to, const float *from)
+{
+    for (int c = 0; c < 3; c++)
+        to[c] = from[c];
+    to[3] = 1 - from[3];
+}
+
 static void finish(cvol_image *image, const cvol_splat_job *job, const double background[3])
 {
     for (int y = 0; y < job->height; y++) {
         const float *from = job->image + (size_t)y * job->row_stride +
                             CVOL_SPLAT_CHANNELS * (size_t)job->margin;
-        uint8_t *to = image->rgba + 4 * (size_t)y * (size_t)job->width;
-        for (int x = 0; x < job->width; x++, from += CVOL_SPLAT_CHANNELS, to += 4) {
-            for (int c = 0; c < 3; c++)
-                to[c] = to_byte(from[c] + from[3] * (float)background[c]);
-            to[3] = 255;
-        }
+        const size_t first = 4 * (size_t)y * (size_t)job->width;
+        for (size_t x = 0; x < (size_t)job->width; x++, from += CVOL_SPLAT_CHANNELS)
+            if (image->values)
+                put_values(image->values + first + 4 * x, from);
+            else
+                put_bytes(image->rgba + first + 4 * x, from, background);
     }
 }
 

@@ -130,19 +130,33 @@ static void write_pixel(uint8_t *pixel, const pixel_writer *writer, pixel_values
     pixel[3] = 255;
 }
 
+/* The same as floats, over no background: colour times opacity, and opacity. */
+static void write_values(float *pixel, const pixel_writer *writer, pixel_values v)
+{
+    const int hit = v[1] > 0.5f;
+    const float grey = hit ? (v[0] / v[1] - writer->lo) * writer->scale : 0;
+    for (int k = 0; k < 3; k++)
+        pixel[k] = writer->grey ? grey : v[k];
+    pixel[3] = writer->grey ? (float)hit : 1 - v[3];
+}
+
 static void write_line(cvol_image *image, int y, const cvol_intermediate *intermediate,
                        const cvol_sheet_plan *plan, const pixel_writer *writer)
 {
-    uint8_t *pixel = image->rgba + 4 * (size_t)y * (size_t)image->width;
+    const size_t first = 4 * (size_t)y * (size_t)image->width;
     const double right = intermediate->width + 1, below = intermediate->height + 1;
     double at[2], step[2];
     locate(at, step, plan, y);
-    for (int x = 0; x < image->width; x++, pixel += 4) {
+    for (int x = 0; x < image->width; x++) {
+        const size_t pixel = first + 4 * (size_t)x;
         const double u = at[0] + x * step[0], v = at[1] + x * step[1];
         pixel_values values = writer->empty;
         if (u > -2 && u < right && v > -2 && v < below)
             values = sample_image(intermediate, writer->empty, u, v);
-        write_pixel(pixel, writer, values);
+        if (image->values)
+            write_values(image->values + pixel, writer, values);
+        else
+            write_pixel(image->rgba + pixel, writer, values);
     }
 }
 
