@@ -26,8 +26,8 @@
 typedef struct sheet_state {
     const cvol_array *array;
     cvol_array *ranged;    /* what `array` is if it came without block ranges; else NULL */
-    const cvol_mask *mask; /* NULL: all samples have a value */
-    uint8_t *masked;       /* its state in every block */
+    const cvol_mask *mask; /* NULL: all samples are the transform's */
+    cvol_sheet_mask blocks_mask;
     cvol_transfer *transfer;
     cvol_visibility by_transfer, everything;
     cvol_sheet_table *table;
@@ -46,7 +46,7 @@ static void sheet_free(void *opaque_state)
     if (!state)
         return;
     cvol_transfer_free(state->transfer);
-    free(state->masked);
+    cvol_sheet_mask_free(&state->blocks_mask);
     free(state->table);
     free(state->intermediate.lines);
     free(state->intermediate.scratch);
@@ -79,7 +79,7 @@ int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array
         return cvol_fail_memory(context, sizeof *state->table, "a renderer");
     }
     state->mask = array->mask;
-    if (array->mask && (code = cvol_sheet_mask_blocks(context, &state->masked, array))) {
+    if (array->mask && (code = cvol_sheet_mask_make(context, &state->blocks_mask, array))) {
         sheet_free(state);
         return code;
     }
@@ -343,8 +343,7 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
         .filters = cvol_lapped_filters_of(&plan),
         .table = state->table,
         .visibility = colour ? &state->by_transfer : &state->everything,
-        .mask = state->mask,
-        .masked = state->masked,
+        .mask = state->mask ? &state->blocks_mask : NULL,
         .background = find_background(state),
         .kernel = choose_kernel(options->mode),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),

@@ -54,7 +54,7 @@ typedef struct cvol_sheet_plan {
     int axis_lane, axis_row, axis_sheet;
     size_t lanes, rows, sheets; /* samples along each */
     size_t blocks_lane, blocks_row, layers;
-    int lapped;    /* the array is */
+    int lapped; /* the array is */
     cvol_sheet_masked masked;
     int ascending; /* sheets are met in rising order */
     double shear_lane, shear_row;
@@ -130,9 +130,8 @@ typedef struct cvol_layer {
     int sheet_count;
     cvol_sheet_view sheets[CVOL_BLOCK_MAX]; /* front to back */
     long row_stride;
-    long cover_at; /* how far behind each sample its cover lies (sheet_mask.h); 0: no mask */
-    cvol_sheet_masked masked;
-    float background; /* value of masked samples, less the array's offset */
+    long
+        cover_at; /* how far behind each sample its cover lies (sheet_mask.h); 0: all have values */
     double lane_step, row_step;
     /* Sample coordinates of the faces through which rays would enter and leave, a little outwards,
      * and in how many sheets a ray moves by one sample; the latter is never zero or infinite. */
@@ -171,6 +170,12 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_lap_lanes,
 /* Others: of each of the four, `lines` lines of `columns` samples, which lie `stride` apart. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_lap_across,
                   (float *const a[4], long stride, int columns, int lines, const float h[4]));
+/* Puts `background` where bits are set: row y of sheet z has bits[z sheet_step + y row_step + ...],
+ * 16 samples a word. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_lay,
+                  (float *samples, long row_stride, long sheet_stride, int rows, int sheets,
+                   int lanes, const uint16_t *bits, int row_step, int sheet_step,
+                   float background));
 /* Bounds samples from below and above. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_clamp,
                   (float *samples, long row_stride, long sheet_stride, int columns, int rows,

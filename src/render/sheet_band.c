@@ -7,7 +7,6 @@
 
 #include "base/context.h"
 #include "base/memory.h"
-#include "render/sheet_mask.h"
 
 /* ---- memory ------------------------------------------------------------------------------- */
 
@@ -71,8 +70,9 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
     memory->row_stride = (long)row_stride;
     memory->sheet_stride = (long)(rows * row_stride);
     const size_t samples = rows * row_stride * sheets;
-    memory->cover_at = plan->masked ? (long)samples : 0;
-    if (!cvol_ensure(&memory->samples, &memory->sample_capacity, samples << (plan->masked != 0),
+    const int covered = plan->masked == CVOL_SHEET_SOME_VOID;
+    memory->cover_at = covered ? (long)samples : 0;
+    if (!cvol_ensure(&memory->samples, &memory->sample_capacity, samples << covered,
                      sizeof(float)) ||
         !cvol_layer_skip_prepare(&memory->skip[0], plan) ||
         !cvol_layer_skip_prepare(&memory->skip[1], plan) ||
@@ -122,27 +122,9 @@ static void extend_faces(float *at, const cvol_band_memory *memory, const cvol_s
 
 cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame)
 {
-    return (cvol_skip_source){frame->plan, frame->array, frame->visibility, frame->masked,
-                              frame->plan->masked == CVOL_SHEET_SOME_VOID};
-}
-
-void cvol_band_tell_mask(cvol_layer *layer, const cvol_band_memory *memory,
-                         const cvol_sheet_frame *frame)
-{
-    layer->cover_at = memory->cover_at;
-    layer->masked = frame->plan->masked;
-    layer->background = frame->background;
-}
-
-void cvol_band_cover(float *out, const cvol_band_memory *memory, long sheet_stride,
-                     const cvol_sheet_frame *frame, size_t lane, size_t row, size_t layer)
-{
-    if (!frame->masked)
-        return;
-    const int state =
-        frame->masked[cvol_sheet_block_index(frame->plan, frame->array, lane, row, layer)];
-    cvol_sheet_mask_cover(out + memory->cover_at, memory->row_stride, sheet_stride, frame->plan,
-                          frame->array, frame->mask, state, lane, row, layer);
+    const int has_void = frame->plan->masked == CVOL_SHEET_SOME_VOID;
+    return (cvol_skip_source){frame->plan, frame->array, frame->visibility,
+                              has_void ? frame->mask->states : NULL};
 }
 
 static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *frame,
@@ -150,13 +132,24 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
 {
     const cvol_sheet_plan *plan = frame->plan;
     const cvol_array *array = frame->array;
-    const cvol_block *block =
-        &array->block_table[cvol_sheet_block_index(plan, array, lane, row, at->layer)];
+    const size_t index = cvol_sheet_block_index(plan, array, lane, row, at->layer);
     float *out = memory->samples + CVOL_SHEET_PAD + (long)lane * plan->points_lane +
                  (1 + (long)(row - at->first_row) * plan->points_row) * memory->row_stride;
-    frame->evaluate(out, memory->row_stride, memory->sheet_stride, block, &frame->axes,
-                    array->block_log2, (float)array->step, memory->work);
-    cvol_band_cover(out, memory, memory->sheet_stride, frame, lane, row, at->layer);
+    frame->evaluate(out, memory->row_stride, memory->sheet_stride, &array->block_table[index],
+                    &frame->axes, array->block_log2, (float)array->step, memory->work);
+    if (frame->mask) {
+        cvol_sheet_piece piece = {out + memory->cover_at,
+                                  memory->row_stride,
+                                  memory->sheet_stride,
+                                  0,
+                                  plan->points_row,
+                                  0,
+                                  array->block};
+        if (memory->cover_at)
+            cvol_sheet_mask_cover(&piece, plan, frame->mask, index);
+        else
+            cvol_sheet_mask_lay(&piece, plan, frame->mask, index, frame->background);
+    }
     if (lane > 0 && row > 0 && lane + 1 < plan->blocks_lane && row + 1 < plan->blocks_row)
         return;
     extend_faces(out, memory, plan, array->block, lane, row);
@@ -280,7 +273,7 @@ static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
     const int width = frame->intermediate->width;
     for (int j = begin; j < end; j++) {
         cvol_line line = cvol_band_line(frame->intermediate, j);
-        for (int k = 0; k < CVOL_LINES - !frame->masked; k++)
+        for (int k = 0; k < CVOL_LINES - (frame->plan->masked != CVOL_SHEET_SOME_VOID); k++)
             for (int i = 0; i < width; i++)
                 line.values[k * width + i] = frame->start[k];
         memset(line.opaque, 0, (size_t)(width / CVOL_GROUP));
@@ -301,7 +294,7 @@ static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
     cvol_layer layer, first_sheet;
     cvol_layer_describe(&layer, memory->samples, memory->row_stride, memory->sheet_stride, skip,
                         before, plan, at);
-    cvol_band_tell_mask(&layer, memory, frame);
+    layer.cover_at = memory->cover_at;
     first_sheet = layer;
     first_sheet.sheet_count = 1;
     for (int from = begin; from < end; from += CVOL_TILE) {

@@ -8,6 +8,7 @@
 
 #include "render/sheet.h"
 #include "render/sheet_lapped.h"
+#include "render/sheet_mask.h"
 #include "render/sheet_skip.h"
 
 /* What all bands of a frame share. */
@@ -18,9 +19,8 @@ struct cvol_sheet_frame {
     cvol_lapped_filters filters; /* of lapped arrays */
     const cvol_sheet_table *table;
     const cvol_visibility *visibility;
-    const cvol_mask *mask; /* NULL: there is none */
-    const uint8_t *masked; /* its state in every block */
-    float background;      /* see cvol_layer */
+    const cvol_sheet_mask *mask; /* NULL: there is none */
+    float background;            /* value of masked samples, less the array's offset */
     cvol_sheet_kernel *kernel;
     cvol_sheet_evaluator *evaluate;
     cvol_intermediate *intermediate;
@@ -66,13 +66,6 @@ void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride,
                          const cvol_layer_skip *skip, const cvol_layer_skip *before,
                          const cvol_sheet_plan *plan, const cvol_band_layer *at);
 cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame);
-/* Tells a layer of the mask. */
-void cvol_band_tell_mask(cvol_layer *layer, const cvol_band_memory *memory,
-                         const cvol_sheet_frame *frame);
-/* Writes the cover of block (lane, row) of a layer whose samples begin at `out`, if there is a
- * mask. */
-void cvol_band_cover(float *out, const cvol_band_memory *memory, long sheet_stride,
-                     const cvol_sheet_frame *frame, size_t lane, size_t row, size_t layer);
 cvol_line cvol_band_line(const cvol_intermediate *image, int j);
 
 /* Grows *memory (a pointer to any object pointer) to `count` elements, zeroed; what it held is

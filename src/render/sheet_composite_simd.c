@@ -160,9 +160,8 @@ CVOL_INLINE int composite_masked(const cvol_sheet_table *table, float *r, int wi
 /* A sheet stands for the interval before it. */
 CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
                                  const cvol_sheet_table *table, const cvol_line *line, int unit,
-                                 cvol_sheet_masked masked)
+                                 int has_void)
 {
-    const int has_void = masked == CVOL_SHEET_SOME_VOID;
     line_view view;
     const int only = sheet->front == -0.5f;
     view_line(&view, layer, sheet, line->number, only ? -0.5f : -1, only ? 0.5f : 0);
@@ -194,11 +193,7 @@ CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view 
         for (int part = 0; part < CVOL_GROUP; part += CVOL_LANES) {
             double position = sheet->lane_at + (i + part) * step;
             interval_end end = {.cover = cvol_splat(1)}, before;
-            const int mixed = masked && view.windows[window] & CVOL_WINDOW_MASKED;
-            if (mixed && !has_void)
-                end.value = unit ? reconstruct_unit_apart(&view, &footprint, x + part, layer)
-                                 : reconstruct_finer_apart(&view, position, step, layer);
-            else if (mixed)
+            if (has_void && view.windows[window] & CVOL_WINDOW_MASKED)
                 end.value = unit ? reconstruct_unit_masked(&end.cover, &view, &footprint, x + part,
                                                            layer->cover_at)
                                  : reconstruct_finer_masked(&end.cover, &view, position, step,
@@ -233,23 +228,20 @@ CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view 
 }
 
 CVOL_INLINE void composite_layer(const cvol_layer *layer, const cvol_sheet_table *table,
-                                 const cvol_line *line, int unit, cvol_sheet_masked masked)
+                                 const cvol_line *line, int unit, int has_void)
 {
     for (int s = 0; s < layer->sheet_count; s++)
-        composite_sheet(layer, &layer->sheets[s], table, line, unit, masked);
+        composite_sheet(layer, &layer->sheets[s], table, line, unit, has_void);
 }
 
 void CVOL_SIMD(cvol_sheet_composite)(const cvol_layer *layer, const cvol_sheet_table *table,
                                      const cvol_line *line)
 {
     const int unit = layer->lane_step == 1;
-    if (layer->masked == CVOL_SHEET_SOME_VOID)
-        unit ? composite_layer(layer, table, line, 1, CVOL_SHEET_SOME_VOID)
-             : composite_layer(layer, table, line, 0, CVOL_SHEET_SOME_VOID);
-    else if (layer->masked)
-        unit ? composite_layer(layer, table, line, 1, CVOL_SHEET_SOME_BACKGROUND)
-             : composite_layer(layer, table, line, 0, CVOL_SHEET_SOME_BACKGROUND);
+    if (layer->cover_at)
+        unit ? composite_layer(layer, table, line, 1, 1)
+             : composite_layer(layer, table, line, 0, 1);
     else
-        unit ? composite_layer(layer, table, line, 1, CVOL_SHEET_ALL_PLAIN)
-             : composite_layer(layer, table, line, 0, CVOL_SHEET_ALL_PLAIN);
+        unit ? composite_layer(layer, table, line, 1, 0)
+             : composite_layer(layer, table, line, 0, 0);
 }

@@ -154,23 +154,6 @@ CVOL_INLINE cvol_vf reconstruct_finer_masked(cvol_vf *cover, const line_view *vi
     return mean_of(from + fraction * (to - from), *cover);
 }
 
-/* The same where samples that are masked have the background's value. */
-CVOL_INLINE cvol_vf reconstruct_unit_apart(const line_view *view, const unit_footprint *footprint,
-                                           long x, const cvol_layer *layer)
-{
-    cvol_vf cover;
-    const cvol_vf value = reconstruct_unit_masked(&cover, view, footprint, x, layer->cover_at);
-    return layer->background + cover * (value - layer->background);
-}
-
-CVOL_INLINE cvol_vf reconstruct_finer_apart(const line_view *view, double position, double step,
-                                            const cvol_layer *layer)
-{
-    cvol_vf cover;
-    const cvol_vf value = reconstruct_finer_masked(&cover, view, position, step, layer->cover_at);
-    return layer->background + cover * (value - layer->background);
-}
-
 /* How much of its slab the CVOL_LANES pixels from `position` on spend within; 0 or less: none. */
 CVOL_INLINE cvol_vf weigh(const cvol_layer *layer, const line_view *view, double position)
 {

@@ -102,12 +102,20 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
     float *out = layer->samples + CVOL_SHEET_PAD + (long)lane * plan->points_lane +
                  (1 + (long)(row - at->first_row) * plan->points_row) * memory->row_stride;
     cvol_block_axes axes = frame->axes;
-    if (layer->skip.touched[row * plan->blocks_lane + lane])
-        cvol_band_cover(out, memory, layer->sheet_stride, frame, lane, row, at->layer);
+    const size_t index = cvol_sheet_block_index(plan, array, lane, row, at->layer);
+    if (memory->cover_at && layer->skip.touched[row * plan->blocks_lane + lane]) {
+        const cvol_sheet_piece piece = {out + memory->cover_at,
+                                        memory->row_stride,
+                                        layer->sheet_stride,
+                                        0,
+                                        plan->points_row,
+                                        0,
+                                        array->block};
+        cvol_sheet_mask_cover(&piece, plan, frame->mask, index);
+    }
     axes.sheet_ends = what == CVOL_HAVE_ALL ? 0 : what;
-    frame->evaluate(out, memory->row_stride, layer->sheet_stride,
-                    &array->block_table[cvol_sheet_block_index(plan, array, lane, row, at->layer)],
-                    &axes, array->block_log2, (float)array->step, memory->work);
+    frame->evaluate(out, memory->row_stride, layer->sheet_stride, &array->block_table[index], &axes,
+                    array->block_log2, (float)array->step, memory->work);
 }
 
 static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
@@ -139,7 +147,7 @@ static void describe(cvol_layer *now, const cvol_band_memory *memory, const cvol
 {
     cvol_layer_describe(now, layer->samples, memory->row_stride, layer->sheet_stride, &layer->skip,
                         before->reached ? &before->skip : NULL, frame->plan, &layer->at);
-    cvol_band_tell_mask(now, memory, frame);
+    now->cover_at = memory->cover_at;
     now->sheet_count -= layer->held;
     layer->drawn = *now;
     layer->drawn.sheet_count = layer->held;

@@ -218,9 +218,34 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
     }
 }
 
+/* Puts the background where it is, in cells that are drawn. */
+static void lay_background(const work *w, const cvol_lapped_layer *layer, piece p,
+                           sheet_span sheets)
+{
+    const cvol_sheet_frame *frame = w->frame;
+    for (size_t lane = 0; lane < w->plan->blocks_lane; lane++) {
+        if (!row_of(layer->skip.touched, w->plan, p.row)[lane] ||
+            row_of(layer->have, w->plan, p.row)[lane] != CVOL_HAVE_ALL)
+            continue;
+        const size_t index = cvol_sheet_block_index(w->plan, frame->array, lane, p.row,
+                                                    layer->at.layer);
+        const cvol_sheet_piece at = {find_samples(w, layer, lane, p.row, p.begin) +
+                                         sheets.begin * layer->sheet_stride,
+                                     w->memory->row_stride,
+                                     layer->sheet_stride,
+                                     p.begin,
+                                     p.count,
+                                     sheets.begin,
+                                     sheets.count};
+        cvol_sheet_mask_lay(&at, w->plan, frame->mask, index, frame->background);
+    }
+}
+
 static void finish(const work *w, const cvol_lapped_layer *layer, piece p, sheet_span sheets)
 {
     bound_cells(w, layer, p, sheets);
+    if (w->plan->masked == CVOL_SHEET_SOME_BACKGROUND)
+        lay_background(w, layer, p, sheets);
     extend_faces(w, layer, p, sheets, 0);
     if (w->memory->cover_at)
         extend_faces(w, layer, p, sheets, w->memory->cover_at);

@@ -1,135 +1,250 @@
-/* Cover: 1 where a sample has a value, 0 where it has none; on fewer points than samples, straight
- * lines between the two samples around each point. Beyond the volume's faces the last sample is
- * repeated, as where blocks are made. */
+/* Masks, by blocks. On fewer points than samples, what a point has of the two samples around it is
+ * by straight lines, along lanes and along rows. */
 #include "render/sheet_mask.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/context.h"
 #include "base/memory.h"
 
-/* The samples of a block: where it begins, and where it or the volume ends. */
-static void find_box(size_t begin[3], size_t end[3], const cvol_array *array, size_t index)
+/* Bits of a row come in words of 16. */
+static int words_of(int block)
 {
-    cvol_block_origin(begin, array, index);
+    return (block + 15) / 16;
+}
+
+static size_t words_of_block(int block)
+{
+    return 2 * (size_t)(block * block * words_of(block));
+}
+
+static void set_bit(uint16_t *row, int i)
+{
+    row[i / 16] = (uint16_t)(row[i / 16] | 1u << i % 16);
+}
+
+/* Both sets of rows of a block whose samples within the volume `which` has. */
+static void make_bits(uint16_t *bits, const uint8_t *which, const int size[3], int block)
+{
+    const int words = words_of(block);
+    uint16_t *along_x = bits, *along_y = bits + block * block * words;
+    memset(bits, 0, sizeof *bits * words_of_block(block));
+    for (int z = 0; z < block; z++)
+        for (int y = 0; y < block; y++) {
+            const uint8_t *from = which + ((z < size[2] ? z : size[2] - 1) * size[1] +
+                                           (y < size[1] ? y : size[1] - 1)) *
+                                              size[0];
+            for (int x = 0; x < block; x++) {
+                if (!from[x < size[0] ? x : size[0] - 1])
+                    continue;
+                set_bit(along_x + (z * block + y) * words, x);
+                set_bit(along_y + (z * block + x) * words, y);
+            }
+        }
+}
+
+/* Whether a block is one cell of the mask that has one kind of samples only; else what they are has
+ * to be looked at. */
+static int is_plain_cell(cvol_mask_state *state, const cvol_array *array, const size_t begin[3])
+{
+    if (array->block != CVOL_MASK_CELL)
+        return 0;
+    const size_t cell[3] = {begin[0] / CVOL_MASK_CELL, begin[1] / CVOL_MASK_CELL,
+                            begin[2] / CVOL_MASK_CELL};
+    *state = cvol_mask_cell(array->mask, cell);
+    return *state != CVOL_MASK_SOME;
+}
+
+/* The samples of a block that are within the volume; how many of them are masked. */
+static size_t get_block(uint8_t *which, int size[3], const cvol_array *array, const size_t begin[3])
+{
+    size_t end[3];
     for (int a = 0; a < 3; a++) {
         end[a] = begin[a] + (size_t)array->block;
         end[a] = end[a] < array->grid.dims[a] ? end[a] : array->grid.dims[a];
+        size[a] = (int)(end[a] - begin[a]);
     }
+    return cvol_mask_get(which, array->mask, begin, end);
 }
 
-int cvol_sheet_mask_blocks(cvol_context *context, uint8_t **out, const cvol_array *array)
+static cvol_mask_state find_state(const cvol_array *array, size_t index)
 {
-    *out = cvol_allocate(array->block_count, 1);
-    if (!*out)
+    uint8_t which[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
+    size_t begin[3];
+    int size[3];
+    cvol_mask_state state;
+    cvol_block_origin(begin, array, index);
+    if (is_plain_cell(&state, array, begin))
+        return state;
+    const size_t masked = get_block(which, size, array, begin);
+    return masked == 0                                       ? CVOL_MASK_NONE
+           : masked == (size_t)(size[0] * size[1] * size[2]) ? CVOL_MASK_ALL
+                                                             : CVOL_MASK_SOME;
+}
+
+int cvol_sheet_mask_make(cvol_context *context, cvol_sheet_mask *mask, const cvol_array *array)
+{
+    const size_t words = words_of_block(array->block);
+    size_t mixed = 0;
+    mask->block = array->block;
+    mask->states = cvol_allocate(array->block_count, 1);
+    mask->mixed = cvol_allocate(array->block_count, sizeof *mask->mixed);
+    if (!mask->states || !mask->mixed) {
+        cvol_sheet_mask_free(mask);
         return cvol_fail_memory(context, array->block_count, "a mask's blocks");
+    }
     for (size_t i = 0; i < array->block_count; i++) {
+        mask->states[i] = (uint8_t)find_state(array, i);
+        mask->mixed[i] = (uint32_t)mixed;
+        mixed += mask->states[i] == CVOL_MASK_SOME;
+    }
+    mask->bits = cvol_allocate(mixed ? mixed : 1, words * sizeof *mask->bits);
+    if (!mask->bits) {
+        cvol_sheet_mask_free(mask);
+        return cvol_fail_memory(context, mixed * words, "a mask's samples");
+    }
+    for (size_t i = 0; i < array->block_count; i++) {
+        if (mask->states[i] != CVOL_MASK_SOME)
+            continue;
         uint8_t which[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
-        size_t begin[3], end[3];
-        find_box(begin, end, array, i);
-        const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
-        const size_t masked = cvol_mask_get(which, array->mask, begin, end);
-        (*out)[i] = (uint8_t)(masked == 0       ? CVOL_MASK_NONE
-                              : masked == count ? CVOL_MASK_ALL
-                                                : CVOL_MASK_SOME);
+        size_t begin[3];
+        int size[3];
+        cvol_block_origin(begin, array, i);
+        get_block(which, size, array, begin);
+        make_bits(mask->bits + mask->mixed[i] * words, which, size, array->block);
     }
     return CVOL_OK;
 }
 
-/* The samples on both sides of each point of an axis, and the weight of the second. */
+void cvol_sheet_mask_free(cvol_sheet_mask *mask)
+{
+    free(mask->states);
+    free(mask->mixed);
+    free(mask->bits);
+    *mask = (cvol_sheet_mask){0};
+}
+
+/* A block's rows along the lanes of a view: row r of sheet z begins at
+ * first[r row_step + z sheet_step]. */
+typedef struct block_bits {
+    const uint16_t *first;
+    int row_step, sheet_step;
+} block_bits;
+
+static block_bits find_bits(const cvol_sheet_plan *plan, const cvol_sheet_mask *mask, size_t index)
+{
+    const int words = words_of(mask->block), lines = mask->block * words;
+    block_bits bits = {mask->bits + mask->mixed[index] * words_of_block(mask->block), lines, words};
+    if (plan->axis_sheet == 2)
+        bits = (block_bits){bits.first, words, lines};
+    if (plan->axis_lane == 1)
+        bits.first += mask->block * lines;
+    return bits;
+}
+
+/* Where each point of an axis lies: the samples on both sides and the weight of the second. */
 typedef struct axis_points {
     int near[CVOL_BLOCK_MAX], far[CVOL_BLOCK_MAX];
     float weight[CVOL_BLOCK_MAX];
 } axis_points;
 
-static void find_points(axis_points *p, int points, double first, double pitch, int inside)
+static void find_points(axis_points *p, int points, double first, double pitch, int block)
 {
     for (int i = 0; i < points; i++) {
         const double at = first + i * pitch;
-        const int near = (int)at, last = inside - 1;
-        p->near[i] = near < last ? near : last;
-        p->far[i] = near + 1 < last ? near + 1 : last;
-        p->weight[i] = (float)(at - near);
+        p->near[i] = (int)at;
+        p->far[i] = p->near[i] + 1 < block ? p->near[i] + 1 : block - 1;
+        p->weight[i] = (float)(at - p->near[i]);
     }
 }
 
-static void fill(float *out, long row_stride, long sheet_stride, const cvol_sheet_plan *plan,
-                 int sheets, float value)
+static int are_samples(const cvol_sheet_plan *plan, int block)
 {
-    for (int z = 0; z < sheets; z++)
-        for (int y = 0; y < plan->points_row; y++)
-            for (int x = 0; x < plan->points_lane; x++)
-                out[z * sheet_stride + y * row_stride + x] = value;
+    return plan->points_lane == block && plan->points_row == block;
 }
 
-/* Whether points are the samples, as many as there are. */
-static int are_samples(int points, double first, double pitch, int inside)
+/* 1 of samples that are not masked. */
+static void expand(float *out, const uint16_t *row, int count)
 {
-    return points == inside && first == 0 && pitch == 1;
+    for (int i = 0; i < count; i++)
+        out[i] = (float)(~row[i / 16] >> i % 16 & 1);
 }
 
-/* The cover of a block whose points are its samples; steps: of lanes, rows, sheets in `which`. */
-static void copy_cover(float *out, long row_stride, long sheet_stride, const uint8_t *which,
-                       const int steps[3], const int size[3], int sheets)
+/* The cover of one row of points. */
+static void cover_row(float *out, const uint16_t *sheet, int row_step, const cvol_sheet_plan *plan,
+                      int block, const axis_points *lanes, const axis_points *rows, int y)
 {
-    for (int z = 0; z < sheets; z++)
-        for (int y = 0; y < size[1]; y++) {
-            const uint8_t *from = which + (z < size[2] ? z : size[2] - 1) * steps[2] + y * steps[1];
-            float *to = out + z * sheet_stride + y * row_stride;
-            if (steps[0] == 1)
-                for (int x = 0; x < size[0]; x++)
-                    to[x] = (float)!from[x];
-            else
-                for (int x = 0; x < size[0]; x++)
-                    to[x] = (float)!from[x * steps[0]];
-        }
+    float near[CVOL_BLOCK_MAX], far[CVOL_BLOCK_MAX];
+    const float g = rows->weight[y];
+    expand(near, sheet + rows->near[y] * row_step, block);
+    expand(far, sheet + rows->far[y] * row_step, block);
+    for (int x = 0; x < block; x++)
+        near[x] = (1 - g) * near[x] + g * far[x];
+    for (int x = 0; x < plan->points_lane; x++)
+        out[x] = (1 - lanes->weight[x]) * near[lanes->near[x]] +
+                 lanes->weight[x] * near[lanes->far[x]];
 }
 
-void cvol_sheet_mask_cover(float *out, long row_stride, long sheet_stride,
-                           const cvol_sheet_plan *plan, const cvol_array *array,
-                           const cvol_mask *mask, int state, size_t lane, size_t row, size_t layer)
+/* The cover of a piece of a block that has both kinds of samples. */
+static void cover_mixed(const cvol_sheet_piece *p, const cvol_sheet_plan *plan,
+                        const cvol_sheet_mask *mask, size_t index)
 {
-    if (state != CVOL_MASK_SOME) {
-        fill(out, row_stride, sheet_stride, plan, array->block, state == CVOL_MASK_NONE);
-        return;
-    }
-    uint8_t which[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
-    size_t begin[3], end[3], place[3];
-    place[plan->axis_lane] = lane;
-    place[plan->axis_row] = row;
-    place[plan->axis_sheet] = layer;
-    find_box(begin, end, array,
-             place[0] + array->blocks[0] * (place[1] + array->blocks[1] * place[2]));
-    cvol_mask_get(which, mask, begin, end);
-    int size[3];
-    for (int a = 0; a < 3; a++)
-        size[a] = (int)(end[a] - begin[a]);
-    const int steps[3] = {1, size[0], size[0] * size[1]};
-    const int along = steps[plan->axis_lane], down = steps[plan->axis_row];
-    if (are_samples(plan->points_lane, plan->first_lane, plan->pitch_lane, size[plan->axis_lane]) &&
-        are_samples(plan->points_row, plan->first_row, plan->pitch_row, size[plan->axis_row])) {
-        copy_cover(out, row_stride, sheet_stride, which,
-                   (int[3]){along, down, steps[plan->axis_sheet]},
-                   (int[3]){size[plan->axis_lane], size[plan->axis_row], size[plan->axis_sheet]},
-                   array->block);
-        return;
-    }
+    const block_bits bits = find_bits(plan, mask, index);
     axis_points lanes, rows;
-    find_points(&lanes, plan->points_lane, plan->first_lane, plan->pitch_lane,
-                size[plan->axis_lane]);
-    find_points(&rows, plan->points_row, plan->first_row, plan->pitch_row, size[plan->axis_row]);
-    for (int z = 0; z < array->block; z++) {
-        const int last = size[plan->axis_sheet] - 1;
-        const uint8_t *sheet = which + (z < last ? z : last) * steps[plan->axis_sheet];
-        for (int y = 0; y < plan->points_row; y++)
+    find_points(&lanes, plan->points_lane, plan->first_lane, plan->pitch_lane, mask->block);
+    find_points(&rows, plan->points_row, plan->first_row, plan->pitch_row, mask->block);
+    for (int z = 0; z < p->sheets; z++) {
+        const uint16_t *sheet = bits.first + (p->sheet + z) * bits.sheet_step;
+        for (int y = 0; y < p->rows; y++)
+            cover_row(p->at + z * p->sheet_stride + y * p->row_stride, sheet, bits.row_step, plan,
+                      mask->block, &lanes, &rows, p->row + y);
+    }
+}
+
+static void fill(const cvol_sheet_piece *p, const cvol_sheet_plan *plan, float value)
+{
+    for (int z = 0; z < p->sheets; z++)
+        for (int y = 0; y < p->rows; y++)
+            for (int x = 0; x < plan->points_lane; x++)
+                p->at[z * p->sheet_stride + y * p->row_stride + x] = value;
+}
+
+void cvol_sheet_mask_cover(const cvol_sheet_piece *piece, const cvol_sheet_plan *plan,
+                           const cvol_sheet_mask *mask, size_t index)
+{
+    if (mask->states[index] != CVOL_MASK_SOME)
+        fill(piece, plan, mask->states[index] == CVOL_MASK_NONE);
+    else
+        cover_mixed(piece, plan, mask, index);
+}
+
+void cvol_sheet_mask_lay(const cvol_sheet_piece *p, const cvol_sheet_plan *plan,
+                         const cvol_sheet_mask *mask, size_t index, float background)
+{
+    float cover[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
+    if (mask->states[index] == CVOL_MASK_NONE)
+        return;
+    if (mask->states[index] == CVOL_MASK_ALL) {
+        fill(p, plan, background);
+        return;
+    }
+    if (are_samples(plan, mask->block)) {
+        const block_bits bits = find_bits(plan, mask, index);
+        CVOL_SIMD_CHOOSE(cvol_sheet_lay)
+        (p->at, p->row_stride, p->sheet_stride, p->rows, p->sheets, mask->block,
+         bits.first + p->row * bits.row_step + p->sheet * bits.sheet_step, bits.row_step,
+         bits.sheet_step, background);
+        return;
+    }
+    for (int z = 0; z < p->sheets; z++) { /* a sheet at a time */
+        const cvol_sheet_piece sheet = {cover,   plan->points_lane, 0, p->row,
+                                        p->rows, p->sheet + z,      1};
+        cover_mixed(&sheet, plan, mask, index);
+        for (int y = 0; y < p->rows; y++)
             for (int x = 0; x < plan->points_lane; x++) {
-                const uint8_t *near = sheet + rows.near[y] * down,
-                              *far = sheet + rows.far[y] * down;
-                const int left = lanes.near[x] * along, right = lanes.far[x] * along;
-                const float f = lanes.weight[x], g = rows.weight[y];
-                const float above = (1 - f) * !near[left] + f * !near[right];
-                const float below = (1 - f) * !far[left] + f * !far[right];
-                out[z * sheet_stride + y * row_stride + x] = (1 - g) * above + g * below;
+                float *at = &p->at[z * p->sheet_stride + y * p->row_stride + x];
+                *at = background + cover[y * plan->points_lane + x] * (*at - background);
             }
     }
 }

@@ -18,8 +18,7 @@ CVOL_INLINE void project(float *first, float *second, cvol_vf value, cvol_vf wei
 
 /* A sheet stands for the slab of half an interval before and behind it. */
 CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
-                               const cvol_line *line, int unit, int largest,
-                               cvol_sheet_masked masked)
+                               const cvol_line *line, int unit, int largest, int has_void)
 {
     line_view view;
     view_line(&view, layer, sheet, line->number, -0.5f, 0.5f);
@@ -31,15 +30,12 @@ CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *s
         double position = sheet->lane_at + i * step;
         const long x = unit ? footprint.x + i : (long)floor(position);
         cvol_vf weight = weigh(layer, &view, position), value, cover;
-        if (masked == CVOL_SHEET_SOME_VOID) {
+        if (has_void) {
             if (!(view.windows[window_of(x)] & CVOL_WINDOW_SEEN)) /* no sample has a value */
                 continue;
             value = unit ? reconstruct_unit_masked(&cover, &view, &footprint, x, layer->cover_at)
                          : reconstruct_finer_masked(&cover, &view, position, step, layer->cover_at);
             weight = largest ? cvol_select(cover >= 0.5f, weight, cvol_splat(0)) : weight * cover;
-        } else if (masked) {
-            value = unit ? reconstruct_unit_apart(&view, &footprint, x, layer)
-                         : reconstruct_finer_apart(&view, position, step, layer);
         } else {
             value = unit ? reconstruct_unit(&view, &footprint, x)
                          : reconstruct_finer(&view, position, step);
@@ -53,12 +49,12 @@ CVOL_INLINE void project_layer(const cvol_layer *layer, const cvol_line *line, i
     const int unit = layer->lane_step == 1;
     for (int s = 0; s < layer->sheet_count; s++) {
         const cvol_sheet_view *sheet = &layer->sheets[s];
-        if (layer->masked)
-            project_sheet(layer, sheet, line, unit, largest, layer->masked);
+        if (layer->cover_at)
+            project_sheet(layer, sheet, line, unit, largest, 1);
         else if (unit)
-            project_sheet(layer, sheet, line, 1, largest, CVOL_SHEET_ALL_PLAIN);
+            project_sheet(layer, sheet, line, 1, largest, 0);
         else
-            project_sheet(layer, sheet, line, 0, largest, CVOL_SHEET_ALL_PLAIN);
+            project_sheet(layer, sheet, line, 0, largest, 0);
     }
 }
 

@@ -98,7 +98,7 @@ static const cvol_block *find_block(const cvol_skip_source *source, size_t lane,
                                     size_t layer)
 {
     const size_t index = cvol_sheet_block_index(source->plan, source->array, lane, row, layer);
-    const int empty = source->has_void && source->masked[index] == CVOL_MASK_ALL;
+    const int empty = source->masked && source->masked[index] == CVOL_MASK_ALL;
     return empty ? NULL : &source->array->block_table[index];
 }
 
@@ -110,7 +110,7 @@ static void widen(window_content *content, const cvol_skip_source *source, size_
         const size_t index = cvol_sheet_block_index(source->plan, source->array, lane, row, layer);
         const int state = source->masked ? source->masked[index] : CVOL_MASK_NONE;
         content->masked |= state != CVOL_MASK_NONE;
-        if (state == CVOL_MASK_ALL && source->has_void)
+        if (state == CVOL_MASK_ALL)
             continue;
         const cvol_block *block = &source->array->block_table[index];
         content->lo = block->range[0] < content->lo ? block->range[0] : content->lo;

@@ -36,8 +36,7 @@ typedef struct cvol_skip_source {
     const cvol_sheet_plan *plan;
     const cvol_array *array;
     const cvol_visibility *visibility;
-    const uint8_t *masked; /* cvol_mask_state of every block; NULL: no mask */
-    int has_void;          /* masked samples have no value; else ranges count theirs */
+    const uint8_t *masked; /* cvol_mask_state of every block; NULL: all samples have a value */
 } cvol_skip_source;
 
 /* Fills the windows and touched blocks of a layer, for rows of blocks first_row .. last_row. */
