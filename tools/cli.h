@@ -55,6 +55,8 @@ typedef struct command_line {
  * what is wrong). */
 int parse_command_line(command_line *line, int argc, char **argv);
 
+/* `count` finite numbers between commas; 1 if that is what the text is. */
+int parse_numbers(double *out, int count, const char *text);
 /* "K,S" as a cvol_keep. Exit status, after a sentence. */
 int parse_keep(cvol_keep *keep, const char *text);
 
@@ -121,6 +123,8 @@ cvol_context *begin_command(const common_options *common);
 /* What the progress line says from now on, in spite of the library, which counts each of many steps
  * from 0 to 1; NULL: what the library says. */
 void hold_progress(const char *what, double fraction);
+/* Whether Ctrl-C was pressed. */
+int was_interrupted(void);
 /* Clears the progress line: before anything else is written on a terminal. */
 void clear_progress(void);
 /* Clears the progress line and frees the context; returns `status`. */

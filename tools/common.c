@@ -50,6 +50,11 @@ void hold_progress(const char *what, double fraction)
     progress_state.fraction = fraction;
 }
 
+int was_interrupted(void)
+{
+    return interrupted != 0;
+}
+
 void clear_progress(void)
 {
     if (progress_state.visible)

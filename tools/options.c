@@ -65,11 +65,11 @@ static int parse_dims(size_t dims[3], const char *text)
     return 1;
 }
 
-static int parse_numbers3(double out[3], const char *text)
+int parse_numbers(double *out, int count, const char *text)
 {
-    for (int a = 0; a < 3; a++) {
+    for (int a = 0; a < count; a++) {
         const char *end;
-        if (!parse_number(&out[a], text, &end) || *end != (a < 2 ? ',' : '\0'))
+        if (!parse_number(&out[a], text, &end) || *end != (a < count - 1 ? ',' : '\0'))
             return 0;
         text = end + 1;
     }
@@ -161,7 +161,7 @@ static int store_value(const option_spec *option, const char *text)
                             option->name, text);
         return EXIT_DONE;
     case OPTION_NUMBERS3:
-        if (!parse_numbers3(option->value, text))
+        if (!parse_numbers(option->value, 3, text))
             return complain(EXIT_MISUSED, "%s is '%s', must be three numbers, as in 1,0.5,0.5",
                             option->name, text);
         return EXIT_DONE;

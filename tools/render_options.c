@@ -180,6 +180,26 @@ static int choose_fourier(scene *s, const render_arguments *a)
     return EXIT_DONE;
 }
 
+static int choose_ground(render_arguments *a)
+{
+    const char *text = a->background_text;
+    a->transparent = text && !strcmp(text, "transparent");
+    if (!text || a->transparent || !strcmp(text, "black"))
+        return EXIT_DONE;
+    if (!strcmp(text, "white"))
+        text = "1,1,1";
+    if (!parse_numbers(a->background, 3, text))
+        return complain(EXIT_MISUSED,
+                        "--background is '%s', must be R,G,B, as in 1,0.5,0.5, or black, white, "
+                        "transparent",
+                        text);
+    for (int k = 0; k < 3; k++)
+        if (!(a->background[k] >= 0 && a->background[k] <= 1))
+            return complain(EXIT_MISUSED, "--background has %g, each must be 0 to 1",
+                            a->background[k]);
+    return EXIT_DONE;
+}
+
 int check_render_arguments(scene *s, render_arguments *a)
 {
     s->options = cvol_render_options_defaults();
@@ -203,38 +223,14 @@ int check_render_arguments(scene *s, render_arguments *a)
         if (a->size[i] > CVOL_IMAGE_SIZE_MAX)
             return complain(EXIT_MISUSED, "--size has %d, must be 1 to %d", a->size[i],
                             CVOL_IMAGE_SIZE_MAX);
-    for (int k = 0; k < 3; k++)
-        if (!(a->background[k] >= 0 && a->background[k] <= 1))
-            return complain(EXIT_MISUSED, "--background has %g, each must be 0 to 1",
-                            a->background[k]);
+    if (choose_ground(a) || check_values(a))
+        return EXIT_MISUSED;
     s->options.width = a->size[0];
     s->options.height = a->size[1];
     s->options.camera = (cvol_camera){a->azimuth, a->elevation, a->roll, a->zoom};
     s->options.step_voxels = a->step;
     memcpy(s->options.background, a->background, sizeof a->background);
     return EXIT_DONE;
-}
-
-/* Whether the transfer function is one of the named ones; a file's name has a dot or a slash. */
-static int is_file_name(const char *name)
-{
-    return strchr(name, '.') || strchr(name, '/');
-}
-
-static int make_transfer(cvol_context *context, cvol_transfer **transfer, const scene *s,
-                         const char *name)
-{
-    int code;
-    if (is_file_name(name)) {
-        code = cvol_transfer_read(context, transfer, name);
-        return code ? complain_context(context, code, NULL) : EXIT_DONE;
-    }
-    cvol_histogram histogram;
-    code = s->in.array ? cvol_array_histogram(context, &histogram, s->in.array)
-                       : cvol_volume_histogram(context, &histogram, s->in.volume);
-    if (!code)
-        code = cvol_transfer_create_named(context, transfer, name, &histogram);
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
 /* Which samples of the array have no value; none: s->mask stays NULL. */
@@ -356,6 +352,12 @@ static int open_baked(cvol_context *context, scene *s, const render_arguments *a
                         "%s: is a baked volume: --level is for others, --dims, --type and the like "
                         "for raw samples",
                         path);
+    if (a->window_text || a->opacity_scale_given || a->rescale_text)
+        return complain(EXIT_MISUSED,
+                        "%s: was baked with its transfer function: --%s is for others", path,
+                        a->window_text           ? "window"
+                        : a->opacity_scale_given ? "opacity-scale"
+                                                 : "rescale");
     int code = cvol_renderer_create_baked(context, &s->renderer, path);
     if (!code)
         code = cvol_renderer_baked_info(context, s->renderer, &info);
@@ -369,7 +371,9 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
 {
     double start = milliseconds();
     if (cvol_file_kind_of(path) == CVOL_FILE_BAKED) {
-        const int baked_status = open_baked(context, s, arguments, path);
+        int baked_status = open_baked(context, s, arguments, path);
+        if (!baked_status)
+            baked_status = aim_camera(context, s, arguments, 0);
         s->load_ms = milliseconds() - start;
         return baked_status;
     }
@@ -381,20 +385,17 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
     }
     if (!status)
         status = make_renderer(context, s, path);
-    if (!status && s->options.mode == CVOL_MODE_COMPOSITE) {
-        cvol_transfer *transfer = NULL;
-        status = make_transfer(context, &transfer, s, arguments->transfer_name);
-        int code = status ? 0 : cvol_renderer_set_transfer(context, s->renderer, transfer);
-        if (code)
-            status = complain_context(context, code, NULL);
-        cvol_transfer_free(transfer);
-    }
+    if (!status)
+        status = choose_values(context, s, arguments, path);
+    if (!status)
+        status = aim_camera(context, s, arguments, 0);
     s->load_ms = milliseconds() - start;
     return status;
 }
 
 void close_scene(scene *s)
 {
+    cvol_transfer_free(s->transfer);
     cvol_renderer_free(s->renderer);
     close_input(&s->in);
     free(s->mask);

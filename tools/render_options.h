@@ -9,7 +9,14 @@ typedef struct render_arguments {
     const char *engine_name, *mode_name, *transfer_name, *output;
     int size[2], size_given;
     double azimuth, elevation, roll, zoom, step;
-    double background[3];
+    int azimuth_given, elevation_given;
+    const char *background_text, *window_text, *rescale_text; /* NULL: not given */
+    double background[3], window[2], rescale[2]; /* what these say: check_render_arguments */
+    double opacity_scale;
+    int transparent, opacity_scale_given;
+    /* of cvol render alone */
+    const char *view_name;
+    int bits;
     /* engine splat; NULL: not given */
     const char *footprint_name, *order_name, *plane_name;
     int footprint_size, footprint_given, sigma_given, shade, light_given;
@@ -30,118 +37,141 @@ typedef struct render_arguments {
 #define RENDER_ARGUMENTS_DEFAULTS                                                       \
     {                                                                                   \
         .engine_name = "sheet", .transfer_name = "auto", .size = {512, 512}, .zoom = 1, \
-        .views = 12, .repeat = 3                                                        \
+        .views = 12, .repeat = 3, .opacity_scale = 1, .bits = 8                         \
     }
 
-#define LOOK_OPTIONS(a)                                                                        \
-    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                      \
-        {"--mode",                                                                             \
-         "MODE",                                                                               \
-         "composite (default), xray (default of engine fourier) or mip",                       \
-         OPTION_TEXT,                                                                          \
-         &(a).mode_name,                                                                       \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--transfer",                                                                         \
-         "NAME|FILE",                                                                          \
-         "auto (default) gray bone skin-bone mri hot viridis magma cool-warm, or a JSON file", \
-         OPTION_TEXT,                                                                          \
-         &(a).transfer_name,                                                                   \
-         0,                                                                                    \
-         &(a).transfer_given},                                                                 \
-        {"--background",                                                                       \
-         "R,G,B",                                                                              \
-         "each 0..1 (default 0,0,0)",                                                          \
-         OPTION_NUMBERS3,                                                                      \
-         (a).background,                                                                       \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--level",                                                                            \
-         "L",                                                                                  \
-         "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser previews",                    \
-         OPTION_INTEGER,                                                                       \
-         &(a).common.level,                                                                    \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--engine",                                                                           \
-         "ENGINE",                                                                             \
-         "sheet (default), ray (slow), splat (footprints), transform (of slices), fourier",    \
-         OPTION_TEXT,                                                                          \
-         &(a).engine_name,                                                                     \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--footprint",                                                                        \
-         "NAME",                                                                               \
-         "of splat and transform: gaussian (default) sinc box, or splat's cone",               \
-         OPTION_TEXT,                                                                          \
-         &(a).footprint_name,                                                                  \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--footprint-size",                                                                   \
-         "N",                                                                                  \
-         "samples that it spans, 3 to 31 (default 5)",                                         \
-         OPTION_INTEGER,                                                                       \
-         &(a).footprint_size,                                                                  \
-         0,                                                                                    \
-         &(a).footprint_given},                                                                \
-        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6)",             \
-         OPTION_NUMBER,   &(a).sigma, 0,                                                       \
-         &(a).sigma_given},                                                                    \
-        {"--shade",   NULL,       "of splat and transform: light samples by their gradients",  \
-         OPTION_FLAG, &(a).shade, 0,                                                           \
-         NULL},                                                                                \
-        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",             \
-         OPTION_NUMBERS3, (a).light, 0,                                                        \
-         &(a).light_given},                                                                    \
-        {"--order",                                                                            \
-         "ORDER",                                                                              \
-         "of splat and transform: front (default) to back, or back to front",                  \
-         OPTION_TEXT,                                                                          \
-         &(a).order_name,                                                                      \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--footprint-plane",                                                                  \
-         "PLANE",                                                                              \
-         "of splat: where it is round, view (default) or slices, as for transform",            \
-         OPTION_TEXT,                                                                          \
-         &(a).plane_name,                                                                      \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--tile",                                                                             \
-         "N",                                                                                  \
-         "of engine transform: slices in tiles of 8, 16 (default) or 32; 0: whole",            \
-         OPTION_INTEGER,                                                                       \
-         &(a).tile,                                                                            \
-         0,                                                                                    \
-         &(a).tile_given},                                                                     \
-        {"--spectrum",                                                                         \
-         "NAME",                                                                               \
-         "of engine transform: dct (default), or, of whole slices, dft or dht",                \
-         OPTION_TEXT,                                                                          \
-         &(a).spectrum_name,                                                                   \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--rho",       "SHARE",  "of coefficients that are kept (default 0.1; fourier: all)", \
-         OPTION_NUMBER, &(a).rho, 0,                                                           \
-         &(a).rho_given},                                                                      \
-        {"--schedule",                                                                         \
-         "NAME",                                                                               \
-         "deferred (default): composite samples; literal: coefficients, every time",           \
-         OPTION_TEXT,                                                                          \
-         &(a).schedule_name,                                                                   \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--depth-cue",                                                                        \
-         "S",                                                                                  \
-         "of engine fourier: how much darker the far end is, 0 (default) to 1",                \
-         OPTION_NUMBER,                                                                        \
-         &(a).depth_cue,                                                                       \
-         0,                                                                                    \
-         &(a).depth_cue_given},                                                                \
-    {                                                                                          \
-        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,      \
-            &(a).step, 0, NULL                                                                 \
+#define LOOK_OPTIONS(a)                                                                              \
+    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                            \
+        {"--mode",                                                                                   \
+         "MODE",                                                                                     \
+         "composite (default), xray (default of engine fourier) or mip",                             \
+         OPTION_TEXT,                                                                                \
+         &(a).mode_name,                                                                             \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--transfer",       "NAME|FILE",        "a JSON file, or a name that cvol render --help tells (default auto)", \
+         OPTION_TEXT,        &(a).transfer_name, 0,                                                  \
+         &(a).transfer_given},                                                                       \
+        {"--window",                                                                                 \
+         "C,W",                                                                                      \
+         "values C - W/2 to C + W/2 have all colours (composite) or greys (xray, mip)",              \
+         OPTION_TEXT,                                                                                \
+         &(a).window_text,                                                                           \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--opacity-scale",                                                                          \
+         "S",                                                                                        \
+         "as if matter were S times as dense (default 1)",                                           \
+         OPTION_NUMBER,                                                                              \
+         &(a).opacity_scale,                                                                         \
+         0,                                                                                          \
+         &(a).opacity_scale_given},                                                                  \
+        {"--rescale",                                                                                \
+         "S,I",                                                                                      \
+         "a sample s means S s + I, as in 1,-1024 (default: what the file says)",                    \
+         OPTION_TEXT,                                                                                \
+         &(a).rescale_text,                                                                          \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--background",                                                                             \
+         "COLOUR",                                                                                   \
+         "R,G,B, each 0..1, or black (default), white, transparent",                                 \
+         OPTION_TEXT,                                                                                \
+         &(a).background_text,                                                                       \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--level",                                                                                  \
+         "L",                                                                                        \
+         "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser previews",                          \
+         OPTION_INTEGER,                                                                             \
+         &(a).common.level,                                                                          \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--engine",                                                                                 \
+         "ENGINE",                                                                                   \
+         "sheet (default), ray (slow), splat (footprints), transform (of slices), fourier",          \
+         OPTION_TEXT,                                                                                \
+         &(a).engine_name,                                                                           \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--footprint",                                                                              \
+         "NAME",                                                                                     \
+         "of splat and transform: gaussian (default) sinc box, or splat's cone",                     \
+         OPTION_TEXT,                                                                                \
+         &(a).footprint_name,                                                                        \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--footprint-size",                                                                         \
+         "N",                                                                                        \
+         "samples that it spans, 3 to 31 (default 5)",                                               \
+         OPTION_INTEGER,                                                                             \
+         &(a).footprint_size,                                                                        \
+         0,                                                                                          \
+         &(a).footprint_given},                                                                      \
+        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6)",                   \
+         OPTION_NUMBER,   &(a).sigma, 0,                                                             \
+         &(a).sigma_given},                                                                          \
+        {"--shade",   NULL,       "of splat and transform: light samples by their gradients",        \
+         OPTION_FLAG, &(a).shade, 0,                                                                 \
+         NULL},                                                                                      \
+        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",                   \
+         OPTION_NUMBERS3, (a).light, 0,                                                              \
+         &(a).light_given},                                                                          \
+        {"--order",                                                                                  \
+         "ORDER",                                                                                    \
+         "of splat and transform: front (default) to back, or back to front",                        \
+         OPTION_TEXT,                                                                                \
+         &(a).order_name,                                                                            \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--footprint-plane",                                                                        \
+         "PLANE",                                                                                    \
+         "of splat: where it is round, view (default) or slices, as for transform",                  \
+         OPTION_TEXT,                                                                                \
+         &(a).plane_name,                                                                            \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--tile",                                                                                   \
+         "N",                                                                                        \
+         "of engine transform: slices in tiles of 8, 16 (default) or 32; 0: whole",                  \
+         OPTION_INTEGER,                                                                             \
+         &(a).tile,                                                                                  \
+         0,                                                                                          \
+         &(a).tile_given},                                                                           \
+        {"--spectrum",                                                                               \
+         "NAME",                                                                                     \
+         "of engine transform: dct (default), or, of whole slices, dft or dht",                      \
+         OPTION_TEXT,                                                                                \
+         &(a).spectrum_name,                                                                         \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--rho",       "SHARE",  "of coefficients that are kept (default 0.1; fourier: all)",       \
+         OPTION_NUMBER, &(a).rho, 0,                                                                 \
+         &(a).rho_given},                                                                            \
+        {"--schedule",                                                                               \
+         "NAME",                                                                                     \
+         "deferred (default): composite samples; literal: coefficients, every time",                 \
+         OPTION_TEXT,                                                                                \
+         &(a).schedule_name,                                                                         \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--depth-cue",                                                                              \
+         "S",                                                                                        \
+         "of engine fourier: how much darker the far end is, 0 (default) to 1",                      \
+         OPTION_NUMBER,                                                                              \
+         &(a).depth_cue,                                                                             \
+         0,                                                                                          \
+         &(a).depth_cue_given},                                                                      \
+    {                                                                                                \
+        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,            \
+            &(a).step, 0, NULL                                                                       \
     }
+
+/* What --transfer may be: a paragraph of the help. */
+#define TRANSFER_NAMES                                                                         \
+    "Transfer functions: auto gray bone skin-bone mri microscopy hot viridis magma cool-warm " \
+    "are fitted\n"                                                                             \
+    "to the volume's values; ct-bone ct-skin ct-lung ct-vessels are in Hounsfield units.\n"
 
 /* A renderer over an input, with its transfer function. */
 typedef struct scene {
@@ -150,7 +180,11 @@ typedef struct scene {
     cvol_renderer *renderer;
     cvol_render_options options;
     cvol_engine engine;
-    double rho; /* of engine fourier */
+    double rho;              /* of engine fourier */
+    double rescale[2];       /* a sample s means rescale[0] s + rescale[1] */
+    const char *value_unit;  /* of what it means: "HU", or "" */
+    cvol_transfer *transfer; /* of mode composite; NULL: a baked volume's own */
+    int mirrored;            /* the samples' axes are left-handed, and a named view was asked for */
     double load_ms;
 } scene;
 
@@ -159,7 +193,16 @@ typedef struct scene {
 int check_render_arguments(scene *s, render_arguments *arguments);
 /* Opens the input and makes the renderer. Exit status. */
 int open_scene(cvol_context *context, scene *s, render_arguments *arguments, const char *path);
+/* The grid of what was opened, a baked volume too. */
+const cvol_grid *scene_grid(cvol_context *context, const scene *s, cvol_baked_info *info);
+/* Sets the camera to the named view, if there is one, and turns it. Exit status. */
+int aim_camera(cvol_context *context, scene *s, const render_arguments *a, double turn_deg);
 void close_scene(scene *s);
+
+/* render_transfer.c: what values are seen as. Exit status. */
+int check_values(render_arguments *a);
+int choose_values(cvol_context *context, scene *s, const render_arguments *a, const char *path);
+int is_file_name(const char *name);
 
 /* render_poses.c: `arguments->poses` as a stack of projections. Exit status. */
 int check_poses(const render_arguments *arguments);

@@ -52,11 +52,36 @@ CVOL_API int cvol_volume_histogram(cvol_context *context, cvol_histogram *out,
                                    const cvol_volume *volume);
 
 /* A named transfer function fitted to a histogram: "auto", "gray", "bone", "skin-bone", "mri",
- * "hot", "viridis", ... Errors: ARGUMENT (the message lists the names), MEMORY. */
+ * "microscopy", "hot", "viridis", ... Errors: ARGUMENT (the message lists the names), MEMORY. */
 CVOL_API int cvol_transfer_create_named(cvol_context *context, cvol_transfer **out,
                                         const char *name, const cvol_histogram *histogram);
 /* "auto gray bone ..."; static storage. */
 CVOL_API const char *cvol_transfer_names(void);
+
+/* The same points, so that the first has the window's lower value and the last its upper one, those
+ * between linearly (NULL: as they are), and opacities of matter that is so many times as dense:
+ * 1 - (1 - opacity)^opacity_scale. Errors: ARGUMENT, MEMORY. */
+CVOL_API int cvol_transfer_create_adjusted(cvol_context *context, cvol_transfer **out,
+                                           const cvol_transfer *from, const double *window,
+                                           double opacity_scale);
+
+/* Transfer functions in Hounsfield units, for computed tomography: "ct-bone", "ct-skin", "ct-lung",
+ * "ct-vessels" (with contrast agent). A sample s means rescale[0] s + rescale[1] of them.
+ * Errors: ARGUMENT (the message lists the names), MEMORY. */
+CVOL_API int cvol_transfer_create_ct(cvol_context *context, cvol_transfer **out, const char *name,
+                                     const double rescale[2]);
+CVOL_API int cvol_transfer_is_ct(const char *name);
+CVOL_API const char *cvol_transfer_ct_names(void); /* static storage */
+
+/* Whether a volume's values look like Hounsfield units: by the grid's scale and offset, or by these
+ * after 1024 is taken away, as some files leave it out (then air is near 0). Sets rescale. */
+typedef enum cvol_hounsfield {
+    CVOL_HOUNSFIELD_NO = 0,
+    CVOL_HOUNSFIELD_YES = 1,
+    CVOL_HOUNSFIELD_SHIFTED = 2
+} cvol_hounsfield;
+CVOL_API cvol_hounsfield cvol_hounsfield_guess(double rescale[2], const cvol_histogram *histogram,
+                                               const cvol_grid *grid);
 
 /* ---- rendering --------------------------------------------------------------------- */
 
@@ -81,6 +106,18 @@ typedef enum cvol_mode {
 typedef struct cvol_camera {
     double azimuth_deg, elevation_deg, roll_deg, zoom;
 } cvol_camera;
+
+/* "front back left right top bottom"; static storage. */
+CVOL_API const char *cvol_view_names(void);
+/* Sets the angles of a camera (not its zoom) to a named view, turned by turn_deg around the vertical.
+ * If the grid says how it lies in a patient, the view is the patient's: from the front with the
+ * patient's left on the right, from the top and the bottom with the front upwards. *mirrored: the
+ * samples' axes are left-handed, so that the picture must be mirrored (cvol_image_mirror) to show
+ * left and right as they are. In other grids front is at -y (azimuth 0), right at +x (azimuth 90),
+ * back and left opposite, top at +z (elevation 90), bottom at -z. Errors: ARGUMENT (no such view;
+ * the message lists them). */
+CVOL_API int cvol_camera_named(cvol_context *context, cvol_camera *camera, int *mirrored,
+                               const char *name, const cvol_grid *grid, double turn_deg);
 
 /* A footprint is what one sample adds to the pixels around it: a function of the place in the
  * ellipse that a sample's kernel covers, (qx, qy) in samples, within |qx|, |qy| < size / 2. */

@@ -75,6 +75,11 @@ static const struct named {
      opacity_firm,
      place_by_value,
      NULL},
+    {"microscopy",
+     {5, {0x06203a, 0x0b6e75, 0x2fbf71, 0xb8f06a, 0xfffff0}},
+     opacity_balanced,
+     place_by_rank,
+     NULL},
     {"hot", {4, {0x400000, 0xff2000, 0xffd000, 0xffffff}}, opacity_balanced, place_by_value, NULL},
     {"viridis",
      {9,
@@ -98,7 +103,7 @@ static const struct named {
 
 const char *cvol_transfer_names(void)
 {
-    return "auto gray bone skin-bone mri hot viridis magma cool-warm";
+    return "auto gray bone skin-bone mri microscopy hot viridis magma cool-warm";
 }
 
 /* ---- opacities ------------------------------------------------------------------------- */

@@ -10,7 +10,7 @@ options_of() {
     result='-o --type'
     keep='--keep --step'
     look='--size --zoom --engine --mode --transfer --background --level --step'
-    look="$look --footprint --footprint-size --sigma --shade --light --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
+    look="$look --window --opacity-scale --rescale --footprint --footprint-size --sigma --shade --light --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
     case $1 in
     compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --no-lap --fast --stream --background" ;;
     decompress) echo "$common --box --level" ;;
@@ -18,7 +18,7 @@ options_of() {
     info) echo "$common $raw --build --layout" ;;
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;
-    render) echo "$common $raw $look -o --azimuth --elevation --roll --psnr --ratio --progressive --poses --integrals" ;;
+    render) echo "$common $raw $look -o --azimuth --elevation --view --bits --roll --psnr --ratio --progressive --poses --integrals" ;;
     bake) echo "$common $raw -o --axis --transfer --shade --light --level --rho --spectrum --tile --footprint --footprint-size --sigma" ;;
     bench) echo "$common $raw $look --views --repeat" ;;
     add) echo "$common $operand $result $keep --alpha --beta" ;;

@@ -35,7 +35,7 @@ expect_failure 2 "one argument too many: 'b'" cvol info in.cvol b
 expect_failure 2 "one argument too many: 'in.cvol'" cvol info --build in.cvol
 expect_failure 2 '1 of 2 arguments given' cvol compare in.cvol
 expect_failure 2 "one argument too many: 'c'" cvol compare in.cvol in.nrrd c
-expect_failure 2 "one argument too many: 'b'" cvol render in.cvol b -o out.png
+expect_failure 2 "one name for 2 volumes" cvol render in.cvol b -o out.png
 expect_failure 2 '1 of 2 arguments given' cvol bench in.cvol
 expect_failure 2 "not 'compress'" cvol bench compress in.cvol
 expect_failure 1 '-x: No such file' cvol info -- -x
@@ -137,6 +137,10 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     refuse $command --size -- '' x 0 -5 0x5 5x0 5x 5x5x5 x5 5,5 5.5 32769 5x32769 2147483648
     refuse $command --zoom -- '' $number 0 -1
     refuse $command --background -- '' x 1 1,1 1,1,1,1 2,0,0 0,-0.1,0 0,0,nan
+    refuse $command --window -- '' x 1 1,0 1,-2 1,2,3 1,nan
+    refuse $command --rescale -- '' x 1 0,1 1,2,3 1,inf
+    refuse $command --opacity-scale -- '' x -1 nan
+    expect_failure 2 '--opacity-scale is for' $command --mode mip --opacity-scale 2
     refuse $command --engine ray --step -- '' $number -1
     expect_failure 2 'step 1e-09' $command --engine ray --step 1e-9
     expect_failure 2 '--step is for engine ray' $command --step 0.5

@@ -1,0 +1,119 @@
+/* Named views: where the eye is for front, back, left, right, top and bottom.
+ *
+ * Of a volume that says how it lies in a patient (LPS or RAS), directions are the patient's: the
+ * eye is in front of the face with the patient's left on the right of the picture, as radiologists
+ * look; left and right are the patient's own; from the top and from the bottom the front is
+ * upwards, and the view from the bottom is that of axial slices. Of any other volume they are those
+ * of its axes: front is at -y, right at +x, top at +z.
+ *
+ * With D the grid's directions, a vector w of the world is D w along the axes of the samples, where
+ * cameras are told. Axes that run left-handed (det D < 0) make a picture that is the mirror image
+ * of what there is: then D (up x eye) = -(D up) x (D eye), and the picture is to be mirrored.
+ *
+ * From eye E and up U to the angles of a camera: e = asin E_z, a = atan2(E_x, -E_y), and for the
+ * roll the angle of U in the plane of the directions that are right and up without one (camera.c).
+ */
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "cvol/render.h"
+
+#define DEGREES (180 / 3.14159265358979323846)
+#define SNAP 1e-3 /* degrees: headers hold directions as rounded numbers */
+
+/* Eye and up, in the patient as LPS, and along the axes of others. */
+static const struct named_view {
+    const char *name;
+    double eye[3], up[3], plain_eye[3], plain_up[3];
+} views[] = {
+    {"front", {0, -1, 0}, {0, 0, 1}, {0, -1, 0}, {0, 0, 1}},
+    {"back", {0, 1, 0}, {0, 0, 1}, {0, 1, 0}, {0, 0, 1}},
+    {"left", {1, 0, 0}, {0, 0, 1}, {-1, 0, 0}, {0, 0, 1}},
+    {"right", {-1, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 0, 1}},
+    {"top", {0, 0, 1}, {0, -1, 0}, {0, 0, 1}, {0, 1, 0}},
+    {"bottom", {0, 0, -1}, {0, -1, 0}, {0, 0, -1}, {0, -1, 0}},
+};
+
+#define VIEWS (sizeof views / sizeof *views)
+
+const char *cvol_view_names(void)
+{
+    return "front back left right top bottom";
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(double out[3], const double a[3], const double b[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+static double snap(double degrees)
+{
+    const double quarter = 90 * round(degrees / 90);
+    return fabs(degrees - quarter) < SNAP ? quarter : degrees;
+}
+
+/* The angles of a camera with this eye and this up, which need be neither of length 1 nor quite
+ * perpendicular. */
+static void set_angles(cvol_camera *camera, const double eye[3], const double up[3])
+{
+    const double level = hypot(eye[0], eye[1]);
+    const double elevation = atan2(eye[2], level);
+    const double azimuth = level > 1e-6 * fabs(eye[2]) ? atan2(eye[0], -eye[1]) : 0;
+    const double ca = cos(azimuth), sa = sin(azimuth), ce = cos(elevation), se = sin(elevation);
+    const double right_before[3] = {ca, sa, 0}, up_before[3] = {-se * sa, se * ca, ce};
+    camera->azimuth_deg = snap(azimuth * DEGREES);
+    camera->elevation_deg = snap(elevation * DEGREES);
+    camera->roll_deg = snap(atan2(-dot(up, right_before), dot(up, up_before)) * DEGREES);
+}
+
+/* Turns the eye by `degrees` around the vertical, towards larger azimuths. */
+static void turn(double vector[3], double degrees)
+{
+    const double c = cos(degrees / DEGREES), s = sin(degrees / DEGREES);
+    const double x = vector[0], y = vector[1];
+    vector[0] = c * x - s * y;
+    vector[1] = s * x + c * y;
+}
+
+/* From LPS to the axes of the samples; the determinant of the directions. */
+static double to_axes(double vector[3], const cvol_grid *grid)
+{
+    const double sign = grid->space == CVOL_SPACE_RAS ? -1 : 1;
+    const double world[3] = {sign * vector[0], sign * vector[1], vector[2]};
+    double normal[3];
+    for (int a = 0; a < 3; a++)
+        vector[a] = dot(grid->direction[a], world);
+    cross(normal, grid->direction[0], grid->direction[1]);
+    return dot(normal, grid->direction[2]);
+}
+
+int cvol_camera_named(cvol_context *context, cvol_camera *camera, int *mirrored, const char *name,
+                      const cvol_grid *grid, double turn_deg)
+{
+    *mirrored = 0;
+    size_t k = 0;
+    while (k < VIEWS && strcmp(name, views[k].name))
+        k++;
+    if (k == VIEWS)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "no view is named %s; there are: %s", name,
+                         cvol_view_names());
+    const int is_plain = grid->space == CVOL_SPACE_UNKNOWN;
+    double eye[3], up[3];
+    memcpy(eye, is_plain ? views[k].plain_eye : views[k].eye, sizeof eye);
+    memcpy(up, is_plain ? views[k].plain_up : views[k].up, sizeof up);
+    turn(eye, turn_deg);
+    turn(up, turn_deg);
+    if (!is_plain) {
+        *mirrored = to_axes(eye, grid) < 0;
+        to_axes(up, grid);
+    }
+    set_angles(camera, eye, up);
+    return CVOL_OK;
+}

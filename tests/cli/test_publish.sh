@@ -1,0 +1,151 @@
+#!/bin/sh
+# What people publish with: views by name, backgrounds, 16 bits and floats, windows, presets, many
+# volumes in one call.
+. "$(dirname "$0")/lib.sh"
+
+dims=40x36x32
+make_volume in.raw uint8 $dims
+expect_done cvol compress in.raw a.cvol --dims $dims --type uint8 --psnr 55
+
+# ---- views --------------------------------------------------------------------------------------
+
+expect_done cvol decompress a.cvol a.raw
+make_nrrd plain.nrrd a.raw uint8 40 36 32
+make_nrrd lps.nrrd a.raw uint8 40 36 32 'space: left-posterior-superior' \
+    'space directions: (1,0,0) (0,1,0) (0,0,1)'
+make_nrrd mirror.nrrd a.raw uint8 40 36 32 'space: left-posterior-superior' \
+    'space directions: (-1,0,0) (0,1,0) (0,0,1)'
+ray='--engine ray --size 48'
+
+# view FILE NAME ANGLES: the same picture from both.
+view() {
+    expect_done cvol render "$1" -o named.png $ray --view "$2" --json
+    expect_equal "$(value_of camera.view)" "$2"
+    expect_field camera.mirrored boolean
+    expect_done cvol render "$1" -o angles.png $ray $3
+    expect_same_file named.png angles.png
+}
+view plain.nrrd front '--azimuth 0'
+view plain.nrrd right '--azimuth 90'
+view plain.nrrd back '--azimuth 180'
+view plain.nrrd left '--azimuth 270'
+view plain.nrrd top '--elevation 90'
+view plain.nrrd bottom '--elevation -90'
+view lps.nrrd front '--azimuth 0'
+view lps.nrrd left '--azimuth 90'
+view lps.nrrd right '--azimuth 270'
+view lps.nrrd top '--elevation 90 --roll 180'
+view lps.nrrd bottom '--elevation -90'
+# A file whose first axis runs to the right is shown as it is, not as its mirror image.
+expect_done cvol render mirror.nrrd -o mirror.png $ray --view front --json
+expect_equal "$(value_of camera.mirrored boolean)" true
+expect_done cvol render mirror.nrrd -o not.png $ray
+expect_other_file mirror.png not.png
+expect_done cvol render mirror.nrrd -o mirror.pfm $ray --view front --mode xray --window 100,300
+expect_failure 2 'cannot be mirrored' cvol render mirror.nrrd -o x.cvi --engine transform --size 48 --view front
+expect_failure 2 'only one of --view and --azimuth' cvol render a.cvol -o x.png --view front --azimuth 3
+expect_failure 2 'only one of --view and --elevation' cvol render a.cvol -o x.png --view top --elevation 3
+expect_failure 2 'front back left right top bottom' cvol render a.cvol -o x.png --view above
+
+# ---- backgrounds --------------------------------------------------------------------------------
+
+for engine in sheet ray splat transform fourier; do
+    some="--engine $engine --size 64 --azimuth 30"
+    expect_done cvol render a.cvol -o white.png $some --background white
+    expect_done cvol render a.cvol -o ones.png $some --background 1,1,1
+    expect_same_file white.png ones.png
+    expect_done cvol render a.cvol -o black.png $some --background black
+    expect_done cvol render a.cvol -o none.png $some
+    expect_same_file black.png none.png
+    expect_done cvol render a.cvol -o clear.png $some --background transparent
+    expect_other_file clear.png black.png
+done
+expect_failure 2 'over a background' cvol render a.cvol -o x.cvi --engine transform --background transparent
+expect_failure 2 'has no opacity' cvol render a.cvol -o x.pfm --background transparent
+
+# ---- 16 bits and floats -------------------------------------------------------------------------
+
+png_head() { od -A n -t u1 -j 24 -N 2 "$1" | tr -s ' ' | sed 's/^ //'; }
+some='--size 64x48 --azimuth 30'
+for case in '8 composite,8 2' '16 composite,16 2' '16 mip,16 0' '8 mip,8 2'; do
+    set -- ${case%,*}
+    expect_done cvol render a.cvol -o bits.png $some --bits $1 --mode $2
+    expect_equal "$(png_head bits.png)" "${case#*,}"
+done
+expect_done cvol render a.cvol -o bits.png $some --bits 16 --background transparent
+expect_equal "$(png_head bits.png)" '16 6'
+expect_done cvol render a.cvol -o bits.png $some --bits 16
+expect_done cvol render a.cvol -o bytes.png $some
+expect_done cvol compare bits.png bytes.png --json
+expect_number "$(value_of psnr_db)" '>' 50
+expect_done cvol render a.cvol -o a.pfm $some
+expect_equal "$(head -n 1 a.pfm)" PF
+expect_equal "$(wc -c <a.pfm)" $((14 + 64 * 48 * 12 - 0))
+expect_done cvol render a.cvol -o grey.pfm $some --mode xray --json
+expect_equal "$(head -n 1 grey.pfm)" Pf
+expect_field grey.0 number
+expect_field grey.1 number
+expect_failure 2 'must be 8 or 16' cvol render a.cvol -o x.png --bits 12
+expect_failure 2 '--bits 16 is for PNG' cvol render a.cvol -o x.pfm --bits 16
+expect_failure 2 'must end in .png' cvol render a.cvol -o x.tiff
+
+# ---- windows and opacities ----------------------------------------------------------------------
+
+for mode in xray mip composite; do
+    expect_done cvol render a.cvol -o plain.png $some --mode $mode
+    expect_done cvol render a.cvol -o window.png $some --mode $mode --window 120,60
+    expect_other_file plain.png window.png
+done
+expect_done cvol render a.cvol -o mip.png $some --mode mip --window 120,60 --json
+expect_near "$(value_of grey.0)" 90 1e-6
+expect_near "$(value_of grey.1)" 150 1e-6
+# A window of what samples mean.
+expect_done cvol render a.cvol -o meant.png $some --mode mip --rescale 2,-100 --window 140,120
+expect_same_file mip.png meant.png
+expect_done cvol render a.cvol -o thin.png $some --opacity-scale 0
+expect_done cvol render a.cvol -o none.png $some --zoom 0.001
+expect_done cvol compare thin.png none.png --json
+expect_number "$(value_of psnr_db)" '>' 40
+expect_done cvol render a.cvol -o one.png $some --opacity-scale 1
+expect_same_file one.png bytes.png
+
+# ---- presets in Hounsfield units ----------------------------------------------------------------
+
+for name in ct-bone ct-skin ct-lung ct-vessels; do
+    expect_failure 1 'no Hounsfield units' cvol render a.cvol -o x.png --transfer $name
+    expect_done cvol render a.cvol -o $name.png $some --transfer $name --rescale 16,-1000
+done
+expect_other_file ct-bone.png ct-skin.png
+expect_failure 2 'ct-bone' cvol render a.cvol -o x.png --transfer ct
+expect_done cvol render a.cvol -o microscopy.png $some --transfer microscopy
+
+# ---- many volumes -------------------------------------------------------------------------------
+
+mkdir in out
+cp plain.nrrd in/one.nrrd
+cp a.cvol in/two.cvol
+cp lps.nrrd 'in/and three.nrrd'
+expect_done cvol render in/* -o 'out/{name}.png' --engine ray --size 32 --json
+for name in one two 'and three'; do
+    [ -s "out/$name.png" ] || fail "out/$name.png must be there"
+done
+expect_field pictures.2.output string
+expect_field failed array
+rm out/*
+printf 'NRRD0004\n' >in/bad.nrrd
+expect_status 1 cvol render in/* -o 'out/{name}.png' --engine ray --size 32
+grep -q 'in/bad.nrrd: ' "$err" || fail 'must tell what is wrong with it'
+tail -n 1 "$err" | grep -q '^cvol: 1 of 4 volumes failed: in/bad.nrrd$' || fail 'must list what failed'
+for name in one two 'and three'; do
+    [ -s "out/$name.png" ] || fail "out/$name.png must be there"
+done
+expect_equal "$(ls out | wc -l)" 3
+expect_status 1 cvol render in/* -o 'out/{name}.png' --engine ray --size 32 --json
+expect_equal "$(value_of failed.0)" in/bad.nrrd
+expect_failure 2 'put {name}' cvol render in/one.nrrd in/two.cvol -o out/x.png
+cp plain.nrrd one.nrrd
+expect_failure 2 'would both be written' cvol render one.nrrd in/one.nrrd -o 'out/{name}.png'
+expect_failure 2 'one volume' cvol render one.nrrd a.cvol -o out.nrrd --engine fourier --poses x
+expect_done cvol render one.nrrd -o '{name}-x.png' --engine ray --size 32
+[ -s one-x.png ] || fail 'one-x.png must be there'
+expect_failure 2 'is for the pictures of --turntable' cvol render one.nrrd -o 'x-{n}.png'

@@ -1,0 +1,251 @@
+/* What published pictures are made with: named views, windows of transfer functions, presets of
+ * Hounsfield units. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "random.h"
+#include "render/camera.h"
+#include "render/transfer.h"
+#include "support_render.h"
+
+static cvol_context *context;
+
+static int setup(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    return context ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    cvol_context_destroy(context);
+    return 0;
+}
+
+/* ---- views -------------------------------------------------------------------------------- */
+
+/* Three perpendicular axes, right- or left-handed. */
+static void random_axes(double axes[3][3], random_state *r, int handed)
+{
+    for (int a = 0; a < 2; a++) {
+        double length = 0;
+        for (int i = 0; i < 3; i++)
+            axes[a][i] = random_signed(r);
+        for (int b = 0; b < a; b++) {
+            double along = 0;
+            for (int i = 0; i < 3; i++)
+                along += axes[a][i] * axes[b][i];
+            for (int i = 0; i < 3; i++)
+                axes[a][i] -= along * axes[b][i];
+        }
+        for (int i = 0; i < 3; i++)
+            length += axes[a][i] * axes[a][i];
+        for (int i = 0; i < 3; i++)
+            axes[a][i] /= sqrt(length);
+    }
+    for (int i = 0; i < 3; i++)
+        axes[2][i] = handed * (axes[0][(i + 1) % 3] * axes[1][(i + 2) % 3] -
+                               axes[0][(i + 2) % 3] * axes[1][(i + 1) % 3]);
+}
+
+/* What lies to the right, upwards and towards the eye in the picture, in LPS. */
+static void shown(double out[3][3], const cvol_grid *grid, const char *name, double turned)
+{
+    cvol_render_options options = cvol_render_options_defaults();
+    cvol_view view;
+    int mirrored;
+    assert_int_equal(cvol_camera_named(context, &options.camera, &mirrored, name, grid, turned),
+                     CVOL_OK);
+    assert_int_equal(cvol_view_make(context, &view, grid, &options), CVOL_OK);
+    const double *of[3] = {view.right, view.up, view.eye};
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < 3; i++) {
+            double sum = 0;
+            for (int a = 0; a < 3; a++)
+                sum += of[k][a] * grid->direction[a][i];
+            out[k][i] = sum * (k == 0 && mirrored ? -1 : 1) *
+                        (grid->space == CVOL_SPACE_RAS && i < 2 ? -1 : 1);
+        }
+}
+
+/* However a file stores a patient, the picture is the same. */
+static void test_views_of_patients(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        double right[3], up[3], eye[3]; /* LPS */
+    } wanted[] = {
+        {"front", {1, 0, 0}, {0, 0, 1}, {0, -1, 0}}, {"back", {-1, 0, 0}, {0, 0, 1}, {0, 1, 0}},
+        {"left", {0, 1, 0}, {0, 0, 1}, {1, 0, 0}},   {"right", {0, -1, 0}, {0, 0, 1}, {-1, 0, 0}},
+        {"top", {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}},  {"bottom", {1, 0, 0}, {0, -1, 0}, {0, 0, -1}}};
+    random_state r = {3};
+    for (int trial = 0; trial < 60; trial++) {
+        cvol_grid grid = cvol_grid_make(8, 9, 10, CVOL_UINT8);
+        grid.space = trial % 2 ? CVOL_SPACE_RAS : CVOL_SPACE_LPS;
+        if (trial < 4) /* the axes themselves */
+            grid.direction[0][0] = trial < 2 ? 1 : -1;
+        else
+            random_axes(grid.direction, &r, trial % 4 < 2 ? 1 : -1);
+        for (int k = 0; k < 6; k++) {
+            double seen[3][3];
+            shown(seen, &grid, wanted[k].name, 0);
+            const double *is[3] = {wanted[k].right, wanted[k].up, wanted[k].eye};
+            for (int v = 0; v < 3; v++)
+                for (int i = 0; i < 3; i++)
+                    if (fabs(seen[v][i] - is[v][i]) > 1e-4)
+                        fail_msg("trial %d, view %s: direction %d has %g along %d, must be %g",
+                                 trial, wanted[k].name, v, seen[v][i], i, is[v][i]);
+        }
+        /* A quarter turn leads from the front to the patient's left. */
+        double left[3][3], turned[3][3];
+        shown(left, &grid, "left", 0);
+        shown(turned, &grid, "front", 90);
+        for (int i = 0; i < 9; i++)
+            assert_true(fabs(left[i / 3][i % 3] - turned[i / 3][i % 3]) < 1e-4);
+    }
+}
+
+static void test_views_of_others(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *name;
+        double azimuth, elevation;
+    } wanted[] = {{"front", 0, 0},  {"back", 180, 0}, {"left", -90, 0},
+                  {"right", 90, 0}, {"top", 0, 90},   {"bottom", 0, -90}};
+    cvol_grid grid = cvol_grid_make(8, 9, 10, CVOL_UINT8);
+    grid.direction[0][0] = -1; /* of no known space */
+    for (int k = 0; k < 6; k++) {
+        cvol_camera camera = {.zoom = 3};
+        int mirrored = 1;
+        assert_int_equal(cvol_camera_named(context, &camera, &mirrored, wanted[k].name, &grid, 0),
+                         CVOL_OK);
+        assert_int_equal(mirrored, 0);
+        const double turns = (camera.azimuth_deg - wanted[k].azimuth) / 360;
+        assert_true(fabs(turns - round(turns)) < 1e-12);
+        assert_true(fabs(camera.elevation_deg - wanted[k].elevation) < 1e-12);
+        assert_true(fabs(camera.roll_deg) < 1e-12 && camera.zoom > 2.9);
+        assert_int_equal(cvol_camera_named(context, &camera, &mirrored, "front", &grid, 33.25),
+                         CVOL_OK);
+        assert_true(fabs(camera.azimuth_deg - 33.25) < 1e-9);
+    }
+    cvol_camera camera;
+    int mirrored;
+    assert_int_equal(cvol_camera_named(context, &camera, &mirrored, "above", &grid, 0),
+                     CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(context), "bottom"));
+}
+
+/* ---- transfer functions ------------------------------------------------------------------- */
+
+static void test_adjusted(void **state)
+{
+    (void)state;
+    const cvol_transfer_point points[] = {{10, 0, 0, 0, 0}, {20, 1, 0, 0, 0.2}, {50, 1, 1, 1, 1}};
+    const double window[2] = {-100, 300};
+    cvol_transfer *from, *to;
+    assert_int_equal(cvol_transfer_create(context, &from, points, 3), CVOL_OK);
+    assert_int_equal(cvol_transfer_create_adjusted(context, &to, from, window, 2), CVOL_OK);
+    assert_true(fabs(cvol_transfer_get(to, 0).value + 100) < 1e-9);
+    assert_true(fabs(cvol_transfer_get(to, 1).value) < 1e-9);
+    assert_true(fabs(cvol_transfer_get(to, 2).value - 300) < 1e-9);
+    assert_true(fabs(cvol_transfer_get(to, 1).opacity - 0.36) < 1e-9);
+    assert_true(cvol_transfer_get(to, 2).opacity >= 1 && cvol_transfer_get(to, 0).opacity <= 0);
+    cvol_transfer_free(to);
+    assert_int_equal(cvol_transfer_create_adjusted(context, &to, from, NULL, 0), CVOL_OK);
+    assert_true(fabs(cvol_transfer_get(to, 1).value - 20) < 1e-9);
+    assert_true(cvol_transfer_get(to, 1).opacity <= 0);
+    cvol_transfer_free(to);
+    const double empty[2] = {3, 3};
+    assert_int_equal(cvol_transfer_create_adjusted(context, &to, from, empty, 1),
+                     CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_transfer_create_adjusted(context, &to, from, NULL, -1),
+                     CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_transfer_create_adjusted(context, &to, from, NULL, INFINITY),
+                     CVOL_ERROR_ARGUMENT);
+    assert_null(to);
+    cvol_transfer_free(from);
+}
+
+/* Air, soft matter and some bone, at values that mean these after a rescaling. */
+static cvol_histogram ct_histogram(double slope, double offset)
+{
+    cvol_histogram h = {.min = (-1024 - offset) / slope, .max = (3000 - offset) / slope};
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++) {
+        const double value = -1024 + (i + 0.5) * 4024 / CVOL_HISTOGRAM_BINS;
+        h.bins[i] = value < -900 ? 5000 : fabs(value - 40) < 60 ? 8000 : value > 200 ? 100 : 10;
+    }
+    return h;
+}
+
+static void test_hounsfield(void **state)
+{
+    (void)state;
+    cvol_grid grid = cvol_grid_make(8, 9, 10, CVOL_INT16);
+    double rescale[2];
+    cvol_histogram h = ct_histogram(1, 0);
+    assert_int_equal(cvol_hounsfield_guess(rescale, &h, &grid), CVOL_HOUNSFIELD_YES);
+    assert_true(fabs(rescale[0] - 1) < 1e-12 && fabs(rescale[1]) < 1e-12);
+    h = ct_histogram(1, -1024);
+    assert_int_equal(cvol_hounsfield_guess(rescale, &h, &grid), CVOL_HOUNSFIELD_SHIFTED);
+    assert_true(fabs(rescale[1] + 1024) < 1e-12);
+    grid.value_scale = 2;
+    grid.value_offset = -500;
+    h = ct_histogram(2, -500);
+    assert_int_equal(cvol_hounsfield_guess(rescale, &h, &grid), CVOL_HOUNSFIELD_YES);
+    assert_true(fabs(rescale[0] - 2) < 1e-12 && fabs(rescale[1] + 500) < 1e-12);
+    grid.value_scale = 1;
+    grid.value_offset = 0;
+    h = (cvol_histogram){.min = 0, .max = 255};
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        h.bins[i] = 10;
+    assert_int_equal(cvol_hounsfield_guess(rescale, &h, &grid), CVOL_HOUNSFIELD_NO);
+    h.max = 65535; /* 16 bits of a microscope */
+    assert_int_equal(cvol_hounsfield_guess(rescale, &h, &grid), CVOL_HOUNSFIELD_NO);
+
+    static const char *const names[] = {"ct-bone", "ct-skin", "ct-lung", "ct-vessels"};
+    const double seen[4][3] = {/* in HU: what is seen, what is not */
+                               {800, 40, -1000},
+                               {40, -900, -1000},
+                               {-700, 40, -1000},
+                               {300, 40, -1000}};
+    for (int k = 0; k < 4; k++) {
+        cvol_transfer *transfer;
+        const double by[2] = {0.5, -1024};
+        assert_true(cvol_transfer_is_ct(names[k]));
+        assert_int_equal(cvol_transfer_create_ct(context, &transfer, names[k], by), CVOL_OK);
+        double opacities[3];
+        for (int i = 0; i < 3; i++)
+            opacities[i] = cvol_transfer_at(transfer, (seen[k][i] + 1024) / 0.5).opacity;
+        assert_true(opacities[0] > 0.01 && opacities[1] <= 0 && opacities[2] <= 0);
+        cvol_transfer_free(transfer);
+    }
+    cvol_transfer *none;
+    const double by[2] = {1, 0}, zero[2] = {0, 0};
+    assert_false(cvol_transfer_is_ct("bone"));
+    assert_int_equal(cvol_transfer_create_ct(context, &none, "ct-bones", by), CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_transfer_create_ct(context, &none, "ct-bone", zero), CVOL_ERROR_ARGUMENT);
+    assert_null(none);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_views_of_patients, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_views_of_others, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_adjusted, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_hounsfield, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,251 @@
+/* One picture: rendered, turned into what its file holds, and written. */
+#include "render_picture.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- what is asked for ---------------------------------------------------------------------- */
+
+picture_kind picture_kind_of(const char *name)
+{
+    return has_ending(name, ".png")   ? PICTURE_PNG
+           : has_ending(name, ".pfm") ? PICTURE_PFM
+           : has_ending(name, ".cvi") ? PICTURE_CVI
+                                      : PICTURE_NONE;
+}
+
+static int check_compressed(const scene *s, const render_arguments *a)
+{
+    if (s->engine != CVOL_ENGINE_TRANSFORM)
+        return complain(EXIT_MISUSED,
+                        "%s: only engine transform composes compressed pictures; cvol compress "
+                        "makes them of any PNG",
+                        a->output);
+    if (a->transparent)
+        return complain(EXIT_MISUSED,
+                        "%s: a compressed picture is over a background, which "
+                        "--background transparent is not: write a PNG",
+                        a->output);
+    return EXIT_DONE;
+}
+
+/* Bits, opacity and compression: what kinds of files have. */
+static int check_kind(const scene *s, const render_arguments *a, picture_kind kind)
+{
+    if (kind == PICTURE_NONE)
+        return complain(EXIT_MISUSED,
+                        "%s: the picture's name must end in .png, .pfm for floats, or .cvi for a "
+                        "compressed one",
+                        a->output);
+    if (kind == PICTURE_CVI && check_compressed(s, a))
+        return EXIT_MISUSED;
+    if (a->bits != 8 && a->bits != 16)
+        return complain(EXIT_MISUSED, "--bits is %d, must be 8 or 16", a->bits);
+    if (a->bits == 16 && kind != PICTURE_PNG)
+        return complain(EXIT_MISUSED, "%s: --bits 16 is for PNG files", a->output);
+    if (a->transparent && kind == PICTURE_PFM)
+        return complain(EXIT_MISUSED,
+                        "%s: a PFM has no opacity: --background transparent is for "
+                        "PNG files",
+                        a->output);
+    return EXIT_DONE;
+}
+
+int check_picture(const scene *s, const render_arguments *a)
+{
+    if (!a->output)
+        return complain(EXIT_MISUSED, "no picture to write: give -o OUT.png");
+    const picture_kind kind = picture_kind_of(a->output);
+    if (check_kind(s, a, kind))
+        return EXIT_MISUSED;
+    if (strstr(a->output, "{n}"))
+        return complain(EXIT_MISUSED, "%s: {n} is for the pictures of --turntable", a->output);
+    if (kind != PICTURE_CVI && (a->psnr_given || a->ratio_given))
+        return complain(EXIT_MISUSED, "--%s is for compressed pictures, -o OUT.cvi",
+                        a->psnr_given ? "psnr" : "ratio");
+    if (a->psnr_given && a->ratio_given)
+        return complain(EXIT_MISUSED, "give only one of --psnr and --ratio");
+    if (a->psnr_given && !(a->psnr > 0 && a->psnr <= 100))
+        return complain(EXIT_MISUSED, "--psnr is %g dB, must be above 0 and at most 100", a->psnr);
+    if (a->ratio_given && !(a->ratio > 1))
+        return complain(EXIT_MISUSED, "--ratio is %g, must be above 1", a->ratio);
+    if (a->progressive && s->engine != CVOL_ENGINE_SHEET && s->engine != CVOL_ENGINE_TRANSFORM)
+        return complain(EXIT_MISUSED, "--progressive is for engines sheet and transform");
+    return EXIT_DONE;
+}
+
+/* ---- taking and writing --------------------------------------------------------------------- */
+
+/* NULL: transparent. */
+static const double *ground_of(const scene *s, const render_arguments *a)
+{
+    return a->transparent ? NULL : s->options.background;
+}
+
+/* Whether one channel says it all. */
+static int is_grey(const scene *s)
+{
+    const double *b = s->options.background;
+    return s->options.mode != CVOL_MODE_COMPOSITE && !(b[0] < b[1] || b[1] < b[0]) &&
+           !(b[1] < b[2] || b[2] < b[1]);
+}
+
+/* What lies over the picture is drawn on floats. */
+static int render_floats(cvol_context *context, scene *s, const render_arguments *a, int floats,
+                         cvol_image **out)
+{
+    cvol_image *values, *bytes = NULL;
+    int code = cvol_image_create_float(context, &values, s->options.width, s->options.height);
+    if (!code)
+        code = cvol_renderer_render(context, s->renderer, values, &s->options);
+    if (!code && s->mirrored)
+        cvol_image_mirror(values);
+    if (!code && !floats)
+        code = cvol_image_create(context, &bytes, values->width, values->height);
+    if (!code && !floats)
+        code = cvol_image_flatten(context, bytes, values, ground_of(s, a));
+    if (code || !floats) {
+        cvol_image_free(values);
+        values = NULL;
+    }
+    if (code) {
+        cvol_image_free(bytes);
+        bytes = NULL;
+    }
+    *out = floats ? values : bytes;
+    return code;
+}
+
+static int render_bytes(cvol_context *context, scene *s, cvol_image **out)
+{
+    int code = cvol_image_create(context, out, s->options.width, s->options.height);
+    if (!code)
+        code = cvol_renderer_render(context, s->renderer, *out, &s->options);
+    if (!code && s->mirrored)
+        cvol_image_mirror(*out);
+    if (code) {
+        cvol_image_free(*out);
+        *out = NULL;
+    }
+    return code;
+}
+
+int take_picture(cvol_context *context, scene *s, const render_arguments *a, int floats,
+                 cvol_image **out, double *render_ms)
+{
+    const double start = milliseconds();
+    const int code = floats || a->transparent ? render_floats(context, s, a, floats, out)
+                                              : render_bytes(context, s, out);
+    *render_ms = milliseconds() - start;
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
+static int save_picture(cvol_context *context, const scene *s, const render_arguments *a,
+                        const cvol_image *image, const char *output)
+{
+    if (picture_kind_of(output) == PICTURE_PFM)
+        return cvol_image_write_pfm(context, image, s->options.background, is_grey(s), output);
+    if (a->bits == 16)
+        return cvol_image_write_png16(context, image, ground_of(s, a), is_grey(s), output);
+    return cvol_image_write_png(context, image, output);
+}
+
+static int write_pixels(cvol_context *context, scene *s, const render_arguments *a,
+                        const char *output, outcome *result)
+{
+    cvol_image *image = NULL;
+    const int floats = picture_kind_of(output) == PICTURE_PFM || a->bits == 16;
+    const int status = take_picture(context, s, a, floats, &image, &result->render_ms);
+    if (status)
+        return status;
+    const int code = save_picture(context, s, a, image, output);
+    cvol_image_free(image);
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
+static int write_compressed(cvol_context *context, scene *s, const render_arguments *arguments,
+                            const char *output, outcome *result)
+{
+    cvol_picture_options options = cvol_picture_options_defaults();
+    cvol_picture *picture = NULL;
+    const double start = milliseconds();
+    if (s->mirrored)
+        return complain(EXIT_MISUSED,
+                        "%s: the volume's axes are left-handed, and a compressed picture cannot be "
+                        "mirrored: write a PNG",
+                        output);
+    if (arguments->psnr_given)
+        options.psnr_db = arguments->psnr;
+    options.ratio = arguments->ratio_given ? arguments->ratio : 0;
+    int code = cvol_renderer_picture(context, s->renderer, &picture, &s->options, &options);
+    result->render_ms = milliseconds() - start;
+    result->is_compressed = 1;
+    if (!code)
+        code = cvol_picture_get_info(context, &result->info, picture);
+    if (!code)
+        code = cvol_picture_write(context, picture, output, NULL);
+    cvol_picture_free(picture);
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
+int write_picture(cvol_context *context, scene *s, const render_arguments *a, const char *output,
+                  outcome *result)
+{
+    *result = (outcome){0};
+    const int status = picture_kind_of(output) == PICTURE_CVI
+                           ? write_compressed(context, s, a, output, result)
+                           : write_pixels(context, s, a, output, result);
+    clear_progress();
+    if (status || a->common.json)
+        return status;
+    printf("%s: %d x %d, ", output, s->options.width, s->options.height);
+    if (result->is_compressed)
+        printf("%llu bytes, PSNR %.2f dB, ", (unsigned long long)result->info.file_bytes,
+               result->info.psnr_db);
+    printf("loaded in %.0f ms, rendered in %.0f ms\n", s->load_ms, result->render_ms);
+    return EXIT_DONE;
+}
+
+/* ---- telling -------------------------------------------------------------------------------- */
+
+/* What slices' transforms took; nothing of other engines. */
+static json_t *transform_json(cvol_context *context, const scene *s)
+{
+    cvol_transform_report report;
+    if (s->engine != CVOL_ENGINE_TRANSFORM ||
+        cvol_renderer_transform_report(context, s->renderer, &report))
+        return NULL;
+    return json_pack("{s:[i,i], s:f, s:i, s:I, s:I, s:f, s:f, s:b, s:f, s:f}", "lattice",
+                     (int)report.lattice[0], (int)report.lattice[1], "step", report.step, "slices",
+                     (int)report.slices, "coefficients", (json_int_t)report.terms, "bytes",
+                     (json_int_t)report.bytes, "rho", report.rho, "error_bound", report.bound,
+                     "certified", report.certified, "bake_ms", report.bake_ms, "compose_ms",
+                     report.compose_ms);
+}
+
+void describe_outcome(json_t *object, cvol_context *context, const scene *s, const outcome *result)
+{
+    json_t *transform = transform_json(context, s);
+    json_object_set_new(object, "render_ms", json_real(result->render_ms));
+    if (transform)
+        json_object_set_new(object, "transform", transform);
+    describe_fourier(object, context, s);
+    if (result->is_compressed)
+        json_object_set_new(object, "picture", describe_picture(&result->info));
+}
+
+void describe_view(json_t *object, cvol_context *context, const scene *s, const render_arguments *a)
+{
+    const cvol_camera *camera = &s->options.camera;
+    double range[2];
+    json_object_set_new(object, "camera",
+                        json_pack("{s:o, s:f, s:f, s:f, s:f, s:b}", "view",
+                                  a->view_name ? json_text(a->view_name) : json_null(), "azimuth",
+                                  camera->azimuth_deg, "elevation", camera->elevation_deg, "roll",
+                                  camera->roll_deg, "zoom", camera->zoom, "mirrored", s->mirrored));
+    if (s->options.mode == CVOL_MODE_COMPOSITE || cvol_renderer_range(context, s->renderer, range))
+        return;
+    if (a->window_text)
+        memcpy(range, s->options.window, sizeof range);
+    json_object_set_new(object, "grey", json_pack("[f, f]", range[0], range[1]));
+}

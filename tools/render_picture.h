@@ -1,0 +1,55 @@
+/* Pictures of cvol render: from a scene to files. */
+#ifndef CVOL_TOOLS_RENDER_PICTURE_H
+#define CVOL_TOOLS_RENDER_PICTURE_H
+
+#include "picture.h"
+#include "render_options.h"
+
+/* What a picture's name says that it is. */
+typedef enum picture_kind {
+    PICTURE_NONE, /* nothing that is known */
+    PICTURE_PNG,
+    PICTURE_PFM,
+    PICTURE_CVI
+} picture_kind;
+picture_kind picture_kind_of(const char *name);
+
+/* What became of one picture. */
+typedef struct outcome {
+    double render_ms;
+    int is_compressed;
+    cvol_picture_info info; /* if it is */
+} outcome;
+
+/* What the picture's name and the options beside it ask for. Exit status. */
+int check_picture(const scene *s, const render_arguments *a);
+/* Renders what the camera sees: floats, if the picture is to be kept so, else bytes. Exit status.
+ */
+int take_picture(cvol_context *context, scene *s, const render_arguments *a, int floats,
+                 cvol_image **out, double *render_ms);
+/* Takes a picture and writes it. Exit status. */
+int write_picture(cvol_context *context, scene *s, const render_arguments *a, const char *output,
+                  outcome *result);
+/* Adds what is told of one picture only. */
+void describe_outcome(json_t *object, cvol_context *context, const scene *s, const outcome *result);
+/* Camera and grey levels, for people and --json. */
+void describe_view(json_t *object, cvol_context *context, const scene *s,
+                   const render_arguments *a);
+
+/* render_stages.c: --progressive. Exit status. */
+int render_stages(cvol_context *context, render_arguments *arguments, scene *s, const char *path,
+                  json_t *pictures, outcome *result);
+/* render_volume.c: all that was asked for of one volume; *report is what --json tells of it (NULL
+ * without). Exit status. */
+int render_volume(cvol_context *context, const render_arguments *arguments, const scene *fresh,
+                  const char *path, json_t **report);
+/* render_many.c: the same of each, and a list of what failed. Exit status. */
+int check_many(const render_arguments *a, const char **paths, int count);
+int render_many(cvol_context *context, const render_arguments *arguments, const scene *fresh,
+                const char **paths, int count);
+
+/* output_name.c: `pattern` with {name} (the input's, without folder and ending) and {n} (a number,
+ * `digits` long) put in; NULL: these stay. The caller frees it; NULL after a sentence. */
+char *output_name(const char *pattern, const char *path, int number, int digits);
+
+#endif

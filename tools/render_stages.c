@@ -1,0 +1,83 @@
+/* --progressive: pictures from coarse to fine. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "render_picture.h"
+
+enum { STAGES = 4 };
+
+/* OUT-1.png of OUT.png; the caller frees it. NULL without memory. */
+static char *stage_name(const char *output, int number)
+{
+    const char *ending = strrchr(output, '.');
+    const size_t size = strlen(output) + 16;
+    char *name = malloc(size);
+    if (name)
+        snprintf(name, size, "%.*s-%d%s", (int)(ending - output), output, number, ending);
+    return name;
+}
+
+/* Draws stage `number` of `count`, the last one under the picture's own name. Exit status. */
+static int draw_stage(cvol_context *context, scene *s, const render_arguments *arguments,
+                      int number, int count, json_t *pictures, outcome *result)
+{
+    char *name = number < count ? stage_name(arguments->output, number) : NULL;
+    const char *output = name ? name : arguments->output;
+    if (number < count && !name)
+        return complain(EXIT_FAILED, "not enough memory");
+    int status = write_picture(context, s, arguments, output, result);
+    json_t *object = status ? NULL
+                            : json_pack("{s:o, s:i, s:f}", "output", json_text(output), "level",
+                                        s->in.level, "load_ms", s->load_ms);
+    if (object)
+        describe_outcome(object, context, s, result);
+    json_array_append_new(pictures, object);
+    free(name);
+    return status;
+}
+
+/* Engine sheet: what the file holds at each level, which stand one after the other in it. */
+static int refine_levels(cvol_context *context, render_arguments *arguments, scene *s,
+                         const char *path, json_t *pictures, outcome *result)
+{
+    const int finest = arguments->common.level, count = STAGES - finest;
+    const scene fresh = *s;
+    int status = EXIT_DONE;
+    if (cvol_file_kind_of(path) != CVOL_FILE_ARRAY)
+        return complain(EXIT_MISUSED,
+                        "%s: --progressive draws a .cvol level by level, which this is not: "
+                        "cvol compress makes one",
+                        path);
+    for (int number = 1; number <= count && !status; number++) {
+        close_scene(s);
+        *s = fresh;
+        arguments->common.level = STAGES - number;
+        status = open_scene(context, s, arguments, path);
+        if (!status)
+            status = draw_stage(context, s, arguments, number, count, pictures, result);
+    }
+    return status;
+}
+
+/* Engine transform: ever more of the strongest terms, from slices that are made once. */
+static int refine_terms(cvol_context *context, render_arguments *arguments, scene *s,
+                        const char *path, json_t *pictures, outcome *result)
+{
+    int status = open_scene(context, s, arguments, path);
+    const double rho = s->options.transform.rho < 1 ? s->options.transform.rho : 1;
+    s->options.transform.stored_rho = s->options.transform.rho;
+    for (int number = 1; number <= STAGES && !status; number++) {
+        s->options.transform.rho = number < STAGES ? rho / (1 << (STAGES - number))
+                                                   : s->options.transform.stored_rho;
+        status = draw_stage(context, s, arguments, number, STAGES, pictures, result);
+    }
+    return status;
+}
+
+int render_stages(cvol_context *context, render_arguments *arguments, scene *s, const char *path,
+                  json_t *pictures, outcome *result)
+{
+    return s->engine == CVOL_ENGINE_SHEET
+               ? refine_levels(context, arguments, s, path, pictures, result)
+               : refine_terms(context, arguments, s, path, pictures, result);
+}

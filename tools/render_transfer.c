@@ -1,0 +1,135 @@
+/* What values are seen as: transfer functions, windows, and what samples mean. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "render_options.h"
+
+/* A file's name has a dot or a slash. */
+int is_file_name(const char *name)
+{
+    return strchr(name, '.') || strchr(name, '/');
+}
+
+int check_values(render_arguments *a)
+{
+    if (a->window_text && !parse_numbers(a->window, 2, a->window_text))
+        return complain(EXIT_MISUSED,
+                        "--window is '%s', must be C,W: centre and width, as in 40,400",
+                        a->window_text);
+    if (a->window_text && !(a->window[1] > 0))
+        return complain(EXIT_MISUSED, "--window has width %g, must be above 0", a->window[1]);
+    if (a->rescale_text && !parse_numbers(a->rescale, 2, a->rescale_text))
+        return complain(EXIT_MISUSED,
+                        "--rescale is '%s', must be S,I: a sample s means S s + I, as in 1,-1024",
+                        a->rescale_text);
+    if (a->rescale_text && !(fabs(a->rescale[0]) > 0))
+        return complain(EXIT_MISUSED, "--rescale has slope 0");
+    if (a->opacity_scale_given && !(a->opacity_scale >= 0))
+        return complain(EXIT_MISUSED, "--opacity-scale is %g, must be 0 or above",
+                        a->opacity_scale);
+    if (a->opacity_scale_given && strcmp(a->mode_name, "composite"))
+        return complain(EXIT_MISUSED, "--opacity-scale is for --mode composite");
+    return EXIT_DONE;
+}
+
+/* Samples as Hounsfield units, if they look it or the user says how. Exit status. */
+static int find_hounsfield(scene *s, const render_arguments *a, const cvol_histogram *histogram,
+                           const char *path)
+{
+    s->value_unit = "HU";
+    if (a->rescale_text)
+        return EXIT_DONE;
+    switch (cvol_hounsfield_guess(s->rescale, histogram, input_grid(&s->in))) {
+    case CVOL_HOUNSFIELD_YES:
+        return EXIT_DONE;
+    case CVOL_HOUNSFIELD_SHIFTED:
+        clear_progress();
+        fprintf(
+            stderr,
+            "cvol: %s: its values, %g to %g, are taken for Hounsfield units and 1024; --rescale "
+            "says otherwise\n",
+            path, histogram->min, histogram->max);
+        return EXIT_DONE;
+    case CVOL_HOUNSFIELD_NO:
+        break;
+    }
+    return complain(EXIT_FAILED,
+                    "%s: its values, %g to %g, are no Hounsfield units (air is -1000, water 0), "
+                    "which --transfer %s needs: say what they mean by --rescale S,I, or take "
+                    "another one",
+                    path, histogram->min, histogram->max, a->transfer_name);
+}
+
+/* The named function, before window and opacity. Exit status. */
+static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
+                         const render_arguments *a, const char *path)
+{
+    const char *name = a->transfer_name;
+    cvol_histogram histogram;
+    int code, status;
+    if (is_file_name(name)) {
+        code = cvol_transfer_read(context, out, name);
+        return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    }
+    code = s->in.array ? cvol_array_histogram(context, &histogram, s->in.array)
+                       : cvol_volume_histogram(context, &histogram, s->in.volume);
+    if (code)
+        return complain_context(context, code, NULL);
+    if (cvol_transfer_is_ct(name)) {
+        if ((status = find_hounsfield(s, a, &histogram, path)))
+            return status;
+        code = cvol_transfer_create_ct(context, out, name, s->rescale);
+    } else {
+        code = cvol_transfer_create_named(context, out, name, &histogram);
+    }
+    if (code == CVOL_ERROR_ARGUMENT)
+        return complain(EXIT_MISUSED, "%s %s", cvol_context_message(context),
+                        cvol_transfer_ct_names());
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
+/* The window's ends, as samples. */
+static const double *window_of(double window[2], const scene *s, const render_arguments *a)
+{
+    if (!a->window_text)
+        return NULL;
+    for (int k = 0; k < 2; k++) {
+        const double value = a->window[0] + (k ? 0.5 : -0.5) * a->window[1];
+        window[s->rescale[0] < 0 ? 1 - k : k] = (value - s->rescale[1]) / s->rescale[0];
+    }
+    return window;
+}
+
+/* Mode composite. Exit status. */
+static int set_transfer(cvol_context *context, scene *s, const render_arguments *a,
+                        const char *path)
+{
+    cvol_transfer *named = NULL;
+    double ends[2];
+    int status = make_transfer(context, &named, s, a, path);
+    if (status)
+        return status;
+    const double *window = window_of(ends, s, a);
+    int code = cvol_transfer_create_adjusted(context, &s->transfer, named, window,
+                                             a->opacity_scale);
+    cvol_transfer_free(named);
+    if (!code)
+        code = cvol_renderer_set_transfer(context, s->renderer, s->transfer);
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
+int choose_values(cvol_context *context, scene *s, const render_arguments *a, const char *path)
+{
+    const cvol_grid *grid = input_grid(&s->in);
+    s->value_unit = "";
+    s->rescale[0] = a->rescale_text ? a->rescale[0] : grid->value_scale;
+    s->rescale[1] = a->rescale_text ? a->rescale[1] : grid->value_offset;
+    if (!(fabs(s->rescale[0]) > 0))
+        s->rescale[0] = 1;
+    if (s->options.mode == CVOL_MODE_COMPOSITE)
+        return set_transfer(context, s, a, path);
+    if (a->window_text)
+        window_of(s->options.window, s, a);
+    return EXIT_DONE;
+}

@@ -1,0 +1,49 @@
+/* All that cvol render was asked for of one volume. */
+#include <stdlib.h>
+
+#include "render_picture.h"
+
+/* pictures: what was told of each, or NULL. */
+static json_t *make_report(cvol_context *context, const scene *s, const render_arguments *a,
+                           const outcome *result, const char *path, json_t *pictures)
+{
+    json_t *object = json_pack("{s:o, s:o, s:i, s:i, s:i, s:s, s:s, s:f, s:i}", "input",
+                               json_text(path), "output", json_text(a->output), "level",
+                               s->in.level, "width", s->options.width, "height", s->options.height,
+                               "engine", a->engine_name, "mode", a->mode_name, "load_ms",
+                               s->load_ms, "threads", cvol_context_threads(context));
+    if (object)
+        describe_outcome(object, context, s, result);
+    if (object)
+        describe_view(object, context, s, a);
+    if (object && pictures)
+        json_object_set(object, "pictures", pictures);
+    return object;
+}
+
+int render_volume(cvol_context *context, const render_arguments *arguments, const scene *fresh,
+                  const char *path, json_t **report)
+{
+    render_arguments a = *arguments;
+    scene s = *fresh;
+    outcome result = {0};
+    char *output = output_name(a.output, path, 0, 0);
+    if (!output)
+        return EXIT_FAILED;
+    a.output = output;
+    json_t *pictures = a.progressive ? json_array() : NULL;
+    int status = check_output(path, output);
+    if (!status && a.progressive)
+        status = render_stages(context, &a, &s, path, pictures, &result);
+    else if (!status && !(status = open_scene(context, &s, &a, path)))
+        status = write_picture(context, &s, &a, output, &result);
+    if (!status && a.common.json) {
+        *report = make_report(context, &s, &a, &result, path, pictures);
+        if (!*report)
+            status = complain(EXIT_FAILED, "not enough memory for the JSON output");
+    }
+    json_decref(pictures);
+    close_scene(&s);
+    free(output);
+    return status;
+}
