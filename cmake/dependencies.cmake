@@ -8,6 +8,9 @@ pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(JANSSON REQUIRED IMPORTED_TARGET jansson)
 pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3f)
 
+# Animated WebP, where it is.
+pkg_check_modules(WEBP IMPORTED_TARGET libwebpmux libwebp)
+
 find_path(NIFTI_INCLUDE_DIR nifti2_io.h PATH_SUFFIXES nifti REQUIRED)
 find_library(NIFTI2_LIBRARY nifti2 REQUIRED)
 find_library(ZNZ_LIBRARY znz REQUIRED)

@@ -26,6 +26,7 @@ static const char examples[] =
     "  cvol render ct.cvol -o bones.png --transfer bone --size 1024 --zoom 1.5\n"
     "  cvol render scan.nii.gz -o mip.png --mode mip --background 1,1,1\n"
     "  cvol render mr.nii.gz -o '{name}.png' --view left --background transparent\n"
+    "  cvol render ct.cvol -o turn.webp --turntable 72 --elevation 15 --background white\n"
     "  cvol render ct.cvol -o ct.cvi --engine transform        a compressed picture\n"
     "  cvol render ct.cvol -o ct.png --progressive             ct-1.png, ct-2.png, ..., ct.png\n"
     "  cvol render ct.cvol --engine fourier --poses poses.csv -o stack.nrrd --size 256\n";
@@ -83,6 +84,13 @@ int command_render(int argc, char **argv)
         {"--roll", "DEG", "turn the camera counter-clockwise (default 0)", OPTION_NUMBER, &a.roll,
          0, NULL},
         {"--zoom", "Z", "magnification (default 1)", OPTION_NUMBER, &a.zoom, 0, NULL},
+        {NULL, NULL, "Films:", OPTION_HEADING, NULL, 0, NULL},
+        {"--turntable", "N",
+         "N pictures all around: turn-{n}.png, .gif, .webp; by ffmpeg .mp4 .mov .mkv .webm",
+         OPTION_INTEGER, &a.turntable, 1, &a.turntable_given},
+        {"--fps", "F", "pictures a second (default 25)", OPTION_NUMBER, &a.fps, 0, &a.fps_given},
+        {"--quality", "Q", "of WebP (100: without loss) and ffmpeg, 0 to 100 (default 90)",
+         OPTION_INTEGER, &a.quality, 0, &a.quality_given},
         LOOK_OPTIONS(a),
         {NULL, NULL, "Many projections, as float32 in the volume's units (engine fourier):",
          OPTION_HEADING, NULL, 0, NULL},
@@ -107,8 +115,10 @@ int command_render(int argc, char **argv)
     memset(&s, 0, sizeof s);
     int status = parse_command_line(&line, argc, argv);
     if (status < 0 && !(status = check_render_arguments(&s, &a)) && !(status = check_view(&a)) &&
-        !(status = check_many(&a, inputs, line.all_count)) &&
-        !(status = a.poses ? check_poses(&a) : check_picture(&s, &a)))
+        !(status = check_many(&a, inputs, line.all_count)) && !(status = check_turntable(&s, &a)) &&
+        !(status = a.poses             ? check_poses(&a)
+                   : a.turntable_given ? EXIT_DONE
+                                       : check_picture(&s, &a)))
         status = run(&a, &s, inputs, line.all_count);
     free(inputs);
     return status;

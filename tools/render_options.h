@@ -17,6 +17,8 @@ typedef struct render_arguments {
     /* of cvol render alone */
     const char *view_name;
     int bits;
+    int turntable, turntable_given, quality, quality_given, fps_given;
+    double fps;
     /* engine splat; NULL: not given */
     const char *footprint_name, *order_name, *plane_name;
     int footprint_size, footprint_given, sigma_given, shade, light_given;
@@ -34,137 +36,141 @@ typedef struct render_arguments {
     int views, repeat;
 } render_arguments;
 
-#define RENDER_ARGUMENTS_DEFAULTS                                                       \
-    {                                                                                   \
-        .engine_name = "sheet", .transfer_name = "auto", .size = {512, 512}, .zoom = 1, \
-        .views = 12, .repeat = 3, .opacity_scale = 1, .bits = 8                         \
+#define RENDER_ARGUMENTS_DEFAULTS                                                         \
+    {                                                                                     \
+        .engine_name = "sheet", .transfer_name = "auto", .size = {512, 512}, .zoom = 1,   \
+        .views = 12, .repeat = 3, .opacity_scale = 1, .bits = 8, .quality = 90, .fps = 25 \
     }
 
-#define LOOK_OPTIONS(a)                                                                              \
-    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                            \
-        {"--mode",                                                                                   \
-         "MODE",                                                                                     \
-         "composite (default), xray (default of engine fourier) or mip",                             \
-         OPTION_TEXT,                                                                                \
-         &(a).mode_name,                                                                             \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--transfer",       "NAME|FILE",        "a JSON file, or a name that cvol render --help tells (default auto)", \
-         OPTION_TEXT,        &(a).transfer_name, 0,                                                  \
-         &(a).transfer_given},                                                                       \
-        {"--window",                                                                                 \
-         "C,W",                                                                                      \
-         "values C - W/2 to C + W/2 have all colours (composite) or greys (xray, mip)",              \
-         OPTION_TEXT,                                                                                \
-         &(a).window_text,                                                                           \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--opacity-scale",                                                                          \
-         "S",                                                                                        \
-         "as if matter were S times as dense (default 1)",                                           \
-         OPTION_NUMBER,                                                                              \
-         &(a).opacity_scale,                                                                         \
-         0,                                                                                          \
-         &(a).opacity_scale_given},                                                                  \
-        {"--rescale",                                                                                \
-         "S,I",                                                                                      \
-         "a sample s means S s + I, as in 1,-1024 (default: what the file says)",                    \
-         OPTION_TEXT,                                                                                \
-         &(a).rescale_text,                                                                          \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--background",                                                                             \
-         "COLOUR",                                                                                   \
-         "R,G,B, each 0..1, or black (default), white, transparent",                                 \
-         OPTION_TEXT,                                                                                \
-         &(a).background_text,                                                                       \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--level",                                                                                  \
-         "L",                                                                                        \
-         "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser previews",                          \
-         OPTION_INTEGER,                                                                             \
-         &(a).common.level,                                                                          \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--engine",                                                                                 \
-         "ENGINE",                                                                                   \
-         "sheet (default), ray (slow), splat (footprints), transform (of slices), fourier",          \
-         OPTION_TEXT,                                                                                \
-         &(a).engine_name,                                                                           \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--footprint",                                                                              \
-         "NAME",                                                                                     \
-         "of splat and transform: gaussian (default) sinc box, or splat's cone",                     \
-         OPTION_TEXT,                                                                                \
-         &(a).footprint_name,                                                                        \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--footprint-size",                                                                         \
-         "N",                                                                                        \
-         "samples that it spans, 3 to 31 (default 5)",                                               \
-         OPTION_INTEGER,                                                                             \
-         &(a).footprint_size,                                                                        \
-         0,                                                                                          \
-         &(a).footprint_given},                                                                      \
-        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6)",                   \
-         OPTION_NUMBER,   &(a).sigma, 0,                                                             \
-         &(a).sigma_given},                                                                          \
-        {"--shade",   NULL,       "of splat and transform: light samples by their gradients",        \
-         OPTION_FLAG, &(a).shade, 0,                                                                 \
-         NULL},                                                                                      \
-        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",                   \
-         OPTION_NUMBERS3, (a).light, 0,                                                              \
-         &(a).light_given},                                                                          \
-        {"--order",                                                                                  \
-         "ORDER",                                                                                    \
-         "of splat and transform: front (default) to back, or back to front",                        \
-         OPTION_TEXT,                                                                                \
-         &(a).order_name,                                                                            \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--footprint-plane",                                                                        \
-         "PLANE",                                                                                    \
-         "of splat: where it is round, view (default) or slices, as for transform",                  \
-         OPTION_TEXT,                                                                                \
-         &(a).plane_name,                                                                            \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--tile",                                                                                   \
-         "N",                                                                                        \
-         "of engine transform: slices in tiles of 8, 16 (default) or 32; 0: whole",                  \
-         OPTION_INTEGER,                                                                             \
-         &(a).tile,                                                                                  \
-         0,                                                                                          \
-         &(a).tile_given},                                                                           \
-        {"--spectrum",                                                                               \
-         "NAME",                                                                                     \
-         "of engine transform: dct (default), or, of whole slices, dft or dht",                      \
-         OPTION_TEXT,                                                                                \
-         &(a).spectrum_name,                                                                         \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--rho",       "SHARE",  "of coefficients that are kept (default 0.1; fourier: all)",       \
-         OPTION_NUMBER, &(a).rho, 0,                                                                 \
-         &(a).rho_given},                                                                            \
-        {"--schedule",                                                                               \
-         "NAME",                                                                                     \
-         "deferred (default): composite samples; literal: coefficients, every time",                 \
-         OPTION_TEXT,                                                                                \
-         &(a).schedule_name,                                                                         \
-         0,                                                                                          \
-         NULL},                                                                                      \
-        {"--depth-cue",                                                                              \
-         "S",                                                                                        \
-         "of engine fourier: how much darker the far end is, 0 (default) to 1",                      \
-         OPTION_NUMBER,                                                                              \
-         &(a).depth_cue,                                                                             \
-         0,                                                                                          \
-         &(a).depth_cue_given},                                                                      \
-    {                                                                                                \
-        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,            \
-            &(a).step, 0, NULL                                                                       \
+#define LOOK_OPTIONS(a)                                                                        \
+    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                      \
+        {"--mode",                                                                             \
+         "MODE",                                                                               \
+         "composite (default), xray (default of engine fourier) or mip",                       \
+         OPTION_TEXT,                                                                          \
+         &(a).mode_name,                                                                       \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--transfer",                                                                         \
+         "NAME|FILE",                                                                          \
+         "a JSON file, or a name that cvol render --help tells (default auto)",                \
+         OPTION_TEXT,                                                                          \
+         &(a).transfer_name,                                                                   \
+         0,                                                                                    \
+         &(a).transfer_given},                                                                 \
+        {"--window",                                                                           \
+         "C,W",                                                                                \
+         "values C - W/2 to C + W/2 have all colours (composite) or greys (xray, mip)",        \
+         OPTION_TEXT,                                                                          \
+         &(a).window_text,                                                                     \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--opacity-scale",                                                                    \
+         "S",                                                                                  \
+         "as if matter were S times as dense (default 1)",                                     \
+         OPTION_NUMBER,                                                                        \
+         &(a).opacity_scale,                                                                   \
+         0,                                                                                    \
+         &(a).opacity_scale_given},                                                            \
+        {"--rescale",                                                                          \
+         "S,I",                                                                                \
+         "a sample s means S s + I, as in 1,-1024 (default: what the file says)",              \
+         OPTION_TEXT,                                                                          \
+         &(a).rescale_text,                                                                    \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--background",                                                                       \
+         "COLOUR",                                                                             \
+         "R,G,B, each 0..1, or black (default), white, transparent",                           \
+         OPTION_TEXT,                                                                          \
+         &(a).background_text,                                                                 \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--level",                                                                            \
+         "L",                                                                                  \
+         "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser previews",                    \
+         OPTION_INTEGER,                                                                       \
+         &(a).common.level,                                                                    \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--engine",                                                                           \
+         "ENGINE",                                                                             \
+         "sheet (default), ray (slow), splat (footprints), transform (of slices), fourier",    \
+         OPTION_TEXT,                                                                          \
+         &(a).engine_name,                                                                     \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--footprint",                                                                        \
+         "NAME",                                                                               \
+         "of splat and transform: gaussian (default) sinc box, or splat's cone",               \
+         OPTION_TEXT,                                                                          \
+         &(a).footprint_name,                                                                  \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--footprint-size",                                                                   \
+         "N",                                                                                  \
+         "samples that it spans, 3 to 31 (default 5)",                                         \
+         OPTION_INTEGER,                                                                       \
+         &(a).footprint_size,                                                                  \
+         0,                                                                                    \
+         &(a).footprint_given},                                                                \
+        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6)",             \
+         OPTION_NUMBER,   &(a).sigma, 0,                                                       \
+         &(a).sigma_given},                                                                    \
+        {"--shade",   NULL,       "of splat and transform: light samples by their gradients",  \
+         OPTION_FLAG, &(a).shade, 0,                                                           \
+         NULL},                                                                                \
+        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",             \
+         OPTION_NUMBERS3, (a).light, 0,                                                        \
+         &(a).light_given},                                                                    \
+        {"--order",                                                                            \
+         "ORDER",                                                                              \
+         "of splat and transform: front (default) to back, or back to front",                  \
+         OPTION_TEXT,                                                                          \
+         &(a).order_name,                                                                      \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--footprint-plane",                                                                  \
+         "PLANE",                                                                              \
+         "of splat: where it is round, view (default) or slices, as for transform",            \
+         OPTION_TEXT,                                                                          \
+         &(a).plane_name,                                                                      \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--tile",                                                                             \
+         "N",                                                                                  \
+         "of engine transform: slices in tiles of 8, 16 (default) or 32; 0: whole",            \
+         OPTION_INTEGER,                                                                       \
+         &(a).tile,                                                                            \
+         0,                                                                                    \
+         &(a).tile_given},                                                                     \
+        {"--spectrum",                                                                         \
+         "NAME",                                                                               \
+         "of engine transform: dct (default), or, of whole slices, dft or dht",                \
+         OPTION_TEXT,                                                                          \
+         &(a).spectrum_name,                                                                   \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--rho",       "SHARE",  "of coefficients that are kept (default 0.1; fourier: all)", \
+         OPTION_NUMBER, &(a).rho, 0,                                                           \
+         &(a).rho_given},                                                                      \
+        {"--schedule",                                                                         \
+         "NAME",                                                                               \
+         "deferred (default): composite samples; literal: coefficients, every time",           \
+         OPTION_TEXT,                                                                          \
+         &(a).schedule_name,                                                                   \
+         0,                                                                                    \
+         NULL},                                                                                \
+        {"--depth-cue",                                                                        \
+         "S",                                                                                  \
+         "of engine fourier: how much darker the far end is, 0 (default) to 1",                \
+         OPTION_NUMBER,                                                                        \
+         &(a).depth_cue,                                                                       \
+         0,                                                                                    \
+         &(a).depth_cue_given},                                                                \
+    {                                                                                          \
+        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,      \
+            &(a).step, 0, NULL                                                                 \
     }
 
 /* What --transfer may be: a paragraph of the help. */

@@ -30,8 +30,9 @@ static int check_compressed(const scene *s, const render_arguments *a)
 }
 
 /* Bits, opacity and compression: what kinds of files have. */
-static int check_kind(const scene *s, const render_arguments *a, picture_kind kind)
+int check_kind(const scene *s, const render_arguments *a)
 {
+    const picture_kind kind = picture_kind_of(a->output);
     if (kind == PICTURE_NONE)
         return complain(EXIT_MISUSED,
                         "%s: the picture's name must end in .png, .pfm for floats, or .cvi for a "
@@ -56,7 +57,7 @@ int check_picture(const scene *s, const render_arguments *a)
     if (!a->output)
         return complain(EXIT_MISUSED, "no picture to write: give -o OUT.png");
     const picture_kind kind = picture_kind_of(a->output);
-    if (check_kind(s, a, kind))
+    if (check_kind(s, a))
         return EXIT_MISUSED;
     if (strstr(a->output, "{n}"))
         return complain(EXIT_MISUSED, "%s: {n} is for the pictures of --turntable", a->output);
@@ -150,8 +151,8 @@ static int save_picture(cvol_context *context, const scene *s, const render_argu
     return cvol_image_write_png(context, image, output);
 }
 
-static int write_pixels(cvol_context *context, scene *s, const render_arguments *a,
-                        const char *output, outcome *result)
+int write_pixels(cvol_context *context, scene *s, const render_arguments *a, const char *output,
+                 outcome *result)
 {
     cvol_image *image = NULL;
     const int floats = picture_kind_of(output) == PICTURE_PFM || a->bits == 16;

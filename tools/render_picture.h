@@ -23,11 +23,16 @@ typedef struct outcome {
 
 /* What the picture's name and the options beside it ask for. Exit status. */
 int check_picture(const scene *s, const render_arguments *a);
+/* The same of the kind of file alone. */
+int check_kind(const scene *s, const render_arguments *a);
 /* Renders what the camera sees: floats, if the picture is to be kept so, else bytes. Exit status.
  */
 int take_picture(cvol_context *context, scene *s, const render_arguments *a, int floats,
                  cvol_image **out, double *render_ms);
-/* Takes a picture and writes it. Exit status. */
+/* Takes a picture and writes it as PNG or PFM, silently. Exit status. */
+int write_pixels(cvol_context *context, scene *s, const render_arguments *a, const char *output,
+                 outcome *result);
+/* Takes a picture, writes it and says so. Exit status. */
 int write_picture(cvol_context *context, scene *s, const render_arguments *a, const char *output,
                   outcome *result);
 /* Adds what is told of one picture only. */
@@ -39,6 +44,9 @@ void describe_view(json_t *object, cvol_context *context, const scene *s,
 /* render_stages.c: --progressive. Exit status. */
 int render_stages(cvol_context *context, render_arguments *arguments, scene *s, const char *path,
                   json_t *pictures, outcome *result);
+/* render_turn.c: --turntable; *report is what --json tells of it. Exit status. */
+int check_turntable(const scene *s, const render_arguments *a);
+int render_turntable(cvol_context *context, scene *s, const render_arguments *a, json_t **report);
 /* render_volume.c: all that was asked for of one volume; *report is what --json tells of it (NULL
  * without). Exit status. */
 int render_volume(cvol_context *context, const render_arguments *arguments, const scene *fresh,

@@ -31,18 +31,22 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
     if (!output)
         return EXIT_FAILED;
     a.output = output;
-    json_t *pictures = a.progressive ? json_array() : NULL;
+    json_t *pictures = a.progressive ? json_array() : NULL, *turn = NULL;
     int status = check_output(path, output);
     if (!status && a.progressive)
         status = render_stages(context, &a, &s, path, pictures, &result);
     else if (!status && !(status = open_scene(context, &s, &a, path)))
-        status = write_picture(context, &s, &a, output, &result);
+        status = a.turntable_given ? render_turntable(context, &s, &a, &turn)
+                                   : write_picture(context, &s, &a, output, &result);
     if (!status && a.common.json) {
         *report = make_report(context, &s, &a, &result, path, pictures);
+        if (*report && turn)
+            json_object_update(*report, turn);
         if (!*report)
             status = complain(EXIT_FAILED, "not enough memory for the JSON output");
     }
     json_decref(pictures);
+    json_decref(turn);
     close_scene(&s);
     free(output);
     return status;

@@ -6,6 +6,7 @@
 #include "cvol/array.h"
 #include "cvol/base.h"
 #include "cvol/codec.h"
+#include "cvol/film.h"
 #include "cvol/image.h"
 #include "cvol/picture.h"
 #include "cvol/render.h"

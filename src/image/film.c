@@ -1,0 +1,150 @@
+/* Films: what their formats share. The file gets its name when it is whole. */
+#include "image/film.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "base/context.h"
+#include "image/pixels.h"
+
+static const cvol_film_format *const formats[] = {
+    &cvol_film_gif,
+#ifdef CVOL_HAVE_WEBP
+    &cvol_film_webp,
+#endif
+};
+
+const char *cvol_film_formats(void)
+{
+#ifdef CVOL_HAVE_WEBP
+    return ".gif .webp";
+#else
+    return ".gif";
+#endif
+}
+
+cvol_film_options cvol_film_options_defaults(void)
+{
+    return (cvol_film_options){.frames_per_second = 25, .quality = 90};
+}
+
+static int ends(const char *path, const char *ending)
+{
+    const size_t length = strlen(path), tail = strlen(ending);
+    return length > tail && !strcasecmp(path + length - tail, ending);
+}
+
+static const cvol_film_format *find_format(const char *path)
+{
+    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+        if (ends(path, formats[i]->ending))
+            return formats[i];
+    return NULL;
+}
+
+static int check(cvol_context *context, const cvol_film *film, const char *path)
+{
+    const cvol_film_options *options = &film->options;
+    const cvol_film_format *format = film->format;
+    if (!format && ends(path, ".webp"))
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: this build has no WebP (libwebp was missing); it writes %s", path,
+                         cvol_film_formats());
+    if (!format)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: a film's name must end in %s", path,
+                         cvol_film_formats());
+    if (film->width < 1 || film->height < 1 || film->width > format->size_max ||
+        film->height > format->size_max)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%s: %d x %d pixels: width and height are 1 to %d", path, film->width,
+                         film->height, format->size_max);
+    if (!(options->frames_per_second > 0) || !(options->frames_per_second <= format->rate_max))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%s: %g frames a second: must be above 0 and at most %g", path,
+                         options->frames_per_second, format->rate_max);
+    if (options->quality < 0 || options->quality > 100)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: quality %d: must be 0 to 100", path,
+                         options->quality);
+    return CVOL_OK;
+}
+
+int cvol_film_open(cvol_context *context, cvol_film **out, const char *path, int width, int height,
+                   const cvol_film_options *options)
+{
+    *out = NULL;
+    cvol_film *film = calloc(1, sizeof *film);
+    if (!film)
+        return cvol_fail_memory(context, sizeof *film, "a film");
+    film->format = find_format(path);
+    film->width = width;
+    film->height = height;
+    film->options = *options;
+    int code = check(context, film, path);
+    if (!code)
+        code = cvol_output_open(context, &film->output, path);
+    if (!code) {
+        film->path = cvol_output_name(film->output);
+        code = film->format->open(context, film);
+    }
+    if (code)
+        cvol_film_abandon(film);
+    else
+        *out = film;
+    return code;
+}
+
+int cvol_film_learns(const cvol_film *film)
+{
+    return film->format->learns;
+}
+
+static int check_picture(cvol_context *context, const cvol_film *film, const cvol_image *image)
+{
+    const int code = cvol_image_need_bytes(context, image, film->path);
+    if (code || (image->width == film->width && image->height == film->height))
+        return code;
+    return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: a picture of %d x %d in a film of %d x %d",
+                     film->path, image->width, image->height, film->width, film->height);
+}
+
+int cvol_film_learn(cvol_context *context, cvol_film *film, const cvol_image *image)
+{
+    const int code = check_picture(context, film, image);
+    return code || !film->format->learns ? code : film->format->learn(context, film, image);
+}
+
+int cvol_film_add(cvol_context *context, cvol_film *film, const cvol_image *image)
+{
+    int code = check_picture(context, film, image);
+    if (!code && film->format->learns && film->frames == 0)
+        code = film->format->learn(context, film, image);
+    if (!code)
+        code = film->format->add(context, film, image);
+    film->frames += !code;
+    return code;
+}
+
+int cvol_film_commit(cvol_context *context, cvol_film *film)
+{
+    int code = film->frames ? film->format->finish(context, film)
+                            : cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                                        "%s: a film needs pictures, none was added", film->path);
+    if (!code) {
+        code = cvol_output_commit(context, film->output);
+        film->output = NULL;
+    }
+    cvol_film_abandon(film);
+    return code;
+}
+
+void cvol_film_abandon(cvol_film *film)
+{
+    if (!film)
+        return;
+    cvol_output_abandon(film->output);
+    if (film->format && film->state)
+        film->format->free(film->state);
+    free(film);
+}

@@ -1,0 +1,34 @@
+/* Formats of films. */
+#ifndef CVOL_IMAGE_FILM_H
+#define CVOL_IMAGE_FILM_H
+
+#include "base/file.h"
+#include "cvol/film.h"
+
+/* What a format does; `state` is its own, and NULL before open and after a failed one. */
+typedef struct cvol_film_format {
+    const char *ending;
+    int learns, size_max;
+    double rate_max;
+    int (*open)(cvol_context *context, struct cvol_film *film);
+    int (*learn)(cvol_context *context, struct cvol_film *film, const cvol_image *image);
+    int (*add)(cvol_context *context, struct cvol_film *film, const cvol_image *image);
+    int (*finish)(cvol_context *context, struct cvol_film *film); /* writes what is left */
+    void (*free)(void *state);
+} cvol_film_format;
+
+struct cvol_film {
+    const cvol_film_format *format;
+    cvol_output *output;
+    const char *path; /* of messages: the output's */
+    int width, height, frames;
+    cvol_film_options options;
+    void *state;
+};
+
+extern const cvol_film_format cvol_film_gif;
+#ifdef CVOL_HAVE_WEBP
+extern const cvol_film_format cvol_film_webp;
+#endif
+
+#endif

@@ -1,0 +1,238 @@
+/* Films through ffmpeg, where it is installed: a child that reads raw RGB from a pipe and writes a
+ * hidden file beside the film, which gets its name when all went well. */
+#define _GNU_SOURCE
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "movie.h"
+
+#define WORDS_MAX 300 /* of what ffmpeg says */
+
+struct ffmpeg {
+    pid_t child;
+    int to, from; /* pictures to it; what it complains of */
+    int width, height;
+    char *path, *hidden;
+    uint8_t *row;
+    int vp9;
+    char size[32], rate[32], crf[16];
+};
+
+static void free_ffmpeg(ffmpeg *f)
+{
+    if (f->to >= 0)
+        close(f->to);
+    if (f->from >= 0)
+        close(f->from);
+    free(f->path);
+    free(f->hidden);
+    free(f->row);
+    free(f);
+}
+
+/* FOLDER/.NAME.PID.mp4: the ending tells ffmpeg the format. */
+static char *hidden_name(const char *path)
+{
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    const char *ending = strrchr(name, '.');
+    char *hidden = NULL;
+    if (asprintf(&hidden, "%.*s.%s.%ld%s", (int)(name - path), path, name, (long)getpid(), ending) <
+        0)
+        return NULL;
+    return hidden;
+}
+
+/* What ffmpeg is told; before there is a child, which may do little. */
+static void describe(ffmpeg *f, const movie_options *options)
+{
+    f->vp9 = has_ending(f->path, ".webm");
+    snprintf(f->size, sizeof f->size, "%dx%d", f->width, f->height);
+    snprintf(f->rate, sizeof f->rate, "%.6g", options->frames_per_second);
+    /* 90 is 18 and 27, which are thought good. */
+    snprintf(f->crf, sizeof f->crf, "%d",
+             f->vp9 ? 63 - options->quality * 2 / 5 : 51 - options->quality * 11 / 30);
+}
+
+/* Pictures of odd size get a row or column more: the usual kind of colour has half of them. */
+static void run(ffmpeg *f)
+{
+    char *const arguments[] = {"ffmpeg",   "-loglevel",
+                               "error",    "-nostdin",
+                               "-y",       "-f",
+                               "rawvideo", "-pix_fmt",
+                               "rgb24",    "-s",
+                               f->size,    "-r",
+                               f->rate,    "-i",
+                               "-",        "-an",
+                               "-vf",      "pad=ceil(iw/2)*2:ceil(ih/2)*2",
+                               "-pix_fmt", "yuv420p",
+                               "-c:v",     f->vp9 ? "libvpx-vp9" : "libx264",
+                               "-crf",     f->crf,
+                               "-b:v",     "0",
+                               f->hidden,  NULL};
+    execvp("ffmpeg", arguments);
+}
+
+/* In the child. Its own group, so that Ctrl-C reaches only us. */
+static void become_ffmpeg(ffmpeg *f, int in, int out, int failed)
+{
+    const int nothing = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    setpgid(0, 0);
+    signal(SIGPIPE, SIG_DFL);
+    if (nothing >= 0 && dup2(in, STDIN_FILENO) >= 0 && dup2(nothing, STDOUT_FILENO) >= 0 &&
+        dup2(out, STDERR_FILENO) >= 0)
+        run(f);
+    const int reason = errno;
+    if (write(failed, &reason, sizeof reason) < 0)
+        _exit(126);
+    _exit(127);
+}
+
+/* 0, or why ffmpeg could not be started. */
+static int start(ffmpeg *f)
+{
+    int in[2] = {-1, -1}, out[2] = {-1, -1}, failed[2] = {-1, -1}, reason = 0;
+    if (pipe2(in, O_CLOEXEC) || pipe2(out, O_CLOEXEC) || pipe2(failed, O_CLOEXEC) ||
+        (f->child = fork()) < 0)
+        reason = errno;
+    else if (f->child == 0)
+        become_ffmpeg(f, in[0], out[1], failed[1]);
+    const int unused[4] = {in[0], out[1], failed[1], -1};
+    for (int i = 0; i < 3; i++)
+        if (unused[i] >= 0)
+            close(unused[i]);
+    f->to = in[1];
+    f->from = out[0];
+    if (!reason && read(failed[0], &reason, sizeof reason) != sizeof reason)
+        reason = 0; /* closed when ffmpeg took over */
+    if (failed[0] >= 0)
+        close(failed[0]);
+    if (reason && f->child > 0)
+        waitpid(f->child, NULL, 0);
+    return reason;
+}
+
+ffmpeg *open_ffmpeg(const char *path, int width, int height, const movie_options *options,
+                    int *status)
+{
+    ffmpeg *f = calloc(1, sizeof *f);
+    if (f) {
+        *f = (ffmpeg){.to = -1, .from = -1, .width = width, .height = height};
+        f->path = strdup(path);
+        f->hidden = hidden_name(path);
+        f->row = malloc(3 * (size_t)width);
+    }
+    if (!f || !f->path || !f->hidden || !f->row) {
+        *status = complain(EXIT_FAILED, "not enough memory");
+        if (f)
+            free_ffmpeg(f);
+        return NULL;
+    }
+    describe(f, options);
+    const int reason = start(f);
+    if (!reason)
+        return f;
+    *status = reason == ENOENT
+                  ? complain(
+                        EXIT_FAILED,
+                        "%s: such films are made by ffmpeg, which is not installed; .gif%s and "
+                        "numbered pictures (-o 'turn-{n}.png') need none",
+                        path, strstr(cvol_film_formats(), ".webp") ? ", .webp" : "")
+                  : complain(EXIT_FAILED, "%s: ffmpeg cannot be started: %s", path,
+                             strerror(reason));
+    free_ffmpeg(f);
+    return NULL;
+}
+
+/* Waits for the end; 0 if all went well. `words`: the last line that ffmpeg said. */
+static int finish(ffmpeg *f, char words[WORDS_MAX])
+{
+    char text[4096];
+    size_t size = 0;
+    int result = 0;
+    close(f->to);
+    f->to = -1;
+    for (;;) {
+        if (size == sizeof text - 1) { /* keep the later half */
+            memmove(text, text + size / 2, size - size / 2);
+            size -= size / 2;
+        }
+        const ssize_t got = read(f->from, text + size, sizeof text - 1 - size);
+        if (got == 0 || (got < 0 && errno != EINTR))
+            break;
+        size += got > 0 ? (size_t)got : 0;
+    }
+    while (waitpid(f->child, &result, 0) < 0 && errno == EINTR)
+        ;
+    while (size && (text[size - 1] == '\n' || text[size - 1] == '\r'))
+        size--;
+    text[size] = '\0';
+    const char *line = strrchr(text, '\n');
+    snprintf(words, WORDS_MAX, "%.*s", WORDS_MAX - 1,
+             size ? (line ? line + 1 : text) : "it said nothing");
+    return !WIFEXITED(result) || WEXITSTATUS(result) != 0;
+}
+
+/* After it broke off. */
+static int complain_of(ffmpeg *f)
+{
+    char words[WORDS_MAX];
+    finish(f, words);
+    return complain(EXIT_FAILED, "%s: ffmpeg failed: %s", f->path, words);
+}
+
+static int write_all(int to, const uint8_t *data, size_t size)
+{
+    while (size) {
+        const ssize_t written = write(to, data, size);
+        if (written < 0 && errno == EINTR)
+            continue;
+        if (written <= 0)
+            return 0;
+        data += written;
+        size -= (size_t)written;
+    }
+    return 1;
+}
+
+int add_to_ffmpeg(ffmpeg *f, const cvol_image *image)
+{
+    const size_t width = (size_t)f->width;
+    for (int y = 0; y < f->height; y++) {
+        const uint8_t *rgba = image->rgba + 4 * width * (size_t)y;
+        for (size_t x = 0; x < width; x++)
+            memcpy(f->row + 3 * x, rgba + 4 * x, 3);
+        if (!write_all(f->to, f->row, 3 * width))
+            return complain_of(f);
+    }
+    return EXIT_DONE;
+}
+
+int commit_ffmpeg(ffmpeg *f)
+{
+    char words[WORDS_MAX];
+    int status = EXIT_DONE;
+    if (finish(f, words))
+        status = complain(EXIT_FAILED, "%s: ffmpeg failed: %s", f->path, words);
+    else if (rename(f->hidden, f->path))
+        status = complain(EXIT_FAILED, "%s: cannot be written: %s", f->path, strerror(errno));
+    if (status)
+        unlink(f->hidden);
+    free_ffmpeg(f);
+    return status;
+}
+
+void abandon_ffmpeg(ffmpeg *f)
+{
+    if (f->to >= 0) { /* it still runs */
+        kill(f->child, SIGKILL);
+        waitpid(f->child, NULL, 0);
+    }
+    unlink(f->hidden);
+    free_ffmpeg(f);
+}

@@ -1,0 +1,184 @@
+/* --turntable: pictures all around the volume, numbered or as a film. */
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "movie.h"
+#include "render_picture.h"
+
+#define FRAMES_MAX 100000
+#define LEARNT 8 /* pictures that a film's colours are chosen from */
+
+int check_turntable(const scene *s, const render_arguments *a)
+{
+    const char *given = a->fps_given ? "--fps" : a->quality_given ? "--quality" : NULL;
+    if (!a->turntable_given && a->output && is_movie(a->output))
+        return complain(EXIT_MISUSED, "%s: is a film's name: give --turntable N", a->output);
+    if (!a->turntable_given)
+        return given ? complain(EXIT_MISUSED, "%s is for --turntable", given) : EXIT_DONE;
+    if (a->turntable < 1 || a->turntable > FRAMES_MAX)
+        return complain(EXIT_MISUSED, "--turntable is %d, must be 1 to %d", a->turntable,
+                        FRAMES_MAX);
+    if (a->progressive || a->poses)
+        return complain(EXIT_MISUSED, "--turntable and --%s do not go together",
+                        a->progressive ? "progressive" : "poses");
+    if (!a->output)
+        return complain(EXIT_MISUSED, "no film to write: give -o turn.gif or -o 'turn-{n}.png'");
+    if (a->quality < 0 || a->quality > 100)
+        return complain(EXIT_MISUSED, "--quality is %d, must be 0 to 100", a->quality);
+    if (!(a->fps > 0 && a->fps <= 1000))
+        return complain(EXIT_MISUSED, "--fps is %g, must be above 0 and at most 1000", a->fps);
+    if (!is_movie(a->output)) {
+        if (given)
+            return complain(EXIT_MISUSED, "%s is for films, %s is none", given, a->output);
+        if (picture_kind_of(a->output) == PICTURE_CVI)
+            return complain(EXIT_MISUSED, "%s: --turntable makes no compressed pictures",
+                            a->output);
+        if (picture_kind_of(a->output) != PICTURE_NONE && !strstr(a->output, "{n}"))
+            return complain(EXIT_MISUSED,
+                            "%s: one name for %d pictures: put {n} into it, as in -o "
+                            "'turn-{n}.png', or write a film, turn.gif",
+                            a->output, a->turntable);
+        return check_kind(s, a);
+    }
+    if (a->bits == 16)
+        return complain(EXIT_MISUSED, "%s: --bits 16 is for PNG files", a->output);
+    if (a->transparent && !has_ending(a->output, ".webp"))
+        return complain(EXIT_MISUSED,
+                        "%s: --background transparent is for PNG and WebP: no other film has "
+                        "pixels that are partly so",
+                        a->output);
+    return EXIT_DONE;
+}
+
+static double turn_of(const render_arguments *a, int frame)
+{
+    return 360.0 * frame / a->turntable;
+}
+
+/* The picture of a frame, as bytes. Exit status. */
+static int take_frame(cvol_context *context, scene *s, const render_arguments *a, int frame,
+                      cvol_image **image, double *render_ms)
+{
+    *image = NULL;
+    const int status = aim_camera(context, s, a, turn_of(a, frame));
+    return status ? status : take_picture(context, s, a, 0, image, render_ms);
+}
+
+/* Some frames from all around. */
+static int show_some(cvol_context *context, scene *s, const render_arguments *a, movie *m)
+{
+    const int count = a->turntable < LEARNT ? a->turntable : LEARNT;
+    int status = EXIT_DONE;
+    for (int k = 0; k < count && !status; k++) {
+        cvol_image *image;
+        double ms;
+        hold_progress("choosing colours", (double)k / count);
+        status = take_frame(context, s, a, (int)((double)k * a->turntable / count), &image, &ms);
+        if (!status)
+            status = show_movie(context, m, image);
+        cvol_image_free(image);
+    }
+    return status;
+}
+
+static int add_frames(cvol_context *context, scene *s, const render_arguments *a, movie *m,
+                      double *render_ms)
+{
+    int status = movie_learns(m) ? show_some(context, s, a, m) : EXIT_DONE;
+    for (int i = 0; i < a->turntable && !status; i++) {
+        cvol_image *image;
+        double ms = 0;
+        hold_progress("turning", (double)i / a->turntable);
+        status = take_frame(context, s, a, i, &image, &ms);
+        *render_ms += ms;
+        if (!status)
+            status = add_to_movie(context, m, image);
+        cvol_image_free(image);
+        if (!status && was_interrupted())
+            status = complain(EXIT_FAILED, "cancelled");
+    }
+    return status;
+}
+
+static int write_film(cvol_context *context, scene *s, const render_arguments *a, double *render_ms)
+{
+    const movie_options options = {a->fps, a->quality};
+    int status;
+    movie *m = open_movie(context, a->output, s->options.width, s->options.height, &options,
+                          &status);
+    if (!m)
+        return status;
+    status = add_frames(context, s, a, m, render_ms);
+    if (!status)
+        return commit_movie(context, m);
+    abandon_movie(m);
+    return status;
+}
+
+static int digits_of(int count)
+{
+    int digits = 1;
+    while (count >= 10) {
+        count /= 10;
+        digits++;
+    }
+    return digits;
+}
+
+/* A turn that is not whole leaves none of its pictures. */
+static void remove_frames(const render_arguments *a, int count)
+{
+    for (int i = 0; i < count; i++) {
+        char *name = output_name(a->output, NULL, i + 1, digits_of(a->turntable));
+        if (name)
+            unlink(name);
+        free(name);
+    }
+}
+
+static int write_frames(cvol_context *context, scene *s, const render_arguments *a,
+                        double *render_ms)
+{
+    int status = EXIT_DONE;
+    for (int i = 0; i < a->turntable && !status; i++) {
+        outcome result = {0};
+        char *name = output_name(a->output, NULL, i + 1, digits_of(a->turntable));
+        hold_progress("turning", (double)i / a->turntable);
+        status = name ? aim_camera(context, s, a, turn_of(a, i)) : EXIT_FAILED;
+        if (!status)
+            status = write_pixels(context, s, a, name, &result);
+        if (!status && was_interrupted())
+            status = complain(EXIT_FAILED, "cancelled");
+        if (status)
+            remove_frames(a, i + (result.render_ms > 0));
+        *render_ms += result.render_ms;
+        free(name);
+    }
+    return status;
+}
+
+int render_turntable(cvol_context *context, scene *s, const render_arguments *a, json_t **report)
+{
+    const double start = milliseconds();
+    double render_ms = 0;
+    const int film = is_movie(a->output);
+    int status = film ? write_film(context, s, a, &render_ms)
+                      : write_frames(context, s, a, &render_ms);
+    hold_progress(NULL, 0);
+    clear_progress();
+    if (!status)
+        status = aim_camera(context, s, a, 0);
+    if (status)
+        return status;
+    const double total_ms = milliseconds() - start;
+    *report = json_pack("{s:i, s:f, s:f, s:f, s:I}", "frames", a->turntable, "fps", a->fps,
+                        "frame_ms", render_ms / a->turntable, "total_ms", total_ms, "film_bytes",
+                        (json_int_t)(film ? file_size(a->output) : 0));
+    if (!a->common.json)
+        printf("%s: %d pictures of %d x %d, loaded in %.0f ms, %.1f ms each to render, %.1f s in "
+               "all\n",
+               a->output, a->turntable, s->options.width, s->options.height, s->load_ms,
+               render_ms / a->turntable, 1e-3 * total_ms);
+    return EXIT_DONE;
+}
