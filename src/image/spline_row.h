@@ -9,7 +9,7 @@
 /* One row of the picture: pixel x lies at start + x step, in places. */
 typedef struct cvol_spline_row {
     const float *places; /* coefficients of splines, four floats a place */
-    int (*spans)[2];     /* of each row of places: from, up to where there is anything */
+    int (*spans)[2];     /* of places y - 1 .. y + 2: from, up to where there is anything */
     long dims[2];
     double start[2], step[2];
     float ground[3];

@@ -57,7 +57,8 @@ static void filter(float *places, const size_t dims[2], int threads)
 /* Splines' coefficients are next to nothing this many places beside what is not empty. */
 #define SPREAD 8
 
-/* Of each row, the places from spans[0] up to spans[1] near which there is anything. */
+/* Of each row and those that a pixel in it takes, the places from spans[0] up to spans[1] near which
+ * there is anything. */
 static void find_spans(int (*spans)[2], const float *places, const size_t dims[2])
 {
     const long width = (long)dims[0], height = (long)dims[1];
@@ -73,7 +74,7 @@ static void find_spans(int (*spans)[2], const float *places, const size_t dims[2
             from++;
         while (to > from && !memcmp(row + 4 * (to - 1), &zero, sizeof zero))
             to--;
-        for (long j = y - SPREAD; j <= y + SPREAD && from < to; j++) {
+        for (long j = y - SPREAD - 2; j <= y + SPREAD + 1 && from < to; j++) {
             if (j < 0 || j >= height)
                 continue;
             spans[j][0] = (int)(from - SPREAD < spans[j][0] ? from - SPREAD : spans[j][0]);

@@ -7,22 +7,37 @@
 #define WINDOW 16
 #define PARTS (WINDOW / CVOL_LANES)
 
-CVOL_INLINE void weigh(float w[4], float f)
+/* Pixels that become bytes at a time. */
+#define CHUNK 16
+
+typedef float pixel __attribute__((vector_size(16)));
+
+CVOL_INLINE pixel load_pixel(const float *from)
 {
-    const float g = 1 - f;
-    w[0] = g * g * g * (1 / 6.0f);
-    w[1] = (4 - 3 * f * f * (2 - f)) * (1 / 6.0f);
-    w[2] = (4 - 3 * g * g * (2 - g)) * (1 / 6.0f);
-    w[3] = f * f * f * (1 / 6.0f);
+    pixel v;
+    memcpy(&v, from, sizeof v);
+    return v;
 }
+
+/* Weights of four neighbours at fraction f: of neighbour i, cubic[0][i] + f cubic[1][i] + .. . Four
+ * floats each, as there are four channels. */
+#define FOUR(a) a, a, a, a
+static const float cubic[4][WINDOW]
+    __attribute__((aligned(64))) = {{FOUR(1 / 6.0f), FOUR(4 / 6.0f), FOUR(1 / 6.0f), FOUR(0)},
+                                    {FOUR(-0.5f), FOUR(0), FOUR(0.5f), FOUR(0)},
+                                    {FOUR(0.5f), FOUR(-1), FOUR(0.5f), FOUR(0)},
+                                    {FOUR(-1 / 6.0f), FOUR(0.5f), FOUR(-0.5f), FOUR(1 / 6.0f)}};
+static const float cubic_y[4][4]
+    __attribute__((aligned(16))) = {{1 / 6.0f, 4 / 6.0f, 1 / 6.0f, 0},
+                                    {-0.5f, 0, 0.5f, 0},
+                                    {0.5f, -1, 0.5f, 0},
+                                    {-1 / 6.0f, 0.5f, -0.5f, 1 / 6.0f}};
 
 /* Whether there is anything near place (x, y). */
 CVOL_INLINE int is_near(const cvol_spline_row *row, long x, long y)
 {
-    for (long j = y < 1 ? 0 : y - 1; j <= y + 2 && j < row->dims[1]; j++)
-        if (x + 2 >= row->spans[j][0] && x - 1 < row->spans[j][1])
-            return 1;
-    return 0;
+    const long j = y < 0 ? 0 : y < row->dims[1] ? y : row->dims[1] - 1;
+    return x + 2 >= row->spans[j][0] && x - 1 < row->spans[j][1];
 }
 
 /* The 4 x 4 places around (x, y), row by row; zeros lie around the lattice. */
@@ -37,63 +52,118 @@ static void copy_edge(float *out, const cvol_spline_row *row, long x, long y)
         }
 }
 
-CVOL_INLINE void sample(float out[4], const cvol_spline_row *row, long x, long y, float fx,
-                        float fy)
+/* The sum of a vector's groups of four. */
+CVOL_INLINE pixel add_groups(cvol_vf v)
 {
-    float wx[4], wy[4], edge[4 * WINDOW], sums[WINDOW];
+#if CVOL_LANES == 16
+    const __m256 half = _mm256_add_ps(_mm512_castps512_ps256((__m512)v),
+                                      _mm512_extractf32x8_ps((__m512)v, 1));
+#elif CVOL_LANES == 8
+    const __m256 half = (__m256)v;
+#endif
+#if CVOL_LANES == 4
+    return (pixel)v;
+#else
+    return (pixel)_mm_add_ps(_mm256_castps256_ps128(half), _mm256_extractf128_ps(half, 1));
+#endif
+}
+
+CVOL_INLINE pixel sample(const cvol_spline_row *row, long x, long y, float fx, float fy)
+{
+    float wy[4], edge[4 * WINDOW];
     const float *from = edge;
     long stride = WINDOW;
-    weigh(wx, fx);
-    weigh(wy, fy);
     if (x >= 1 && y >= 1 && x + 2 < row->dims[0] && y + 2 < row->dims[1]) {
         stride = 4 * row->dims[0];
         from = row->places + (y - 1) * stride + 4 * (x - 1);
     } else {
         copy_edge(edge, row, x, y);
     }
+    const pixel down = load_pixel(cubic_y[0]) +
+                       fy * (load_pixel(cubic_y[1]) +
+                             fy * (load_pixel(cubic_y[2]) + fy * load_pixel(cubic_y[3])));
+    memcpy(wy, &down, sizeof wy);
+    pixel all = {0};
     for (int part = 0; part < PARTS; part++) {
+        const int lane = part * CVOL_LANES;
+        const cvol_vf across = cvol_load(cubic[0] + lane) +
+                               fx * (cvol_load(cubic[1] + lane) +
+                                     fx * (cvol_load(cubic[2] + lane) +
+                                           fx * cvol_load(cubic[3] + lane)));
         cvol_vf sum = {0};
         for (int j = 0; j < 4; j++)
-            sum += wy[j] * cvol_load(from + j * stride + part * CVOL_LANES);
-        cvol_store(sums + part * CVOL_LANES, sum);
+            sum += wy[j] * cvol_load(from + j * stride + lane);
+        all += add_groups(sum * across);
     }
-    for (int c = 0; c < 4; c++)
-        out[c] = wx[0] * sums[c] + wx[1] * sums[4 + c] + wx[2] * sums[8 + c] + wx[3] * sums[12 + c];
+    return all;
 }
 
-/* Colour, premultiplied, and opacity over the background, as bytes. */
-CVOL_INLINE void store_pixel(uint8_t *out, const float value[4], const float ground[3])
+/* Colour, premultiplied, and opacity over the background, as bytes. ground[3] is 1, so that opacity
+ * becomes 255. */
+CVOL_INLINE void store_chunk(uint8_t *out, const float *values, const float *ground)
 {
-    const float through = value[3] > 0 ? value[3] < 1 ? 1 - value[3] : 0 : 1;
-    for (int c = 0; c < 3; c++) {
-        const float level = (value[c] > 0 ? value[c] : 0) + through * ground[c];
-        out[c] = (uint8_t)(int)((level < 1 ? level : 1) * 255 + 0.5f);
+    const cvol_vf zero = {0}, one = cvol_splat(1);
+    float levels[4 * CHUNK];
+    cvol_vi opacity;
+    for (int i = 0; i < CVOL_LANES; i++)
+        opacity[i] = i | 3;
+    for (int i = 0; i < 4 * CHUNK; i += CVOL_LANES) {
+        const cvol_vf value = cvol_load(values + i);
+        const cvol_vf seen = cvol_shuffle(value, value, opacity);
+        const cvol_vf through = one - cvol_min(cvol_max(seen, zero), one);
+        const cvol_vf level = cvol_max(value, zero) + through * cvol_load(ground);
+        cvol_store(levels + i, cvol_min(level, one) * 255 + 0.5f);
     }
-    out[3] = 255;
+    for (int i = 0; i < 4 * CHUNK; i++)
+        out[i] = (uint8_t)(int)levels[i];
+}
+
+/* Where pixels of a chunk lie: the place before, and the fraction; far away if not near any. */
+typedef struct chunk_places {
+    int32_t x[CHUNK], y[CHUNK];
+    float fx[CHUNK], fy[CHUNK];
+} chunk_places;
+
+CVOL_INLINE void find_places(chunk_places *out, const cvol_spline_row *row, int first)
+{
+    const double right = (double)row->dims[0] + 1, below = (double)row->dims[1] + 1;
+    for (int i = 0; i < CHUNK; i++) {
+        double u = row->start[0] + (first + i) * row->step[0];
+        double v = row->start[1] + (first + i) * row->step[1];
+        u = u > -2 ? u : -2;
+        v = v > -2 ? v : -2;
+        u = u < right ? u : right;
+        v = v < below ? v : below;
+        /* rounded towards zero, from -2 on */
+        out->x[i] = (int32_t)(u + 2) - 2;
+        out->y[i] = (int32_t)(v + 2) - 2;
+        out->fx[i] = (float)(u - out->x[i]);
+        out->fy[i] = (float)(v - out->y[i]);
+    }
 }
 
 void CVOL_SIMD(cvol_spline_sample)(const cvol_spline_row *row)
 {
-    const double right = (double)row->dims[0] + 1, below = (double)row->dims[1] + 1;
-    const float nothing[4] = {0, 0, 0, 0};
-    uint8_t empty[4];
-    store_pixel(empty, nothing, row->ground);
-    for (int i = 0; i < row->count; i++) {
-        const double u = row->start[0] + i * row->step[0], v = row->start[1] + i * row->step[1];
-        /* rounded towards zero, from above -2 on */
-        const int inside = u > -2 && u < right && v > -2 && v < below;
-        const long x = inside ? (long)(u + 2) - 2 : 0, y = inside ? (long)(v + 2) - 2 : 0;
-        if (inside && is_near(row, x, y)) {
-            float value[4];
-            sample(value, row, x, y, (float)(u - (double)x), (float)(v - (double)y));
-            if (row->values)
-                memcpy(row->values + 4 * i, value, sizeof value);
-            else
-                store_pixel(row->out + 4 * i, value, row->ground);
-        } else if (row->values) {
-            memcpy(row->values + 4 * i, nothing, sizeof nothing);
+    float ground[WINDOW];
+    for (int i = 0; i < WINDOW; i++)
+        ground[i] = i % 4 < 3 ? row->ground[i % 4] : 1;
+    for (int first = 0; first < row->count; first += CHUNK) {
+        const int count = row->count - first < CHUNK ? row->count - first : CHUNK;
+        float values[4 * CHUNK] __attribute__((aligned(64)));
+        uint8_t bytes[4 * CHUNK];
+        chunk_places at;
+        find_places(&at, row, first);
+        for (int i = 0; i < CHUNK; i++) {
+            pixel value = {0};
+            if (is_near(row, at.x[i], at.y[i]))
+                value = sample(row, at.x[i], at.y[i], at.fx[i], at.fy[i]);
+            memcpy(values + 4 * i, &value, sizeof value);
+        }
+        if (row->values) {
+            memcpy(row->values + 4 * (size_t)first, values, (size_t)count * sizeof(pixel));
         } else {
-            memcpy(row->out + 4 * i, empty, sizeof empty);
+            store_chunk(bytes, values, ground);
+            memcpy(row->out + 4 * (size_t)first, bytes, 4 * (size_t)count);
         }
     }
 }

@@ -137,7 +137,7 @@ int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, const cha
 /* ---- a renderer over a file ----------------------------------------------------------------- */
 
 /* Hands the planes over. */
-static void adopt(cvol_transform_state *state)
+static int adopt(cvol_context *context, cvol_transform_state *state)
 {
     cvol_baked_file *file = &state->file;
     state->subject.grid = file->grid;
@@ -149,12 +149,12 @@ static void adopt(cvol_transform_state *state)
                                 .distance = file->distance,
                                 .planes = file->planes};
     cvol_baked_file_samples(state->baked.samples, file);
-    cvol_baked_count(&state->baked);
     file->planes = NULL;
     state->has_baked = 1;
     state->shape = cvol_lattice_shape(&file->splat);
     state->options = (cvol_transform_options){
         .transform = file->transform, .tile = file->tile, .rho = file->rho};
+    return cvol_baked_count(context, &state->baked);
 }
 
 static int create(cvol_context *context, cvol_transform_state **out, const char *path)
@@ -177,9 +177,12 @@ static int create(cvol_context *context, cvol_transform_state **out, const char 
         free(state);
         return code;
     }
-    adopt(state);
-    *out = state;
-    return CVOL_OK;
+    code = adopt(context, state);
+    if (code)
+        cvol_transform_engine.free(state);
+    else
+        *out = state;
+    return code;
 }
 
 int cvol_renderer_create_baked(cvol_context *context, cvol_renderer **out, const char *path)

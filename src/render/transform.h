@@ -31,6 +31,7 @@ typedef struct cvol_baked {
     cvol_lattice lattice; /* whole planes under DFT and DHT: the one they are for */
     cvol_array *(*planes)[CVOL_PLANES]; /* of slice k; all NULL if nothing of it can be seen */
     uint64_t terms, bytes;              /* of all planes, and in memory */
+    uint8_t *filled; /* tiles: of tile t of slice k, at [k tiles + t], bit c: plane c has terms */
 } cvol_baked;
 
 /* What samples are classified with. */
@@ -57,8 +58,8 @@ int cvol_bake(cvol_context *context, cvol_baked *out, const cvol_bake_source *so
 /* The same with fewer terms: the strongest by the same measure. Errors: MEMORY, CANCELLED. */
 int cvol_baked_reduce(cvol_context *context, cvol_baked *out, const cvol_baked *baked,
                       const cvol_footprint_shape *shape, double rho);
-/* Sets terms and bytes. */
-void cvol_baked_count(cvol_baked *baked);
+/* Sets what follows from the planes: terms, bytes and `filled`. Errors: MEMORY. */
+int cvol_baked_count(cvol_context *context, cvol_baked *baked);
 /* Planes that are there. */
 size_t cvol_baked_planes(const cvol_baked *baked);
 void cvol_baked_free(cvol_baked *baked);

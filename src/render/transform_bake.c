@@ -216,8 +216,21 @@ size_t cvol_baked_planes(const cvol_baked *baked)
     return planes;
 }
 
-void cvol_baked_count(cvol_baked *baked)
+/* Marks tiles of plane c that have terms. */
+static void mark_filled(uint8_t *filled, const cvol_array *plane, int c)
 {
+    for (size_t t = 0; t < plane->block_count; t++)
+        filled[t] |= (uint8_t)((plane->block_table[t].words > 0) << c);
+}
+
+int cvol_baked_count(cvol_context *context, cvol_baked *baked)
+{
+    size_t tiles = 1;
+    for (int a = 0; a < 2 && baked->tile; a++)
+        tiles *= (baked->samples[a] + (size_t)baked->tile - 1) / (size_t)baked->tile;
+    baked->filled = cvol_allocate_zero(baked->slices * tiles, 1);
+    if (!baked->filled)
+        return cvol_fail_memory(context, baked->slices * tiles, "slices");
     baked->terms = baked->bytes = 0;
     for (size_t k = 0; k < baked->slices; k++)
         for (int c = 0; c < CVOL_PLANES; c++) {
@@ -227,7 +240,10 @@ void cvol_baked_count(cvol_baked *baked)
             cvol_array_get_info(baked->planes[k][c], &info);
             baked->terms += info.coefficients;
             baked->bytes += info.resident_bytes;
+            if (baked->tile)
+                mark_filled(baked->filled + k * tiles, baked->planes[k][c], c);
         }
+    return CVOL_OK;
 }
 
 int cvol_bake(cvol_context *context, cvol_baked *out, const cvol_bake_source *source,
@@ -266,7 +282,7 @@ int cvol_bake(cvol_context *context, cvol_baked *out, const cvol_bake_source *so
     if (!code)
         code = pass(context, &job, counted ? 0.4 : 0, 1);
     if (!code)
-        cvol_baked_count(out);
+        code = cvol_baked_count(context, out);
     free_bakers(job.bakers, job.threads);
     return code;
 }
@@ -277,5 +293,6 @@ void cvol_baked_free(cvol_baked *baked)
         for (int c = 0; c < CVOL_PLANES; c++)
             cvol_array_free(baked->planes[k][c]);
     free(baked->planes);
+    free(baked->filled);
     *baked = (cvol_baked){0};
 }

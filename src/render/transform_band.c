@@ -81,7 +81,7 @@ static void fill(float *out, const tile_view *view, const tile_axis *axis, int s
         }
 }
 
-/* Along x the rows are frequencies. */
+/* Rows of frequencies. */
 static void turn(float *out, const float *in, int places, int B, int width)
 {
     for (int u = 0; u < B; u++)
@@ -114,11 +114,9 @@ static void make_axis(const tile_view *view, tile_axis *axis, int a, size_t k)
         return;
     const int rest = (int)(job->baked->samples[a] - (view->tiles[a] - 1) * (size_t)view->B);
     float columns[CVOL_TILE_PLACES * CVOL_BLOCK_MAX];
-    for (int which = 0; which < 2; which++) {
-        float *out = which ? axis->last : axis->whole;
-        fill(a ? out : columns, view, axis, which ? rest : view->B);
-        if (!a)
-            turn(out, columns, axis->places, view->B, view->width);
+    for (int which = 0; which < (rest < view->B ? 2 : 1); which++) {
+        fill(columns, view, axis, which ? rest : view->B);
+        turn(which ? axis->last : axis->whole, columns, axis->places, view->B, view->width);
     }
 }
 
@@ -158,10 +156,17 @@ static void close_cells(const tile_view *view, long begin, long end)
         }
 }
 
-/* Adds what of a tile lies in rows begin .. end - 1 of the lattice. */
+/* The matrix of tile t: the last one's may be its own. */
+static const float *matrix_of(const tile_view *view, const tile_slice *slice, int a, size_t t)
+{
+    const int whole = t + 1 < view->tiles[a] || view->job->baked->samples[a] % (size_t)view->B == 0;
+    return whole ? slice->axes[a].whole : slice->axes[a].last;
+}
+
+/* Adds what of a tile lies in rows begin .. end - 1 of the lattice. filled: its planes. */
 static void add_tile(const tile_view *view, const tile_sheet *sheet, const tile_slice *slice,
-                     cvol_array *const planes[CVOL_PLANES], size_t tx, size_t ty, long begin,
-                     long end)
+                     cvol_array *const planes[CVOL_PLANES], int filled, size_t tx, size_t ty,
+                     long begin, long end)
 {
     const tile_axis *x = &slice->axes[0], *y = &slice->axes[1];
     const long left = x->first + (long)tx * view->per_tile;
@@ -171,24 +176,21 @@ static void add_tile(const tile_view *view, const tile_sheet *sheet, const tile_
     const size_t index = tx + ty * view->tiles[0];
     const long right = left + x->places;
     const long limit = (long)view->job->lattice->dims[0];
-    int any = 0;
-    for (int c = 0; c < CVOL_PLANES; c++)
-        any |= planes[c] && planes[c]->block_table[index].words > 0;
-    if (!any || from >= to ||
-        (view->job->front &&
-         is_hidden(view, left, right < limit ? right : limit, top + from, top + to)))
+    if (from >= to || (view->job->front &&
+                       is_hidden(view, left, right < limit ? right : limit, top + from, top + to)))
         return;
     for (int c = 0; c < CVOL_PLANES; c++) {
-        const cvol_block *block = planes[c] ? &planes[c]->block_table[index] : NULL;
-        if (!block || !block->words)
+        if (!(filled >> c & 1))
             continue;
+        const cvol_block *block = &planes[c]->block_table[index];
         const cvol_tile_task task = {.terms = block->terms,
                                      .end = cvol_block_end(block),
                                      .step = (float)planes[c]->step,
                                      .block_log2 = planes[c]->block_log2,
+                                     .columns = block->low[0],
                                      .rows = block->low[1],
-                                     .across = tx + 1 < view->tiles[0] ? x->whole : x->last,
-                                     .down = ty + 1 < view->tiles[1] ? y->whole : y->last,
+                                     .across = matrix_of(view, slice, 0, tx),
+                                     .down = matrix_of(view, slice, 1, ty),
                                      .width = view->width,
                                      .from = from,
                                      .to = to,
@@ -242,14 +244,18 @@ static void draw_band(const tile_view *view, const tile_sheet *sheet, size_t n, 
     for (size_t i = 0; i < count; i++) {
         const size_t k = cvol_compose_slice(job, n + i);
         const tile_slice *slice = &view->slices[i];
+        const uint8_t *filled = job->baked->filled + k * view->tiles[0] * view->tiles[1];
         if (!cvol_compose_has(job, k))
             continue;
         for (size_t ty = 0; ty < view->tiles[1]; ty++) {
             const long top = slice->axes[1].first + (long)ty * view->per_tile;
             if (top >= end || top + slice->axes[1].places <= begin)
                 continue;
+            const uint8_t *row = filled + ty * view->tiles[0];
             for (size_t tx = 0; tx < view->tiles[0]; tx++)
-                add_tile(view, sheet, slice, job->baked->planes[k], tx, ty, begin, end);
+                if (row[tx])
+                    add_tile(view, sheet, slice, job->baked->planes[k], row[tx], tx, ty, begin,
+                             end);
         }
         composite(view, sheet, begin, end);
         if (job->front && (n + i) % CLOSING == CLOSING - 1)
@@ -262,14 +268,12 @@ static void draw_band(const tile_view *view, const tile_sheet *sheet, size_t n, 
 
 static void set_matrices(tile_view *view)
 {
-    const size_t across = (size_t)(view->B * view->width),
-                 down = CVOL_TILE_PLACES * (size_t)view->B;
+    const size_t floats = (size_t)(view->B * view->width);
     float *at = view->matrices;
     for (int i = 0; i < GROUP; i++)
-        for (int a = 0; a < 2; a++) {
+        for (int a = 0; a < 2; a++, at += 2 * floats) {
             view->slices[i].axes[a].whole = at;
-            view->slices[i].axes[a].last = at + (a ? down : across);
-            at += 2 * (a ? down : across);
+            view->slices[i].axes[a].last = at + floats;
         }
 }
 
@@ -379,7 +383,7 @@ int cvol_compose_tiles(cvol_context *context, cvol_composed *out, const cvol_com
         view.tiles[a] = (baked->samples[a] + (size_t)view.B - 1) / (size_t)view.B;
     choose_bands(&view);
     const size_t rows = (size_t)(view.bands * view.band_rows), floats = rows * view.stride;
-    const size_t matrices = (size_t)GROUP * 4 * CVOL_TILE_PLACES * (size_t)view.B;
+    const size_t matrices = (size_t)(GROUP * 4 * view.width * view.B) + CVOL_TILE_SPARE;
     float *memory = cvol_allocate_zero((size_t)(baked->channels + 1) * floats, sizeof *memory);
     view.matrices = cvol_allocate_zero(matrices, sizeof(float));
     view.closed = cvol_allocate_zero(view.across * (rows / CELL_HEIGHT), 1);

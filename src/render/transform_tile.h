@@ -18,16 +18,17 @@
 #define CVOL_TILE_LANES 16
 /* Places that a spread tile covers along an axis, at most: 32 samples and 31 more, padded. */
 #define CVOL_TILE_PLACES 80
+#define CVOL_TILE_SPARE 16
 
 /* One tile's terms onto the sheet. */
 typedef struct cvol_tile_task {
     const uint32_t *terms, *end;
     float step;
-    int block_log2, rows; /* rows: 1 + the highest frequency along y */
-    const float *across;  /* [u][width] */
-    const float *down;    /* [place][B] */
-    int width, from, to;  /* width: whole vectors; the places from .. to - 1 along y are wanted */
-    float *out;           /* the first place along x and y */
+    int block_log2, columns, rows; /* 1 + the highest frequency along x, and along y */
+    const float *across, *down; /* [frequency][width]: G of both axes; down: CVOL_TILE_SPARE floats
+                                 * more can be read */
+    int width, from, to; /* width: whole vectors; the places from .. to - 1 along y are wanted */
+    float *out;          /* the first place along x and y */
     size_t stride;
 } cvol_tile_task;
 CVOL_SIMD_DECLARE(void, cvol_tile_add, (const cvol_tile_task *task));

@@ -6,7 +6,10 @@
 #include "render/transform_tile.h"
 
 /* Rows that are added up side by side. */
-#define SIDE 4
+#define SIDE 8
+
+/* Tiles are multiplied as matrices where no more than this many numbers stand for a term. */
+#define DENSE 3
 
 /* Terms that are unpacked at a time. */
 #define BATCH 16
@@ -99,41 +102,93 @@ CVOL_INLINE void add_across(float *lines, const cvol_tile_task *task, int vector
     }
 }
 
-/* out[y][x] += sum_v down[y][v] lines[v][x] */
+/* Terms as a matrix, [v][u] with rows of B; rows are zero up to a multiple of SIDE. */
+CVOL_INLINE void make_dense(float *dense, const cvol_tile_task *task)
+{
+    const int bits = cvol_place_bits(task->block_log2);
+    const int32_t mask = (1 << bits) - 1, escape = cvol_term_escape(bits);
+    const uint32_t *at = task->terms;
+    const int floats = (task->rows + SIDE - 1) / SIDE * SIDE << task->block_log2;
+    for (int i = 0; i < floats; i += CVOL_LANES)
+        cvol_store(dense + i, (cvol_vf){0});
+    while (task->end - at >= BATCH) {
+        float value[BATCH] __attribute__((aligned(64)));
+        int32_t place[BATCH] __attribute__((aligned(64)));
+        cvol_vi escapes = {0};
+        for (int i = 0; i < BATCH; i += CVOL_LANES) {
+            cvol_vi word;
+            memcpy(&word, at + i, sizeof word);
+            const cvol_vi number = word >> bits, where = word & mask;
+            escapes |= number == escape;
+            cvol_store(value + i, cvol_to_float(number) * task->step);
+            memcpy(place + i, &where, sizeof where);
+        }
+        if (cvol_any(escapes))
+            break;
+        /* from memory, one by one: to take vectors apart would cost more */
+        __asm__ volatile("" ::: "memory");
+        for (int i = 0; i < BATCH; i++)
+            dense[place[i]] = value[i];
+        at += BATCH;
+    }
+    while (at < task->end) {
+        uint32_t place;
+        const int32_t number = cvol_term_unpack(&at, &place, bits);
+        dense[place] = task->step * (float)number;
+    }
+}
+
+/* lines[v][x] = sum_u dense[v][u] across[u][x] */
+CVOL_INLINE void multiply_across(float *lines, const cvol_tile_task *task, int vectors)
+{
+    const int width = vectors * CVOL_LANES, log2 = task->block_log2;
+    float dense[(32 + SIDE) * 32] __attribute__((aligned(64)));
+    make_dense(dense, task);
+    for (int v = 0; v < task->rows; v += SIDE)
+        for (int i = 0; i < vectors; i++) {
+            const float *across = task->across + i * CVOL_LANES, *row = dense + (v << log2);
+            cvol_vf sum[SIDE];
+            for (int s = 0; s < SIDE; s++)
+                sum[s] = cvol_splat(0);
+            for (int u = 0; u < task->columns; u++) {
+                const cvol_vf weights = cvol_load(across + u * width);
+                for (int s = 0; s < SIDE; s++)
+                    sum[s] += row[(s << log2) + u] * weights;
+            }
+            for (int s = 0; s < SIDE; s++)
+                cvol_store(lines + (v + s) * width + i * CVOL_LANES, sum[s]);
+        }
+}
+
+/* out[y][x] += sum_v down[v][y] lines[v][x]. Rows beyond `to` are computed, and not stored. */
 CVOL_INLINE void add_down(const cvol_tile_task *task, const float *lines, int vectors)
 {
-    const int width = vectors * CVOL_LANES, B = 1 << task->block_log2;
-    int y = task->from;
-    for (; y + SIDE <= task->to; y += SIDE) {
-        const float *down = task->down + y * B;
+    const int width = vectors * CVOL_LANES;
+    for (int y = task->from; y < task->to; y += SIDE)
         for (int i = 0; i < vectors; i++) {
+            const float *line = lines + i * CVOL_LANES, *down = task->down + y;
             float *out = task->out + (size_t)y * task->stride + i * CVOL_LANES;
             cvol_vf sum[SIDE];
             for (int s = 0; s < SIDE; s++)
-                sum[s] = cvol_load(out + (size_t)s * task->stride);
-            for (int v = 0; v < task->rows; v++) {
-                const cvol_vf line = cvol_load(lines + v * width + i * CVOL_LANES);
+                sum[s] = cvol_splat(0);
+            for (int v = 0; v < task->rows; v++, line += width, down += width) {
+                const cvol_vf values = cvol_load(line);
                 for (int s = 0; s < SIDE; s++)
-                    sum[s] += down[s * B + v] * line;
+                    sum[s] += down[s] * values;
             }
-            for (int s = 0; s < SIDE; s++)
-                cvol_store(out + (size_t)s * task->stride, sum[s]);
-        }
-    }
-    for (; y < task->to; y++)
-        for (int i = 0; i < vectors; i++) {
-            float *out = task->out + (size_t)y * task->stride + i * CVOL_LANES;
-            cvol_vf sum = cvol_load(out);
-            for (int v = 0; v < task->rows; v++)
-                sum += task->down[y * B + v] * cvol_load(lines + v * width + i * CVOL_LANES);
-            cvol_store(out, sum);
+            for (int s = 0; s < SIDE && y + s < task->to; s++, out += task->stride)
+                cvol_store(out, cvol_load(out) + sum[s]);
         }
 }
 
 CVOL_INLINE void add_tile(const cvol_tile_task *task, int vectors)
 {
-    float lines[32 * CVOL_TILE_PLACES] __attribute__((aligned(64)));
-    add_across(lines, task, vectors);
+    float lines[(32 + SIDE) * CVOL_TILE_PLACES] __attribute__((aligned(64)));
+    const int64_t terms = task->end - task->terms;
+    if (task->rows * task->columns <= DENSE * terms)
+        multiply_across(lines, task, vectors);
+    else
+        add_across(lines, task, vectors);
     add_down(task, lines, vectors);
 }
 

@@ -290,16 +290,16 @@ int cvol_baked_reduce(cvol_context *context, cvol_baked *out, const cvol_baked *
 {
     const double places = rho * (double)baked->samples[0] * (double)baked->samples[1];
     *out = *baked;
+    out->filled = NULL;
     out->planes = cvol_allocate_zero(baked->slices, sizeof *out->planes);
     if (!out->planes)
         return cvol_fail_memory(context, baked->slices * sizeof *out->planes, "slices");
-    const int code = baked->tile
-                         ? reduce_tiles(context, out, baked, shape,
-                                        (uint64_t)(places * (double)cvol_baked_planes(baked)))
-                         : reduce_whole(context, out, baked, places);
+    int code = baked->tile ? reduce_tiles(context, out, baked, shape,
+                                          (uint64_t)(places * (double)cvol_baked_planes(baked)))
+                           : reduce_whole(context, out, baked, places);
+    if (!code)
+        code = cvol_baked_count(context, out);
     if (code)
         cvol_baked_free(out);
-    else
-        cvol_baked_count(out);
     return code;
 }
