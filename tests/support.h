@@ -4,6 +4,13 @@
 
 #include <stddef.h>
 
+/* Of many alike cases, every how many-th is tried: sanitizers make each ten times slower. */
+#if defined(__SANITIZE_ADDRESS__)
+#define SUPPORT_STRIDE 3
+#else
+#define SUPPORT_STRIDE 1
+#endif
+
 /* A fresh, empty folder. support_folder_remove deletes it with the files in it and frees the
  * name. */
 char *support_folder_make(void);
