@@ -65,6 +65,8 @@ int command_render(int argc, char **argv)
         {"-o", "OUT",
          "the picture (needed): .png, .pfm (floats); engine transform: .cvi, compressed",
          OPTION_TEXT, &a.output, 0, NULL},
+        {"--annotate", NULL, "with scale bar, axes, and a bar of colours and opacities",
+         OPTION_FLAG, &a.annotate, 0, NULL},
         {"--bits", "N", "of a PNG's channels: 8 (default) or 16", OPTION_INTEGER, &a.bits, 0, NULL},
         {"--psnr", "DB", "of OUT.cvi: at least, against the picture as it is (default 45)",
          OPTION_NUMBER, &a.psnr, 0, &a.psnr_given},

@@ -16,7 +16,7 @@ typedef struct render_arguments {
     int transparent, opacity_scale_given;
     /* of cvol render alone */
     const char *view_name;
-    int bits;
+    int bits, annotate;
     int turntable, turntable_given, quality, quality_given, fps_given;
     double fps;
     /* engine splat; NULL: not given */

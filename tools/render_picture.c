@@ -21,6 +21,11 @@ static int check_compressed(const scene *s, const render_arguments *a)
                         "%s: only engine transform composes compressed pictures; cvol compress "
                         "makes them of any PNG",
                         a->output);
+    if (a->annotate)
+        return complain(EXIT_MISUSED,
+                        "%s: nothing is written over compressed pictures: --annotate is "
+                        "for others",
+                        a->output);
     if (a->transparent)
         return complain(EXIT_MISUSED,
                         "%s: a compressed picture is over a background, which "
@@ -91,6 +96,35 @@ static int is_grey(const scene *s)
            !(b[1] < b[2] || b[2] < b[1]);
 }
 
+/* What is told of the picture, drawn over it. */
+static int annotate(cvol_context *context, const scene *s, const render_arguments *a,
+                    cvol_image *image)
+{
+    cvol_baked_info info = {0};
+    cvol_transfer *baked = NULL;
+    cvol_annotation of = {.grid = scene_grid(context, s, &info),
+                          .options = &s->options,
+                          .mirrored = s->mirrored,
+                          .transparent = a->transparent,
+                          .transfer = s->transfer,
+                          .rescale = {s->rescale[0], s->rescale[1]},
+                          .value_unit = s->value_unit ? s->value_unit : ""};
+    int code = CVOL_OK;
+    if (info.transfer_count) {
+        code = cvol_transfer_create(context, &baked, info.transfer_points, info.transfer_count);
+        of.transfer = baked;
+        of.rescale[0] = 1;
+    }
+    if (!code && s->options.mode != CVOL_MODE_COMPOSITE)
+        code = cvol_renderer_range(context, s->renderer, of.range);
+    if (a->window_text && s->options.mode != CVOL_MODE_COMPOSITE)
+        memcpy(of.range, s->options.window, sizeof of.range);
+    if (!code)
+        code = cvol_image_annotate(context, image, &of);
+    cvol_transfer_free(baked);
+    return code;
+}
+
 /* What lies over the picture is drawn on floats. */
 static int render_floats(cvol_context *context, scene *s, const render_arguments *a, int floats,
                          cvol_image **out)
@@ -101,6 +135,8 @@ static int render_floats(cvol_context *context, scene *s, const render_arguments
         code = cvol_renderer_render(context, s->renderer, values, &s->options);
     if (!code && s->mirrored)
         cvol_image_mirror(values);
+    if (!code && a->annotate)
+        code = annotate(context, s, a, values);
     if (!code && !floats)
         code = cvol_image_create(context, &bytes, values->width, values->height);
     if (!code && !floats)
@@ -135,8 +171,9 @@ int take_picture(cvol_context *context, scene *s, const render_arguments *a, int
                  cvol_image **out, double *render_ms)
 {
     const double start = milliseconds();
-    const int code = floats || a->transparent ? render_floats(context, s, a, floats, out)
-                                              : render_bytes(context, s, out);
+    const int code = floats || a->transparent || a->annotate
+                         ? render_floats(context, s, a, floats, out)
+                         : render_bytes(context, s, out);
     *render_ms = milliseconds() - start;
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }

@@ -3,6 +3,7 @@
 #define CVOL_CVOL_H
 
 #include "cvol/algebra.h"
+#include "cvol/annotate.h"
 #include "cvol/array.h"
 #include "cvol/base.h"
 #include "cvol/codec.h"

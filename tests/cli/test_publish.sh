@@ -149,3 +149,18 @@ expect_failure 2 'one volume' cvol render one.nrrd a.cvol -o out.nrrd --engine f
 expect_done cvol render one.nrrd -o '{name}-x.png' --engine ray --size 32
 [ -s one-x.png ] || fail 'one-x.png must be there'
 expect_failure 2 'is for the pictures of --turntable' cvol render one.nrrd -o 'x-{n}.png'
+
+# ---- annotations --------------------------------------------------------------------------------
+
+for kind in 'a.png' 'a.png --bits 16' 'a.pfm' 'a.png --background transparent' 'a.png --mode mip' \
+    'a.png --background white --engine ray' 'a.png --transfer gray --size 900x300'; do
+    expect_done cvol render a.cvol --size 128 -o $kind --annotate
+    cp "${kind%% *}" with
+    expect_done cvol render a.cvol --size 128 -o $kind
+    expect_other_file "${kind%% *}" with
+done
+expect_done cvol render mirror.nrrd -o a.png --view front --annotate --engine ray
+expect_done cvol render a.cvol -o 'turn-{n}.png' --size 64 --turntable 2 --annotate
+expect_done cvol bake a.cvol -o baked.cvol --transfer hot --axis z
+expect_done cvol render baked.cvol -o a.png --engine transform --elevation 90 --annotate
+expect_failure 2 '--annotate is for others' cvol render a.cvol -o x.cvi --engine transform --annotate

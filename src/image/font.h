@@ -1,0 +1,16 @@
+/* Text over pictures: letters made of strokes, at any size. */
+#ifndef CVOL_IMAGE_FONT_H
+#define CVOL_IMAGE_FONT_H
+
+#include "image/ink.h"
+
+/* How wide text is whose capitals are `height` pixels high. Letters are those of ASCII and, in
+ * UTF-8, the micro and the degree sign; others leave a gap. */
+double cvol_text_width(const char *text, double height);
+/* Draws it from x on, capitals standing on y; the pen's width and halo are set from the height. */
+void cvol_text_draw(cvol_image *image, const char *text, double x, double y, double height,
+                    const cvol_pen *pen);
+/* What width and halo become. */
+cvol_pen cvol_text_pen(const cvol_pen *pen, double height);
+
+#endif

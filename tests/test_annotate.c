@@ -1,0 +1,241 @@
+/* Annotations: round lengths and their units, a bar that is as long as it says, letters that can be
+ * read on any background, and pictures of any size. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "cvol/annotate.h"
+#include "image/font.h"
+#include "random.h"
+#include "render/camera.h"
+
+static cvol_context *context;
+
+static int setup(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    return context ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    cvol_context_destroy(context);
+    return 0;
+}
+
+static void test_round_lengths(void **state)
+{
+    (void)state;
+    random_state r = {5};
+    for (int trial = 0; trial < 2000; trial++) {
+        const double most = pow(10, 12 * random_signed(&r)), length = cvol_round_length(most);
+        const double digit = length / pow(10, floor(log10(length) + 1e-9));
+        assert_true(length <= most * (1 + 1e-6) && length > most / 2.6);
+        assert_true(fabs(digit - 1) < 1e-9 || fabs(digit - 2) < 1e-9 || fabs(digit - 5) < 1e-9);
+    }
+    assert_true(fabs(cvol_round_length(50) - 50) < 1e-9);
+    assert_true(fabs(cvol_round_length(0.002) - 0.002) < 1e-12);
+}
+
+static void test_length_texts(void **state)
+{
+    (void)state;
+    static const struct {
+        double length;
+        const char *unit, *text;
+    } cases[] = {{20, "mm", "20 mm"},      {5000, "um", "5 mm"}, {500, "um", "500 µm"},
+                 {0.05, "mm", "50 µm"},    {1000, "mm", "1 m"},  {0.5, "um", "500 nm"},
+                 {20, "", "20"},           {0.5, "", "0.5"},     {3, "parsec", "3 parsec"},
+                 {2000, "nm", "2 µm"},     {2, "cm", "2 cm"},    {0.1, "m", "100 mm"},
+                 {0.001, "nm", "0.001 nm"}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char text[64];
+        cvol_length_text(text, sizeof text, cases[i].length, cases[i].unit);
+        assert_string_equal(text, cases[i].text);
+    }
+    char tiny[4];
+    cvol_length_text(tiny, sizeof tiny, 20, "mm");
+    assert_int_equal(strlen(tiny), 3);
+}
+
+static void test_text_widths(void **state)
+{
+    (void)state;
+    assert_true(cvol_text_width("", 12) <= 0);
+    assert_true(cvol_text_width("i", 12) < cvol_text_width("m", 12));
+    assert_true(fabs(cvol_text_width("2500 HU", 24) - 2 * cvol_text_width("2500 HU", 12)) < 1e-9);
+    assert_true(fabs(cvol_text_width("\xc2\xb5m", 12) - cvol_text_width("um", 12)) < 1e-9);
+    assert_true(cvol_text_width("\xe4\xb8\xad\xff\xf0", 12) > 0); /* unknown, and cut short */
+}
+
+/* ---- pictures ----------------------------------------------------------------------------- */
+
+static cvol_image *annotated(const cvol_annotation *of, const double *ground)
+{
+    cvol_image *image;
+    const cvol_render_options *options = of->options;
+    assert_int_equal(cvol_image_create_float(context, &image, options->width, options->height),
+                     CVOL_OK);
+    for (int i = 0; i < 4 * options->width * options->height && ground; i++)
+        image->values[i] = i % 4 == 3 ? 1 : (float)ground[i % 4];
+    assert_int_equal(cvol_image_annotate(context, image, of), CVOL_OK);
+    return image;
+}
+
+static cvol_annotation make(const cvol_grid *grid, const cvol_render_options *options,
+                            const cvol_transfer *transfer)
+{
+    return (cvol_annotation){.grid = grid,
+                             .options = options,
+                             .transfer = transfer,
+                             .range = {-3, 1000},
+                             .rescale = {1, 0},
+                             .value_unit = "HU"};
+}
+
+static cvol_transfer *some_transfer(void)
+{
+    const cvol_transfer_point points[] = {
+        {-200, 1, 0, 0, 0}, {300, 0, 1, 0, 0.4}, {900, 0, 0, 1, 0.1}};
+    cvol_transfer *transfer;
+    assert_int_equal(cvol_transfer_create(context, &transfer, points, 3), CVOL_OK);
+    return transfer;
+}
+
+/* The longest run of ink in the lower left quarter is the bar. */
+static int longest_run(const cvol_image *image, float ink)
+{
+    int longest = 0;
+    for (int y = image->height / 2; y < image->height; y++)
+        for (int x = 0, run = 0; x < image->width / 2; x++) {
+            const float *v = image->values + 4 * (x + image->width * y);
+            run = fabsf(v[0] - ink) < 0.2f && fabsf(v[1] - ink) < 0.2f ? run + 1 : 0;
+            longest = run > longest ? run : longest;
+        }
+    return longest;
+}
+
+static void test_scale_bar(void **state)
+{
+    (void)state;
+    random_state r = {9};
+    static const double black[3] = {0, 0, 0}, white[3] = {1, 1, 1};
+    for (int trial = 0; trial < 30; trial++) {
+        cvol_grid grid = cvol_grid_make(10 + random_below(&r, 300), 10 + random_below(&r, 300),
+                                        10 + random_below(&r, 300), CVOL_UINT8);
+        cvol_render_options options = cvol_render_options_defaults();
+        const int bright = trial % 2;
+        for (int a = 0; a < 3; a++)
+            grid.spacing[a] = pow(10, 2 * random_signed(&r));
+        options.width = 256 + (int)random_below(&r, 600);
+        options.height = 256 + (int)random_below(&r, 600);
+        options.camera = (cvol_camera){300 * random_signed(&r), 90 * random_signed(&r), 0,
+                                       pow(4, random_signed(&r))};
+        memcpy(options.background, bright ? white : black, sizeof white);
+        cvol_view view;
+        assert_int_equal(cvol_view_make(context, &view, &grid, &options), CVOL_OK);
+        const cvol_annotation of = make(&grid, &options, NULL);
+        cvol_image *image = annotated(&of, options.background);
+        const double wanted = cvol_round_length(0.25 * options.width * view.pixel) / view.pixel;
+        const int length = longest_run(image, bright ? 0.06f : 0.97f);
+        if (fabs(length - wanted) > 5)
+            fail_msg("trial %d: a bar of %d pixels, must be %g", trial, length, wanted);
+        cvol_image_free(image);
+    }
+}
+
+/* Any size, any mode, any volume: nothing outside, and every pixel one that can be shown. */
+static void test_any_picture(void **state)
+{
+    (void)state;
+    static const int sizes[][2] = {{1, 1},   {1, 300},    {300, 1},   {16, 16},
+                                   {64, 48}, {2048, 100}, {100, 700}, {1024, 1024}};
+    cvol_transfer *transfer = some_transfer();
+    for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++)
+        for (int kind = 0; kind < 12; kind++) {
+            cvol_grid grid = cvol_grid_make(1 + (size_t)kind, 7, 9, CVOL_UINT8);
+            cvol_render_options options = cvol_render_options_defaults();
+            options.width = sizes[k][0];
+            options.height = sizes[k][1];
+            options.mode = kind % 2 ? CVOL_MODE_MIP : CVOL_MODE_COMPOSITE;
+            options.camera.elevation_deg = 30 * (kind % 4);
+            grid.space = (cvol_space)(kind % 3);
+            snprintf(grid.unit, sizeof grid.unit, "%s", kind % 5 ? "mm" : "");
+            cvol_annotation of = make(&grid, &options, kind % 4 ? transfer : NULL);
+            of.mirrored = kind % 2;
+            of.transparent = kind > 6;
+            of.rescale[0] = kind == 10 ? -2 : 1;
+            if (kind == 3)
+                of.range[0] = of.range[1];
+            if (kind == 5)
+                of.range[0] = NAN;
+            cvol_image *image = annotated(&of, of.transparent ? NULL : options.background);
+            for (int i = 0; i < 4 * options.width * options.height; i++)
+                if (!(image->values[i] >= -1e-6f && image->values[i] <= 1 + 1e-6f))
+                    fail_msg("%d x %d, kind %d: pixel %d has %g", options.width, options.height,
+                             kind, i / 4, image->values[i]);
+            cvol_image_free(image);
+        }
+    cvol_transfer_free(transfer);
+}
+
+/* The strip shows the function's own colours. */
+static void test_colours(void **state)
+{
+    (void)state;
+    cvol_transfer *transfer = some_transfer();
+    cvol_grid grid = cvol_grid_make(20, 20, 20, CVOL_UINT8);
+    cvol_render_options options = cvol_render_options_defaults();
+    const cvol_annotation of = make(&grid, &options, transfer);
+    cvol_image *image = annotated(&of, options.background);
+    int red = 0, green = 0, blue = 0;
+    for (int i = 0; i < 512 * 512; i++) {
+        const float *v = image->values + 4 * i;
+        red += v[0] > 0.95f && v[1] < 0.05f && v[2] < 0.05f;
+        green += v[1] > 0.95f && v[0] < 0.05f && v[2] < 0.05f;
+        blue += v[2] > 0.95f && v[1] < 0.05f && v[0] < 0.05f;
+    }
+    assert_true(red > 10 && green > 10 && blue > 10);
+    cvol_image_free(image);
+    cvol_transfer_free(transfer);
+}
+
+static void test_refusals(void **state)
+{
+    (void)state;
+    cvol_grid grid = cvol_grid_make(20, 20, 20, CVOL_UINT8);
+    cvol_render_options options = cvol_render_options_defaults();
+    const cvol_annotation of = make(&grid, &options, NULL);
+    cvol_image *bytes, *small;
+    assert_int_equal(cvol_image_create(context, &bytes, 512, 512), CVOL_OK);
+    assert_int_equal(cvol_image_create_float(context, &small, 511, 512), CVOL_OK);
+    assert_int_equal(cvol_image_annotate(context, bytes, &of), CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_image_annotate(context, small, &of), CVOL_ERROR_ARGUMENT);
+    options.camera.zoom = 0;
+    assert_int_equal(cvol_image_annotate(context, small, &of), CVOL_ERROR_ARGUMENT);
+    cvol_image_free(bytes);
+    cvol_image_free(small);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup_teardown(test_round_lengths, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_length_texts, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_text_widths, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_scale_bar, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_any_picture, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_colours, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_refusals, setup, teardown),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
