@@ -336,6 +336,33 @@ static void test_histogram_of_a_subset(void **state)
     free(samples);
 }
 
+/* Values far from all others stand for none; what is merely at two ends does not. */
+static void test_histogram_marks(void **state)
+{
+    fixture *f = *state;
+    float samples[1000];
+    cvol_volume volume = {cvol_grid_make(10, 10, 10, CVOL_FLOAT32), samples};
+    cvol_histogram h;
+    for (int side = -1; side <= 1; side++) {
+        for (int i = 0; i < 1000; i++)
+            samples[i] = i % 10 == 3 && side ? (float)side * 1e35f : (float)i / 1000;
+        assert_int_equal(cvol_volume_histogram(f->context, &h, &volume), CVOL_OK);
+        assert_int_equal(h.mark_count, side ? 100 : 0);
+        expect_near(h.min, 0);
+        assert_true(fabs(h.max - 0.999) < 1e-6);
+        assert_true(!side || fabs(h.mark / side / 1e35 - 1) < 1e-6);
+        uint64_t total = 0;
+        for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+            total += h.bins[i];
+        assert_int_equal(total, side ? 900 : 1000);
+    }
+    for (int i = 0; i < 1000; i++) /* a segmentation */
+        samples[i] = i % 3 ? 0 : 1000;
+    assert_int_equal(cvol_volume_histogram(f->context, &h, &volume), CVOL_OK);
+    assert_true(h.mark_count == 0 && h.max > 999);
+    expect_near(h.chord, 20.0 / 3);
+}
+
 /* ---- named ------------------------------------------------------------------------------- */
 
 /* The share of samples around `centre`, `width` wide, is added to the bins. */
@@ -433,6 +460,23 @@ static void test_every_name_fits_every_histogram(void **state)
     assert_true(count >= 7);
 }
 
+/* Thin volumes are denser; both sides of zero are seen. */
+static void test_auto_fits_shape(void **state)
+{
+    cvol_histogram h = {.min = -1, .max = 1, .chord = 170};
+    add_bump(&h, 127.5, 5, 1e6);
+    add_bump(&h, 127.5, 40, 1e4);
+    cvol_transfer *thick = create_named(*state, "auto", &h);
+    h.chord = 30;
+    cvol_transfer *thin = create_named(*state, "auto", &h);
+    assert_true(opacity_at_bin(thick, &h, 127 + 20) > 0.005);
+    assert_true(opacity_at_bin(thick, &h, 127 - 20) > 0.005);
+    assert_true(opacity_at_bin(thin, &h, 127 + 20) > 2 * opacity_at_bin(thick, &h, 127 + 20));
+    expect_near(opacity_at_bin(thin, &h, 127), 0);
+    cvol_transfer_free(thick);
+    cvol_transfer_free(thin);
+}
+
 static void test_unknown_name(void **state)
 {
     fixture *f = *state;
@@ -464,6 +508,8 @@ int main(void)
         TEST(test_auto_hides_background_and_shows_object),
         TEST(test_auto_takes_sides),
         TEST(test_every_name_fits_every_histogram),
+        TEST(test_histogram_marks),
+        TEST(test_auto_fits_shape),
         TEST(test_unknown_name),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

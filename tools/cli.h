@@ -138,6 +138,8 @@ typedef struct input {
     cvol_volume *volume;
     uint64_t file_bytes;
     int level, cut; /* cvol_file_report */
+    int has_fill;   /* need_array: samples that are `fill` have no value */
+    double fill;
 } input;
 
 /* Takes raw samples' type from its name. Exit status. */

@@ -189,6 +189,8 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
     if (block)
         options.block = block;
     options.background = background;
+    options.has_fill = in->has_fill;
+    options.fill = in->fill;
     int code = cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid,
                              &options);
     if (code)

@@ -233,21 +233,6 @@ int check_render_arguments(scene *s, render_arguments *a)
     return EXIT_DONE;
 }
 
-/* Which samples of the array have no value; none: s->mask stays NULL. */
-static int find_mask(scene *s)
-{
-    const size_t begin[3] = {0, 0, 0}, *end = cvol_array_grid(s->in.array)->dims;
-    const size_t count = end[0] * end[1] * end[2];
-    s->mask = malloc(count);
-    if (!s->mask)
-        return complain(EXIT_FAILED, "not enough memory for a mask of %zu samples", count);
-    if (!cvol_array_evaluate_mask(s->mask, s->in.array, begin, end)) {
-        free(s->mask);
-        s->mask = NULL;
-    }
-    return EXIT_DONE;
-}
-
 static int create_renderer(cvol_context *context, scene *s, int compressed)
 {
     cvol_renderer **out = &s->renderer;
@@ -273,12 +258,15 @@ static int create_renderer(cvol_context *context, scene *s, int compressed)
 
 static int make_renderer(cvol_context *context, scene *s, const char *path)
 {
-    /* Most take what there is. */
+    int status = find_marks(context, s, path);
+    if (status)
+        return status;
+    /* Most take what there is, but for samples without a value. */
     const int compressed = s->engine == CVOL_ENGINE_SHEET ||
-                           (s->engine != CVOL_ENGINE_RAY && s->in.array);
-    int status = compressed ? need_array(context, &s->in, path, 0, CVOL_BACKGROUND_FIND)
+                           (s->engine != CVOL_ENGINE_RAY && (s->in.array || s->in.has_fill));
+    status = compressed ? need_array(context, &s->in, path, 0, CVOL_BACKGROUND_FIND)
                             : need_volume(context, &s->in);
-    if (!status && s->engine == CVOL_ENGINE_RAY && s->in.array)
+    if (!status && s->engine == CVOL_ENGINE_RAY)
         status = find_mask(s);
     if (status)
         return status;

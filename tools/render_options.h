@@ -205,6 +205,11 @@ const cvol_grid *scene_grid(cvol_context *context, const scene *s, cvol_baked_in
 int aim_camera(cvol_context *context, scene *s, const render_arguments *a, double turn_deg);
 void close_scene(scene *s);
 
+/* render_mask.c: whether dense samples are marked as having no value, and which ones have none (none:
+ * s->mask stays NULL). Exit status. */
+int find_marks(cvol_context *context, scene *s, const char *path);
+int find_mask(scene *s);
+
 /* render_transfer.c: what values are seen as. Exit status. */
 int check_values(render_arguments *a);
 int choose_values(cvol_context *context, scene *s, const render_arguments *a, const char *path);

@@ -38,11 +38,16 @@ CVOL_API void cvol_transfer_free(cvol_transfer *transfer);
 CVOL_API size_t cvol_transfer_count(const cvol_transfer *transfer);
 CVOL_API cvol_transfer_point cvol_transfer_get(const cvol_transfer *transfer, size_t index);
 
-/* How the samples of a volume are distributed: `bins` equal intervals of min..max. */
+/* How the samples of a volume are distributed: `bins` equal intervals of min..max. A value that
+ * lies a thousand times as far from all others as these are apart stands for no value: it is not
+ * counted, and min and max are those of the others. */
 #define CVOL_HISTOGRAM_BINS 256
 typedef struct cvol_histogram {
     double min, max;
     uint64_t bins[CVOL_HISTOGRAM_BINS];
+    double chord; /* the mean length of a ray through the volume, in mean spacings; 0: unknown */
+    double mark;  /* the value that stands for none, if */
+    uint64_t mark_count; /* there are any such */
 } cvol_histogram;
 /* Of an array: from a regular subset of its blocks (at most 1,024 of them), decoded.
  * Of a volume: from a regular subset of its samples (at most 4 million). */
@@ -86,17 +91,17 @@ CVOL_API cvol_hounsfield cvol_hounsfield_guess(double rescale[2], const cvol_his
 /* ---- rendering --------------------------------------------------------------------- */
 
 typedef enum cvol_engine {
-    CVOL_ENGINE_SHEET = 1,    /* from the compressed array, sheet by sheet */
-    CVOL_ENGINE_RAY = 2,      /* from dense samples, ray by ray: the truth */
-    CVOL_ENGINE_SPLAT = 3,    /* footprint by footprint: Westover's algorithm */
+    CVOL_ENGINE_SHEET = 1,     /* from the compressed array, sheet by sheet */
+    CVOL_ENGINE_RAY = 2,       /* from dense samples, ray by ray: the truth */
+    CVOL_ENGINE_SPLAT = 3,     /* footprint by footprint: Westover's algorithm */
     CVOL_ENGINE_TRANSFORM = 4, /* the same on compressed transforms of slices: Chen and Reif's */
     CVOL_ENGINE_FOURIER = 5 /* mode xray alone: slices through the spectrum, O(N^2 log N) a view */
 } cvol_engine;
 
 typedef enum cvol_mode {
     CVOL_MODE_COMPOSITE = 1, /* colour and opacity, front to back */
-    CVOL_MODE_XRAY = 2,      /* mean of the samples along the ray, over the window, white on black */
-    CVOL_MODE_MIP = 3        /* largest sample along the ray, over the window, white on black */
+    CVOL_MODE_XRAY = 2, /* mean of the samples along the ray, over the window, white on black */
+    CVOL_MODE_MIP = 3   /* largest sample along the ray, over the window, white on black */
 } cvol_mode;
 
 /* Parallel projection. The eye lies in direction (cos e sin a, -cos e cos a, sin e) of the
@@ -109,13 +114,13 @@ typedef struct cvol_camera {
 
 /* "front back left right top bottom"; static storage. */
 CVOL_API const char *cvol_view_names(void);
-/* Sets the angles of a camera (not its zoom) to a named view, turned by turn_deg around the vertical.
- * If the grid says how it lies in a patient, the view is the patient's: from the front with the
- * patient's left on the right, from the top and the bottom with the front upwards. *mirrored: the
- * samples' axes are left-handed, so that the picture must be mirrored (cvol_image_mirror) to show
- * left and right as they are. In other grids front is at -y (azimuth 0), right at +x (azimuth 90),
- * back and left opposite, top at +z (elevation 90), bottom at -z. Errors: ARGUMENT (no such view;
- * the message lists them). */
+/* Sets the angles of a camera (not its zoom) to a named view, turned by turn_deg around the
+ * vertical. If the grid says how it lies in a patient, the view is the patient's: from the front
+ * with the patient's left on the right, from the top and the bottom with the front upwards.
+ * *mirrored: the samples' axes are left-handed, so that the picture must be mirrored
+ * (cvol_image_mirror) to show left and right as they are. In other grids front is at -y (azimuth
+ * 0), right at +x (azimuth 90), back and left opposite, top at +z (elevation 90), bottom at -z.
+ * Errors: ARGUMENT (no such view; the message lists them). */
 CVOL_API int cvol_camera_named(cvol_context *context, cvol_camera *camera, int *mirrored,
                                const char *name, const cvol_grid *grid, double turn_deg);
 
@@ -298,10 +303,10 @@ CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_re
  * only: a picture is a plane through the volume's spectrum, transformed back. It is that of engine
  * ray but for what is finer than pixels and samples. The array or volume must outlive the renderer,
  * which holds the spectrum of all samples, padded to 3/2 of each axis, as half floats: 6.8 bytes a
- * sample, twice as much with a mask, and while it is made three times as much. With rho above 0 only
- * the strongest frequencies stay, rho / 2 for each sample (of conjugate pairs one), in 4 bytes each
- * and 0.24 a sample, and a picture unpacks what its plane passes through. Samples that are NaN count
- * as for engine ray. Cost: N log N once, and for a picture O(P log P + 64 P), P the points of
+ * sample, twice as much with a mask, and while it is made three times as much. With rho above 0
+ * only the strongest frequencies stay, rho / 2 for each sample (of conjugate pairs one), in 4 bytes
+ * each and 0.24 a sample, and a picture unpacks what its plane passes through. Samples that are NaN
+ * count as for engine ray. Cost: N log N once, and for a picture O(P log P + 64 P), P the points of
  * the volume's shadow, whatever the volume's depth. */
 CVOL_API int cvol_renderer_create_fourier(cvol_context *context, cvol_renderer **out,
                                           const cvol_array *array, double rho);
@@ -336,8 +341,8 @@ CVOL_API int cvol_renderer_range(cvol_context *context, const cvol_renderer *ren
 CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,
                                         const cvol_transfer *transfer);
 /* Renders one picture into `image`, which is created by the caller with the options' size: bytes,
- * every pixel opaque over the background; or floats, as they were computed, over none. Bit-identical for any number of threads.
- * Errors: ARGUMENT, MEMORY, CANCELLED. */
+ * every pixel opaque over the background; or floats, as they were computed, over none.
+ * Bit-identical for any number of threads. Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                                   const cvol_render_options *options);
 /* The same picture of a transform renderer, kept compressed: planes on the lattice on which slices

@@ -1,58 +1,34 @@
-/* The histogram of a dense volume, from every s-th sample along each axis.
+/* Counting samples.
  *
- * s is the smallest step that leaves at most 4 million samples. Steps per axis, and not every
- * s^3-th sample in memory, so that the subset does not fall into a few columns of the grid.
- * Smallest and largest value are the subset's own; NaN and infinity are left out.
+ * A value that lies a thousand times as far from all others as these are apart, 1e35, say, where
+ * others are between -1 and 1, is a mark that stands for no value. It is noticed by a histogram
+ * that has nothing but its two ends; then the range is that of the others, and they are counted
+ * again.
+ *
+ * Mean length of chords of a convex body: 4 V / S (Cauchy).
  */
-#include "cvol/render.h"
+#include "render/histogram.h"
 
 #include <math.h>
+#include <string.h>
 
-#define SAMPLES_MAX ((size_t)4 << 20)
+#define MARK_FAR 1000
 
-typedef double (*fetch_fn)(const void *data, size_t index);
-
-#define DEFINE_FETCH(name, type)                               \
-    static double fetch_##name(const void *data, size_t index) \
-    {                                                          \
-        return (double)((const type *)data)[index];            \
-    }
-DEFINE_FETCH(uint8, uint8_t)
-DEFINE_FETCH(int8, int8_t)
-DEFINE_FETCH(uint16, uint16_t)
-DEFINE_FETCH(int16, int16_t)
-DEFINE_FETCH(uint32, uint32_t)
-DEFINE_FETCH(int32, int32_t)
-DEFINE_FETCH(float32, float)
-DEFINE_FETCH(float64, double)
-
-static const fetch_fn fetch_of[] = {
-    [CVOL_UINT8] = fetch_uint8,     [CVOL_INT8] = fetch_int8,       [CVOL_UINT16] = fetch_uint16,
-    [CVOL_INT16] = fetch_int16,     [CVOL_UINT32] = fetch_uint32,   [CVOL_INT32] = fetch_int32,
-    [CVOL_FLOAT32] = fetch_float32, [CVOL_FLOAT64] = fetch_float64,
-};
-
-static size_t subset_step(const size_t dims[3])
+double cvol_histogram_chord(const cvol_grid *grid)
 {
-    for (size_t step = 1;; step++) {
-        double samples = 1;
-        for (int a = 0; a < 3; a++)
-            samples *= (double)((dims[a] - 1) / step + 1);
-        if (samples <= (double)SAMPLES_MAX)
-            return step;
+    double inverse = 0, mean = 0;
+    for (int a = 0; a < 3; a++) {
+        inverse += 1 / ((double)grid->dims[a] * grid->spacing[a]);
+        mean += grid->spacing[a] / 3;
     }
+    return 2 / inverse / mean;
 }
 
-typedef void (*visit_fn)(cvol_histogram *histogram, double value);
-
-static void widen(cvol_histogram *histogram, double value)
+static void count(void *user, double value)
 {
-    histogram->min = fmin(histogram->min, value);
-    histogram->max = fmax(histogram->max, value);
-}
-
-static void count(cvol_histogram *histogram, double value)
-{
+    cvol_histogram *histogram = user;
+    if (!(value >= histogram->min && value <= histogram->max) && histogram->mark_count)
+        return;
     /* Halves, since max - min may overflow. */
     double span = histogram->max / 2 - histogram->min / 2;
     double place = span > 0 ? (value / 2 - histogram->min / 2) / span * CVOL_HISTOGRAM_BINS : 0;
@@ -60,29 +36,48 @@ static void count(cvol_histogram *histogram, double value)
     histogram->bins[bin < CVOL_HISTOGRAM_BINS ? bin : CVOL_HISTOGRAM_BINS - 1]++;
 }
 
-static void visit_subset(cvol_histogram *histogram, const cvol_volume *volume, visit_fn visit)
+/* The two ends of a range, each with the samples that are nearer to it. */
+typedef struct ends {
+    double middle, min[2], max[2];
+} ends;
+
+static void widen(void *user, double value)
 {
-    const size_t *n = volume->grid.dims;
-    fetch_fn fetch = fetch_of[volume->grid.type];
-    size_t step = subset_step(n);
-    for (size_t z = 0; z < n[2]; z += step)
-        for (size_t y = 0; y < n[1]; y += step)
-            for (size_t x = 0; x < n[0]; x += step) {
-                double value = fetch(volume->data, x + n[0] * (y + n[1] * z));
-                if (isfinite(value))
-                    visit(histogram, value);
-            }
+    ends *e = user;
+    const int k = value > e->middle;
+    e->min[k] = fmin(e->min[k], value);
+    e->max[k] = fmax(e->max[k], value);
 }
 
-int cvol_volume_histogram(cvol_context *context, cvol_histogram *out, const cvol_volume *volume)
+/* Whether one end is a mark; sets the range of the others. */
+static int find_mark(cvol_histogram *out, const ends *e)
 {
-    *out = (cvol_histogram){.min = INFINITY, .max = -INFINITY};
-    int code = cvol_grid_check(context, &volume->grid, "volume");
-    if (!code)
-        visit_subset(out, volume, widen);
-    if (!(out->min <= out->max))
-        out->min = out->max = 0;
-    else
-        visit_subset(out, volume, count);
-    return code;
+    const double gap = e->min[1] / 2 - e->max[0] / 2;
+    for (int k = 0; k < 2; k++) {
+        const double spread = e->max[1 - k] - e->min[1 - k];
+        if (e->max[k] > e->min[k] || !(spread > 0) || !(gap > MARK_FAR * (spread / 2)))
+            continue;
+        out->mark = e->min[k];
+        out->mark_count = out->bins[k ? CVOL_HISTOGRAM_BINS - 1 : 0];
+        out->min = e->min[1 - k];
+        out->max = e->max[1 - k];
+        return 1;
+    }
+    return 0;
+}
+
+void cvol_histogram_count(cvol_histogram *out, const cvol_sample_source *source)
+{
+    source->each(source, count, out);
+    if (!out->bins[0] || !out->bins[CVOL_HISTOGRAM_BINS - 1])
+        return;
+    for (int i = 1; i < CVOL_HISTOGRAM_BINS - 1; i++)
+        if (out->bins[i])
+            return;
+    ends e = {out->min / 2 + out->max / 2, {INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    source->each(source, widen, &e);
+    if (!find_mark(out, &e))
+        return;
+    memset(out->bins, 0, sizeof out->bins);
+    source->each(source, count, out);
 }

@@ -6,7 +6,7 @@
 #include "array/block_inverse.h"
 #include "base/context.h"
 #include "base/memory.h"
-#include "cvol/render.h"
+#include "render/histogram.h"
 
 #define BLOCKS_MAX 1024
 
@@ -18,9 +18,15 @@ static size_t inside(const cvol_array *array, size_t place, int axis)
     return left < (size_t)array->block ? left : (size_t)array->block;
 }
 
-static void count_block(cvol_histogram *out, const cvol_array *array, const float *samples,
-                        size_t index)
+typedef struct array_source {
+    const cvol_array *array;
+    float *samples; /* of a block */
+} array_source;
+
+static void visit_block(const array_source *of, size_t index,
+                        void (*visit)(void *user, double value), void *user)
 {
+    const cvol_array *array = of->array;
     const size_t B = (size_t)array->block;
     size_t place[3] = {index % array->blocks[0], index / array->blocks[0] % array->blocks[1],
                        index / array->blocks[0] / array->blocks[1]};
@@ -38,21 +44,28 @@ static void count_block(cvol_histogram *out, const cvol_array *array, const floa
     const double background = apart ? cvol_fills_value(cvol_mask_fills(array->mask), 0,
                                                        array->grid.type)
                                     : 0;
-    double span = out->max - out->min, scale = span > 0 ? CVOL_HISTOGRAM_BINS / span : 0;
     for (size_t z = 0; z < size[2]; z++)
         for (size_t y = 0; y < size[1]; y++)
             for (size_t x = 0; x < size[0]; x++) {
                 const int masked = which[x + size[0] * (y + size[1] * z)];
-                if (masked && !apart)
-                    continue;
-                double value = masked ? background
-                                      : (double)samples[x + B * (y + B * z)] + array->offset;
-                double bin = (value - out->min) * scale;
-                size_t i = bin <= 0                     ? 0
-                           : bin >= CVOL_HISTOGRAM_BINS ? CVOL_HISTOGRAM_BINS - 1
-                                                        : (size_t)bin;
-                out->bins[i]++;
+                if (!masked)
+                    visit(user, (double)of->samples[x + B * (y + B * z)] + array->offset);
+                else if (apart)
+                    visit(user, background);
             }
+}
+
+static void visit_blocks(const cvol_sample_source *source, void (*visit)(void *user, double value),
+                         void *user)
+{
+    const array_source *of = source->of;
+    const cvol_array *array = of->array;
+    const size_t count = array->block_count < BLOCKS_MAX ? array->block_count : BLOCKS_MAX;
+    for (size_t i = 0; i < count; i++) {
+        size_t index = (size_t)((double)i * (double)array->block_count / (double)count);
+        cvol_block_evaluate(of->samples, array, index);
+        visit_block(of, index, visit, user);
+    }
 }
 
 int cvol_array_histogram(cvol_context *context, cvol_histogram *out, const cvol_array *array)
@@ -68,15 +81,12 @@ int cvol_array_histogram(cvol_context *context, cvol_histogram *out, const cvol_
         out->min = array->range_min > out->min ? array->range_min : out->min;
         out->max = array->range_max < out->max ? array->range_max : out->max;
     }
-    size_t count = array->block_count < BLOCKS_MAX ? array->block_count : BLOCKS_MAX;
-    float *samples = cvol_allocate(B * B * B, sizeof *samples);
-    if (!samples)
-        return cvol_fail_memory(context, B * B * B * sizeof *samples, "a block");
-    for (size_t i = 0; i < count; i++) {
-        size_t index = (size_t)((double)i * (double)array->block_count / (double)count);
-        cvol_block_evaluate(samples, array, index);
-        count_block(out, array, samples, index);
-    }
-    free(samples);
+    array_source of = {array, cvol_allocate(B * B * B, sizeof(float))};
+    if (!of.samples)
+        return cvol_fail_memory(context, B * B * B * sizeof(float), "a block");
+    const cvol_sample_source source = {&of, visit_blocks};
+    out->chord = cvol_histogram_chord(&array->grid);
+    cvol_histogram_count(out, &source);
+    free(of.samples);
     return CVOL_OK;
 }

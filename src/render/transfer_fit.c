@@ -13,6 +13,8 @@
  * 5. The background's edge is the knee of the histogram's slope towards the object: the bin
  *    farthest below the straight line from the peak to the robust end (the triangle method, Zack,
  *    Rogers, Latt 1977), and at least as far out as the noise on the peak's other side reaches.
+ *    Of two edges none lies so far out that less than three tenths are left beyond them: what
+ * swings around zero has no empty space.
  * 6. The object's samples are counted by their depth beyond the edge, and parted in two classes
  *    of the greatest variance between (Otsu 1979): soft and dense matter in CT.
  */
@@ -32,6 +34,7 @@
 #define PADDING_GAP 8        /* empty bins after padding */
 #define PADDING_EMPTY 0.0005 /* of all samples: a bin this low is empty */
 #define BOTH_SIDES_RATIO 0.4 /* of the shorter tail to the longer */
+#define BOTH_SHARE 0.3       /* of the samples, at least, that are the object on both sides */
 #define OTHER_SIDE_RATIO 2.5 /* of the tail below to that above */
 
 typedef struct shape {
@@ -176,6 +179,16 @@ typedef struct background {
     double edge_above, edge_below; /* places in bins */
 } background;
 
+/* Both edges, until enough lies beyond them. */
+static void draw_near(background *found, const shape *s, double peak)
+{
+    for (int k = 0; k < 100 && mass(s, found->edge_below, found->edge_above) > 1 - BOTH_SHARE;
+         k++) {
+        found->edge_above = peak + 0.95 * (found->edge_above - peak);
+        found->edge_below = peak + 0.95 * (found->edge_below - peak);
+    }
+}
+
 static background find_background(const shape *s, double zero)
 {
     int peak = low_peak(s);
@@ -196,6 +209,8 @@ static background find_background(const shape *s, double zero)
         found = (background){.below = 1};
     found.edge_above = knee(s, peak, 1) + 1;
     found.edge_below = knee(s, peak, -1);
+    if (found.above && found.below)
+        draw_near(&found, s, peak + 0.5);
     if (!found.below)
         found.edge_above = fmax(found.edge_above, peak + 0.5 + noise_reach(s, peak, 1));
     if (!found.above)
@@ -283,6 +298,7 @@ cvol_fit cvol_fit_make(const cvol_histogram *histogram)
     fit.edge_above = histogram->min + ground.edge_above * width;
     fit.edge_below = histogram->min + ground.edge_below * width;
     fit.bin = width;
+    fit.chord = histogram->chord;
     count_beyond(&fit, depths);
     fit.top = fmax(quantile(depths, 1 - TAIL), 1) * width;
     fit.divide = divide(depths) * width;

@@ -13,6 +13,7 @@ typedef struct cvol_fit {
     double share;  /* of all samples, those of the object; 0: nothing to see */
     double divide; /* depth that parts the object in two (Otsu): soft and dense */
     double bin;    /* depth of one bin */
+    double chord;  /* of the histogram */
     double beyond[CVOL_HISTOGRAM_BINS + 1]; /* share of the object's samples deeper than i bins */
 } cvol_fit;
 

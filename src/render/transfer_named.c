@@ -11,6 +11,9 @@
  * edge up to the depth that a third of the object lies below, so that the object's skin and the
  * last noise are faint.
  *
+ * Matter is (170 / c)^0.6 times as dense, c being the mean length of a ray through the box in
+ * samples: thin slabs and small volumes are seen as well as large ones.
+ *
  * "mri" is 2.5 times firmer; "bone" shows dense matter alone (transfer_fit.h: divide), and
  * "skin-bone" the same within a faint skin.
  *
@@ -30,6 +33,8 @@
 #define KNOTS 32 /* intervals of depth */
 #define OPACITY_BASE 0.013
 #define OPACITY_MOST 0.35
+#define CHORD 170 /* samples along a mean ray through 256^3 */
+#define CHORD_POWER 0.6
 #define COLOURS_MAX 9
 
 /* Evenly spaced colours, 0xRRGGBB. */
@@ -206,7 +211,8 @@ static void set_colour(cvol_transfer_point *point, const colour_map *map, double
 static cvol_transfer_point point_at(const struct named *name, const cvol_fit *fit, double depth,
                                     int direction)
 {
-    cvol_transfer_point point = {.opacity = name->opacity(fit, depth)};
+    const double density = fit->chord > 0 ? pow(CHORD / fit->chord, CHORD_POWER) : 1;
+    cvol_transfer_point point = {.opacity = cvol_opacity_over(name->opacity(fit, depth), density)};
     point.value = direction > 0 ? fit->edge_above + depth : fit->edge_below - depth;
     double t = name->place(fit, depth);
     if (fit->above && fit->below && direction < 0 && name->map_below)

@@ -150,6 +150,24 @@ expect_done cvol render one.nrrd -o '{name}-x.png' --engine ray --size 32
 [ -s one-x.png ] || fail 'one-x.png must be there'
 expect_failure 2 'is for the pictures of --turntable' cvol render one.nrrd -o 'x-{n}.png'
 
+# ---- marks --------------------------------------------------------------------------------------
+
+# 1e35, where others are between 0 and 1, is no value: it is not seen.
+awk 'BEGIN { srand(1); for (z = 0; z < 40; z++) for (y = 0; y < 40; y++) for (x = 0; x < 40; x++)
+    print z < 20 ? "1e35" : sin(x / 6) * cos(y / 9) + z / 40 }' >text.raw
+{
+    printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 40 40 40\nencoding: ascii\n\n'
+    cat text.raw
+} >marked.nrrd
+for engine in sheet ray; do
+    expect_status 0 cvol render marked.nrrd -o mark.png --engine $engine --size 64 --background white
+    grep -q 'taken to have no value' "$err" || fail 'must say that 1e35 is no value'
+    expect_done cvol compress marked.nrrd marked.cvol --fill 1e35 --psnr 60
+    expect_done cvol render marked.cvol -o filled.png --engine $engine --size 64 --background white
+    expect_done cvol compare mark.png filled.png --json
+    expect_number "$(value_of psnr_db)" '>' 30
+done
+
 # ---- annotations --------------------------------------------------------------------------------
 
 for kind in 'a.png' 'a.png --bits 16' 'a.pfm' 'a.png --background transparent' 'a.png --mode mip' \

@@ -1,0 +1,73 @@
+/* Samples without a value: those of an array's mask, and dense ones that are marked. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "render_options.h"
+
+/* Dense samples of a value that is far from all others have no value. Exit status. */
+int find_marks(cvol_context *context, scene *s, const char *path)
+{
+    cvol_histogram histogram;
+    const int code = s->in.volume ? cvol_volume_histogram(context, &histogram, s->in.volume) : 0;
+    if (code)
+        return complain_context(context, code, path);
+    if (!s->in.volume || !histogram.mark_count)
+        return EXIT_DONE;
+    s->in.has_fill = 1;
+    s->in.fill = histogram.mark;
+    clear_progress();
+    fprintf(stderr,
+            "cvol: %s: samples of %g, far from all others, are taken to have no value; cvol "
+            "compress --fill keeps that\n",
+            path, histogram.mark);
+    return EXIT_DONE;
+}
+
+/* The bytes of a value in the samples' type. */
+static void encode(uint8_t out[8], double value, cvol_type type)
+{
+    const float single = (float)value;
+    const int64_t whole = cvol_type_is_integer(type) ? (int64_t)value : 0;
+    const uint8_t small = (uint8_t)whole;
+    const uint16_t middle = (uint16_t)whole;
+    const uint32_t large = (uint32_t)whole;
+    if (type == CVOL_FLOAT64)
+        memcpy(out, &value, sizeof value);
+    else if (type == CVOL_FLOAT32)
+        memcpy(out, &single, sizeof single);
+    else
+        memcpy(out,
+               cvol_type_size(type) == 1   ? (const void *)&small
+               : cvol_type_size(type) == 2 ? (const void *)&middle
+                                           : (const void *)&large,
+               cvol_type_size(type));
+}
+
+static void find_marked(uint8_t *mask, const cvol_volume *volume, double mark)
+{
+    const size_t count = cvol_grid_samples(&volume->grid);
+    const size_t size = cvol_type_size(volume->grid.type);
+    const uint8_t *samples = volume->data;
+    uint8_t bytes[8];
+    encode(bytes, mark, volume->grid.type);
+    for (size_t i = 0; i < count; i++)
+        mask[i] = !memcmp(samples + i * size, bytes, size);
+}
+
+int find_mask(scene *s)
+{
+    if (!s->in.array && !s->in.has_fill)
+        return EXIT_DONE;
+    const cvol_grid *grid = input_grid(&s->in);
+    const size_t begin[3] = {0, 0, 0}, count = cvol_grid_samples(grid);
+    s->mask = malloc(count);
+    if (!s->mask)
+        return complain(EXIT_FAILED, "not enough memory for a mask of %zu samples", count);
+    if (!s->in.array) {
+        find_marked(s->mask, s->in.volume, s->in.fill);
+    } else if (!cvol_array_evaluate_mask(s->mask, s->in.array, begin, grid->dims)) {
+        free(s->mask);
+        s->mask = NULL;
+    }
+    return EXIT_DONE;
+}
