@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "poses.h"
-#include "render_options.h"
+#include "render_sheets.h"
 
 /* Pictures' width in the world. */
 static double pixel_of(const cvol_grid *grid, const cvol_render_options *options)
@@ -50,19 +50,20 @@ static void rotations_of(double (*out)[4], const pose_list *list, size_t first, 
     }
 }
 
-static int write_stack(cvol_context *context, scene *s, const pose_list *list, const char *output)
+static int write_stack(cvol_context *context, scene *s, const render_arguments *a,
+                       const pose_list *list)
 {
     const cvol_grid grid = stack_grid(s, list->count);
     const size_t pixels = grid.dims[0] * grid.dims[1];
     const size_t fit = BATCH_BYTES / (pixels * sizeof(float));
     const size_t batch = least(list->count, least(fit ? fit : 1, BATCH_MAX));
     double rotations[BATCH_MAX][4];
-    cvol_volume_sink *sink = NULL;
+    sheet_writer writer;
     float *sheets = malloc(batch * pixels * sizeof *sheets);
     if (!sheets)
         return complain(EXIT_FAILED, "not enough memory for %zu pictures of %zu pixels", batch,
                         pixels);
-    int code = cvol_volume_sink_open(context, &sink, output, &grid);
+    int code = open_sheets(context, &writer, a, s, &grid);
     for (size_t first = 0; first < list->count && !code; first += batch) {
         const size_t count = least(batch, list->count - first);
         rotations_of(rotations, list, first, count);
@@ -70,13 +71,10 @@ static int write_stack(cvol_context *context, scene *s, const pose_list *list, c
         code = cvol_renderer_project(context, s->renderer, sheets, &s->options,
                                      (const double(*)[4])rotations, count);
         if (!code)
-            code = cvol_volume_sink_write(context, sink, sheets, count);
+            code = write_sheets(context, &writer, sheets, count);
     }
     hold_progress(NULL, 0);
-    if (!code)
-        code = cvol_volume_sink_commit(context, sink);
-    else
-        cvol_volume_sink_abandon(sink);
+    code = close_sheets(context, &writer, code);
     free(sheets);
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
@@ -114,10 +112,21 @@ void describe_fourier(json_t *object, cvol_context *context, const scene *s)
 int check_poses(const render_arguments *a)
 {
     if (!a->output)
-        return complain(EXIT_MISUSED, "no stack to write: give -o STACK.nrrd");
-    if (has_ending(a->output, ".png") || has_ending(a->output, ".cvi"))
-        return complain(EXIT_MISUSED, "%s: projections are volumes: .nrrd, .mha, .nii or .raw",
+        return complain(EXIT_MISUSED,
+                        "no stack to write: give -o STACK.nrrd, or -o 'NAME-{n}.png'");
+    if (has_ending(a->output, ".cvi") || has_ending(a->output, ".pfm") ||
+        (has_ending(a->output, ".png") && !is_numbered(a->output)))
+        return complain(EXIT_MISUSED,
+                        "%s: projections are volumes (.nrrd, .mha, .nii or .raw), or numbered "
+                        "pictures: put {n} into the name, as in -o 'NAME-{n}.png'",
                         a->output);
+    if (is_numbered(a->output) && a->integrals && !a->window_text)
+        return complain(EXIT_MISUSED,
+                        "%s: which integrals are black and white? Give --window LOW,HIGH",
+                        a->output);
+    if (!is_numbered(a->output) && (a->window_text || a->bits == 16))
+        return complain(EXIT_MISUSED, "--%s is for pictures: -o 'NAME-{n}.png'",
+                        a->window_text ? "window" : "bits");
     if (a->psnr_given || a->ratio_given || a->progressive)
         return complain(EXIT_MISUSED, "--%s is for pictures, not for --poses",
                         a->psnr_given    ? "psnr"
@@ -138,7 +147,7 @@ int render_poses(cvol_context *context, render_arguments *a, scene *s, const cha
         status = open_scene(context, s, a, path);
     const double start = milliseconds();
     if (!status)
-        status = write_stack(context, s, &list, a->output);
+        status = write_stack(context, s, a, &list);
     const double render_ms = milliseconds() - start;
     clear_progress();
     if (!status)

@@ -68,6 +68,22 @@ done
 expect_same_file stack1.mha stack3.mha
 expect_done $project --poses angles.csv -o sums.raw --integrals
 expect_other_file sums.raw angles.raw
+# Numbered pictures: those that are rendered one by one.
+expect_done cvol render a.cvol --engine fourier --size 40x30 --poses angles.csv -o 'p-{n}.png' --json
+expect_equal "$(value_of poses)" 3
+expect_done cvol render a.cvol --engine fourier --size 40x30 -o one.png --azimuth 30 --elevation 20 --roll 10
+expect_done cvol compare one.png p-3.png --json
+expect_number "$(value_of psnr_db)" '>' 60
+expect_done $project --poses angles.csv -o 'w-{n}.png' --window 0,100 --bits 16
+expect_other_file p-3.png w-3.png
+expect_done $project --poses angles.csv -o 'i-{n}.png' --window 0,3000 --integrals
+for n in 1 2 3; do
+    [ -s i-$n.png ] || fail "i-$n.png must be there"
+done
+expect_failure 2 'put {n} into the name' $project --poses angles.csv -o p.png
+expect_failure 2 'Give --window' $project --poses angles.csv -o 'x-{n}.png' --integrals
+expect_failure 2 'window is for pictures' $project --poses angles.csv -o x.nrrd --window 0,100
+expect_failure 2 'bits is for pictures' $project --poses angles.csv -o x.nrrd --bits 16
 # Many, in batches.
 awk 'BEGIN { for (i = 0; i < 1000; i++) print i * 0.7, i % 180 - 90, i }' >many.csv
 expect_done cvol render a.cvol --engine fourier --size 32 --poses many.csv -o many.raw
