@@ -4,7 +4,7 @@ CHECK ?= build-check
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PREFIX ?= /usr/local
 
-.PHONY: all build demo check bench bench-rd fuzz install format clean help dependencies
+.PHONY: all build demo check bench bench-paper bench-rd fuzz install format clean help dependencies
 
 all: build
 
@@ -14,6 +14,7 @@ help:
 	@echo 'make check     install what is missing, build with warnings as errors and with'
 	@echo '               sanitizers, run all tests'
 	@echo 'make bench     time and measure; writes bench/results'
+	@echo 'make bench-paper  splatting on transforms against splatting; writes bench/results/claim'
 	@echo 'make bench-rd  rate and distortion beside zfp; writes bench/results/rd'
 	@echo 'make fuzz      fuzz every reader for a minute each (needs clang)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
@@ -41,6 +42,11 @@ bench:
 	@scripts/dependencies.sh build bench
 	@$(MAKE) --no-print-directory build CONFIGURE=-DCVOL_BENCH=ON
 	@bench/run.sh $(BUILD)/cvol
+
+bench-paper:
+	@scripts/dependencies.sh build bench
+	@$(MAKE) --no-print-directory build
+	@bench/claim.py $(BUILD)/cvol
 
 bench-rd:
 	@scripts/dependencies.sh build bench

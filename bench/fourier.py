@@ -13,9 +13,9 @@ import statistics
 import sys
 import tempfile
 
-from render_speed import child_cpu_s, have_vtk, time_vtk
 from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run, run_json,
                     say, write_results)
+from timing import child_cpu_s, frame_ratios, have_vtk, median_of, time_vtk
 from volumes import BENCH, RENDERED, rendered_path
 
 TRUTH = ['--engine', 'ray', '--mode', 'xray', '--step', '0.25']
@@ -102,28 +102,23 @@ def time_views(arguments, cvol, path, folder, rhos, vtk):
     return ours, theirs
 
 
-def median_ms(results):
-    return statistics.median(result['frame_ms']['median'] for result in results)
-
-
 def rows_of(arguments, name, ours, theirs, found):
     for rho, results in ours.items():
         quality = found[rho]
         row = {'volume': name, 'voxels': results[0]['voxels'], 'rho': rho,
-               'ms': f'{median_ms(results):.2f}',
-               'CPU ms': f"{statistics.median(r['cpu_ms'] for r in results):.2f}", 'MB held': f"{quality['bytes'] / 1e6:.1f}",
-               'load ms': f"{statistics.median(r['load_ms'] for r in results):.0f}",
-               'peak MB': f"{statistics.median(r['peak_rss_mb'] for r in results):.0f}",
+               'ms': f"{median_of(results, 'frame_ms', 'median'):.2f}",
+               'CPU ms': f"{median_of(results, 'cpu_ms'):.2f}", 'MB held': f"{quality['bytes'] / 1e6:.1f}",
+               'load ms': f"{median_of(results, 'load_ms'):.0f}",
+               'peak MB': f"{median_of(results, 'peak_rss_mb'):.0f}",
                'worst dB': f"{min(quality['psnr']):.1f}",
                'median dB': f"{statistics.median(quality['psnr']):.1f}",
                'foreground dB': f"{min(quality['foreground']):.1f}",
                'threads': arguments.threads}
         if theirs:
-            ratios = [b['frame_ms']['median'] / a['frame_ms']['median']
-                      for a, b in zip(results, theirs)]
-            row |= {'VTK ms': f'{median_ms(theirs):.1f}',
+            ratios = frame_ratios(results, theirs)
+            row |= {'VTK ms': f"{median_of(theirs, 'frame_ms', 'median'):.1f}",
                     'VTK/cvol': f'{statistics.median(ratios):.1f}',
-                    'VTK CPU ms': f"{statistics.median(r['cpu_ms'] for r in theirs):.1f}",
+                    'VTK CPU ms': f"{median_of(theirs, 'cpu_ms'):.1f}",
                     'VTK/cvol by round': ' '.join(f'{r:.1f}' for r in ratios),
                     'VTK version': theirs[0]['version']}
         yield row

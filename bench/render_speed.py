@@ -8,16 +8,14 @@ is the median of each round's own.
 """
 import argparse
 import os
-import resource
 import statistics
 import sys
 import tempfile
 
-from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run, run_json,
-                    say, write_results)
+from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run_json, say,
+                    write_results)
+from timing import child_cpu_s, frame_ratios, have_vtk, median_of, time_vtk
 from volumes import BENCH, RENDERED, rendered_path, transfer_path
-
-VTK = os.path.join(BENCH, 'peers', 'vtk_render.py')
 
 
 def parse_arguments():
@@ -37,17 +35,6 @@ def parse_arguments():
     return parser.parse_args()
 
 
-def have_vtk(arguments):
-    if arguments.no_vtk:
-        return False
-    try:
-        run(['/usr/bin/python3', '-c', 'import vtkmodules, numpy'])
-        return True
-    except (OSError, Failed):
-        say('VTK skipped: /usr/bin/python3 has no vtk and numpy (scripts/dependencies.sh bench)')
-        return False
-
-
 def look_options(name, look):
     if look in ('xray', 'mip'):
         return ['--mode', look]
@@ -60,22 +47,12 @@ def shared_options(arguments, name, look, threads):
                                        '--threads', str(threads)]
 
 
-def child_cpu_s():
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
-
-
 def time_cvol(cvol, packed, options, pictures):
     """Of `cvol bench render`; its processor time too, loading shared out over the pictures."""
     before = child_cpu_s()
     result = run_json([cvol, 'bench', 'render', packed, '--json'] + options)
     result['cpu_ms'] = 1e3 * (child_cpu_s() - before) / (pictures + 1)
     return result
-
-
-def time_vtk(raw, about, options):
-    return run_json([VTK, raw, '--dims', 'x'.join(map(str, about['dims'])), '--type',
-                     about['type'], '--spacing', ','.join(map(str, about['spacing']))] + options)
 
 
 def prepare(arguments, cvol, name, folder, vtk):
@@ -86,14 +63,6 @@ def prepare(arguments, cvol, name, folder, vtk):
     raw = os.path.join(folder, name + '.raw')
     about = run_json([os.path.join(BENCH, 'volumes.py'), original, raw]) if vtk else None
     return packed, raw, about
-
-
-def median_of(results, *keys):
-    def pick(result):
-        for key in keys:
-            result = result[key]
-        return result
-    return statistics.median(pick(result) for result in results)
 
 
 def measure(arguments, cvol, prepared, name, look, threads):
@@ -114,7 +83,7 @@ def measure(arguments, cvol, prepared, name, look, threads):
            'cvol peak MB': f"{median_of(ours, 'peak_rss_mb'):.0f}",
            'load average': f'{os.getloadavg()[0]:.1f}'}
     if theirs:
-        ratios = [b['frame_ms']['median'] / a['frame_ms']['median'] for a, b in zip(ours, theirs)]
+        ratios = frame_ratios(ours, theirs)
         row.update({'VTK median ms': f"{median_of(theirs, 'frame_ms', 'median'):.1f}",
                     'VTK min ms': f"{median_of(theirs, 'frame_ms', 'min'):.1f}",
                     'VTK CPU ms': f"{median_of(theirs, 'cpu_ms'):.1f}",

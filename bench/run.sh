@@ -1,5 +1,5 @@
 #!/bin/sh
-# Measures everything that bench/README.md describes; takes about an hour on two cores.
+# Measures everything that bench/README.md describes; takes about an hour and a half on two cores.
 # usage: bench/run.sh CVOL [--data DIR] [--results DIR]
 set -eu
 
@@ -18,6 +18,10 @@ echo 'speed of rendering, beside VTK'
 "$bench/render_speed.py" "$@"
 echo 'quality of pictures'
 "$bench/render_quality.py" "$@" --difference
+echo 'X-rays by the Fourier slice theorem, beside VTK and cast rays'
+"$bench/fourier.py" "$@"
+echo "the paper's claim: splatting on compressed transforms against splatting"
+"$bench/claim.py" "$@"
 echo 'computing on compressed arrays, beside FFTW, zfp and dense files'
 "$bench/algebra.py" "$@"
 
@@ -26,5 +30,6 @@ while [ $# -gt 1 ]; do
     [ "$1" = --results ] && results=$2
     shift
 done
-echo "Tables: $results/codec_table.md, render_speed.md, render_quality.md, algebra.md (and .csv);"
-echo "worst views: $results/difference; times against terms and samples: $results/algebra.png"
+echo "Tables: $results/codec_table.md, render_speed.md, render_quality.md, fourier.md, claim.md, algebra.md"
+echo "(and .csv); worst views: $results/difference; times against terms and samples: $results/algebra.png;"
+echo "the claim, by N, footprint and rho: $results/claim.png"

@@ -1,7 +1,9 @@
 /* cvol bench render: how long pictures take, from views around the volume. */
+#define _GNU_SOURCE
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <time.h>
 
 #include "render_options.h"
 
@@ -9,7 +11,16 @@ static const char description[] = "Renders a volume from azimuths 15 + 360 i / v
                                   "20 and times each picture, after\n"
                                   "one that is not counted. A view's time is the best of its "
                                   "repeats; min and median are over the\n"
-                                  "views, `all` has every picture in order.";
+                                  "views, `all` has every picture in order. cpu_ms is the best of "
+                                  "all in processor time, of all threads.";
+
+/* Processor time, which does not count what else the machine does meanwhile. */
+static double processor_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
+}
 
 static double peak_rss_mb(void)
 {
@@ -36,24 +47,28 @@ static void best_of_views(double *best, const double *all, int views, int repeat
     qsort(best, (size_t)views, sizeof *best, by_value);
 }
 
-static int time_views(cvol_context *context, scene *s, double *all, int views, int repeat,
-                      cvol_image *image)
+static int time_views(cvol_context *context, scene *s, double *all, double *cpu_ms, int views,
+                      int repeat, cvol_image *image)
 {
+    *cpu_ms = 1e30;
     s->options.camera.elevation_deg = 20;
     for (int i = -1; i < views * repeat; i++) {
         s->options.camera.azimuth_deg = 15 + 360.0 * (i < 0 ? 0 : i % views) / views;
-        double start = milliseconds();
+        const double start = milliseconds(), worked = processor_ms();
         int code = cvol_renderer_render(context, s->renderer, image, &s->options);
         if (code)
             return complain_context(context, code, NULL);
+        const double work = processor_ms() - worked;
         if (i >= 0)
             all[i] = milliseconds() - start;
+        if (i >= 0 && work < *cpu_ms)
+            *cpu_ms = work;
     }
     return EXIT_DONE;
 }
 
 static int report(cvol_context *context, const render_arguments *arguments, const scene *s,
-                  const double *all, double *best)
+                  const double *all, double cpu_ms, double *best)
 {
     const int views = arguments->views, repeat = arguments->repeat;
     best_of_views(best, all, views, repeat);
@@ -74,18 +89,20 @@ static int report(cvol_context *context, const render_arguments *arguments, cons
     json_t *times = json_array();
     for (int i = 0; i < views * repeat; i++)
         json_array_append_new(times, json_real(all[i]));
-    return print_json(json_pack(
-        "{s:{s:f, s:f, s:o}, s:f, s:f, s:I, s:f, s:s, s:s, s:i, s:i, s:i, s:i}", "frame_ms", "min",
-        best[0], "median", median, "all", times, "load_ms", s->load_ms, "peak_rss_mb",
-        peak_rss_mb(), "voxels", (json_int_t)voxels, "ns_per_voxel", 1e6 * median / (double)voxels,
-        "engine", arguments->engine_name, "mode", arguments->mode_name, "width", s->options.width,
-        "height", s->options.height, "views", views, "threads", cvol_context_threads(context)));
+    return print_json(
+        json_pack("{s:{s:f, s:f, s:o}, s:f, s:f, s:f, s:I, s:f, s:s, s:s, s:i, s:i, s:i, s:i}",
+                  "frame_ms", "min", best[0], "median", median, "all", times, "cpu_ms", cpu_ms,
+                  "load_ms", s->load_ms, "peak_rss_mb", peak_rss_mb(), "voxels", (json_int_t)voxels,
+                  "ns_per_voxel", 1e6 * median / (double)voxels, "engine", arguments->engine_name,
+                  "mode", arguments->mode_name, "width", s->options.width, "height",
+                  s->options.height, "views", views, "threads", cvol_context_threads(context)));
 }
 
 static int bench(cvol_context *context, render_arguments *arguments, scene *s, const char *path)
 {
     const size_t frames = (size_t)arguments->views * (size_t)arguments->repeat;
     double *all = calloc(frames + (size_t)arguments->views, sizeof *all);
+    double cpu_ms = 0;
     cvol_image *image = NULL;
     int status = all ? open_scene(context, s, arguments, path)
                      : complain(EXIT_FAILED, "not enough memory for %zu times", frames);
@@ -93,9 +110,9 @@ static int bench(cvol_context *context, render_arguments *arguments, scene *s, c
     if (!status && (code = cvol_image_create(context, &image, s->options.width, s->options.height)))
         status = complain_context(context, code, NULL);
     if (!status)
-        status = time_views(context, s, all, arguments->views, arguments->repeat, image);
+        status = time_views(context, s, all, &cpu_ms, arguments->views, arguments->repeat, image);
     if (!status)
-        status = report(context, arguments, s, all, all + frames);
+        status = report(context, arguments, s, all, cpu_ms, all + frames);
     cvol_image_free(image);
     close_scene(s);
     free(all);

@@ -29,7 +29,7 @@ expect_equal "$(wc -l <"$out")" 1
 
 expect_done cvol bench render a.cvol --views 3 --repeat 2 --size 64 --threads 1 --json
 for field in frame_ms:object frame_ms.min:number frame_ms.median:number frame_ms.all:array \
-    frame_ms.all.5:number load_ms:number peak_rss_mb:number voxels:integer ns_per_voxel:number; do
+    frame_ms.all.5:number load_ms:number peak_rss_mb:number voxels:integer ns_per_voxel:number cpu_ms:number; do
     expect_field "${field%:*}" "${field#*:}"
 done
 expect_equal "$(value_of voxels)" $((44 * 40 * 36))
