@@ -206,8 +206,8 @@ static cvol_image *frame(int number)
         for (int x = 0; x < WIDTH; x++) {
             uint8_t *p = image->rgba + 4 * (x + WIDTH * y);
             const int inside = abs(x - 5 - 3 * number) < 4 && abs(y - 11) < 5;
-            p[0] = inside ? 240 : 16;
-            p[1] = inside ? (uint8_t)(40 * (y % 4)) : 16;
+            p[0] = (uint8_t)(inside ? 240 : 16);
+            p[1] = (uint8_t)(inside ? 40 * (y % 4) : 16);
             p[2] = 32;
             p[3] = 255;
         }

@@ -143,6 +143,8 @@ int command_bench(int argc, char **argv)
         return status;
     if (strcmp(line.positionals[0], "render"))
         return complain(EXIT_MISUSED, "bench can time 'render', not '%s'", line.positionals[0]);
+    if (a.transparent)
+        return complain(EXIT_MISUSED, "--background transparent is for cvol render");
     if (a.views > 100000 || a.repeat > 100000)
         return complain(EXIT_MISUSED, "--views %d times --repeat %d are too many pictures", a.views,
                         a.repeat);

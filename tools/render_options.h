@@ -13,7 +13,7 @@ typedef struct render_arguments {
     const char *background_text, *window_text, *rescale_text; /* NULL: not given */
     double background[3], window[2], rescale[2]; /* what these say: check_render_arguments */
     double opacity_scale;
-    int transparent, opacity_scale_given;
+    int transparent, opacity_scale_given, window_auto;
     /* of cvol render alone */
     const char *view_name;
     int bits, annotate;
@@ -42,135 +42,135 @@ typedef struct render_arguments {
         .views = 12, .repeat = 3, .opacity_scale = 1, .bits = 8, .quality = 90, .fps = 25 \
     }
 
-#define LOOK_OPTIONS(a)                                                                        \
-    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                      \
-        {"--mode",                                                                             \
-         "MODE",                                                                               \
-         "composite (default), xray (default of engine fourier) or mip",                       \
-         OPTION_TEXT,                                                                          \
-         &(a).mode_name,                                                                       \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--transfer",                                                                         \
-         "NAME|FILE",                                                                          \
-         "a JSON file, or a name that cvol render --help tells (default auto)",                \
-         OPTION_TEXT,                                                                          \
-         &(a).transfer_name,                                                                   \
-         0,                                                                                    \
-         &(a).transfer_given},                                                                 \
-        {"--window",                                                                           \
-         "C,W",                                                                                \
-         "values C - W/2 to C + W/2 have all colours (composite) or greys (xray, mip)",        \
-         OPTION_TEXT,                                                                          \
-         &(a).window_text,                                                                     \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--opacity-scale",                                                                    \
-         "S",                                                                                  \
-         "as if matter were S times as dense (default 1)",                                     \
-         OPTION_NUMBER,                                                                        \
-         &(a).opacity_scale,                                                                   \
-         0,                                                                                    \
-         &(a).opacity_scale_given},                                                            \
-        {"--rescale",                                                                          \
-         "S,I",                                                                                \
-         "a sample s means S s + I, as in 1,-1024 (default: what the file says)",              \
-         OPTION_TEXT,                                                                          \
-         &(a).rescale_text,                                                                    \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--background",                                                                       \
-         "COLOUR",                                                                             \
-         "R,G,B, each 0..1, or black (default), white, transparent",                           \
-         OPTION_TEXT,                                                                          \
-         &(a).background_text,                                                                 \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--level",                                                                            \
-         "L",                                                                                  \
-         "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser previews",                    \
-         OPTION_INTEGER,                                                                       \
-         &(a).common.level,                                                                    \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--engine",                                                                           \
-         "ENGINE",                                                                             \
-         "sheet (default), ray (slow), splat (footprints), transform (of slices), fourier",    \
-         OPTION_TEXT,                                                                          \
-         &(a).engine_name,                                                                     \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--footprint",                                                                        \
-         "NAME",                                                                               \
-         "of splat and transform: gaussian (default) sinc box, or splat's cone",               \
-         OPTION_TEXT,                                                                          \
-         &(a).footprint_name,                                                                  \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--footprint-size",                                                                   \
-         "N",                                                                                  \
-         "samples that it spans, 3 to 31 (default 5)",                                         \
-         OPTION_INTEGER,                                                                       \
-         &(a).footprint_size,                                                                  \
-         0,                                                                                    \
-         &(a).footprint_given},                                                                \
-        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6)",             \
-         OPTION_NUMBER,   &(a).sigma, 0,                                                       \
-         &(a).sigma_given},                                                                    \
-        {"--shade",   NULL,       "of splat and transform: light samples by their gradients",  \
-         OPTION_FLAG, &(a).shade, 0,                                                           \
-         NULL},                                                                                \
-        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",             \
-         OPTION_NUMBERS3, (a).light, 0,                                                        \
-         &(a).light_given},                                                                    \
-        {"--order",                                                                            \
-         "ORDER",                                                                              \
-         "of splat and transform: front (default) to back, or back to front",                  \
-         OPTION_TEXT,                                                                          \
-         &(a).order_name,                                                                      \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--footprint-plane",                                                                  \
-         "PLANE",                                                                              \
-         "of splat: where it is round, view (default) or slices, as for transform",            \
-         OPTION_TEXT,                                                                          \
-         &(a).plane_name,                                                                      \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--tile",                                                                             \
-         "N",                                                                                  \
-         "of engine transform: slices in tiles of 8, 16 (default) or 32; 0: whole",            \
-         OPTION_INTEGER,                                                                       \
-         &(a).tile,                                                                            \
-         0,                                                                                    \
-         &(a).tile_given},                                                                     \
-        {"--spectrum",                                                                         \
-         "NAME",                                                                               \
-         "of engine transform: dct (default), or, of whole slices, dft or dht",                \
-         OPTION_TEXT,                                                                          \
-         &(a).spectrum_name,                                                                   \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--rho",       "SHARE",  "of coefficients that are kept (default 0.1; fourier: all)", \
-         OPTION_NUMBER, &(a).rho, 0,                                                           \
-         &(a).rho_given},                                                                      \
-        {"--schedule",                                                                         \
-         "NAME",                                                                               \
-         "deferred (default): composite samples; literal: coefficients, every time",           \
-         OPTION_TEXT,                                                                          \
-         &(a).schedule_name,                                                                   \
-         0,                                                                                    \
-         NULL},                                                                                \
-        {"--depth-cue",                                                                        \
-         "S",                                                                                  \
-         "of engine fourier: how much darker the far end is, 0 (default) to 1",                \
-         OPTION_NUMBER,                                                                        \
-         &(a).depth_cue,                                                                       \
-         0,                                                                                    \
-         &(a).depth_cue_given},                                                                \
-    {                                                                                          \
-        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,      \
-            &(a).step, 0, NULL                                                                 \
+#define LOOK_OPTIONS(a)                                                                          \
+    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                        \
+        {"--mode",                                                                               \
+         "MODE",                                                                                 \
+         "composite (default), xray (default of engine fourier) or mip",                         \
+         OPTION_TEXT,                                                                            \
+         &(a).mode_name,                                                                         \
+         0,                                                                                      \
+         NULL},                                                                                  \
+        {"--transfer",                                                                           \
+         "NAME|FILE",                                                                            \
+         "a JSON file, or a name that cvol render --help tells (default auto)",                  \
+         OPTION_TEXT,                                                                            \
+         &(a).transfer_name,                                                                     \
+         0,                                                                                      \
+         &(a).transfer_given},                                                                   \
+        {"--window",                                                                             \
+         "C,W",                                                                                  \
+         "values C - W/2 to C + W/2 have all colours (composite) or greys (xray, mip); or auto", \
+         OPTION_TEXT,                                                                            \
+         &(a).window_text,                                                                       \
+         0,                                                                                      \
+         NULL},                                                                                  \
+        {"--opacity-scale",                                                                      \
+         "S",                                                                                    \
+         "as if matter were S times as dense (default 1)",                                       \
+         OPTION_NUMBER,                                                                          \
+         &(a).opacity_scale,                                                                     \
+         0,                                                                                      \
+         &(a).opacity_scale_given},                                                              \
+        {"--rescale",                                                                            \
+         "S,I",                                                                                  \
+         "a sample s means S s + I, as in 1,-1024 (default: what the file says)",                \
+         OPTION_TEXT,                                                                            \
+         &(a).rescale_text,                                                                      \
+         0,                                                                                      \
+         NULL},                                                                                  \
+        {"--background",                                                                         \
+         "COLOUR",                                                                               \
+         "R,G,B, each 0..1, or black (default), white, transparent",                             \
+         OPTION_TEXT,                                                                            \
+         &(a).background_text,                                                                   \
+         0,                                                                                      \
+         NULL},                                                                                  \
+        {"--level",                                                                              \
+         "L",                                                                                    \
+         "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser previews",                      \
+         OPTION_INTEGER,                                                                         \
+         &(a).common.level,                                                                      \
+         0,                                                                                      \
+         NULL},                                                                                  \
+        {"--engine",                                                                             \
+         "ENGINE",                                                                               \
+         "sheet (default), ray (slow), splat (footprints), transform (of slices), fourier",      \
+         OPTION_TEXT,                                                                            \
+         &(a).engine_name,                                                                       \
+         0,                                                                                      \
+         NULL},                                                                                  \
+        {"--footprint",                                                                          \
+         "NAME",                                                                                 \
+         "of splat and transform: gaussian (default) sinc box, or splat's cone",                 \
+         OPTION_TEXT,                                                                            \
+         &(a).footprint_name,                                                                    \
+         0,                                                                                      \
+         NULL},                                                                                  \
+        {"--footprint-size",                                                                     \
+         "N",                                                                                    \
+         "samples that it spans, 3 to 31 (default 5)",                                           \
+         OPTION_INTEGER,                                                                         \
+         &(a).footprint_size,                                                                    \
+         0,                                                                                      \
+         &(a).footprint_given},                                                                  \
+        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6)",               \
+         OPTION_NUMBER,   &(a).sigma, 0,                                                         \
+         &(a).sigma_given},                                                                      \
+        {"--shade",   NULL,       "of splat and transform: light samples by their gradients",    \
+         OPTION_FLAG, &(a).shade, 0,                                                             \
+         NULL},                                                                                  \
+        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",               \
+         OPTION_NUMBERS3, (a).light, 0,                                                          \
+         &(a).light_given},                                                                      \
+        {"--order",                                                                              \
+         "ORDER",                                                                                \
+         "of splat and transform: front (default) to back, or back to front",                    \
+         OPTION_TEXT,                                                                            \
+         &(a).order_name,                                                                        \
+         0,                                                                                      \
+         NULL},                                                                                  \
+        {"--footprint-plane",                                                                    \
+         "PLANE",                                                                                \
+         "of splat: where it is round, view (default) or slices, as for transform",              \
+         OPTION_TEXT,                                                                            \
+         &(a).plane_name,                                                                        \
+         0,                                                                                      \
+         NULL},                                                                                  \
+        {"--tile",                                                                               \
+         "N",                                                                                    \
+         "of engine transform: slices in tiles of 8, 16 (default) or 32; 0: whole",              \
+         OPTION_INTEGER,                                                                         \
+         &(a).tile,                                                                              \
+         0,                                                                                      \
+         &(a).tile_given},                                                                       \
+        {"--spectrum",                                                                           \
+         "NAME",                                                                                 \
+         "of engine transform: dct (default), or, of whole slices, dft or dht",                  \
+         OPTION_TEXT,                                                                            \
+         &(a).spectrum_name,                                                                     \
+         0,                                                                                      \
+         NULL},                                                                                  \
+        {"--rho",       "SHARE",  "of coefficients that are kept (default 0.1; fourier: all)",   \
+         OPTION_NUMBER, &(a).rho, 0,                                                             \
+         &(a).rho_given},                                                                        \
+        {"--schedule",                                                                           \
+         "NAME",                                                                                 \
+         "deferred (default): composite samples; literal: coefficients, every time",             \
+         OPTION_TEXT,                                                                            \
+         &(a).schedule_name,                                                                     \
+         0,                                                                                      \
+         NULL},                                                                                  \
+        {"--depth-cue",                                                                          \
+         "S",                                                                                    \
+         "of engine fourier: how much darker the far end is, 0 (default) to 1",                  \
+         OPTION_NUMBER,                                                                          \
+         &(a).depth_cue,                                                                         \
+         0,                                                                                      \
+         &(a).depth_cue_given},                                                                  \
+    {                                                                                            \
+        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,        \
+            &(a).step, 0, NULL                                                                   \
     }
 
 /* What --transfer may be: a paragraph of the help. */
@@ -205,8 +205,8 @@ const cvol_grid *scene_grid(cvol_context *context, const scene *s, cvol_baked_in
 int aim_camera(cvol_context *context, scene *s, const render_arguments *a, double turn_deg);
 void close_scene(scene *s);
 
-/* render_mask.c: whether dense samples are marked as having no value, and which ones have none (none:
- * s->mask stays NULL). Exit status. */
+/* render_mask.c: whether dense samples are marked as having no value, and which ones have none
+ * (none: s->mask stays NULL). Exit status. */
 int find_marks(cvol_context *context, scene *s, const char *path);
 int find_mask(scene *s);
 

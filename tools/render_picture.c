@@ -96,6 +96,12 @@ static int is_grey(const scene *s)
            !(b[1] < b[2] || b[2] < b[1]);
 }
 
+/* Whether grey levels are others than the samples' own range. */
+static int has_window(const scene *s)
+{
+    return s->options.mode != CVOL_MODE_COMPOSITE && s->options.window[1] > s->options.window[0];
+}
+
 /* What is told of the picture, drawn over it. */
 static int annotate(cvol_context *context, const scene *s, const render_arguments *a,
                     cvol_image *image)
@@ -117,7 +123,7 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
     }
     if (!code && s->options.mode != CVOL_MODE_COMPOSITE)
         code = cvol_renderer_range(context, s->renderer, of.range);
-    if (a->window_text && s->options.mode != CVOL_MODE_COMPOSITE)
+    if (has_window(s))
         memcpy(of.range, s->options.window, sizeof of.range);
     if (!code)
         code = cvol_image_annotate(context, image, &of);
@@ -283,7 +289,7 @@ void describe_view(json_t *object, cvol_context *context, const scene *s, const 
                                   camera->roll_deg, "zoom", camera->zoom, "mirrored", s->mirrored));
     if (s->options.mode == CVOL_MODE_COMPOSITE || cvol_renderer_range(context, s->renderer, range))
         return;
-    if (a->window_text)
+    if (has_window(s))
         memcpy(range, s->options.window, sizeof range);
     json_object_set_new(object, "grey", json_pack("[f, f]", range[0], range[1]));
 }

@@ -13,9 +13,16 @@ int is_file_name(const char *name)
 
 int check_values(render_arguments *a)
 {
-    if (a->window_text && !parse_numbers(a->window, 2, a->window_text))
+    a->window_auto = a->window_text && !strcmp(a->window_text, "auto");
+    if (a->window_auto && !strcmp(a->mode_name, "composite"))
         return complain(EXIT_MISUSED,
-                        "--window is '%s', must be C,W: centre and width, as in 40,400",
+                        "--window auto is for modes xray and mip: --transfer auto fits "
+                        "colours to values");
+    if (a->window_auto)
+        a->window[1] = 1;
+    if (a->window_text && !a->window_auto && !parse_numbers(a->window, 2, a->window_text))
+        return complain(EXIT_MISUSED,
+                        "--window is '%s', must be C,W: centre and width, as in 40,400, or auto",
                         a->window_text);
     if (a->window_text && !(a->window[1] > 0))
         return complain(EXIT_MISUSED, "--window has width %g, must be above 0", a->window[1]);
@@ -119,6 +126,35 @@ static int set_transfer(cvol_context *context, scene *s, const render_arguments 
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
+/* All but the least and the largest of a thousand samples. Exit status. */
+static int fit_window(cvol_context *context, scene *s)
+{
+    cvol_histogram h;
+    const int code = s->in.array ? cvol_array_histogram(context, &h, s->in.array)
+                                 : cvol_volume_histogram(context, &h, s->in.volume);
+    if (code)
+        return complain_context(context, code, NULL);
+    double total = 0, sum = 0;
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        total += (double)h.bins[i];
+    int first = -1, last = CVOL_HISTOGRAM_BINS - 1;
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++) {
+        sum += (double)h.bins[i];
+        if (first < 0 && sum > 0.001 * total)
+            first = i;
+        if (sum >= 0.999 * total) {
+            last = i;
+            break;
+        }
+    }
+    const double bin = (h.max - h.min) / CVOL_HISTOGRAM_BINS;
+    if (!(bin > 0) || first < 0)
+        return EXIT_DONE; /* of one value: its own range */
+    s->options.window[0] = h.min + first * bin;
+    s->options.window[1] = h.min + (last + 1) * bin;
+    return EXIT_DONE;
+}
+
 int choose_values(cvol_context *context, scene *s, const render_arguments *a, const char *path)
 {
     const cvol_grid *grid = input_grid(&s->in);
@@ -129,6 +165,8 @@ int choose_values(cvol_context *context, scene *s, const render_arguments *a, co
         s->rescale[0] = 1;
     if (s->options.mode == CVOL_MODE_COMPOSITE)
         return set_transfer(context, s, a, path);
+    if (a->window_auto)
+        return fit_window(context, s);
     if (a->window_text)
         window_of(s->options.window, s, a);
     return EXIT_DONE;
