@@ -36,9 +36,7 @@ static int check_view(const render_arguments *a)
     const char *given = a->azimuth_given ? "--azimuth" : a->elevation_given ? "--elevation" : NULL;
     const char *of_pictures = a->view_name     ? "--view"
                               : a->annotate    ? "--annotate"
-                              : a->bits != 8   ? "--bits"
                               : a->transparent ? "--background transparent"
-                              : a->window_text ? "--window"
                                                : NULL;
     if (a->view_name && given)
         return complain(EXIT_MISUSED, "give only one of --view and %s", given);
