@@ -2,8 +2,9 @@
 """The paper's claim, measured: splatting on compressed transforms against splatting.
 
 The CT of a head (cthead_8bit), resampled to N^3, seen from azimuth 15 and elevation 20, by three
-transfer functions (thin, semi, opaque). Engine `splat` against engine `transform`: deferred and
-literal, tiles of 16 and global slices.
+transfer functions (thin, semi, opaque), in pictures of 2N x 2N, so that a footprint covers as many
+pixels at every N. Engine `splat` against engine `transform`: deferred and literal, tiles of 16 and
+global slices.
 
  * processor time of a picture on one thread, the least of some after the first (what is made of
    slices once is not counted: column `bake_ms`); both engines take turns;
@@ -49,7 +50,7 @@ def parse_arguments():
     parser.add_argument('--rhos', default='0.1,0.03333,0.01', metavar='R,R')
     parser.add_argument('--full', action='store_true',
                         help='all engines and rhos at all sizes (hours)')
-    parser.add_argument('--seconds', type=float, default=0.8,
+    parser.add_argument('--seconds', type=float, default=0.6,
                         help='of pictures of each engine in a turn (default %(default)s)')
     return parser.parse_args()
 
@@ -95,7 +96,7 @@ def picture_ms(scene, options, repeats):
 def scene_of(arguments, folder, size, look, footprint):
     volume = [os.path.join(folder, f'{size}.raw'), '--dims', f'{size}x{size}x{size}', '--type',
               'uint8', '--transfer', transfer_path('cthead_8bit', look), '--threads', '1',
-              '--footprint-size', str(footprint)]
+              '--footprint-size', str(footprint), '--size', str(2 * size)]
     return {'render': [arguments.cvol, 'render'] + volume + VIEW + ['--json'],
             'bench': [arguments.cvol, 'bench', 'render'] + volume +
                      ['--views', '1', '--json'], 'folder': folder}

@@ -55,6 +55,22 @@ void cvol_carry_seen(double errors[CVOL_PLANES], const cvol_slice_bounds *slice,
     errors[CVOL_PLANE_OPACITY] += through * D;
 }
 
+/* The most that the picture can be off by: the truth's intensities are within 0 .. L. */
+static double most_error(const cvol_composed *out, int channels, size_t places)
+{
+    const double L = (double)CVOL_BRIGHTEST;
+    double errors[CVOL_PLANES] = {0};
+    for (int c = 0; c < channels; c++) {
+        double sum = 0;
+        for (size_t i = 0; i < places; i++) {
+            const double value = (double)out->planes[c][i], far = fmax(value, L - value);
+            sum += far * far;
+        }
+        errors[c] = sqrt(sum);
+    }
+    return cvol_error_norm(errors, channels);
+}
+
 /* ---- both ----------------------------------------------------------------------------------- */
 
 int cvol_compose(cvol_context *context, cvol_composed *out, const cvol_baked *baked,
@@ -87,6 +103,10 @@ int cvol_compose(cvol_context *context, cvol_composed *out, const cvol_baked *ba
                                    : cvol_compose_whole(context, out, &job);
     /* a sinc's exact values leave 0 .. 1 */
     out->certified = shape->kind != CVOL_FOOTPRINT_SINC && job.power == 1;
+    /* nothing is off by less than L / 2 there */
+    if (!code && out->certified &&
+        out->bound > sqrt(3 * (double)places) * (double)CVOL_BRIGHTEST / 2)
+        out->bound = fmin(out->bound, most_error(out, baked->channels, places));
     if (code)
         cvol_composed_free(out);
     return code;
