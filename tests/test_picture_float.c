@@ -144,6 +144,24 @@ static void test_engines(void **state)
     }
 }
 
+static void test_threads(void **state)
+{
+    (void)state;
+    for (int engine = 0; engine < ENGINES; engine++) {
+        subject s;
+        open_subject(&s, engine);
+        const cvol_render_options options = support_square(SIZE, first_mode(engine), 35, 25);
+        cvol_context_set_threads(context, 1);
+        cvol_image *one = floats_of(&s, &options);
+        cvol_context_set_threads(context, 3);
+        cvol_image *three = floats_of(&s, &options);
+        assert_memory_equal(one->values, three->values, 4 * sizeof(float) * SIZE * SIZE);
+        cvol_image_free(one);
+        cvol_image_free(three);
+        close_subject(&s);
+    }
+}
+
 /* A quarter of the range is four times as steep; the samples' own range changes nothing. */
 static void test_window(void **state)
 {
@@ -357,6 +375,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_engines, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_threads, setup, teardown),
         cmocka_unit_test_setup_teardown(test_window, setup, teardown),
         cmocka_unit_test_setup_teardown(test_straight, setup, teardown),
         cmocka_unit_test_setup_teardown(test_refusals, setup, teardown),
