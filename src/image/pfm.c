@@ -21,9 +21,11 @@ static void put_row(cvol_bytes *bytes, const cvol_image *image, int y, const dou
 {
     const float *values = image->values + 4 * (size_t)image->width * (size_t)y;
     bytes->size = 0;
-    for (int x = 0; x < image->width; x++, values += 4)
+    for (int x = 0; x < image->width; x++, values += 4) {
+        const float through = values[3] < 0 ? 1 : values[3] < 1 ? 1 - values[3] : 0;
         for (int c = 0; c < channels; c++)
-            put_float(bytes, values[c] + (1 - values[3]) * (float)background[c]);
+            put_float(bytes, values[c] + through * (float)background[c]);
+    }
 }
 
 static int write_rows(cvol_context *context, cvol_output *output, cvol_bytes *bytes,
