@@ -147,6 +147,47 @@ static void test_views_of_others(void **state)
     assert_non_null(strstr(cvol_context_message(context), "bottom"));
 }
 
+static cvol_image *picture_of(const cvol_volume *volume, const char *name, double turned,
+                              double roll)
+{
+    cvol_render_options options = support_square(48, CVOL_MODE_COMPOSITE, 0, 0);
+    int mirrored;
+    assert_int_equal(
+        cvol_camera_named(context, &options.camera, &mirrored, name, &volume->grid, turned),
+        CVOL_OK);
+    options.camera.roll_deg += mirrored ? -roll : roll;
+    cvol_image *image = support_ray(context, volume, support_blob_points, SUPPORT_BLOB_POINTS,
+                                    &options);
+    if (mirrored)
+        cvol_image_mirror(image);
+    return image;
+}
+
+/* The same patient, stored from left to right and from right to left. */
+static void test_pictures_of_both_hands(void **state)
+{
+    (void)state;
+    static const char *const names[] = {"front", "back", "left", "right", "top", "bottom"};
+    cvol_volume right = support_blobs(24, 28, 20), left = support_blobs(24, 28, 20);
+    float *to = left.data;
+    for (size_t row = 0; row < 28 * 20; row++)
+        for (size_t x = 0; x < 24; x++)
+            to[24 * row + x] = ((float *)right.data)[24 * row + 23 - x];
+    right.grid.space = left.grid.space = CVOL_SPACE_LPS;
+    left.grid.direction[0][0] = -1;
+    for (int k = 0; k < 12; k++) {
+        cvol_image *a = picture_of(&right, names[k % 6], 17 * (k / 6), 25 * (k / 6));
+        cvol_image *b = picture_of(&left, names[k % 6], 17 * (k / 6), 25 * (k / 6));
+        if (support_difference(a, b) > 1)
+            fail_msg("view %s, case %d: pictures differ by %d", names[k % 6], k,
+                     support_difference(a, b));
+        cvol_image_free(a);
+        cvol_image_free(b);
+    }
+    free(right.data);
+    free(left.data);
+}
+
 /* ---- transfer functions ------------------------------------------------------------------- */
 
 static void test_adjusted(void **state)
@@ -244,6 +285,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup_teardown(test_views_of_patients, setup, teardown),
         cmocka_unit_test_setup_teardown(test_views_of_others, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_pictures_of_both_hands, setup, teardown),
         cmocka_unit_test_setup_teardown(test_adjusted, setup, teardown),
         cmocka_unit_test_setup_teardown(test_hounsfield, setup, teardown),
     };
