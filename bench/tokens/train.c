@@ -5,6 +5,7 @@
  * Every volume is encoded at a row of steps; what the tokens of each run count for is inverse to
  * its bits, so that low rates are as well served as high ones. Then tables are made of the counts,
  * and all is done again. ROUNDS 0 only prints the table of bits and decibels.
+ * A background that compressing would keep apart is filled here too.
  * Environment: STRIDE (every n-th brick), LAPPED (0, 1, 2: both), SPLIT (cvol_split_choice), FIT
  * (1: with tables fitted to each run).
  */
@@ -17,8 +18,11 @@
 
 #include "array/array.h"
 #include "array/brick.h"
+#include "array/mask.h"
+#include "codec/background.h"
 #include "codec/brick_code.h"
 #include "codec/brick_samples.h"
+#include "codec/mask_make.h"
 #include "cvol/volume.h"
 
 enum { STEPS = 8 };
@@ -57,6 +61,26 @@ static cvol_volume *read_volume(cvol_context *context, char *argument)
     if (cvol_volume_read(context, &volume, argument, colon ? &options : NULL))
         fail(cvol_context_message(context));
     return volume;
+}
+
+/* Samples of a background become what continues those beside them. */
+static void fill_background(cvol_context *context, cvol_volume *volume)
+{
+    const cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_fills fills;
+    cvol_mask *mask;
+    void *filled;
+    double least_step;
+    if (cvol_background_fills(context, &fills, &least_step, volume->data, &volume->grid, &options))
+        fail(cvol_context_message(context));
+    if (!fills.count)
+        return;
+    if (cvol_mask_make(context, &mask, &filled, volume->data, &volume->grid, &fills))
+        fail(cvol_context_message(context));
+    if (filled)
+        memcpy(volume->data, filled, cvol_grid_bytes(&volume->grid));
+    free(filled);
+    cvol_mask_free(mask);
 }
 
 /* The error of one brick, in the domain of the transform. */
@@ -192,6 +216,7 @@ int main(int argc, char **argv)
             if (cvol_array_create(context, &shape, &volume->grid, 16) ||
                 cvol_survey_samples(context, &min, &max, volume->data, &volume->grid))
                 fail(cvol_context_message(context));
+            fill_background(context, volume);
             shape->offset = min;
             shape->lapped = lapped;
             shape->dependent = dependent;
