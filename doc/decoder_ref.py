@@ -7,7 +7,7 @@ Writes the samples, x fastest, in the file's type, low byte first (of a picture 
 blue, alpha; of a baked volume its planes as float32), and prints what the file says of them as JSON. --level 1, 2, 3: a volume's coarser levels; the file may then end early.
 
 Needs NumPy, and of libzstd the one function that unpacks a frame. The built-in codes are read from
-src/codec/token_defaults.c.
+src/codec/token_defaults.c, the weights that foretell masks from src/codec/mask_weights.c.
 """
 import argparse
 import ctypes
@@ -228,14 +228,17 @@ def cut_bricks(content, checksum, lengths, sums, tag):
 
 ROW_LAST, ROW_ESCAPE, ROW_DC, ROW_LENGTH = 1584, 1672, 1694, 1742
 ROW_MORE, ROW_SPLIT, ROW_OCTANTS = 2014, 2078, 2089
-ROW_INDEX, ROW_LAST_INDEX, ROW_INDEX_ESCAPE, ROWS = 2212, 5020, 5176, 5202
+ROW_INDEX, ROW_LAST_INDEX, ROW_INDEX_ESCAPE, ROWS = 2140, 4948, 5104, 5130
+
+
+def table_file(name):
+    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "codec", name)
+    with open(path, encoding="ascii") as file:
+        return file.read()
 
 
 def default_codes():
-    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "codec",
-                        "token_defaults.c")
-    with open(path, encoding="ascii") as file:
-        rows = re.findall(r"^\s*\{([0-9, ]+)\},?", file.read(), re.MULTILINE)
+    rows = re.findall(r"^\s*\{([0-9, ]+)\},?", table_file("token_defaults.c"), re.MULTILINE)
     codes = [[int(code) for code in row.split(",") if code.strip()] for row in rows]
     assert len(codes) == ROWS and all(len(row) == 15 for row in codes)
     return codes
@@ -541,10 +544,11 @@ class RangeDecoder:
         return bit
 
 
-def read_tables(content):
-    def contexts(count):
-        return [[2 ** 15, 2 ** 15] for _ in range(count)]
+def contexts(count, start=2 ** 15):
+    return [[start, start] for _ in range(count)]
 
+
+def read_tables(content):
     codes, decoder = default_codes(), RangeDecoder(content)
     row, zero, sign, unary = contexts(2), contexts(4), contexts(2), contexts(24)
     before = 0
@@ -642,7 +646,7 @@ def crop(header, samples):
 # ---- 12. MODE ------------------------------------------------------------------------------------
 
 BOUNDED, EXACT, PACKED = 1, 2, 3
-ROW_NUMBER, ROW_MORE_NUMBER, ROW_DEEP, ROW_MASK, ROW_FILL = 2091, 2115, 2139, 2140, 2204
+ROW_NUMBER, ROW_MORE_NUMBER, ROW_DEEP = 2091, 2115, 2139
 
 
 class Modes:
@@ -655,39 +659,116 @@ class Modes:
 
 # ---- 13. MASK ------------------------------------------------------------------------------------
 
-def read_mask(stream, shape, fills):
-    """0 where a sample has a value, else 1 + the number of its fill; [z][y][x]."""
-    nz, ny, nx = shape
-    which = np.zeros(shape, int)
-    if not stream.data:
+# dx, dy, dz of the first and the number of the neighbours in each window.
+WINDOWS = ([(-1, dy, -2, 3) for dy in (-1, 0, 1)] + [(-2, dy, -1, 5) for dy in (-2, -1, 0, 1, 2)]
+           + [(-2, -2, 0, 5), (-3, -1, 0, 7), (-4, 0, 0, 4)])
+LEVEL_STARTS = [max(71, min(65465, math.floor(2 ** 16 / (1 + math.exp((level - 64) / 8)) + 0.5)))
+                for level in range(129)]
+PAD = 8  # of rows, at both ends
+
+
+class Predictor:
+    def __init__(self):
+        text = table_file("mask_weights.c")
+        numbers = [np.array(re.findall(r"-?\d+", part), int)
+                   for part in re.findall(r" = \{?([^;]*?)\}?;", text)]
+        self.weights, self.biases, self.outs, (self.bias,) = numbers
+        self.weights = self.weights.reshape(50, 16)
+
+    def level(self, neighbours):
+        hidden = np.maximum(0, self.biases + neighbours @ self.weights)
+        output = self.bias + int(hidden @ self.outs)
+        return 64 + max(-64, min(64, (output + 2 ** 9) // 2 ** 10))
+
+
+class MaskReader:
+    def __init__(self, data, shape, fills):
+        self.decoder, self.shape, self.fills = RangeDecoder(data), shape, fills
+        self.predictor, self.last = Predictor(), 0
+        self.mixed = {key: [2 ** 15] * 2 for key in itertools.product(range(4), (0, 1), (0, 1))}
+        self.whole = {key: [2 ** 15] * 2 for key in itertools.product((0, 1), (0, 1))}
+        self.stretches = [contexts(2, 64225) for _ in range(17)]
+        self.samples = {key: [[start, start] for start in LEVEL_STARTS]
+                        for key in itertools.product((0, 1), (0, 1))}
+        self.fill_bits = [contexts(8) for _ in range(8)]
+
+    def fill(self):
+        bits, node = (self.fills - 1).bit_length(), 1
+        for _ in range(bits):
+            node = 2 * node | self.decoder.bit(self.fill_bits[self.last][node])
+        self.last = node - 2 ** bits
+        need(self.last < self.fills, "MASK: a fill")
+        return 1 + self.last
+
+    def cells(self):
+        """What the cells' samples are; None where they differ."""
+        cells = {}
+        for z, y, x in itertools.product(*(range(-(-n // 16)) for n in self.shape)):
+            near = [cells[at] for at in ((z, y, x - 1), (z, y - 1, x), (z - 1, y, x)) if at in cells]
+            masked, clear = int(any(near)), int(0 in near)
+            if self.decoder.bit(self.mixed[near.count(None), masked, clear]):
+                cells[z, y, x] = None
+            else:
+                cells[z, y, x] = self.fill() if self.decoder.bit(self.whole[masked, clear]) else 0
+        return cells
+
+    def row(self, line, above, width):
+        """Appends a mixed cell's row to line; above: the rows of the windows but the last."""
+        end = len(line) + width
+        while len(line) < end:
+            at, left = len(line), line[-1]
+            stretch = 0
+            while at + stretch < end and all(row[x] == left for row in above[4:7] + above[9:]
+                                             for x in range(at + stretch - 1, at + stretch + 2)):
+                stretch += 1
+            if stretch < 2:
+                line.append(self.sample(line, above))
+            elif not self.decoder.bit(self.stretches[stretch][left]):
+                line += [left] * stretch
+            else:
+                while line[-1] == left:
+                    line.append(self.sample(line, above) if len(line) < at + stretch - 1
+                                else 1 - left)
+
+    def sample(self, line, above):
+        at = len(line)
+        neighbours = [bit for row, (dx, _, _, count) in zip(above + [line], WINDOWS)
+                      for bit in row[at + dx:at + dx + count]]
+        level = self.predictor.level(np.array(neighbours))
+        return self.decoder.bit(self.samples[above[9][at], line[-1]][level])
+
+    def read(self):
+        nz, ny, nx = self.shape
+        which = np.zeros(self.shape, int)
+        outside, cells = self.decoder.bit([2 ** 15] * 2), self.cells()
+        # Sheets of rows from y = -2 to ny + 1, from z = -2 on.
+        sheets = [[[outside] * (nx + 2 * PAD)] * (ny + 4) for _ in range(2)]
+        for z in range(nz):
+            second, before = sheets[z], sheets[z + 1]
+            sheet = [before[2], before[2]]
+            sheets.append(sheet)
+            for y in range(ny):
+                line = [sheet[y + 1][PAD]] * PAD
+                for x in range(0, nx, 16):
+                    cell, width = cells[z // 16, y // 16, x // 16], min(16, nx - x)
+                    if cell is not None:
+                        line += [int(cell > 0)] * width
+                        which[z, y, x:x + width] = cell
+                        continue
+                    self.row(line, second[y + 1:y + 4] + before[y:y + 5] + sheet[y:y + 2], width)
+                    for i in range(x, x + width):
+                        if line[PAD + i]:
+                            which[z, y, i] = self.fill()
+                sheet.append([line[PAD]] * PAD + line[PAD:] + [line[-1]] * PAD)
+            sheet[:2] = [sheet[2]] * 2
+            sheet += [sheet[-1]] * 2
+        need(self.decoder.at - 7 <= len(self.decoder.data), "MASK: a brick's stream is damaged")
         return which
-    outside, last = stream.raw(1), 0
-    cells = {}
-    for place in itertools.product(range(-(-nz // 16)), range(-(-ny // 16)), range(-(-nx // 16))):
-        cells[place] = None if stream.raw(1) else stream.raw(fills.bit_length())
-        need((cells[place] or 0) <= fills, "MASK: a cell")
-    # With a border of what is thought to be beyond.
-    bits = [[[outside] * (nx + 2) for _ in range(ny + 2)] for _ in range(nz + 1)]
-    for z in range(nz):
-        front = bits[z]
-        for y in range(ny):
-            line, up = bits[z + 1][y + 1], bits[z + 1][y]
-            for x in range(nx):
-                cell = cells[z // 16, y // 16, x // 16]
-                if cell is not None:
-                    line[x + 1] = int(cell > 0)
-                    which[z, y, x] = cell
-                    continue
-                c = (line[x] + 2 * up[x + 1] + 4 * front[y + 1][x + 1] + 8 * up[x + 2]
-                     + 16 * front[y + 1][x + 2] + 32 * front[y + 2][x + 1])
-                bit = line[x + 1] = stream.token(ROW_MASK + c)
-                need(bit < 2, "MASK: a token")
-                if bit and fills > 1:
-                    last = stream.token(ROW_FILL + last)
-                    need(last < fills, "MASK: a fill")
-                which[z, y, x] = 1 + last if bit else 0
-    stream.check_end()
-    return which
+
+
+def read_mask(data, shape, fills):
+    """0 where a sample has a value, else 1 + the number of its fill; [z][y][x]."""
+    return MaskReader(data, shape, fills).read() if data else np.zeros(shape, int)
 
 
 # ---- 14. CORR: the base --------------------------------------------------------------------------
@@ -890,8 +971,7 @@ def read_volume(header, sections, shells):
         need(not integers.size or max(weight.values()) << modes.fraction <= 2 ** 31, "MODE: fraction")
         if modes.fills:
             box = tuple(slice(64 * place[a], min(64 * place[a] + 64, dims[a])) for a in (2, 1, 0))
-            which[box] = read_mask(Stream(others["MASK"][number], rows), which[box].shape,
-                                   len(modes.fills))
+            which[box] = read_mask(others["MASK"][number], which[box].shape, len(modes.fills))
     need(shells < 4 or terms == header.coefficients, "the number of coefficients")
     samples = np.ascontiguousarray(crop(header, samples))
     for axis in (2, 1, 0) if header.lapped else ():

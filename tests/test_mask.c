@@ -62,9 +62,6 @@ static void test_fills_of_types(void **state)
     assert_int_equal(cvol_fills_match(which, &fills, CVOL_FLOAT32, samples, 8), 5);
     const uint8_t expected[8] = {0, 2, 0, 3, 4, 2, 1, 0};
     assert_memory_equal(which, expected, 8);
-    float back[8] = {1, 0, 2, 0, 0, 0, 0, 0};
-    cvol_fills_apply(back, &fills, CVOL_FLOAT32, which, 8);
-    assert_memory_equal(back, samples, sizeof back);
     for (uint64_t i = 10; i < 13; i++)
         assert_true(cvol_fills_add(&fills, i));
     assert_true(cvol_fills_add(&fills, 10));
@@ -76,10 +73,13 @@ static void test_masks_keep_what_they_are_given(void **state)
     (void)state;
     cvol_context *context = cvol_context_create();
     uint8_t *which = malloc(MOST), *got = malloc(MOST);
-    assert_true(which && got);
+    uint16_t *written = malloc(MOST * sizeof *written);
+    assert_true(which && got && written);
     for (uint64_t seed = 1; seed <= 60; seed++) {
         random_state r = {seed};
         cvol_fills fills = {.count = 1 + (int)random_below(&r, CVOL_FILLS_MAX)};
+        for (int f = 0; f < CVOL_FILLS_MAX; f++)
+            fills.bits[f] = 100 + (uint64_t)f;
         size_t size[3], zero[3] = {0, 0, 0};
         for (int a = 0; a < 3; a++)
             size[a] = 1 + random_below(&r, 64);
@@ -100,12 +100,16 @@ static void test_masks_keep_what_they_are_given(void **state)
                            : size[a];
             }
             cvol_mask_get(got, mask, begin, end);
+            memset(written, 9, sizeof *written * MOST);
+            cvol_mask_write(written, sizeof *written, fills.bits, mask, begin, end);
             for (size_t z = begin[2]; z < end[2]; z++)
                 for (size_t y = begin[1]; y < end[1]; y++)
-                    for (size_t x = begin[0]; x < end[0]; x++, n++)
-                        if (got[n] != which[x + size[0] * (y + size[1] * z)])
+                    for (size_t x = begin[0]; x < end[0]; x++, n++) {
+                        const uint8_t own = which[x + size[0] * (y + size[1] * z)];
+                        if (got[n] != own || written[n] != (own ? 99 + own : 0x0909))
                             fail_msg("seed %llu: other at %zu %zu %zu", (unsigned long long)seed, x,
                                      y, z);
+                    }
         }
         const size_t first[3] = {0, 0, 0};
         const cvol_mask_state cell = cvol_mask_cell(mask, first);
@@ -120,17 +124,69 @@ static void test_masks_keep_what_they_are_given(void **state)
     }
     free(which);
     free(got);
+    free(written);
     cvol_context_destroy(context);
+}
+
+/* A brick's mask by cells, by way of a mask of its size. */
+static void cut_into_cells(cvol_mask_brick *brick, cvol_context *context, const uint8_t *which,
+                           const size_t size[3], int fills)
+{
+    const cvol_fills some = {.count = fills};
+    const size_t zero[3] = {0, 0, 0};
+    size_t planes = 0;
+    cvol_mask *mask;
+    assert_int_equal(cvol_mask_create(context, &mask, size, &some), CVOL_OK);
+    assert_true(cvol_mask_set(mask, which, zero, size));
+    memset(brick, 0, sizeof *brick);
+    memcpy(brick->size, size, sizeof brick->size);
+    brick->fills = fills;
+    while (fills >> planes)
+        planes++;
+    for (size_t l = 0; l * 16 < size[2]; l++)
+        for (size_t j = 0; j * 16 < size[1]; j++)
+            for (size_t i = 0; i * 16 < size[0]; i++) {
+                const cvol_mask_rows *rows;
+                brick->states[l][j][i] = cvol_mask_cell_get(mask, (size_t[3]){i, j, l}, &rows);
+                if (brick->states[l][j][i] == CVOL_MASK_MIXED)
+                    memcpy(brick->rows[l][j][i], rows, planes * sizeof *rows);
+            }
+    cvol_mask_free(mask);
+}
+
+/* What makes two bricks' masks differ, or NULL. */
+static const char *difference(const cvol_mask_brick *a, const cvol_mask_brick *b)
+{
+    size_t planes = 0;
+    while (a->fills >> planes)
+        planes++;
+    for (size_t l = 0; l * 16 < a->size[2]; l++)
+        for (size_t j = 0; j * 16 < a->size[1]; j++)
+            for (size_t i = 0; i * 16 < a->size[0]; i++) {
+                const size_t height = a->size[1] - j * 16 < 16 ? a->size[1] - j * 16 : 16;
+                if (a->states[l][j][i] != b->states[l][j][i])
+                    return "state";
+                if (a->states[l][j][i] != CVOL_MASK_MIXED)
+                    continue;
+                for (size_t p = 0; p < planes; p++)
+                    for (size_t z = 0; z < 16 && z + l * 16 < a->size[2]; z++)
+                        if (memcmp(a->rows[l][j][i][p].of + 16 * z, b->rows[l][j][i][p].of + 16 * z,
+                                   height * 2))
+                            return "row";
+            }
+    return NULL;
 }
 
 static void test_masks_pass_through_their_bytes(void **state)
 {
     (void)state;
-    cvol_token_tables *tables = cvol_token_tables_create();
-    cvol_token_writer writer = {0};
+    cvol_context *context = cvol_context_create();
+    cvol_range_encoder coder = {0};
     cvol_bytes bytes = {0};
-    uint8_t *which = malloc(MOST), *got = malloc(MOST);
-    assert_true(tables && which && got);
+    uint8_t *which = malloc(MOST);
+    cvol_mask_brick *brick = malloc(sizeof *brick), *got = malloc(sizeof *got);
+    cvol_mask_brick *copy = malloc(sizeof *copy);
+    assert_true(which && brick && got && copy);
     for (uint64_t seed = 1; seed <= 100; seed++) {
         random_state r = {seed};
         const int fills = seed % 2 ? 1 : 1 + (int)random_below(&r, CVOL_FILLS_MAX);
@@ -138,31 +194,70 @@ static void test_masks_pass_through_their_bytes(void **state)
         for (int a = 0; a < 3; a++)
             size[a] = seed % 4 ? 1 + random_below(&r, 64) : 64;
         random_mask(which, &r, size, fills);
-        assert_true(cvol_mask_encode(&writer, &bytes, tables, which, size, fills, NULL));
+        cut_into_cells(brick, context, which, size, fills);
+        *copy = *brick;
+        assert_true(cvol_mask_encode(&coder, &bytes, brick));
+        if (memcmp(copy, brick, sizeof *brick))
+            fail_msg("seed %llu: encoding changes the mask", (unsigned long long)seed);
         cvol_span span = {bytes.data, bytes.size};
-        memset(got, 99, MOST);
-        assert_true(cvol_mask_decode(got, size, fills, tables, span));
-        if (memcmp(got, which, size[0] * size[1] * size[2]))
-            fail_msg("seed %llu: another mask", (unsigned long long)seed);
+        memset(got, 99, sizeof *got);
+        memcpy(got->size, size, sizeof size);
+        got->fills = fills;
+        assert_true(cvol_mask_decode(got, span));
+        if (difference(brick, got))
+            fail_msg("seed %llu: another %s", (unsigned long long)seed, difference(brick, got));
         if (!bytes.size)
             continue;
-        uint8_t *copy = malloc(bytes.size);
-        assert_non_null(copy);
-        memcpy(copy, bytes.data, bytes.size);
-        copy[random_below(&r, (uint32_t)bytes.size)] ^= (uint8_t)(1 << random_below(&r, 8));
-        span.data = copy;
+        uint8_t *damaged = malloc(bytes.size);
+        assert_non_null(damaged);
+        memcpy(damaged, bytes.data, bytes.size);
+        damaged[random_below(&r, (uint32_t)bytes.size)] ^= (uint8_t)(1 << random_below(&r, 8));
+        span.data = damaged;
         span.size -= random_below(&r, 2) ? random_below(&r, (uint32_t)bytes.size) : 0;
-        memset(got, 0, MOST);
-        if (cvol_mask_decode(got, size, fills, tables, span))
-            for (size_t i = 0; i < size[0] * size[1] * size[2]; i++)
-                assert_true(got[i] <= fills);
-        free(copy);
+        if (cvol_mask_decode(got, span))
+            for (size_t l = 0; l * 16 < size[2]; l++)
+                for (size_t j = 0; j * 16 < size[1]; j++)
+                    for (size_t i = 0; i * 16 < size[0]; i++)
+                        assert_true(got->states[l][j][i] <= fills ||
+                                    got->states[l][j][i] == CVOL_MASK_MIXED);
+        free(damaged);
     }
-    cvol_token_writer_free(&writer);
+    cvol_range_encoder_free(&coder);
     cvol_bytes_free(&bytes);
-    free(tables);
     free(which);
+    free(brick);
     free(got);
+    free(copy);
+    cvol_context_destroy(context);
+}
+
+/* A smooth surface costs less than one bit for each sample beside it. */
+static void test_smooth_masks_are_small(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    cvol_range_encoder coder = {0};
+    cvol_bytes bytes = {0};
+    const size_t size[3] = {64, 64, 64};
+    uint8_t *which = malloc(MOST);
+    cvol_mask_brick *brick = malloc(sizeof *brick);
+    size_t edge = 0;
+    assert_true(which && brick);
+    for (int i = 0; i < MOST; i++) {
+        const double x = i % 64 - 30.3, y = i / 64 % 64 - 33.1, z = i / 4096 - 29.6;
+        which[i] = x * x + 1.3 * y * y + 0.8 * z * z > 27 * 27;
+        edge += i % 64 && which[i] != which[i - 1];
+        edge += i / 64 % 64 && which[i] != which[i - 64];
+        edge += i >= 4096 && which[i] != which[i - 4096];
+    }
+    cut_into_cells(brick, context, which, size, 1);
+    assert_true(cvol_mask_encode(&coder, &bytes, brick));
+    assert_in_range(bytes.size, 1, edge / 20);
+    cvol_range_encoder_free(&coder);
+    cvol_bytes_free(&bytes);
+    free(which);
+    free(brick);
+    cvol_context_destroy(context);
 }
 
 static void test_fillings_are_smooth(void **state)
@@ -218,6 +313,7 @@ int main(void)
         cmocka_unit_test(test_fills_of_types),
         cmocka_unit_test(test_masks_keep_what_they_are_given),
         cmocka_unit_test(test_masks_pass_through_their_bytes),
+        cmocka_unit_test(test_smooth_masks_are_small),
         cmocka_unit_test(test_fillings_are_smooth),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

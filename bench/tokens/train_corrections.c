@@ -1,4 +1,4 @@
-/* Trains the built-in tables of corrections and masks (rows from CVOL_ROW_CORRECTION on of
+/* Trains the built-in tables of corrections (rows from CVOL_ROW_CORRECTION to CVOL_ROW_INDEX of
  * src/codec/token_defaults.c); the other rows are written as they are. Run after train_tokens.
  *
  *     train_corrections OUT.c ROUNDS FILE[:NXxNYxNZ:TYPE] ...
@@ -19,7 +19,6 @@
 #include "base/memory.h"
 #include "codec/brick_samples.h"
 #include "codec/correction.h"
-#include "codec/mask_code.h"
 #include "codec/mask_fill.h"
 #include "cvol/volume.h"
 
@@ -167,7 +166,7 @@ static void make_base(subject *s, double step, const cvol_token_tables *tables, 
     s->base = array;
 }
 
-/* Bits of all corrections (bound < 0: of the masks). */
+/* Bits of all corrections. */
 static double correct(subject *s, double bound, const cvol_token_tables *tables,
                       cvol_token_counts *counts, size_t stride)
 {
@@ -176,13 +175,11 @@ static double correct(subject *s, double bound, const cvol_token_tables *tables,
     static double gathered[BRICK];
     const cvol_grid *grid = &s->volume->grid;
     const size_t *dims = grid->dims, size = cvol_type_size(grid->type);
-    const cvol_fills *fills = cvol_mask_fills(s->mask);
     cvol_correction_coder *coder = cvol_correction_coder_create();
-    cvol_token_writer writer = {0};
     cvol_bytes out = {0};
     double bits = 0;
-    const int fraction = bound < 0 ? 0 : cvol_exact_fraction(cvol_exact_largest_sum(s->base));
-    const double step = bound < 0 ? 1 : s->base->step;
+    const int fraction = cvol_exact_fraction(cvol_exact_largest_sum(s->base));
+    const double step = s->base->step;
     const cvol_correction_rule rule = cvol_correction_rule_for(grid->type, bound, step, s->min,
                                                                s->max, s->grain, s->largest);
     size_t bricks[3], total = 1;
@@ -200,12 +197,6 @@ static double correct(subject *s, double bound, const cvol_token_tables *tables,
         }
         s->samples += (double)(brick.size[0] * brick.size[1] * brick.size[2]);
         cvol_mask_get(which, s->mask, begin, end);
-        if (bound < 0) {
-            if (!cvol_mask_encode(&writer, &out, tables, which, brick.size, fills->count, counts))
-                fail("no memory");
-            bits += 8 * (double)out.size;
-            continue;
-        }
         for (size_t z = 0; z < brick.size[2]; z++)
             for (size_t y = 0; y < brick.size[1]; y++)
                 memcpy((uint8_t *)gathered + size * brick.size[0] * (y + brick.size[1] * z),
@@ -220,7 +211,6 @@ static double correct(subject *s, double bound, const cvol_token_tables *tables,
         bits += 8 * (double)out.size;
     }
     cvol_bytes_free(&out);
-    cvol_token_writer_free(&writer);
     cvol_correction_coder_free(coder);
     return bits;
 }
@@ -295,10 +285,6 @@ static void try_steps(subject *s, const char *name, const cvol_token_tables *tab
             cvol_array_free(s->base);
         }
     }
-    s->bits = 0;
-    const double bits = correct(s, -1, tables, counts, stride);
-    note(s, name, -1, 0, bits);
-    gather_counts(sums, counts, bits);
 }
 
 int main(int argc, char **argv)

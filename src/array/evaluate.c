@@ -7,6 +7,7 @@
 #include "array/block_transform.h"
 #include "array/lapped.h"
 #include "array/operations.h"
+#include "array/samples.h"
 #include "base/context.h"
 #include "base/cpu.h"
 #include "base/memory.h"
@@ -63,9 +64,9 @@ void cvol_block_evaluate(float *out, const cvol_array *array, size_t index)
     (out, block, &axes, array->block_log2, (float)array->step, &work);
 }
 
-/* Copies the part of block (x fastest, origin `at`) that lies within the box to the box' samples.
- */
-static void store_block(uint8_t *out, const float *samples, const cvol_array *array,
+/* Copies the part of block (x fastest, origin `at`; its samples as they are stored) that lies
+ * within the box to the box' samples. */
+static void store_block(uint8_t *out, const uint8_t *stored, const cvol_array *array,
                         const size_t at[3], const size_t begin[3], const size_t end[3])
 {
     const size_t size = cvol_type_size(array->grid.type);
@@ -79,45 +80,55 @@ static void store_block(uint8_t *out, const float *samples, const cvol_array *ar
     const size_t width = end[0] - begin[0], height = end[1] - begin[1];
     for (size_t z = lo[2]; z < hi[2]; z++)
         for (size_t y = lo[1]; y < hi[1]; y++) {
-            size_t to = lo[0] - begin[0] + width * (y - begin[1] + height * (z - begin[2]));
-            size_t from = lo[0] - at[0] + side[0] * (y - at[1] + side[1] * (z - at[2]));
-            cvol_samples_store(out + to * size, samples + from, hi[0] - lo[0], array);
+            const size_t to = lo[0] - begin[0] + width * (y - begin[1] + height * (z - begin[2]));
+            const size_t from = lo[0] - at[0] + side[0] * (y - at[1] + side[1] * (z - at[2]));
+            if (size * (hi[0] - lo[0]) == 16) /* the most frequent row */
+                memcpy(out + to * size, stored + from * size, 16);
+            else
+                memcpy(out + to * size, stored + from * size, size * (hi[0] - lo[0]));
         }
 }
 
 /* The box of a lapped volume. */
 typedef struct stored_box {
     const cvol_stream *stream;
+    cvol_stored_as as;
     uint8_t *out;
 } stored_box;
 
 static void store_piece(void *user, const cvol_piece *piece)
 {
     const stored_box *to = user;
-    const cvol_array *array = to->stream->arrays[0];
     const size_t *begin = to->stream->begin, *end = to->stream->end;
-    const size_t size = cvol_type_size(array->grid.type);
+    const size_t size = cvol_type_size(to->as.type);
     const size_t width = end[0] - begin[0], height = end[1] - begin[1];
     for (size_t z = piece->begin[2]; z < piece->end[2]; z++)
         for (size_t y = piece->begin[1]; y < piece->end[1]; y++)
-            cvol_samples_store(to->out + size * width * (y - begin[1] + height * (z - begin[2])),
-                               piece->samples[0] + (y - piece->begin[1]) * piece->line +
-                                   (z - piece->begin[2]) * piece->sheet,
-                               width, array);
+            cvol_samples_convert(to->out + size * width * (y - begin[1] + height * (z - begin[2])),
+                                 piece->samples[0] + (y - piece->begin[1]) * piece->line +
+                                     (z - piece->begin[2]) * piece->sheet,
+                                 width, &to->as);
 }
 
 static int evaluate_lapped(cvol_context *context, void *out, const cvol_array *array,
                            const size_t begin[3], const size_t end[3])
 {
     cvol_stream stream = {.arrays = {array}, .take = store_piece, .what = "decoding"};
-    stored_box to = {&stream, out};
+    stored_box to = {&stream, cvol_stored_as_of(array), out};
     memcpy(stream.begin, begin, sizeof stream.begin);
     memcpy(stream.end, end, sizeof stream.end);
     stream.user = &to;
     return cvol_stream_run(context, &stream);
 }
 
-/* What the terms are, in the array's type. */
+/* Whether all of a cell's samples are masked: whatever they evaluate to is replaced. */
+static int is_all_masked(const cvol_array *array, const size_t place[3])
+{
+    return array->mask && array->block == CVOL_MASK_CELL &&
+           cvol_mask_cell(array->mask, place) == CVOL_MASK_ALL;
+}
+
+/* What the terms are, in the array's type; samples that are masked may be left as they were. */
 static int evaluate_terms(cvol_context *context, void *out, const cvol_array *array,
                           const size_t begin[3], const size_t end[3])
 {
@@ -129,6 +140,7 @@ static int evaluate_terms(cvol_context *context, void *out, const cvol_array *ar
     const size_t per_block = cvol_array_block_terms(array);
     const size_t side[3] = {cvol_block_side(array, 0), cvol_block_side(array, 1),
                             cvol_block_side(array, 2)};
+    const cvol_stored_as as = cvol_stored_as_of(array);
     size_t first[3], count[3];
     for (int a = 0; a < 3; a++) {
         first[a] = begin[a] / side[a];
@@ -143,23 +155,26 @@ static int evaluate_terms(cvol_context *context, void *out, const cvol_array *ar
 #pragma omp parallel num_threads(cvol_context_threads(context))
         {
             float *samples = cvol_allocate(per_block, sizeof *samples);
-            if (!samples) {
+            uint8_t *stored = cvol_allocate(per_block, cvol_type_size(as.type));
+            if (!samples || !stored) {
 #pragma omp atomic write
                 failed = 1;
             }
 #pragma omp for schedule(dynamic)
             for (size_t i = 0; i < blocks; i++) {
-                if (!samples)
-                    continue;
                 size_t place[3] = {first[0] + i % count[0], first[1] + i / count[0],
                                    first[2] + layer};
+                if (!samples || !stored || is_all_masked(array, place))
+                    continue;
                 size_t at[3] = {place[0] * side[0], place[1] * side[1], place[2] * side[2]};
                 cvol_block_evaluate(samples, array,
                                     place[0] + array->blocks[0] *
                                                    (place[1] + array->blocks[1] * place[2]));
-                store_block(out, samples, array, at, begin, end);
+                cvol_samples_convert(stored, samples, per_block, &as);
+                store_block(out, stored, array, at, begin, end);
             }
             free(samples);
+            free(stored);
         }
     }
     if (failed)
@@ -168,32 +183,20 @@ static int evaluate_terms(cvol_context *context, void *out, const cvol_array *ar
 }
 
 /* Masked samples become their fills. */
-static int apply_mask(cvol_context *context, void *out, const cvol_array *array,
-                      const size_t begin[3], const size_t end[3])
+static void apply_mask(cvol_context *context, void *out, const cvol_array *array,
+                       const size_t begin[3], const size_t end[3])
 {
-    const size_t sheet = (end[0] - begin[0]) * (end[1] - begin[1]);
     const size_t size = cvol_type_size(array->grid.type);
-    int failed = 0;
-#pragma omp parallel num_threads(cvol_context_threads(context))
-    {
-        uint8_t *which = cvol_allocate(sheet, CVOL_MASK_CELL);
-        if (!which) {
-#pragma omp atomic write
-            failed = 1;
-        }
-#pragma omp for schedule(static)
-        for (size_t z = begin[2]; z < end[2]; z += CVOL_MASK_CELL) {
-            const size_t first[3] = {begin[0], begin[1], z};
-            const size_t last[3] = {end[0], end[1],
-                                    end[2] - z < CVOL_MASK_CELL ? end[2] : z + CVOL_MASK_CELL};
-            if (which && cvol_mask_get(which, array->mask, first, last))
-                cvol_fills_apply((uint8_t *)out + size * sheet * (z - begin[2]),
-                                 cvol_mask_fills(array->mask), array->grid.type, which,
-                                 sheet * (last[2] - z));
-        }
-        free(which);
+    const size_t sheet = (end[0] - begin[0]) * (end[1] - begin[1]);
+#pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
+    for (size_t z = begin[2] / CVOL_MASK_CELL; z < (end[2] - 1) / CVOL_MASK_CELL + 1; z++) {
+        size_t first[3] = {begin[0], begin[1], z * CVOL_MASK_CELL};
+        size_t last[3] = {end[0], end[1], (z + 1) * CVOL_MASK_CELL};
+        first[2] = first[2] > begin[2] ? first[2] : begin[2];
+        last[2] = last[2] < end[2] ? last[2] : end[2];
+        cvol_mask_write((uint8_t *)out + size * sheet * (first[2] - begin[2]), size,
+                        cvol_mask_fills(array->mask)->bits, array->mask, first, last);
     }
-    return failed ? cvol_fail_memory(context, sheet * CVOL_MASK_CELL, "a mask") : CVOL_OK;
 }
 
 int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *array,
@@ -203,7 +206,9 @@ int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *
     if (!code)
         code = array->corrections ? array->corrections->evaluate(context, out, array, begin, end)
                                   : evaluate_terms(context, out, array, begin, end);
-    return code || !array->mask ? code : apply_mask(context, out, array, begin, end);
+    if (!code && array->mask)
+        apply_mask(context, out, array, begin, end);
+    return code;
 }
 
 uint64_t cvol_array_evaluate_mask(uint8_t *out, const cvol_array *array, const size_t begin[3],

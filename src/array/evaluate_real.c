@@ -1,5 +1,6 @@
 /* Boxes of samples as floats, and boxes of whole arrays in the grid's own type. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "array/operations.h"
 #include "base/context.h"
@@ -16,31 +17,21 @@ int cvol_array_check_box(cvol_context *context, const cvol_array *array, const s
     return CVOL_OK;
 }
 
-/* Samples of the background get its value, on so many sheets from z on. */
-static int apply_background(cvol_context *context, float *out, const cvol_array *array,
-                            const size_t begin[3], const size_t end[3])
+/* Samples of the background get its value. */
+static void apply_background(cvol_context *context, float *out, const cvol_array *array,
+                             const size_t begin[3], const size_t end[3])
 {
     const size_t sheet = (end[0] - begin[0]) * (end[1] - begin[1]);
     const float value = (float)cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
-    int failed = 0;
-#pragma omp parallel num_threads(cvol_context_threads(context))
-    {
-        uint8_t *which = cvol_allocate(sheet, 1);
-        if (!which) {
-#pragma omp atomic write
-            failed = 1;
-        }
-#pragma omp for schedule(static)
-        for (size_t z = begin[2]; z < end[2]; z++) {
-            const size_t first[3] = {begin[0], begin[1], z}, last[3] = {end[0], end[1], z + 1};
-            float *to = out + sheet * (z - begin[2]);
-            if (which && cvol_mask_get(which, array->mask, first, last))
-                for (size_t i = 0; i < sheet; i++)
-                    to[i] = which[i] ? value : to[i];
-        }
-        free(which);
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    const uint64_t patterns[CVOL_FILLS_MAX] = {bits};
+#pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
+    for (size_t z = begin[2]; z < end[2]; z++) {
+        const size_t first[3] = {begin[0], begin[1], z}, last[3] = {end[0], end[1], z + 1};
+        cvol_mask_write(out + sheet * (z - begin[2]), sizeof value, patterns, array->mask, first,
+                        last);
     }
-    return failed ? cvol_fail_memory(context, sheet, "a mask") : CVOL_OK;
 }
 
 int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,
@@ -52,7 +43,7 @@ int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array
     code = array->block ? cvol_blocks_evaluate(context, out, array, begin, end)
                         : cvol_whole_evaluate(context, out, array, begin, end);
     if (!code && cvol_mask_is_background(array->mask))
-        code = apply_background(context, out, array, begin, end);
+        apply_background(context, out, array, begin, end);
     return code;
 }
 

@@ -8,14 +8,14 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-enum { CELL = CVOL_MASK_CELL, MIXED = 255, WORDS = CELL * CELL * CELL / 64 };
+enum { CELL = CVOL_MASK_CELL, MIXED = CVOL_MASK_MIXED };
 
 struct cvol_mask {
     size_t dims[3], cells[3];
     cvol_fills fills;
-    int planes;         /* bits that tell the fills and none apart */
-    uint8_t *states;    /* of each cell: 0, one fill everywhere (1 ..), or MIXED */
-    uint64_t **bitmaps; /* of mixed cells: plane after plane of WORDS words */
+    int planes;                 /* bits that tell the fills and none apart */
+    uint8_t *states;            /* of each cell: 0, one fill everywhere (1 ..), or MIXED */
+    cvol_mask_rows **planes_of; /* of mixed cells: rows of each bit */
 };
 
 /* Samples as words, whatever their type. */
@@ -61,20 +61,20 @@ int cvol_fills_of_value(uint64_t *bits, cvol_type type, double value)
     return 1;
 }
 
-#define FOR_SIZE(type, CASE)        \
-    switch (cvol_type_size(type)) { \
-    case 1:                         \
-        CASE(word8);                \
-        break;                      \
-    case 2:                         \
-        CASE(word16);               \
-        break;                      \
-    case 4:                         \
-        CASE(word32);               \
-        break;                      \
-    default:                        \
-        CASE(word64);               \
-        break;                      \
+#define FOR_BYTES(size, CASE) \
+    switch (size) {           \
+    case 1:                   \
+        CASE(word8);          \
+        break;                \
+    case 2:                   \
+        CASE(word16);         \
+        break;                \
+    case 4:                   \
+        CASE(word32);         \
+        break;                \
+    default:                  \
+        CASE(word64);         \
+        break;                \
     }
 
 double cvol_fills_value(const cvol_fills *fills, int which, cvol_type type)
@@ -123,24 +123,13 @@ size_t cvol_fills_match(uint8_t *which, const cvol_fills *fills, cvol_type type,
     for (size_t i = 0; i < count; i++)                \
         if (((const word *)samples)[i] == (word)bits) \
     which[i] = mark
-        FOR_SIZE(type, MATCH);
+        FOR_BYTES(cvol_type_size(type), MATCH);
 #undef MATCH
     }
     size_t found = 0;
     for (size_t i = 0; i < count; i++)
         found += which[i] != 0;
     return found;
-}
-
-void cvol_fills_apply(void *samples, const cvol_fills *fills, cvol_type type, const uint8_t *which,
-                      size_t count)
-{
-#define APPLY(word)                    \
-    for (size_t i = 0; i < count; i++) \
-        if (which[i])                  \
-    ((word *)samples)[i] = (word)fills->bits[which[i] - 1]
-    FOR_SIZE(type, APPLY);
-#undef APPLY
 }
 
 /* ---- masks ------------------------------------------------------------------------------ */
@@ -163,8 +152,8 @@ int cvol_mask_create(cvol_context *context, cvol_mask **out, const size_t dims[3
     while (fills->count >> mask->planes)
         mask->planes++;
     mask->states = sized ? calloc(count, sizeof *mask->states) : NULL;
-    mask->bitmaps = sized ? calloc(count, sizeof *mask->bitmaps) : NULL;
-    if (!mask->states || !mask->bitmaps) {
+    mask->planes_of = sized ? calloc(count, sizeof *mask->planes_of) : NULL;
+    if (!mask->states || !mask->planes_of) {
         cvol_mask_free(mask);
         return cvol_fail_memory(context, count, "a mask's cells");
     }
@@ -181,9 +170,9 @@ void cvol_mask_free(cvol_mask *mask)
 {
     if (!mask)
         return;
-    for (size_t i = 0; mask->bitmaps && i < cell_count(mask); i++)
-        free(mask->bitmaps[i]);
-    free(mask->bitmaps);
+    for (size_t i = 0; mask->planes_of && i < cell_count(mask); i++)
+        free(mask->planes_of[i]);
+    free(mask->planes_of);
     free(mask->states);
     free(mask);
 }
@@ -224,9 +213,37 @@ static part part_of(const cvol_mask *mask, const size_t place[3], const size_t b
     return p;
 }
 
-static size_t bit_of(size_t x, size_t y, size_t z)
+/* Gives a cell memory for its rows, all 0. */
+static cvol_mask_rows *make_planes(cvol_mask *mask, size_t cell)
 {
-    return x % CELL + CELL * (y % CELL + CELL * (z % CELL));
+    if (!mask->planes_of[cell])
+        mask->planes_of[cell] = malloc((size_t)mask->planes * sizeof(cvol_mask_rows));
+    if (mask->planes_of[cell])
+        memset(mask->planes_of[cell], 0, (size_t)mask->planes * sizeof(cvol_mask_rows));
+    return mask->planes_of[cell];
+}
+
+static void set_state(cvol_mask *mask, size_t cell, uint8_t state)
+{
+    mask->states[cell] = state;
+    if (state != MIXED) {
+        free(mask->planes_of[cell]);
+        mask->planes_of[cell] = NULL;
+    }
+}
+
+static size_t row_of(size_t y, size_t z)
+{
+    return y % CELL + CELL * (z % CELL);
+}
+
+/* One plane of some samples, the first one in the low bit. */
+static uint16_t pack_row(const uint8_t *from, size_t width, int plane)
+{
+    uint32_t row = 0;
+    for (size_t x = 0; x < width; x++)
+        row |= (from[x] >> plane & 1u) << x;
+    return (uint16_t)row;
 }
 
 static int set_cell(cvol_mask *mask, const part *p, const uint8_t *which, const size_t begin[3],
@@ -234,33 +251,27 @@ static int set_cell(cvol_mask *mask, const part *p, const uint8_t *which, const 
 {
     const uint8_t *from = which + (p->lo[0] - begin[0]) +
                           size[0] * (p->lo[1] - begin[1] + size[1] * (p->lo[2] - begin[2]));
-    const uint8_t first = *from;
+    const size_t width = p->hi[0] - p->lo[0];
+    uint8_t alike[CELL];
     int same = 1;
-    free(mask->bitmaps[p->cell]);
-    mask->bitmaps[p->cell] = NULL;
-    for (size_t z = p->lo[2]; z < p->hi[2]; z++)
-        for (size_t y = p->lo[1]; y < p->hi[1]; y++)
-            for (size_t x = p->lo[0]; x < p->hi[0]; x++)
-                same &= from[x - p->lo[0] + size[0] * (y - p->lo[1] + size[1] * (z - p->lo[2]))] ==
-                        first;
-    mask->states[p->cell] = same ? first : MIXED;
+    memset(alike, *from, sizeof alike);
+    for (size_t z = 0; z < p->hi[2] - p->lo[2] && same; z++)
+        for (size_t y = 0; y < p->hi[1] - p->lo[1] && same; y++)
+            same = memcmp(from + size[0] * (y + size[1] * z), alike, width) == 0;
+    set_state(mask, p->cell, same ? *from : MIXED);
     if (same)
         return 1;
-    uint64_t *bitmap = calloc((size_t)mask->planes * WORDS, sizeof *bitmap);
-    if (!bitmap) {
-        mask->states[p->cell] = 0;
+    cvol_mask_rows *planes = make_planes(mask, p->cell);
+    if (!planes) {
+        set_state(mask, p->cell, 0);
         return 0;
     }
     for (size_t z = p->lo[2]; z < p->hi[2]; z++)
-        for (size_t y = p->lo[1]; y < p->hi[1]; y++)
-            for (size_t x = p->lo[0]; x < p->hi[0]; x++) {
-                const uint64_t value =
-                    from[x - p->lo[0] + size[0] * (y - p->lo[1] + size[1] * (z - p->lo[2]))];
-                const size_t bit = bit_of(x, y, z);
-                for (int plane = 0; plane < mask->planes; plane++)
-                    bitmap[plane * WORDS + (int)(bit / 64)] |= (value >> plane & 1) << bit % 64;
-            }
-    mask->bitmaps[p->cell] = bitmap;
+        for (size_t y = p->lo[1]; y < p->hi[1]; y++) {
+            const uint8_t *row = from + size[0] * (y - p->lo[1] + size[1] * (z - p->lo[2]));
+            for (int plane = 0; plane < mask->planes; plane++)
+                planes[plane].of[row_of(y, z)] = pack_row(row, width, plane);
+        }
     return 1;
 }
 
@@ -285,8 +296,8 @@ static size_t get_cell(uint8_t *which, const cvol_mask *mask, const part *p, con
                        const size_t size[3])
 {
     const uint8_t state = mask->states[p->cell];
-    const uint64_t *bitmap = mask->bitmaps[p->cell];
-    const size_t width = p->hi[0] - p->lo[0];
+    const cvol_mask_rows *planes = mask->planes_of[p->cell];
+    const size_t width = p->hi[0] - p->lo[0], shift = p->lo[0] % CELL;
     size_t found = 0;
     for (size_t z = p->lo[2]; z < p->hi[2]; z++)
         for (size_t y = p->lo[1]; y < p->hi[1]; y++) {
@@ -298,16 +309,13 @@ static size_t get_cell(uint8_t *which, const cvol_mask *mask, const part *p, con
                 continue;
             }
             if (mask->planes == 1) {
-                const size_t bit = bit_of(p->lo[0], y, z);
-                const uint32_t line = (uint32_t)(bitmap[bit / 64] >> bit % 64);
-                found += copy_bits(to, line, width);
+                found += copy_bits(to, (uint32_t)planes[0].of[row_of(y, z)] >> shift, width);
                 continue;
             }
             for (size_t x = 0; x < width; x++) {
-                const size_t bit = bit_of(p->lo[0] + x, y, z);
-                uint64_t value = 0;
+                uint32_t value = 0;
                 for (int plane = 0; plane < mask->planes; plane++)
-                    value |= (bitmap[plane * WORDS + (int)(bit / 64)] >> bit % 64 & 1) << plane;
+                    value |= (planes[plane].of[row_of(y, z)] >> (shift + x) & 1u) << plane;
                 to[x] = (uint8_t)value;
                 found += value != 0;
             }
@@ -344,6 +352,84 @@ size_t cvol_mask_get(uint8_t *which, const cvol_mask *mask, const size_t begin[3
     return found;
 }
 
+uint8_t cvol_mask_cell_get(const cvol_mask *mask, const size_t cell[3], const cvol_mask_rows **rows)
+{
+    const size_t i = cell[0] + mask->cells[0] * (cell[1] + mask->cells[1] * cell[2]);
+    *rows = mask->planes_of[i];
+    return mask->states[i];
+}
+
+int cvol_mask_cell_put(cvol_mask *mask, const size_t cell[3], uint8_t state,
+                       const cvol_mask_rows *rows)
+{
+    const size_t i = cell[0] + mask->cells[0] * (cell[1] + mask->cells[1] * cell[2]);
+    if (state == MIXED) {
+        cvol_mask_rows *planes = make_planes(mask, i);
+        if (!planes)
+            return 0;
+        memcpy(planes, rows, (size_t)mask->planes * sizeof *planes);
+    }
+    set_state(mask, i, state);
+    return 1;
+}
+
+/* The samples of a row of which a bit is set, by runs of equal ones. */
+static void write_row(uint8_t *to, size_t size, uint64_t pattern, uint32_t row)
+{
+#define FILL(word)                    \
+    for (int x = first; x < end; x++) \
+    ((word *)(void *)to)[x] = (word)pattern
+    if (size == 1 && row == UINT16_MAX) {
+        memset(to, (int)(pattern & 255), CELL);
+        return;
+    }
+    while (row) {
+        const int first = __builtin_ctz(row), end = first + __builtin_ctz(~(row >> first));
+        FOR_BYTES(size, FILL)
+        row &= ~0u << end;
+    }
+#undef FILL
+}
+
+static void write_cell(uint8_t *samples, size_t size, const uint64_t *patterns,
+                       const cvol_mask *mask, const part *p, const size_t begin[3],
+                       const size_t strides[2])
+{
+    const uint8_t state = mask->states[p->cell];
+    const cvol_mask_rows *planes = mask->planes_of[p->cell];
+    const size_t shift = p->lo[0] % CELL;
+    const uint32_t inside = (1u << (p->hi[0] - p->lo[0])) - 1;
+    for (size_t z = p->lo[2]; z < p->hi[2]; z++)
+        for (size_t y = p->lo[1]; y < p->hi[1]; y++) {
+            uint8_t *to = samples + size * ((p->lo[0] - begin[0]) + strides[0] * (y - begin[1]) +
+                                            strides[1] * (z - begin[2]));
+            for (int f = 0; f < mask->fills.count; f++) {
+                uint32_t row = state == f + 1 ? inside : 0;
+                if (state == MIXED) {
+                    row = inside;
+                    for (int plane = 0; plane < mask->planes; plane++) {
+                        const uint32_t bits = (uint32_t)planes[plane].of[row_of(y, z)] >> shift;
+                        row &= (f + 1) >> plane & 1 ? bits : ~bits;
+                    }
+                }
+                write_row(to, size, patterns[f], row);
+            }
+        }
+}
+
+void cvol_mask_write(void *samples, size_t size, const uint64_t patterns[CVOL_FILLS_MAX],
+                     const cvol_mask *mask, const size_t begin[3], const size_t end[3])
+{
+    const size_t strides[2] = {end[0] - begin[0], (end[0] - begin[0]) * (end[1] - begin[1])};
+    for (size_t l = begin[2] / CELL; l * CELL < end[2]; l++)
+        for (size_t j = begin[1] / CELL; j * CELL < end[1]; j++)
+            for (size_t i = begin[0] / CELL; i * CELL < end[0]; i++) {
+                const part p = part_of(mask, (size_t[3]){i, j, l}, begin, end);
+                if (mask->states[p.cell])
+                    write_cell(samples, size, patterns, mask, &p, begin, strides);
+            }
+}
+
 cvol_mask_state cvol_mask_cell(const cvol_mask *mask, const size_t cell[3])
 {
     const uint8_t state =
@@ -357,21 +443,29 @@ uint64_t cvol_mask_samples(const cvol_mask *mask)
     for (size_t i = 0; i < cell_count(mask); i++) {
         const size_t place[3] = {i % mask->cells[0], i / mask->cells[0] % mask->cells[1],
                                  i / mask->cells[0] / mask->cells[1]};
-        const size_t zero[3] = {0, 0, 0};
-        const part p = part_of(mask, place, zero, mask->dims);
-        uint8_t which[CELL * CELL * CELL];
-        const size_t size[3] = {p.hi[0] - p.lo[0], p.hi[1] - p.lo[1], p.hi[2] - p.lo[2]};
-        if (mask->states[i])
-            count += get_cell(which, mask, &p, p.lo, size);
+        const part p = part_of(mask, place, (size_t[3]){0, 0, 0}, mask->dims);
+        const cvol_mask_rows *planes = mask->planes_of[i];
+        if (mask->states[i] != MIXED) {
+            count += mask->states[i]
+                         ? (p.hi[0] - p.lo[0]) * (p.hi[1] - p.lo[1]) * (p.hi[2] - p.lo[2])
+                         : 0;
+            continue;
+        }
+        for (int row = 0; row < CVOL_MASK_ROWS; row++) {
+            uint32_t masked = 0;
+            for (int plane = 0; plane < mask->planes; plane++)
+                masked |= planes[plane].of[row];
+            count += (uint64_t)__builtin_popcount(masked);
+        }
     }
     return count;
 }
 
 uint64_t cvol_mask_bytes(const cvol_mask *mask)
 {
-    uint64_t bytes = sizeof *mask + cell_count(mask) * (1 + sizeof *mask->bitmaps);
+    uint64_t bytes = sizeof *mask + cell_count(mask) * (1 + sizeof *mask->planes_of);
     for (size_t i = 0; i < cell_count(mask); i++)
-        if (mask->bitmaps[i])
-            bytes += (uint64_t)mask->planes * WORDS * sizeof **mask->bitmaps;
+        if (mask->planes_of[i])
+            bytes += (uint64_t)mask->planes * sizeof **mask->planes_of;
     return bytes;
 }

@@ -13,7 +13,12 @@
 
 #include "cvol/base.h"
 
-enum { CVOL_FILLS_MAX = 7, CVOL_MASK_CELL = 16 };
+enum {
+    CVOL_FILLS_MAX = 7,
+    CVOL_MASK_CELL = 16,
+    CVOL_MASK_ROWS = CVOL_MASK_CELL * CVOL_MASK_CELL, /* of a cell: y + 16 z */
+    CVOL_MASK_MIXED = 255
+};
 
 /* Bit patterns of a sample type, in the low bits. */
 typedef struct cvol_fills {
@@ -33,9 +38,11 @@ int cvol_fills_add_strange(cvol_fills *fills, cvol_type type, const void *sample
 /* which[i] = 1 + the number of the fill that sample i is; 0: none. How many are not 0. */
 size_t cvol_fills_match(uint8_t *which, const cvol_fills *fills, cvol_type type,
                         const void *samples, size_t count);
-/* Writes the fills of the samples that are masked. */
-void cvol_fills_apply(void *samples, const cvol_fills *fills, cvol_type type, const uint8_t *which,
-                      size_t count);
+
+/* One bit of what a cell's samples are: rows y + 16 z, x from the low bit on. */
+typedef struct cvol_mask_rows {
+    uint16_t of[CVOL_MASK_ROWS];
+} cvol_mask_rows;
 
 typedef struct cvol_mask cvol_mask;
 
@@ -55,6 +62,18 @@ int cvol_mask_set(cvol_mask *mask, const uint8_t *which, const size_t begin[3],
 /* Of any box. How many are not 0. */
 size_t cvol_mask_get(uint8_t *which, const cvol_mask *mask, const size_t begin[3],
                      const size_t end[3]);
+
+/* What the samples of the cell at place (i, j, l) are: 0, one fill everywhere (1 ..), or MIXED, and
+ * then *rows: for each bit of what its samples are (as cvol_fills_match), the low one first, its
+ * rows. What is beyond the volume is 0. */
+uint8_t cvol_mask_cell_get(const cvol_mask *mask, const size_t cell[3],
+                           const cvol_mask_rows **rows);
+/* The same for a cell that was not set. Threads may set different ones. 0 when memory is short. */
+int cvol_mask_cell_put(cvol_mask *mask, const size_t cell[3], uint8_t state,
+                       const cvol_mask_rows *rows);
+/* Writes words of `size` bytes, patterns[f], for the samples of fill f, into a box of samples. */
+void cvol_mask_write(void *samples, size_t size, const uint64_t patterns[CVOL_FILLS_MAX],
+                     const cvol_mask *mask, const size_t begin[3], const size_t end[3]);
 
 typedef enum cvol_mask_state { CVOL_MASK_NONE, CVOL_MASK_SOME, CVOL_MASK_ALL } cvol_mask_state;
 /* Of the cell of 16^3 samples at place (i, j, l). */

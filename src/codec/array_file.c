@@ -60,8 +60,6 @@ static int make_tables(cvol_context *context, cvol_token_tables **out, const cvo
     int code = tables && counts ? cvol_bricks_count(context, counts, array)
                                 : cvol_fail_memory(context, sizeof *counts, "the coder's tables");
     if (!code)
-        code = cvol_mask_count(context, counts, array);
-    if (!code)
         cvol_token_tables_fit(tables, counts);
     const cvol_corrected *corrected = cvol_corrected_of(array);
     if (!code && corrected && corrected->tables) /* as they are coded already */
@@ -77,17 +75,17 @@ static int write_modes(cvol_context *context, cvol_file_writer *writer, cvol_fil
 {
     const cvol_corrected *corrected = cvol_corrected_of(array);
     const size_t bricks = cvol_brick_count(array);
-    cvol_token_writer tokens = {0};
+    cvol_range_encoder coder = {0};
     cvol_bytes bytes = {0};
     int code = CVOL_OK;
     for (size_t b = 0; array->mask && b < bricks && !code; b++) {
-        code = cvol_mask_brick(&tokens, &bytes, front->tables, array, b)
+        code = cvol_mask_put_brick(&coder, &bytes, array, b)
                    ? cvol_file_writer_add_one(context, writer, CVOL_STREAM_MASK, b,
                                               (cvol_span){bytes.data, bytes.size})
                    : cvol_fail_memory(context, bytes.size, "a mask");
     }
     cvol_bytes_free(&bytes);
-    cvol_token_writer_free(&tokens);
+    cvol_range_encoder_free(&coder);
     if (corrected && corrected->kind == CVOL_CORRECTED_PACKED)
         front->packed = &corrected->data;
     else

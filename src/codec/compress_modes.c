@@ -262,7 +262,7 @@ static int correct(modes *m)
     if (!code) {
         cvol_token_tables *tables = m->trial.coded->tables;
         cvol_token_tables_fit(fitted, counts);
-        cvol_token_tables_copy_rows(tables, fitted, CVOL_ROW_CORRECTION, CVOL_ROW_MASK);
+        cvol_token_tables_copy_rows(tables, fitted, CVOL_ROW_CORRECTION, CVOL_ROW_INDEX);
         job.tables = tables;
         code = cvol_corrected_create(m->context, &corrected, tables, cvol_brick_count(array));
     }

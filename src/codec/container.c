@@ -234,7 +234,7 @@ static int read_modes(reading *r, const cvol_brick_index *index, const cvol_toke
     if (header->fills.count) {
         code = need_stream(r, CVOL_MASK);
         if (!code)
-            code = cvol_mask_take(r->context, r->array, &header->fills, tables, index,
+            code = cvol_mask_take(r->context, r->array, &header->fills, index,
                                   &r->sections[CVOL_MASK], box, r->name);
     }
     if (code || !header->corrections || r->used < CVOL_SHELLS || (r->cut && !has(r, CVOL_CORR)))

@@ -109,17 +109,24 @@ CVOL_INLINE uint32_t cvol_big_endian32(const uint8_t *p)
     return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3];
 }
 
+/* The same as cvol_probability_update, without a branch. */
+CVOL_INLINE void cvol_probability_pull(cvol_probability *p, uint32_t bit)
+{
+    const uint32_t flip = (bit - 1) & 65535; /* as if it were 1 */
+    const uint32_t fast = p->fast ^ flip, slow = p->slow ^ flip;
+    p->fast = (uint16_t)((fast - (fast >> CVOL_RATE_FAST)) ^ flip);
+    p->slow = (uint16_t)((slow - (slow >> CVOL_RATE_SLOW)) ^ flip);
+}
+
+/* Bits are hard to foretell for a processor too, so there is no branch on them. */
 CVOL_INLINE int cvol_decode_bit(cvol_range_decoder *coder, cvol_probability *p)
 {
     uint64_t bound = (coder->range >> 16) * cvol_probability_of_zero(p);
-    int bit = coder->code >= bound;
-    if (bit) {
-        coder->code -= bound;
-        coder->range -= bound;
-    } else {
-        coder->range = bound;
-    }
-    cvol_probability_update(p, bit);
+    const int bit = coder->code >= bound;
+    const uint64_t taken = bound & -(uint64_t)bit;
+    coder->code -= taken;
+    coder->range = (coder->range & -(uint64_t)bit) + bound - 2 * taken;
+    cvol_probability_pull(p, (uint32_t)bit);
     if (__builtin_expect(coder->range < UINT64_C(1) << 32, 0)) {
         uint32_t next;
         if (__builtin_expect(coder->coded_read + 4 <= coder->size, 1))

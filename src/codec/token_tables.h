@@ -53,15 +53,11 @@ enum {
     CVOL_ROW_CORRECTION = CVOL_ROW_OCTANTS + 2,
     CVOL_ROW_CORRECTION_MORE = CVOL_ROW_CORRECTION + CVOL_CORRECTION_LEVELS,
     CVOL_ROW_CORRECTION_DEEP = CVOL_ROW_CORRECTION_MORE + CVOL_CORRECTION_LEVELS,
-    /* Masks (mask_code.h): [neighbours]; which fill: [the last one]. */
-    CVOL_MASK_CONTEXTS = 64,
-    CVOL_ROW_MASK = CVOL_ROW_CORRECTION_DEEP + 1,
-    CVOL_ROW_FILL = CVOL_ROW_MASK + CVOL_MASK_CONTEXTS,
     /* Dependent quantisation (dependent.h) has its own: magnitudes of indices [odd][size
      * class][band][level], of the last one less one [odd][size class][level], what lies beyond
      * [level]. Its parts are those of cells of 16^3. */
     CVOL_INDEX_SIZES = 3,
-    CVOL_ROW_INDEX = CVOL_ROW_FILL + 8,
+    CVOL_ROW_INDEX = CVOL_ROW_CORRECTION_DEEP + 1,
     CVOL_ROW_LAST_INDEX = CVOL_ROW_INDEX + 2 * CVOL_INDEX_SIZES * CVOL_BANDS * CVOL_FINE_LEVELS,
     CVOL_ROW_INDEX_ESCAPE = CVOL_ROW_LAST_INDEX + 2 * CVOL_INDEX_SIZES * CVOL_FINE_LEVELS,
     CVOL_ROWS = CVOL_ROW_INDEX_ESCAPE + CVOL_FINE_LEVELS

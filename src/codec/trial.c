@@ -84,29 +84,12 @@ int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *sampl
     return code ? code : take_range(context, trial->shape, least, most);
 }
 
-/* What a mask needs in a file: tokens, and bytes with tables that fit them: streams, their lengths
- * and checksums. */
+/* What a mask needs in a file: streams, their lengths and checksums. */
 static int measure_mask(cvol_context *context, cvol_trial *trial)
 {
-    const size_t bricks = cvol_brick_count(trial->shape);
-    cvol_token_costs *costs = malloc(sizeof *costs);
-    double bits = 0;
-    int code = CVOL_OK;
-    trial->mask_counts = cvol_allocate_zero(1, sizeof *trial->mask_counts);
-    if (!trial->mask_counts || !costs)
-        code = cvol_fail_memory(context, sizeof *trial->mask_counts, "the coder's tables");
-    if (!code)
-        code = cvol_mask_count(context, trial->mask_counts, trial->shape);
-    if (!code) {
-        cvol_token_tables_fit(trial->tables, trial->mask_counts);
-        cvol_token_costs_set(costs, trial->tables);
-        for (int r = CVOL_ROW_MASK; r < CVOL_ROW_FILL + CVOL_FILLS_MAX; r++)
-            for (int t = 0; t < CVOL_TOKENS; t++)
-                bits += (double)trial->mask_counts->of[r][t] * (double)costs->of[r][t];
-        trial->mask_bytes = (uint64_t)(bits / 8) + MASK_BRICK * bricks;
-        trial->front_bytes += trial->mask_bytes;
-    }
-    free(costs);
+    const int code = cvol_mask_measure(context, &trial->mask_bytes, trial->shape);
+    trial->mask_bytes += MASK_BRICK * cvol_brick_count(trial->shape);
+    trial->front_bytes += trial->mask_bytes;
     return code;
 }
 
@@ -235,7 +218,6 @@ void cvol_trial_free(cvol_trial *trial)
     cvol_cell_sample_free(trial->cells);
     free(trial->tables);
     free(trial->counts);
-    free(trial->mask_counts);
 }
 
 /* What a share of all bricks gave, as if it had been all; counts too, so that the tables are worth
@@ -403,8 +385,6 @@ int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step)
 int cvol_trial_fit(cvol_context *context, cvol_trial *trial)
 {
     cvol_bytes section = {0};
-    for (int r = CVOL_ROW_MASK; r < CVOL_ROW_FILL + CVOL_FILLS_MAX && trial->mask_counts; r++)
-        memcpy(trial->counts->of[r], trial->mask_counts->of[r], sizeof trial->counts->of[r]);
     cvol_token_tables_fit(trial->tables, trial->counts);
     const int code = cvol_token_tables_put(context, &section, trial->tables);
     trial->front_bytes = front_estimate(trial->shape, section.size) + trial->mask_bytes;

@@ -24,7 +24,6 @@ typedef struct cvol_trial {
     double step;   /* of the last trial */
     cvol_token_tables *tables;
     cvol_token_counts *counts;      /* of the last trial */
-    cvol_token_counts *mask_counts; /* with a background: of its mask */
     cvol_encode_result result;      /* of the last trial */
     double least_step;           /* with a background: finer ones do better without; 0: none do */
     uint64_t mask_bytes;         /* of the background's mask, in the front */

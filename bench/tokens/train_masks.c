@@ -1,0 +1,381 @@
+/* Trains the network that foretells masked samples (src/codec/mask_weights.c, mask_predict.h).
+ *
+ *     train_masks OUT.c STEPS FILE[:NXxNYxNZ:TYPE]=VALUE | FILE[...]/VALUE ...
+ *
+ * A volume is masked where its samples are VALUE, or (/) less than it. Each is looked at as it is
+ * and with its axes in three other orders and directions, brick by brick: what counts are samples
+ * that the coder does not pass over as part of a stretch of equal ones. STEPS of stochastic
+ * gradient descent (Adam: Kingma and Ba 2015) minimise the bits that they need; 150000 are enough.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "codec/mask_predict.h"
+#include "cvol/volume.h"
+
+enum { SIDE = 64, HIDDEN = CVOL_MASK_HIDDEN, INPUTS = CVOL_MASK_NEIGHBOURS, BATCH = 64 };
+enum { OF_VIEW = 300000, VIEWS = 4 };
+#define UNIT_SCALE 128.0 /* one of a hidden unit's natural units */
+#define OUT_SCALE 64.0
+
+/* A sample's neighbours, a bit each, and what it is. */
+typedef struct example {
+    uint64_t neighbours;
+    float masked;
+} example;
+
+typedef struct network {
+    float weights[HIDDEN][INPUTS + 1]; /* of -1 and 1; the last one is the bias */
+    float outs[HIDDEN + 1];
+} network;
+
+typedef struct view {
+    size_t dims[3];
+    uint8_t *masked;
+} view;
+
+static example *examples;
+static size_t example_count, example_room;
+static uint64_t random_state = 88172645463325252u;
+
+static void fail(const char *what)
+{
+    fprintf(stderr, "train_masks: %s\n", what);
+    exit(1);
+}
+
+static uint64_t random_next(void)
+{
+    random_state ^= random_state << 13;
+    random_state ^= random_state >> 7;
+    random_state ^= random_state << 17;
+    return random_state;
+}
+
+/* ---- examples --------------------------------------------------------------------------- */
+
+/* A brick's samples. */
+typedef struct brick {
+    size_t size[3];
+    int outside;
+    uint8_t masked[SIDE][SIDE][SIDE];
+} brick;
+
+static int cut(int at, size_t size)
+{
+    return at < 0 ? 0 : at >= (int)size ? (int)size - 1 : at;
+}
+
+/* What is known of (x, y, z) when (at, y0, z0) is decoded (mask_code.h). */
+static int known(const brick *b, int x, int y, int z, int y0, int z0)
+{
+    if (z == z0 && y == y0 && x < 0) {
+        x = 0;
+        y--;
+    }
+    if (z == z0 && y < 0) {
+        z--;
+        y = 0;
+    }
+    return z < 0 ? b->outside : b->masked[z][cut(y, b->size[1])][cut(x, b->size[0])];
+}
+
+static void add_example(const brick *b, int x, int y, int z)
+{
+    uint64_t bits = 0;
+    int n = 0;
+    for (int w = 0; w < CVOL_MASK_WINDOWS; w++) {
+        const cvol_mask_window *window = &cvol_mask_windows[w];
+        for (int k = 0; k < window->width; k++)
+            bits |= (uint64_t)known(b, x + window->dx + k, y + window->dy, z + window->dz, y, z)
+                    << n++;
+    }
+    if (example_count == example_room) {
+        example_room = example_room ? 2 * example_room : 1 << 20;
+        examples = realloc(examples, example_room * sizeof *examples);
+        if (!examples)
+            fail("no memory");
+    }
+    examples[example_count++] = (example){bits, b->masked[z][y][x]};
+}
+
+/* Whether nothing but `left` is near x in the rows before. */
+static int is_like(const brick *b, int x, int y, int z, int left)
+{
+    for (int i = x - 1; i <= x + 1; i++)
+        for (int dy = -1; dy <= 1; dy++)
+            if (known(b, i, y + dy, z - 1, y, z) != left ||
+                (!dy && known(b, i, y - 1, z, y, z) != left))
+                return 0;
+    return 1;
+}
+
+/* A cell's row, as mask_code.c takes it. */
+static void add_row(const brick *b, int begin, int end, int y, int z)
+{
+    for (int x = begin; x < end;) {
+        const int left = known(b, x - 1, y, z, y, z);
+        int stretch = 0, same = 1;
+        while (x + stretch < end && is_like(b, x + stretch, y, z, left)) {
+            same &= b->masked[z][y][x + stretch] == left;
+            stretch++;
+        }
+        if (stretch < 2) {
+            add_example(b, x++, y, z);
+        } else if (same) {
+            x += stretch;
+        } else {
+            for (; b->masked[z][y][x] == left; x++)
+                add_example(b, x, y, z);
+            add_example(b, x++, y, z);
+        }
+    }
+}
+
+static int is_mixed(const brick *b, const size_t cell[3])
+{
+    int found[2] = {0, 0};
+    for (size_t z = cell[2]; z < cell[2] + 16 && z < b->size[2]; z++)
+        for (size_t y = cell[1]; y < cell[1] + 16 && y < b->size[1]; y++)
+            for (size_t x = cell[0]; x < cell[0] + 16 && x < b->size[0]; x++)
+                found[b->masked[z][y][x]] = 1;
+    return found[0] && found[1];
+}
+
+static void add_brick(const view *v, const size_t begin[3])
+{
+    static brick b;
+    size_t first = 0;
+    for (int a = 0; a < 3; a++)
+        b.size[a] = v->dims[a] - begin[a] < SIDE ? v->dims[a] - begin[a] : SIDE;
+    for (size_t z = 0; z < b.size[2]; z++)
+        for (size_t y = 0; y < b.size[1]; y++)
+            for (size_t x = 0; x < b.size[0]; x++) {
+                const size_t line = begin[1] + y + v->dims[1] * (begin[2] + z);
+                b.masked[z][y][x] = v->masked[begin[0] + x + v->dims[0] * line];
+                first += !z && b.masked[z][y][x];
+            }
+    b.outside = 2 * first > b.size[0] * b.size[1];
+    for (size_t z = 0; z < b.size[2]; z += 16)
+        for (size_t y = 0; y < b.size[1]; y += 16)
+            for (size_t x = 0; x < b.size[0]; x += 16) {
+                const size_t cell[3] = {x, y, z};
+                const size_t end = x + 16 < b.size[0] ? x + 16 : b.size[0];
+                if (!is_mixed(&b, cell))
+                    continue;
+                for (size_t l = z; l < z + 16 && l < b.size[2]; l++)
+                    for (size_t j = y; j < y + 16 && j < b.size[1]; j++)
+                        add_row(&b, (int)x, (int)end, (int)j, (int)l);
+            }
+}
+
+/* No more than OF_VIEW of a view's. */
+static void add_view(const view *v)
+{
+    const size_t before = example_count;
+    for (size_t z = 0; z < v->dims[2]; z += SIDE)
+        for (size_t y = 0; y < v->dims[1]; y += SIDE)
+            for (size_t x = 0; x < v->dims[0]; x += SIDE)
+                add_brick(v, (size_t[3]){x, y, z});
+    const size_t found = example_count - before;
+    example *own = examples + before;
+    for (size_t i = 0; i < OF_VIEW && found > OF_VIEW; i++) {
+        const size_t j = i + random_next() % (found - i);
+        const example other = own[j];
+        own[j] = own[i];
+        own[i] = other;
+    }
+    example_count = before + (found < OF_VIEW ? found : OF_VIEW);
+}
+
+/* The axes in another order, some of them backwards. */
+static void turn(view *to, const view *from, int number)
+{
+    static const int orders[VIEWS][3] = {{0, 1, 2}, {1, 2, 0}, {2, 1, 0}, {0, 2, 1}};
+    const int *order = orders[number];
+    for (int a = 0; a < 3; a++)
+        to->dims[a] = from->dims[order[a]];
+    size_t i = 0, at[3], place[3];
+    for (at[2] = 0; at[2] < to->dims[2]; at[2]++)
+        for (at[1] = 0; at[1] < to->dims[1]; at[1]++)
+            for (at[0] = 0; at[0] < to->dims[0]; at[0]++, i++) {
+                for (int a = 0; a < 3; a++)
+                    place[order[a]] = number >> (a % 2) & 1 ? to->dims[a] - 1 - at[a] : at[a];
+                to->masked[i] =
+                    from->masked[place[0] + from->dims[0] * (place[1] + from->dims[1] * place[2])];
+            }
+}
+
+static void add_volume(cvol_context *context, char *argument)
+{
+    cvol_read_options options = cvol_read_options_defaults();
+    char type[16], *value = strrchr(argument, '='), *slash = strrchr(argument, '/');
+    const int below = !value;
+    if (below)
+        value = slash;
+    if (!value)
+        fail("a volume is FILE[:NXxNYxNZ:TYPE]=VALUE or FILE[...]/VALUE");
+    *value = 0;
+    char *colon = strchr(argument, ':');
+    if (colon) {
+        if (sscanf(colon, ":%zux%zux%zu:%15s", &options.dims[0], &options.dims[1], &options.dims[2],
+                   type) != 4)
+            fail("a file's dims and type are FILE:NXxNYxNZ:TYPE");
+        options.type = cvol_type_from_name(type);
+        *colon = 0;
+    }
+    cvol_volume *volume;
+    if (cvol_volume_read(context, &volume, argument, colon ? &options : NULL))
+        fail(cvol_context_message(context));
+    const double limit = volume->grid.type == CVOL_FLOAT32 ? (double)strtof(value + 1, NULL)
+                                                           : strtod(value + 1, NULL);
+    const size_t count = cvol_grid_samples(&volume->grid);
+    view own = {{0}, malloc(count)}, turned = {{0}, malloc(count)};
+    if (!own.masked || !turned.masked)
+        fail("no memory");
+    memcpy(own.dims, volume->grid.dims, sizeof own.dims);
+#define LOOK(name, type)                                                                     \
+    case name:                                                                               \
+        for (size_t i = 0; i < count; i++) {                                                 \
+            const double sample = (double)((const type *)volume->data)[i];                   \
+            own.masked[i] = below ? sample < limit : !(sample < limit) && !(sample > limit); \
+        }                                                                                    \
+        break
+    switch (volume->grid.type) {
+        LOOK(CVOL_UINT8, uint8_t);
+        LOOK(CVOL_UINT16, uint16_t);
+        LOOK(CVOL_INT16, int16_t);
+        LOOK(CVOL_FLOAT32, float);
+    default:
+        fail("a type that is not trained on");
+    }
+#undef LOOK
+    for (int number = 0; number < VIEWS; number++) {
+        turn(&turned, &own, number);
+        add_view(&turned);
+    }
+    printf("%s: %zu examples so far\n", argument, example_count);
+    free(own.masked);
+    free(turned.masked);
+    cvol_volume_free(volume);
+}
+
+/* ---- training --------------------------------------------------------------------------- */
+
+/* Adds the gradient of one example's bits; the bits. */
+static double learn(network *gradient, const network *n, const example *e)
+{
+    float hidden[HIDDEN], sum = n->outs[HIDDEN];
+    for (int i = 0; i < HIDDEN; i++) {
+        float unit = n->weights[i][INPUTS];
+        for (int k = 0; k < INPUTS; k++)
+            unit += e->neighbours >> k & 1 ? n->weights[i][k] : -n->weights[i][k];
+        hidden[i] = unit > 0 ? unit : 0;
+        sum += n->outs[i] * hidden[i];
+    }
+    const float p = 1 / (1 + expf(-sum)), off = p - e->masked;
+    gradient->outs[HIDDEN] += off;
+    for (int i = 0; i < HIDDEN; i++) {
+        const float own = hidden[i] > 0 ? off * n->outs[i] : 0;
+        gradient->outs[i] += off * hidden[i];
+        gradient->weights[i][INPUTS] += own;
+        for (int k = 0; k < INPUTS; k++)
+            gradient->weights[i][k] += e->neighbours >> k & 1 ? own : -own;
+    }
+    return -log2((double)(e->masked > 0.5f ? p : 1 - p) + 1e-9);
+}
+
+static void train(network *n, long steps)
+{
+    static network gradient, means, squares;
+    float *of = (float *)n, *g = (float *)&gradient, *m = (float *)&means, *s = (float *)&squares;
+    double bits = 0;
+    for (size_t i = 0; i < sizeof *n / sizeof *of; i++)
+        of[i] = ((float)(random_next() % 65536) / 65536 - 0.5f) *
+                (i < HIDDEN * (INPUTS + 1) ? 0.3f : 1);
+    for (long step = 1; step <= steps; step++) {
+        memset(&gradient, 0, sizeof gradient);
+        for (int i = 0; i < BATCH; i++)
+            bits += learn(&gradient, n, &examples[random_next() % example_count]);
+        const float rate = 0.004f * (1 - (float)step / (float)steps) + 2e-5f;
+        const float c1 = 1 - powf(0.9f, (float)step), c2 = 1 - powf(0.999f, (float)step);
+        for (size_t i = 0; i < sizeof *n / sizeof *of; i++) {
+            const float own = g[i] / BATCH;
+            m[i] = 0.9f * m[i] + 0.1f * own;
+            s[i] = 0.999f * s[i] + 0.001f * own * own;
+            of[i] -= rate * (m[i] / c1) / (sqrtf(s[i] / c2) + 1e-8f);
+        }
+        if (step % 10000 == 0) {
+            printf("%ld: %.4f bits an example\n", step, bits / BATCH / 10000);
+            fflush(stdout);
+            bits = 0;
+        }
+    }
+}
+
+/* ---- writing ---------------------------------------------------------------------------- */
+
+static void put_row(FILE *file, const long values[HIDDEN], const char *end)
+{
+    for (int i = 0; i < HIDDEN; i++)
+        fprintf(file, "%s%ld", i ? ", " : "{", values[i]);
+    fprintf(file, "}%s\n", end);
+}
+
+/* In integers, of 0 and 1 in place of -1 and 1. */
+static void write_weights(const char *path, const network *n)
+{
+    FILE *file = fopen(path, "w");
+    long row[HIDDEN], biases[HIDDEN], least[HIDDEN], most[HIDDEN];
+    if (!file)
+        fail("cannot write the weights");
+    for (int i = 0; i < HIDDEN; i++) {
+        double bias = (double)n->weights[i][INPUTS];
+        for (int k = 0; k < INPUTS; k++)
+            bias -= (double)n->weights[i][k];
+        least[i] = most[i] = biases[i] = lrint(UNIT_SCALE * bias);
+    }
+    fprintf(file, "/* The numbers of mask_predict.h, written by bench/tokens/train_masks.c. */\n"
+                  "#include \"codec/mask_predict.h\"\n\n/* clang-format off */\n"
+                  "const int16_t cvol_mask_weights[CVOL_MASK_NEIGHBOURS][CVOL_MASK_HIDDEN] = {\n");
+    for (int k = 0; k < INPUTS; k++) {
+        for (int i = 0; i < HIDDEN; i++) {
+            row[i] = lrint(2 * UNIT_SCALE * (double)n->weights[i][k]);
+            least[i] += row[i] < 0 ? row[i] : 0;
+            most[i] += row[i] > 0 ? row[i] : 0;
+            if (least[i] < INT16_MIN || most[i] > INT16_MAX)
+                fail("weights are too large");
+        }
+        put_row(file, row, ",");
+    }
+    fprintf(file, "};\nconst int16_t cvol_mask_biases[CVOL_MASK_HIDDEN] =\n");
+    put_row(file, biases, ";");
+    for (int i = 0; i < HIDDEN; i++)
+        row[i] = lrint(OUT_SCALE * (double)n->outs[i]);
+    fprintf(file,
+            "const int16_t cvol_mask_outs[CVOL_MASK_HIDDEN] __attribute__((aligned(16))) =\n");
+    put_row(file, row, ";");
+    fprintf(file, "const int32_t cvol_mask_out_bias = %ld;\n",
+            lrint(UNIT_SCALE * OUT_SCALE * (double)n->outs[HIDDEN]));
+    if (fclose(file))
+        fail("cannot write the weights");
+}
+
+int main(int argc, char **argv)
+{
+    if (argc < 4)
+        fail("OUT.c STEPS VOLUME ...");
+    static network trained;
+    cvol_context *context = cvol_context_create();
+    if (!context)
+        fail("no memory");
+    for (int f = 3; f < argc; f++)
+        add_volume(context, argv[f]);
+    train(&trained, atol(argv[2]));
+    write_weights(argv[1], &trained);
+    free(examples);
+    cvol_context_destroy(context);
+    return 0;
+}
