@@ -242,7 +242,7 @@ static uint16_t pack_row(const uint8_t *from, size_t width, int plane)
 {
     uint32_t row = 0;
     for (size_t x = 0; x < width; x++)
-        row |= (from[x] >> plane & 1u) << x;
+        row |= ((uint32_t)from[x] >> plane & 1) << x;
     return (uint16_t)row;
 }
 
@@ -315,7 +315,7 @@ static size_t get_cell(uint8_t *which, const cvol_mask *mask, const part *p, con
             for (size_t x = 0; x < width; x++) {
                 uint32_t value = 0;
                 for (int plane = 0; plane < mask->planes; plane++)
-                    value |= (planes[plane].of[row_of(y, z)] >> (shift + x) & 1u) << plane;
+                    value |= ((uint32_t)planes[plane].of[row_of(y, z)] >> (shift + x) & 1) << plane;
                 to[x] = (uint8_t)value;
                 found += value != 0;
             }
@@ -386,7 +386,7 @@ static void write_row(uint8_t *to, size_t size, uint64_t pattern, uint32_t row)
     while (row) {
         const int first = __builtin_ctz(row), end = first + __builtin_ctz(~(row >> first));
         FOR_BYTES(size, FILL)
-        row &= ~0u << end;
+        row &= UINT32_MAX << end;
     }
 #undef FILL
 }

@@ -1,0 +1,49 @@
+#!/bin/sh
+# Writes the fuzzer's volumes anew, in today's format: run it when the format changes.
+# usage: fuzz/corpus.sh BUILD       from the project's root; a build with tests (make_volume, make_terms, poke)
+set -eu
+tools=$(cd "$1" && pwd)
+out=$(pwd)/fuzz/corpus/cvol
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+
+# seed NAME TYPE DIMS OPTION ...: of smooth samples with a little noise.
+seed() {
+    name=$1 type=$2 dims=$3
+    shift 3
+    [ -f "$type-$dims.raw" ] || "$tools/tests/helpers/make_volume" "$type-$dims.raw" "$type" "$dims"
+    "$tools/cvol" compress "$type-$dims.raw" "$out/$name.cvol" --dims "$dims" --type "$type" "$@" >/dev/null
+}
+
+seed uint8 uint8 20x18x17 --psnr 35
+seed int16 int16 20x18x17 --psnr 45 --no-lap
+seed block32 float32 40x33x20 --block 32 --psnr 40
+seed dependent int16 20x18x17 --psnr 50
+seed lapped float32 40x18x17 --psnr 45
+seed ranges uint8 40x40x40 --psnr 45 --no-lap
+seed two_bricks uint8 70x6x6 --psnr 40
+seed runs uint8 80x80x80 --psnr 42
+seed background uint8 40x33x20 --background 40 --psnr 40
+seed lossless_uint8 uint8 20x18x17 --lossless
+seed lossless_uint32 uint32 12x11x10 --lossless
+seed lossless_float float32 12x11x10 --lossless
+seed lossless_double float64 12x11x10 --lossless
+seed max_error uint8 20x18x17 --max-error 3
+seed max_error_int16 int16 20x18x17 --max-error 40
+seed max_error_float float32 20x18x17 --max-error 0.05
+seed max_error_double float64 20x18x17 --max-error 1e-5
+seed mask_int16 int16 20x18x17 --fill 800 --psnr 40
+cp float32-20x18x17.raw holes.raw
+"$tools/tests/helpers/poke" holes.raw 800 f32 nan 804 f32 nan 1600 f32 -inf
+for method in 'mask_float --fill nan --psnr 40' 'mask_max_error --fill nan --max-error 0.1' \
+    'mask_lossless --lossless'; do
+    # shellcheck disable=SC2086
+    set -- $method
+    name=$1
+    shift
+    "$tools/cvol" compress holes.raw "$out/$name.cvol" --dims 20x18x17 --type float32 "$@" >/dev/null
+done
+"$tools/tests/helpers/make_terms" "$out/split.cvol" 20x18x17 16 1 0 1 7
+"$tools/cvol" transcode "$out/lapped.cvol" --ratio 30 "$out/transcoded.cvol" >/dev/null
+for file in "$out"/*.cvol; do "$tools/cvol" verify "$file"; done
