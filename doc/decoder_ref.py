@@ -671,7 +671,7 @@ class Predictor:
     def __init__(self):
         text = table_file("mask_weights.c")
         numbers = [np.array(re.findall(r"-?\d+", part), int)
-                   for part in re.findall(r" = \{?([^;]*?)\}?;", text)]
+                   for part in re.findall(r"=\s*([^;]*);", text)]
         self.weights, self.biases, self.outs, (self.bias,) = numbers
         self.weights = self.weights.reshape(50, 16)
 

@@ -163,16 +163,12 @@ static const char *difference(const cvol_mask_brick *a, const cvol_mask_brick *b
     for (size_t l = 0; l * 16 < a->size[2]; l++)
         for (size_t j = 0; j * 16 < a->size[1]; j++)
             for (size_t i = 0; i * 16 < a->size[0]; i++) {
-                const size_t height = a->size[1] - j * 16 < 16 ? a->size[1] - j * 16 : 16;
                 if (a->states[l][j][i] != b->states[l][j][i])
                     return "state";
                 if (a->states[l][j][i] != CVOL_MASK_MIXED)
                     continue;
-                for (size_t p = 0; p < planes; p++)
-                    for (size_t z = 0; z < 16 && z + l * 16 < a->size[2]; z++)
-                        if (memcmp(a->rows[l][j][i][p].of + 16 * z, b->rows[l][j][i][p].of + 16 * z,
-                                   height * 2))
-                            return "row";
+                if (memcmp(a->rows[l][j][i], b->rows[l][j][i], planes * sizeof(cvol_mask_rows)))
+                    return "row";
             }
     return NULL;
 }

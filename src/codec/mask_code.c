@@ -134,6 +134,8 @@ CVOL_INLINE int code_cells(mask_coder *coder, mask_model *model, cvol_mask_brick
                 }
                 if (code_bit(coder, &model->mixed[mixed][masked][clear], *state == MIXED, encode)) {
                     *state = MIXED;
+                    if (!encode) /* what is beyond the volume stays so */
+                        memset(brick->rows[l][j][i], 0, sizeof brick->rows[l][j][i]);
                 } else if (code_bit(coder, &model->whole[masked][clear], *state != 0, encode)) {
                     *last = code_fill(coder, model, brick->fills, *last, *state - 1, encode);
                     *state = (uint8_t)(1 + *last);
