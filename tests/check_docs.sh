@@ -1,6 +1,6 @@
 #!/bin/sh
-# Runs what the documents show: every ```sh block of README.md, its C program, and the demo, in an
-# empty folder that has the samples.
+# Runs what the documents show: every ```sh block of README.md and doc/method.md, the C program, and
+# the demo, in an empty folder that has the samples.
 # usage: tests/check_docs.sh SOURCE_FOLDER CVOL README_EXAMPLE
 set -eu
 source=$(cd "$1" && pwd)
@@ -13,16 +13,18 @@ trap 'rm -rf "$work"' EXIT
 cd "$work"
 ln -s "$source/samples" samples
 
-awk '/^```sh$/ { on = 1; next } /^```$/ { on = 0 } on' "$source/README.md" >commands
-[ -s commands ] || { echo 'README.md shows no commands' >&2; exit 1; }
-while IFS= read -r command; do
-    echo "+ $command"
-    sh -c "$command" >output 2>&1 </dev/null || {
-        echo "README.md: '$command' failed:" >&2
-        cat output >&2
-        exit 1
-    }
-done <commands
+for document in README.md doc/method.md; do
+    awk '/^```sh$/ { on = 1; next } /^```$/ { on = 0 } on' "$source/$document" >commands
+    [ -s commands ] || { echo "$document shows no commands" >&2; exit 1; }
+    while IFS= read -r command; do
+        echo "+ $command"
+        sh -c "$command" >output 2>&1 </dev/null || {
+            echo "$document: '$command' failed:" >&2
+            cat output >&2
+            exit 1
+        }
+    done <commands
+done
 
 rm -f brain.png
 echo '+ the C program'
