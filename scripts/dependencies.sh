@@ -3,7 +3,7 @@
 # usage: scripts/dependencies.sh [build] [test] [bench]
 set -eu
 
-build='gcc make cmake pkg-config libfftw3-dev zlib1g-dev libpng-dev libzstd-dev libjansson-dev libnifti-dev libwebp-dev'
+build='gcc make cmake pkg-config libfftw3-dev zlib1g-dev libpng-dev libzstd-dev libjansson-dev libnifti-dev libgif-dev libwebp-dev'
 test='libcmocka-dev python3-numpy'
 bench='g++ libzfp-dev python3-matplotlib python3-vtk9 python3-numpy python3-pil xvfb'
 
@@ -24,7 +24,7 @@ if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-query >/dev/null 2>
     for tool in cc cmake pkg-config; do
         if ! command -v $tool >/dev/null 2>&1; then
             echo "cvol needs a C11 compiler, cmake 3.18, pkg-config and the development files of"
-            echo "FFTW 3 (single precision), zlib, libpng, zstd, jansson and niftilib (libnifti2); for the tests cmocka;"
+            echo "FFTW 3 (single precision), zlib, libpng, giflib 5.2, zstd, jansson and niftilib (libnifti2); for the tests cmocka;"
             echo "for animated WebP, if you want it, libwebp."
             echo "On Debian these are the packages:$wanted"
             exit 1

@@ -13,7 +13,6 @@
 #include <cmocka.h>
 
 #include "cvol/film.h"
-#include "image/gif_lzw.h"
 #include "image/palette.h"
 #include "random.h"
 
@@ -136,28 +135,6 @@ static long decode(uint8_t *out, long most, const uint8_t *data, size_t size, co
     if (after)
         *after = r.at + r.left + 1;
     return r.at + r.left < data + size && r.at[r.left] == 0 ? count : -1;
-}
-
-/* Random, even, and repeating indices, of every length near what blocks and codes hold. */
-static void test_lzw(void **state)
-{
-    (void)state;
-    random_state r = {11};
-    uint8_t *in = malloc(200000), *out = malloc(200000);
-    for (int trial = 0; trial < 60; trial++) {
-        const size_t count = trial < 20 ? (size_t)trial + 1 : 1 + random_below(&r, 199999);
-        const uint32_t colours = trial % 3 ? 1 + random_below(&r, 255) : 1;
-        for (size_t i = 0; i < count; i++)
-            in[i] = trial % 5 == 4 ? (uint8_t)(i / 7 % 13) : (uint8_t)random_below(&r, colours);
-        cvol_bytes bytes = {0};
-        cvol_gif_lzw(&bytes, in, count);
-        const long got = decode(out, 200000, bytes.data, bytes.size, NULL);
-        if (got != (long)count || memcmp(in, out, count))
-            fail_msg("trial %d: %zu indices came back as %ld", trial, count, got);
-        cvol_bytes_free(&bytes);
-    }
-    free(in);
-    free(out);
 }
 
 /* ---- palettes ----------------------------------------------------------------------------- */
@@ -359,7 +336,6 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_lzw, setup, teardown),
         cmocka_unit_test_setup_teardown(test_palette, setup, teardown),
         cmocka_unit_test_setup_teardown(test_gif, setup, teardown),
         cmocka_unit_test_setup_teardown(test_webp, setup, teardown),

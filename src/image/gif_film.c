@@ -1,5 +1,8 @@
-/* Animated GIF (CompuServe, GIF 89a): one palette for all pictures, of which each after the first
- * shows only the box in which something changed, and there pixels that did not are transparent. */
+/* Animated GIF (CompuServe, GIF 89a) by giflib: one palette for all pictures, of which each after
+ * the first shows only the box in which something changed, and there pixels that did not are
+ * transparent.
+ */
+#include <gif_lib.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -8,7 +11,6 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "image/film.h"
-#include "image/gif_lzw.h"
 #include "image/palette.h"
 
 #define SAME CVOL_PALETTE_MAX /* the index that lets the picture before show through */
@@ -17,18 +19,28 @@ typedef struct gif {
     cvol_palette *palette;
     int learnt;
     uint8_t *before, *now, *box; /* indices of whole pictures, and of what changed */
-    cvol_bytes bytes;
+    GifFileType *file;
+    cvol_bytes bytes; /* that giflib has written */
 } gif;
 
 static void free_gif(void *state)
 {
     gif *g = state;
+    if (g->file)
+        EGifCloseFile(g->file, NULL);
     cvol_palette_free(g->palette);
     free(g->before);
     free(g->now);
     free(g->box);
     cvol_bytes_free(&g->bytes);
     free(g);
+}
+
+static int take_bytes(GifFileType *file, const GifByteType *data, int count)
+{
+    gif *g = file->UserData;
+    cvol_bytes_append(&g->bytes, data, (size_t)count);
+    return g->bytes.failed ? 0 : count;
 }
 
 static int open_gif(cvol_context *context, cvol_film *film)
@@ -42,7 +54,8 @@ static int open_gif(cvol_context *context, cvol_film *film)
     g->before = cvol_allocate(width, height);
     g->now = cvol_allocate(width, height);
     g->box = cvol_allocate(width, height);
-    if (!g->palette || !g->before || !g->now || !g->box)
+    g->file = EGifOpen(g, take_bytes, NULL);
+    if (!g->palette || !g->before || !g->now || !g->box || !g->file)
         return cvol_fail_memory(context, 3 * width * height, "a film");
     return CVOL_OK;
 }
@@ -56,10 +69,11 @@ static int learn_gif(cvol_context *context, cvol_film *film, const cvol_image *i
     return CVOL_OK;
 }
 
-static int write_bytes(cvol_context *context, cvol_film *film)
+/* `status` is what giflib said, which fails for want of memory alone. */
+static int write_bytes(cvol_context *context, cvol_film *film, int status)
 {
     gif *g = film->state;
-    if (g->bytes.failed)
+    if (status != GIF_OK || g->bytes.failed)
         return cvol_fail_memory(context, (size_t)film->width * (size_t)film->height, "a film");
     const int code = cvol_output_write(context, film->output, g->bytes.data, g->bytes.size);
     g->bytes.size = 0;
@@ -67,23 +81,24 @@ static int write_bytes(cvol_context *context, cvol_film *film)
 }
 
 /* Signature, size, palette, and that it runs for ever. */
-static void put_head(cvol_bytes *bytes, const cvol_film *film, const cvol_palette *palette)
+static int put_head(gif *g, const cvol_film *film)
 {
-    static const uint8_t black[3] = {0, 0, 0};
-    static const uint8_t forever[] = {3, 1, 0, 0, 0};
-    cvol_bytes_put_text(bytes, "GIF89a");
-    cvol_bytes_put_u16(bytes, (uint16_t)film->width);
-    cvol_bytes_put_u16(bytes, (uint16_t)film->height);
-    cvol_bytes_put_u8(bytes, 0xf7); /* a palette of 256, 8 bits a channel */
-    cvol_bytes_put_u16(bytes, 0);
-    for (int i = 0; i < 256; i++)
-        cvol_bytes_append(
-            bytes, i < cvol_palette_size(palette) ? cvol_palette_colour(palette, i) : black, 3);
-    cvol_bytes_put_u8(bytes, 0x21);
-    cvol_bytes_put_u8(bytes, 0xff);
-    cvol_bytes_put_u8(bytes, 11);
-    cvol_bytes_put_text(bytes, "NETSCAPE2.0");
-    cvol_bytes_append(bytes, forever, sizeof forever);
+    static const uint8_t forever[] = {1, 0, 0};
+    ColorMapObject *map = GifMakeMapObject(256, NULL);
+    if (!map)
+        return GIF_ERROR;
+    for (int i = 0; i < cvol_palette_size(g->palette); i++) {
+        const uint8_t *rgb = cvol_palette_colour(g->palette, i);
+        map->Colors[i] = (GifColorType){rgb[0], rgb[1], rgb[2]};
+    }
+    EGifSetGifVersion(g->file, true);
+    const int put = EGifPutScreenDesc(g->file, film->width, film->height, 8, 0, map) == GIF_OK &&
+                    EGifPutExtensionLeader(g->file, APPLICATION_EXT_FUNC_CODE) == GIF_OK &&
+                    EGifPutExtensionBlock(g->file, 11, "NETSCAPE2.0") == GIF_OK &&
+                    EGifPutExtensionBlock(g->file, sizeof forever, forever) == GIF_OK &&
+                    EGifPutExtensionTrailer(g->file) == GIF_OK;
+    GifFreeMapObject(map);
+    return put ? GIF_OK : GIF_ERROR;
 }
 
 typedef struct box {
@@ -108,30 +123,27 @@ static box changed(const gif *g, const cvol_film *film)
 }
 
 /* Hundredths of a second, so that the sum is right. */
-static uint16_t delay_of(const cvol_film *film)
+static int delay_of(const cvol_film *film)
 {
     const double unit = 100 / film->options.frames_per_second;
     const double delay = round((film->frames + 1) * unit) - round(film->frames * unit);
-    return (uint16_t)fmin(fmax(delay, 2), 65535);
+    return (int)fmin(fmax(delay, 2), 65535);
 }
 
-static void put_frame(cvol_bytes *bytes, const cvol_film *film, const box *b,
-                      const uint8_t *indices)
+static int put_frame(gif *g, const cvol_film *film, const box *b)
 {
-    cvol_bytes_put_u8(bytes, 0x21);
-    cvol_bytes_put_u8(bytes, 0xf9);
-    cvol_bytes_put_u8(bytes, 4);
-    cvol_bytes_put_u8(bytes, 0x05); /* stays when the next one comes; has a transparent index */
-    cvol_bytes_put_u16(bytes, delay_of(film));
-    cvol_bytes_put_u8(bytes, SAME);
-    cvol_bytes_put_u8(bytes, 0);
-    cvol_bytes_put_u8(bytes, 0x2c);
-    cvol_bytes_put_u16(bytes, (uint16_t)b->x0);
-    cvol_bytes_put_u16(bytes, (uint16_t)b->y0);
-    cvol_bytes_put_u16(bytes, (uint16_t)(b->x1 - b->x0));
-    cvol_bytes_put_u16(bytes, (uint16_t)(b->y1 - b->y0));
-    cvol_bytes_put_u8(bytes, 0);
-    cvol_gif_lzw(bytes, indices, (size_t)(b->x1 - b->x0) * (size_t)(b->y1 - b->y0));
+    const GraphicsControlBlock control = {
+        .DisposalMode = DISPOSE_DO_NOT, .DelayTime = delay_of(film), .TransparentColor = SAME};
+    GifByteType extension[4];
+    const int width = b->x1 - b->x0, height = b->y1 - b->y0;
+    const int size = (int)EGifGCBToExtension(&control, extension);
+    if (EGifPutExtension(g->file, GRAPHICS_EXT_FUNC_CODE, size, extension) != GIF_OK ||
+        EGifPutImageDesc(g->file, b->x0, b->y0, width, height, false, NULL) != GIF_OK)
+        return GIF_ERROR;
+    for (int y = 0; y < height; y++)
+        if (EGifPutLine(g->file, g->box + (size_t)y * (size_t)width, width) != GIF_OK)
+            return GIF_ERROR;
+    return GIF_OK;
 }
 
 static int is_opaque(const cvol_image *image)
@@ -153,7 +165,8 @@ static int add_gif(cvol_context *context, cvol_film *film, const cvol_image *ima
         if (!cvol_palette_choose(g->palette))
             return cvol_fail_memory(context, 1 << 17, "a palette");
         g->learnt = 1;
-        put_head(&g->bytes, film, g->palette);
+        if (put_head(g, film) != GIF_OK)
+            return write_bytes(context, film, GIF_ERROR);
     }
     const size_t width = (size_t)film->width;
     for (int y = 0; y < film->height; y++)
@@ -166,18 +179,19 @@ static int add_gif(cvol_context *context, cvol_film *film, const cvol_image *ima
             const size_t i = (size_t)y * width + (size_t)x;
             *out++ = film->frames && g->now[i] == g->before[i] ? SAME : g->now[i];
         }
-    put_frame(&g->bytes, film, &b, g->box);
+    const int status = put_frame(g, film, &b);
     uint8_t *kept = g->before;
     g->before = g->now;
     g->now = kept;
-    return write_bytes(context, film);
+    return write_bytes(context, film, status);
 }
 
 static int finish_gif(cvol_context *context, cvol_film *film)
 {
     gif *g = film->state;
-    cvol_bytes_put_u8(&g->bytes, 0x3b);
-    return write_bytes(context, film);
+    const int status = EGifCloseFile(g->file, NULL);
+    g->file = NULL;
+    return write_bytes(context, film, status);
 }
 
 const cvol_film_format cvol_film_gif = {.ending = ".gif",
