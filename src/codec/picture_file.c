@@ -100,18 +100,9 @@ int cvol_picture_write(cvol_context *context, const cvol_picture *picture, const
                        uint64_t *file_bytes)
 {
     cvol_bytes bytes = {0};
-    cvol_output *output = NULL;
     int code = cvol_picture_put(context, &bytes, picture);
     if (!code)
-        code = cvol_output_open(context, &output, path);
-    if (!code)
-        code = cvol_output_write(context, output, bytes.data, bytes.size);
-    if (code)
-        cvol_output_abandon(output);
-    else
-        code = cvol_output_commit(context, output);
-    if (!code && file_bytes)
-        *file_bytes = bytes.size;
+        code = cvol_plane_file_write(context, &bytes, path, file_bytes);
     cvol_bytes_free(&bytes);
     return code;
 }

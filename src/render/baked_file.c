@@ -5,6 +5,7 @@
 
 #include "base/context.h"
 #include "base/file.h"
+#include "codec/plane_file.h"
 #include "render/transform_state.h"
 
 static const char *const axes[] = {"x", "y", "z"};
@@ -80,18 +81,9 @@ static int write_file(cvol_context *context, const cvol_baked_file *file, const 
                       uint64_t *file_bytes)
 {
     cvol_bytes bytes = {0};
-    cvol_output *output = NULL;
     int code = cvol_baked_file_put(context, &bytes, file);
     if (!code)
-        code = cvol_output_open(context, &output, path);
-    if (!code)
-        code = cvol_output_write(context, output, bytes.data, bytes.size);
-    if (code)
-        cvol_output_abandon(output);
-    else
-        code = cvol_output_commit(context, output);
-    if (!code && file_bytes)
-        *file_bytes = bytes.size;
+        code = cvol_plane_file_write(context, &bytes, path, file_bytes);
     cvol_bytes_free(&bytes);
     return code;
 }
