@@ -21,6 +21,7 @@
 #include "base/thread.h"
 #include "render/sheet_band.h"
 #include "render/sheet_mask.h"
+#include "render/sheet_table.h"
 #include "transform/cell_points.h"
 
 typedef struct sheet_state {
@@ -195,68 +196,6 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
     return axes;
 }
 
-/* What an entry of the table adds to the four channels. */
-static void entry_channels(double channels[4], const cvol_sheet_table *table, int t)
-{
-    channels[3] = (double)table->entries[0][t].first;
-    for (int k = 0; k < 3; k++)
-        channels[k] = channels[3] * (table->entries[0][t].second >> 10 * k & 1023) / 1023;
-}
-
-/* The widest interval (a power of two entries) over which classification departs from a straight
- * line by no more than `tolerance` in its middle. */
-static int find_flat(const cvol_sheet_table *table, double tolerance)
-{
-    for (int span = CVOL_TABLE_SIZE; span > 1; span /= 2) {
-        double worst = 0;
-        for (int t = 0; t + span < CVOL_TABLE_SIZE; t++) {
-            double from[4], middle[4], to[4];
-            entry_channels(from, table, t);
-            entry_channels(middle, table, t + span / 2);
-            entry_channels(to, table, t + span);
-            for (int k = 0; k < 4; k++)
-                worst = fmax(worst, fabs(middle[k] - 0.5 * (from[k] + to[k])));
-        }
-        if (worst <= tolerance && span < CVOL_TABLE_SIZE)
-            return span;
-    }
-    return 1;
-}
-
-/* Tabulates the transfer function over what of it the data reach, with opacities for the distance
- * between sheets. Its first and last entries lie one step outside, so that they are the constants
- * there even where the function begins or ends with a jump. */
-static void fill_table(cvol_sheet_table *table, const cvol_array *array,
-                       const cvol_transfer *transfer, double distance)
-{
-    double lo = transfer->points[0].value, hi = transfer->points[transfer->count - 1].value;
-    lo = fmin(fmax(lo, array->range_min), array->range_max);
-    hi = fmin(fmax(hi, array->range_min), array->range_max);
-    double span = hi > lo ? hi - lo : array->range_max - array->range_min;
-    double unit = span > 0 ? span / (CVOL_TABLE_SIZE - 3) : 1;
-    lo -= unit;
-    table->from = (float)(lo - array->offset - 0.5 * unit);
-    table->scale = (float)(1 / unit);
-    int first = CVOL_TABLE_SIZE, last = -1;
-    for (int t = 0; t < CVOL_TABLE_SIZE; t++) {
-        cvol_transfer_point p = cvol_transfer_at(transfer, lo + t * unit);
-        uint32_t colour = (uint32_t)lround(p.r * 1023) | (uint32_t)lround(p.g * 1023) << 10 |
-                          (uint32_t)lround(p.b * 1023) << 20;
-        for (int level = 0; level < CVOL_LEVELS; level++)
-            table->entries[level][t] = (cvol_pair){
-                (float)cvol_opacity_over(p.opacity, distance / (1 << level)), colour};
-        if (p.opacity > 0) {
-            first = t < first ? t : first;
-            last = t;
-        }
-    }
-    table->visible_from = first == 0 ? -INFINITY : (float)(lo + (first - 1) * unit - array->offset);
-    table->visible_to = last == CVOL_TABLE_SIZE - 1
-                            ? INFINITY
-                            : (float)(lo + (last + 1) * unit - array->offset);
-    table->flat = (float)find_flat(table, (double)CVOL_FLAT_TOLERANCE);
-}
-
 static cvol_sheet_kernel *choose_kernel(cvol_mode mode)
 {
     if (mode == CVOL_MODE_COMPOSITE)
@@ -335,7 +274,7 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
                          plan.width, plan.height);
     const int colour = options->mode == CVOL_MODE_COMPOSITE;
     if (colour)
-        fill_table(state->table, array, state->transfer, plan.distance);
+        cvol_sheet_table_fill(state->table, array, state->transfer, plan.distance);
     const cvol_sheet_frame frame = {
         .array = array,
         .plan = &plan,

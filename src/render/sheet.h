@@ -34,12 +34,27 @@
 /* Samples left and right of each row of a sheet, so that a group may reach beyond it. */
 #define CVOL_SHEET_PAD 32
 
-/* Classification of one frame: entry t stands for value - offset = from + t / scale. entries[l] has
- * the opacity (first) of 2^-l of the distance between two sheets, and the colour (second:
- * r | g << 10 | b << 20). Over intervals of up to `flat` entries both are as good as linear. */
+/* Pieces of a table, and bins of its coordinates that say where to look for theirs. */
+#define CVOL_PIECES 32
+#define CVOL_PIECE_BINS 64
+#define CVOL_PIECE_BIN_LOG2 5
+
+/* Classification of one frame (sheet_table.c). The table coordinate of a value is
+ * (value - offset - from) scale, and entry t stands for t .. t + 1. entries[l] has the opacity
+ * (first) of 2^-l of the distance between two sheets, and the colour (second:
+ * r | g << 10 | b << 20). Over intervals of up to `flat` entries both are as good as linear.
+ *
+ * The same as pieces: colour times opacity (0 to 2) and opacity (3) are
+ *     piece_start[k][i] + t piece_rise[k][i]
+ * of the first piece i whose end lies beyond t; it is no more than two after that of t's bin. */
 typedef struct cvol_sheet_table {
     float from, scale, flat;
-    float visible_from, visible_to; /* opacity is 0 outside of these, in value - offset */
+    float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
+    int pieces;                     /* 0: there are only entries */
+    float piece_end[CVOL_PIECES] __attribute__((aligned(64)));
+    float piece_start[4][CVOL_PIECES] __attribute__((aligned(64)));
+    float piece_rise[4][CVOL_PIECES] __attribute__((aligned(64)));
+    int16_t piece_of[CVOL_PIECE_BINS] __attribute__((aligned(64)));
     cvol_pair entries[CVOL_LEVELS][CVOL_TABLE_SIZE] __attribute__((aligned(64)));
 } cvol_sheet_table;
 
@@ -79,8 +94,9 @@ int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvo
                          const cvol_view *view);
 
 /* The intermediate image: per row six lines of `width` floats. Mode composite: premultiplied
- * colour r g b, transmittance, the value at the last sheet that the group met, and how much of it
- * was of samples that have a value (arrays with a mask only); the others: see their kernels. */
+ * colour r g b, transmittance, the table coordinate at the last sheet that the group met, and how
+ * much of it was of samples that have a value (arrays with a mask only); the others: see their
+ * kernels. */
 #define CVOL_LINES 6
 typedef struct cvol_intermediate {
     int width, height;
@@ -139,6 +155,7 @@ typedef struct cvol_layer {
     float lane_turn, row_turn;
     double lane_drift, row_drift; /* how far lane_at and row_at move from sheet to sheet */
     int row_points, block_rows;
+    uint64_t row_points_inverse; /* row / row_points = row times this >> 32, of rows below 2^27 */
     cvol_windows windows, windows_before; /* of this layer and the one before; count 0: none */
 } cvol_layer;
 

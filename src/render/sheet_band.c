@@ -232,6 +232,7 @@ void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride,
     find_faces(&out->row_enter, &out->row_leave, &out->row_turn, plan->rows, plan->first_row,
                plan->pitch_row, way * plan->shear_row);
     out->row_points = plan->points_row;
+    out->row_points_inverse = ((UINT64_C(1) << 32) - 1) / (uint64_t)plan->points_row + 1;
     out->block_rows = (int)plan->blocks_row;
     out->windows = windows_of(skip, plan);
     out->windows_before = before ? windows_of(before, plan) : (cvol_windows){0};

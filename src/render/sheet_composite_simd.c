@@ -1,247 +1,395 @@
 /* Mode composite: one line of the intermediate image through all sheets of a layer.
  *
  * A ray's value is known where it crosses the sheets; between two of them it is taken to be linear.
- * Each interval between sheets is classified at the middles of 1, 2 or 4 parts of it, so many as
+ * Each interval between sheets is classified at the ends of 1, 2 or 4 parts of it, so many as
  * the transfer function needs over the values that the interval spans (cvol_sheet_table.flat), and
  * composited front to back:
  *     I += (1 - A) F D,  A += (1 - A) D
+ *
+ * What each sheet is to the line is found first. Then each group of pixels goes through all sheets
+ * of the layer, those alone in which it meets something to be seen, while its colour stays in
+ * registers. Values are kept as table coordinates.
  */
+#include "render/sheet_classify.h"
 #include "render/sheet_footprint.h"
 
-/* A group whose transmittance is below this in every pixel is done: what lies behind could change
- * no channel by more than half a step of 255. */
-#define OPAQUE_BELOW (1.0f / 512)
+/* Vectors of a group. */
+#define PARTS (CVOL_GROUP / CVOL_LANES)
+/* The most groups of a line whose sheets are looked at together. */
+#define RUN 128
+/* Kept apart from the code that runs most of the time. */
+#define CVOL_COLD static __attribute__((noinline))
 
-/* What composite has of CVOL_LANES pixels: premultiplied colour and the transmittance 1 - A. */
-typedef struct pixels {
-    cvol_vf r, g, b, through;
-} pixels;
+/* One sheet as a line sees it. */
+typedef struct sheet_line {
+    const float *near, *far; /* rows of samples; of unit footprints, at the line's first pixel */
+    float weights[4];        /* of near, its next sample, far, its next, for table coordinates */
+    double lane_at;
+    line_view view;
+    unit_footprint footprint;
+    int whole;                    /* rays that enter by no side are within all of the interval */
+    int begin, end;               /* groups that the line has something of, those that lie within */
+    int inside_begin, inside_end; /* and those that do by lanes as well */
+} sheet_line;
 
-CVOL_INLINE pixels load_pixels(const float *r, int width)
+/* A line through a layer. A bit of a number is a sheet. */
+typedef struct line_job {
+    const cvol_layer *layer;
+    const cvol_sheet_table *table;
+    const cvol_line *line;
+    sheet_line sheets[CVOL_BLOCK_MAX];
+    float table_offset;           /* table coordinate = value * table->scale + table_offset */
+    int first_group;              /* the run's */
+    uint32_t met[RUN], seen[RUN]; /* sheets that each group crosses, and sees something in, */
+    uint32_t inside[RUN];         /* and those whose intervals all lie within the volume */
+} line_job;
+
+/* A group while it is drawn. */
+typedef struct group_state {
+    pixels p[PARTS];
+    cvol_vf value[PARTS], cover[PARTS]; /* at the sheet before; cover only where samples are void */
+} group_state;
+
+/* ---- what a line is to the sheets ---------------------------------------------------------------
+ */
+
+CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_sheet_view *sheet,
+                            int unit)
 {
-    return (pixels){cvol_load(r), cvol_load(r + width), cvol_load(r + 2 * width),
-                    cvol_load(r + 3 * width)};
+    const int only = sheet->front == -0.5f;
+    line_view *view = &out->view;
+    view_line(view, job->layer, sheet, job->line->number, only ? -0.5f : -1, only ? 0.5f : 0);
+    out->footprint = make_unit_footprint(view, sheet);
+    out->lane_at = sheet->lane_at;
+    const float right = unit ? (float)(sheet->lane_at - floor(sheet->lane_at)) : 0,
+                left = 1 - right, scale = job->table->scale;
+    out->near = view->near + (unit ? out->footprint.x : 0);
+    out->far = view->far + (unit ? out->footprint.x : 0);
+    out->weights[0] = view->near_weight * left * scale;
+    out->weights[1] = view->near_weight * right * scale;
+    out->weights[2] = view->far_weight * left * scale;
+    out->weights[3] = view->far_weight * right * scale;
+    const float length = view->slab_end - view->slab_begin;
+    out->whole = length > 1 - LEAST_WEIGHT;
+    out->begin = sheet->begin;
+    /* The first sheet has nothing before it, but its values are needed. */
+    out->end = length < LEAST_WEIGHT && sheet->ordinal > 0 ? sheet->begin : sheet->end;
+    out->inside_begin = out->whole ? sheet->inside_begin : 0;
+    out->inside_end = out->whole ? sheet->inside_end : 0;
 }
 
-CVOL_INLINE void store_pixels(float *r, int width, pixels p)
+CVOL_INLINE long lane_sample(const sheet_line *sheet, double step, int group, int unit)
 {
-    cvol_store(r, p.r);
-    cvol_store(r + width, p.g);
-    cvol_store(r + 2 * width, p.b);
-    cvol_store(r + 3 * width, p.through);
+    return unit ? sheet->footprint.x + group * CVOL_GROUP
+                : (long)floor(sheet->lane_at + group * CVOL_GROUP * step);
 }
 
-CVOL_INLINE cvol_vi table_index(cvol_vf t)
+/* What the groups begin .. end - 1 of a run are to one sheet. */
+CVOL_INLINE void find_sheet(line_job *job, int s, int begin, int end, int unit)
 {
-    return cvol_to_int(cvol_min(cvol_max(t, cvol_splat(0)), cvol_splat(CVOL_TABLE_SIZE - 1)));
-}
-
-/* 1 - (1 - a)^w for 0..1, exact where a or w is 0 or 1, within 0.02 elsewhere. */
-CVOL_INLINE cvol_vf opacity_of_part(cvol_vf a, cvol_vf w)
-{
-    cvol_vf a2 = a * a;
-    return a * w / (1 - a * (1 - w) * (0.5f + 0.5f * a2 * a2 * a2));
-}
-
-/* One sample of those pixels that `mask` has, at table coordinate t in the entries of each pixel's
- * own level (`base`); if `weighted`, only this part of its length. */
-CVOL_INLINE void composite_sample(pixels *p, const cvol_sheet_table *table, cvol_vi base, cvol_vf t,
-                                  cvol_vi mask, cvol_vf weight, int weighted)
-{
-    cvol_vf opacity;
-    cvol_vi colour;
-    cvol_lookup(&opacity, &colour, table->entries[0], base + table_index(t));
-    opacity = (cvol_vf)((cvol_vi)opacity & mask);
-    if (weighted)
-        opacity = cvol_select(weight >= LEAST_WEIGHT, opacity_of_part(opacity, weight),
-                              cvol_splat(0));
-    cvol_vf share = p->through * opacity;
-    p->through -= share;
-    share *= 1.0f / 1023;
-    p->r += share * cvol_to_float(colour & 1023);
-    p->g += share * cvol_to_float((colour >> 10) & 1023);
-    p->b += share * cvol_to_float(colour >> 20);
-}
-
-/* The interval from table coordinate a to b, in 1, 2 or 4 parts: each pixel by itself, or the
- * groups would be seen; the less light still comes through, the fewer, for the less an error is
- * seen. A part's sample lies at its far end, so that what counts most, the sheet's own value, is
- * exact. 1 if all pixels are opaque now. */
-CVOL_INLINE int composite_parts(const cvol_sheet_table *table, float *r, int width, cvol_vf a,
-                                cvol_vf b, cvol_vf weight, int weighted)
-{
-    pixels p = load_pixels(r, width);
-    const cvol_vf span = (cvol_max(a, b) - cvol_min(a, b)) * p.through;
-    const cvol_vi halves = span > table->flat, quarters = span > 4 * table->flat;
-    const cvol_vi base = ((halves & 1) + (quarters & 1)) * CVOL_TABLE_SIZE;
-    const cvol_vi all = ~(cvol_vi){0};
-    if (cvol_any(halves)) {
-        const cvol_vf quarter = 0.25f * (b - a);
-        const int finest = cvol_any(quarters);
-        if (finest)
-            composite_sample(&p, table, base, a + quarter, quarters, weight, weighted);
-        composite_sample(&p, table, base, a + 2 * quarter, halves, weight, weighted);
-        if (finest)
-            composite_sample(&p, table, base, a + 3 * quarter, quarters, weight, weighted);
+    const sheet_line *sheet = &job->sheets[s];
+    const int first = job->first_group;
+    const uint32_t bit = UINT32_C(1) << s;
+    int group = begin;
+    for (; group < end; group++) { /* until windows follow one another */
+        const long x = lane_sample(sheet, job->layer->lane_step, group, unit);
+        if (unit && x >= -CVOL_GROUP)
+            break;
+        const uint32_t seen = sheet->view.windows[window_of(x)] & CVOL_WINDOW_SEEN;
+        job->met[group - first] |= bit;
+        job->seen[group - first] |= seen << s;
     }
-    composite_sample(&p, table, base, b, all, weight, weighted);
-    store_pixels(r, width, p);
-    return !cvol_any(p.through >= OPAQUE_BELOW);
+    if (group < end) {
+        const uint8_t *windows = sheet->view.windows + window_of(lane_sample(sheet, 1, group, 1));
+        uint32_t *met = job->met + (group - first), *all = job->seen + (group - first);
+        for (int i = 0; i < end - group; i++) {
+            met[i] |= bit;
+            all[i] |= (uint32_t)(windows[i] & CVOL_WINDOW_SEEN) << s;
+        }
+    }
+    begin = begin > sheet->inside_begin ? begin : sheet->inside_begin;
+    end = end < sheet->inside_end ? end : sheet->inside_end;
+    for (group = begin; group < end; group++)
+        job->inside[group - first] |= bit;
 }
 
-CVOL_INLINE int is_opaque(const float *r, int width)
+/* Which sheets the groups of a run meet. */
+CVOL_INLINE void find_met(line_job *job, int first, int count, int unit)
 {
-    return !cvol_any(cvol_load(r + 3 * width) >= OPAQUE_BELOW);
+    memset(job->met, 0, sizeof *job->met * (size_t)count);
+    memset(job->seen, 0, sizeof *job->seen * (size_t)count);
+    memset(job->inside, 0, sizeof *job->inside * (size_t)count);
+    job->first_group = first;
+    for (int s = 0; s < job->layer->sheet_count; s++) {
+        const sheet_line *sheet = &job->sheets[s];
+        find_sheet(job, s, sheet->begin > first ? sheet->begin : first,
+                   sheet->end < first + count ? sheet->end : first + count, unit);
+    }
 }
 
-/* The interval from value a to b; if `weighted`, only this part of its length. */
-CVOL_INLINE int composite_interval(const cvol_sheet_table *table, float *r, int width, cvol_vf a,
-                                   cvol_vf b, cvol_vf weight, int weighted)
+/* ---- one group --------------------------------------------------------------------------------
+ */
+
+CVOL_INLINE void load_group(group_state *g, const cvol_line *line, int group, int has_void)
 {
-    cvol_vi seen = (cvol_max(a, b) >= table->visible_from) & (cvol_min(a, b) <= table->visible_to);
-    if (!cvol_any(seen))
-        return is_opaque(r, width);
-    return composite_parts(table, r, width, (a - table->from) * table->scale,
-                           (b - table->from) * table->scale, weight, weighted);
+    const float *r = line->values + group * CVOL_GROUP;
+    const int width = line->width;
+    for (int k = 0; k < PARTS; k++, r += CVOL_LANES) {
+        g->p[k] = (pixels){cvol_load(r), cvol_load(r + width), cvol_load(r + 2 * width),
+                           cvol_load(r + 3 * width)};
+        g->value[k] = cvol_load(r + 4 * width);
+        g->cover[k] = has_void ? cvol_load(r + 5 * width) : cvol_splat(1);
+    }
 }
 
-/* The value at which the group whose first pixel lies at sample coordinate `position` met the sheet
- * before, which was skipped: about the level of the window there. 0 if it is not known. */
-CVOL_INLINE int find_level_before(float *level, const cvol_layer *layer,
-                                  const cvol_sheet_view *sheet, int line, double position)
+CVOL_INLINE void store_group(const group_state *g, const cvol_line *line, int group, int has_void)
 {
+    float *r = line->values + group * CVOL_GROUP;
+    const int width = line->width;
+    for (int k = 0; k < PARTS; k++, r += CVOL_LANES) {
+        cvol_store(r, g->p[k].r);
+        cvol_store(r + width, g->p[k].g);
+        cvol_store(r + 2 * width, g->p[k].b);
+        cvol_store(r + 3 * width, g->p[k].through);
+        cvol_store(r + 4 * width, g->value[k]);
+        if (has_void)
+            cvol_store(r + 5 * width, g->cover[k]);
+    }
+}
+
+CVOL_INLINE int is_closed(const group_state *g)
+{
+    cvol_vf most = g->p[0].through;
+    for (int k = 1; k < PARTS; k++)
+        most = cvol_max(most, g->p[k].through);
+    return !any_above(most, OPAQUE_BELOW);
+}
+
+CVOL_INLINE cvol_vf to_table(const line_job *job, cvol_vf value)
+{
+    return value * job->table->scale + job->table_offset;
+}
+
+/* The value at which the group met the sheet before sheet `s` of the layer, which was skipped:
+ * about the level of the window there. 0 if it is not known. */
+CVOL_INLINE int find_level_before(float *level, const line_job *job, int s, int group)
+{
+    const cvol_layer *layer = job->layer;
+    const cvol_sheet_view *sheet = &layer->sheets[s];
+    const double position = sheet->lane_at + group * CVOL_GROUP * layer->lane_step;
+    const long window = window_of((long)floor(position - layer->lane_drift));
     const cvol_windows *windows = sheet->is_first ? &layer->windows_before : &layer->windows;
     if (!windows->count)
         return 0;
     const float *levels;
     long y;
     const uint8_t *bits = find_windows(&levels, &y, layer, windows,
-                                       sheet->row_at + line * layer->row_step - layer->row_drift);
-    const long window = window_of((long)floor(position - layer->lane_drift));
-    *level = levels[window];
+                                       sheet->row_at + job->line->number * layer->row_step -
+                                           layer->row_drift);
+    *level = levels[window] * job->table->scale + job->table_offset;
     return !bits[window];
 }
 
 /* A group that was drawn up to the sheet before meets a window that cannot be seen: what of the
  * interval between the two can be, is drawn. If samples there may have no value, then what half of
  * it has by the sheet before. */
-CVOL_INLINE void composite_end(const cvol_layer *layer, const cvol_sheet_view *sheet,
-                               const cvol_sheet_table *table, const cvol_line *line,
-                               const line_view *view, int group, long window, int has_void)
+CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group, int unit,
+                          int has_void, int pieces)
 {
-    int closed = 1;
-    for (int i = group * CVOL_GROUP; i < (group + 1) * CVOL_GROUP; i += CVOL_LANES) {
-        const cvol_vf before = cvol_load(line->values + 4 * line->width + i);
-        cvol_vf weight = weigh(layer, view, sheet->lane_at + i * layer->lane_step), to = before;
-        if (has_void && view->windows[window] & CVOL_WINDOW_MASKED)
-            weight *= 0.5f * cvol_load(line->values + 5 * line->width + i);
-        else
-            to = cvol_splat(view->levels[window]);
-        closed &= composite_interval(table, line->values + i, line->width, before, to, weight, 1);
+    const cvol_layer *layer = job->layer;
+    const sheet_line *sheet = &job->sheets[s];
+    const long window = window_of(lane_sample(sheet, layer->lane_step, group, unit));
+    const int masked = has_void && sheet->view.windows[window] & CVOL_WINDOW_MASKED;
+    const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window]));
+    for (int k = 0; k < PARTS; k++) {
+        const int i = group * CVOL_GROUP + k * CVOL_LANES;
+        cvol_vf weight = weigh(layer, &sheet->view, sheet->lane_at + i * layer->lane_step);
+        if (masked)
+            weight *= 0.5f * g->cover[k];
+        composite_interval(&g->p[k], job->table, g->value[k], masked ? g->value[k] : level, weight,
+                           1, pieces);
     }
+}
+
+/* The interval that ends at a sheet. known: its beginning is g->value; else only its latter half,
+ * or, of the first sheet, none is within the volume, and it has one value. */
+CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int group, int known,
+                               int unit, int has_void, int pieces)
+{
+    const cvol_layer *layer = job->layer;
+    const sheet_line *sheet = &job->sheets[s];
+    const double step = layer->lane_step;
+    const long x = lane_sample(sheet, step, group, unit);
+    const int masked = has_void && sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
+    const int inside = group >= sheet->inside_begin && group < sheet->inside_end;
+    for (int k = 0; k < PARTS; k++) {
+        const double position = sheet->lane_at + (group * CVOL_GROUP + k * CVOL_LANES) * step;
+        cvol_vf cover = cvol_splat(1), value;
+        if (masked)
+            value = unit ? reconstruct_unit_masked(&cover, &sheet->view, &sheet->footprint,
+                                                   x + k * CVOL_LANES, layer->cover_at)
+                         : reconstruct_finer_masked(&cover, &sheet->view, position, step,
+                                                    layer->cover_at);
+        else
+            value = unit ? reconstruct_unit(&sheet->view, &sheet->footprint, x + k * CVOL_LANES)
+                         : reconstruct_finer(&sheet->view, position, step);
+        value = to_table(job, value);
+        cvol_vf from = known ? g->value[k] : value, to = value, weight = value;
+        if (!inside)
+            weight = weigh(layer, &sheet->view, position);
+        else if (has_void)
+            weight = cvol_splat(known ? 1 : 0.5f);
+        else if (!known)
+            weight = cvol_splat(0.5f);
+        if (has_void) { /* where an end has no value, the other's holds */
+            const cvol_vf before = known ? g->cover[k] : cover;
+            to = cvol_select(cover < LEAST_WEIGHT, from, value);
+            from = cvol_select(before < LEAST_WEIGHT, value, from);
+            weight *= 0.5f * (before + cover);
+            g->cover[k] = cover;
+        }
+        if (inside && known && !has_void)
+            composite_interval(&g->p[k], job->table, from, to, weight, 0, pieces);
+        else
+            composite_interval(&g->p[k], job->table, from, to, weight, 1, pieces);
+        g->value[k] = value;
+    }
+}
+
+/* Table coordinates of part k of a group. */
+CVOL_INLINE cvol_vf reconstruct(const line_job *job, const sheet_line *sheet, int group, int k,
+                                int unit)
+{
+    const long i = group * CVOL_GROUP + k * CVOL_LANES;
+    const float *w = sheet->weights;
+    if (unit)
+        return job->table_offset + w[0] * cvol_load(sheet->near + i) +
+               w[1] * cvol_load(sheet->near + i + 1) + w[2] * cvol_load(sheet->far + i) +
+               w[3] * cvol_load(sheet->far + i + 1);
+    const double step = job->layer->lane_step, position = sheet->lane_at + (double)i * step;
+    const double whole = floor(position);
+    const float *near = sheet->near + (long)whole, *far = sheet->far + (long)whole;
+    const cvol_vf low = w[0] * cvol_load(near) + w[2] * cvol_load(far);
+    const cvol_vf high = w[0] * cvol_load(near + CVOL_LANES) + w[2] * cvol_load(far + CVOL_LANES);
+    const cvol_vf at = (float)(position - whole) + cvol_iota() * (float)step;
+    const cvol_vi index = cvol_to_int(at);
+    const cvol_vf left = cvol_shuffle(low, high, index) + job->table_offset;
+    return left + (at - cvol_to_float(index)) *
+                      (cvol_shuffle(low, high, index + 1) + job->table_offset - left);
+}
+
+/* Sheets from s on, as long as `go` has them: known intervals, whole, of samples that all have a
+ * value. Returns the sheet after the last that was drawn. */
+CVOL_INLINE int draw_run(group_state *state, int *closed, const line_job *job, uint64_t go, int s,
+                         int group, int unit, int pieces)
+{
+    group_state g = *state;
+    do {
+        for (int k = 0; k < PARTS; k++) {
+            const cvol_vf value = reconstruct(job, &job->sheets[s], group, k, unit);
+            composite_interval(&g.p[k], job->table, g.value[k], value, value, 0, pieces);
+            g.value[k] = value;
+        }
+        *closed = is_closed(&g);
+        s++;
+    } while (!*closed && go >> s & 1);
+    *state = g;
+    return s;
+}
+
+/* One sheet of any other kind; *known: whether its value was found. */
+CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, int known, int unit,
+                         int has_void, int pieces)
+{
+    float level = 0;
+    if (!(job->seen[group - job->first_group] >> s & 1)) {
+        if (known)
+            draw_end(g, job, s, group, unit, has_void, pieces);
+        return 0;
+    }
+    if (!known && find_level_before(&level, job, s, group)) {
+        known = 1;
+        for (int k = 0; k < PARTS; k++) {
+            g->value[k] = cvol_splat(level);
+            g->cover[k] = cvol_splat(1);
+        }
+    }
+    draw_interval(g, job, s, group, known, unit, has_void, pieces);
+    return 1;
+}
+
+/* All bits from the lowest of `bits` on; 0 if it has none. */
+CVOL_INLINE uint32_t from_lowest(uint32_t bits)
+{
+    return bits | -bits;
+}
+
+/* A group through the sheets that it meets. */
+CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_void, int pieces)
+{
+    const cvol_line *line = job->line;
+    const int at = group - job->first_group, first_ordinal = job->layer->sheets[0].ordinal;
+    const uint32_t seen = job->seen[at];
+    const uint64_t go = has_void ? 0 : seen & job->inside[at];
+    uint32_t met = job->met[at];
+    int known = line->met[group] == first_ordinal - 1;
+    if (!seen && !(known && met & 1))
+        return;
+    group_state g;
+    load_group(&g, line, group, has_void);
+    int last = line->met[group], closed = 0;
+    while (met && !closed) {
+        int s = __builtin_ctz(met);
+        known = last == first_ordinal + s - 1;
+        if (known && go >> s & 1) {
+            s = draw_run(&g, &closed, job, go, s, group, unit, pieces);
+            last = first_ordinal + s - 1;
+            met &= ~UINT32_C(0) << (s - 1) << 1;
+            continue;
+        }
+        met &= met - 1;
+        if (draw_sheet(&g, job, s, group, known, unit, has_void, pieces))
+            last = first_ordinal + s;
+        else
+            met &= from_lowest(met & seen); /* nothing to be seen until then */
+        closed = is_closed(&g);
+    }
+    store_group(&g, line, group, has_void);
+    line->met[group] = last;
     line->opaque[group] = (uint8_t)closed;
 }
 
-/* One end of an interval: the value there and, of arrays with a mask, its cover. */
-typedef struct interval_end {
-    cvol_vf value, cover;
-} interval_end;
-
-/* The interval between two ends of which parts may have no value; where an end has none, the
- * other's value holds. */
-CVOL_INLINE int composite_masked(const cvol_sheet_table *table, float *r, int width, interval_end a,
-                                 interval_end b, cvol_vf weight)
+CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int pieces)
 {
-    const cvol_vf from = cvol_select(a.cover < LEAST_WEIGHT, b.value, a.value);
-    const cvol_vf to = cvol_select(b.cover < LEAST_WEIGHT, a.value, b.value);
-    return composite_interval(table, r, width, from, to, weight * 0.5f * (a.cover + b.cover), 1);
-}
-
-/* A sheet stands for the interval before it. */
-CVOL_INLINE void composite_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
-                                 const cvol_sheet_table *table, const cvol_line *line, int unit,
-                                 int has_void)
-{
-    line_view view;
-    const int only = sheet->front == -0.5f;
-    view_line(&view, layer, sheet, line->number, only ? -0.5f : -1, only ? 0.5f : 0);
-    /* The first sheet has nothing before it, but its values are needed. */
-    if (view.slab_end - view.slab_begin < LEAST_WEIGHT && sheet->ordinal > 0)
-        return;
-    const double step = layer->lane_step;
-    const unit_footprint footprint = make_unit_footprint(&view, sheet);
-    const int whole = view.slab_end - view.slab_begin > 1 - LEAST_WEIGHT;
-    float *previous = line->values + 4 * line->width;
-    for (int group = sheet->begin; group < sheet->end; group++) {
-        if (line->opaque[group])
-            continue;
-        const int i = group * CVOL_GROUP;
-        long x = unit ? footprint.x + i : (long)floor(sheet->lane_at + i * step);
-        const long window = window_of(x);
-        const int inside = whole && group >= sheet->inside_begin && group < sheet->inside_end;
-        int known = line->met[group] == sheet->ordinal - 1;
-        if (!(view.windows[window] & CVOL_WINDOW_SEEN)) {
-            if (known)
-                composite_end(layer, sheet, table, line, &view, group, window, has_void);
-            continue;
-        }
-        float level = 0;
-        const int begins = !known && find_level_before(&level, layer, sheet, line->number,
-                                                       sheet->lane_at + i * step);
-        known |= begins;
-        int closed = 1;
-        for (int part = 0; part < CVOL_GROUP; part += CVOL_LANES) {
-            double position = sheet->lane_at + (i + part) * step;
-            interval_end end = {.cover = cvol_splat(1)}, before;
-            if (has_void && view.windows[window] & CVOL_WINDOW_MASKED)
-                end.value = unit ? reconstruct_unit_masked(&end.cover, &view, &footprint, x + part,
-                                                           layer->cover_at)
-                                 : reconstruct_finer_masked(&end.cover, &view, position, step,
-                                                            layer->cover_at);
-            else
-                end.value = unit ? reconstruct_unit(&view, &footprint, x + part)
-                                 : reconstruct_finer(&view, position, step);
-            before.value = begins  ? cvol_splat(level)
-                           : known ? cvol_load(previous + i + part)
-                                   : end.value;
-            float *r = line->values + i + part;
-            cvol_store(previous + i + part, end.value);
-            if (inside && known && !has_void) {
-                closed &= composite_interval(table, r, line->width, before.value, end.value,
-                                             end.value, 0);
-                continue;
-            }
-            cvol_vf weight = !inside ? weigh(layer, &view, position) : cvol_splat(known ? 1 : 0.5f);
-            if (has_void) {
-                before.cover = begins  ? cvol_splat(1)
-                               : known ? cvol_load(r + 5 * line->width)
-                                       : end.cover;
-                cvol_store(r + 5 * line->width, end.cover);
-                closed &= composite_masked(table, r, line->width, before, end, weight);
-                continue;
-            }
-            closed &= composite_interval(table, r, line->width, before.value, end.value, weight, 1);
-        }
-        line->met[group] = sheet->ordinal;
-        line->opaque[group] = (uint8_t)closed;
+    const cvol_layer *layer = job->layer;
+    int begin = job->line->width / CVOL_GROUP, end = 0;
+    for (int s = 0; s < layer->sheet_count; s++) {
+        view_sheet(&job->sheets[s], job, &layer->sheets[s], unit);
+        begin = job->sheets[s].begin < begin ? job->sheets[s].begin : begin;
+        end = job->sheets[s].end > end ? job->sheets[s].end : end;
     }
-}
-
-CVOL_INLINE void composite_layer(const cvol_layer *layer, const cvol_sheet_table *table,
-                                 const cvol_line *line, int unit, int has_void)
-{
-    for (int s = 0; s < layer->sheet_count; s++)
-        composite_sheet(layer, &layer->sheets[s], table, line, unit, has_void);
+    for (int first = begin; first < end; first += RUN) {
+        const int count = end - first < RUN ? end - first : RUN;
+        find_met(job, first, count, unit);
+        for (int group = first; group < first + count; group++)
+            if (!job->line->opaque[group])
+                draw_group(job, group, unit, has_void, pieces);
+    }
 }
 
 void CVOL_SIMD(cvol_sheet_composite)(const cvol_layer *layer, const cvol_sheet_table *table,
                                      const cvol_line *line)
 {
-    const int unit = layer->lane_step == 1;
-    if (layer->cover_at)
-        unit ? composite_layer(layer, table, line, 1, 1)
-             : composite_layer(layer, table, line, 0, 1);
+    const int unit = layer->lane_step == 1, has_void = layer->cover_at != 0;
+    line_job job;
+    job.layer = layer;
+    job.table = table;
+    job.line = line;
+    job.table_offset = -table->from * table->scale;
+    if (has_void)
+        unit ? draw_line(&job, 1, 1, 0) : draw_line(&job, 0, 1, 0);
+    else if (HAVE_PIECES && table->pieces)
+        unit ? draw_line(&job, 1, 0, 1) : draw_line(&job, 0, 0, 1);
     else
-        unit ? composite_layer(layer, table, line, 1, 0)
-             : composite_layer(layer, table, line, 0, 0);
+        unit ? draw_line(&job, 1, 0, 0) : draw_line(&job, 0, 0, 0);
 }

@@ -36,7 +36,7 @@ CVOL_INLINE const uint8_t *find_windows(const float **levels, long *y, const cvo
     *y = r < last + 1 ? (long)floor(r) : last;
     int low = *y < 0 ? 0 : (int)*y, high = *y + 1 > last ? last : (int)*y + 1;
     low = low > last ? last : low;
-    const int block_row = low / layer->row_points;
+    const int block_row = (int)((uint64_t)low * layer->row_points_inverse >> 32);
     const int across = high >= (block_row + 1) * layer->row_points;
     *levels = (across ? windows->across_level : windows->within_level) + block_row * windows->count;
     return (across ? windows->across : windows->within) + block_row * windows->count;

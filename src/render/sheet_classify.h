@@ -1,0 +1,196 @@
+/* Classification of samples by the table of a frame (cvol_sheet_table), and compositing of what
+ * they are classified as.
+ *
+ * With AVX-512 the pieces of the table are looked up by permutations: a coordinate's bin says at
+ * which piece to begin, and two steps at most lead to its own. Elsewhere, and where a function does
+ * not fit into the pieces, entries are gathered.
+ *
+ * To be included by kernel files only: each compiles it for its instruction set.
+ */
+#ifndef CVOL_RENDER_SHEET_CLASSIFY_H
+#define CVOL_RENDER_SHEET_CLASSIFY_H
+
+#include "base/vector.h"
+#include "render/sheet.h"
+
+#if defined(__AVX512F__)
+#define HAVE_PIECES 1
+#else
+#define HAVE_PIECES 0
+#endif
+
+/* A group whose transmittance is below this in every pixel is done: what lies behind could change
+ * no channel by more than half a step of 255. */
+#define OPAQUE_BELOW (1.0f / 512)
+
+/* What composite has of CVOL_LANES pixels: premultiplied colour and the transmittance 1 - A. */
+typedef struct pixels {
+    cvol_vf r, g, b, through;
+} pixels;
+
+/* Which pixels take a sample, and of those which for a half or a quarter of the interval. */
+typedef struct sample_parts {
+    cvol_vi halves, quarters, mask;
+    int divided; /* known when this is compiled: whether any of the three is looked at */
+} sample_parts;
+
+/* Whether a lane of v is above a limit. */
+CVOL_INLINE int any_above(cvol_vf v, float limit)
+{
+#if defined(__AVX512F__)
+    return _mm512_cmp_ps_mask((__m512)v, _mm512_set1_ps(limit), _CMP_GT_OQ) != 0;
+#else
+    return cvol_any(v > limit);
+#endif
+}
+
+/* Whether a range least .. most reaches into from .. to. */
+CVOL_INLINE int any_within(cvol_vf most, cvol_vf least, float from, float to)
+{
+#if defined(__AVX512F__)
+    const __mmask16 above = _mm512_cmp_ps_mask((__m512)most, _mm512_set1_ps(from), _CMP_GE_OQ);
+    return _mm512_mask_cmp_ps_mask(above, (__m512)least, _mm512_set1_ps(to), _CMP_LE_OQ) != 0;
+#else
+    return cvol_any((most >= from) & (least <= to));
+#endif
+}
+
+CVOL_INLINE cvol_vf table_clamp(cvol_vf t)
+{
+    return cvol_min(cvol_max(t, cvol_splat(0)), cvol_splat(CVOL_TABLE_SIZE - 1));
+}
+
+/* What 1 - (1 - a)^w is of a: exact where a or w is 0 or 1, within 0.02 elsewhere. */
+CVOL_INLINE cvol_vf share_of_part(cvol_vf a, cvol_vf w)
+{
+    cvol_vf a2 = a * a;
+    return w / (1 - a * (1 - w) * (0.5f + 0.5f * a2 * a2 * a2));
+}
+
+CVOL_INLINE cvol_vf weight_share(cvol_vf share, cvol_vf opacity, cvol_vf weight)
+{
+    const float least = 1e-4f;
+    return cvol_select(weight >= least, share * share_of_part(opacity, weight), cvol_splat(0));
+}
+
+CVOL_INLINE void composite_entry(pixels *p, const cvol_sheet_table *table, cvol_vf t,
+                                 sample_parts parts, cvol_vf weight, int weighted)
+{
+    cvol_vf opacity;
+    cvol_vi colour, index = cvol_to_int(table_clamp(t));
+    if (parts.divided)
+        index += ((parts.halves & 1) + (parts.quarters & 1)) * CVOL_TABLE_SIZE;
+    cvol_lookup(&opacity, &colour, table->entries[0], index);
+    if (parts.divided)
+        opacity = (cvol_vf)((cvol_vi)opacity & parts.mask);
+    cvol_vf share = p->through;
+    if (weighted)
+        share = weight_share(share, opacity, weight);
+    share *= opacity;
+    p->through -= share;
+    share *= 1.0f / 1023;
+    p->r += share * cvol_to_float(colour & 1023);
+    p->g += share * cvol_to_float((colour >> 10) & 1023);
+    p->b += share * cvol_to_float(colour >> 20);
+}
+
+#if HAVE_PIECES
+CVOL_INLINE cvol_vf piece_value(const float values[CVOL_PIECES], __m512i piece)
+{
+    return (cvol_vf)_mm512_permutex2var_ps(_mm512_load_ps(values), piece,
+                                           _mm512_load_ps(values + 16));
+}
+
+CVOL_INLINE __m512i next_piece(const cvol_sheet_table *table, __m512i piece, cvol_vf t)
+{
+    const __mmask16 beyond = _mm512_cmp_ps_mask(
+        (__m512)t, (__m512)piece_value(table->piece_end, piece), _CMP_GE_OQ);
+    return _mm512_mask_add_epi32(piece, beyond, piece, _mm512_set1_epi32(1));
+}
+
+CVOL_INLINE void composite_piece(pixels *p, const cvol_sheet_table *table, cvol_vf t,
+                                 sample_parts parts, cvol_vf weight, int weighted)
+{
+    /* Entries lie in the middles of their coordinates. */
+    t = cvol_min(cvol_max(t, cvol_splat(0.5f)), cvol_splat(CVOL_TABLE_SIZE - 0.5f));
+    const __m512i bin = _mm512_srli_epi32(_mm512_cvttps_epi32((__m512)t), CVOL_PIECE_BIN_LOG2);
+    /* The bin is in the lower half of each word, and what the upper half finds is no matter. */
+    __m512i piece = _mm512_permutex2var_epi16(_mm512_load_si512(table->piece_of), bin,
+                                              _mm512_load_si512(table->piece_of + 32));
+    piece = _mm512_and_si512(piece, _mm512_set1_epi32(CVOL_PIECES - 1));
+    piece = next_piece(table, next_piece(table, piece, t), t);
+    cvol_vf v[4];
+    for (int k = 0; k < 4; k++)
+        v[k] = piece_value(table->piece_start[k], piece) +
+               t * piece_value(table->piece_rise[k], piece);
+    cvol_vf share = p->through;
+    if (parts.divided) { /* (1 - sqrt(T)) / (1 - T) = 1 / (1 + sqrt(T)), T = 1 - opacity; and again
+                          */
+        const __m512 through = (__m512)cvol_max(1 - v[3], cvol_splat(1e-12f));
+        const __m512 half = _mm512_mul_ps(through, _mm512_rsqrt14_ps(through));
+        const __m512 quarter = _mm512_mul_ps(half, _mm512_rsqrt14_ps(half));
+        const cvol_vf of_half = (cvol_vf)_mm512_rcp14_ps((__m512)(1 + (cvol_vf)half));
+        const cvol_vf of_quarter = (cvol_vf)_mm512_rcp14_ps((__m512)(1 + (cvol_vf)quarter));
+        share = cvol_select(parts.halves, share * of_half, share);
+        share = cvol_select(parts.quarters, share * of_quarter, share);
+        share = (cvol_vf)((cvol_vi)share & parts.mask);
+    }
+    if (weighted)
+        share = weight_share(share, v[3], weight);
+    p->r += share * v[0];
+    p->g += share * v[1];
+    p->b += share * v[2];
+    p->through -= share * v[3];
+}
+#endif
+
+/* One sample, at table coordinate t; if `weighted`, only this part of its length. */
+CVOL_INLINE void composite_sample(pixels *p, const cvol_sheet_table *table, cvol_vf t,
+                                  sample_parts parts, cvol_vf weight, int weighted, int pieces)
+{
+#if HAVE_PIECES
+    if (pieces) {
+        composite_piece(p, table, t, parts, weight, weighted);
+        return;
+    }
+#endif
+    (void)pieces;
+    composite_entry(p, table, t, parts, weight, weighted);
+}
+
+/* The interval from table coordinate a to b, in 1, 2 or 4 parts: each pixel by itself, or the
+ * groups would be seen; the less light still comes through, the fewer, for the less an error is
+ * seen. A part's sample lies at its far end, so that what counts most, the sheet's own value, is
+ * exact. If `weighted`, only this part of its length. */
+CVOL_INLINE void composite_interval(pixels *p, const cvol_sheet_table *table, cvol_vf a, cvol_vf b,
+                                    cvol_vf weight, int weighted, int pieces)
+{
+    const cvol_vf most = cvol_max(a, b), least = cvol_min(a, b);
+    if (!any_within(most, least, table->visible_from, table->visible_to))
+        return;
+    const cvol_vf span = (most - least) * p->through;
+    sample_parts parts = {.divided = 1};
+    if (!any_above(span, table->flat)) {
+        parts.divided = 0;
+        composite_sample(p, table, b, parts, weight, weighted, pieces);
+        return;
+    }
+    const cvol_vf quarter = 0.25f * (b - a);
+    parts.halves = span > table->flat;
+    parts.quarters = span > 4 * table->flat;
+    const int finest = any_above(span, 4 * table->flat);
+    if (finest) {
+        parts.mask = parts.quarters;
+        composite_sample(p, table, a + quarter, parts, weight, weighted, pieces);
+    }
+    parts.mask = parts.halves;
+    composite_sample(p, table, a + 2 * quarter, parts, weight, weighted, pieces);
+    if (finest) {
+        parts.mask = parts.quarters;
+        composite_sample(p, table, a + 3 * quarter, parts, weight, weighted, pieces);
+    }
+    parts.mask = ~(cvol_vi){0};
+    composite_sample(p, table, b, parts, weight, weighted, pieces);
+}
+
+#endif

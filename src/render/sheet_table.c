@@ -1,0 +1,163 @@
+/* The transfer function of a frame, in two forms.
+ *
+ * Entries: opacity and colour at CVOL_TABLE_SIZE values. Pieces: colour times opacity, and opacity,
+ * as straight lines between some of these values, found from one end to the other: a piece is as
+ * long as some slope keeps all that it passes within a tolerance (Tomek, "Two algorithms for
+ * piecewise-linear continuous approximation of functions of one variable", 1974, gives the cone of
+ * slopes), and the next begins at the function itself. The tolerance is relative, so that many weak
+ * samples add up to what they should, and grows until there are few enough pieces. */
+#include "render/sheet_table.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The least tolerance, and the largest: as a share of a value, not more than so much of 1. */
+#define FINEST 0.002
+#define COARSEST 0.02
+#define MOST_OFF 0.0015
+
+/* The widest interval (a power of two entries) over which classification departs from a straight
+ * line by no more than `tolerance` in its middle. */
+static int find_flat(double (*channels)[4], double tolerance)
+{
+    for (int span = CVOL_TABLE_SIZE / 2; span > 1; span /= 2) {
+        double worst = 0;
+        for (int t = 0; t + span < CVOL_TABLE_SIZE && worst <= tolerance; t++)
+            for (int k = 0; k < 4; k++) {
+                const double ends = channels[t][k] + channels[t + span][k];
+                worst = fmax(worst, fabs(channels[t + span / 2][k] - 0.5 * ends));
+            }
+        if (worst <= tolerance)
+            return span;
+    }
+    return 1;
+}
+
+/* ---- pieces ------------------------------------------------------------------------------------
+ */
+
+static double tolerance_of(double value, double share)
+{
+    return 2e-6 + fmin(share * value, MOST_OFF);
+}
+
+/* How far a piece from entry `from` reaches, entry `most` at the most, and its slopes. */
+static int find_piece(double slope[4], double (*channels)[4], int from, int most, double share)
+{
+    double lo[4], hi[4];
+    for (int k = 0; k < 4; k++) {
+        lo[k] = -INFINITY;
+        hi[k] = INFINITY;
+        slope[k] = 0;
+    }
+    int to = from + 1;
+    for (; to <= most; to++) {
+        double below[4], above[4];
+        int fits = 1;
+        for (int k = 0; k < 4; k++) {
+            /* Colours are held as closely as the opacity that they come with. */
+            const double off = tolerance_of(channels[to][3], share), run = to - from;
+            const double rise = channels[to][k] - channels[from][k];
+            below[k] = fmax(lo[k], (rise - off) / run);
+            above[k] = fmin(hi[k], (rise + off) / run);
+            fits = fits && below[k] <= above[k];
+        }
+        if (!fits)
+            break;
+        for (int k = 0; k < 4; k++) {
+            lo[k] = below[k];
+            hi[k] = above[k];
+            const double chord = (channels[to][k] - channels[from][k]) / (to - from);
+            slope[k] = fmin(fmax(chord, lo[k]), hi[k]);
+        }
+    }
+    return to - 1;
+}
+
+/* The last entry of a run that begins at `first`: of transparent ones, or of others. */
+static int find_run(double (*channels)[4], int first)
+{
+    const int clear = channels[first][3] <= 0;
+    int last = first;
+    while (last + 1 < CVOL_TABLE_SIZE && (channels[last + 1][3] <= 0) == clear)
+        last++;
+    return last;
+}
+
+/* Entry t lies at coordinate t + 1/2. What is transparent stays so exactly: no piece reaches from
+ * entries that are into others, but begins and ends half way between. 0 if the function does not
+ * fit. */
+static int fit_pieces(cvol_sheet_table *table, double (*channels)[4], double share)
+{
+    int count = 0, from = 0, last = find_run(channels, 0);
+    while (from < CVOL_TABLE_SIZE) {
+        double slope[4];
+        if (count == CVOL_PIECES)
+            return 0;
+        const int to = find_piece(slope, channels, from, last, share);
+        for (int k = 0; k < 4; k++) {
+            table->piece_rise[k][count] = (float)slope[k];
+            table->piece_start[k][count] = (float)(channels[from][k] - slope[k] * (from + 0.5));
+        }
+        const int ends = to == last;
+        table->piece_end[count++] = (float)(ends ? last + 1 : to + 0.5);
+        from = ends ? last + 1 : to;
+        if (ends && from < CVOL_TABLE_SIZE)
+            last = find_run(channels, from);
+    }
+    for (int i = count - 1; i < CVOL_PIECES; i++)
+        table->piece_end[i] = INFINITY;
+    for (int bin = 0, piece = 0; bin < CVOL_PIECE_BINS; bin++) {
+        int steps = 0;
+        while (table->piece_end[piece] <= (float)(bin << CVOL_PIECE_BIN_LOG2))
+            piece++;
+        table->piece_of[bin] = (int16_t)piece;
+        while (table->piece_end[piece + steps] < (float)((bin + 1) << CVOL_PIECE_BIN_LOG2))
+            steps++;
+        if (steps > 2)
+            return 0;
+    }
+    return count;
+}
+
+/* Its first and last entries lie one step outside, so that they are the constants there even where
+ * the function begins or ends with a jump. */
+void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
+                           const cvol_transfer *transfer, double distance)
+{
+    double channels[CVOL_TABLE_SIZE][4];
+    double lo = transfer->points[0].value, hi = transfer->points[transfer->count - 1].value;
+    lo = fmin(fmax(lo, array->range_min), array->range_max);
+    hi = fmin(fmax(hi, array->range_min), array->range_max);
+    double span = hi > lo ? hi - lo : array->range_max - array->range_min;
+    double unit = span > 0 ? span / (CVOL_TABLE_SIZE - 3) : 1;
+    lo -= unit;
+    table->from = (float)(lo - array->offset - 0.5 * unit);
+    table->scale = (float)(1 / unit);
+    int first = CVOL_TABLE_SIZE, last = -1;
+    for (int t = 0; t < CVOL_TABLE_SIZE; t++) {
+        cvol_transfer_point p = cvol_transfer_at(transfer, lo + t * unit);
+        uint32_t colour = (uint32_t)lround(p.r * 1023) | (uint32_t)lround(p.g * 1023) << 10 |
+                          (uint32_t)lround(p.b * 1023) << 20;
+        double opacity = cvol_opacity_over(p.opacity, distance);
+        channels[t][0] = opacity * p.r;
+        channels[t][1] = opacity * p.g;
+        channels[t][2] = opacity * p.b;
+        channels[t][3] = opacity;
+        for (int level = 0; level < CVOL_LEVELS; level++) {
+            table->entries[level][t] = (cvol_pair){(float)opacity, colour};
+            opacity = opacity / (1 + sqrt(1 - opacity)); /* 1 - sqrt(1 - opacity) */
+        }
+        if (p.opacity > 0) {
+            first = t < first ? t : first;
+            last = t;
+        }
+    }
+    /* In table coordinates, where entry t is at t + 1/2. */
+    table->visible_from = first == 0 ? -INFINITY : (float)(first - 0.5);
+    table->visible_to = last == CVOL_TABLE_SIZE - 1 ? INFINITY : (float)(last + 1.5);
+    table->flat = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE);
+    table->pieces = 0;
+    for (double share = FINEST; share <= COARSEST && !table->pieces; share *= 2)
+        table->pieces = fit_pieces(table, channels, share);
+}

@@ -1,0 +1,13 @@
+/* Classification of one frame, tabulated. */
+#ifndef CVOL_RENDER_SHEET_TABLE_H
+#define CVOL_RENDER_SHEET_TABLE_H
+
+#include "render/sheet.h"
+#include "render/transfer.h"
+
+/* Tabulates the transfer function over what of it the data reach, with opacities for the distance
+ * between sheets. */
+void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
+                           const cvol_transfer *transfer, double distance);
+
+#endif
