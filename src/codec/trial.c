@@ -15,8 +15,8 @@
 
 /* Of more, sums of squares and transforms would leave the range of float. */
 #define SPAN_MOST 2e35
-/* A mask may take one in so many of the bytes that are asked for. */
-#define MASK_SHARE 3
+/* More than so many of the bytes that are asked for leave nothing to speak of for all else. */
+#define MASK_SHARE_MOST 0.9
 /* Bytes of a brick's mask that are no tokens: what its cells are, its length and checksum. */
 #define MASK_BRICK 16
 
@@ -93,7 +93,7 @@ static int measure_mask(cvol_context *context, cvol_trial *trial)
     return code;
 }
 
-/* Whether a mask leaves the most of the bytes that a target allows. */
+/* Whether a mask leaves some of the bytes that a target allows. */
 static int can_pay(const cvol_compress_options *options, const cvol_grid *grid, uint64_t bytes)
 {
     const double samples = (double)cvol_grid_samples(grid), value = options->target_value;
@@ -102,7 +102,7 @@ static int can_pay(const cvol_compress_options *options, const cvol_grid *grid, 
     const double budget = options->target == CVOL_TARGET_BITS
                               ? samples * value / 8
                               : (double)cvol_grid_bytes(grid) / value;
-    return (double)bytes * MASK_SHARE <= budget;
+    return (double)bytes <= MASK_SHARE_MOST * budget;
 }
 
 static int start_masked(cvol_context *context, cvol_trial *trial, const void *samples,
