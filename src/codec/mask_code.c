@@ -238,7 +238,7 @@ static void end_row(uint16_t row[HALVES], size_t width)
     const size_t last = (width - 1) / CELL + 1, used = width - CELL * (last - 1);
     const int end = row[last] >> (used - 1) & 1;
     row[0] = row[1] & 1 ? UINT16_MAX : 0;
-    row[last] = (uint16_t)(row[last] | (end ? UINT16_MAX << used : 0));
+    row[last] = (uint16_t)(row[last] | (end ? (uint32_t)UINT16_MAX << used : 0));
     row[last + 1] = end ? UINT16_MAX : 0;
 }
 
