@@ -21,7 +21,7 @@
 #include "codec/writer.h"
 #include "cvol/codec.h"
 
-enum { TRIES_MOST = 16, FITTED_TRIES = 2, WEIGHTS_MOST = 14, FINER_MOST = 3, SETTLED_MOST = 5 };
+enum { TRIES_MOST = 16, FITTED_TRIES = 2, WEIGHTS_MOST = 14, FINER_MOST = 8, SETTLED_MOST = 5 };
 #define SLACK_MOST 30
 /* A bracket of steps (log) that is less wide has a jump within it. */
 #define JUMP_WIDTH 4e-3
