@@ -131,7 +131,7 @@ static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int th
                        sizeof(float)) &&
            cvol_ensure(&image->scratch, &state->scratch_capacity, 4 * width * (size_t)threads,
                        sizeof(float)) &&
-           cvol_ensure(&image->spans, &state->span_capacity, 2 * height, sizeof(int)) &&
+           cvol_ensure(&image->spans, &state->span_capacity, 4 * height, sizeof(int)) &&
            cvol_ensure(&image->opaque, &state->opaque_capacity, width / CVOL_GROUP * height, 1) &&
            cvol_ensure(&image->met, &state->met_capacity, width / CVOL_GROUP * height,
                        sizeof *image->met) &&

@@ -102,7 +102,7 @@ typedef struct cvol_intermediate {
     int width, height;
     float *lines;    /* [height][CVOL_LINES][width] */
     float *scratch;  /* one line for each thread */
-    int *spans;      /* [height][2]: where a line is not empty, found before the warp */
+    int *spans;      /* [2][height][2]: where lines, and those around, are not empty (warp.c) */
     uint8_t *opaque; /* [height][width / CVOL_GROUP]: nothing behind this group is seen */
     int32_t *met;    /* [height][width / CVOL_GROUP]: number of the last sheet that it met */
 } cvol_intermediate;
