@@ -138,8 +138,9 @@ static void test_scale_bar(void **state)
             grid.spacing[a] = pow(10, 2 * random_signed(&r));
         options.width = 256 + (int)random_below(&r, 600);
         options.height = 256 + (int)random_below(&r, 600);
-        options.camera = (cvol_camera){300 * random_signed(&r), 90 * random_signed(&r), 0,
-                                       pow(4, random_signed(&r))};
+        options.camera = (cvol_camera){.azimuth_deg = 300 * random_signed(&r)};
+        options.camera.elevation_deg = 90 * random_signed(&r);
+        options.camera.zoom = pow(4, random_signed(&r));
         memcpy(options.background, bright ? white : black, sizeof white);
         cvol_view view;
         assert_int_equal(cvol_view_make(context, &view, &grid, &options), CVOL_OK);

@@ -40,7 +40,8 @@ static void test_view_directions(void **state)
     for (int trial = 0; trial < 200; trial++) {
         cvol_render_options options = cvol_render_options_defaults();
         double a = 400 * random_signed(&r), e = 400 * random_signed(&r);
-        options.camera = (cvol_camera){a, e, 400 * random_signed(&r), 1};
+        options.camera = (cvol_camera){
+            .azimuth_deg = a, .elevation_deg = e, .roll_deg = 400 * random_signed(&r), .zoom = 1};
         cvol_view v;
         assert_int_equal(cvol_view_make(context, &v, &grid, &options), CVOL_OK);
         a *= acos(-1) / 180;

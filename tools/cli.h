@@ -15,6 +15,7 @@ enum { EXIT_DONE = 0, EXIT_FAILED = 1, EXIT_MISUSED = 2 };
 typedef enum option_kind {
     OPTION_FLAG,     /* int: set to 1 */
     OPTION_TEXT,     /* const char * */
+    OPTION_TEXTS,    /* text_list: may be given `least` times, which is at most TEXTS_MAX */
     OPTION_INTEGER,  /* int, at least `least` */
     OPTION_THREADS,  /* int, 1 to THREADS_MAX */
     OPTION_NUMBER,   /* double, finite */
@@ -24,6 +25,12 @@ typedef enum option_kind {
     OPTION_BOX,      /* size_t[6]: X0:X1,Y0:Y1,Z0:Z1 */
     OPTION_HEADING   /* no option: a line of the help */
 } option_kind;
+
+#define TEXTS_MAX 8
+typedef struct text_list {
+    const char *texts[TEXTS_MAX];
+    int count;
+} text_list;
 
 typedef struct option_spec {
     const char *name;     /* with its dashes: "--ratio", "-o" */

@@ -10,10 +10,14 @@ static const char description[] =
     "not compressed yet is compressed in memory first. Of many volumes each becomes a picture: "
     "{name} in\n"
     "OUT is the volume's name without folder and ending.\n"
-    "The camera projects in parallel and looks at the volume's centre with +z up; the eye lies in\n"
-    "direction (cos e sin a, -cos e cos a, sin e) for azimuth a and elevation e. At zoom 1 the "
-    "whole\n"
-    "box fits whatever the angle. Named views are a patient's, if the file says how it lies in "
+    "The camera looks at the volume's centre with +z up; the eye lies in direction (cos e sin a, "
+    "-cos e\n"
+    "cos a, sin e) for azimuth a and elevation e. It projects in parallel, or, with --perspective, "
+    "from a\n"
+    "distance at which what is as far as the centre has the same size. At zoom 1 the whole box "
+    "fits\n"
+    "whatever the angle, in parallel. Lengths are in the volume's unit (spacing times samples).\n"
+    "Named views are a patient's, if the file says how it lies in "
     "one, as\n"
     "radiologists look: from the front the patient's left is on the right; from top and bottom the "
     "front\n"
@@ -26,6 +30,8 @@ static const char examples[] =
     "  cvol render ct.cvol -o bones.png --transfer bone --size 1024 --zoom 1.5\n"
     "  cvol render scan.nii.gz -o mip.png --mode mip --background 1,1,1\n"
     "  cvol render mr.nii.gz -o '{name}.png' --view left --background transparent\n"
+    "  cvol render ct.cvol -o cut.png --clip ,50%:,             without the front half\n"
+    "  cvol render ct.cvol -o in.png --perspective 80 --eye 0,-20,10 --look-at 0,40,0\n"
     "  cvol render ct.cvol -o turn.webp --turntable 72 --elevation 15 --background white\n"
     "  cvol render ct.cvol -o ct.cvi --engine transform        a compressed picture\n"
     "  cvol render ct.cvol -o ct.png --progressive             ct-1.png, ct-2.png, ..., ct.png\n"
@@ -91,7 +97,20 @@ int command_render(int argc, char **argv)
          OPTION_TEXT, &a.view_name, 0, NULL},
         {"--roll", "DEG", "turn the camera counter-clockwise (default 0)", OPTION_NUMBER, &a.roll,
          0, NULL},
-        {"--zoom", "Z", "magnification (default 1)", OPTION_NUMBER, &a.zoom, 0, NULL},
+        {"--zoom", "Z", "magnification (default 1)", OPTION_NUMBER, &a.zoom, 0, &a.zoom_given},
+        {"--perspective", "FOV",
+         "field of view, of the height, 1 to 150 degrees (default: parallel)", OPTION_NUMBER,
+         &a.perspective, 0, &a.perspective_given},
+        {"--eye", "X,Y,Z",
+         "with --perspective, instead of angles and zoom: from the volume's centre",
+         OPTION_NUMBERS3, a.eye, 0, &a.eye_given},
+        {"--look-at", "X,Y,Z", "what it looks at (default 0,0,0)", OPTION_NUMBERS3, a.look_at, 0,
+         &a.look_at_given},
+        {"--up", "X,Y,Z", "what is upwards (default 0,0,1)", OPTION_NUMBERS3, a.up, 0, &a.up_given},
+        {"--clip", "BOX", "draw samples X0:X1,Y0:Y1,Z0:Z1 only; as in 10:,25%:75%,; empty: all",
+         OPTION_TEXT, &a.clip_text, 0, NULL},
+        {"--clip-plane", "NX,NY,NZ,D", "only what is at least D from the centre that way (up to 6)",
+         OPTION_TEXTS, &a.clip_planes, CVOL_CLIP_PLANES, NULL},
         {NULL, NULL, "Films:", OPTION_HEADING, NULL, 0, NULL},
         {"--turntable", "N",
          "N pictures all around: turn-{n}.png, .gif, .webp; by ffmpeg .mp4 .mov .mkv .webm",

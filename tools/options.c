@@ -134,6 +134,14 @@ static int store_value(const option_spec *option, const char *text)
     case OPTION_TEXT:
         *(const char **)option->value = text;
         return EXIT_DONE;
+    case OPTION_TEXTS: {
+        text_list *list = option->value;
+        if (list->count == option->least)
+            return complain(EXIT_MISUSED, "%s is given more than %d times", option->name,
+                            option->least);
+        list->texts[list->count++] = text;
+        return EXIT_DONE;
+    }
     case OPTION_INTEGER:
         if (!parse_integer(option->value, text, &end) || *end ||
             *(int *)option->value < option->least)

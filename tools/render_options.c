@@ -223,11 +223,11 @@ int check_render_arguments(scene *s, render_arguments *a)
         if (a->size[i] > CVOL_IMAGE_SIZE_MAX)
             return complain(EXIT_MISUSED, "--size has %d, must be 1 to %d", a->size[i],
                             CVOL_IMAGE_SIZE_MAX);
-    if (choose_ground(a) || check_values(a))
+    if (choose_ground(a) || check_values(a) || check_clip(a) || check_eye(a))
         return EXIT_MISUSED;
     s->options.width = a->size[0];
     s->options.height = a->size[1];
-    s->options.camera = (cvol_camera){a->azimuth, a->elevation, a->roll, a->zoom};
+    s->options.camera = render_camera(a, 0);
     s->options.step_voxels = a->step;
     memcpy(s->options.background, a->background, sizeof a->background);
     return EXIT_DONE;

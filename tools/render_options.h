@@ -4,6 +4,12 @@
 
 #include "cli.h"
 
+/* One bound of --clip. */
+typedef struct render_bound {
+    enum { BOUND_NONE = 0, BOUND_SAMPLES, BOUND_PERCENT } kind;
+    double value;
+} render_bound;
+
 typedef struct render_arguments {
     common_options common;
     const char *engine_name, *mode_name, *transfer_name, *output;
@@ -17,6 +23,12 @@ typedef struct render_arguments {
     /* of cvol render alone */
     const char *view_name;
     int bits, annotate;
+    double perspective, eye[3], look_at[3], up[3];
+    int perspective_given, eye_given, look_at_given, up_given, zoom_given;
+    const char *clip_text; /* NULL: not given */
+    text_list clip_planes;
+    render_bound clip[6]; /* what these say: check_clip */
+    double clip_plane[CVOL_CLIP_PLANES][4];
     int turntable, turntable_given, quality, quality_given, fps_given;
     double fps;
     /* engine splat; NULL: not given */
@@ -204,6 +216,12 @@ const cvol_grid *scene_grid(cvol_context *context, const scene *s, cvol_baked_in
 /* Sets the camera to the named view, if there is one, and turns it. Exit status. */
 int aim_camera(cvol_context *context, scene *s, const render_arguments *a, double turn_deg);
 void close_scene(scene *s);
+
+/* render_clip.c: what is drawn, and an eye at a place. Exit status. */
+int check_clip(render_arguments *a);
+int check_eye(const render_arguments *a);
+void set_clip(cvol_clip *clip, const render_arguments *a, const cvol_grid *grid);
+cvol_camera render_camera(const render_arguments *a, double turn_deg);
 
 /* render_mask.c: whether dense samples are marked as having no value, and which ones have none
  * (none: s->mask stays NULL). Exit status. */

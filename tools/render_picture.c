@@ -283,10 +283,11 @@ void describe_view(json_t *object, cvol_context *context, const scene *s, const 
     const cvol_camera *camera = &s->options.camera;
     double range[2];
     json_object_set_new(object, "camera",
-                        json_pack("{s:o, s:f, s:f, s:f, s:f, s:b}", "view",
+                        json_pack("{s:o, s:f, s:f, s:f, s:f, s:f, s:b}", "view",
                                   a->view_name ? json_text(a->view_name) : json_null(), "azimuth",
                                   camera->azimuth_deg, "elevation", camera->elevation_deg, "roll",
-                                  camera->roll_deg, "zoom", camera->zoom, "mirrored", s->mirrored));
+                                  camera->roll_deg, "zoom", camera->zoom, "field_of_view",
+                                  camera->fov_deg, "mirrored", s->mirrored));
     if (s->options.mode == CVOL_MODE_COMPOSITE || cvol_renderer_range(context, s->renderer, range))
         return;
     if (has_window(s))

@@ -42,7 +42,10 @@ static void rotations_of(double (*out)[4], const pose_list *list, size_t first, 
 {
     for (size_t i = 0; i < count; i++) {
         const double *numbers = list->poses[first + i].numbers;
-        const cvol_camera camera = {numbers[0], numbers[1], numbers[2], 1};
+        const cvol_camera camera = {.azimuth_deg = numbers[0],
+                                    .elevation_deg = numbers[1],
+                                    .roll_deg = numbers[2],
+                                    .zoom = 1};
         if (list->numbers == 4)
             memcpy(out[i], numbers, sizeof out[i]);
         else

@@ -1,4 +1,4 @@
-/* Where the camera stands: angles, or a named view of what was opened. */
+/* Where the camera stands: angles, or a named view of what was opened; and what of it is drawn. */
 #include "render_options.h"
 
 const cvol_grid *scene_grid(cvol_context *context, const scene *s, cvol_baked_info *info)
@@ -13,7 +13,8 @@ int aim_camera(cvol_context *context, scene *s, const render_arguments *a, doubl
 {
     cvol_baked_info info;
     cvol_camera *camera = &s->options.camera;
-    *camera = (cvol_camera){a->azimuth + turn_deg, a->elevation, a->roll, a->zoom};
+    *camera = render_camera(a, turn_deg);
+    set_clip(&s->options.clip, a, scene_grid(context, s, &info));
     if (!a->view_name)
         return EXIT_DONE;
     const int code = cvol_camera_named(context, camera, &s->mirrored, a->view_name,

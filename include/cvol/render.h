@@ -104,13 +104,33 @@ typedef enum cvol_mode {
     CVOL_MODE_MIP = 3   /* largest sample along the ray, over the window, white on black */
 } cvol_mode;
 
-/* Parallel projection. The eye lies in direction (cos e sin a, -cos e cos a, sin e) of the
- * centre of the box of sample centres, for azimuth a and elevation e; +z is up; roll turns the
- * camera counter-clockwise about its viewing direction. Half the picture's height is half the
- * diagonal of the box divided by zoom. */
+/* The eye lies in direction (cos e sin a, -cos e cos a, sin e) of the centre of the box of sample
+ * centres, for azimuth a and elevation e; +z is up; roll turns the camera counter-clockwise about
+ * its viewing direction. Half the picture's height is half the diagonal of the box divided by zoom:
+ * in parallel projection everywhere, in perspective as far away as the centre, from which the eye
+ * is then so far that the picture's height spans fov_deg. Or the eye is placed: lengths are the
+ * world's, from the box's centre. In perspective nothing is seen that is nearer to the eye, along
+ * the viewing direction, than two mean spacings. Engines sheet and ray have perspective. */
 typedef struct cvol_camera {
     double azimuth_deg, elevation_deg, roll_deg, zoom;
+    double fov_deg; /* 0: parallel projection; else perspective, 1 to 150 */
+    int placed;     /* in perspective: by these three instead of azimuth, elevation and zoom */
+    double eye[3], look_at[3];
+    double
+        up[3]; /* what is upwards in the picture; 0 0 0: +z, or +y of an eye that looks along z */
 } cvol_camera;
+
+/* What of the volume is drawn: the part of it that lies within the box and in front of all planes.
+ * Cut faces are sharp: of a sample, or between two, what lies within counts. All zero is the whole
+ * volume. Engines sheet and ray. */
+#define CVOL_CLIP_PLANES 6
+typedef struct cvol_clip {
+    int axes; /* bit a: samples from[a] to to[a] of axis a, which may be fractions */
+    double from[3], to[3];
+    int planes; /* how many of these there are: what lies at least plane[k][3], in world */
+    double plane[CVOL_CLIP_PLANES][4]; /* length, in direction plane[k][0 .. 2] of the box's centre,
+                                          is kept */
+} cvol_clip;
 
 /* "front back left right top bottom"; static storage. */
 CVOL_API const char *cvol_view_names(void);
@@ -189,6 +209,7 @@ typedef struct cvol_render_options {
     cvol_splat_options splat;
     cvol_transform_options transform;
     cvol_fourier_options fourier;
+    cvol_clip clip;
 } cvol_render_options;
 
 /* 512 x 512, composite, azimuth 0, elevation 0, zoom 1, black; splats: Gaussian, 5 samples wide,

@@ -50,6 +50,8 @@ void cvol_length_text(char *text, size_t size, double length, const char *unit)
 
 void cvol_sketch_scale(const cvol_sketch *s)
 {
+    if (s->view.perspective) /* lengths differ with depth */
+        return;
     char text[64];
     const double length = cvol_round_length(0.25 * s->view.width * s->view.pixel);
     const double pixels = length / s->view.pixel, tick = 0.45 * s->letter;

@@ -62,7 +62,8 @@ static int make_slices(cvol_context *context, cvol_transform_state *state, cvol_
     cvol_view view;
     cvol_splat_plan plan;
     cvol_splat_light light;
-    along.camera = (cvol_camera){axis == 0 ? 90 : 0, axis == 2 ? 90 : 0, 0, 1};
+    along.camera = (cvol_camera){
+        .azimuth_deg = axis == 0 ? 90 : 0, .elevation_deg = axis == 2 ? 90 : 0, .zoom = 1};
     int code = cvol_view_make(context, &view, &state->subject.grid, &along);
     if (code)
         return code;

@@ -1,4 +1,4 @@
-/* The parallel camera (camera.h).
+/* The camera (camera.h).
  *
  * For azimuth a, elevation e and roll r, before the roll:
  *
@@ -6,7 +6,8 @@
  *     up  = eye x right = (-sin e sin a, sin e cos a, cos e)
  *
  * and after it right' = right cos r + up sin r, up' = up cos r - right sin r. Half the picture's
- * height is half the diagonal of the box of sample centres over the zoom.
+ * height is half the diagonal of the box of sample centres over the zoom; in perspective, that at
+ * the centre, and the eye is so far from it that this spans the field of view.
  */
 #include "render/camera.h"
 
@@ -18,6 +19,11 @@
 #define STEP_MIN (1.0 / 64)
 
 #define RADIANS_PER_DEGREE 0.017453292519943295
+
+#define FOV_MIN 1.0
+#define FOV_MAX 150.0
+/* Nothing is drawn that is nearer to the eye: in mean spacings. */
+#define NEAREST 2.0
 
 cvol_render_options cvol_render_options_defaults(void)
 {
@@ -50,6 +56,14 @@ static int check_camera(cvol_context *context, const cvol_camera *camera)
     if (!isfinite(camera->zoom) || !(camera->zoom > 0))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "zoom %g: must be a finite number above 0",
                          camera->zoom);
+    const double fov = camera->fov_deg;
+    if (fov != 0 && !(fov >= FOV_MIN && fov <= FOV_MAX))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "field of view %g: must be %g to %g degrees, or 0 for parallel projection",
+                         fov, FOV_MIN, FOV_MAX);
+    if (camera->placed && fov == 0)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "an eye at a place has a field of view above 0");
     return CVOL_OK;
 }
 
@@ -105,10 +119,155 @@ static void set_directions(cvol_view *view, const cvol_camera *camera)
     }
 }
 
+/* ---- an eye at a place ------------------------------------------------------------------------
+ */
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(double out[3], const double a[3], const double b[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+/* Makes a vector one of length 1; its length, 0 if that is not a number above 0. */
+static double normalise(double v[3])
+{
+    const double length = hypot(hypot(v[0], v[1]), v[2]);
+    if (!(length > 0) || !isfinite(length))
+        return 0;
+    for (int a = 0; a < 3; a++)
+        v[a] /= length;
+    return length;
+}
+
+/* up, less what of it is along the eye; 0 if nothing is left. */
+static int set_up(cvol_view *view, const double up[3])
+{
+    double v[3] = {up[0], up[1], up[2]};
+    if (!(normalise(v) > 0))
+        return 0;
+    const double along = dot(v, view->eye);
+    for (int a = 0; a < 3; a++)
+        v[a] -= along * view->eye[a];
+    if (!(normalise(v) > 1e-6))
+        return 0;
+    for (int a = 0; a < 3; a++)
+        view->up[a] = v[a];
+    cross(view->right, view->up, view->eye);
+    return 1;
+}
+
+/* The view's middle, the eye's place, and directions, from places about the box's centre. */
+static int place_eye(cvol_context *context, cvol_view *view, const cvol_camera *camera)
+{
+    for (int a = 0; a < 3; a++) {
+        view->eye[a] = camera->eye[a] - camera->look_at[a];
+        view->place[a] = view->centre[a] + camera->eye[a];
+        view->centre[a] += camera->look_at[a];
+    }
+    view->distance = normalise(view->eye);
+    if (!(view->distance > 0))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "an eye at %g,%g,%g that looks at %g,%g,%g: must be finite and two places",
+                         camera->eye[0], camera->eye[1], camera->eye[2], camera->look_at[0],
+                         camera->look_at[1], camera->look_at[2]);
+    const double *up = camera->up;
+    const int given = up[0] < 0 || up[0] > 0 || up[1] < 0 || up[1] > 0 || up[2] < 0 || up[2] > 0;
+    if (given ? !set_up(view, up)
+              : !set_up(view, (double[3]){0, 0, 1}) && !set_up(view, (double[3]){0, 1, 0}))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "up is %g,%g,%g: must be finite, and another direction than that in which "
+                         "the eye looks",
+                         up[0], up[1], up[2]);
+    double c, s;
+    cos_sin(camera->roll_deg, &c, &s);
+    for (int a = 0; a < 3; a++) {
+        const double right = view->right[a];
+        view->right[a] = right * c + view->up[a] * s;
+        view->up[a] = view->up[a] * c - right * s;
+    }
+    return CVOL_OK;
+}
+
+/* ---- what is drawn ----------------------------------------------------------------------------
+ */
+
+static int set_box(cvol_context *context, cvol_view *view, const cvol_grid *grid,
+                   const cvol_clip *clip)
+{
+    for (int a = 0; a < 3; a++) {
+        const double last = (double)(grid->dims[a] - 1), margin = grid->dims[a] > 1 ? 0 : 0.5;
+        view->lo[a] = -margin;
+        view->hi[a] = last + margin;
+        if (!(clip->axes >> a & 1))
+            continue;
+        const double from = clip->from[a], to = clip->to[a];
+        if (!(from < to))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "clip of %c from %g to %g: the second must be larger", "xyz"[a], from,
+                             to);
+        if (!(from < view->hi[a]) || !(to > view->lo[a]))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "clip of %c from %g to %g leaves nothing of samples 0 to %g", "xyz"[a],
+                             from, to, last);
+        view->clipped |= from > view->lo[a] || to < view->hi[a];
+        view->lo[a] = fmax(view->lo[a], from);
+        view->hi[a] = fmin(view->hi[a], to);
+    }
+    return CVOL_OK;
+}
+
+/* Adds n . (p - at) >= d, of places p in the world. */
+static void add_plane(cvol_view *view, const cvol_grid *grid, const double n[3], const double at[3],
+                      double d)
+{
+    double *plane = view->plane[view->planes++];
+    for (int a = 0; a < 3; a++)
+        plane[a] = n[a] * grid->spacing[a];
+    plane[3] = -d - dot(n, at);
+    view->clipped = 1;
+}
+
+static int set_planes(cvol_context *context, cvol_view *view, const cvol_grid *grid,
+                      const cvol_clip *clip)
+{
+    const double middle[3] = {view->extent[0] / 2, view->extent[1] / 2, view->extent[2] / 2};
+    if (clip->planes < 0 || clip->planes > CVOL_CLIP_PLANES)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d clipping planes: must be 0 to %d",
+                         clip->planes, CVOL_CLIP_PLANES);
+    for (int k = 0; k < clip->planes; k++) {
+        const double *p = clip->plane[k];
+        double n[3] = {p[0], p[1], p[2]};
+        if (!(normalise(n) > 0) || !isfinite(p[3]))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "clipping plane %g,%g,%g,%g: must be a direction and a finite length",
+                             p[0], p[1], p[2], p[3]);
+        add_plane(view, grid, n, middle, p[3]);
+    }
+    return CVOL_OK;
+}
+
+/* A plane before the eye, if some of the box is nearer. */
+static void set_near(cvol_view *view, const cvol_grid *grid)
+{
+    const double ahead[3] = {-view->eye[0], -view->eye[1], -view->eye[2]};
+    const double nearest = NEAREST * view->mean_spacing;
+    double least = -dot(ahead, view->place);
+    for (int a = 0; a < 3; a++)
+        least += fmin(ahead[a] * view->lo[a], ahead[a] * view->hi[a]) * grid->spacing[a];
+    if (least < nearest)
+        add_plane(view, grid, ahead, view->place, nearest);
+}
+
 /* rotation = rotation times a turn by `degrees` about x or z. */
 static void turn_about(double rotation[4], int axis, double degrees)
 {
-    const double c = cos(degrees / 2 * RADIANS_PER_DEGREE), s = sin(degrees / 2 * RADIANS_PER_DEGREE);
+    const double c = cos(degrees / 2 * RADIANS_PER_DEGREE),
+                 s = sin(degrees / 2 * RADIANS_PER_DEGREE);
     const double w = rotation[0], x = rotation[1], y = rotation[2], z = rotation[3];
     rotation[0] = w * c - (axis ? z : x) * s;
     rotation[1] = x * c + (axis ? y : w) * s;
@@ -129,11 +288,12 @@ void cvol_camera_rotation(double rotation[4], const cvol_camera *camera)
 int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
                    const cvol_render_options *options)
 {
+    const cvol_camera *camera = &options->camera;
     *out = (cvol_view){.width = options->width, .height = options->height};
     int code = check_options(context, options);
     if (code)
         return code;
-    set_directions(out, &options->camera);
+    set_directions(out, camera);
     for (int a = 0; a < 3; a++) {
         out->extent[a] = (double)(grid->dims[a] - 1) * grid->spacing[a];
         out->centre[a] = out->extent[a] / 2;
@@ -143,10 +303,24 @@ int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
     /* A single sample has no extent; it is shown as large as its spacing. */
     if (!(diagonal > 0))
         diagonal = out->mean_spacing;
-    out->pixel = diagonal / options->camera.zoom / options->height;
+    out->pixel = diagonal / camera->zoom / options->height;
+    if ((code = set_box(context, out, grid, &options->clip)) ||
+        (code = set_planes(context, out, grid, &options->clip)))
+        return code;
+    if (camera->fov_deg > 0) {
+        const double tangent = tan(camera->fov_deg / 2 * RADIANS_PER_DEGREE);
+        out->perspective = 1;
+        out->distance = diagonal / camera->zoom / 2 / tangent;
+        for (int a = 0; a < 3; a++)
+            out->place[a] = out->centre[a] + out->distance * out->eye[a];
+        if (camera->placed && (code = place_eye(context, out, camera)))
+            return code;
+        out->pixel = 2 * tangent * out->distance / options->height;
+        set_near(out, grid);
+    }
     if (!isfinite(out->pixel) || !(out->pixel > 0))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "zoom %g: the picture's scale is beyond the range of numbers",
-                         options->camera.zoom);
+                         camera->zoom);
     return CVOL_OK;
 }

@@ -13,6 +13,7 @@ typedef struct cvol_engine_table {
     int (*set_transfer)(cvol_context *context, void *state, const cvol_transfer *transfer);
     int (*draw)(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
                 const cvol_render_options *options);
+    int has_clip, has_perspective;
 } cvol_engine_table;
 
 struct cvol_renderer {

@@ -532,6 +532,9 @@ int cvol_renderer_project(cvol_context *context, cvol_renderer *renderer, float 
                          "this renderer is not of engine fourier, which alone has projections");
     cvol_view view, turned;
     int code = cvol_view_make(context, &view, &renderer->grid, options);
+    if (!code && (view.perspective || view.clipped))
+        code = cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "projections are parallel, of whole volumes");
     if (!code)
         code = check_options(context, options);
     for (size_t i = 0; i < count && !code; i++) {
@@ -550,4 +553,5 @@ void cvol_fourier_range(const void *opaque, double range[2])
     range[1] = state->source.max;
 }
 
-const cvol_engine_table cvol_fourier_engine = {fourier_free, fourier_set_transfer, fourier_draw};
+const cvol_engine_table cvol_fourier_engine = {
+    .free = fourier_free, .set_transfer = fourier_set_transfer, .draw = fourier_draw};

@@ -1,8 +1,9 @@
 /* The ray engine: plain ray casting of dense samples, the truth that others are measured against.
  *
- * Each pixel's ray is cut to the box of sample centres; an axis of one sample is as thick as its
- * spacing, so that a single slice is a thin slab. Along the cut ray lie intervals of one step,
- * each with one sample in its middle; the last is shorter, and weighted by its own length:
+ * Each pixel's ray is cut to the box of sample centres, or what the clip leaves of it; an axis of
+ * one sample is as thick as its spacing, so that a single slice is a thin slab. Along the cut ray
+ * lie intervals of one step, each with one sample in its middle; the last is shorter, and weighted
+ * by its own length:
  *
  *     composite   I += (1 - A) c a,  A += (1 - A) a  front to back, where c and
  *                 a = 1 - (1 - opacity)^(length / mean spacing) are the transfer function's at
@@ -48,15 +49,14 @@ typedef struct ray_job {
     const cvol_view *view;
     cvol_mode mode;
     double background[3];
-    double step;         /* world length of one step */
-    double lo[3], hi[3]; /* the box */
-    double delta[3];     /* one step, in sample indices */
+    double step; /* world length of one step */
     cvol_ray_table table;
 } ray_job;
 
-/* A ray within the box: `steps` whole steps and then `rest` of one, 0 < rest <= 1. */
+/* A ray within what is drawn: `steps` whole steps and then `rest` of one, 0 < rest <= 1. */
 typedef struct ray_line {
     double entry[3]; /* in sample indices */
+    double delta[3]; /* one step */
     size_t steps;
     double rest;
 } ray_line;
@@ -108,35 +108,61 @@ static int ray_set_transfer(cvol_context *context, void *state, const cvol_trans
 
 /* ---- one ray --------------------------------------------------------------------------- */
 
-/* Cuts the range near..far of the ray p - t eye to lo..hi along one axis. */
-static void cut(double *near, double *far, double p, double direction, double lo, double hi)
+/* Cuts the range near..far of a ray to where `value`, which grows by `rate` along it, is at least
+ * 0. */
+static void cut(double *near, double *far, double value, double rate)
 {
-    if (direction == 0) {
-        if (p < lo || p > hi)
-            *far = -INFINITY;
-        return;
-    }
-    double a = (lo - p) / direction, b = (hi - p) / direction;
-    *near = fmax(*near, fmin(a, b));
-    *far = fmin(*far, fmax(a, b));
+    if (rate > 0)
+        *near = fmax(*near, -value / rate);
+    else if (rate < 0)
+        *far = fmin(*far, -value / rate);
+    else if (value < 0)
+        *far = -INFINITY;
 }
 
-/* 1 if the ray of pixel (i, j) runs through the box. */
+/* Where the ray of pixel (i, j) begins, and its direction, of length 1: in the world. */
+static void find_ray(double p[3], double direction[3], const cvol_view *view, int i, int j)
+{
+    const double along = (i + 0.5 - view->width / 2.0) * view->pixel;
+    const double above = (view->height / 2.0 - j - 0.5) * view->pixel;
+    double length = 0;
+    for (int a = 0; a < 3; a++) {
+        p[a] = view->centre[a] + along * view->right[a] + above * view->up[a];
+        direction[a] = view->perspective ? p[a] - view->place[a] : -view->eye[a];
+        length = hypot(length, direction[a]);
+    }
+    for (int a = 0; a < 3 && view->perspective; a++) {
+        direction[a] /= length;
+        p[a] = view->place[a];
+    }
+}
+
+/* 1 if the ray of pixel (i, j) runs through what is drawn. */
 static int cast(ray_line *line, const ray_job *job, int i, int j)
 {
     const cvol_view *view = job->view;
-    double along = (i + 0.5 - view->width / 2.0) * view->pixel;
-    double above = (view->height / 2.0 - j - 0.5) * view->pixel;
-    double p[3], near = -INFINITY, far = INFINITY;
+    const double *spacing = job->state->grid.spacing;
+    double p[3], direction[3];
+    find_ray(p, direction, view, i, j);
+    double near = view->perspective ? 0 : -INFINITY, far = INFINITY;
     for (int a = 0; a < 3; a++) {
-        p[a] = view->centre[a] + along * view->right[a] + above * view->up[a];
-        cut(&near, &far, p[a], -view->eye[a], job->lo[a], job->hi[a]);
+        p[a] /= spacing[a];
+        direction[a] /= spacing[a];
+        cut(&near, &far, p[a] - view->lo[a], direction[a]);
+        cut(&near, &far, view->hi[a] - p[a], -direction[a]);
+    }
+    for (int k = 0; k < view->planes; k++) {
+        const double *n = view->plane[k];
+        cut(&near, &far, n[0] * p[0] + n[1] * p[1] + n[2] * p[2] + n[3],
+            n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2]);
     }
     double count = (far - near) / job->step;
     if (!(count > 0))
         return 0;
-    for (int a = 0; a < 3; a++)
-        line->entry[a] = (p[a] - near * view->eye[a]) / job->state->grid.spacing[a];
+    for (int a = 0; a < 3; a++) {
+        line->entry[a] = p[a] + near * direction[a];
+        line->delta[a] = direction[a] * job->step;
+    }
     line->steps = (size_t)(ceil(count) - 1);
     line->rest = count - (double)line->steps;
     return 1;
@@ -148,12 +174,12 @@ static void fetch(double *out, double *cover, const ray_job *job, const ray_line
     const ray_state *state = job->state;
     double start[3];
     for (int a = 0; a < 3; a++)
-        start[a] = line->entry[a] + place * job->delta[a];
+        start[a] = line->entry[a] + place * line->delta[a];
     if (state->field.mask) {
-        state->masked(out, cover, &state->field, start, job->delta, count);
+        state->masked(out, cover, &state->field, start, line->delta, count);
         return;
     }
-    state->line(out, &state->field, start, job->delta, count);
+    state->line(out, &state->field, start, line->delta, count);
     for (size_t k = 0; k < count; k++)
         cover[k] = 1;
 }
@@ -313,17 +339,6 @@ static int draw_rows(cvol_context *context, cvol_image *image, const ray_job *jo
     return code;
 }
 
-static void set_box(ray_job *job)
-{
-    const cvol_grid *grid = &job->state->grid;
-    for (int a = 0; a < 3; a++) {
-        double thickness = grid->dims[a] > 1 ? 0 : grid->spacing[a] / 2;
-        job->lo[a] = -thickness;
-        job->hi[a] = job->view->extent[a] + thickness;
-        job->delta[a] = -job->view->eye[a] * job->step / grid->spacing[a];
-    }
-}
-
 static int ray_draw(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
                     const cvol_render_options *options)
 {
@@ -333,7 +348,6 @@ static int ray_draw(cvol_context *context, void *state, cvol_image *image, const
     job.step = step * view->mean_spacing;
     for (int c = 0; c < 3; c++)
         job.background[c] = options->background[c];
-    set_box(&job);
     int code = CVOL_OK;
     if (job.mode == CVOL_MODE_COMPOSITE)
         code = cvol_ray_table_make(context, &job.table, ray->transfer, ray->field.min,
@@ -351,4 +365,8 @@ void cvol_ray_range(const void *state, double range[2])
     range[1] = field->max;
 }
 
-const cvol_engine_table cvol_ray_engine = {ray_free, ray_set_transfer, ray_draw};
+const cvol_engine_table cvol_ray_engine = {.free = ray_free,
+                                           .set_transfer = ray_set_transfer,
+                                           .draw = ray_draw,
+                                           .has_clip = 1,
+                                           .has_perspective = 1};

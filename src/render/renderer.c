@@ -192,6 +192,20 @@ static int check_request(cvol_context *context, const cvol_renderer *renderer,
     return CVOL_OK;
 }
 
+/* The view, if the engine can draw it. */
+static int make_view(cvol_context *context, cvol_view *view, const cvol_renderer *renderer,
+                     const cvol_render_options *options)
+{
+    const int code = cvol_view_make(context, view, &renderer->grid, options);
+    if (!code && view->perspective && !renderer->engine->has_perspective)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "this engine projects in parallel: perspective is for sheet and ray");
+    if (!code && view->clipped && !renderer->engine->has_clip)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "this engine draws whole volumes: clips are for sheet and ray");
+    return code;
+}
+
 static int has_window(const cvol_render_options *options)
 {
     const double *window = options->window;
@@ -231,7 +245,7 @@ int cvol_renderer_picture(cvol_context *context, cvol_renderer *renderer, cvol_p
                          "only engine transform composes compressed pictures");
     int code = check_request(context, renderer, &size, options);
     if (!code)
-        code = cvol_view_make(context, &view, &renderer->grid, options);
+        code = make_view(context, &view, renderer, options);
     if (!code)
         code = cvol_transform_picture(context, renderer->state, out, &view, options, picture);
     return code;
@@ -263,7 +277,7 @@ int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_im
     cvol_view view;
     int code = check_request(context, renderer, image, options);
     if (!code)
-        code = cvol_view_make(context, &view, &renderer->grid, options);
+        code = make_view(context, &view, renderer, options);
     if (code)
         return code;
     return has_window(options)

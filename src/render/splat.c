@@ -239,4 +239,5 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     return code;
 }
 
-const cvol_engine_table cvol_splat_engine = {splat_free, splat_set_transfer, splat_draw};
+const cvol_engine_table cvol_splat_engine = {
+    .free = splat_free, .set_transfer = splat_set_transfer, .draw = splat_draw};

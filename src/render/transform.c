@@ -275,5 +275,5 @@ int cvol_transform_picture(cvol_context *context, void *opaque, cvol_picture **o
     return code;
 }
 
-const cvol_engine_table cvol_transform_engine = {transform_free, transform_set_transfer,
-                                                 transform_draw};
+const cvol_engine_table cvol_transform_engine = {
+    .free = transform_free, .set_transfer = transform_set_transfer, .draw = transform_draw};
