@@ -147,9 +147,9 @@ static void test_light(void **state)
 {
     (void)state;
     cvol_render_options options = view_of(0, 0, 1, 16);
-    options.splat.shade = 1;
-    options.splat.light[0] = 1;
-    options.splat.light[2] = 2;
+    options.shading.on = 1;
+    options.shading.light[0] = 1;
+    options.shading.light[2] = 2;
     bake(1, &options);
     cvol_renderer *samples = from_samples(SUPPORT_BLOB_POINTS), *file = from_file();
     cvol_image *truth = support_picture(context, samples, &options);
@@ -158,10 +158,10 @@ static void test_light(void **state)
     cvol_image_free(image);
     image = NULL;
     assert_int_equal(cvol_image_create(context, &image, 80, 80), CVOL_OK);
-    options.splat.light[0] = -1;
+    options.shading.light[0] = -1;
     assert_int_equal(cvol_renderer_render(context, file, image, &options), CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "light"));
-    options.splat.shade = 0;
+    options.shading.on = 0;
     assert_int_equal(cvol_renderer_render(context, file, image, &options), CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "baked lit"));
     cvol_image_free(image);
@@ -221,7 +221,7 @@ static void test_drawing_refused(void **state)
     other.transform.tile = 8;
     expect_refused(file, &other, "tiles of 16");
     other = options;
-    other.splat.shade = 1;
+    other.shading.on = 1;
     expect_refused(file, &other, "baked unlit");
     cvol_transfer *transfer;
     assert_int_equal(

@@ -142,7 +142,7 @@ static void test_light(void **state)
     (void)state;
     options.transform.rho = 1;
     options.splat.plane = CVOL_FOOTPRINT_IN_SLICES;
-    options.splat.shade = 1;
+    options.shading.on = 1;
     options.splat.sigma = 1;
     options.splat.size = 7;
     cvol_image *truth = picture(0, &options);
@@ -184,7 +184,7 @@ static cvol_composed compose(const cvol_transform_options *own, int front, doubl
     cvol_view view;
     cvol_splat_plan plan;
     cvol_splat_subject subject;
-    cvol_splat_light light = {0};
+    cvol_light light = {0};
     cvol_transfer *transfer;
     cvol_baked baked;
     cvol_composed out;
@@ -198,7 +198,7 @@ static cvol_composed compose(const cvol_transform_options *own, int front, doubl
     const int ascending = plan.rising == front;
     assert_int_equal(cvol_splat_subject_set_transfer(context, &subject, transfer), CVOL_OK);
     cvol_splat_subject_tabulate(&subject, plan.distance, 1);
-    cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.splat, ascending);
+    cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.shading, ascending);
     const cvol_footprint_shape shape = cvol_lattice_shape(&options.splat);
     const cvol_lattice lattice = cvol_lattice_make(&plan, &shape, 1);
     const cvol_bake_source source = {&subject.source, &plan, subject.table, &light, ascending};

@@ -60,20 +60,54 @@ static int choose_footprint(cvol_splat_options *splat, const render_arguments *a
     return EXIT_DONE;
 }
 
-static int choose_light(cvol_splat_options *splat, const render_arguments *a)
+/* Whether, and how, matter is lit. */
+static int choose_light(scene *s, const render_arguments *a)
 {
-    splat->shade = a->shade;
+    cvol_shading *shading = &s->options.shading;
+    const struct {
+        const char *name;
+        int given;
+        double value, least, most;
+        double *out;
+    } numbers[] = {
+        {"ambient", a->ambient_given, a->ambient, 0, 10, &shading->ambient},
+        {"diffuse", a->diffuse_given, a->diffuse, 0, 10, &shading->diffuse},
+        {"specular", a->specular_given, a->specular, 0, 10, &shading->specular},
+        {"gradient-opacity", a->gradient_opacity_given, a->gradient_opacity, 1e-30, 1e30,
+         &shading->gradient_opacity},
+    };
+    const int count = sizeof numbers / sizeof *numbers;
+    const char *given = a->light_given ? "light" : a->shininess_given ? "shininess" : NULL;
+    for (int k = 0; k < count && !given; k++)
+        given = numbers[k].given ? numbers[k].name : NULL;
+    if (a->shade && s->engine == CVOL_ENGINE_FOURIER)
+        return complain(EXIT_MISUSED, "--shade is not for engine fourier, which has xray only");
+    if (a->shade && s->options.mode != CVOL_MODE_COMPOSITE)
+        return complain(EXIT_MISUSED, "--shade is for mode composite, not %s", a->mode_name);
+    if (given && !a->shade)
+        return complain(EXIT_MISUSED, "--%s needs --shade", given);
+    shading->on = a->shade;
+    for (int k = 0; k < count; k++) {
+        if (!numbers[k].given)
+            continue;
+        if (!(numbers[k].value >= numbers[k].least && numbers[k].value <= numbers[k].most))
+            return complain(EXIT_MISUSED, "--%s is %g, must be %g to %g", numbers[k].name,
+                            numbers[k].value, numbers[k].least, numbers[k].most);
+        *numbers[k].out = numbers[k].value;
+    }
+    if (a->shininess_given && (a->shininess < 1 || a->shininess > 256))
+        return complain(EXIT_MISUSED, "--shininess is %d, must be 1 to 256", a->shininess);
+    if (a->shininess_given)
+        shading->shininess = a->shininess;
     if (!a->light_given)
         return EXIT_DONE;
-    if (!a->shade)
-        return complain(EXIT_MISUSED, "--light needs --shade");
     if (a->light[0] == 0 && a->light[1] == 0 && a->light[2] == 0)
         return complain(EXIT_MISUSED, "--light 0,0,0 is no direction");
     for (int k = 0; k < 3; k++)
         if (!(a->light[k] >= -1e30 && a->light[k] <= 1e30))
             return complain(EXIT_MISUSED, "--light has %g, each must be within -1e30 and 1e30",
                             a->light[k]);
-    memcpy(splat->light, a->light, sizeof splat->light);
+    memcpy(shading->light, a->light, sizeof shading->light);
     return EXIT_DONE;
 }
 
@@ -92,11 +126,9 @@ static int choose_splat(scene *s, const render_arguments *a)
     } own[] = {{"--footprint", a->footprint_name != NULL},
                {"--footprint-size", a->footprint_given},
                {"--sigma", a->sigma_given},
-               {"--shade", a->shade},
-               {"--light", a->light_given},
                {"--order", a->order_name != NULL},
                {"--footprint-plane", a->plane_name != NULL}};
-    for (int k = 0; k < 7 && !has_splats(s); k++)
+    for (int k = 0; k < 5 && !has_splats(s); k++)
         if (own[k].given)
             return complain(EXIT_MISUSED, "%s is for engines splat and transform", own[k].name);
     if (!has_splats(s))
@@ -119,7 +151,7 @@ static int choose_splat(scene *s, const render_arguments *a)
     if (!status && s->engine == CVOL_ENGINE_TRANSFORM && splat->footprint == CVOL_FOOTPRINT_CONE)
         return complain(EXIT_MISUSED, "--footprint cone is for engine splat: it is no product of "
                                       "lines, as transforms need");
-    return status ? status : choose_light(splat, a);
+    return status;
 }
 
 /* The options that only engine transform has. */
@@ -211,7 +243,7 @@ int check_render_arguments(scene *s, render_arguments *a)
         return EXIT_MISUSED;
     if (a->step != 0 && s->engine != CVOL_ENGINE_RAY)
         return complain(EXIT_MISUSED, "--step is for engine ray; the others take one a slice");
-    if (choose_splat(s, a) || choose_transform(s, a) || choose_fourier(s, a))
+    if (choose_splat(s, a) || choose_transform(s, a) || choose_fourier(s, a) || choose_light(s, a))
         return EXIT_MISUSED;
     if (a->step < 0)
         return complain(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
@@ -265,7 +297,7 @@ static int make_renderer(cvol_context *context, scene *s, const char *path)
     const int compressed = s->engine == CVOL_ENGINE_SHEET ||
                            (s->engine != CVOL_ENGINE_RAY && (s->in.array || s->in.has_fill));
     status = compressed ? need_array(context, &s->in, path, 0, CVOL_BACKGROUND_FIND)
-                            : need_volume(context, &s->in);
+                        : need_volume(context, &s->in);
     if (!status && s->engine == CVOL_ENGINE_RAY)
         status = find_mask(s);
     if (status)
@@ -292,8 +324,8 @@ static void fill_from(scene *s, const render_arguments *a, const cvol_baked_info
         splat->sigma = info->splat.sigma;
     }
     if (!a->shade) {
-        splat->shade = info->splat.shade;
-        memcpy(splat->light, info->splat.light, sizeof splat->light);
+        s->options.shading.on = info->shading.on;
+        memcpy(s->options.shading.light, info->shading.light, sizeof info->shading.light);
     }
     if (!a->rho_given)
         own->rho = info->rho;

@@ -31,10 +31,13 @@ typedef struct render_arguments {
     double clip_plane[CVOL_CLIP_PLANES][4];
     int turntable, turntable_given, quality, quality_given, fps_given;
     double fps;
+    int shade, light_given, ambient_given, diffuse_given, specular_given, shininess_given,
+        gradient_opacity_given, shininess;
+    double light[3], ambient, diffuse, specular, gradient_opacity;
     /* engine splat; NULL: not given */
     const char *footprint_name, *order_name, *plane_name;
-    int footprint_size, footprint_given, sigma_given, shade, light_given;
-    double sigma, light[3];
+    int footprint_size, footprint_given, sigma_given;
+    double sigma;
     const char *spectrum_name, *schedule_name; /* engine transform; NULL: not given */
     double rho;
     int rho_given, tile, tile_given;
@@ -91,6 +94,55 @@ typedef struct render_arguments {
          &(a).rescale_text,                                                                      \
          0,                                                                                      \
          NULL},                                                                                  \
+        {"--shade",                                                                              \
+         NULL,                                                                                   \
+         "light surfaces (mode composite; all engines but fourier)",                             \
+         OPTION_FLAG,                                                                            \
+         &(a).shade,                                                                             \
+         0,                                                                                      \
+         NULL},                                                                                  \
+        {"--light",                                                                              \
+         "X,Y,Z",                                                                                \
+         "where the light is (default: with the eye)",                                           \
+         OPTION_NUMBERS3,                                                                        \
+         (a).light,                                                                              \
+         0,                                                                                      \
+         &(a).light_given},                                                                      \
+        {"--ambient",                                                                            \
+         "A",                                                                                    \
+         "light from everywhere, 0 to 10 (default 0.1)",                                         \
+         OPTION_NUMBER,                                                                          \
+         &(a).ambient,                                                                           \
+         0,                                                                                      \
+         &(a).ambient_given},                                                                    \
+        {"--diffuse",                                                                            \
+         "D",                                                                                    \
+         "of surfaces that face the light (default 0.7)",                                        \
+         OPTION_NUMBER,                                                                          \
+         &(a).diffuse,                                                                           \
+         0,                                                                                      \
+         &(a).diffuse_given},                                                                    \
+        {"--specular",                                                                           \
+         "S",                                                                                    \
+         "of highlights (default 0.2)",                                                          \
+         OPTION_NUMBER,                                                                          \
+         &(a).specular,                                                                          \
+         0,                                                                                      \
+         &(a).specular_given},                                                                   \
+        {"--shininess",                                                                          \
+         "N",                                                                                    \
+         "1 to 256 (default 10): the more, the smaller are highlights",                          \
+         OPTION_INTEGER,                                                                         \
+         &(a).shininess,                                                                         \
+         0,                                                                                      \
+         &(a).shininess_given},                                                                  \
+        {"--gradient-opacity",                                                                   \
+         "G",                                                                                    \
+         "matter whose values rise by less than G a sample is thinner",                          \
+         OPTION_NUMBER,                                                                          \
+         &(a).gradient_opacity,                                                                  \
+         0,                                                                                      \
+         &(a).gradient_opacity_given},                                                           \
         {"--background",                                                                         \
          "COLOUR",                                                                               \
          "R,G,B, each 0..1, or black (default), white, transparent",                             \
@@ -129,12 +181,6 @@ typedef struct render_arguments {
         {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6)",               \
          OPTION_NUMBER,   &(a).sigma, 0,                                                         \
          &(a).sigma_given},                                                                      \
-        {"--shade",   NULL,       "of splat and transform: light samples by their gradients",    \
-         OPTION_FLAG, &(a).shade, 0,                                                             \
-         NULL},                                                                                  \
-        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",               \
-         OPTION_NUMBERS3, (a).light, 0,                                                          \
-         &(a).light_given},                                                                      \
         {"--order",                                                                              \
          "ORDER",                                                                                \
          "of splat and transform: front (default) to back, or back to front",                    \

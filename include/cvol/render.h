@@ -170,9 +170,28 @@ typedef struct cvol_splat_options {
     double sigma;               /* of a Gaussian, in samples, 0.2 to 31; 0: size / 6 */
     cvol_footprint_plane plane; /* engine transform: always in slices */
     cvol_order order;
-    int shade;       /* light samples by Phong's model, along the gradient */
-    double light[3]; /* direction towards the light, in the world; 0 0 0: the eye's */
 } cvol_splat_options;
+
+/* Light, in mode composite of engines sheet, ray, splat and transform: Phong's model ("Illumination
+ * for computer generated pictures", 1975). Of a colour F is seen
+ *
+ *     F (ambient + diffuse max(0, n l)) + specular max(0, r e)^shininess,   r = 2 (n l) n - l,
+ *
+ * n the direction of the gradient, turned towards the eye e (surfaces have two sides), and e itself
+ * where there is no gradient; l is towards the light. The eye is as far away as in parallel projection,
+ * in perspective too. The gradient is of central differences in the
+ * world, as long as two samples, and interpolated as samples are; at the volume's faces, and beside
+ * samples without a value, a difference is of those that there are. Engines splat and transform light
+ * samples, which then are no brighter than 1.2. */
+typedef struct cvol_shading {
+    int on;          /* 0: colours as they are, and nothing else here matters */
+    double light[3]; /* towards the light, in the world; 0 0 0: where the eye is */
+    double ambient, diffuse, specular; /* 0 to 10 */
+    int shininess;                     /* 1 to 256 */
+    /* Above 0: where the gradient is shorter than this, in the samples' units a mean spacing, matter
+     * is thinner in proportion: opacities are of so much of the length. 0: no matter. */
+    double gradient_opacity;
+} cvol_shading;
 
 /* When the transform engine goes back to coefficients. */
 typedef enum cvol_schedule {
@@ -180,8 +199,8 @@ typedef enum cvol_schedule {
     CVOL_SCHEDULE_LITERAL = 2   /* after every operation, truncating each time: as published */
 } cvol_schedule;
 
-/* What the transform engine is asked for; footprint (Gaussian, sinc or box), order and light are
- * those of splat. */
+/* What the transform engine is asked for; footprint (Gaussian, sinc or box) and order are those of
+ * splat. */
 typedef struct cvol_transform_options {
     cvol_transform transform; /* of planes: DCT; whole ones also DFT and DHT */
     int tile;                 /* planes are in tiles of 8, 16 or 32 samples a side; 0: whole */
@@ -206,6 +225,7 @@ typedef struct cvol_render_options {
     double background[3]; /* R G B in 0..1 */
     double window[2];     /* modes xray and mip: the values that are black and white, the second
                              larger; 0 0: the smallest and the largest sample */
+    cvol_shading shading;
     cvol_splat_options splat;
     cvol_transform_options transform;
     cvol_fourier_options fourier;
@@ -213,7 +233,8 @@ typedef struct cvol_render_options {
 } cvol_render_options;
 
 /* 512 x 512, composite, azimuth 0, elevation 0, zoom 1, black; splats: Gaussian, 5 samples wide,
- * in the view, front to back, unlit; transforms: DCT in tiles of 16, a tenth of the terms,
+ * in the view, front to back; unlit, and when lit 0.1 ambient, 0.7
+ * diffuse, 0.2 specular, shininess 10, by a light where the eye is; transforms: DCT in tiles of 16, a tenth of the terms,
  * deferred.
  */
 CVOL_API cvol_render_options cvol_render_options_defaults(void);
@@ -273,7 +294,8 @@ CVOL_API int cvol_renderer_create_transform_dense(cvol_context *context, cvol_re
                                                   const cvol_volume *volume);
 /* Bakes what such a renderer draws into a file: its planes of all slices across `axis` (0 x, 1 y, 2
  * z), with the transfer function that was set, light, footprint, transform (DCT) and rho of the
- * options; opacities are for the axis' own direction. Light is that of an eye in this direction.
+ * options; opacities are for the axis' own direction. Light is that of an eye in this direction, of
+ * the default material (else UNSUPPORTED).
  * Planes are rounded, by which a quarter is added to the energy that truncation lost. transfer_name
  * (or NULL) is kept for people. file_bytes may be NULL. Errors: ARGUMENT (also a footprint larger
  * than a slice, rho 0 or above 1), UNSUPPORTED (DFT and DHT, whose planes serve one direction),
@@ -298,7 +320,8 @@ typedef struct cvol_baked_info {
     int tile;
     double rho, kept, step; /* asked for; terms over samples; what they are multiples of */
     uint64_t terms, resident_bytes;
-    cvol_splat_options splat;                   /* footprint and light */
+    cvol_splat_options splat;                   /* footprint */
+    cvol_shading shading; /* whether lit and from where; the rest is as by default */
     char transfer_name[32];                     /* "": none was given */
     const cvol_transfer_point *transfer_points; /* the renderer's */
     size_t transfer_count;

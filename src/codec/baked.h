@@ -19,7 +19,8 @@ typedef struct cvol_baked_file {
     int tile, channels;
     double distance; /* that opacities are for, in mean spacings */
     double rho, step;
-    cvol_splat_options splat;                  /* footprint and light */
+    cvol_splat_options splat;                  /* footprint */
+    cvol_shading shading;                      /* whether, and the light's direction alone */
     char transfer_name[CVOL_BAKED_NAME_BYTES]; /* "" if it has none */
     size_t point_count;
     cvol_transfer_point *points;

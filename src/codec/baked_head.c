@@ -22,7 +22,7 @@ void cvol_baked_head_put(cvol_bytes *out, const cvol_baked_file *file)
     cvol_bytes_put_u32(out, (uint32_t)file->transform);
     cvol_bytes_put_u32(out, (uint32_t)file->tile);
     cvol_bytes_put_u32(out, (uint32_t)file->channels);
-    cvol_bytes_put_u32(out, (uint32_t)splat->shade);
+    cvol_bytes_put_u32(out, (uint32_t)file->shading.on);
     cvol_bytes_put_u32(out, (uint32_t)splat->footprint);
     cvol_bytes_put_u32(out, (uint32_t)splat->size);
     cvol_bytes_put_u32(out, (uint32_t)file->point_count);
@@ -31,7 +31,7 @@ void cvol_baked_head_put(cvol_bytes *out, const cvol_baked_file *file)
     cvol_bytes_put_f64(out, file->step);
     cvol_bytes_put_f64(out, splat->sigma);
     for (int a = 0; a < 3; a++)
-        cvol_bytes_put_f64(out, splat->light[a]);
+        cvol_bytes_put_f64(out, file->shading.light[a]);
     cvol_bytes_append(out, file->transfer_name, sizeof file->transfer_name);
     for (size_t i = 0; i < file->point_count; i++) {
         const cvol_transfer_point *p = &file->points[i];
@@ -100,7 +100,7 @@ static const char *take_choices(cvol_baked_file *out, uint32_t *points, cvol_cur
     out->channels = (int)fields[3];
     out->splat.order = CVOL_ORDER_FRONT;
     out->splat.plane = CVOL_FOOTPRINT_IN_SLICES;
-    out->splat.shade = (int)fields[4];
+    out->shading.on = (int)fields[4];
     out->splat.footprint = (cvol_footprint)fields[5];
     out->splat.size = (int)fields[6];
     *points = fields[7];
@@ -117,8 +117,8 @@ static const char *take_numbers(cvol_baked_file *out, cvol_cursor *content)
                 out->step > 0 && out->step <= 1e30 &&
                 (out->splat.sigma == 0 || (out->splat.sigma >= 0.2 && out->splat.sigma <= 31));
     for (int a = 0; a < 3; a++) {
-        out->splat.light[a] = cvol_cursor_f64(content);
-        sound &= fabs(out->splat.light[a]) <= 1e30;
+        out->shading.light[a] = cvol_cursor_f64(content);
+        sound &= fabs(out->shading.light[a]) <= 1e30;
     }
     const uint8_t *name = cvol_cursor_take(content, sizeof out->transfer_name);
     if (!name)

@@ -10,6 +10,11 @@
 
 static const char *const axes[] = {"x", "y", "z"};
 
+static int same(double a, double b)
+{
+    return !(a < b) && !(b < a);
+}
+
 /* A footprint must not be larger than a slice. */
 static int check_footprint(cvol_context *context, const char *name, const cvol_splat_options *splat,
                            const size_t samples[2])
@@ -19,6 +24,28 @@ static int check_footprint(cvol_context *context, const char *name, const cvol_s
     return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                      "%s: a footprint of %d samples is larger than slices of %zu x %zu", name,
                      splat->size, samples[0], samples[1]);
+}
+
+/* Files tell of light only whether there is one, and from where. */
+static int check_material(cvol_context *context, const char *name, const cvol_shading *asked)
+{
+    const cvol_shading own = cvol_render_options_defaults().shading;
+    if (!asked->on || (same(asked->ambient, own.ambient) && same(asked->diffuse, own.diffuse) &&
+                       same(asked->specular, own.specular) && asked->shininess == own.shininess &&
+                       same(asked->gradient_opacity, own.gradient_opacity)))
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                     "%s: baked volumes have ambient %g, diffuse %g, specular %g, shininess %d and "
+                     "no gradient opacity",
+                     name, own.ambient, own.diffuse, own.specular, own.shininess);
+}
+
+static cvol_shading shading_of(const cvol_baked_file *file)
+{
+    cvol_shading shading = cvol_render_options_defaults().shading;
+    shading.on = file->shading.on;
+    memcpy(shading.light, file->shading.light, sizeof shading.light);
+    return shading;
 }
 
 /* ---- baking --------------------------------------------------------------------------------- */
@@ -51,7 +78,8 @@ static int check_baking(cvol_context *context, const cvol_transform_state *state
             return cvol_fail(context, CVOL_ERROR_LIMIT,
                              "%s: the volume has %zu samples along %s, a baked one at most 65536",
                              path, state->subject.grid.dims[a], axes[a]);
-    return cvol_splat_options_check(context, &options->splat);
+    const int code = check_material(context, path, &options->shading);
+    return code ? code : cvol_splat_options_check(context, &options->splat);
 }
 
 /* Slices seen along their axis. */
@@ -61,15 +89,15 @@ static int make_slices(cvol_context *context, cvol_transform_state *state, cvol_
     cvol_render_options along = *options;
     cvol_view view;
     cvol_splat_plan plan;
-    cvol_splat_light light;
+    cvol_light light;
     along.camera = (cvol_camera){
         .azimuth_deg = axis == 0 ? 90 : 0, .elevation_deg = axis == 2 ? 90 : 0, .zoom = 1};
     int code = cvol_view_make(context, &view, &state->subject.grid, &along);
     if (code)
         return code;
-    memset(&light, 0, sizeof light);
     cvol_splat_plan_make(&plan, &state->subject.grid, &view);
-    cvol_splat_light_set(&light, &plan, &state->subject.grid, &view, &options->splat, plan.rising);
+    cvol_splat_light_set(&light, &plan, &state->subject.grid, &view, &options->shading,
+                         plan.rising);
     const cvol_footprint_shape shape = cvol_lattice_shape(&options->splat);
     const cvol_lattice lattice = cvol_lattice_make(&plan, &shape, 1);
     const cvol_bake_source source = {&state->subject.source, &plan, state->subject.table, &light,
@@ -105,6 +133,7 @@ int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, const cha
                             .tile = options->transform.tile,
                             .rho = options->transform.rho,
                             .splat = options->splat,
+                            .shading = options->shading,
                             .point_count = state->subject.transfer->count,
                             .points = state->subject.transfer->points};
     size_t samples[2];
@@ -218,6 +247,7 @@ int cvol_renderer_baked_info(cvol_context *context, const cvol_renderer *rendere
                              .terms = baked->terms,
                              .resident_bytes = baked->bytes,
                              .splat = file->splat,
+                             .shading = shading_of(file),
                              .transform = file->transform,
                              .tile = file->tile,
                              .transfer_points = file->points,
@@ -229,11 +259,6 @@ int cvol_renderer_baked_info(cvol_context *context, const cvol_renderer *rendere
 }
 
 /* ---- what it serves ------------------------------------------------------------------------- */
-
-static int same(double a, double b)
-{
-    return !(a < b) && !(b < a);
-}
 
 int cvol_baked_file_has_transfer(cvol_context *context, const cvol_transform_state *state,
                                  const cvol_transfer *transfer)
@@ -253,20 +278,20 @@ int cvol_baked_file_has_transfer(cvol_context *context, const cvol_transform_sta
 }
 
 static int check_light(cvol_context *context, const cvol_transform_state *state,
-                       const cvol_splat_options *asked)
+                       const cvol_shading *asked)
 {
-    const cvol_splat_options *own = &state->file.splat;
-    if (!asked->shade != !own->shade)
+    const cvol_shading *own = &state->file.shading;
+    if (!asked->on != !own->on)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: was baked %s, which cannot be changed",
-                         state->path, own->shade ? "lit" : "unlit");
-    for (int a = 0; a < 3 && own->shade; a++)
+                         state->path, own->on ? "lit" : "unlit");
+    for (int a = 0; a < 3 && own->on; a++)
         if (!same(asked->light[a], own->light[a]))
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                              "%s: was baked with the light at %g,%g,%g (0,0,0: with the eye), not "
                              "%g,%g,%g",
                              state->path, own->light[0], own->light[1], own->light[2],
                              asked->light[0], asked->light[1], asked->light[2]);
-    return CVOL_OK;
+    return check_material(context, state->path, asked);
 }
 
 int cvol_baked_file_serves(cvol_context *context, const cvol_transform_state *state,
@@ -288,7 +313,7 @@ int cvol_baked_file_serves(cvol_context *context, const cvol_transform_state *st
                          "%s: was baked in slices along %s, from this direction they lie along %s: "
                          "bake it for that axis as well",
                          state->path, axes[file->axis], axes[plan->axis_slice]);
-    const int code = check_light(context, state, &options->splat);
+    const int code = check_light(context, state, &options->shading);
     return code ? code
                 : check_footprint(context, state->path, &options->splat, state->baked.samples);
 }

@@ -14,6 +14,7 @@
 #include <math.h>
 
 #include "base/context.h"
+#include "render/light.h"
 
 /* A finer step shows nothing more: it only costs. */
 #define STEP_MIN (1.0 / 64)
@@ -32,6 +33,7 @@ cvol_render_options cvol_render_options_defaults(void)
         .height = 512,
         .mode = CVOL_MODE_COMPOSITE,
         .camera = {.zoom = 1},
+        .shading = {.ambient = 0.1, .diffuse = 0.7, .specular = 0.2, .shininess = 10},
         .splat = {.footprint = CVOL_FOOTPRINT_GAUSSIAN,
                   .size = 5,
                   .plane = CVOL_FOOTPRINT_IN_VIEW,
@@ -84,7 +86,8 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                              "background: %s is %g, must be within 0 and 1",
                              (const char *[]){"red", "green", "blue"}[c], options->background[c]);
-    return check_camera(context, &options->camera);
+    const int code = cvol_shading_check(context, &options->shading);
+    return code ? code : check_camera(context, &options->camera);
 }
 
 /* Cosine and sine; exact at multiples of 90 degrees, so that a view along an axis is one. */

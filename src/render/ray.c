@@ -23,6 +23,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "render/ray_light.h"
 #include "render/ray_sample.h"
 #include "render/ray_table.h"
 
@@ -51,6 +52,7 @@ typedef struct ray_job {
     double background[3];
     double step; /* world length of one step */
     cvol_ray_table table;
+    const cvol_ray_light *light; /* NULL: colours are as they are */
 } ray_job;
 
 /* A ray within what is drawn: `steps` whole steps and then `rest` of one, 0 < rest <= 1. */
@@ -217,23 +219,37 @@ static void add_light(ray_light *light, const double colour[4], double opacity)
     light->through *= 1 - opacity;
 }
 
+/* One sample, `place` steps along the ray, that stands for a share of a step. */
+static void add_sample(ray_light *light, const ray_job *job, const ray_line *line, double value,
+                       double place, double share)
+{
+    double colour[4];
+    cvol_ray_table_at(colour, &job->table, value);
+    if (job->light && colour[3] > 0) {
+        const cvol_ray_reader reader = {&job->state->field, job->state->line, job->state->masked};
+        double at[3];
+        for (int a = 0; a < 3; a++)
+            at[a] = line->entry[a] + place * line->delta[a];
+        share *= cvol_ray_light_up(colour, job->light, &reader, at, value);
+    }
+    add_light(light, colour, share < 1 ? cvol_opacity_over(colour[3], share) : colour[3]);
+}
+
 static ray_light composite(const ray_job *job, const ray_line *line)
 {
     ray_light light = {.through = 1};
-    double values[RUN], covers[RUN], colour[4], cover;
+    double values[RUN], covers[RUN], cover;
     for (size_t first = 0; first < line->steps; first += RUN) {
         size_t count = run_length(line, first);
         fetch_run(values, covers, job, line, first, count);
         for (size_t k = 0; k < count; k++) {
-            cvol_ray_table_at(colour, &job->table, values[k]);
-            add_light(&light, colour,
-                      covers[k] < 1 ? cvol_opacity_over(colour[3], covers[k]) : colour[3]);
+            add_sample(&light, job, line, values[k], (double)(first + k) + 0.5, covers[k]);
             if (light.through < TRANSMITTANCE_MIN)
                 return light;
         }
     }
-    cvol_ray_table_at(colour, &job->table, fetch_rest(&cover, job, line));
-    add_light(&light, colour, cvol_opacity_over(colour[3], cover * line->rest));
+    const double value = fetch_rest(&cover, job, line);
+    add_sample(&light, job, line, value, (double)line->steps + line->rest / 2, cover * line->rest);
     return light;
 }
 
@@ -348,6 +364,9 @@ static int ray_draw(cvol_context *context, void *state, cvol_image *image, const
     job.step = step * view->mean_spacing;
     for (int c = 0; c < 3; c++)
         job.background[c] = options->background[c];
+    const cvol_ray_light light = cvol_ray_light_make(&options->shading, view, &ray->grid);
+    if (options->shading.on)
+        job.light = &light;
     int code = CVOL_OK;
     if (job.mode == CVOL_MODE_COMPOSITE)
         code = cvol_ray_table_make(context, &job.table, ray->transfer, ray->field.min,

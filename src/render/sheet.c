@@ -261,6 +261,8 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     const cvol_array *array = state->array;
     const int threads = cvol_context_threads(context);
     cvol_sheet_plan plan;
+    if (options->shading.on)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED, "the sheet engine has no light yet");
     int code = cvol_sheet_plan_make(context, &plan, array, view);
     if (code)
         return code;

@@ -93,11 +93,6 @@ int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *sp
     if (splat->order != CVOL_ORDER_FRONT && splat->order != CVOL_ORDER_BACK)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no order of compositing",
                          (int)splat->order);
-    for (int a = 0; a < 3; a++)
-        if (!(fabs(splat->light[a]) <= 1e30))
-            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                             "light: %c is %g, must be a number of at most 1e30", "xyz"[a],
-                             splat -> light[a]);
     return CVOL_OK;
 }
 
@@ -216,8 +211,8 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     cvol_splat_subject_tabulate(&state->subject, plan.distance, gain.mean);
     const int front = options->splat.order == CVOL_ORDER_FRONT;
     const int ascending = plan.rising == front;
-    cvol_splat_light light;
-    cvol_splat_light_set(&light, &plan, &state->subject.grid, view, &options->splat, ascending);
+    cvol_light light;
+    cvol_splat_light_set(&light, &plan, &state->subject.grid, view, &options->shading, ascending);
     cvol_splat_job job = {.plan = &plan,
                           .slab = &state->slab,
                           .footprint = &state->footprint,

@@ -14,6 +14,7 @@
 #include "base/cpu.h"
 #include "render/engine.h"
 #include "render/footprint.h"
+#include "render/light.h"
 
 /* A pixel of a sheet or of the picture is four floats: colour, premultiplied, and opacity, or, of
  * the picture, transmittance. */
@@ -75,6 +76,8 @@ static inline const float *cvol_splat_slab_at(const cvol_splat_slab *slab, size_
  * -------------------------------------------- */
 
 #define CVOL_SPLAT_ENTRIES 8192
+/* Lit samples add at most this, over their opacity. */
+#define CVOL_SPLAT_BRIGHTEST 1.2f
 
 /* Colour times opacity, and opacity, of one sample: entry t is for values around from + t / scale.
  */
@@ -84,33 +87,15 @@ typedef struct cvol_splat_table {
     float entries[CVOL_SPLAT_ENTRIES][CVOL_SPLAT_CHANNELS] __attribute__((aligned(64)));
 } cvol_splat_table;
 
-/* Phong's model (Phong, "Illumination for computer generated pictures", 1975):
- *
- *     colour (ambient + diffuse max(0, n l)) + specular max(0, n h)^32
- *
- * n is the gradient's direction, turned towards the eye; where there is no gradient, the eye's. */
-#define CVOL_SPLAT_AMBIENT 0.25f
-#define CVOL_SPLAT_DIFFUSE 0.75f
-#define CVOL_SPLAT_SPECULAR 0.2f
-
-typedef struct cvol_splat_light {
-    int shade;
-    /* Directions in the world as lane, row and slice (as slices are met): towards the eye, towards
-     * the light, and halfway between; and what a difference of two neighbours is divided by. */
-    float eye[3], light[3], halfway[3], inverse_spacing[3];
-    float facing_light, facing_halfway; /* eye light, eye halfway */
-} cvol_splat_light;
-
 /* Tabulates what samples add, over what of the transfer function they reach and one entry more on
  * both sides. Integers have entries of their own where there are enough. `distance` of slices in
  * mean spacings; `share` is the sum of weights that a slice would have. */
 void cvol_splat_table_fill(cvol_splat_table *table, const cvol_transfer *transfer,
                            const cvol_splat_source *source, cvol_type type, double distance,
                            double share);
-/* The light of a view; ascending: slices are met in rising order. */
-void cvol_splat_light_set(cvol_splat_light *light, const cvol_splat_plan *plan,
-                          const cvol_grid *grid, const cvol_view *view,
-                          const cvol_splat_options *options, int ascending);
+/* The light of a view, along lane, row and slice as slices are met: in rising order, if `ascending`. */
+void cvol_splat_light_set(cvol_light *light, const cvol_splat_plan *plan, const cvol_grid *grid,
+                          const cvol_view *view, const cvol_shading *shading, int ascending);
 
 /* What is drawn, and how its samples are classified: splat_subject.c. */
 typedef struct cvol_splat_subject {
@@ -150,7 +135,7 @@ typedef struct cvol_splat_list {
 /* Lists samples begin .. end - 1 of a row. */
 CVOL_SIMD_DECLARE(void, cvol_splat_list_make,
                   (cvol_splat_list * list, const cvol_splat_row *row, int begin, int end,
-                   const cvol_splat_table *table, const cvol_splat_light *light));
+                   const cvol_splat_table *table, const cvol_light *light));
 
 /* ---- sheets: splat_sheet_simd.c ---------------------------------------------------------------
  */

@@ -21,7 +21,7 @@ typedef struct cvol_splat_job {
     const cvol_splat_slab *slab;
     const cvol_footprint_table *footprint;
     const cvol_splat_table *table;
-    const cvol_splat_light *light;
+    const cvol_light *light;
     const cvol_footprint_gain *gain;
     int ascending, front;
     int width, height, margin, band_rows;

@@ -40,33 +40,10 @@ void cvol_splat_table_fill(cvol_splat_table *table, const cvol_transfer *transfe
         table->visible_from = INFINITY;
 }
 
-void cvol_splat_light_set(cvol_splat_light *light, const cvol_splat_plan *plan,
-                          const cvol_grid *grid, const cvol_view *view,
-                          const cvol_splat_options *options, int ascending)
+void cvol_splat_light_set(cvol_light *light, const cvol_splat_plan *plan, const cvol_grid *grid,
+                          const cvol_view *view, const cvol_shading *shading, int ascending)
 {
     const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_slice};
-    const double *given = options->light;
-    const double length = hypot(hypot(given[0], given[1]), given[2]);
-    double towards[3], half[3], half_length = 0;
-    light->shade = options->shade;
-    for (int a = 0; a < 3; a++) {
-        towards[a] = length > 0 ? given[a] / length : view->eye[a];
-        half[a] = towards[a] + view->eye[a];
-        half_length = hypot(half_length, half[a]);
-    }
-    double facing_light = 0, facing_halfway = 0;
-    for (int k = 0; k < 3; k++) {
-        const int a = axes[k];
-        const double turn = k == 2 && !ascending ? -1 : 1;
-        /* light from behind has no highlight */
-        const double halfway = half_length > 1e-6 ? half[a] / half_length : 0;
-        light->eye[k] = (float)(turn * view->eye[a]);
-        light->light[k] = (float)(turn * towards[a]);
-        light->halfway[k] = (float)(turn * halfway);
-        light->inverse_spacing[k] = (float)(view->mean_spacing / grid->spacing[a]);
-        facing_light += view->eye[a] * towards[a];
-        facing_halfway += view->eye[a] * halfway;
-    }
-    light->facing_light = (float)facing_light;
-    light->facing_halfway = (float)facing_halfway;
+    const int turns[3] = {1, 1, ascending ? 1 : -1};
+    cvol_light_set(light, view, grid, shading, axes, turns);
 }

@@ -3,54 +3,17 @@
  * Whole vectors are passed over if none of their samples is visible. The gradient is one of
  * central differences in the world; at the volume's faces a difference is of half the length.
  */
-#include "base/vector.h"
+#include "render/phong.h"
 #include "render/splat.h"
 
-#include <math.h>
-
-CVOL_INLINE cvol_vf square_root(cvol_vf v)
-{
-#if defined(__AVX512F__)
-    return (cvol_vf)_mm512_sqrt_ps((__m512)v);
-#elif defined(__AVX2__)
-    return (cvol_vf)_mm256_sqrt_ps((__m256)v);
-#else
-    for (int lane = 0; lane < CVOL_LANES; lane++)
-        v[lane] = sqrtf(v[lane]);
-    return v;
-#endif
-}
-
-CVOL_INLINE cvol_vf dot(const cvol_vf a[3], const float b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-/* What light makes of the samples from i on: a factor of their colour, and what is added to it. */
-CVOL_INLINE void illuminate(cvol_vf *factor, cvol_vf *gloss, const cvol_splat_row *row, int i,
-                            const cvol_splat_light *light)
+/* What light makes of the samples from i on. */
+CVOL_INLINE lit_matter light_samples(const cvol_splat_row *row, int i, const cvol_light *light)
 {
     const cvol_vf gradient[3] = {
-        (cvol_load(row->samples + i + 1) - cvol_load(row->samples + i - 1)) *
-            light->inverse_spacing[0],
-        (cvol_load(row->below + i) - cvol_load(row->above + i)) * light->inverse_spacing[1],
-        (cvol_load(row->behind + i) - cvol_load(row->before + i)) * light->inverse_spacing[2]};
-    const cvol_vf square = gradient[0] * gradient[0] + gradient[1] * gradient[1] +
-                           gradient[2] * gradient[2];
-    const cvol_vi sloped = square > 1e-30f;
-    const cvol_vf inverse = 1 / square_root(cvol_max(square, cvol_splat(1e-30f)));
-    const cvol_vi away = dot(gradient, light->eye) < 0;
-    cvol_vf lit = dot(gradient, light->light) * inverse;
-    cvol_vf half = dot(gradient, light->halfway) * inverse;
-    lit = cvol_select(away, -lit, lit);
-    half = cvol_select(away, -half, half);
-    lit = cvol_select(sloped, lit, cvol_splat(light->facing_light));
-    half = cvol_select(sloped, half, cvol_splat(light->facing_halfway));
-    *factor = CVOL_SPLAT_AMBIENT + CVOL_SPLAT_DIFFUSE * cvol_max(lit, cvol_splat(0));
-    half = cvol_max(half, cvol_splat(0));
-    for (int square_again = 0; square_again < 5; square_again++)
-        half *= half;
-    *gloss = CVOL_SPLAT_SPECULAR * half;
+        (cvol_load(row->samples + i + 1) - cvol_load(row->samples + i - 1)) * light->rise[0],
+        (cvol_load(row->below + i) - cvol_load(row->above + i)) * light->rise[1],
+        (cvol_load(row->behind + i) - cvol_load(row->before + i)) * light->rise[2]};
+    return illuminate(gradient, light);
 }
 
 /* Stores what of numbers and entries is visible, one after the other; how many that are. */
@@ -75,24 +38,27 @@ CVOL_INLINE int pack(int *numbers, int *entries, cvol_vi number, cvol_vi entry, 
 /* Lit channels of the samples that were listed from `first` on, which lie within a vector from i.
  */
 CVOL_INLINE void light_list(cvol_splat_list *list, int first, int end, const cvol_splat_row *row,
-                            int i, const cvol_splat_table *table, const cvol_splat_light *light)
+                            int i, const cvol_splat_table *table, const cvol_light *light)
 {
-    cvol_vf factor, gloss;
-    illuminate(&factor, &gloss, row, i, light);
+    const lit_matter lit = light_samples(row, i, light);
     for (int n = first; n < end; n++) {
         const float *from = table->entries[list->entries[n]];
         float *to = list->channels + CVOL_SPLAT_CHANNELS * n;
         const int lane = list->numbers[n] - i;
+        float share = 1;
+        if (lit.thickness[lane] < 1 && from[3] > 0)
+            share = (1 - powf(fmaxf(1 - from[3], 0), lit.thickness[lane])) / from[3];
         for (int c = 0; c < 3; c++)
-            to[c] = from[c] * factor[lane] + from[3] * gloss[lane];
-        to[3] = from[3];
+            to[c] = share * fminf(from[c] * lit.factor[lane] + from[3] * lit.gloss[lane],
+                                  CVOL_SPLAT_BRIGHTEST * from[3]);
+        to[3] = share * from[3];
         list->entries[n] = n;
     }
 }
 
 void CVOL_SIMD(cvol_splat_list_make)(cvol_splat_list *list, const cvol_splat_row *row, int begin,
                                      int end, const cvol_splat_table *table,
-                                     const cvol_splat_light *light)
+                                     const cvol_light *light)
 {
     int count = 0;
     const cvol_vf last = cvol_splat(CVOL_SPLAT_ENTRIES - 1);
@@ -107,9 +73,9 @@ void CVOL_SIMD(cvol_splat_list_make)(cvol_splat_list *list, const cvol_splat_row
         const int first = count;
         count += pack(list->numbers + count, list->entries + count, cvol_to_int(cvol_iota()) + i,
                       entry, visible);
-        if (light->shade)
+        if (light->on)
             light_list(list, first, count, row, i, table, light);
     }
     list->count = count;
-    list->from = light->shade ? list->channels : table->entries[0];
+    list->from = light->on ? list->channels : table->entries[0];
 }

@@ -101,7 +101,7 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
  * and zoom do not matter: they are the warp's. */
 static int is_stale(const cvol_transform_state *state, const cvol_splat_plan *plan,
                     const cvol_lattice *lattice, const cvol_footprint_shape *shape,
-                    const cvol_splat_light *light, const cvol_transform_options *options)
+                    const cvol_light *light, const cvol_transform_options *options)
 {
     const cvol_transform_options *before = &state->options;
     return !state->has_baked || state->baked.axis_slice != plan->axis_slice ||
@@ -122,7 +122,7 @@ static double now_ms(void)
 /* Makes slices, with rho or what is to be stored. */
 static int bake(cvol_context *context, cvol_transform_state *state, const cvol_splat_plan *plan,
                 const cvol_lattice *lattice, const cvol_footprint_shape *shape,
-                const cvol_splat_light *light, int ascending, const cvol_transform_options *options)
+                const cvol_light *light, int ascending, const cvol_transform_options *options)
 {
     state->has_baked = 0;
     cvol_baked_free(&state->baked);
@@ -203,11 +203,11 @@ static int compose(cvol_context *context, cvol_transform_state *state, drawing *
         code = cvol_splat_options_check(context, splat);
     if (code)
         return code;
-    cvol_splat_light light;
-    memset(&light, 0, sizeof light);
+    cvol_light light;
     cvol_splat_plan_make(&out->plan, &state->subject.grid, view);
     const int ascending = out->plan.rising == front;
-    cvol_splat_light_set(&light, &out->plan, &state->subject.grid, view, splat, ascending);
+    cvol_splat_light_set(&light, &out->plan, &state->subject.grid, view, &options->shading,
+                         ascending);
     const cvol_footprint_shape shape = cvol_lattice_shape(splat);
     /* who asks for all terms wants all places */
     const int coarse = own->tile != 0 && own->rho < 1;

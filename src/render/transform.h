@@ -39,7 +39,7 @@ typedef struct cvol_bake_source {
     const cvol_splat_source *samples;
     const cvol_splat_plan *plan;
     const cvol_splat_table *table;
-    const cvol_splat_light *light;
+    const cvol_light *light;
     int ascending; /* the light is for slices met in rising order */
 } cvol_bake_source;
 

@@ -13,8 +13,8 @@ typedef struct cvol_compose_job {
     int rising, front;
 } cvol_compose_job;
 
-/* What a sample adds, at most, over its opacity: highlights are added to its colour. */
-#define CVOL_BRIGHTEST (1 + CVOL_SPLAT_SPECULAR)
+/* What a sample adds, at most, over its opacity. */
+#define CVOL_BRIGHTEST CVOL_SPLAT_BRIGHTEST
 
 /* The slice that is met as number n. */
 static inline size_t cvol_compose_slice(const cvol_compose_job *job, size_t n)

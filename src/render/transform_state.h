@@ -11,7 +11,7 @@ typedef struct cvol_transform_state {
     /* What `baked` is of. */
     int has_baked;
     cvol_footprint_shape shape;
-    cvol_splat_light light;
+    cvol_light light;
     cvol_transform_options options;
     cvol_transform_report report;
     int has_report;

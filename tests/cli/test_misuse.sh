@@ -144,7 +144,7 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     refuse $command --engine ray --step -- '' $number -1
     expect_failure 2 'step 1e-09' $command --engine ray --step 1e-9
     expect_failure 2 '--step is for engine ray' $command --step 0.5
-    for option in '--footprint box' '--footprint-size 5' '--sigma 1' --shade '--light 0,0,1' '--order back'; do
+    for option in '--footprint box' '--footprint-size 5' '--sigma 1' '--order back'; do
         expect_failure 2 "${option%% *} is for engines splat and transform" $command $option
     done
     refuse $command --engine splat --footprint -- '' x Box gauss
@@ -152,7 +152,15 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     refuse $command --engine splat --sigma -- '' $number 0 -1 0.1 32
     refuse $command --engine splat --order -- '' x fronts
     refuse $command --engine splat --shade --light -- '' x 1 1,1 0,0,0 1,1,1,1 nan,0,0
-    expect_failure 2 '--light needs --shade' $command --engine splat --light 0,0,1
+    for option in '--light 0,0,1' '--ambient 1' '--diffuse 1' '--specular 1' '--shininess 5' '--gradient-opacity 3'; do
+        expect_failure 2 "${option%% *} needs --shade" $command $option
+    done
+    for option in --ambient --diffuse --specular --gradient-opacity; do
+        refuse $command --shade $option -- '' $number -1 1e31
+    done
+    refuse $command --shade --shininess -- '' x 0 257 2.5
+    expect_failure 2 '--shade is for mode composite, not mip' $command --shade --mode mip
+    expect_failure 2 '--shade is not for engine fourier' $command --shade --engine fourier
     expect_failure 2 '--sigma is for --footprint gaussian' $command --engine splat --footprint cone --sigma 1
     expect_failure 2 'which only composites' $command --engine splat --mode xray
     for option in '--rho 0.1' '--spectrum dft' '--schedule literal' '--tile 8'; do
