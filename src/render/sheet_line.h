@@ -1,0 +1,175 @@
+/* What a line of the intermediate image is to the sheets of a layer: which of them each group of
+ * its pixels meets, in which it can see something, and how samples become the pixels' values there.
+ *
+ * To be included by kernel files only: each compiles it for its instruction set.
+ */
+#ifndef CVOL_RENDER_SHEET_LINE_H
+#define CVOL_RENDER_SHEET_LINE_H
+
+#include "render/sheet_footprint.h"
+
+/* Vectors of a group. */
+#define PARTS (CVOL_GROUP / CVOL_LANES)
+/* The most groups of a line whose sheets are looked at together. */
+#define RUN 128
+/* Kept apart from the code that runs most of the time. */
+#define CVOL_COLD static __attribute__((noinline))
+
+/* One sheet as a line sees it. */
+typedef struct sheet_line {
+    const float *near, *far; /* rows of samples; of unit footprints, at the line's first pixel */
+    float weights[4];        /* of near, its next sample, far, its next, for table coordinates */
+    double lane_at;
+    line_view view;
+    unit_footprint footprint;
+    int whole;                    /* rays that enter by no side are within all of the interval */
+    int begin, end;               /* groups that the line has something of, those that lie within */
+    int inside_begin, inside_end; /* and those that do by lanes as well */
+} sheet_line;
+
+/* A line through a layer. A bit of a number is a sheet. */
+typedef struct line_job {
+    const cvol_layer *layer;
+    const cvol_sheet_table *table;
+    const cvol_line *line;
+    sheet_line sheets[CVOL_BLOCK_MAX];
+    float table_offset;           /* table coordinate = value * table->scale + table_offset */
+    int first_group;              /* the run's */
+    uint32_t met[RUN], seen[RUN]; /* sheets that each group crosses, and sees something in, */
+    uint32_t inside[RUN];         /* and those whose intervals all lie within the volume */
+} line_job;
+
+/* ---- what a line is to the sheets ---------------------------------------------------------------
+ */
+
+CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_sheet_view *sheet,
+                            int unit)
+{
+    const int only = sheet->front == -0.5f;
+    line_view *view = &out->view;
+    view_line(view, job->layer, sheet, job->line->number, only ? -0.5f : -1, only ? 0.5f : 0);
+    out->footprint = make_unit_footprint(view, sheet);
+    out->lane_at = sheet->lane_at;
+    const float right = unit ? (float)(sheet->lane_at - floor(sheet->lane_at)) : 0,
+                left = 1 - right, scale = job->table->scale;
+    out->near = view->near + (unit ? out->footprint.x : 0);
+    out->far = view->far + (unit ? out->footprint.x : 0);
+    out->weights[0] = view->near_weight * left * scale;
+    out->weights[1] = view->near_weight * right * scale;
+    out->weights[2] = view->far_weight * left * scale;
+    out->weights[3] = view->far_weight * right * scale;
+    const float length = view->slab_end - view->slab_begin;
+    out->whole = length > 1 - LEAST_WEIGHT;
+    out->begin = sheet->begin;
+    /* The first sheet has nothing before it, but its values are needed. */
+    out->end = length < LEAST_WEIGHT && sheet->ordinal > 0 ? sheet->begin : sheet->end;
+    out->inside_begin = out->whole ? sheet->inside_begin : 0;
+    out->inside_end = out->whole ? sheet->inside_end : 0;
+}
+
+CVOL_INLINE long lane_sample(const sheet_line *sheet, double step, int group, int unit)
+{
+    return unit ? sheet->footprint.x + group * CVOL_GROUP
+                : (long)floor(sheet->lane_at + group * CVOL_GROUP * step);
+}
+
+/* What the groups begin .. end - 1 of a run are to one sheet. */
+CVOL_INLINE void find_sheet(line_job *job, int s, int begin, int end, int unit)
+{
+    const sheet_line *sheet = &job->sheets[s];
+    const int first = job->first_group;
+    const uint32_t bit = UINT32_C(1) << s;
+    int group = begin;
+    for (; group < end; group++) { /* until windows follow one another */
+        const long x = lane_sample(sheet, job->layer->lane_step, group, unit);
+        if (unit && x >= -CVOL_GROUP)
+            break;
+        const uint32_t seen = sheet->view.windows[window_of(x)] & CVOL_WINDOW_SEEN;
+        job->met[group - first] |= bit;
+        job->seen[group - first] |= seen << s;
+    }
+    if (group < end) {
+        const uint8_t *windows = sheet->view.windows + window_of(lane_sample(sheet, 1, group, 1));
+        uint32_t *met = job->met + (group - first), *all = job->seen + (group - first);
+        for (int i = 0; i < end - group; i++) {
+            met[i] |= bit;
+            all[i] |= (uint32_t)(windows[i] & CVOL_WINDOW_SEEN) << s;
+        }
+    }
+    begin = begin > sheet->inside_begin ? begin : sheet->inside_begin;
+    end = end < sheet->inside_end ? end : sheet->inside_end;
+    for (group = begin; group < end; group++)
+        job->inside[group - first] |= bit;
+}
+
+/* Which sheets the groups of a run meet. */
+CVOL_INLINE void find_met(line_job *job, int first, int count, int unit)
+{
+    memset(job->met, 0, sizeof *job->met * (size_t)count);
+    memset(job->seen, 0, sizeof *job->seen * (size_t)count);
+    memset(job->inside, 0, sizeof *job->inside * (size_t)count);
+    job->first_group = first;
+    for (int s = 0; s < job->layer->sheet_count; s++) {
+        const sheet_line *sheet = &job->sheets[s];
+        find_sheet(job, s, sheet->begin > first ? sheet->begin : first,
+                   sheet->end < first + count ? sheet->end : first + count, unit);
+    }
+}
+
+/* ---- values -----------------------------------------------------------------------------------
+ */
+
+CVOL_INLINE cvol_vf to_table(const line_job *job, cvol_vf value)
+{
+    return value * job->table->scale + job->table_offset;
+}
+
+/* The value at which the group met the sheet before sheet `s` of the layer, which was skipped:
+ * about the level of the window there. 0 if it is not known. */
+CVOL_INLINE int find_level_before(float *level, const line_job *job, int s, int group)
+{
+    const cvol_layer *layer = job->layer;
+    const cvol_sheet_view *sheet = &layer->sheets[s];
+    const double position = sheet->lane_at + group * CVOL_GROUP * layer->lane_step;
+    const long window = window_of((long)floor(position - layer->lane_drift));
+    const cvol_windows *windows = sheet->is_first ? &layer->windows_before : &layer->windows;
+    if (!windows->count)
+        return 0;
+    const float *levels;
+    long y;
+    const uint8_t *bits = find_windows(&levels, &y, layer, windows,
+                                       sheet->row_at + job->line->number * layer->row_step -
+                                           layer->row_drift);
+    *level = levels[window] * job->table->scale + job->table_offset;
+    return !bits[window];
+}
+
+/* Table coordinates of part k of a group. */
+CVOL_INLINE cvol_vf reconstruct(const line_job *job, const sheet_line *sheet, int group, int k,
+                                int unit)
+{
+    const long i = group * CVOL_GROUP + k * CVOL_LANES;
+    const float *w = sheet->weights;
+    if (unit)
+        return job->table_offset + w[0] * cvol_load(sheet->near + i) +
+               w[1] * cvol_load(sheet->near + i + 1) + w[2] * cvol_load(sheet->far + i) +
+               w[3] * cvol_load(sheet->far + i + 1);
+    const double step = job->layer->lane_step, position = sheet->lane_at + (double)i * step;
+    const double whole = floor(position);
+    const float *near = sheet->near + (long)whole, *far = sheet->far + (long)whole;
+    const cvol_vf low = w[0] * cvol_load(near) + w[2] * cvol_load(far);
+    const cvol_vf high = w[0] * cvol_load(near + CVOL_LANES) + w[2] * cvol_load(far + CVOL_LANES);
+    const cvol_vf at = (float)(position - whole) + cvol_iota() * (float)step;
+    const cvol_vi index = cvol_to_int(at);
+    const cvol_vf left = cvol_shuffle(low, high, index) + job->table_offset;
+    return left + (at - cvol_to_float(index)) *
+                      (cvol_shuffle(low, high, index + 1) + job->table_offset - left);
+}
+
+/* All bits from the lowest of `bits` on; 0 if it has none. */
+CVOL_INLINE uint32_t from_lowest(uint32_t bits)
+{
+    return bits | -bits;
+}
+
+#endif
