@@ -14,6 +14,8 @@ bench=$(dirname "$0")
 
 echo 'compression: every volume at five targets'
 "$bench/codec_table.py" "$@"
+echo 'the codec alone, in memory'
+"$bench/codec_speed.py" "$@"
 echo 'speed of rendering, beside VTK'
 "$bench/render_speed.py" "$@"
 echo 'quality of pictures'
@@ -30,6 +32,6 @@ while [ $# -gt 1 ]; do
     [ "$1" = --results ] && results=$2
     shift
 done
-echo "Tables: $results/codec_table.md, render_speed.md, render_quality.md, fourier.md, claim.md, algebra.md"
+echo "Tables: $results/codec_table.md, codec_speed.md, render_speed.md, render_quality.md, fourier.md, claim.md, algebra.md"
 echo "(and .csv); worst views: $results/difference; times against terms and samples: $results/algebra.png;"
 echo "the claim, by N, footprint and rho: $results/claim.png"
