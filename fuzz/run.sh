@@ -9,7 +9,7 @@ seconds=${1:-60}
 [ $# -gt 0 ] || set -- cvol volume transfer png
 build=build-fuzz
 mkdir -p $build
-flags="-std=c11 -g -O1 -Iinclude -Isrc -Ifuzz -isystem /usr/include/nifti
+flags="-std=gnu11 -g -O1 -Iinclude -Isrc -Ifuzz -isystem /usr/include/nifti
     -fsanitize=address,undefined -fno-sanitize-recover=all -Wno-psabi -Wno-unknown-pragmas"
 
 # Without OpenMP: one thread, and no runtime that the sanitizers do not know.
@@ -39,7 +39,7 @@ done
 
 for fuzzer in "$@"; do
     clang $flags -fsanitize=fuzzer "fuzz/fuzz_$fuzzer.c" $objects -o "$build/fuzz_$fuzzer" \
-        -lnifti2 -lznz -lz -lfftw3f -lpng -lzstd -ljansson -lpthread -lm
+        -lnifti2 -lznz -lz -lfftw3f -lpng -lgif -lzstd -ljansson -lpthread -lm
     mkdir -p "$build/$fuzzer"
     corpus=$build/$fuzzer
     [ -d "fuzz/corpus/$fuzzer" ] && corpus="$corpus fuzz/corpus/$fuzzer"
