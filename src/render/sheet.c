@@ -35,7 +35,7 @@ typedef struct sheet_state {
     cvol_intermediate intermediate;
     cvol_tiles tiles;
     size_t line_capacity, scratch_capacity, span_capacity, opaque_capacity, met_capacity,
-        tile_capacity;
+        tile_capacity, pending_capacity, edge_capacity;
     float *bases;            /* lane, row and sheet basis of the frame; lane and row of parts */
     cvol_band_memory *bands; /* one for each thread */
     int band_count;
@@ -54,6 +54,8 @@ static void sheet_free(void *opaque_state)
     free(state->intermediate.spans);
     free(state->intermediate.opaque);
     free(state->intermediate.met);
+    free(state->intermediate.pending);
+    free(state->intermediate.edges);
     free(state->tiles.open);
     for (int i = 0; i < state->band_count; i++)
         cvol_band_memory_free(&state->bands[i]);
@@ -127,7 +129,14 @@ static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int th
     image->height = plan->height;
     state->tiles.across = plan->width / CVOL_TILE;
     state->tiles.down = (plan->height + CVOL_TILE - 1) / CVOL_TILE;
-    return cvol_ensure(&image->lines, &state->line_capacity, CVOL_LINES * width * height,
+    const size_t lit = (size_t)plan->lit;
+    image->pending_lines = plan->masked == CVOL_SHEET_SOME_VOID ? CVOL_PENDING_LINES
+                                                                : CVOL_PENDING_LINES_PLAIN;
+    return cvol_ensure(&image->pending, &state->pending_capacity,
+                       lit * (size_t)image->pending_lines * width * height, sizeof(float)) &&
+           cvol_ensure(&image->edges, &state->edge_capacity, lit * width / CVOL_GROUP * height,
+                       1) &&
+           cvol_ensure(&image->lines, &state->line_capacity, CVOL_LINES * width * height,
                        sizeof(float)) &&
            cvol_ensure(&image->scratch, &state->scratch_capacity, 4 * width * (size_t)threads,
                        sizeof(float)) &&
@@ -196,10 +205,10 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
     return axes;
 }
 
-static cvol_sheet_kernel *choose_kernel(cvol_mode mode)
+static cvol_sheet_kernel *choose_kernel(cvol_mode mode, int lit)
 {
     if (mode == CVOL_MODE_COMPOSITE)
-        return CVOL_SIMD_CHOOSE(cvol_sheet_composite);
+        return lit ? CVOL_SIMD_CHOOSE(cvol_sheet_shade) : CVOL_SIMD_CHOOSE(cvol_sheet_composite);
     return mode == CVOL_MODE_MIP ? CVOL_SIMD_CHOOSE(cvol_sheet_max)
                                  : CVOL_SIMD_CHOOSE(cvol_sheet_sum);
 }
@@ -254,6 +263,19 @@ static float find_background(const sheet_state *state)
                    array->offset);
 }
 
+/* Along an axis of one sample nothing changes. */
+static void set_light(cvol_light *out, const sheet_state *state, const cvol_sheet_plan *plan,
+                      const cvol_view *view, const cvol_shading *shading)
+{
+    const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_sheet};
+    const int way = plan->ascending ? 1 : -1, turns[3] = {1, 1, way};
+    const size_t samples[3] = {plan->lanes, plan->rows, plan->sheets};
+    const double pitches[3] = {plan->pitch_lane, plan->pitch_row, 1};
+    cvol_light_set(out, view, &state->array->grid, shading, axes, turns);
+    for (int k = 0; k < 3; k++)
+        out->rise[k] *= samples[k] > 1 ? (float)(1 / pitches[k]) / state->table->scale : 0;
+}
+
 static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *image,
                       const cvol_view *view, const cvol_render_options *options)
 {
@@ -261,14 +283,13 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     const cvol_array *array = state->array;
     const int threads = cvol_context_threads(context);
     cvol_sheet_plan plan;
-    if (options->shading.on)
-        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED, "the sheet engine has no light yet");
     int code = cvol_sheet_plan_make(context, &plan, array, view);
     if (code)
         return code;
     plan.masked = cvol_mask_is_void(state->mask)         ? CVOL_SHEET_SOME_VOID
                   : cvol_mask_is_background(state->mask) ? CVOL_SHEET_SOME_BACKGROUND
                                                          : CVOL_SHEET_ALL_PLAIN;
+    plan.lit = options->mode == CVOL_MODE_COMPOSITE && options->shading.on;
     const int band_lines = choose_band_lines(&plan, threads);
     if (!prepare_image(state, &plan, threads) || !prepare_bands(state, &plan, threads, band_lines))
         return cvol_fail(context, CVOL_ERROR_MEMORY,
@@ -277,6 +298,12 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     const int colour = options->mode == CVOL_MODE_COMPOSITE;
     if (colour)
         cvol_sheet_table_fill(state->table, array, state->transfer, plan.distance);
+    cvol_light light;
+    state->table->light = NULL;
+    if (plan.lit) {
+        set_light(&light, state, &plan, view, &options->shading);
+        state->table->light = &light;
+    }
     const cvol_sheet_frame frame = {
         .array = array,
         .plan = &plan,
@@ -286,7 +313,7 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
         .visibility = colour ? &state->by_transfer : &state->everything,
         .mask = state->mask ? &state->blocks_mask : NULL,
         .background = find_background(state),
-        .kernel = choose_kernel(options->mode),
+        .kernel = choose_kernel(options->mode, plan.lit),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,

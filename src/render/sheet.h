@@ -23,6 +23,7 @@
 #include "base/cpu.h"
 #include "base/vector.h"
 #include "render/engine.h"
+#include "render/light.h"
 
 #define CVOL_TABLE_SIZE 2048
 /* An interval between sheets is sampled in 1, 2 or 4 parts. */
@@ -48,6 +49,9 @@
  *     piece_start[k][i] + t piece_rise[k][i]
  * of the first piece i whose end lies beyond t; it is no more than two after that of t's bin. */
 typedef struct cvol_sheet_table {
+    /* Of lit frames, for differences of table coordinates between points two apart, along lane, row,
+     * and sheet as sheets are met. */
+    const cvol_light *light;
     float from, scale, flat;
     float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
     int pieces;                     /* 0: there are only entries */
@@ -70,6 +74,7 @@ typedef struct cvol_sheet_plan {
     size_t lanes, rows, sheets; /* samples along each */
     size_t blocks_lane, blocks_row, layers;
     int lapped; /* the array is */
+    int lit;    /* samples one point further are looked at */
     cvol_sheet_masked masked;
     int ascending; /* sheets are met in rising order */
     double shear_lane, shear_row;
@@ -105,13 +110,22 @@ typedef struct cvol_intermediate {
     int *spans;      /* [2][height][2]: where lines, and those around, are not empty (warp.c) */
     uint8_t *opaque; /* [height][width / CVOL_GROUP]: nothing behind this group is seen */
     int32_t *met;    /* [height][width / CVOL_GROUP]: number of the last sheet that it met */
+    float *pending;  /* [height][pending_lines][width], of lit frames: see sheet_shade_simd.c */
+    int pending_lines;
+    uint8_t *edges;  /* [height][width / CVOL_GROUP], the same */
 } cvol_intermediate;
+
+/* Their number; the last three only if samples may be without a value. Line 0 is of all pixels. */
+#define CVOL_PENDING_LINES 13
+#define CVOL_PENDING_LINES_PLAIN 10
 
 /* One row of it, as kernels see it. */
 typedef struct cvol_line {
     float *values; /* [CVOL_LINES][width] */
     uint8_t *opaque;
     int32_t *met;
+    float *pending; /* [pending_lines][width] */
+    uint8_t *edges;
     int number, width;
 } cvol_line;
 
@@ -122,11 +136,12 @@ typedef struct cvol_line {
 /* Which windows of a layer's samples can be seen: window c of block row y covers samples
  * 16 (c - 1) .. 16 (c - 1) + 31; `within` for rows inside block row y, `across` for those between y
  * and y + 1. `..._level`: of those that cannot, a value amidst their samples, which says where an
- * interval begins or ends whose other end is seen. [block_rows][count] */
+ * interval begins or ends whose other end is seen, and `spread_at` behind it how far from it they may
+ * be. [block_rows][count] */
 typedef struct cvol_windows {
     const uint8_t *within, *across;
     const float *within_level, *across_level;
-    int count;
+    int count, spread_at;
 } cvol_windows;
 
 /* What a line kernel needs to know of one sheet. */
@@ -162,6 +177,10 @@ typedef struct cvol_layer {
 /* Draws one line of the intermediate image through all sheets of a layer. `sum`: line 0 becomes the
  * weighted sum of the samples, line 1 their weight; `max`: line 0 the largest, line 1 becomes 1. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+/* The same with light. A layer without sheets, whose sheets[0].ordinal would be the next, is what rays
+ * end with. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_shade,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_sum,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));

@@ -40,11 +40,12 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, in
     const double around = plan->lapped ? 2 : 0; /* rows and sheets that faces mix */
     double from = (double)z_begin - around, to = (double)(z_end - 1) + around;
     double a = plan->shear_row * from, b = plan->shear_row * to;
-    double reach = (1 + around) * plan->pitch_row;
+    double reach = (1 + around + plan->lit) * plan->pitch_row;
     double lo = plan->v0 + line_begin * plan->dv + fmin(a, b) - reach;
     double hi = plan->v0 + (line_end - 1) * plan->dv + fmax(a, b) + reach;
     double rows = (double)(plan->rows - 1);
-    if (hi < -2 || lo > rows + 2) /* rays may enter or leave half way to the next sheet */
+    if (hi < -2 - plan->lit ||
+        lo > rows + 2 + plan->lit) /* rays may enter or leave half way to the next sheet */
         return 0;
     *first = (size_t)fmin(fmax(lo, 0), rows) / (size_t)block;
     *last = (size_t)fmin(fmax(hi, 0), rows) / (size_t)block;
@@ -65,14 +66,15 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
         }
     const size_t lanes = plan->blocks_lane * (size_t)plan->points_lane;
     const size_t row_stride = (lanes + 2 * CVOL_SHEET_PAD + 15) / 16 * 16;
-    const size_t rows = most * (size_t)plan->points_row + 2;
+    const size_t rows = most * (size_t)plan->points_row + 2 + 2 * (size_t)plan->lit;
     const size_t sheets = (size_t)block + (plan->lapped ? 2 : 0);
     memory->row_stride = (long)row_stride;
     memory->sheet_stride = (long)(rows * row_stride);
     const size_t samples = rows * row_stride * sheets;
     const int covered = plan->masked == CVOL_SHEET_SOME_VOID;
     memory->cover_at = covered ? (long)samples : 0;
-    if (!cvol_ensure(&memory->samples, &memory->sample_capacity, samples << covered,
+    const size_t before = plan->lit ? row_stride : 0; /* a row more at either end */
+    if (!cvol_ensure(&memory->allocated, &memory->sample_capacity, before + (samples << covered),
                      sizeof(float)) ||
         !cvol_layer_skip_prepare(&memory->skip[0], plan) ||
         !cvol_layer_skip_prepare(&memory->skip[1], plan) ||
@@ -81,12 +83,13 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
                      (size_t)(lines + CVOL_TILE - 1) / CVOL_TILE, 1) ||
         !cvol_ensure(&memory->work, &memory->work_capacity, 1, sizeof *memory->work))
         return 0;
+    memory->samples = memory->allocated + before;
     return !plan->lapped || cvol_lapped_prepare(&memory->lapped, plan);
 }
 
 void cvol_band_memory_free(cvol_band_memory *memory)
 {
-    free(memory->samples);
+    free(memory->allocated);
     cvol_layer_skip_free(&memory->skip[0]);
     cvol_layer_skip_free(&memory->skip[1]);
     free(memory->seen);
@@ -98,7 +101,7 @@ void cvol_band_memory_free(cvol_band_memory *memory)
 /* ---- evaluating a layer ---------------------------------------------------------------------- */
 
 /* Repeats the outermost samples, twice to the left and once elsewhere, since rays are followed a
- * little beyond the faces. */
+ * little beyond the faces; light looks at rows further. */
 static void extend_faces(float *at, const cvol_band_memory *memory, const cvol_sheet_plan *plan,
                          int block, size_t lane, size_t row)
 {
@@ -113,10 +116,10 @@ static void extend_faces(float *at, const cvol_band_memory *memory, const cvol_s
         for (int r = 0; r < points_row && right; r++)
             sheet[r * row_stride + points_lane] = sheet[r * row_stride + points_lane - 1];
         float *above = sheet - 2 * left, *below = above + (points_row - 1) * row_stride;
-        if (row == 0)
-            memcpy(above - row_stride, above, bytes);
-        if (row + 1 == plan->blocks_row)
-            memcpy(below + row_stride, below, bytes);
+        for (int r = 1; r <= 1 + plan->lit && row == 0; r++)
+            memcpy(above - r * row_stride, above, bytes);
+        for (int r = 1; r <= 1 + plan->lit && row + 1 == plan->blocks_row; r++)
+            memcpy(below + r * row_stride, below, bytes);
     }
 }
 
@@ -214,7 +217,8 @@ static cvol_windows windows_of(const cvol_layer_skip *skip, const cvol_sheet_pla
                           .across = skip->across,
                           .within_level = skip->levels,
                           .across_level = skip->levels + plan->blocks_row * (size_t)skip->windows,
-                          .count = skip->windows};
+                          .count = skip->windows,
+                          .spread_at = (int)(2 * plan->blocks_row * (size_t)skip->windows)};
 }
 
 void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride, long sheet_stride,
@@ -265,6 +269,10 @@ cvol_line cvol_band_line(const cvol_intermediate *image, int j)
     return (cvol_line){.values = image->lines + at * CVOL_LINES * width,
                        .opaque = image->opaque + at * groups,
                        .met = image->met + at * groups,
+                       .pending = image->pending
+                                      ? image->pending + at * (size_t)image->pending_lines * width
+                                      : NULL,
+                       .edges = image->edges ? image->edges + at * groups : NULL,
                        .number = j,
                        .width = image->width};
 }
@@ -280,6 +288,8 @@ static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
         memset(line.opaque, 0, (size_t)(width / CVOL_GROUP));
         for (int g = 0; g < width / CVOL_GROUP; g++)
             line.met[g] = INT32_MIN;
+        for (int i = 0; i < width && frame->plan->lit; i++)
+            line.pending[i] = INFINITY;
     }
 }
 
@@ -316,6 +326,19 @@ static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
     }
 }
 
+/* Behind the last sheet. */
+static void end_lines(const cvol_sheet_frame *frame, int begin, int end)
+{
+    cvol_layer layer;
+    memset(&layer, 0, sizeof layer);
+    layer.sheets[0].ordinal = (int)frame->plan->sheets;
+    layer.cover_at = frame->plan->masked == CVOL_SHEET_SOME_VOID;
+    for (int j = begin; j < end; j++) {
+        const cvol_line line = cvol_band_line(frame->intermediate, j);
+        frame->kernel(&layer, frame->table, &line);
+    }
+}
+
 int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_sheet_frame *frame,
                    int begin, int end, double progress, double share)
 {
@@ -348,5 +371,7 @@ int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_s
         before = skip;
         cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
     }
+    if (plan->lit)
+        end_lines(frame, begin, end);
     return CVOL_OK;
 }

@@ -30,7 +30,7 @@ struct cvol_sheet_frame {
 
 /* One thread's working memory; all zero is empty. */
 struct cvol_band_memory {
-    float *samples; /* of one layer: [B][rows + 2][row_stride]; lapped: B + 2 sheets */
+    float *allocated, *samples; /* of one layer: [B][rows + 2][row_stride]; lapped: B + 2 sheets */
     long row_stride, sheet_stride;
     long cover_at;           /* see cvol_layer */
     cvol_layer_skip skip[2]; /* of layers in turn */

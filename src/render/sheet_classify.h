@@ -10,7 +10,7 @@
 #ifndef CVOL_RENDER_SHEET_CLASSIFY_H
 #define CVOL_RENDER_SHEET_CLASSIFY_H
 
-#include "base/vector.h"
+#include "render/phong.h"
 #include "render/sheet.h"
 
 #if defined(__AVX512F__)
@@ -74,7 +74,8 @@ CVOL_INLINE cvol_vf weight_share(cvol_vf share, cvol_vf opacity, cvol_vf weight)
 }
 
 CVOL_INLINE void composite_entry(pixels *p, const cvol_sheet_table *table, cvol_vf t,
-                                 sample_parts parts, cvol_vf weight, int weighted)
+                                 sample_parts parts, cvol_vf weight, int weighted,
+                                 const lit_matter *lit)
 {
     cvol_vf opacity;
     cvol_vi colour, index = cvol_to_int(table_clamp(t));
@@ -88,6 +89,13 @@ CVOL_INLINE void composite_entry(pixels *p, const cvol_sheet_table *table, cvol_
         share = weight_share(share, opacity, weight);
     share *= opacity;
     p->through -= share;
+    if (lit) {
+        const cvol_vf gloss = share * lit->gloss;
+        p->r += gloss;
+        p->g += gloss;
+        p->b += gloss;
+        share *= lit->factor;
+    }
     share *= 1.0f / 1023;
     p->r += share * cvol_to_float(colour & 1023);
     p->g += share * cvol_to_float((colour >> 10) & 1023);
@@ -109,7 +117,8 @@ CVOL_INLINE __m512i next_piece(const cvol_sheet_table *table, __m512i piece, cvo
 }
 
 CVOL_INLINE void composite_piece(pixels *p, const cvol_sheet_table *table, cvol_vf t,
-                                 sample_parts parts, cvol_vf weight, int weighted)
+                                 sample_parts parts, cvol_vf weight, int weighted,
+                                 const lit_matter *lit)
 {
     /* Entries lie in the middles of their coordinates. */
     t = cvol_min(cvol_max(t, cvol_splat(0.5f)), cvol_splat(CVOL_TABLE_SIZE - 0.5f));
@@ -137,25 +146,34 @@ CVOL_INLINE void composite_piece(pixels *p, const cvol_sheet_table *table, cvol_
     }
     if (weighted)
         share = weight_share(share, v[3], weight);
+    p->through -= share * v[3];
+    if (lit) {
+        const cvol_vf gloss = share * v[3] * lit->gloss;
+        p->r += gloss;
+        p->g += gloss;
+        p->b += gloss;
+        share *= lit->factor;
+    }
     p->r += share * v[0];
     p->g += share * v[1];
     p->b += share * v[2];
-    p->through -= share * v[3];
 }
 #endif
 
-/* One sample, at table coordinate t; if `weighted`, only this part of its length. */
+/* One sample, at table coordinate t; if `weighted`, only this part of its length. `lit` NULL: its
+ * colour is as it is. */
 CVOL_INLINE void composite_sample(pixels *p, const cvol_sheet_table *table, cvol_vf t,
-                                  sample_parts parts, cvol_vf weight, int weighted, int pieces)
+                                  sample_parts parts, cvol_vf weight, int weighted,
+                                  const lit_matter *lit, int pieces)
 {
 #if HAVE_PIECES
     if (pieces) {
-        composite_piece(p, table, t, parts, weight, weighted);
+        composite_piece(p, table, t, parts, weight, weighted, lit);
         return;
     }
 #endif
     (void)pieces;
-    composite_entry(p, table, t, parts, weight, weighted);
+    composite_entry(p, table, t, parts, weight, weighted, lit);
 }
 
 /* The interval from table coordinate a to b, in 1, 2 or 4 parts: each pixel by itself, or the
@@ -172,7 +190,7 @@ CVOL_INLINE void composite_interval(pixels *p, const cvol_sheet_table *table, cv
     sample_parts parts = {.divided = 1};
     if (!any_above(span, table->flat)) {
         parts.divided = 0;
-        composite_sample(p, table, b, parts, weight, weighted, pieces);
+        composite_sample(p, table, b, parts, weight, weighted, NULL, pieces);
         return;
     }
     const cvol_vf quarter = 0.25f * (b - a);
@@ -181,16 +199,16 @@ CVOL_INLINE void composite_interval(pixels *p, const cvol_sheet_table *table, cv
     const int finest = any_above(span, 4 * table->flat);
     if (finest) {
         parts.mask = parts.quarters;
-        composite_sample(p, table, a + quarter, parts, weight, weighted, pieces);
+        composite_sample(p, table, a + quarter, parts, weight, weighted, NULL, pieces);
     }
     parts.mask = parts.halves;
-    composite_sample(p, table, a + 2 * quarter, parts, weight, weighted, pieces);
+    composite_sample(p, table, a + 2 * quarter, parts, weight, weighted, NULL, pieces);
     if (finest) {
         parts.mask = parts.quarters;
-        composite_sample(p, table, a + 3 * quarter, parts, weight, weighted, pieces);
+        composite_sample(p, table, a + 3 * quarter, parts, weight, weighted, NULL, pieces);
     }
     parts.mask = ~(cvol_vi){0};
-    composite_sample(p, table, b, parts, weight, weighted, pieces);
+    composite_sample(p, table, b, parts, weight, weighted, NULL, pieces);
 }
 
 #endif

@@ -146,13 +146,13 @@ CVOL_INLINE int draw_run(group_state *state, int *closed, const line_job *job, u
 CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, int known, int unit,
                          int has_void, int pieces)
 {
-    float level = 0;
+    float level = 0, spread;
     if (!(job->seen[group - job->first_group] >> s & 1)) {
         if (known)
             draw_end(g, job, s, group, unit, has_void, pieces);
         return 0;
     }
-    if (!known && find_level_before(&level, job, s, group)) {
+    if (!known && find_level_before(&level, &spread, job, s, group)) {
         known = 1;
         for (int k = 0; k < PARTS; k++) {
             g->value[k] = cvol_splat(level);

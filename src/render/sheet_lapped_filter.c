@@ -212,9 +212,11 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
             first[r * row_stride + lanes] = first[r * row_stride + lanes - 1];
         float *last = first + (p.count - 1) * row_stride;
         if (above)
-            memcpy(first - 2 - row_stride, first - 2, bytes);
+            for (int r = 1; r <= 1 + plan->lit; r++)
+                memcpy(first - 2 - r * row_stride, first - 2, bytes);
         if (below)
-            memcpy(last - 2 + row_stride, last - 2, bytes);
+            for (int r = 1; r <= 1 + plan->lit; r++)
+                memcpy(last - 2 + r * row_stride, last - 2, bytes);
     }
 }
 

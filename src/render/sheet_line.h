@@ -33,6 +33,7 @@ typedef struct line_job {
     const cvol_sheet_table *table;
     const cvol_line *line;
     sheet_line sheets[CVOL_BLOCK_MAX];
+    sheet_line before, after;     /* of lit frames: see sheet_shade_simd.c */
     float table_offset;           /* table coordinate = value * table->scale + table_offset */
     int first_group;              /* the run's */
     uint32_t met[RUN], seen[RUN]; /* sheets that each group crosses, and sees something in, */
@@ -125,8 +126,9 @@ CVOL_INLINE cvol_vf to_table(const line_job *job, cvol_vf value)
 }
 
 /* The value at which the group met the sheet before sheet `s` of the layer, which was skipped:
- * about the level of the window there. 0 if it is not known. */
-CVOL_INLINE int find_level_before(float *level, const line_job *job, int s, int group)
+ * about the level of the window there, at most `spread` from it. 0 if it is not known. */
+CVOL_INLINE int find_level_before(float *level, float *spread, const line_job *job, int s,
+                                  int group)
 {
     const cvol_layer *layer = job->layer;
     const cvol_sheet_view *sheet = &layer->sheets[s];
@@ -141,6 +143,7 @@ CVOL_INLINE int find_level_before(float *level, const line_job *job, int s, int 
                                        sheet->row_at + job->line->number * layer->row_step -
                                            layer->row_drift);
     *level = levels[window] * job->table->scale + job->table_offset;
+    *spread = levels[window + windows->spread_at] * job->table->scale;
     return !bits[window];
 }
 

@@ -118,6 +118,7 @@ int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvo
         rate[a] = -view->eye[a] / grid->spacing[a];
     choose_axes(plan, rate);
     plan->lapped = array->lapped;
+    plan->lit = 0;
     plan->lanes = grid->dims[plan->axis_lane];
     plan->rows = grid->dims[plan->axis_row];
     plan->sheets = grid->dims[plan->axis_sheet];

@@ -55,7 +55,7 @@ int cvol_layer_skip_prepare(cvol_layer_skip *skip, const cvol_sheet_plan *plan)
     skip->windows = count_windows(plan);
     const size_t windows = plan->blocks_row * (size_t)skip->windows;
     if (!cvol_ensure(&skip->within, &skip->flag_capacity, 2 * windows + blocks, 1) ||
-        !cvol_ensure(&skip->levels, &skip->level_capacity, 2 * windows, sizeof *skip->levels))
+        !cvol_ensure(&skip->levels, &skip->level_capacity, 4 * windows, sizeof *skip->levels))
         return 0;
     skip->across = skip->within + windows;
     skip->touched = skip->across + windows;
@@ -147,6 +147,13 @@ static float level_of(const cvol_array *array, const window_content *content)
     return (float)(array->range_min - array->offset + unit * (content->lo + content->hi) / 2);
 }
 
+/* Half of what the range is wide. */
+static float spread_of(const cvol_array *array, const window_content *content)
+{
+    const double unit = (array->range_max - array->range_min) / 255;
+    return content->hi > content->lo ? (float)(unit * (content->hi - content->lo) / 2) : 0;
+}
+
 static uint8_t bits_of(int seen, const window_content *content)
 {
     return (uint8_t)((seen ? CVOL_WINDOW_SEEN : 0) | (content->masked ? CVOL_WINDOW_MASKED : 0));
@@ -169,6 +176,7 @@ void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_skip_source *s
                                has_visible_gap(source, first, last, row, layer);
             skip->within[at] = bits_of(within, &content);
             skip->levels[at] = level_of(source->array, &content);
+            skip->levels[2 * windows + at] = spread_of(source->array, &content);
             int across = within;
             if (row < last_row && (!across || source->masked)) {
                 widen(&content, source, first, last, row + 1, layer);
@@ -177,6 +185,7 @@ void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_skip_source *s
             }
             skip->across[at] = bits_of(across, &content);
             skip->levels[windows + at] = level_of(source->array, &content);
+            skip->levels[3 * windows + at] = spread_of(source->array, &content);
             for (size_t lane = first; lane <= last; lane++) {
                 skip->touched[row * lanes + lane] |= (uint8_t)across;
                 if (row < last_row)

@@ -22,7 +22,7 @@ int cvol_visibility_of(const cvol_visibility *visibility, const cvol_block *bloc
 typedef struct cvol_layer_skip {
     uint8_t *within, *across; /* [blocks_row][windows] */
     uint8_t *touched;         /* [blocks_row][blocks_lane] */
-    float *levels;            /* of within, then of across */
+    float *levels;            /* of within, then of across; then the spreads of both */
     int windows;
     size_t flag_capacity, level_capacity;
 } cvol_layer_skip;

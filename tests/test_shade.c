@@ -1,0 +1,292 @@
+/* Light: pictures of the sheet engine against those of the ray engine, and what must not matter.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "cvol/codec.h"
+#include "support.h"
+#include "support_render.h"
+
+static cvol_context *context;
+
+static int setup(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    return context ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    cvol_context_destroy(context);
+    return 0;
+}
+
+/* ---- pictures ----------------------------------------------------------------------------------
+ */
+
+static cvol_array *compress(const cvol_volume *volume, int block, int lapped, double fill)
+{
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_array *array;
+    options.block = block;
+    options.no_lap = !lapped;
+    options.target = CVOL_TARGET_PSNR;
+    options.target_value = 80;
+    options.has_fill = fill > 0;
+    options.fill = fill;
+    if (cvol_compress(context, &array, NULL, volume->data, &volume->grid, &options))
+        fail_msg("%s", cvol_context_message(context));
+    return array;
+}
+
+static cvol_render_options request(int size, double azimuth, double elevation, double zoom)
+{
+    cvol_render_options options = support_square(size, CVOL_MODE_COMPOSITE, azimuth, elevation);
+    options.camera.zoom = zoom;
+    options.shading.on = 1;
+    return options;
+}
+
+/* Both engines' pictures of what the array holds. Samples marked in `mask` have no value. */
+static double compare(int *most, const cvol_array *array, const uint8_t *mask,
+                      const cvol_transfer_point *points, size_t count, cvol_render_options options)
+{
+    const cvol_grid *grid = cvol_array_grid(array);
+    cvol_volume volume = support_volume(grid->dims[0], grid->dims[1], grid->dims[2], CVOL_FLOAT32);
+    cvol_renderer *renderer;
+    volume.grid = *grid;
+    assert_int_equal(cvol_array_evaluate_box(context, volume.data, array,
+                                             (const size_t[3]){0, 0, 0}, grid->dims),
+                     CVOL_OK);
+    cvol_image *sheet = support_sheet(context, array, points, count, &options);
+    options.step_voxels = 0.25;
+    assert_int_equal(cvol_renderer_create_ray_masked(context, &renderer, &volume, mask), CVOL_OK);
+    support_set_transfer(context, renderer, points, count);
+    cvol_image *ray = support_picture(context, renderer, &options);
+    const double psnr = support_psnr(sheet, ray);
+    *most = support_difference(sheet, ray);
+    cvol_renderer_free(renderer);
+    cvol_image_free(sheet);
+    cvol_image_free(ray);
+    free(volume.data);
+    return psnr;
+}
+
+static void expect(const char *what, int k, double psnr, int most, double least_psnr, int largest)
+{
+    if (getenv("CVOL_TEST_VERBOSE"))
+        print_message("%s %d: %.1f dB, off by %d\n", what, k, psnr, most);
+    else if (!(psnr >= least_psnr) || most > largest)
+        fail_msg("%s %d: %.1f dB, off by %d; expected %.1f and %d", what, k, psnr, most, least_psnr,
+                 largest);
+}
+
+/* ---- against the ray engine ---------------------------------------------------------------------
+ */
+
+static const double views[][3] = {{0, 0, 1},     {90, 0, 1},    {0, 90, 1},   {30, 20, 1},
+                                  {200, -35, 2}, {45, 45, 0.6}, {300, 10, 4}, {135, -80, 1}};
+enum { VIEWS = sizeof views / sizeof *views };
+
+static void test_views(void **state)
+{
+    (void)state;
+    cvol_volume volume = support_blobs(50, 41, 47);
+    const double spacings[2][3] = {{1, 1, 1}, {1, 1.7, 0.6}};
+    for (int s = 0; s < 2; s++) {
+        memcpy(volume.grid.spacing, spacings[s], sizeof volume.grid.spacing);
+        cvol_array *arrays[2] = {compress(&volume, 16, 0, 0), compress(&volume, 16, 1, 0)};
+        for (int k = s; k < 2 * VIEWS; k += 3) {
+            const double *v = views[k / 2];
+            cvol_render_options options = request(v[2] < 1 ? 40 : 100, v[0], v[1], v[2]);
+            int most;
+            if (k % 3 == 1) {
+                options.shading.light[0] = 1;
+                options.shading.light[1] = -0.5;
+                options.shading.shininess = 30;
+            }
+            if (k % 5 == 3)
+                options.shading.gradient_opacity = 3;
+            const double psnr = compare(&most, arrays[k % 2], NULL, support_blob_points,
+                                        SUPPORT_BLOB_POINTS, options);
+            expect(s ? "anisotropic" : "view", k, psnr, most, 44, 24);
+        }
+        cvol_array_free(arrays[0]);
+        cvol_array_free(arrays[1]);
+    }
+    free(volume.data);
+}
+
+/* A ball with a soft face, behind which it is opaque. */
+static cvol_volume ball(size_t nx, size_t ny, size_t nz, double radius)
+{
+    cvol_volume volume = support_volume(nx, ny, nz, CVOL_FLOAT32);
+    for (size_t z = 0; z < nz; z++)
+        for (size_t y = 0; y < ny; y++)
+            for (size_t x = 0; x < nx; x++) {
+                const double dx = (double)x - 0.49 * (double)nx, dy = (double)y - 0.5 * (double)ny;
+                const double r = hypot(hypot(dx, dy), (double)z - 0.51 * (double)nz);
+                ((float *)volume.data)[support_index(&volume, x, y, z)] =
+                    (float)(200 / (1 + exp((r - radius) / 2)));
+            }
+    return volume;
+}
+
+static const cvol_transfer_point skin[] = {
+    {90, .9, .8, .7, 0}, {110, .9, .8, .7, .9}, {200, .9, .8, .7, .9}};
+
+/* Where a surface passes from block to block nothing is seen: pictures have no seams that the truth
+ * has not. */
+static void test_no_seams(void **state)
+{
+    (void)state;
+    cvol_volume volume = ball(70, 66, 75, 27);
+    for (int lapped = 0; lapped < 2; lapped++) {
+        cvol_array *array = compress(&volume, 16, lapped, 0);
+        for (int k = 0; k < 4; k++) {
+            const double angles[4][2] = {{0, 0}, {45, 35}, {45, 0}, {200, -70}};
+            int most;
+            const double psnr = compare(&most, array, NULL, skin, 3,
+                                        request(150, angles[k][0], angles[k][1], 4));
+            expect(lapped ? "lapped ball" : "ball", k, psnr, most, 48, 5);
+        }
+        cvol_array_free(array);
+    }
+    free(volume.data);
+}
+
+static const cvol_transfer_point fog[] = {{0, .2, .5, 1, .03}, {60, 1, .6, .1, .1}};
+
+static void test_shapes(void **state)
+{
+    (void)state;
+    const size_t shapes[][3] = {{1, 30, 30}, {30, 1, 30}, {30, 30, 1}, {17, 33, 5}, {20, 34, 2}};
+    for (int k = 0; k < 5; k++) {
+        cvol_volume volume = support_blobs(shapes[k][0], shapes[k][1], shapes[k][2]);
+        cvol_array *array = compress(&volume, 16, 1, 0);
+        for (int v = k % 2; v < VIEWS; v += 2) {
+            int most;
+            const double psnr = compare(&most, array, NULL, fog, 2,
+                                        request(60, views[v][0], views[v][1], 1));
+            expect("shape", 10 * k + v, psnr, most, 44, 30);
+        }
+        cvol_array_free(array);
+        free(volume.data);
+    }
+}
+
+/* Samples without a value make no rims: the two engines agree beside them too. */
+static void test_void(void **state)
+{
+    (void)state;
+    cvol_volume volume = ball(50, 41, 47, 18);
+    const size_t count = 50 * 41 * 47;
+    uint8_t *mask = calloc(count, 1);
+    for (size_t i = 0; i < count; i++) {
+        const double x = (double)(i % 50) - 33, y = (double)(i / 50 % 41) - 11;
+        mask[i] = hypot(hypot(x, y), (double)(i / (50 * 41)) - 24) < 12;
+        if (mask[i])
+            ((float *)volume.data)[i] = 1e35f;
+    }
+    cvol_array *array = compress(&volume, 16, 1, 1e35);
+    for (int k = 0; k < VIEWS; k++) {
+        int most;
+        const double psnr = compare(&most, array, mask, skin, 3,
+                                    request(90, views[k][0], views[k][1], 1));
+        expect("void", k, psnr, most, 35, 100);
+    }
+    cvol_array_free(array);
+    free(mask);
+    free(volume.data);
+}
+
+/* ---- what must not matter
+ * ------------------------------------------------------------------------ */
+
+/* Light from everywhere is none. */
+static void test_ambient_alone(void **state)
+{
+    (void)state;
+    cvol_volume volume = support_blobs(40, 36, 44);
+    cvol_array *array = compress(&volume, 16, 1, 0);
+    for (int k = 0; k < VIEWS; k++) {
+        cvol_render_options options = request(90, views[k][0], views[k][1], views[k][2]);
+        options.shading.ambient = 1;
+        options.shading.diffuse = options.shading.specular = 0;
+        cvol_image *lit = support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS,
+                                        &options);
+        options.shading.on = 0;
+        cvol_image *plain = support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS,
+                                          &options);
+        assert_true(support_difference(lit, plain) <= 1);
+        cvol_image_free(lit);
+        cvol_image_free(plain);
+    }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+static void test_threads_do_not_matter(void **state)
+{
+    (void)state;
+    cvol_volume volume = ball(50, 60, 55, 20);
+    for (int lapped = 0; lapped < 2; lapped++) {
+        cvol_array *array = compress(&volume, 16, lapped, 0);
+        for (int k = 3; k < 6; k++) {
+            const cvol_render_options options = request(230, views[k][0], views[k][1], 1);
+            cvol_context_set_threads(context, 1);
+            cvol_image *one = support_sheet(context, array, skin, 3, &options);
+            cvol_context_set_threads(context, 3);
+            cvol_image *three = support_sheet(context, array, skin, 3, &options);
+            cvol_context_set_threads(context, 0);
+            assert_int_equal(support_difference(one, three), 0);
+            cvol_image_free(one);
+            cvol_image_free(three);
+        }
+        cvol_array_free(array);
+    }
+    free(volume.data);
+}
+
+/* A renderer that draws lit and unlit in turn draws each as if it were the first. */
+static void test_turns(void **state)
+{
+    (void)state;
+    cvol_volume volume = ball(40, 36, 44, 15);
+    cvol_array *array = compress(&volume, 16, 1, 0);
+    cvol_renderer *renderer;
+    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    support_set_transfer(context, renderer, skin, 3);
+    for (int k = 0; k < 4; k++) {
+        cvol_render_options options = request(k > 1 ? 60 : 90, 30 * k, 20, 1);
+        options.shading.on = k % 2;
+        cvol_image *again = support_picture(context, renderer, &options);
+        cvol_image *first = support_sheet(context, array, skin, 3, &options);
+        assert_int_equal(support_difference(first, again), 0);
+        cvol_image_free(first);
+        cvol_image_free(again);
+    }
+    cvol_renderer_free(renderer);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_views),         cmocka_unit_test(test_no_seams),
+        cmocka_unit_test(test_shapes),        cmocka_unit_test(test_void),
+        cmocka_unit_test(test_ambient_alone), cmocka_unit_test(test_threads_do_not_matter),
+        cmocka_unit_test(test_turns),
+    };
+    return cmocka_run_group_tests(tests, setup, teardown);
+}
