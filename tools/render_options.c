@@ -403,6 +403,8 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
         fprintf(stderr, "cvol: %s: ends early; drawn at level %d, which is whole\n", path,
                 s->in.level);
     }
+    const int level = s->in.level > arguments->common.level ? s->in.level : arguments->common.level;
+    s->options.level = s->engine == CVOL_ENGINE_SHEET ? level : 0;
     if (!status)
         status = make_renderer(context, s, path);
     if (!status)

@@ -220,6 +220,8 @@ typedef struct cvol_render_options {
     int width, height; /* pixels */
     cvol_mode mode;
     cvol_camera camera;
+    int level;            /* engine sheet: 0: the volume as it is; 1, 2, 3: every 2nd, 4th, 8th
+                             sample of it, from the lowest frequencies, for quick pictures */
     double step_voxels;   /* sample distance along the ray in mean spacings; 0: the engine's
                              own (ray: 0.5; sheet: one sheet per slice) */
     double background[3]; /* R G B in 0..1 */

@@ -192,6 +192,8 @@ void cvol_samples_store(void *out, const float *in, size_t count, const cvol_arr
  * outwards, so that skipping by them is safe); of lapped volumes they are those of the samples
  * within the volume. Errors: MEMORY, CANCELLED. */
 int cvol_array_find_ranges(cvol_context *context, cvol_array *array);
+/* The same from the least and the largest sample of every block, without `offset`. */
+void cvol_array_set_ranges(cvol_array *array, const float (*of)[2]);
 
 /* The same, and lowers max_abs to what was found. Files and the sheet engine ask for it where
  * has_ranges is 0: operations do not, as it means evaluating all. Errors: MEMORY, CANCELLED. */

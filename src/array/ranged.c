@@ -147,6 +147,21 @@ static void bound_background(bounds *of, const cvol_array *array)
     }
 }
 
+void cvol_array_set_ranges(cvol_array *array, const float (*of)[2])
+{
+    float lo = of[0][0], hi = of[0][1];
+    for (size_t i = 1; i < array->block_count; i++) {
+        lo = of[i][0] < lo ? of[i][0] : lo;
+        hi = of[i][1] > hi ? of[i][1] : hi;
+    }
+    array->range_min = array->offset + (double)lo;
+    array->range_max = array->offset + (double)hi;
+    for (size_t i = 0; i < array->block_count; i++) {
+        array->block_table[i].range[0] = range_code(array, array->offset + (double)of[i][0], 0);
+        array->block_table[i].range[1] = range_code(array, array->offset + (double)of[i][1], 1);
+    }
+}
+
 int cvol_array_find_ranges(cvol_context *context, cvol_array *array)
 {
     bounds *of = cvol_allocate(array->block_count, sizeof *of);
@@ -159,17 +174,7 @@ int cvol_array_find_ranges(cvol_context *context, cvol_array *array)
     }
     if (cvol_mask_is_background(array->mask))
         bound_background(of, array);
-    float lo = of[0][0], hi = of[0][1];
-    for (size_t i = 1; i < array->block_count; i++) {
-        lo = of[i][0] < lo ? of[i][0] : lo;
-        hi = of[i][1] > hi ? of[i][1] : hi;
-    }
-    array->range_min = array->offset + (double)lo;
-    array->range_max = array->offset + (double)hi;
-    for (size_t i = 0; i < array->block_count; i++) {
-        array->block_table[i].range[0] = range_code(array, array->offset + (double)of[i][0], 0);
-        array->block_table[i].range[1] = range_code(array, array->offset + (double)of[i][1], 1);
-    }
+    cvol_array_set_ranges(array, (const float(*)[2])of);
     free(of);
     return CVOL_OK;
 }

@@ -185,6 +185,9 @@ static int check_request(cvol_context *context, const cvol_renderer *renderer,
     if (options->mode == CVOL_MODE_COMPOSITE && !renderer->has_transfer)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "mode composite needs a transfer function, none was set");
+    if (options->level < 0 || options->level > 3)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "level is %d, must be 0 to 3",
+                         options->level);
     if (image->width != options->width || image->height != options->height)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "the image has %d x %d pixels, the options ask for %d x %d", image->width,

@@ -20,17 +20,14 @@
 #include "base/memory.h"
 #include "base/thread.h"
 #include "render/sheet_band.h"
-#include "render/sheet_mask.h"
+#include "render/sheet_subject.h"
 #include "render/sheet_table.h"
 #include "transform/cell_points.h"
 
 typedef struct sheet_state {
     const cvol_array *array;
-    cvol_array *ranged;    /* what `array` is if it came without block ranges; else NULL */
-    const cvol_mask *mask; /* NULL: all samples are the transform's */
-    cvol_sheet_mask blocks_mask;
+    cvol_sheet_subject subjects[CVOL_SUBJECTS]; /* it, and its levels */
     cvol_transfer *transfer;
-    cvol_visibility by_transfer, everything;
     cvol_sheet_table *table;
     cvol_intermediate intermediate;
     cvol_tiles tiles;
@@ -47,7 +44,6 @@ static void sheet_free(void *opaque_state)
     if (!state)
         return;
     cvol_transfer_free(state->transfer);
-    cvol_sheet_mask_free(&state->blocks_mask);
     free(state->table);
     free(state->intermediate.lines);
     free(state->intermediate.scratch);
@@ -61,7 +57,8 @@ static void sheet_free(void *opaque_state)
         cvol_band_memory_free(&state->bands[i]);
     free(state->bands);
     free(state->bases);
-    cvol_array_free(state->ranged);
+    for (int i = 0; i < CVOL_SUBJECTS; i++)
+        cvol_sheet_subject_free(&state->subjects[i]);
     free(state);
 }
 
@@ -81,25 +78,6 @@ int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array
         sheet_free(state);
         return cvol_fail_memory(context, sizeof *state->table, "a renderer");
     }
-    state->mask = array->mask;
-    if (array->mask && (code = cvol_sheet_mask_make(context, &state->blocks_mask, array))) {
-        sheet_free(state);
-        return code;
-    }
-    if (!array->has_ranges) {
-        code = cvol_array_share(context, &state->ranged, array);
-        if (!code) {
-            state->ranged->mask = array->mask; /* lent, to bound with */
-            code = cvol_array_know_ranges(context, state->ranged);
-            state->ranged->mask = NULL;
-        }
-        if (code) {
-            sheet_free(state);
-            return code;
-        }
-        state->array = state->ranged;
-    }
-    cvol_visibility_make(&state->everything, state->array, NULL);
     *out = state;
     return CVOL_OK;
 }
@@ -115,8 +93,24 @@ static int sheet_set_transfer(cvol_context *context, void *opaque_state,
     memcpy(copy, transfer, bytes);
     cvol_transfer_free(state->transfer);
     state->transfer = copy;
-    cvol_visibility_make(&state->by_transfer, state->array, copy);
+    for (int i = 0; i < CVOL_SUBJECTS; i++)
+        cvol_sheet_subject_see(&state->subjects[i], copy);
     return CVOL_OK;
+}
+
+/* What is drawn at a level; a level that is too large to be kept is drawn from the blocks. */
+static int find_subject(cvol_context *context, cvol_sheet_subject **out, sheet_state *state,
+                        int level)
+{
+    if (level && !cvol_sheet_level_fits(state->array, level))
+        level = 0;
+    *out = &state->subjects[level];
+    if ((*out)->array)
+        return CVOL_OK;
+    const int code = cvol_sheet_subject_make(context, *out, state->array, level);
+    if (!code && state->transfer)
+        cvol_sheet_subject_see(*out, state->transfer);
+    return code;
 }
 
 /* ---- what a frame needs before its first layer --------------------------------------------- */
@@ -159,13 +153,12 @@ static int prepare_bands(sheet_state *state, const cvol_sheet_plan *plan, int th
             memset(&bands[state->band_count++], 0, sizeof *bands);
     }
     for (int i = 0; i < threads; i++)
-        if (!cvol_band_memory_prepare(&state->bands[i], plan, state->array->block, lines))
+        if (!cvol_band_memory_prepare(&state->bands[i], plan, lines))
             return 0;
     return 1;
 }
 
-/* D[u] at `points` points of a block of side B, rows `width` long. */
-static void fill_basis(float *basis, int B, int points, int width)
+void cvol_sheet_basis(float *basis, int B, int points, int width)
 {
     const double pi = 3.14159265358979323846;
     memset(basis, 0, sizeof(float) * (size_t)(B * width));
@@ -189,9 +182,9 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
                             .lane_basis = lane,
                             .row_basis = row,
                             .sheet_basis = sheet};
-    fill_basis(lane, B, axes.lane_points, (B < 16 ? 16 : B));
-    fill_basis(row, B, axes.row_points, axes.row_points);
-    fill_basis(sheet, B, B, B);
+    cvol_sheet_basis(lane, B, axes.lane_points, (B < 16 ? 16 : B));
+    cvol_sheet_basis(row, B, axes.row_points, axes.row_points);
+    cvol_sheet_basis(sheet, B, B, B);
     for (int i = 0; i < 2 && B == 16; i++) {
         const int side = i ? 4 : 8;
         float *parts = state->bases + (3 + 2 * i) * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX;
@@ -217,7 +210,8 @@ static cvol_sheet_kernel *choose_kernel(cvol_mode mode, int lit)
  * uneven volumes spread, but none so low that bands share most of their blocks. */
 static int choose_band_lines(const cvol_sheet_plan *plan, int threads)
 {
-    const int least = 48;
+    /* Of a level nothing is evaluated twice. */
+    const int least = plan->level ? CVOL_TILE : 48;
     int lines = threads == 1 ? plan->height : plan->height / (4 * threads);
     lines = lines < least ? least : lines;
     return (lines + CVOL_TILE - 1) / CVOL_TILE * CVOL_TILE;
@@ -253,16 +247,6 @@ static int draw_bands(cvol_context *context, sheet_state *state, const cvol_shee
     return cancelled ? CVOL_ERROR_CANCELLED : cvol_report_progress(context, "rendering", 1);
 }
 
-/* Of masked samples as they are evaluated; 0 without a background. */
-static float find_background(const sheet_state *state)
-{
-    const cvol_array *array = state->array;
-    if (!cvol_mask_is_background(state->mask))
-        return 0;
-    return (float)(cvol_fills_value(cvol_mask_fills(state->mask), 0, array->grid.type) -
-                   array->offset);
-}
-
 /* Along an axis of one sample nothing changes. */
 static void set_light(cvol_light *out, const sheet_state *state, const cvol_sheet_plan *plan,
                       const cvol_view *view, const cvol_shading *shading)
@@ -270,7 +254,7 @@ static void set_light(cvol_light *out, const sheet_state *state, const cvol_shee
     const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_sheet};
     const int way = plan->ascending ? 1 : -1, turns[3] = {1, 1, way};
     const size_t samples[3] = {plan->lanes, plan->rows, plan->sheets};
-    const double pitches[3] = {plan->pitch_lane, plan->pitch_row, 1};
+    const double pitches[3] = {plan->pitch_lane, plan->pitch_row, plan->pitch_sheet};
     cvol_light_set(out, view, &state->array->grid, shading, axes, turns);
     for (int k = 0; k < 3; k++)
         out->rise[k] *= samples[k] > 1 ? (float)(1 / pitches[k]) / state->table->scale : 0;
@@ -282,13 +266,15 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     sheet_state *state = opaque_state;
     const cvol_array *array = state->array;
     const int threads = cvol_context_threads(context);
+    cvol_sheet_subject *subject;
     cvol_sheet_plan plan;
-    int code = cvol_sheet_plan_make(context, &plan, array, view);
+    int code = find_subject(context, &subject, state, options->level);
+    if (!code)
+        code = cvol_sheet_plan_make(context, &plan, array,
+                                    subject->level.samples ? options->level : 0, view);
     if (code)
         return code;
-    plan.masked = cvol_mask_is_void(state->mask)         ? CVOL_SHEET_SOME_VOID
-                  : cvol_mask_is_background(state->mask) ? CVOL_SHEET_SOME_BACKGROUND
-                                                         : CVOL_SHEET_ALL_PLAIN;
+    plan.masked = cvol_sheet_subject_masked(subject, array->mask);
     plan.lit = options->mode == CVOL_MODE_COMPOSITE && options->shading.on;
     const int band_lines = choose_band_lines(&plan, threads);
     if (!prepare_image(state, &plan, threads) || !prepare_bands(state, &plan, threads, band_lines))
@@ -297,7 +283,7 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
                          plan.width, plan.height);
     const int colour = options->mode == CVOL_MODE_COMPOSITE;
     if (colour)
-        cvol_sheet_table_fill(state->table, array, state->transfer, plan.distance);
+        cvol_sheet_table_fill(state->table, subject->array, state->transfer, plan.distance);
     cvol_light light;
     state->table->light = NULL;
     if (plan.lit) {
@@ -305,14 +291,15 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
         state->table->light = &light;
     }
     const cvol_sheet_frame frame = {
-        .array = array,
+        .array = subject->array,
+        .level = subject->level.samples ? &subject->level : NULL,
         .plan = &plan,
-        .axes = make_axes(state, &plan),
+        .axes = plan.level ? (cvol_block_axes){0} : make_axes(state, &plan),
         .filters = cvol_lapped_filters_of(&plan),
         .table = state->table,
-        .visibility = colour ? &state->by_transfer : &state->everything,
-        .mask = state->mask ? &state->blocks_mask : NULL,
-        .background = find_background(state),
+        .visibility = colour ? &subject->by_transfer : &subject->everything,
+        .mask = cvol_sheet_subject_mask(subject),
+        .background = cvol_sheet_background(array, array->mask),
         .kernel = choose_kernel(options->mode, plan.lit),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,

@@ -3,13 +3,13 @@
  * Axes: `lane` and `row` lie in the sheets, `sheet` is the principal viewing axis. All in-plane
  * coordinates are sample indices of the volume along lane and row.
  *
- * A layer is the B sheets of one layer of blocks. Its samples are evaluated onto a regular grid of
+ * A layer is the sheets of one layer of blocks. Its samples are evaluated onto a regular grid of
  * `points` per block and axis: sample s of an axis lies at index  first + s pitch,
- * pitch = B / points, first = (pitch - 1) / 2.
+ * pitch = block / points, first = (pitch - 1) / 2, also along the sheets' own: sheet s lies there.
  *
  * Intermediate pixel (i, j) is the ray that crosses sheet 0 at the in-plane point
  *     U = u0 + i du,  V = v0 + j dv
- * and sheet z at (U + shear_lane z, V + shear_row z).
+ * and the plane of samples z at (U + shear_lane z, V + shear_row z).
  *
  * Near the volume's faces, a sheet or an interval between sheets weighs as much as of a ray's way
  * through it lies within the volume. As for the ray engine, an axis of one sample is one spacing
@@ -49,8 +49,8 @@
  *     piece_start[k][i] + t piece_rise[k][i]
  * of the first piece i whose end lies beyond t; it is no more than two after that of t's bin. */
 typedef struct cvol_sheet_table {
-    /* Of lit frames, for differences of table coordinates between points two apart, along lane, row,
-     * and sheet as sheets are met. */
+    /* Of lit frames, for differences of table coordinates between points two apart, along lane,
+     * row, and sheet as sheets are met. */
     const cvol_light *light;
     float from, scale, flat;
     float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
@@ -71,16 +71,20 @@ typedef enum cvol_sheet_masked {
 
 typedef struct cvol_sheet_plan {
     int axis_lane, axis_row, axis_sheet;
-    size_t lanes, rows, sheets; /* samples along each */
+    size_t lanes, rows, sheets; /* the volume's samples along each */
     size_t blocks_lane, blocks_row, layers;
-    int lapped; /* the array is */
+    int block_lane, block_row, block_sheet; /* samples of a block along each */
+    size_t sheet_count;
+    int beyond; /* rays end up to half a sheet behind the last: it is met once more behind that */
+    int level;  /* what is drawn is a level of the volume (sheet_level.h); 0: itself */
+    int lapped; /* the array is, and not a level of it */
     int lit;    /* samples one point further are looked at */
     cvol_sheet_masked masked;
     int ascending; /* sheets are met in rising order */
     double shear_lane, shear_row;
     double distance; /* between sheets along a ray, in mean spacings */
-    int points_lane, points_row;
-    double pitch_lane, pitch_row, first_lane, first_row;
+    int points_lane, points_row, points_sheet;
+    double pitch_lane, pitch_row, pitch_sheet, first_lane, first_row, first_sheet;
     double u0, v0, du, dv;
     int width, height; /* of the intermediate image; width a multiple of CVOL_GROUP */
     /* picture pixel (x, y) sees (U, V) = warp[.][0] + x warp[.][1] + y warp[.][2] */
@@ -93,10 +97,20 @@ static inline double cvol_sheet_margin(size_t samples)
     return samples > 1 ? 0 : 0.5;
 }
 
+/* Where sheet s is, as an index of samples. */
+static inline double cvol_sheet_place(const cvol_sheet_plan *plan, size_t sheet)
+{
+    return plan->first_sheet + (double)sheet * plan->pitch_sheet;
+}
+
 /* Finds axes, shear, resolution and extent of the intermediate image for a view.
+ * `level`: of what is drawn.
  * Errors: LIMIT (an intermediate image beyond reason). */
 int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
-                         const cvol_view *view);
+                         int level, const cvol_view *view);
+
+/* D[u] at `points` points of a block of side B, rows `width` long. */
+void cvol_sheet_basis(float *basis, int B, int points, int width);
 
 /* The intermediate image: per row six lines of `width` floats. Mode composite: premultiplied
  * colour r g b, transmittance, the table coordinate at the last sheet that the group met, and how
@@ -112,7 +126,7 @@ typedef struct cvol_intermediate {
     int32_t *met;    /* [height][width / CVOL_GROUP]: number of the last sheet that it met */
     float *pending;  /* [height][pending_lines][width], of lit frames: see sheet_shade_simd.c */
     int pending_lines;
-    uint8_t *edges;  /* [height][width / CVOL_GROUP], the same */
+    uint8_t *edges; /* [height][width / CVOL_GROUP], the same */
 } cvol_intermediate;
 
 /* Their number; the last three only if samples may be without a value. Line 0 is of all pixels. */
@@ -136,8 +150,8 @@ typedef struct cvol_line {
 /* Which windows of a layer's samples can be seen: window c of block row y covers samples
  * 16 (c - 1) .. 16 (c - 1) + 31; `within` for rows inside block row y, `across` for those between y
  * and y + 1. `..._level`: of those that cannot, a value amidst their samples, which says where an
- * interval begins or ends whose other end is seen, and `spread_at` behind it how far from it they may
- * be. [block_rows][count] */
+ * interval begins or ends whose other end is seen, and `spread_at` behind it how far from it they
+ * may be. [block_rows][count] */
 typedef struct cvol_windows {
     const uint8_t *within, *across;
     const float *within_level, *across_level;
@@ -178,8 +192,8 @@ typedef struct cvol_layer {
  * weighted sum of the samples, line 1 their weight; `max`: line 0 the largest, line 1 becomes 1. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-/* The same with light. A layer without sheets, whose sheets[0].ordinal would be the next, is what rays
- * end with. */
+/* The same with light. A layer without sheets, whose sheets[0].ordinal would be the next, is what
+ * rays end with. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_shade,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_sum,

@@ -25,49 +25,49 @@ int cvol_ensure(void *memory_pointer, size_t *capacity, size_t count, size_t siz
     return 1;
 }
 
-void cvol_layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, int block,
-                       size_t layer)
+void cvol_layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, size_t layer)
 {
-    *begin = layer * (size_t)block;
-    *end = *begin + (size_t)block < plan->sheets ? *begin + (size_t)block : plan->sheets;
+    const size_t points = (size_t)plan->points_sheet;
+    *begin = layer * points;
+    *end = *begin + points < plan->sheet_count ? *begin + points : plan->sheet_count;
 }
 
-int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, int block,
-                    size_t layer, int line_begin, int line_end)
+int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, size_t layer,
+                    int line_begin, int line_end)
 {
     size_t z_begin, z_end;
-    cvol_layer_sheets(&z_begin, &z_end, plan, block, layer);
+    cvol_layer_sheets(&z_begin, &z_end, plan, layer);
     const double around = plan->lapped ? 2 : 0; /* rows and sheets that faces mix */
-    double from = (double)z_begin - around, to = (double)(z_end - 1) + around;
+    const double behind = around + plan->beyond * plan->pitch_sheet;
+    double from = cvol_sheet_place(plan, z_begin) - behind,
+           to = cvol_sheet_place(plan, z_end - 1) + behind;
     double a = plan->shear_row * from, b = plan->shear_row * to;
     double reach = (1 + around + plan->lit) * plan->pitch_row;
     double lo = plan->v0 + line_begin * plan->dv + fmin(a, b) - reach;
     double hi = plan->v0 + (line_end - 1) * plan->dv + fmax(a, b) + reach;
-    double rows = (double)(plan->rows - 1);
-    if (hi < -2 - plan->lit ||
-        lo > rows + 2 + plan->lit) /* rays may enter or leave half way to the next sheet */
+    const double rows = (double)(plan->rows - 1);
+    const double beyond = fmax(2, 2 * plan->pitch_sheet) + plan->lit * fmax(1, plan->pitch_row);
+    if (hi < -beyond || lo > rows + beyond) /* rays may enter or leave half way to the next sheet */
         return 0;
-    *first = (size_t)fmin(fmax(lo, 0), rows) / (size_t)block;
-    *last = (size_t)fmin(fmax(hi, 0), rows) / (size_t)block;
+    *first = (size_t)fmin(fmax(lo, 0), rows) / (size_t)plan->block_row;
+    *last = (size_t)fmin(fmax(hi, 0), rows) / (size_t)plan->block_row;
     return 1;
 }
 
-int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *plan, int block,
-                             int lines)
+int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *plan, int lines)
 {
     size_t most = 0;
     for (int begin = 0; begin < plan->height; begin += lines)
         for (size_t layer = 0; layer < plan->layers; layer++) {
             size_t first, last;
             int end = begin + lines < plan->height ? begin + lines : plan->height;
-            if (cvol_layer_rows(&first, &last, plan, block, layer, begin, end) &&
-                last - first + 1 > most)
+            if (cvol_layer_rows(&first, &last, plan, layer, begin, end) && last - first + 1 > most)
                 most = last - first + 1;
         }
     const size_t lanes = plan->blocks_lane * (size_t)plan->points_lane;
     const size_t row_stride = (lanes + 2 * CVOL_SHEET_PAD + 15) / 16 * 16;
     const size_t rows = most * (size_t)plan->points_row + 2 + 2 * (size_t)plan->lit;
-    const size_t sheets = (size_t)block + (plan->lapped ? 2 : 0);
+    const size_t sheets = (size_t)plan->points_sheet + (plan->lapped ? 2 : 0);
     memory->row_stride = (long)row_stride;
     memory->sheet_stride = (long)(rows * row_stride);
     const size_t samples = rows * row_stride * sheets;
@@ -103,13 +103,13 @@ void cvol_band_memory_free(cvol_band_memory *memory)
 /* Repeats the outermost samples, twice to the left and once elsewhere, since rays are followed a
  * little beyond the faces; light looks at rows further. */
 static void extend_faces(float *at, const cvol_band_memory *memory, const cvol_sheet_plan *plan,
-                         int block, size_t lane, size_t row)
+                         size_t lane, size_t row)
 {
     const int points_lane = plan->points_lane, points_row = plan->points_row;
     const int left = lane == 0, right = lane + 1 == plan->blocks_lane;
     const long row_stride = memory->row_stride;
     const size_t bytes = sizeof(float) * (size_t)(points_lane + 2 * left + right);
-    for (int z = 0; z < block; z++) {
+    for (int z = 0; z < plan->points_sheet; z++) {
         float *sheet = at + z * memory->sheet_stride;
         for (int r = 0; r < points_row && left; r++)
             sheet[r * row_stride - 2] = sheet[r * row_stride - 1] = sheet[r * row_stride];
@@ -130,6 +130,17 @@ cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame)
                               has_void ? frame->mask->states : NULL};
 }
 
+static void copy_level(float *out, const cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                       size_t index)
+{
+    const cvol_sheet_level *level = frame->level;
+    cvol_sheet_level_copy(out, memory->row_stride, memory->sheet_stride, level->samples, index,
+                          frame->plan);
+    if (memory->cover_at)
+        cvol_sheet_level_copy(out + memory->cover_at, memory->row_stride, memory->sheet_stride,
+                              level->cover, index, frame->plan);
+}
+
 static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *frame,
                            const cvol_band_layer *at, size_t lane, size_t row)
 {
@@ -138,16 +149,17 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
     const size_t index = cvol_sheet_block_index(plan, array, lane, row, at->layer);
     float *out = memory->samples + CVOL_SHEET_PAD + (long)lane * plan->points_lane +
                  (1 + (long)(row - at->first_row) * plan->points_row) * memory->row_stride;
-    frame->evaluate(out, memory->row_stride, memory->sheet_stride, &array->block_table[index],
-                    &frame->axes, array->block_log2, (float)array->step, memory->work);
-    if (frame->mask) {
-        cvol_sheet_piece piece = {out + memory->cover_at,
-                                  memory->row_stride,
-                                  memory->sheet_stride,
-                                  0,
-                                  plan->points_row,
-                                  0,
-                                  array->block};
+    if (frame->level) {
+        copy_level(out, memory, frame, index);
+    } else {
+        frame->evaluate(out, memory->row_stride, memory->sheet_stride, &array->block_table[index],
+                        &frame->axes, array->block_log2, (float)array->step, memory->work);
+    }
+    if (frame->mask && !frame->level) {
+        cvol_sheet_piece piece = {out + memory->cover_at, memory->row_stride,
+                                  memory->sheet_stride,   0,
+                                  plan->points_row,       0,
+                                  plan->points_sheet};
         if (memory->cover_at)
             cvol_sheet_mask_cover(&piece, plan, frame->mask, index);
         else
@@ -155,9 +167,9 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
     }
     if (lane > 0 && row > 0 && lane + 1 < plan->blocks_lane && row + 1 < plan->blocks_row)
         return;
-    extend_faces(out, memory, plan, array->block, lane, row);
+    extend_faces(out, memory, plan, lane, row);
     if (memory->cover_at)
-        extend_faces(out + memory->cover_at, memory, plan, array->block, lane, row);
+        extend_faces(out + memory->cover_at, memory, plan, lane, row);
 }
 
 /* Evaluates those blocks of a row that can be seen through the transfer function and past what is
@@ -169,8 +181,8 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
     memory->seen[row] = 0;
     for (size_t lane = 0; lane < plan->blocks_lane; lane++)
         if (skip->touched[row * plan->blocks_lane + lane] &&
-            cvol_block_is_seen(frame->tiles, plan, frame->array->block, lane, row, at->z_begin,
-                               at->z_end, at->tile_begin, at->tile_end)) {
+            cvol_block_is_seen(frame->tiles, plan, lane, row, at->z_begin, at->z_end,
+                               at->tile_begin, at->tile_end)) {
             evaluate_block(memory, frame, at, lane, row);
             memory->seen[row] = 1;
         }
@@ -225,35 +237,40 @@ void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride,
                          const cvol_layer_skip *skip, const cvol_layer_skip *before,
                          const cvol_sheet_plan *plan, const cvol_band_layer *at)
 {
-    out->sheet_count = (int)(at->z_end - at->z_begin);
+    const int count = (int)(at->z_end - at->z_begin);
+    const int is_last = plan->ascending ? at->layer + 1 == plan->layers : at->layer == 0;
+    out->sheet_count = count + (is_last && plan->beyond);
     out->row_stride = row_stride;
     out->cover_at = 0;
     out->lane_step = plan->du / plan->pitch_lane;
     out->row_step = plan->dv / plan->pitch_row;
     const double way = plan->ascending ? 1 : -1;
     find_faces(&out->lane_enter, &out->lane_leave, &out->lane_turn, plan->lanes, plan->first_lane,
-               plan->pitch_lane, way * plan->shear_lane);
+               plan->pitch_lane, way * plan->shear_lane * plan->pitch_sheet);
     find_faces(&out->row_enter, &out->row_leave, &out->row_turn, plan->rows, plan->first_row,
-               plan->pitch_row, way * plan->shear_row);
+               plan->pitch_row, way * plan->shear_row * plan->pitch_sheet);
     out->row_points = plan->points_row;
     out->row_points_inverse = ((UINT64_C(1) << 32) - 1) / (uint64_t)plan->points_row + 1;
     out->block_rows = (int)plan->blocks_row;
     out->windows = windows_of(skip, plan);
     out->windows_before = before ? windows_of(before, plan) : (cvol_windows){0};
-    out->lane_drift = way * plan->shear_lane / plan->pitch_lane;
-    out->row_drift = way * plan->shear_row / plan->pitch_row;
+    out->lane_drift = way * plan->pitch_sheet * plan->shear_lane / plan->pitch_lane;
+    out->row_drift = way * plan->pitch_sheet * plan->shear_row / plan->pitch_row;
     /* Row 0 of the samples that the kernels speak of lies before the buffer when the band does not
      * reach it; they touch only rows that the band's lines meet. */
     const long row_0 = 1 - (long)at->first_row * plan->points_row;
     for (int s = 0; s < out->sheet_count; s++) {
-        long slice = plan->ascending ? s : out->sheet_count - 1 - s;
-        double z = (double)at->z_begin + (double)slice;
+        const int of = s < count ? s : count - 1;
+        const long slice = plan->ascending ? of : count - 1 - of;
+        const size_t number = at->z_begin + (size_t)slice;
+        const double z = cvol_sheet_place(plan, number) + way * (s - of) * plan->pitch_sheet;
         cvol_sheet_view *sheet = &out->sheets[s];
-        sheet->ordinal = (int)(plan->ascending ? at->z_begin + (size_t)slice
-                                               : plan->sheets - 1 - at->z_begin - (size_t)slice);
+        sheet->ordinal = (int)(plan->ascending ? number : plan->sheet_count - 1 - number) + s - of;
         const double margin = cvol_sheet_margin(plan->sheets);
-        sheet->front = (float)(-sheet->ordinal - margin);
-        sheet->back = (float)((double)(plan->sheets - 1) - sheet->ordinal + margin);
+        const double below = (z + margin) / plan->pitch_sheet,
+                     above = ((double)(plan->sheets - 1) + margin - z) / plan->pitch_sheet;
+        sheet->front = (float)-(plan->ascending ? below : above);
+        sheet->back = (float)(plan->ascending ? above : below);
         sheet->is_first = s == 0;
         sheet->samples = samples;
         sheet->first = CVOL_SHEET_PAD + row_0 * row_stride + slice * sheet_stride;
@@ -314,7 +331,7 @@ static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
         uint8_t *pending = &memory->pending[(from - begin) / CVOL_TILE];
         const int ends = *pending;
         *pending = 0;
-        if (!cvol_layer_rows(&first, &last, plan, frame->array->block, at->layer, from, to))
+        if (!cvol_layer_rows(&first, &last, plan, at->layer, from, to))
             continue;
         for (; next_row <= last; next_row++)
             evaluate_row(memory, frame, skip, at, next_row);
@@ -331,7 +348,7 @@ static void end_lines(const cvol_sheet_frame *frame, int begin, int end)
 {
     cvol_layer layer;
     memset(&layer, 0, sizeof layer);
-    layer.sheets[0].ordinal = (int)frame->plan->sheets;
+    layer.sheets[0].ordinal = (int)frame->plan->sheet_count + frame->plan->beyond;
     layer.cover_at = frame->plan->masked == CVOL_SHEET_SOME_VOID;
     for (int j = begin; j < end; j++) {
         const cvol_line line = cvol_band_line(frame->intermediate, j);
@@ -343,7 +360,6 @@ int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_s
                    int begin, int end, double progress, double share)
 {
     const cvol_sheet_plan *plan = frame->plan;
-    const int block = frame->array->block;
     cvol_band_layer at = {.tile_begin = begin / CVOL_TILE,
                           .tile_end = (end + CVOL_TILE - 1) / CVOL_TILE};
     const cvol_layer_skip *before = NULL;
@@ -361,10 +377,10 @@ int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_s
             continue;
         }
         at.layer = plan->ascending ? step : plan->layers - 1 - step;
-        cvol_layer_sheets(&at.z_begin, &at.z_end, plan, block, at.layer);
+        cvol_layer_sheets(&at.z_begin, &at.z_end, plan, at.layer);
         const cvol_layer_skip *skip = &memory->skip[step % 2], *met = before;
         before = NULL;
-        if (!cvol_layer_rows(&at.first_row, &at.last_row, plan, block, at.layer, begin, end))
+        if (!cvol_layer_rows(&at.first_row, &at.last_row, plan, at.layer, begin, end))
             continue;
         cvol_layer_skip_make(skip, &source, at.layer, at.first_row, at.last_row);
         draw_layer(memory, frame, skip, met, &at, begin, end);

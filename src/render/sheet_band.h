@@ -8,12 +8,14 @@
 
 #include "render/sheet.h"
 #include "render/sheet_lapped.h"
+#include "render/sheet_level.h"
 #include "render/sheet_mask.h"
 #include "render/sheet_skip.h"
 
 /* What all bands of a frame share. */
 struct cvol_sheet_frame {
-    const cvol_array *array;
+    const cvol_array *array;       /* of blocks and ranges */
+    const cvol_sheet_level *level; /* whose these are; NULL: they are the volume's */
     const cvol_sheet_plan *plan;
     cvol_block_axes axes;
     cvol_lapped_filters filters; /* of lapped arrays */
@@ -30,7 +32,8 @@ struct cvol_sheet_frame {
 
 /* One thread's working memory; all zero is empty. */
 struct cvol_band_memory {
-    float *allocated, *samples; /* of one layer: [B][rows + 2][row_stride]; lapped: B + 2 sheets */
+    float *allocated;
+    float *samples; /* of one layer: [sheets][rows + 2][row_stride]; lapped: two sheets more */
     long row_stride, sheet_stride;
     long cover_at;           /* see cvol_layer */
     cvol_layer_skip skip[2]; /* of layers in turn */
@@ -42,8 +45,7 @@ struct cvol_band_memory {
 };
 
 /* Makes room for bands of up to `lines` lines; 0 without memory. */
-int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *plan, int block,
-                             int lines);
+int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *plan, int lines);
 void cvol_band_memory_free(cvol_band_memory *memory);
 
 /* Draws lines begin .. end - 1, begin a multiple of CVOL_TILE. `context` reports progress, from
@@ -53,13 +55,13 @@ int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_s
 
 /* ---- what drawing lapped layers shares ------------------------------------------------------ */
 
-void cvol_layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, int block,
-                       size_t layer);
+/* The sheets of a layer: *begin .. *end - 1. */
+void cvol_layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, size_t layer);
 
 /* Rows of blocks that lines line_begin .. line_end - 1 reach in a layer: *first .. *last; 0 if
  * none. */
-int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, int block,
-                    size_t layer, int line_begin, int line_end);
+int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, size_t layer,
+                    int line_begin, int line_end);
 
 /* `before`: of the layer that rays met before this one, NULL if it is not known. */
 void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride, long sheet_stride,

@@ -55,7 +55,6 @@ static void open_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame, 
 {
     cvol_lapped_layer *layer = &memory->lapped.layers[step % 3];
     const cvol_sheet_plan *plan = frame->plan;
-    const int block = frame->array->block;
     layer->reached = 0;
     if (step >= plan->layers)
         return;
@@ -63,8 +62,8 @@ static void open_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame, 
     at->layer = plan->ascending ? step : plan->layers - 1 - step;
     at->tile_begin = begin / CVOL_TILE;
     at->tile_end = (end + CVOL_TILE - 1) / CVOL_TILE;
-    cvol_layer_sheets(&at->z_begin, &at->z_end, plan, block, at->layer);
-    if (!cvol_layer_rows(&at->first_row, &at->last_row, plan, block, at->layer, begin, end))
+    cvol_layer_sheets(&at->z_begin, &at->z_end, plan, at->layer);
+    if (!cvol_layer_rows(&at->first_row, &at->last_row, plan, at->layer, begin, end))
         return;
     layer->reached = 1;
     place_sheets(layer, memory, step, plan->ascending);
@@ -131,8 +130,8 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
     for (size_t lane = 0; lane < plan->blocks_lane; lane++) {
         const size_t cell = row * plan->blocks_lane + lane;
         const int what = what_of_cell(layer, low, high, plan, cell);
-        if (!what || !cvol_block_is_seen(frame->tiles, plan, frame->array->block, lane, row,
-                                         z_begin, z_end, at->tile_begin, at->tile_end))
+        if (!what || !cvol_block_is_seen(frame->tiles, plan, lane, row, z_begin, z_end,
+                                         at->tile_begin, at->tile_end))
             continue;
         evaluate_cell(memory, frame, layer, lane, row, what);
         layer->have[cell] = (uint8_t)what;
@@ -176,7 +175,7 @@ void cvol_lapped_draw(cvol_band_memory *memory, const cvol_sheet_frame *frame, s
     for (int from = begin; from < end; from += CVOL_TILE) {
         const int to = from + CVOL_TILE < end ? from + CVOL_TILE : end;
         size_t first, last;
-        if (!cvol_layer_rows(&first, &last, plan, frame->array->block, layer->at.layer, from, to))
+        if (!cvol_layer_rows(&first, &last, plan, layer->at.layer, from, to))
             continue;
         for (; next_row <= last; next_row++) {
             evaluate_row(memory, frame, step, next_row);

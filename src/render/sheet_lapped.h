@@ -12,9 +12,9 @@ typedef struct cvol_band_memory cvol_band_memory;
 
 /* A layer as one band sees it. */
 typedef struct cvol_band_layer {
-    size_t layer, z_begin, z_end;
-    size_t first_row, last_row; /* of blocks */
-    int tile_begin, tile_end;   /* rows of tiles */
+    size_t layer, z_begin, z_end; /* sheets */
+    size_t first_row, last_row;   /* of blocks */
+    int tile_begin, tile_end;     /* rows of tiles */
 } cvol_band_layer;
 
 /* What the filter is on the points of lanes and of rows, and on sheets: h of cvol_sheet_lap_... */

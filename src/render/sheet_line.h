@@ -60,7 +60,7 @@ CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_she
     out->weights[2] = view->far_weight * left * scale;
     out->weights[3] = view->far_weight * right * scale;
     const float length = view->slab_end - view->slab_begin;
-    out->whole = length > 1 - LEAST_WEIGHT;
+    out->whole = length > 1 - LEAST_WEIGHT && !only; /* an only sheet has no interval before it */
     out->begin = sheet->begin;
     /* The first sheet has nothing before it, but its values are needed. */
     out->end = length < LEAST_WEIGHT && sheet->ordinal > 0 ? sheet->begin : sheet->end;

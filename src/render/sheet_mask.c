@@ -117,6 +117,13 @@ int cvol_sheet_mask_make(cvol_context *context, cvol_sheet_mask *mask, const cvo
     return CVOL_OK;
 }
 
+float cvol_sheet_background(const cvol_array *array, const cvol_mask *mask)
+{
+    if (!cvol_mask_is_background(mask))
+        return 0;
+    return (float)(cvol_fills_value(cvol_mask_fills(mask), 0, array->grid.type) - array->offset);
+}
+
 void cvol_sheet_mask_free(cvol_sheet_mask *mask)
 {
     free(mask->states);

@@ -22,6 +22,9 @@ typedef struct cvol_sheet_mask {
 int cvol_sheet_mask_make(cvol_context *context, cvol_sheet_mask *mask, const cvol_array *array);
 void cvol_sheet_mask_free(cvol_sheet_mask *mask);
 
+/* What masked samples are as they are evaluated, without the offset; 0 without a background. */
+float cvol_sheet_background(const cvol_array *array, const cvol_mask *mask);
+
 /* Some samples of a block as a layer has them: `rows` rows from `row` on of `sheets` sheets from
  * `sheet` on, the first of them at `at`. */
 typedef struct cvol_sheet_piece {

@@ -4,7 +4,7 @@
 #include <math.h>
 
 #include "base/context.h"
-#include "render/sheet.h"
+#include "render/sheet_level.h"
 
 /* Blocks are evaluated on fewer points than they have samples only while a pixel of the picture
  * still spans 1 / COARSEST_PITCH of them: less, and the picture is visibly softer than the volume.
@@ -109,28 +109,81 @@ static int find_extent(double *start, int *count, double delta, double shear, si
     return *count <= INTERMEDIATE_MAX;
 }
 
+/* Samples of an axis of a level, see sheet_level.h. */
+static void set_level(int *block, int *points, double *pitch, double *first, size_t *blocks,
+                      size_t samples, int level)
+{
+    const size_t size = cvol_sheet_level_size(samples, level);
+    *pitch = samples == 1 ? 1 : 1 << level;
+    *first = (*pitch - 1) / 2;
+    *points = CVOL_LEVEL_BLOCK;
+    *block = CVOL_LEVEL_BLOCK * (int)*pitch;
+    *blocks = (size + CVOL_LEVEL_BLOCK - 1) / CVOL_LEVEL_BLOCK;
+}
+
+/* How far pixels of the intermediate image lie apart along an axis of a level: as its samples, so
+ * that the warp magnifies them; but a volume that is thin along an axis spans LEAST_SPAN, as far as
+ * the picture can show that many. */
+#define LEAST_SPAN 16
+static double choose_delta(double pitch, size_t samples, double pixels)
+{
+    const double span = (double)(samples - 1) + 2 * cvol_sheet_margin(samples);
+    return fmin(pitch, fmax(span / LEAST_SPAN, 1 / pixels));
+}
+
+static void choose_level(cvol_sheet_plan *plan)
+{
+    const int level = plan->level;
+    set_level(&plan->block_lane, &plan->points_lane, &plan->pitch_lane, &plan->first_lane,
+              &plan->blocks_lane, plan->lanes, level);
+    set_level(&plan->block_row, &plan->points_row, &plan->pitch_row, &plan->first_row,
+              &plan->blocks_row, plan->rows, level);
+    set_level(&plan->block_sheet, &plan->points_sheet, &plan->pitch_sheet, &plan->first_sheet,
+              &plan->layers, plan->sheets, level);
+    plan->sheet_count = cvol_sheet_level_size(plan->sheets, level);
+    plan->beyond = plan->sheets > 1;
+    plan->du = choose_delta(plan->pitch_lane, plan->lanes, pixels_per_sample(plan->warp, 0));
+    plan->dv = choose_delta(plan->pitch_row, plan->rows, pixels_per_sample(plan->warp, 1));
+}
+
+/* The volume's own blocks, at as many points as the picture wants. */
+static void choose_points(cvol_sheet_plan *plan, const cvol_array *array)
+{
+    plan->blocks_lane = array->blocks[plan->axis_lane];
+    plan->blocks_row = array->blocks[plan->axis_row];
+    plan->layers = array->blocks[plan->axis_sheet];
+    plan->block_lane = plan->block_row = plan->block_sheet = array->block;
+    plan->points_sheet = array->block;
+    plan->sheet_count = plan->sheets;
+    plan->beyond = 0;
+    plan->pitch_sheet = 1;
+    plan->first_sheet = 0;
+    choose_resolution(&plan->points_lane, &plan->pitch_lane, &plan->first_lane, &plan->du,
+                      pixels_per_sample(plan->warp, 0), array->block);
+    choose_resolution(&plan->points_row, &plan->pitch_row, &plan->first_row, &plan->dv,
+                      pixels_per_sample(plan->warp, 1), array->block);
+}
+
 int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
-                         const cvol_view *view)
+                         int level, const cvol_view *view)
 {
     const cvol_grid *grid = &array->grid;
     double rate[3]; /* sample indices per world length along a ray */
     for (int a = 0; a < 3; a++)
         rate[a] = -view->eye[a] / grid->spacing[a];
     choose_axes(plan, rate);
-    plan->lapped = array->lapped;
+    plan->level = level;
+    plan->lapped = array->lapped && !level;
     plan->lit = 0;
     plan->lanes = grid->dims[plan->axis_lane];
     plan->rows = grid->dims[plan->axis_row];
     plan->sheets = grid->dims[plan->axis_sheet];
-    plan->blocks_lane = array->blocks[plan->axis_lane];
-    plan->blocks_row = array->blocks[plan->axis_row];
-    plan->layers = array->blocks[plan->axis_sheet];
-    plan->distance = 1 / fabs(rate[plan->axis_sheet]) / view->mean_spacing;
     find_warp(plan, view, grid->spacing);
-    choose_resolution(&plan->points_lane, &plan->pitch_lane, &plan->first_lane, &plan->du,
-                      pixels_per_sample(plan->warp, 0), array->block);
-    choose_resolution(&plan->points_row, &plan->pitch_row, &plan->first_row, &plan->dv,
-                      pixels_per_sample(plan->warp, 1), array->block);
+    if (level)
+        choose_level(plan);
+    else
+        choose_points(plan, array);
+    plan->distance = plan->pitch_sheet / fabs(rate[plan->axis_sheet]) / view->mean_spacing;
     if (!find_extent(&plan->u0, &plan->width, plan->du, plan->shear_lane, plan->lanes, plan->sheets,
                      plan->warp[0], view) ||
         !find_extent(&plan->v0, &plan->height, plan->dv, plan->shear_row, plan->rows, plan->sheets,

@@ -211,25 +211,27 @@ void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *interme
 
 /* First and last tile that samples of one block and axis reach, over the sheets of a layer. */
 static void tile_span(int *first, int *last, double start, double delta, double shear, int block,
-                      double margin, size_t place, size_t z_begin, size_t z_end, int count)
+                      double margin, size_t place, const double z[2], int count)
 {
     double lo = (double)(place * (size_t)block) - margin, hi = lo + block - 1 + 2 * margin;
-    double drift_a = shear * (double)z_begin, drift_b = shear * (double)(z_end - 1);
+    double drift_a = shear * z[0], drift_b = shear * z[1];
     double from = floor((lo - fmax(drift_a, drift_b) - start) / delta) - 1;
     double to = ceil((hi - fmin(drift_a, drift_b) - start) / delta) + 1;
     *first = from < 0 ? 0 : from >= (double)count * CVOL_TILE ? count : (int)from / CVOL_TILE;
     *last = to < 0 ? -1 : to >= (double)count * CVOL_TILE ? count - 1 : (int)to / CVOL_TILE;
 }
 
-int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, int block, size_t lane,
+int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, size_t lane,
                        size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end)
 {
     int left, right, top, bottom;
     const double beyond = plan->lapped ? 2 : 0; /* points that the block's own reach */
-    tile_span(&left, &right, plan->u0, plan->du, plan->shear_lane, block,
-              2 + beyond * plan->pitch_lane, lane, z_begin, z_end, tiles->across);
-    tile_span(&top, &bottom, plan->v0, plan->dv, plan->shear_row, block,
-              2 + beyond * plan->pitch_row, row, z_begin, z_end, tiles->down);
+    const double around = fmax(2, 2 * plan->pitch_sheet);
+    const double z[2] = {cvol_sheet_place(plan, z_begin), cvol_sheet_place(plan, z_end - 1)};
+    tile_span(&left, &right, plan->u0, plan->du, plan->shear_lane, plan->block_lane,
+              fmax(around, plan->pitch_lane) + beyond * plan->pitch_lane, lane, z, tiles->across);
+    tile_span(&top, &bottom, plan->v0, plan->dv, plan->shear_row, plan->block_row,
+              fmax(around, plan->pitch_row) + beyond * plan->pitch_row, row, z, tiles->down);
     top = top < tile_begin ? tile_begin : top;
     bottom = bottom >= tile_end ? tile_end - 1 : bottom;
     for (int y = top; y <= bottom; y++)

@@ -60,7 +60,7 @@ void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *interme
 
 /* 1 if the block (lane, row) of a layer whose sheets are z_begin .. z_end - 1 reaches an open
  * tile in tile rows tile_begin .. tile_end - 1. */
-int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, int block, size_t lane,
+int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, size_t lane,
                        size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end);
 
 #endif

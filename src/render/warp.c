@@ -98,37 +98,59 @@ static void write_values(float *pixel, const pixel_writer *writer, pixel_values 
     pixel[3] = writer->grey ? (float)hit : 1 - v[3];
 }
 
-static void write_chunk(cvol_image *image, size_t at, const pixel_writer *writer,
-                        const float *values, int count)
+static void write_bytes(uint8_t *rgba, const pixel_writer *writer, const float *values, int count)
 {
-    if (!image->values && !writer->grey) {
-        CVOL_SIMD_CHOOSE(cvol_warp_bytes)(image->rgba + 4 * at, values, count, writer->background);
+    if (!writer->grey) {
+        CVOL_SIMD_CHOOSE(cvol_warp_bytes)(rgba, values, count, writer->background);
         return;
     }
     for (int i = 0; i < count; i++) {
         pixel_values value;
         memcpy(&value, values + 4 * i, sizeof value);
-        if (image->values)
-            write_values(image->values + 4 * (at + (size_t)i), writer, value);
-        else
-            write_grey(image->rgba + 4 * (at + (size_t)i), writer, value);
+        write_grey(rgba + 4 * i, writer, value);
     }
 }
 
+static void write_chunk(cvol_image *image, size_t at, const pixel_writer *writer,
+                        const float *values, int count)
+{
+    if (!image->values) {
+        write_bytes(image->rgba + 4 * at, writer, values, count);
+        return;
+    }
+    for (int i = 0; i < count; i++) {
+        pixel_values value;
+        memcpy(&value, values + 4 * i, sizeof value);
+        write_values(image->values + 4 * (at + (size_t)i), writer, value);
+    }
+}
+
+static void fill_empty(float values[4 * CVOL_WARP_CHUNK], const cvol_warp_source *source)
+{
+    for (int i = 0; i < CVOL_WARP_CHUNK; i++)
+        memcpy(values + 4 * i, source->empty, sizeof source->empty);
+}
+
+/* `nothing`: a chunk of the picture where nothing was drawn, as bytes. */
 static void write_line(cvol_image *image, int y, const cvol_warp_source *source,
-                       const cvol_sheet_plan *plan, const pixel_writer *writer)
+                       const cvol_sheet_plan *plan, const pixel_writer *writer,
+                       const uint8_t nothing[4 * CVOL_WARP_CHUNK])
 {
     cvol_warp_places places;
     float values[4 * CVOL_WARP_CHUNK] __attribute__((aligned(64)));
     for (int first = 0; first < image->width; first += CVOL_WARP_CHUNK) {
+        const size_t at = (size_t)y * (size_t)image->width + (size_t)first;
         places.count = image->width - first < CVOL_WARP_CHUNK ? image->width - first
                                                               : CVOL_WARP_CHUNK;
         locate(&places, plan, y, first);
-        if (!CVOL_SIMD_CHOOSE(cvol_warp_sample)(values, source, &places))
-            for (int i = 0; i < CVOL_WARP_CHUNK; i++)
-                memcpy(values + 4 * i, source->empty, sizeof source->empty);
-        write_chunk(image, (size_t)y * (size_t)image->width + (size_t)first, writer, values,
-                    places.count);
+        if (CVOL_SIMD_CHOOSE(cvol_warp_sample)(values, source, &places)) {
+            write_chunk(image, at, writer, values, places.count);
+        } else if (image->values) {
+            fill_empty(values, source);
+            write_chunk(image, at, writer, values, places.count);
+        } else {
+            memcpy(image->rgba + 4 * at, nothing, 4 * (size_t)places.count);
+        }
     }
 }
 
@@ -143,7 +165,11 @@ static void warp(cvol_image *image, cvol_intermediate *intermediate, const cvol_
                                .width = width,
                                .height = height,
                                .reach = reach};
+    float values[4 * CVOL_WARP_CHUNK];
+    uint8_t nothing[4 * CVOL_WARP_CHUNK];
     memcpy(source.empty, &writer->empty, sizeof source.empty);
+    fill_empty(values, &source);
+    write_bytes(nothing, writer, values, CVOL_WARP_CHUNK);
 #pragma omp parallel num_threads(threads)
     {
         float *line = scratch + 4 * (size_t)cvol_thread_index() * (size_t)width;
@@ -160,7 +186,7 @@ static void warp(cvol_image *image, cvol_intermediate *intermediate, const cvol_
             find_reach(reach + 2 * j, intermediate, j);
 #pragma omp for schedule(static)
         for (int y = 0; y < image->height; y++)
-            write_line(image, y, &source, plan, writer);
+            write_line(image, y, &source, plan, writer, nothing);
     }
 }
 

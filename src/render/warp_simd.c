@@ -143,6 +143,8 @@ int CVOL_SIMD(cvol_warp_sample)(float *values, const cvol_warp_source *source,
     return 1;
 }
 
+typedef uint8_t bytes __attribute__((vector_size(CVOL_LANES)));
+
 void CVOL_SIMD(cvol_warp_bytes)(uint8_t *rgba, const float *values, int count,
                                 const float background[3])
 {
@@ -156,12 +158,12 @@ void CVOL_SIMD(cvol_warp_bytes)(uint8_t *rgba, const float *values, int count,
         through[i] = i | 3;
     }
     for (int i = 0; i < 4 * count; i += CVOL_LANES) {
-        float levels[CVOL_LANES];
         const cvol_vf value = cvol_load(values + i);
         const cvol_vf seen = cvol_shuffle(value, value, through);
         const cvol_vf level = value + cvol_min(cvol_max(seen, zero), one) * ground;
-        cvol_store(levels, cvol_min(cvol_max(cvol_max(level, base), zero), one) * 255 + 0.5f);
-        for (int k = 0; k < CVOL_LANES && i + k < 4 * count; k++)
-            rgba[i + k] = (uint8_t)(int)levels[k];
+        const bytes now = __builtin_convertvector(
+            cvol_to_int(cvol_min(cvol_max(cvol_max(level, base), zero), one) * 255 + 0.5f), bytes);
+        const int left = 4 * count - i;
+        memcpy(rgba + i, &now, left < CVOL_LANES ? (size_t)left : sizeof now);
     }
 }
