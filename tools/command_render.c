@@ -87,6 +87,8 @@ int command_render(int argc, char **argv)
         {"--progressive", NULL,
          "first OUT-1.png to OUT-3.png, ever finer (engines sheet, transform)", OPTION_FLAG,
          &a.progressive, 0, NULL},
+        {"--budget-ms", "MS", "the finest level that can be drawn in this time (engine sheet)",
+         OPTION_NUMBER, &a.budget_ms, 0, &a.budget_given},
         {NULL, NULL, "Camera:", OPTION_HEADING, NULL, 0, NULL},
         {"--size", "W[xH]", "pixels (default 512x512)", OPTION_SIZE, a.size, 0, NULL},
         {"--azimuth", "DEG", "where the eye is, around z (default 0: in front, at -y)",

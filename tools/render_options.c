@@ -249,6 +249,10 @@ int check_render_arguments(scene *s, render_arguments *a)
         return complain(EXIT_MISUSED, "--step is %g, must be above 0", a->step);
     if (!(a->zoom > 0))
         return complain(EXIT_MISUSED, "--zoom is %g, must be above 0", a->zoom);
+    if (a->budget_given && s->engine != CVOL_ENGINE_SHEET)
+        return complain(EXIT_MISUSED, "--budget-ms is for engine sheet");
+    if (a->budget_given && !(a->budget_ms > 0))
+        return complain(EXIT_MISUSED, "--budget-ms is %g, must be above 0", a->budget_ms);
     if (a->common.level > 3)
         return complain(EXIT_MISUSED, "--level is %d, must be 0 to 3", a->common.level);
     for (int i = 0; i < 2; i++)

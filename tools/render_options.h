@@ -49,6 +49,8 @@ typedef struct render_arguments {
     int transfer_given;
     const char *axis_name; /* of cvol bake */
     int views, repeat;
+    double budget_ms;
+    int budget_given;
 } render_arguments;
 
 #define RENDER_ARGUMENTS_DEFAULTS                                                         \
@@ -250,6 +252,7 @@ typedef struct scene {
     cvol_transfer *transfer; /* of mode composite; NULL: a baked volume's own */
     int mirrored;            /* the samples' axes are left-handed, and a named view was asked for */
     double load_ms;
+    int drawn_level; /* of the last picture; engine sheet */
 } scene;
 
 /* Checks the names and numbers of the options, and sets the mode's where it was not given. Exit

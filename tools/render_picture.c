@@ -75,6 +75,8 @@ int check_picture(const scene *s, const render_arguments *a)
         return complain(EXIT_MISUSED, "--psnr is %g dB, must be above 0 and at most 100", a->psnr);
     if (a->ratio_given && !(a->ratio > 1))
         return complain(EXIT_MISUSED, "--ratio is %g, must be above 1", a->ratio);
+    if (a->budget_given && a->progressive)
+        return complain(EXIT_MISUSED, "give only one of --budget-ms and --progressive");
     if (a->progressive && s->engine != CVOL_ENGINE_SHEET && s->engine != CVOL_ENGINE_TRANSFORM)
         return complain(EXIT_MISUSED, "--progressive is for engines sheet and transform");
     return EXIT_DONE;
@@ -131,6 +133,20 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
     return code;
 }
 
+/* The picture, within the budget if there is one. */
+static int draw(cvol_context *context, scene *s, const render_arguments *a, cvol_image *image)
+{
+    s->drawn_level = s->options.level;
+    if (!a->budget_given)
+        return cvol_renderer_render(context, s->renderer, image, &s->options);
+    cvol_refine_report report;
+    const int code = cvol_renderer_refine(context, s->renderer, image, &s->options, a->budget_ms,
+                                          NULL, NULL, &report);
+    if (!code)
+        s->drawn_level = report.level;
+    return code;
+}
+
 /* What lies over the picture is drawn on floats. */
 static int render_floats(cvol_context *context, scene *s, const render_arguments *a, int floats,
                          cvol_image **out)
@@ -138,7 +154,7 @@ static int render_floats(cvol_context *context, scene *s, const render_arguments
     cvol_image *values, *bytes = NULL;
     int code = cvol_image_create_float(context, &values, s->options.width, s->options.height);
     if (!code)
-        code = cvol_renderer_render(context, s->renderer, values, &s->options);
+        code = draw(context, s, a, values);
     if (!code && s->mirrored)
         cvol_image_mirror(values);
     if (!code && a->annotate)
@@ -159,11 +175,12 @@ static int render_floats(cvol_context *context, scene *s, const render_arguments
     return code;
 }
 
-static int render_bytes(cvol_context *context, scene *s, cvol_image **out)
+static int render_bytes(cvol_context *context, scene *s, const render_arguments *a,
+                        cvol_image **out)
 {
     int code = cvol_image_create(context, out, s->options.width, s->options.height);
     if (!code)
-        code = cvol_renderer_render(context, s->renderer, *out, &s->options);
+        code = draw(context, s, a, *out);
     if (!code && s->mirrored)
         cvol_image_mirror(*out);
     if (code) {
@@ -179,7 +196,7 @@ int take_picture(cvol_context *context, scene *s, const render_arguments *a, int
     const double start = milliseconds();
     const int code = floats || a->transparent || a->annotate
                          ? render_floats(context, s, a, floats, out)
-                         : render_bytes(context, s, out);
+                         : render_bytes(context, s, a, out);
     *render_ms = milliseconds() - start;
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }

@@ -391,6 +391,22 @@ CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *re
  * Bit-identical for any number of threads. Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                                   const cvol_render_options *options);
+/* Called after each picture that is drawn, coarse ones first; not 0: that will do. */
+typedef int (*cvol_picture_fn)(void *user, const cvol_image *image, int level);
+typedef struct cvol_refine_report {
+    int level;         /* of the picture */
+    double picture_ms; /* it alone took */
+    double total_ms;   /* all took, callbacks included */
+} cvol_refine_report;
+/* The same by engine sheet, at the finest level (options->level or coarser) that a budget of
+ * milliseconds allows: level 3, then finer ones as long as what they are foretold to take fits into
+ * what is left; one that takes longer is given up, and the picture before it stays. At least one
+ * is drawn, however long it takes. A renderer remembers what levels took: without `drawn` (which,
+ * and report, may be NULL) it begins with the finest that fits. A level's samples are made when it
+ * is first drawn, which counts. Progress is told of each picture. Errors: those of rendering. */
+CVOL_API int cvol_renderer_refine(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
+                                  const cvol_render_options *options, double budget_ms,
+                                  cvol_picture_fn drawn, void *user, cvol_refine_report *report);
 /* The same picture of a transform renderer, kept compressed: planes on the lattice on which slices
  * were composited. They are in tiles as `picture` says, or, of the literal schedule, in the
  * transform in which they came to be. The target is held against the picture as it is rendered.

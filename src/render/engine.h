@@ -16,11 +16,20 @@ typedef struct cvol_engine_table {
     int has_clip, has_perspective;
 } cvol_engine_table;
 
+/* How long levels of pictures of one kind took at last (refine.c); 0: not known. */
+typedef struct cvol_pace {
+    int width, height;
+    cvol_mode mode;
+    int lit;
+    double ms[4];
+} cvol_pace;
+
 struct cvol_renderer {
     const cvol_engine_table *engine;
     void *state;
     cvol_grid grid;
     int has_transfer;
+    cvol_pace pace;
     int has_range;
     double range[2]; /* of samples: black and white in grey modes */
 };

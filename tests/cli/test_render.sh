@@ -27,6 +27,22 @@ expect_equal "$(value_of width)x$(value_of height)" 512x512
 expect_done cvol render a.cvol -o a.png --size 64
 expect_equal "$(wc -l <"$out")" 1
 
+# ---- levels, and the finest that a time allows -------------------------------------------------
+
+for level in 0 1 2 3; do
+    expect_done cvol render a.cvol -o "level$level.png" --size 64 --level $level --json
+    expect_equal "$(value_of level)" $level
+done
+expect_done cvol render a.cvol -o budget.png --size 64 --budget-ms 1e-6 --json
+expect_equal "$(value_of level)" 3
+expect_done cvol render a.cvol -o budget.png --size 64 --budget-ms 1e9 --json
+expect_equal "$(value_of level)" 0
+expect_same_file budget.png level0.png
+expect_failure 2 '--budget-ms is 0, must be above 0' cvol render a.cvol -o b.png --budget-ms 0
+expect_failure 2 '--budget-ms is for engine sheet' cvol render a.cvol -o b.png --budget-ms 5 --engine ray
+expect_failure 2 'give only one of --budget-ms and --progressive' \
+    cvol render a.cvol -o b.png --budget-ms 5 --progressive
+
 expect_done cvol bench render a.cvol --views 3 --repeat 2 --size 64 --threads 1 --json
 for field in frame_ms:object frame_ms.min:number frame_ms.median:number frame_ms.all:array \
     frame_ms.all.5:number load_ms:number peak_rss_mb:number voxels:integer ns_per_voxel:number cpu_ms:number; do
