@@ -224,47 +224,67 @@ static void filter(cvol_context *context, const maker *m)
 /* ---- what is not of the transform ---------------------------------------------------------------
  */
 
-/* How much of a level's sample (x, y, z) of a cell, `size` of whose samples are the volume's, is
- * not masked. */
-static float find_cover(const uint8_t *which, const size_t size[3], size_t pitch, size_t x,
-                        size_t y, size_t z)
+/* A cell of the mask: which samples are masked, rows y + 16 z, and how many along each axis are the
+ * volume's. */
+typedef struct mask_cell {
+    size_t place[3], size[3];
+    uint16_t rows[CVOL_MASK_ROWS];
+} mask_cell;
+
+static void get_rows(mask_cell *cell, const cvol_mask *mask)
+{
+    const cvol_mask_rows *of_bits;
+    const int fills = cvol_mask_fills(mask)->count, bits = fills < 2 ? 1 : fills < 4 ? 2 : 3;
+    cvol_mask_cell_get(mask, cell->place, &of_bits);
+    memcpy(cell->rows, of_bits[0].of, sizeof cell->rows);
+    for (int b = 1; b < bits; b++)
+        for (int i = 0; i < CVOL_MASK_ROWS; i++)
+            cell->rows[i] |= of_bits[b].of[i];
+}
+
+static size_t least(size_t a, size_t b)
+{
+    return a < b ? a : b;
+}
+
+/* How much of the level's sample (x, y, z) of a cell is not masked. */
+static float find_cover(const mask_cell *cell, size_t pitch, size_t x, size_t y, size_t z)
 {
     const size_t begin[3] = {x * pitch, y * pitch, z * pitch};
-    size_t count = 0, masked = 0;
-    for (size_t k = begin[2]; k < begin[2] + pitch && k < size[2]; k++)
-        for (size_t j = begin[1]; j < begin[1] + pitch && j < size[1]; j++)
-            for (size_t i = begin[0]; i < begin[0] + pitch && i < size[0]; i++) {
-                masked += which[i + size[0] * (j + size[1] * k)] != 0;
-                count++;
-            }
-    return count ? 1 - (float)masked / (float)count : 1;
+    size_t size[3], masked = 0;
+    for (int a = 0; a < 3; a++) {
+        if (begin[a] >= cell->size[a])
+            return 1;
+        size[a] = least(pitch, cell->size[a] - begin[a]);
+    }
+    const unsigned which = ((1u << size[0]) - 1) << begin[0];
+    for (size_t k = begin[2]; k < begin[2] + size[2]; k++)
+        for (size_t j = begin[1]; j < begin[1] + size[1]; j++)
+            masked += (size_t)__builtin_popcount(cell->rows[j + CVOL_MASK_CELL * k] & which);
+    return 1 - (float)masked / (float)(size[0] * size[1] * size[2]);
 }
 
 /* Mixes the background into the samples of a cell of the mask, or writes their cover. */
-static void cover_cell(const maker *m, const size_t cell[3], float background)
+static void cover_cell(const maker *m, const size_t place[3], float background)
 {
     const size_t pitch = (size_t)m->pitch, points = CVOL_MASK_CELL / pitch;
-    const cvol_mask_state state = cvol_mask_cell(m->array->mask, cell);
-    uint8_t which[CVOL_MASK_CELL * CVOL_MASK_CELL * CVOL_MASK_CELL];
-    size_t begin[3], end[3], size[3];
+    const cvol_mask_state state = cvol_mask_cell(m->array->mask, place);
+    mask_cell cell;
     if (state == CVOL_MASK_NONE && !m->level->cover)
         return;
     for (int a = 0; a < 3; a++) {
-        const size_t dim = m->array->grid.dims[a];
-        begin[a] = cell[a] * CVOL_MASK_CELL;
-        end[a] = begin[a] + CVOL_MASK_CELL < dim ? begin[a] + CVOL_MASK_CELL : dim;
-        size[a] = end[a] - begin[a];
+        cell.place[a] = place[a];
+        cell.size[a] = least(CVOL_MASK_CELL, m->array->grid.dims[a] - place[a] * CVOL_MASK_CELL);
     }
     if (state == CVOL_MASK_SOME)
-        cvol_mask_get(which, m->array->mask, begin, end);
+        get_rows(&cell, m->array->mask);
     for (size_t z = 0; z < points; z++)
         for (size_t y = 0; y < points; y++)
             for (size_t x = 0; x < points; x++) {
-                const size_t at = index_of(m->level, cell[0] * points + x, cell[1] * points + y,
-                                           cell[2] * points + z);
-                const float cover = state == CVOL_MASK_SOME
-                                        ? find_cover(which, size, pitch, x, y, z)
-                                        : (float)(state == CVOL_MASK_NONE);
+                const size_t at = index_of(m->level, place[0] * points + x, place[1] * points + y,
+                                           place[2] * points + z);
+                const float cover = state == CVOL_MASK_SOME ? find_cover(&cell, pitch, x, y, z)
+                                                            : (float)(state == CVOL_MASK_NONE);
                 float *sample = m->level->samples + at;
                 if (m->level->cover)
                     m->level->cover[at] = cover;
