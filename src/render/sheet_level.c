@@ -227,20 +227,9 @@ static void filter(cvol_context *context, const maker *m)
 /* A cell of the mask: which samples are masked, rows y + 16 z, and how many along each axis are the
  * volume's. */
 typedef struct mask_cell {
-    size_t place[3], size[3];
+    size_t size[3];
     uint16_t rows[CVOL_MASK_ROWS];
 } mask_cell;
-
-static void get_rows(mask_cell *cell, const cvol_mask *mask)
-{
-    const cvol_mask_rows *of_bits;
-    const int fills = cvol_mask_fills(mask)->count, bits = fills < 2 ? 1 : fills < 4 ? 2 : 3;
-    cvol_mask_cell_get(mask, cell->place, &of_bits);
-    memcpy(cell->rows, of_bits[0].of, sizeof cell->rows);
-    for (int b = 1; b < bits; b++)
-        for (int i = 0; i < CVOL_MASK_ROWS; i++)
-            cell->rows[i] |= of_bits[b].of[i];
-}
 
 static size_t least(size_t a, size_t b)
 {
@@ -272,12 +261,10 @@ static void cover_cell(const maker *m, const size_t place[3], float background)
     mask_cell cell;
     if (state == CVOL_MASK_NONE && !m->level->cover)
         return;
-    for (int a = 0; a < 3; a++) {
-        cell.place[a] = place[a];
+    for (int a = 0; a < 3; a++)
         cell.size[a] = least(CVOL_MASK_CELL, m->array->grid.dims[a] - place[a] * CVOL_MASK_CELL);
-    }
     if (state == CVOL_MASK_SOME)
-        get_rows(&cell, m->array->mask);
+        cvol_sheet_mask_rows(cell.rows, m->array->mask, place);
     for (size_t z = 0; z < points; z++)
         for (size_t y = 0; y < points; y++)
             for (size_t x = 0; x < points; x++) {

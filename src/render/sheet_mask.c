@@ -44,6 +44,77 @@ static void make_bits(uint16_t *bits, const uint8_t *which, const int size[3], i
         }
 }
 
+/* ---- blocks that are cells of the mask --------------------------------------------------------
+ */
+
+void cvol_sheet_mask_rows(uint16_t rows[CVOL_MASK_ROWS], const cvol_mask *mask,
+                          const size_t cell[3])
+{
+    const cvol_mask_rows *of_bits;
+    const int fills = cvol_mask_fills(mask)->count, bits = fills < 2 ? 1 : fills < 4 ? 2 : 3;
+    cvol_mask_cell_get(mask, cell, &of_bits);
+    memcpy(rows, of_bits[0].of, CVOL_MASK_ROWS * sizeof *rows);
+    for (int b = 1; b < bits; b++)
+        for (int i = 0; i < CVOL_MASK_ROWS; i++)
+            rows[i] = (uint16_t)(rows[i] | of_bits[b].of[i]);
+}
+
+/* Bit j of word i becomes bit i of word j. */
+static void transpose(uint16_t a[16])
+{
+    uint16_t m = 0x00ff;
+    for (int j = 8; j; j >>= 1, m = (uint16_t)(m ^ m << j))
+        for (int k = 0; k < 16; k = (k + j + 1) & ~j) {
+            const int t = (a[k] >> j ^ a[k + j]) & m;
+            a[k] = (uint16_t)(a[k] ^ t << j);
+            a[k + j] = (uint16_t)(a[k + j] ^ t);
+        }
+}
+
+/* Both sets of rows of a cell, `size` of whose samples are the volume's. */
+static void make_cell_bits(uint16_t *bits, const uint16_t *rows, const int size[3])
+{
+    uint16_t *along_x = bits, *along_y = bits + CVOL_MASK_ROWS;
+    const unsigned within = (1u << size[0]) - 1;
+    for (int z = 0; z < CVOL_MASK_CELL; z++) {
+        for (int y = 0; y < CVOL_MASK_CELL; y++) {
+            const unsigned row = rows[(y < size[1] ? y : size[1] - 1) +
+                                      CVOL_MASK_CELL * (z < size[2] ? z : size[2] - 1)] &
+                                 within;
+            const int last = row >> (size[0] - 1) & 1;
+            along_x[CVOL_MASK_CELL * z + y] = (uint16_t)(last ? row | ~within : row);
+        }
+        memcpy(along_y + CVOL_MASK_CELL * z, along_x + CVOL_MASK_CELL * z,
+               CVOL_MASK_CELL * sizeof *bits);
+        transpose(along_y + CVOL_MASK_CELL * z);
+    }
+}
+
+static int count_cell(const uint16_t *rows, const int size[3])
+{
+    int count = 0;
+    for (int z = 0; z < size[2]; z++)
+        for (int y = 0; y < size[1]; y++)
+            count += __builtin_popcount(rows[y + CVOL_MASK_CELL * z] & ((1u << size[0]) - 1));
+    return count;
+}
+
+/* The rows and the size of the cell that begins there. */
+static void find_cell(uint16_t rows[CVOL_MASK_ROWS], int size[3], const cvol_array *array,
+                      const size_t begin[3])
+{
+    size_t cell[3];
+    for (int a = 0; a < 3; a++) {
+        const size_t left = array->grid.dims[a] - begin[a];
+        cell[a] = begin[a] / CVOL_MASK_CELL;
+        size[a] = left < CVOL_MASK_CELL ? (int)left : CVOL_MASK_CELL;
+    }
+    cvol_sheet_mask_rows(rows, array->mask, cell);
+}
+
+/* ---- any blocks -------------------------------------------------------------------------------
+ */
+
 /* Whether a block is one cell of the mask that has one kind of samples only; else what they are has
  * to be looked at. */
 static int is_plain_cell(cvol_mask_state *state, const cvol_array *array, const size_t begin[3])
@@ -77,10 +148,33 @@ static cvol_mask_state find_state(const cvol_array *array, size_t index)
     cvol_block_origin(begin, array, index);
     if (is_plain_cell(&state, array, begin))
         return state;
-    const size_t masked = get_block(which, size, array, begin);
+    size_t masked;
+    if (array->block == CVOL_MASK_CELL) {
+        uint16_t rows[CVOL_MASK_ROWS];
+        find_cell(rows, size, array, begin);
+        masked = (size_t)count_cell(rows, size);
+    } else {
+        masked = get_block(which, size, array, begin);
+    }
     return masked == 0                                       ? CVOL_MASK_NONE
            : masked == (size_t)(size[0] * size[1] * size[2]) ? CVOL_MASK_ALL
                                                              : CVOL_MASK_SOME;
+}
+
+static void make_block_bits(uint16_t *bits, const cvol_array *array, size_t index)
+{
+    uint8_t which[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
+    uint16_t rows[CVOL_MASK_ROWS];
+    size_t begin[3];
+    int size[3];
+    cvol_block_origin(begin, array, index);
+    if (array->block == CVOL_MASK_CELL) {
+        find_cell(rows, size, array, begin);
+        make_cell_bits(bits, rows, size);
+    } else {
+        get_block(which, size, array, begin);
+        make_bits(bits, which, size, array->block);
+    }
 }
 
 int cvol_sheet_mask_make(cvol_context *context, cvol_sheet_mask *mask, const cvol_array *array)
@@ -104,16 +198,9 @@ int cvol_sheet_mask_make(cvol_context *context, cvol_sheet_mask *mask, const cvo
         cvol_sheet_mask_free(mask);
         return cvol_fail_memory(context, mixed * words, "a mask's samples");
     }
-    for (size_t i = 0; i < array->block_count; i++) {
-        if (mask->states[i] != CVOL_MASK_SOME)
-            continue;
-        uint8_t which[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
-        size_t begin[3];
-        int size[3];
-        cvol_block_origin(begin, array, i);
-        get_block(which, size, array, begin);
-        make_bits(mask->bits + mask->mixed[i] * words, which, size, array->block);
-    }
+    for (size_t i = 0; i < array->block_count; i++)
+        if (mask->states[i] == CVOL_MASK_SOME)
+            make_block_bits(mask->bits + mask->mixed[i] * words, array, i);
     return CVOL_OK;
 }
 

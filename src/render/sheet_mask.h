@@ -22,6 +22,10 @@ typedef struct cvol_sheet_mask {
 int cvol_sheet_mask_make(cvol_context *context, cvol_sheet_mask *mask, const cvol_array *array);
 void cvol_sheet_mask_free(cvol_sheet_mask *mask);
 
+/* Which samples of a cell of the mask are masked: rows y + 16 z; the cell has to have both kinds.
+ */
+void cvol_sheet_mask_rows(uint16_t rows[CVOL_MASK_ROWS], const cvol_mask *mask,
+                          const size_t cell[3]);
 /* What masked samples are as they are evaluated, without the offset; 0 without a background. */
 float cvol_sheet_background(const cvol_array *array, const cvol_mask *mask);
 
