@@ -70,7 +70,8 @@ static double compare(int *most, const cvol_array *array, const uint8_t *mask,
     cvol_image *sheet = support_sheet(context, array, points, count, &options);
     options.step_voxels = 0.25;
     assert_int_equal(cvol_renderer_create_ray_masked(context, &renderer, &volume, mask), CVOL_OK);
-    support_set_transfer(context, renderer, points, count);
+    if (points)
+        support_set_transfer(context, renderer, points, count);
     cvol_image *ray = support_picture(context, renderer, &options);
     const double psnr = support_psnr(sheet, ray);
     *most = support_difference(sheet, ray);
@@ -209,6 +210,73 @@ static void test_void(void **state)
     free(volume.data);
 }
 
+/* Surfaces lie between sheets as they do between steps: no grain. */
+static void test_surfaces(void **state)
+{
+    (void)state;
+    cvol_volume volume = ball(58, 51, 47, 19), blobs = support_blobs(45, 50, 40);
+    for (int k = 0; k < 2 * VIEWS; k++) {
+        cvol_volume *of = k % 2 ? &volume : &blobs;
+        const double *v = views[k / 2];
+        of->grid.spacing[1] = k % 3 ? 1 : 1.4;
+        cvol_array *array = compress(of, 16, k / 2 % 2, 0);
+        cvol_render_options options = request(100, v[0], v[1], v[2]);
+        options.mode = CVOL_MODE_ISO;
+        options.surface.value = k % 2 ? 100 : 45;
+        options.shading.on = 0;
+        int most;
+        const double psnr = compare(&most, array, NULL, NULL, 0, options);
+        expect(k % 2 ? "ball's surface" : "surface", k, psnr, most, 30, 255);
+        cvol_array_free(array);
+    }
+    free(volume.data);
+    free(blobs.data);
+}
+
+/* A surface of what is too high everywhere is the volume's face; of what is too low, none. */
+static void test_surface_beyond_range(void **state)
+{
+    (void)state;
+    cvol_volume volume = support_volume(20, 20, 20, CVOL_FLOAT32);
+    for (int i = 0; i < 20 * 20 * 20; i++)
+        ((float *)volume.data)[i] = 5;
+    cvol_array *array = compress(&volume, 16, 1, 0);
+    cvol_render_options options = request(60, 0, 0, 1);
+    options.mode = CVOL_MODE_ISO;
+    options.shading.ambient = 1;
+    options.shading.diffuse = options.shading.specular = 0;
+    options.surface.colour[0] = 0.5;
+    options.surface.value = 4;
+    cvol_image *image = support_sheet(context, array, NULL, 0, &options);
+    assert_in_range(support_pixel(image, 30, 30)[0], 127, 128);
+    cvol_image_free(image);
+    options.surface.value = 6;
+    image = support_sheet(context, array, NULL, 0, &options);
+    assert_int_equal(support_pixel(image, 30, 30)[0], 0);
+    cvol_image_free(image);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+static void test_minimum(void **state)
+{
+    (void)state;
+    cvol_volume volume = support_blobs(40, 34, 45);
+    for (int i = 0; i < 40 * 34 * 45; i++)
+        ((float *)volume.data)[i] *= -1;
+    cvol_array *array = compress(&volume, 16, 1, 0);
+    for (int k = 0; k < VIEWS; k++) {
+        cvol_render_options options = request(90, views[k][0], views[k][1], views[k][2]);
+        options.mode = CVOL_MODE_MIN;
+        options.background[0] = options.background[1] = options.background[2] = 1;
+        int most;
+        const double psnr = compare(&most, array, NULL, NULL, 0, options);
+        expect("minimum", k, psnr, most, 30, 255);
+    }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 /* ---- what must not matter
  * ------------------------------------------------------------------------ */
 
@@ -283,10 +351,16 @@ static void test_turns(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_views),         cmocka_unit_test(test_no_seams),
-        cmocka_unit_test(test_shapes),        cmocka_unit_test(test_void),
-        cmocka_unit_test(test_ambient_alone), cmocka_unit_test(test_threads_do_not_matter),
+        cmocka_unit_test(test_views),
+        cmocka_unit_test(test_no_seams),
+        cmocka_unit_test(test_shapes),
+        cmocka_unit_test(test_void),
+        cmocka_unit_test(test_ambient_alone),
+        cmocka_unit_test(test_threads_do_not_matter),
         cmocka_unit_test(test_turns),
+        cmocka_unit_test(test_surfaces),
+        cmocka_unit_test(test_surface_beyond_range),
+        cmocka_unit_test(test_minimum),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

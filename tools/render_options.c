@@ -12,8 +12,15 @@ static int choose_mode(cvol_mode *mode, const char *name)
         *mode = CVOL_MODE_XRAY;
     else if (!strcmp(name, "mip"))
         *mode = CVOL_MODE_MIP;
+    else if (!strcmp(name, "min"))
+        *mode = CVOL_MODE_MIN;
+    else if (!strcmp(name, "mean"))
+        *mode = CVOL_MODE_XRAY;
+    else if (!strcmp(name, "iso"))
+        *mode = CVOL_MODE_ISO;
     else
-        return complain(EXIT_MISUSED, "--mode is '%s', must be composite, xray or mip", name);
+        return complain(EXIT_MISUSED,
+                        "--mode is '%s', must be composite, xray (or mean), mip, min or iso", name);
     return EXIT_DONE;
 }
 
@@ -60,6 +67,28 @@ static int choose_footprint(cvol_splat_options *splat, const render_arguments *a
     return EXIT_DONE;
 }
 
+/* The surface of mode iso. */
+static int choose_surface(scene *s, const render_arguments *a)
+{
+    cvol_surface *surface = &s->options.surface;
+    const int is_surface = s->options.mode == CVOL_MODE_ISO;
+    if (!is_surface && (a->iso_given || a->iso_colour_given))
+        return complain(EXIT_MISUSED, "%s is for --mode iso",
+                        a->iso_given ? "--iso" : "--iso-colour");
+    if (!is_surface)
+        return EXIT_DONE;
+    if (!a->iso_given)
+        return complain(EXIT_MISUSED, "which surface? Give --iso VALUE");
+    for (int c = 0; c < 3 && a->iso_colour_given; c++) {
+        if (!(a->iso_colour[c] >= 0 && a->iso_colour[c] <= 1))
+            return complain(EXIT_MISUSED, "--iso-colour has %g, each must be 0 to 1",
+                            a->iso_colour[c]);
+        surface->colour[c] = a->iso_colour[c];
+    }
+    surface->value = a->iso;
+    return EXIT_DONE;
+}
+
 /* Whether, and how, matter is lit. */
 static int choose_light(scene *s, const render_arguments *a)
 {
@@ -82,9 +111,14 @@ static int choose_light(scene *s, const render_arguments *a)
         given = numbers[k].given ? numbers[k].name : NULL;
     if (a->shade && s->engine == CVOL_ENGINE_FOURIER)
         return complain(EXIT_MISUSED, "--shade is not for engine fourier, which has xray only");
-    if (a->shade && s->options.mode != CVOL_MODE_COMPOSITE)
-        return complain(EXIT_MISUSED, "--shade is for mode composite, not %s", a->mode_name);
-    if (given && !a->shade)
+    const int is_surface = s->options.mode == CVOL_MODE_ISO;
+    if (a->shade && s->options.mode != CVOL_MODE_COMPOSITE && !is_surface)
+        return complain(EXIT_MISUSED, "--shade is for modes composite and iso, not %s",
+                        a->mode_name);
+    if (a->gradient_opacity_given && is_surface)
+        return complain(EXIT_MISUSED, "--gradient-opacity is for mode composite: surfaces are "
+                                      "opaque");
+    if (given && !a->shade && !is_surface)
         return complain(EXIT_MISUSED, "--%s needs --shade", given);
     shading->on = a->shade;
     for (int k = 0; k < count; k++) {
@@ -243,7 +277,8 @@ int check_render_arguments(scene *s, render_arguments *a)
         return EXIT_MISUSED;
     if (a->step != 0 && s->engine != CVOL_ENGINE_RAY)
         return complain(EXIT_MISUSED, "--step is for engine ray; the others take one a slice");
-    if (choose_splat(s, a) || choose_transform(s, a) || choose_fourier(s, a) || choose_light(s, a))
+    if (choose_splat(s, a) || choose_transform(s, a) || choose_fourier(s, a) ||
+        choose_light(s, a) || choose_surface(s, a))
         return EXIT_MISUSED;
     if (a->step < 0)
         return complain(EXIT_MISUSED, "--step is %g, must be above 0", a->step);

@@ -32,8 +32,8 @@ typedef struct render_arguments {
     int turntable, turntable_given, quality, quality_given, fps_given;
     double fps;
     int shade, light_given, ambient_given, diffuse_given, specular_given, shininess_given,
-        gradient_opacity_given, shininess;
-    double light[3], ambient, diffuse, specular, gradient_opacity;
+        gradient_opacity_given, shininess, iso_given, iso_colour_given;
+    double light[3], ambient, diffuse, specular, gradient_opacity, iso, iso_colour[3];
     /* engine splat; NULL: not given */
     const char *footprint_name, *order_name, *plane_name;
     int footprint_size, footprint_given, sigma_given;
@@ -63,7 +63,7 @@ typedef struct render_arguments {
     {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                        \
         {"--mode",                                                                               \
          "MODE",                                                                                 \
-         "composite (default), xray (default of engine fourier) or mip",                         \
+         "composite (default), xray (of fourier), mip, min, mean (as xray), iso",                         \
          OPTION_TEXT,                                                                            \
          &(a).mode_name,                                                                         \
          0,                                                                                      \
@@ -96,6 +96,20 @@ typedef struct render_arguments {
          &(a).rescale_text,                                                                      \
          0,                                                                                      \
          NULL},                                                                                  \
+        {"--iso",                                                                                \
+         "VALUE",                                                                                \
+         "of the surface that mode iso shows, as --window has values",                           \
+         OPTION_NUMBER,                                                                          \
+         &(a).iso,                                                                               \
+         0,                                                                                      \
+         &(a).iso_given},                                                                        \
+        {"--iso-colour",                                                                         \
+         "R,G,B",                                                                                \
+         "of that surface, each 0..1 (default 0.9,0.85,0.75)",                                   \
+         OPTION_NUMBERS3,                                                                        \
+         (a).iso_colour,                                                                         \
+         0,                                                                                      \
+         &(a).iso_colour_given},                                                                 \
         {"--shade",                                                                              \
          NULL,                                                                                   \
          "light surfaces (mode composite; all engines but fourier)",                             \
@@ -254,6 +268,12 @@ typedef struct scene {
     double load_ms;
     int drawn_level; /* of the last picture; engine sheet */
 } scene;
+
+/* Of a mode that shows values as grey levels. */
+static inline int is_grey_mode(cvol_mode mode)
+{
+    return mode == CVOL_MODE_XRAY || mode == CVOL_MODE_MIP || mode == CVOL_MODE_MIN;
+}
 
 /* Checks the names and numbers of the options, and sets the mode's where it was not given. Exit
  * status. */

@@ -94,14 +94,14 @@ static const double *ground_of(const scene *s, const render_arguments *a)
 static int is_grey(const scene *s)
 {
     const double *b = s->options.background;
-    return s->options.mode != CVOL_MODE_COMPOSITE && !(b[0] < b[1] || b[1] < b[0]) &&
+    return is_grey_mode(s->options.mode) && !(b[0] < b[1] || b[1] < b[0]) &&
            !(b[1] < b[2] || b[2] < b[1]);
 }
 
 /* Whether grey levels are others than the samples' own range. */
 static int has_window(const scene *s)
 {
-    return s->options.mode != CVOL_MODE_COMPOSITE && s->options.window[1] > s->options.window[0];
+    return is_grey_mode(s->options.mode) && s->options.window[1] > s->options.window[0];
 }
 
 /* What is told of the picture, drawn over it. */
@@ -123,7 +123,7 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
         of.transfer = baked;
         of.rescale[0] = 1;
     }
-    if (!code && s->options.mode != CVOL_MODE_COMPOSITE)
+    if (!code && is_grey_mode(s->options.mode))
         code = cvol_renderer_range(context, s->renderer, of.range);
     if (has_window(s))
         memcpy(of.range, s->options.window, sizeof of.range);
@@ -305,7 +305,7 @@ void describe_view(json_t *object, cvol_context *context, const scene *s, const 
                                   camera->azimuth_deg, "elevation", camera->elevation_deg, "roll",
                                   camera->roll_deg, "zoom", camera->zoom, "field_of_view",
                                   camera->fov_deg, "mirrored", s->mirrored));
-    if (s->options.mode == CVOL_MODE_COMPOSITE || cvol_renderer_range(context, s->renderer, range))
+    if (!is_grey_mode(s->options.mode) || cvol_renderer_range(context, s->renderer, range))
         return;
     if (has_window(s))
         memcpy(range, s->options.window, sizeof range);

@@ -16,7 +16,7 @@ int check_values(render_arguments *a)
     a->window_auto = a->window_text && !strcmp(a->window_text, "auto");
     if (a->window_auto && !strcmp(a->mode_name, "composite"))
         return complain(EXIT_MISUSED,
-                        "--window auto is for modes xray and mip: --transfer auto fits "
+                        "--window auto is for modes xray, mip and min: --transfer auto fits "
                         "colours to values");
     if (a->window_auto)
         a->window[1] = 1;
@@ -37,6 +37,8 @@ int check_values(render_arguments *a)
                         a->opacity_scale);
     if (a->opacity_scale_given && strcmp(a->mode_name, "composite"))
         return complain(EXIT_MISUSED, "--opacity-scale is for --mode composite");
+    if (a->window_text && !strcmp(a->mode_name, "iso"))
+        return complain(EXIT_MISUSED, "--window is not for --mode iso, which shows one value");
     return EXIT_DONE;
 }
 
@@ -165,6 +167,8 @@ int choose_values(cvol_context *context, scene *s, const render_arguments *a, co
         s->rescale[0] = 1;
     if (s->options.mode == CVOL_MODE_COMPOSITE)
         return set_transfer(context, s, a, path);
+    if (s->options.mode == CVOL_MODE_ISO)
+        s->options.surface.value = (a->iso - s->rescale[1]) / s->rescale[0];
     if (a->window_auto)
         return fit_window(context, s);
     if (a->window_text)

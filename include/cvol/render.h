@@ -101,7 +101,9 @@ typedef enum cvol_engine {
 typedef enum cvol_mode {
     CVOL_MODE_COMPOSITE = 1, /* colour and opacity, front to back */
     CVOL_MODE_XRAY = 2, /* mean of the samples along the ray, over the window, white on black */
-    CVOL_MODE_MIP = 3   /* largest sample along the ray, over the window, white on black */
+    CVOL_MODE_MIP = 3,  /* largest sample along the ray, over the window, white on black */
+    CVOL_MODE_MIN = 4,  /* smallest sample along the ray, the same way */
+    CVOL_MODE_ISO = 5   /* a surface, lit: see cvol_surface */
 } cvol_mode;
 
 /* The eye lies in direction (cos e sin a, -cos e cos a, sin e) of the centre of the box of sample
@@ -193,6 +195,13 @@ typedef struct cvol_shading {
     double gradient_opacity;
 } cvol_shading;
 
+/* What mode iso shows: the first place of a ray at which the interpolated samples have the value or
+ * more, opaque. It is lit by the shading of the options, whether that is on or not. */
+typedef struct cvol_surface {
+    double value;
+    double colour[3]; /* R G B in 0..1 */
+} cvol_surface;
+
 /* When the transform engine goes back to coefficients. */
 typedef enum cvol_schedule {
     CVOL_SCHEDULE_DEFERRED = 1, /* never: slices are evaluated, and composited as samples */
@@ -225,9 +234,10 @@ typedef struct cvol_render_options {
     double step_voxels;   /* sample distance along the ray in mean spacings; 0: the engine's
                              own (ray: 0.5; sheet: one sheet per slice) */
     double background[3]; /* R G B in 0..1 */
-    double window[2];     /* modes xray and mip: the values that are black and white, the second
+    double window[2];     /* modes xray, mip and min: the values that are black and white, the second
                              larger; 0 0: the smallest and the largest sample */
     cvol_shading shading;
+    cvol_surface surface;
     cvol_splat_options splat;
     cvol_transform_options transform;
     cvol_fourier_options fourier;
@@ -379,7 +389,7 @@ typedef struct cvol_fourier_report {
 CVOL_API int cvol_renderer_fourier_report(cvol_context *context, const cvol_renderer *renderer,
                                           cvol_fourier_report *out);
 CVOL_API void cvol_renderer_free(cvol_renderer *renderer);
-/* The values that are black and white in modes xray and mip when no window is given. Errors:
+/* The values that are black and white in modes xray, mip and min when no window is given. Errors:
  * ARGUMENT (an engine that has only mode composite). */
 CVOL_API int cvol_renderer_range(cvol_context *context, const cvol_renderer *renderer,
                                  double range[2]);

@@ -1,5 +1,6 @@
 /* Annotations (cvol/annotate.h): sizes, colours, and the scale bar. */
 #include "render/annotate.h"
+#include "render/engine.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -99,10 +100,11 @@ int cvol_image_annotate(cvol_context *context, cvol_image *image, const cvol_ann
     const double size = fmin(image->width, image->height);
     s.letter = fmax(0.021 * size, 8);
     s.margin = fmax(0.022 * size, 4);
-    s.grey = of->options->mode != CVOL_MODE_COMPOSITE;
+    s.grey = cvol_mode_is_grey(of->options->mode);
     choose_pen(&s, of->options->background, of->transparent);
     cvol_sketch_scale(&s);
     cvol_sketch_axes(&s);
-    cvol_sketch_values(&s);
+    if (of->options->mode != CVOL_MODE_ISO)
+        cvol_sketch_values(&s);
     return CVOL_OK;
 }

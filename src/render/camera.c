@@ -33,6 +33,7 @@ cvol_render_options cvol_render_options_defaults(void)
         .height = 512,
         .mode = CVOL_MODE_COMPOSITE,
         .camera = {.zoom = 1},
+        .surface = {.colour = {0.9, 0.85, 0.75}},
         .shading = {.ambient = 0.1, .diffuse = 0.7, .specular = 0.2, .shininess = 10},
         .splat = {.footprint = CVOL_FOOTPRINT_GAUSSIAN,
                   .size = 5,
@@ -86,7 +87,7 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                              "background: %s is %g, must be within 0 and 1",
                              (const char *[]){"red", "green", "blue"}[c], options->background[c]);
-    const int code = cvol_shading_check(context, &options->shading);
+    const int code = cvol_shading_check(context, options);
     return code ? code : check_camera(context, &options->camera);
 }
 

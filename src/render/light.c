@@ -32,15 +32,29 @@ void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *g
     light->thinning = shading->gradient_opacity > 0 ? (float)(1 / shading->gradient_opacity) : 0;
 }
 
-int cvol_shading_check(cvol_context *context, const cvol_shading *shading)
+static int check_surface(cvol_context *context, const cvol_surface *surface)
 {
+    if (!isfinite(surface->value))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the surface's value %g: must be finite",
+                         surface->value);
+    for (int c = 0; c < 3; c++)
+        if (!(surface->colour[c] >= 0 && surface->colour[c] <= 1))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "the surface's colour: %s is %g, must be within 0 and 1",
+                             (const char *[]){"red", "green", "blue"}[c], surface->colour[c]);
+    return CVOL_OK;
+}
+
+int cvol_shading_check(cvol_context *context, const cvol_render_options *options)
+{
+    const cvol_shading *shading = &options->shading;
     const struct {
         const char *name;
         double share;
     } shares[] = {{"ambient", shading->ambient},
                   {"diffuse", shading->diffuse},
                   {"specular", shading->specular}};
-    if (!shading->on)
+    if (!shading->on && options->mode != CVOL_MODE_ISO)
         return CVOL_OK;
     for (int a = 0; a < 3; a++)
         if (!(fabs(shading->light[a]) <= 1e30))
@@ -58,5 +72,5 @@ int cvol_shading_check(cvol_context *context, const cvol_shading *shading)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "gradient opacity is %g, must be 0 (not asked for) to 1e30",
                          shading->gradient_opacity);
-    return CVOL_OK;
+    return options->mode == CVOL_MODE_ISO ? check_surface(context, &options->surface) : CVOL_OK;
 }

@@ -9,7 +9,9 @@
  *                 a = 1 - (1 - opacity)^(length / mean spacing) are the transfer function's at
  *                 the interpolated sample; then I += (1 - A) background
  *     xray        sum of sample length / sum of length
- *     mip         the largest sample
+ *     mip         the largest sample; min the smallest
+ *     iso         the first place whose sample has the value or more, found by halving the step
+ * that leads to it, lit
  *
  * (Levoy, Display of surfaces from volume data, 1988; Max, Optical models for direct volume
  * rendering, 1995.) A ray ends early when less than 1/1024 of the light would still come through:
@@ -53,6 +55,7 @@ typedef struct ray_job {
     double step; /* world length of one step */
     cvol_ray_table table;
     const cvol_ray_light *light; /* NULL: colours are as they are */
+    const cvol_surface *surface;
 } ray_job;
 
 /* A ray within what is drawn: `steps` whole steps and then `rest` of one, 0 < rest <= 1. */
@@ -219,19 +222,25 @@ static void add_light(ray_light *light, const double colour[4], double opacity)
     light->through *= 1 - opacity;
 }
 
+/* How thick matter is, `place` steps along the ray. */
+static double light_up(double colour[3], const ray_job *job, const ray_line *line, double place,
+                       double value)
+{
+    const cvol_ray_reader reader = {&job->state->field, job->state->line, job->state->masked};
+    double at[3];
+    for (int a = 0; a < 3; a++)
+        at[a] = line->entry[a] + place * line->delta[a];
+    return cvol_ray_light_up(colour, job->light, &reader, at, value);
+}
+
 /* One sample, `place` steps along the ray, that stands for a share of a step. */
 static void add_sample(ray_light *light, const ray_job *job, const ray_line *line, double value,
                        double place, double share)
 {
     double colour[4];
     cvol_ray_table_at(colour, &job->table, value);
-    if (job->light && colour[3] > 0) {
-        const cvol_ray_reader reader = {&job->state->field, job->state->line, job->state->masked};
-        double at[3];
-        for (int a = 0; a < 3; a++)
-            at[a] = line->entry[a] + place * line->delta[a];
-        share *= cvol_ray_light_up(colour, job->light, &reader, at, value);
-    }
+    if (job->light && colour[3] > 0)
+        share *= light_up(colour, job, line, place, value);
     add_light(light, colour, share < 1 ? cvol_opacity_over(colour[3], share) : colour[3]);
 }
 
@@ -253,6 +262,40 @@ static ray_light composite(const ray_job *job, const ray_line *line)
     return light;
 }
 
+/* Whether the surface is at or before a place along the ray, of steps; its value is kept. */
+static int is_within(double *value, const ray_job *job, const ray_line *line, double place)
+{
+    double cover;
+    fetch(value, &cover, job, line, place, 1);
+    return cover >= 0.5 && *value >= job->surface->value;
+}
+
+static ray_light surface(const ray_job *job, const ray_line *line)
+{
+    const double length = (double)line->steps + line->rest;
+    ray_light light = {.through = 1};
+    double before = 0, at = 0, value;
+    while (!is_within(&value, job, line, at)) {
+        if (!(at < length))
+            return light;
+        before = at;
+        at = at + 1 < length ? at + 1 : length;
+    }
+    while (at - before > 1e-4) {
+        const double middle = (before + at) / 2;
+        if (is_within(&value, job, line, middle))
+            at = middle;
+        else
+            before = middle;
+    }
+    is_within(&value, job, line, at);
+    double colour[4] = {job->surface->colour[0], job->surface->colour[1], job->surface->colour[2],
+                        1};
+    light_up(colour, job, line, at, value);
+    add_light(&light, colour, 1);
+    return light;
+}
+
 /* NaN where no sample along the ray has a value; so below. */
 static double mean_along(const ray_job *job, const ray_line *line)
 {
@@ -270,8 +313,8 @@ static double mean_along(const ray_job *job, const ray_line *line)
     return weight > 0 ? sum / weight : NAN;
 }
 
-/* Of places of which at least half has a value. */
-static double largest_along(const ray_job *job, const ray_line *line)
+/* Of places of which at least half has a value; the smallest, if sign is -1. */
+static double largest_along(const ray_job *job, const ray_line *line, double sign)
 {
     double values[RUN], covers[RUN], rest = fetch_rest(covers, job, line);
     double largest = covers[0] >= 0.5 ? rest : NAN;
@@ -279,7 +322,7 @@ static double largest_along(const ray_job *job, const ray_line *line)
         size_t count = run_length(line, first);
         fetch_run(values, covers, job, line, first, count);
         for (size_t k = 0; k < count; k++)
-            if (covers[k] >= 0.5 && !(values[k] <= largest))
+            if (covers[k] >= 0.5 && !(sign * values[k] <= sign * largest))
                 largest = values[k];
     }
     return largest;
@@ -300,7 +343,9 @@ static uint8_t to_byte(double level)
 static ray_light grey(const ray_job *job, const ray_line *line)
 {
     const cvol_ray_field *field = &job->state->field;
-    double value = job->mode == CVOL_MODE_XRAY ? mean_along(job, line) : largest_along(job, line);
+    const double sign = job->mode == CVOL_MODE_MIN ? -1 : 1;
+    double value = job->mode == CVOL_MODE_XRAY ? mean_along(job, line)
+                                               : largest_along(job, line, sign);
     if (isnan(value))
         return (ray_light){.through = 1};
     double level = field->max > field->min ? (value - field->min) / (field->max - field->min) : 0;
@@ -312,7 +357,9 @@ static ray_light light_of(const ray_job *job, int i, int j)
     ray_line line;
     if (!cast(&line, job, i, j))
         return (ray_light){.through = 1};
-    return job->mode == CVOL_MODE_COMPOSITE ? composite(job, &line) : grey(job, &line);
+    return job->mode == CVOL_MODE_COMPOSITE ? composite(job, &line)
+           : job->mode == CVOL_MODE_ISO     ? surface(job, &line)
+                                            : grey(job, &line);
 }
 
 static void put_bytes(uint8_t rgba[4], const ray_light *light, const double background[3])
@@ -365,7 +412,8 @@ static int ray_draw(cvol_context *context, void *state, cvol_image *image, const
     for (int c = 0; c < 3; c++)
         job.background[c] = options->background[c];
     const cvol_ray_light light = cvol_ray_light_make(&options->shading, view, &ray->grid);
-    if (options->shading.on)
+    job.surface = &options->surface;
+    if (options->shading.on || job.mode == CVOL_MODE_ISO)
         job.light = &light;
     int code = CVOL_OK;
     if (job.mode == CVOL_MODE_COMPOSITE)

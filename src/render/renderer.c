@@ -178,8 +178,7 @@ int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,
 static int check_request(cvol_context *context, const cvol_renderer *renderer,
                          const cvol_image *image, const cvol_render_options *options)
 {
-    if (options->mode != CVOL_MODE_COMPOSITE && options->mode != CVOL_MODE_XRAY &&
-        options->mode != CVOL_MODE_MIP)
+    if (options->mode < CVOL_MODE_COMPOSITE || options->mode > CVOL_MODE_ISO)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no rendering mode",
                          (int)options->mode);
     if (options->mode == CVOL_MODE_COMPOSITE && !renderer->has_transfer)
@@ -212,7 +211,7 @@ static int make_view(cvol_context *context, cvol_view *view, const cvol_renderer
 static int has_window(const cvol_render_options *options)
 {
     const double *window = options->window;
-    return options->mode != CVOL_MODE_COMPOSITE &&
+    return cvol_mode_is_grey(options->mode) &&
            (window[0] < 0 || window[0] > 0 || window[1] < 0 || window[1] > 0);
 }
 

@@ -202,6 +202,10 @@ static cvol_sheet_kernel *choose_kernel(cvol_mode mode, int lit)
 {
     if (mode == CVOL_MODE_COMPOSITE)
         return lit ? CVOL_SIMD_CHOOSE(cvol_sheet_shade) : CVOL_SIMD_CHOOSE(cvol_sheet_composite);
+    if (mode == CVOL_MODE_ISO)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_shade);
+    if (mode == CVOL_MODE_MIN)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_min);
     return mode == CVOL_MODE_MIP ? CVOL_SIMD_CHOOSE(cvol_sheet_max)
                                  : CVOL_SIMD_CHOOSE(cvol_sheet_sum);
 }
@@ -247,6 +251,27 @@ static int draw_bands(cvol_context *context, sheet_state *state, const cvol_shee
     return cancelled ? CVOL_ERROR_CANCELLED : cvol_report_progress(context, "rendering", 1);
 }
 
+/* Table coordinates for a surface: as if of a function that is opaque from its value on. */
+static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visibility *visibility,
+                       const cvol_array *array, const cvol_surface *surface)
+{
+    const cvol_transfer_point points[2] = {{surface->value, 0, 0, 0, 0},
+                                           {surface->value, 0, 0, 0, 1}};
+    cvol_transfer *step;
+    const int code = cvol_transfer_create(context, &step, points, 2);
+    if (code)
+        return code;
+    cvol_visibility_make(visibility, array, step);
+    cvol_sheet_table_fill(table, array, step, 1);
+    table->at = (float)(surface->value - array->offset - (double)table->from) * table->scale;
+    table->visible_from = table->at;
+    table->visible_to = INFINITY;
+    for (int c = 0; c < 3; c++)
+        table->colour[c] = (float)surface->colour[c];
+    cvol_transfer_free(step);
+    return CVOL_OK;
+}
+
 /* Along an axis of one sample nothing changes. */
 static void set_light(cvol_light *out, const sheet_state *state, const cvol_sheet_plan *plan,
                       const cvol_view *view, const cvol_shading *shading)
@@ -255,7 +280,9 @@ static void set_light(cvol_light *out, const sheet_state *state, const cvol_shee
     const int way = plan->ascending ? 1 : -1, turns[3] = {1, 1, way};
     const size_t samples[3] = {plan->lanes, plan->rows, plan->sheets};
     const double pitches[3] = {plan->pitch_lane, plan->pitch_row, plan->pitch_sheet};
-    cvol_light_set(out, view, &state->array->grid, shading, axes, turns);
+    cvol_shading lit = *shading;
+    lit.on = 1;
+    cvol_light_set(out, view, &state->array->grid, &lit, axes, turns);
     for (int k = 0; k < 3; k++)
         out->rise[k] *= samples[k] > 1 ? (float)(1 / pitches[k]) / state->table->scale : 0;
 }
@@ -275,14 +302,20 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     if (code)
         return code;
     plan.masked = cvol_sheet_subject_masked(subject, array->mask);
-    plan.lit = options->mode == CVOL_MODE_COMPOSITE && options->shading.on;
+    const int is_surface = options->mode == CVOL_MODE_ISO;
+    plan.lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
     const int band_lines = choose_band_lines(&plan, threads);
     if (!prepare_image(state, &plan, threads) || !prepare_bands(state, &plan, threads, band_lines))
         return cvol_fail(context, CVOL_ERROR_MEMORY,
                          "not enough memory to render into an intermediate image of %d x %d",
                          plan.width, plan.height);
-    const int colour = options->mode == CVOL_MODE_COMPOSITE;
-    if (colour)
+    const int colour = !cvol_mode_is_grey(options->mode);
+    cvol_visibility by_surface;
+    state->table->is_surface = is_surface;
+    if (is_surface &&
+        (code = set_surface(context, state->table, &by_surface, subject->array, &options->surface)))
+        return code;
+    if (colour && !is_surface)
         cvol_sheet_table_fill(state->table, subject->array, state->transfer, plan.distance);
     cvol_light light;
     state->table->light = NULL;
@@ -297,7 +330,9 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
         .axes = plan.level ? (cvol_block_axes){0} : make_axes(state, &plan),
         .filters = cvol_lapped_filters_of(&plan),
         .table = state->table,
-        .visibility = colour ? &subject->by_transfer : &subject->everything,
+        .visibility = is_surface ? &by_surface
+                      : colour   ? &subject->by_transfer
+                                 : &subject->everything,
         .mask = cvol_sheet_subject_mask(subject),
         .background = cvol_sheet_background(array, array->mask),
         .kernel = choose_kernel(options->mode, plan.lit),

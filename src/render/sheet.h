@@ -52,6 +52,8 @@ typedef struct cvol_sheet_table {
     /* Of lit frames, for differences of table coordinates between points two apart, along lane,
      * row, and sheet as sheets are met. */
     const cvol_light *light;
+    int is_surface; /* then only the first coordinate of `at` or more is seen, with this colour */
+    float at, colour[3];
     float from, scale, flat;
     float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
     int pieces;                     /* 0: there are only entries */
@@ -189,16 +191,19 @@ typedef struct cvol_layer {
 } cvol_layer;
 
 /* Draws one line of the intermediate image through all sheets of a layer. `sum`: line 0 becomes the
- * weighted sum of the samples, line 1 their weight; `max`: line 0 the largest, line 1 becomes 1. */
+ * weighted sum of the samples, line 1 their weight; `max` and `min`: line 0 the largest or
+ * smallest, line 1 becomes 1. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-/* The same with light. A layer without sheets, whose sheets[0].ordinal would be the next, is what
- * rays end with. */
+/* The same with light, or a surface. A layer without sheets, whose sheets[0].ordinal would be the
+ * next, is what rays end with. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_shade,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_sum,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_max,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+CVOL_SIMD_DECLARE(void, cvol_sheet_min,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 typedef void cvol_sheet_kernel(const cvol_layer *layer, const cvol_sheet_table *table,
                                const cvol_line *line);

@@ -1,13 +1,18 @@
-/* Modes xray and mip: sums and maxima of the samples along the rays. */
+/* Modes xray, mip and min: sums, maxima and minima of the samples along the rays. */
 #include "render/sheet_footprint.h"
 
-/* Line 0 becomes the weighted sum of the samples, or the largest; line 1 their weight, or 1. */
-CVOL_INLINE void project(float *first, float *second, cvol_vf value, cvol_vf weight, int largest)
+enum { SUM, LARGEST, SMALLEST };
+
+/* Line 0 becomes the weighted sum of the samples, or the largest or smallest; line 1 their weight,
+ * or 1.
+ */
+CVOL_INLINE void project(float *first, float *second, cvol_vf value, cvol_vf weight, int what)
 {
     cvol_vf result = cvol_load(first), count = cvol_load(second);
     cvol_vi inside = weight >= LEAST_WEIGHT;
-    if (largest) {
-        cvol_vi better = inside & ((value > result) | (count == 0));
+    if (what != SUM) {
+        const cvol_vi further = what == LARGEST ? value > result : value < result;
+        const cvol_vi better = inside & (further | (count == 0));
         cvol_store(first, cvol_select(better, value, result));
         cvol_store(second, cvol_select(inside, cvol_splat(1), count));
     } else {
@@ -18,7 +23,7 @@ CVOL_INLINE void project(float *first, float *second, cvol_vf value, cvol_vf wei
 
 /* A sheet stands for the slab of half an interval before and behind it. */
 CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
-                               const cvol_line *line, int unit, int largest, int has_void)
+                               const cvol_line *line, int unit, int what, int has_void)
 {
     line_view view;
     view_line(&view, layer, sheet, line->number, -0.5f, 0.5f);
@@ -35,26 +40,27 @@ CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *s
                 continue;
             value = unit ? reconstruct_unit_masked(&cover, &view, &footprint, x, layer->cover_at)
                          : reconstruct_finer_masked(&cover, &view, position, step, layer->cover_at);
-            weight = largest ? cvol_select(cover >= 0.5f, weight, cvol_splat(0)) : weight * cover;
+            weight = what != SUM ? cvol_select(cover >= 0.5f, weight, cvol_splat(0))
+                                 : weight * cover;
         } else {
             value = unit ? reconstruct_unit(&view, &footprint, x)
                          : reconstruct_finer(&view, position, step);
         }
-        project(line->values + i, line->values + line->width + i, value, weight, largest);
+        project(line->values + i, line->values + line->width + i, value, weight, what);
     }
 }
 
-CVOL_INLINE void project_layer(const cvol_layer *layer, const cvol_line *line, int largest)
+CVOL_INLINE void project_layer(const cvol_layer *layer, const cvol_line *line, int what)
 {
     const int unit = layer->lane_step == 1;
     for (int s = 0; s < layer->sheet_count; s++) {
         const cvol_sheet_view *sheet = &layer->sheets[s];
         if (layer->cover_at)
-            project_sheet(layer, sheet, line, unit, largest, 1);
+            project_sheet(layer, sheet, line, unit, what, 1);
         else if (unit)
-            project_sheet(layer, sheet, line, 1, largest, 0);
+            project_sheet(layer, sheet, line, 1, what, 0);
         else
-            project_sheet(layer, sheet, line, 0, largest, 0);
+            project_sheet(layer, sheet, line, 0, what, 0);
     }
 }
 
@@ -62,12 +68,19 @@ void CVOL_SIMD(cvol_sheet_sum)(const cvol_layer *layer, const cvol_sheet_table *
                                const cvol_line *line)
 {
     (void)table;
-    project_layer(layer, line, 0);
+    project_layer(layer, line, SUM);
 }
 
 void CVOL_SIMD(cvol_sheet_max)(const cvol_layer *layer, const cvol_sheet_table *table,
                                const cvol_line *line)
 {
     (void)table;
-    project_layer(layer, line, 1);
+    project_layer(layer, line, LARGEST);
+}
+
+void CVOL_SIMD(cvol_sheet_min)(const cvol_layer *layer, const cvol_sheet_table *table,
+                               const cvol_line *line)
+{
+    (void)table;
+    project_layer(layer, line, SMALLEST);
 }

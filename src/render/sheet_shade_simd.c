@@ -1,4 +1,4 @@
-/* Mode composite with light: as sheet_composite_simd.c, of which this is the lit twin.
+/* Mode composite with light, as sheet_composite_simd.c without; and surfaces, mode iso.
  *
  * An interval between two sheets is lit at both, and by straight lines in between. At a sheet, the
  * gradient is of what the sheet itself and those before and behind it have there (sheet_slope.h).
@@ -313,6 +313,27 @@ CVOL_INLINE void lit_interval(pixels *p, const cvol_sheet_table *table, cvol_vf 
     lit_sample(p, table, b, parts, weight, weighted, to, pieces);
 }
 
+/* Where the ray first has the surface's value or more: between a and b, as values are straight
+ * lines. */
+CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, cvol_vf a, cvol_vf b,
+                             cvol_vf weight, const lit_matter *from, const lit_matter *to,
+                             int has_void)
+{
+    const cvol_sheet_table *table = job->table;
+    pixels *p = &g->p[k];
+    const cvol_vf t = cvol_select(a >= table->at, cvol_splat(0),
+                                  (table->at - a) / cvol_max(b - a, cvol_splat(1e-20f)));
+    cvol_vi hit = (cvol_max(a, b) >= table->at) & (weight >= LEAST_WEIGHT) & (p->through > 0.5f);
+    if (has_void)
+        hit &= g->cover_before[k] + t * (g->cover[k] - g->cover_before[k]) >= 0.5f;
+    const cvol_vf factor = from->factor + t * (to->factor - from->factor);
+    const cvol_vf gloss = from->gloss + t * (to->gloss - from->gloss);
+    p->r = cvol_select(hit, table->colour[0] * factor + gloss, p->r);
+    p->g = cvol_select(hit, table->colour[1] * factor + gloss, p->g);
+    p->b = cvol_select(hit, table->colour[2] * factor + gloss, p->b);
+    p->through = cvol_select(hit, cvol_splat(0), p->through);
+}
+
 /* Draws part k of the pending interval, whose end is lit by `now`. */
 CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const lit_matter *now,
                               int has_void, int pieces)
@@ -334,7 +355,9 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
         from.gloss = cvol_select(no_start, to.gloss, from.gloss);
         from.thickness = cvol_select(no_start, to.thickness, from.thickness);
     }
-    if (weighted)
+    if (table->is_surface)
+        hit_surface(g, job, k, a, b, weight, &from, &to, has_void);
+    else if (weighted)
         lit_interval(&g->p[k], table, a, b, weight, 1, &from, &to, pieces);
     else
         lit_interval(&g->p[k], table, a, b, weight, 0, &from, &to, pieces);

@@ -10,7 +10,7 @@ options_of() {
     result='-o --type'
     keep='--keep --step'
     look='--size --zoom --engine --mode --transfer --background --level --step'
-    look="$look --window --opacity-scale --rescale --footprint --footprint-size --sigma --shade --light --ambient --diffuse --specular --shininess --gradient-opacity --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
+    look="$look --window --opacity-scale --rescale --footprint --footprint-size --sigma --iso --iso-colour --shade --light --ambient --diffuse --specular --shininess --gradient-opacity --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
     case $1 in
     compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --no-lap --fast --stream --background" ;;
     decompress) echo "$common --box --level" ;;

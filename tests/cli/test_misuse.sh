@@ -159,7 +159,13 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
         refuse $command --shade $option -- '' $number -1 1e31
     done
     refuse $command --shade --shininess -- '' x 0 257 2.5
-    expect_failure 2 '--shade is for mode composite, not mip' $command --shade --mode mip
+    expect_failure 2 '--shade is for modes composite and iso, not mip' $command --shade --mode mip
+    expect_failure 2 'Give --iso VALUE' $command --mode iso
+    refuse $command --mode iso --iso -- '' $number
+    refuse $command --mode iso --iso 5 --iso-colour -- '' x 1 1,1,2 -1,0,0
+    expect_failure 2 '--iso is for --mode iso' $command --iso 5
+    expect_failure 2 '--window is not for --mode iso' $command --mode iso --iso 5 --window 4,5
+    expect_failure 2 '--gradient-opacity is for mode composite' $command --mode iso --iso 5 --gradient-opacity 1
     expect_failure 2 '--shade is not for engine fourier' $command --shade --engine fourier
     expect_failure 2 '--sigma is for --footprint gaussian' $command --engine splat --footprint cone --sigma 1
     expect_failure 2 'which only composites' $command --engine splat --mode xray

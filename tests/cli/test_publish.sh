@@ -101,7 +101,7 @@ expect_near "$(value_of grey.0)" 90 1e-6
 expect_near "$(value_of grey.1)" 150 1e-6
 expect_done cvol render a.cvol -o auto.png $some --mode mip --window auto --json
 expect_number "$(value_of grey.0)" '<' "$(value_of grey.1)"
-expect_failure 2 'is for modes xray and mip' cvol render a.cvol -o x.png --window auto
+expect_failure 2 'is for modes xray, mip and min' cvol render a.cvol -o x.png --window auto
 for option in '--view front' --annotate '--background transparent'; do
     expect_failure 2 'is for pictures, not for --poses' cvol render a.cvol -o x.nrrd --engine fourier --poses x $option
 done
