@@ -137,6 +137,21 @@ END
 expect_done cvol render a.cvol -o after.png $view --transfer own.json
 expect_other_file before.png after.png
 
+# ---- light --------------------------------------------------------------------------------------
+
+# The two engines light alike; light from everywhere is none.
+for look in '--shade' '--shade --light 1,-2,3 --specular 0.5 --shininess 30' '--mode iso --iso 100' '--mode min'; do
+    case $look in *iso*) least=27 ;; *) least=30 ;; esac # where a surface ends is sharp
+    expect_done cvol render a.cvol -o lit.png $view $look
+    expect_done cvol render a.cvol -o lit_ray.png $view --engine ray --step 0.25 $look
+    expect_done cvol compare lit.png lit_ray.png --json
+    expect_number "$(value_of psnr_db)" '>=' $least
+done
+expect_done cvol render a.cvol -o lit.png $view --shade --ambient 1 --diffuse 0 --specular 0
+expect_done cvol render a.cvol -o unlit.png $view
+expect_done cvol compare lit.png unlit.png --json
+expect_number "$(value_of psnr_db)" '>=' 50
+
 # ---- splats -------------------------------------------------------------------------------------
 
 # Samples that the ray engine sees, but classified before they are interpolated.
