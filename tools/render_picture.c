@@ -276,21 +276,26 @@ static json_t *transform_json(cvol_context *context, const scene *s)
     if (s->engine != CVOL_ENGINE_TRANSFORM ||
         cvol_renderer_transform_report(context, s->renderer, &report))
         return NULL;
-    return json_pack("{s:[i,i], s:f, s:i, s:I, s:I, s:f, s:f, s:b, s:f, s:f}", "lattice",
+    return json_pack("{s:[i,i], s:f, s:i, s:I, s:I, s:I, s:f, s:f, s:b, s:f, s:f}", "lattice",
                      (int)report.lattice[0], (int)report.lattice[1], "step", report.step, "slices",
                      (int)report.slices, "coefficients", (json_int_t)report.terms, "bytes",
-                     (json_int_t)report.bytes, "rho", report.rho, "error_bound", report.bound,
-                     "certified", report.certified, "bake_ms", report.bake_ms, "compose_ms",
-                     report.compose_ms);
+                     (json_int_t)report.bytes, "multiply_adds", (json_int_t)report.multiply_adds,
+                     "rho", report.rho, "error_bound", report.bound, "certified", report.certified,
+                     "bake_ms", report.bake_ms, "compose_ms", report.compose_ms);
 }
 
 void describe_outcome(json_t *object, cvol_context *context, const scene *s, const outcome *result)
 {
     json_t *transform = transform_json(context, s);
+    uint64_t multiply_adds;
     json_object_set_new(object, "render_ms", json_real(result->render_ms));
     if (transform)
         json_object_set_new(object, "transform", transform);
     describe_fourier(object, context, s);
+    if (s->engine == CVOL_ENGINE_SPLAT &&
+        !cvol_renderer_splat_multiply_adds(context, s->renderer, &multiply_adds))
+        json_object_set_new(object, "splat",
+                            json_pack("{s:I}", "multiply_adds", (json_int_t)multiply_adds));
     if (result->is_compressed)
         json_object_set_new(object, "picture", describe_picture(&result->info));
 }

@@ -180,18 +180,18 @@ typedef struct cvol_splat_options {
  *     F (ambient + diffuse max(0, n l)) + specular max(0, r e)^shininess,   r = 2 (n l) n - l,
  *
  * n the direction of the gradient, turned towards the eye e (surfaces have two sides), and e itself
- * where there is no gradient; l is towards the light. The eye is as far away as in parallel projection,
- * in perspective too. The gradient is of central differences in the
- * world, as long as two samples, and interpolated as samples are; at the volume's faces, and beside
- * samples without a value, a difference is of those that there are. Engines splat and transform light
- * samples, which then are no brighter than 1.2. */
+ * where there is no gradient; l is towards the light. The eye is as far away as in parallel
+ * projection, in perspective too. The gradient is of central differences in the world, as long as
+ * two samples, and interpolated as samples are; at the volume's faces, and beside samples without a
+ * value, a difference is of those that there are. Engines splat and transform light samples, which
+ * then are no brighter than 1.2. */
 typedef struct cvol_shading {
     int on;          /* 0: colours as they are, and nothing else here matters */
     double light[3]; /* towards the light, in the world; 0 0 0: where the eye is */
     double ambient, diffuse, specular; /* 0 to 10 */
     int shininess;                     /* 1 to 256 */
-    /* Above 0: where the gradient is shorter than this, in the samples' units a mean spacing, matter
-     * is thinner in proportion: opacities are of so much of the length. 0: no matter. */
+    /* Above 0: where the gradient is shorter than this, in the samples' units a mean spacing,
+     * matter is thinner in proportion: opacities are of so much of the length. 0: no matter. */
     double gradient_opacity;
 } cvol_shading;
 
@@ -246,8 +246,8 @@ typedef struct cvol_render_options {
 
 /* 512 x 512, composite, azimuth 0, elevation 0, zoom 1, black; splats: Gaussian, 5 samples wide,
  * in the view, front to back; unlit, and when lit 0.1 ambient, 0.7
- * diffuse, 0.2 specular, shininess 10, by a light where the eye is; transforms: DCT in tiles of 16, a tenth of the terms,
- * deferred.
+ * diffuse, 0.2 specular, shininess 10, by a light where the eye is; transforms: DCT in tiles of 16,
+ * a tenth of the terms, deferred.
  */
 CVOL_API cvol_render_options cvol_render_options_defaults(void);
 
@@ -332,9 +332,9 @@ typedef struct cvol_baked_info {
     int tile;
     double rho, kept, step; /* asked for; terms over samples; what they are multiples of */
     uint64_t terms, resident_bytes;
-    cvol_splat_options splat;                   /* footprint */
-    cvol_shading shading; /* whether lit and from where; the rest is as by default */
-    char transfer_name[32];                     /* "": none was given */
+    cvol_splat_options splat; /* footprint */
+    cvol_shading shading;     /* whether lit and from where; the rest is as by default */
+    char transfer_name[32];   /* "": none was given */
     const cvol_transfer_point *transfer_points; /* the renderer's */
     size_t transfer_count;
 } cvol_baked_info;
@@ -347,11 +347,17 @@ typedef struct cvol_transform_report {
     double step;               /* samples from place to place of the lattice */
     uint64_t terms, bytes;     /* of all slices' planes, and in memory */
     double rho;                /* terms over samples of these planes */
+    uint64_t multiply_adds;    /* of spreading and compositing: tiles, deferred, as they were done;
+                                  else by formula, a transform of n samples as n log2 n */
     double bound;  /* on the root mean square over the lattice of the error of intensity (all
                       channels) that truncation makes */
     int certified; /* whether it is proved: for footprints without negative weights */
     double bake_ms, compose_ms; /* bake_ms is 0 if slices were kept from a picture before */
 } cvol_transform_report;
+/* Multiply-adds of a splat renderer's last picture: of pixels of footprints, and of sheets onto the
+ * picture. ARGUMENT: of another engine. */
+CVOL_API int cvol_renderer_splat_multiply_adds(cvol_context *context, const cvol_renderer *renderer,
+                                               uint64_t *out);
 /* ARGUMENT: of another engine, or before its first picture. */
 CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,
                                             cvol_transform_report *out);

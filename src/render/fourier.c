@@ -21,6 +21,8 @@
 
 /* Of the least spacing: lengths below say nothing. */
 #define FLOOR 0.05
+/* Of a place's neighbours, those below. */
+#define BELOW (CVOL_FOURIER_TAPS / 2 - 1)
 
 typedef struct fourier_state {
     cvol_grid grid;
@@ -220,7 +222,7 @@ static int interpolates(cvol_context *context, pixel_job *job)
     for (int i = 0; i < job->view->width; i++) {
         const double at = column_at(job, i), cell = floor(at);
         /* far outside it does not matter where */
-        job->cell[i] = cell > -1e9 && cell < 1e9 ? (long)cell - 1 : -1000000000;
+        job->cell[i] = cell > -1e9 && cell < 1e9 ? (long)cell - BELOW : -1000000000;
         cvol_fourier_kernel_weigh(job->weights[i], &job->state->kernel, at - cell);
     }
     return CVOL_OK;
@@ -249,9 +251,9 @@ static void sample_row(float *out, float *line, const float *plane, const pixel_
     }
     const double y = (job->view->height / 2.0 - j - 0.5) * job->view->pixel / lattice->space +
                      lattice->shift[1];
-    if (!(y > -2 && y < (double)n[1] + 2))
+    if (!(y > -CVOL_FOURIER_TAPS && y < (double)n[1] + CVOL_FOURIER_TAPS))
         return;
-    const long cell = (long)floor(y) - 1;
+    const long cell = (long)floor(y) - BELOW;
     float weights[CVOL_FOURIER_TAPS];
     cvol_fourier_kernel_weigh(weights, &job->state->kernel, y - floor(y));
     memset(line, 0, n[0] * sizeof *line);

@@ -19,13 +19,15 @@
 /* ---- spectra: fourier_spectrum.c ----------------------------------------------------------------
  */
 
-/* Places kept before the first of each axis, for the kernel; and in all beyond dims. */
-#define CVOL_FOURIER_BEFORE 1
-#define CVOL_FOURIER_AROUND 4
+/* Places kept before the first of each axis and behind the last, for the kernel; a row of
+ * neighbours is read as CVOL_FOURIER_ROW places, the last of which count nothing. */
+#define CVOL_FOURIER_BEFORE 2
+#define CVOL_FOURIER_BEHIND 4
+#define CVOL_FOURIER_ROW 8
 
-/* The strongest places alone, in bricks of SIDE along each axis, of u + 1, v and w: brick b's
+/* The strongest places alone, in bricks of SIDE along each axis, of u + 2, v and w: brick b's
  * values are first[b] .. first[b + 1] - 1, of the places whose bits are set in words[8 b + w % 8],
- * bit 8 (v % 8) + (u + 1) % 8. */
+ * bit 8 (v % 8) + (u + 2) % 8. */
 #define CVOL_FOURIER_BRICK 8
 typedef struct cvol_fourier_bricks {
     size_t count[3], all;
@@ -36,8 +38,8 @@ typedef struct cvol_fourier_bricks {
 } cvol_fourier_bricks;
 
 /* Place (u, v, w), 0 <= u <= N_x / 2, 0 <= v < N_y, 0 <= w < N_z, is the pair of half floats at
- *     2 ((u + 1) + stride_v (v + 1) + stride_w (w + 1)),
- * times `unit`; one place before and two behind are there as well. Or there are bricks, and no
+ *     2 ((u + 2) + stride_v (v + 2) + stride_w (w + 2)),
+ * times `unit`; those about them are there as well. Or there are bricks, and no
  * values. */
 typedef struct cvol_fourier_spectrum {
     size_t dims[3]; /* N, even */
@@ -78,9 +80,9 @@ uint64_t cvol_fourier_spectrum_places(const cvol_fourier_spectrum *spectrum);
 int cvol_fourier_keep(cvol_context *context, cvol_fourier_spectrum *of, double most);
 void cvol_fourier_bricks_free(cvol_fourier_bricks *bricks);
 
-/* Bricks of a slice, unpacked: brick b is page table[b], rows of 12 places for each v and w, the
+/* Bricks of a slice, unpacked: brick b is page table[b], rows of 16 places for each v and w, the
  * last of them of the next brick. Page 0 is empty. */
-#define CVOL_FOURIER_PAGE_ROW 12
+#define CVOL_FOURIER_PAGE_ROW 16
 typedef struct cvol_fourier_pages {
     uint32_t *table;
     uint16_t *values;

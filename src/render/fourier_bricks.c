@@ -4,7 +4,7 @@
  * are kept, in bricks of 8 x 8 x 8: a bit for each place, and the values of those that are there.
  * (Low frequencies are the strongest, so that a low box is among them by itself.) A slice passes
  * through few bricks: they are unpacked into pages, each with the first columns of its neighbour
- * along x, so that the four places of a row always lie in one page. Bricks without any are page 0.
+ * along x, so that the places of a row always lie in one page. Bricks without any are page 0.
  */
 #include <math.h>
 #include <string.h>
@@ -278,7 +278,7 @@ int cvol_fourier_pages_load(cvol_context *context, cvol_fourier_pages *pages,
         memset(page, 0, PAGE * sizeof *page);
         unpack(page, bricks, brick, ~(uint64_t)0, 0);
         if ((brick + 1) % bricks->count[0])
-            unpack(page, bricks, brick + 1, 0x0707070707070707, SIDE);
+            unpack(page, bricks, brick + 1, 0x1f1f1f1f1f1f1f1f, SIDE);
     }
     return CVOL_OK;
 }

@@ -4,15 +4,17 @@
  *     phi(t) = I0(beta sqrt(1 - (2 t / W)^2)) / I0(beta)       |t| <= W / 2
  *     its transform at x: W / I0(beta) sinh(r) / r,  r = sqrt(beta^2 - (pi W x)^2)
  *
- * W = 4; beta = pi sqrt((W / s)^2 (s - 1/2)^2 - 0.8) for s = 3/2, the least that volumes are
- * padded by. Within a tap phi is smooth, and a polynomial through Chebyshev's points stands for it.
+ * W = 6; beta = pi sqrt((W / s)^2 (s - 1/2)^2 - 0.8) for s = 3/2, the least that volumes are
+ * padded by. (With W = 4 ghosts are 40 times as strong, and show where rays are short.) Within a
+ * tap phi is smooth, and a polynomial through Chebyshev's points stands for it.
  */
 #include "render/fourier_kernel.h"
 
 #include <math.h>
 
 #define WIDTH ((double)CVOL_FOURIER_TAPS)
-#define BETA 7.891
+#define BETA 12.248
+#define TAPS_BELOW (CVOL_FOURIER_TAPS / 2 - 1)
 #define POINTS (CVOL_FOURIER_DEGREE + 1)
 #define PI 3.14159265358979323846
 
@@ -66,7 +68,7 @@ void cvol_fourier_kernel_make(cvol_fourier_kernel *out)
         nodes[i] = cos(PI * (i + 0.5) / POINTS);
     for (int j = 0; j < CVOL_FOURIER_TAPS; j++) {
         for (int i = 0; i < POINTS; i++)
-            values[i] = kernel_at((nodes[i] + 1) / 2 + 1 - j);
+            values[i] = kernel_at((nodes[i] + 1) / 2 + TAPS_BELOW - j);
         fit(coefficients, nodes, values);
         for (int d = 0; d < POINTS; d++)
             out->taps[d][j] = (float)coefficients[d];

@@ -3,10 +3,10 @@
 #define CVOL_RENDER_FOURIER_KERNEL_H
 
 /* Neighbours along each axis, and the degree of the polynomials that stand for the kernel. */
-#define CVOL_FOURIER_TAPS 4
+#define CVOL_FOURIER_TAPS 6
 #define CVOL_FOURIER_DEGREE 8
 
-/* Weight j (of the place floor(g) - 1 + j) at z = 2 (g - floor(g)) - 1 is sum_d taps[d][j] z^d. */
+/* Weight j (of the place floor(g) - 2 + j) at z = 2 (g - floor(g)) - 1 is sum_d taps[d][j] z^d. */
 typedef struct cvol_fourier_kernel {
     float taps[CVOL_FOURIER_DEGREE + 1][CVOL_FOURIER_TAPS];
 } cvol_fourier_kernel;

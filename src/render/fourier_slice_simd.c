@@ -1,7 +1,8 @@
 /* The kernels of a slice: frequencies between places, and what they are multiplied by.
  *
  * A line's points are taken sixteen at a time: places and weights for all of them side by side,
- * then for each point 4 x 4 rows of 4 neighbours, as half floats, one vector of 8 floats a row.
+ * then for each point 6 x 6 rows of 6 neighbours, as half floats, one vector of 16 floats a row;
+ * its last two places count nothing.
  */
 #include "base/vector.h"
 #include "render/fourier.h"
@@ -10,24 +11,31 @@
 #define TAPS CVOL_FOURIER_TAPS
 #define DEGREE CVOL_FOURIER_DEGREE
 
-typedef float eight __attribute__((vector_size(32)));
-typedef int32_t eight_bits __attribute__((vector_size(32)));
-typedef uint16_t eight_halves __attribute__((vector_size(16)));
+typedef float row_floats __attribute__((vector_size(64)));
+typedef int32_t row_bits __attribute__((vector_size(64)));
+typedef uint16_t row_halves __attribute__((vector_size(32)));
 
 /* ---- half floats --------------------------------------------------------------------------------
  */
 
 /* Exponents differ by 112, of numbers below the normal ones too. */
-CVOL_INLINE eight load_halves(const uint16_t *from)
+CVOL_INLINE row_floats load_halves(const uint16_t *from)
 {
-#if defined(__F16C__)
-    return (eight)_mm256_cvtph_ps(_mm_loadu_si128((const __m128i *)(const void *)from));
+#if defined(__AVX512F__)
+    return (row_floats)_mm512_cvtph_ps(_mm256_loadu_si256((const __m256i *)(const void *)from));
+#elif defined(__F16C__)
+    const __m256 parts[2] = {
+        _mm256_cvtph_ps(_mm_loadu_si128((const __m128i *)(const void *)from)),
+        _mm256_cvtph_ps(_mm_loadu_si128((const __m128i *)(const void *)(from + 8)))};
+    row_floats row;
+    memcpy(&row, parts, sizeof row);
+    return row;
 #else
-    eight_halves halves;
+    row_halves halves;
     memcpy(&halves, from, sizeof halves);
-    const eight_bits bits = __builtin_convertvector(halves, eight_bits);
-    const eight magnitude = (eight)((bits & 0x7fff) << 13) * 0x1p112f;
-    return (eight)((eight_bits)magnitude | (bits & 0x8000) << 16);
+    const row_bits bits = __builtin_convertvector(halves, row_bits);
+    const row_floats magnitude = (row_floats)((bits & 0x7fff) << 13) * 0x1p112f;
+    return (row_floats)((row_bits)magnitude | (bits & 0x8000) << 16);
 #endif
 }
 
@@ -131,26 +139,27 @@ CVOL_INLINE void find_places(run *out, const cvol_fourier_line *line, size_t fir
 /* ---- one point --------------------------------------------------------------------------------
  */
 
-CVOL_INLINE eight twice(const float weight[TAPS][RUN], int k)
+CVOL_INLINE row_floats twice(const float weight[TAPS][RUN], int k)
 {
-    return (eight){weight[0][k], weight[0][k], weight[1][k], weight[1][k],
-                   weight[2][k], weight[2][k], weight[3][k], weight[3][k]};
+    return (row_floats){weight[0][k], weight[0][k], weight[1][k], weight[1][k],
+                        weight[2][k], weight[2][k], weight[3][k], weight[3][k],
+                        weight[4][k], weight[4][k], weight[5][k], weight[5][k]};
 }
 
-CVOL_INLINE void add_up(float *re, float *im, eight v)
+CVOL_INLINE void add_up(float *re, float *im, row_floats v)
 {
-    *re = (v[0] + v[2]) + (v[4] + v[6]);
-    *im = (v[1] + v[3]) + (v[5] + v[7]);
+    *re = (v[0] + v[2]) + (v[4] + v[6]) + (v[8] + v[10]);
+    *im = (v[1] + v[3]) + (v[5] + v[7]) + (v[9] + v[11]);
 }
 
-/* 1 in front: of the 16 rows about a point, first value of the first. */
+/* Of the 36 rows about a point, first value of the first. */
 CVOL_INLINE const uint16_t *rows_of(const cvol_fourier_spectrum *of, const run *at, int k)
 {
     return of->values + 2 * ((size_t)at->cell[0][k] + of->stride_v * (size_t)at->cell[1][k] +
                              of->stride_w * (size_t)at->cell[2][k]);
 }
 
-/* Where the rows of four neighbours about a point begin. */
+/* Where the rows of neighbours about a point begin. */
 typedef struct rows {
     const uint16_t *first; /* of a spectrum whose places lie side by side: steps from here */
     size_t row, sheet;
@@ -170,8 +179,8 @@ CVOL_INLINE void find_rows(rows *out, const cvol_fourier_line *line, const run *
     }
     const size_t u = (size_t)at->cell[0][k], *count = of->bricks.count;
     for (int j = 0; j < TAPS; j++) {
-        size_t v = (size_t)(at->cell[1][k] + j) + of->dims[1] - 1;
-        size_t w = (size_t)(at->cell[2][k] + j) + of->dims[2] - 1;
+        size_t v = (size_t)(at->cell[1][k] + j) + of->dims[1] - CVOL_FOURIER_BEFORE;
+        size_t w = (size_t)(at->cell[2][k] + j) + of->dims[2] - CVOL_FOURIER_BEFORE;
         for (int turn = 0; turn < 2; turn++) {
             v -= v >= of->dims[1] ? of->dims[1] : 0;
             w -= w >= of->dims[2] ? of->dims[2] : 0;
@@ -185,7 +194,8 @@ CVOL_INLINE void find_rows(rows *out, const cvol_fourier_line *line, const run *
     }
 }
 
-CVOL_INLINE eight load_row(const rows *of, const cvol_fourier_line *line, int v, int w, int paged)
+CVOL_INLINE row_floats load_row(const rows *of, const cvol_fourier_line *line, int v, int w,
+                                int paged)
 {
     if (!paged)
         return load_halves(of->first + (size_t)w * of->sheet + (size_t)v * of->row);
@@ -201,9 +211,9 @@ CVOL_INLINE void gather_plain(float *re, float *im, const cvol_fourier_line *lin
 {
     rows of;
     find_rows(&of, line, at, k, paged);
-    eight sum = {0};
+    row_floats sum = {0};
     for (int w = 0; w < TAPS; w++) {
-        eight part = load_row(&of, line, 0, w, paged) * at->weight[1][0][k];
+        row_floats part = load_row(&of, line, 0, w, paged) * at->weight[1][0][k];
         for (int v = 1; v < TAPS; v++)
             part += load_row(&of, line, v, w, paged) * at->weight[1][v][k];
         sum += part * at->weight[2][w][k];
@@ -216,15 +226,15 @@ CVOL_INLINE void gather_cued(float *re, float *im, const cvol_fourier_line *line
 {
     rows of;
     find_rows(&of, line, at, k, paged);
-    eight sum = {0}, rise = {0};
+    row_floats sum = {0}, rise = {0};
     for (int w = 0; w < TAPS; w++)
         for (int v = 0; v < TAPS; v++) {
-            const eight in = load_row(&of, line, v, w, paged);
+            const row_floats in = load_row(&of, line, v, w, paged);
             sum += in * (at->weight[2][w][k] * at->weight[1][v][k]);
             rise += in * (line->slope[1] * at->weight[2][w][k] * at->slope[1][v][k] +
                           line->slope[2] * at->slope[2][w][k] * at->weight[1][v][k]);
         }
-    const eight weight = twice(at->weight[0], k);
+    const row_floats weight = twice(at->weight[0], k);
     float of_re, of_im, rise_re, rise_im;
     add_up(&of_re, &of_im, sum * weight);
     add_up(&rise_re, &rise_im, rise * weight + sum * twice(at->slope[0], k) * line->slope[0]);

@@ -30,6 +30,7 @@ typedef struct splat_state {
     /* What the picture before leaves for the next. */
     cvol_footprint_table footprint;
     cvol_splat_slab slab;
+    uint64_t multiply_adds; /* of it */
 } splat_state;
 
 /* ---- state ----------------------------------------------------------------------------- */
@@ -226,12 +227,23 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
         code = cvol_splat_slab_prepare(context, &state->slab, &state->subject.source, &plan);
     if (!code)
         code = draw_slabs(context, &job, &state->slab, &state->subject.source);
+    if (!code)
+        state->multiply_adds = cvol_splat_bands_count(&job);
     if (!code && in_slices)
         code = finish_lattice(context, image, &job, &lattice, &seen, options->background);
     else if (!code)
         finish(image, &job, options->background);
     cvol_splat_bands_free(&job);
     return code;
+}
+
+int cvol_renderer_splat_multiply_adds(cvol_context *context, const cvol_renderer *renderer,
+                                      uint64_t *out)
+{
+    if (renderer->engine != &cvol_splat_engine)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "this renderer is not of engine splat");
+    *out = ((const splat_state *)renderer->state)->multiply_adds;
+    return CVOL_OK;
 }
 
 const cvol_engine_table cvol_splat_engine = {

@@ -93,7 +93,8 @@ typedef struct cvol_splat_table {
 void cvol_splat_table_fill(cvol_splat_table *table, const cvol_transfer *transfer,
                            const cvol_splat_source *source, cvol_type type, double distance,
                            double share);
-/* The light of a view, along lane, row and slice as slices are met: in rising order, if `ascending`. */
+/* The light of a view, along lane, row and slice as slices are met: in rising order, if
+ * `ascending`. */
 void cvol_splat_light_set(cvol_light *light, const cvol_splat_plan *plan, const cvol_grid *grid,
                           const cvol_view *view, const cvol_shading *shading, int ascending);
 
@@ -150,8 +151,9 @@ typedef struct cvol_splat_band {
                         with the margin */
 } cvol_splat_band;
 
-/* Adds listed samples of a row to the sheet; sample i lies at start + i step. */
-CVOL_SIMD_DECLARE(void, cvol_splat_add,
+/* Adds listed samples of a row to the sheet; sample i lies at start + i step. Returns how many rows
+ * of footprints that were. */
+CVOL_SIMD_DECLARE(uint64_t, cvol_splat_add,
                   (const cvol_splat_band *band, const cvol_footprint_table *table,
                    const cvol_splat_list *list, const double start[2], const double step[2]));
 

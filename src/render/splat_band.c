@@ -72,9 +72,11 @@ static void add_run(const cvol_splat_job *job, const cvol_splat_band *band,
 {
     CVOL_SIMD_CHOOSE(cvol_splat_list_make)
     (&memory->list, &row->samples, begin, end, job->table, job->light);
-    if (memory->list.count > 0)
-        CVOL_SIMD_CHOOSE(cvol_splat_add)
-    (band, job->footprint, &memory->list, row->start, row->step);
+    if (memory->list.count <= 0)
+        return;
+    const uint64_t rows = CVOL_SIMD_CHOOSE(cvol_splat_add)(band, job->footprint, &memory->list,
+                                                           row->start, row->step);
+    memory->multiply_adds += rows * CVOL_SPLAT_CHANNELS * (uint64_t)(job->footprint->width + 1);
 }
 
 /* Samples begin .. end - 1 of a row, without what is hidden. */
@@ -130,6 +132,17 @@ static void add_slice(const cvol_splat_job *job, const cvol_splat_band *band,
     }
 }
 
+/* Pixels of a sheet that are composited. */
+static uint64_t count_pixels(const cvol_splat_band *band)
+{
+    uint64_t pixels = 0;
+    for (int y = 0; y < band->end - band->begin; y++) {
+        const int *span = band->spans[y];
+        pixels += span[0] < span[1] ? (uint64_t)(span[1] - span[0]) : 0;
+    }
+    return pixels;
+}
+
 /* Places begin .. end - 1 in the order of slices, for one band. */
 static void draw_band(const cvol_splat_job *job, cvol_splat_memory *memory, int number,
                       size_t begin, size_t end)
@@ -148,6 +161,7 @@ static void draw_band(const cvol_splat_job *job, cvol_splat_memory *memory, int 
     for (size_t place = begin; place < end && !hidden->all; place++) {
         const size_t slice = job->ascending ? place : job->plan->slices - 1 - place;
         add_slice(job, &band, hidden, memory, place, slice);
+        memory->multiply_adds += CVOL_SPLAT_CHANNELS * count_pixels(&band);
         cvol_splat_gain gain;
         set_gain(&gain, job->gain, job->plan, slice);
         CVOL_SIMD_CHOOSE(cvol_splat_composite)
@@ -168,6 +182,14 @@ void cvol_splat_bands_draw(const cvol_splat_job *job, size_t begin, size_t end)
 #pragma omp parallel for schedule(dynamic) num_threads(job->threads)
     for (int band = 0; band < bands; band++)
         draw_band(job, &job->memory[cvol_thread_index()], band, begin, end);
+}
+
+uint64_t cvol_splat_bands_count(const cvol_splat_job *job)
+{
+    uint64_t sum = 0;
+    for (int t = 0; t < job->threads; t++)
+        sum += job->memory[t].multiply_adds;
+    return sum;
 }
 
 /* ---- memory -------------------------------------------------------------------------------- */

@@ -13,6 +13,7 @@ typedef struct cvol_splat_memory {
     float *sheet;
     int (*spans)[2];
     cvol_splat_list list;
+    uint64_t multiply_adds; /* of footprints and sheets */
 } cvol_splat_memory;
 
 /* What all bands of one picture share. */
@@ -39,5 +40,8 @@ void cvol_splat_bands_free(cvol_splat_job *job);
 
 /* Draws the slices that are met as numbers begin .. end - 1, which lie in the slab. */
 void cvol_splat_bands_draw(const cvol_splat_job *job, size_t begin, size_t end);
+/* Multiply-adds of all that was drawn: of pixels of footprints, and of those of sheets that were
+ * composited. */
+uint64_t cvol_splat_bands_count(const cvol_splat_job *job);
 
 #endif

@@ -270,10 +270,11 @@ CVOL_INLINE int place_one(placed *at, const cvol_splat_band *band,
     return at->first < at->end;
 }
 
-CVOL_INLINE void add_list(const cvol_splat_band *band, const cvol_footprint_table *table,
-                          const cvol_splat_list *list, const double start[2], const double step[2],
-                          int straight)
+CVOL_INLINE uint64_t add_list(const cvol_splat_band *band, const cvol_footprint_table *table,
+                              const cvol_splat_list *list, const double start[2],
+                              const double step[2], int straight)
 {
+    uint64_t added = 0;
     touched run = {INT_MIN / 2, INT_MAX, 0};
     places all;
     for (int n = 0; n < list->count; n++) {
@@ -295,8 +296,12 @@ CVOL_INLINE void add_list(const cvol_splat_band *band, const cvol_footprint_tabl
                 n++;
             }
             add_straight(&from, &to, band, table, at, count);
-        } else if (!add_slanting(&from, &to, band, table, at))
+            added += (uint64_t)(count * (at->end - at->first));
+        } else if (!add_slanting(&from, &to, band, table, at)) {
             continue;
+        } else {
+            added += (uint64_t)(at->end - at->first);
+        }
         if (at->row != run.row) {
             widen_spans(band, &run, table->height);
             run = (touched){at->row, from, to};
@@ -306,16 +311,15 @@ CVOL_INLINE void add_list(const cvol_splat_band *band, const cvol_footprint_tabl
         }
     }
     widen_spans(band, &run, table->height);
+    return added;
 }
 
-void CVOL_SIMD(cvol_splat_add)(const cvol_splat_band *band, const cvol_footprint_table *table,
-                               const cvol_splat_list *list, const double start[2],
-                               const double step[2])
+uint64_t CVOL_SIMD(cvol_splat_add)(const cvol_splat_band *band, const cvol_footprint_table *table,
+                                   const cvol_splat_list *list, const double start[2],
+                                   const double step[2])
 {
-    if (table->columns && table->shape.s == 0)
-        add_list(band, table, list, start, step, 1);
-    else
-        add_list(band, table, list, start, step, 0);
+    return table->columns && table->shape.s == 0 ? add_list(band, table, list, start, step, 1)
+                                                 : add_list(band, table, list, start, step, 0);
 }
 
 /* ---- sheets onto the picture ------------------------------------------------------------- */

@@ -70,6 +70,7 @@ typedef struct cvol_composed {
     float *planes[CVOL_PLANES];      /* dims[0] * dims[1] each */
     cvol_array *arrays[CVOL_PLANES]; /* literal: the same, as they came to be; else NULL */
     uint64_t terms;                  /* of these */
+    uint64_t multiply_adds;          /* of spreading and compositing */
     double bound; /* on the L2 norm of the error of all planes of intensity together */
     int certified;
 } cvol_composed;

@@ -127,6 +127,7 @@ static void make_axis(const tile_view *view, tile_axis *axis, int a, size_t k)
 typedef struct tile_sheet {
     float *planes[CVOL_PLANES];
     int (*spans)[2]; /* places of each row that are not empty */
+    uint64_t multiply_adds;
 } tile_sheet;
 
 static int is_hidden(const tile_view *view, long x0, long x1, long y0, long y1)
@@ -163,8 +164,16 @@ static const float *matrix_of(const tile_view *view, const tile_slice *slice, in
     return whole ? slice->axes[a].whole : slice->axes[a].last;
 }
 
+/* Multiply-adds of a task, without those that fill up vectors. */
+static uint64_t count_tile(const cvol_tile_task *task, int places)
+{
+    const int64_t terms = task->end - task->terms, box = (int64_t)task->rows * task->columns;
+    const int64_t across = box <= CVOL_TILE_DENSE * terms ? box : terms;
+    return (uint64_t)(places * (across + (int64_t)task->rows * (task->to - task->from)));
+}
+
 /* Adds what of a tile lies in rows begin .. end - 1 of the lattice. filled: its planes. */
-static void add_tile(const tile_view *view, const tile_sheet *sheet, const tile_slice *slice,
+static void add_tile(const tile_view *view, tile_sheet *sheet, const tile_slice *slice,
                      cvol_array *const planes[CVOL_PLANES], int filled, size_t tx, size_t ty,
                      long begin, long end)
 {
@@ -198,6 +207,7 @@ static void add_tile(const tile_view *view, const tile_sheet *sheet, const tile_
                                             (top - begin) * (long)view->stride,
                                      .stride = view->stride};
         CVOL_SIMD_CHOOSE(cvol_tile_add)(&task);
+        sheet->multiply_adds += count_tile(&task, x->places);
     }
     for (long row = top + from; row < top + to; row++) {
         int *span = sheet->spans[row - begin];
@@ -206,7 +216,7 @@ static void add_tile(const tile_view *view, const tile_sheet *sheet, const tile_
     }
 }
 
-static void composite(const tile_view *view, const tile_sheet *sheet, long begin, long end)
+static void composite(const tile_view *view, tile_sheet *sheet, long begin, long end)
 {
     const cvol_compose_job *job = view->job;
     for (long y = begin; y < end; y++) {
@@ -231,14 +241,15 @@ static void composite(const tile_view *view, const tile_sheet *sheet, long begin
         if (job->power != 1)
             cvol_planes_correct(planes, row.channels, (size_t)row.count, job->power);
         CVOL_SIMD_CHOOSE(cvol_tile_composite)(&row);
+        sheet->multiply_adds += (uint64_t)(row.count * (row.channels + 1));
         span[0] = 1 << 30;
         span[1] = 0;
     }
 }
 
 /* Slices n .. n + count - 1 of a group, in rows begin .. end - 1. */
-static void draw_band(const tile_view *view, const tile_sheet *sheet, size_t n, size_t count,
-                      long begin, long end)
+static void draw_band(const tile_view *view, tile_sheet *sheet, size_t n, size_t count, long begin,
+                      long end)
 {
     const cvol_compose_job *job = view->job;
     for (size_t i = 0; i < count; i++) {
@@ -406,6 +417,8 @@ int cvol_compose_tiles(cvol_context *context, cvol_composed *out, const cvol_com
                 const float value = view.picture[c][y * view.stride + x];
                 out->planes[c][y * dims[0] + x] = c == CVOL_PLANE_OPACITY ? 1 - value : value;
             }
+    for (int t = 0; t < view.threads && sheets; t++)
+        out->multiply_adds += sheets[t].multiply_adds;
     out->bound = bound_of(job);
     free_sheets(sheets, view.threads);
     free(view.closed);

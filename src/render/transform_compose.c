@@ -71,6 +71,24 @@ static double most_error(const cvol_composed *out, int channels, size_t places)
     return cvol_error_norm(errors, channels);
 }
 
+/* ---- counts ---------------------------------------------------------------------------------- */
+
+uint64_t cvol_transform_multiply_adds(size_t n, int tile)
+{
+    return (uint64_t)((double)n * (tile ? 2.0 * tile : log2(fmax((double)n, 2))));
+}
+
+uint64_t cvol_plane_multiply_adds(const cvol_compose_job *job)
+{
+    const size_t *samples = job->baked->samples, *dims = job->lattice->dims;
+    const uint64_t taps = (uint64_t)job->shape->size;
+    if (job->baked->margin) /* four parts of the kernel, and the ramp, on complex numbers */
+        return 5 * 4 * (uint64_t)(dims[0] * dims[1]) +
+               cvol_transform_multiply_adds(dims[0] * dims[1], 0);
+    return cvol_transform_multiply_adds(samples[0] * samples[1], job->baked->tile) +
+           taps * (uint64_t)(dims[1] * (samples[0] + dims[0]));
+}
+
 /* ---- both ----------------------------------------------------------------------------------- */
 
 int cvol_compose(cvol_context *context, cvol_composed *out, const cvol_baked *baked,

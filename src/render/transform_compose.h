@@ -42,6 +42,12 @@ void cvol_carry_seen(double errors[CVOL_PLANES], const cvol_slice_bounds *slice,
 /* Of the intensities together; of one channel thrice, where there is one. */
 double cvol_error_norm(const double errors[CVOL_PLANES], int channels);
 
+/* Multiply-adds by formula, where transforms are others' loops: of evaluating plane c of slice k on
+ * the lattice (or transforming it back) and spreading it. A transform of n samples counts n log2 n,
+ * in tiles 2 n B. */
+uint64_t cvol_plane_multiply_adds(const cvol_compose_job *job);
+uint64_t cvol_transform_multiply_adds(size_t n, int tile);
+
 /* Each fills out->planes (allocated, zero) and bound. Errors: MEMORY, CANCELLED. */
 int cvol_compose_literal(cvol_context *context, cvol_composed *out, const cvol_compose_job *job,
                          const cvol_transform_options *options);

@@ -25,6 +25,18 @@ static double take_bound(cvol_array *array)
     return bound;
 }
 
+/* Of a slice, by formula: planes on the lattice and, unless they are coefficients there, their
+ * transforms; a product evaluates two arrays, multiplies and transforms back. */
+static uint64_t count_slice(const cvol_compose_job *job, int first)
+{
+    const cvol_baked *baked = job->baked;
+    const size_t places = job->lattice->dims[0] * job->lattice->dims[1];
+    const uint64_t transform = cvol_transform_multiply_adds(places, baked->tile);
+    const uint64_t plane = cvol_plane_multiply_adds(job) + (baked->margin ? 0 : 2 * transform);
+    const uint64_t product = 3 * transform + (uint64_t)places;
+    return (uint64_t)(baked->channels + 1) * (plane + (first ? 0 : product));
+}
+
 /* The planes of slice k on the lattice, as arrays. scratch: samples on it. */
 static int make_planes(cvol_context *context, cvol_array *planes[CVOL_PLANES],
                        cvol_slice_bounds *bounds, float *const scratch[CVOL_PLANES],
@@ -155,6 +167,7 @@ static int compose_all(cvol_context *context, cvol_composed *out, const cvol_com
         const size_t k = cvol_compose_slice(job, n);
         if (!cvol_compose_has(job, k))
             continue;
+        out->multiply_adds += count_slice(job, !out->arrays[CVOL_PLANE_OPACITY]);
         code = compose_slice(context, out->arrays, errors, scratch, job, keep, k);
         if (!code)
             code = cvol_report_progress(context, "compositing", (double)n / (double)baked->slices);

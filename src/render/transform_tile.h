@@ -32,6 +32,8 @@ typedef struct cvol_tile_task {
     size_t stride;
 } cvol_tile_task;
 CVOL_SIMD_DECLARE(void, cvol_tile_add, (const cvol_tile_task *task));
+/* Tiles with more than 1 / CVOL_TILE_DENSE of their low box are multiplied as matrices. */
+#define CVOL_TILE_DENSE 3
 
 /* Composites places of a row; those of the sheet are emptied. */
 typedef struct cvol_tile_row {

@@ -9,7 +9,6 @@
 #define SIDE 8
 
 /* Tiles are multiplied as matrices where no more than this many numbers stand for a term. */
-#define DENSE 3
 
 /* Terms that are unpacked at a time. */
 #define BATCH 16
@@ -185,7 +184,7 @@ CVOL_INLINE void add_tile(const cvol_tile_task *task, int vectors)
 {
     float lines[(32 + SIDE) * CVOL_TILE_PLACES] __attribute__((aligned(64)));
     const int64_t terms = task->end - task->terms;
-    if (task->rows * task->columns <= DENSE * terms)
+    if (task->rows * task->columns <= CVOL_TILE_DENSE * terms)
         multiply_across(lines, task, vectors);
     else
         add_across(lines, task, vectors);

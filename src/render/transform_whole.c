@@ -104,6 +104,10 @@ static int compose_all(cvol_context *context, cvol_composed *out, const cvol_com
                     take_samples(out->planes, &side[i], channels, job->front, begin, end);
         }
         for (size_t i = 0; i < taken; i++)
+            if (!side[i].empty)
+                out->multiply_adds += (uint64_t)(channels + 1) *
+                                      (cvol_plane_multiply_adds(job) + (uint64_t)places);
+        for (size_t i = 0; i < taken; i++)
             if (!side[i].empty && job->front) {
                 cvol_carry_seen(errors, &side[i].bounds, through);
                 through *= fmax(1, side[i].bounds.most[CVOL_PLANE_OPACITY]);

@@ -87,6 +87,18 @@ if $python -c 'import numpy' 2>/dev/null; then
     expect_equal "$(value_of coefficients)" "$coefficients"
 fi
 
+# Multiply-adds grow as footprints do.
+for f in 5 15; do
+    expect_done cvol render a.cvol -o out.png --size 96 --engine splat --footprint-size $f --json
+    eval "splat_$f=$(value_of splat.multiply_adds)"
+done
+expect_number $((splat_15 / splat_5)) '>=' 3
+expect_number $((splat_15 / splat_5)) '<=' 12
+for how in '' '--tile 0' '--schedule literal --tile 0'; do
+    expect_done cvol render a.cvol -o out.png --size 48 --level 1 --engine transform $how --json
+    expect_number "$(value_of transform.multiply_adds)" '>' 10000
+done
+
 # ---- misuse and damage ------------------------------------------------------------------------
 
 expect_failure 2 'another transfer function' cvol render baked.cvol -o c.png $size --transfer other.json
