@@ -14,7 +14,7 @@ help:
 	@echo 'make check     install what is missing, build with warnings as errors and with'
 	@echo '               sanitizers, run all tests'
 	@echo 'make bench     time and measure; writes bench/results'
-	@echo 'make bench-paper  splatting on transforms against splatting; writes bench/results/claim'
+	@echo 'make bench-paper  splatting on transforms against splatting; writes bench/results/paper'
 	@echo 'make bench-rd  rate and distortion beside zfp; writes bench/results/rd'
 	@echo 'make fuzz      fuzz every reader for a minute each (needs clang)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
@@ -46,7 +46,7 @@ bench:
 bench-paper:
 	@scripts/dependencies.sh build bench
 	@$(MAKE) --no-print-directory build
-	@bench/claim.py $(BUILD)/cvol
+	@bench/paper.py $(BUILD)/cvol
 
 bench-rd:
 	@scripts/dependencies.sh build bench

@@ -23,7 +23,7 @@ echo 'quality of pictures'
 echo 'X-rays by the Fourier slice theorem, beside VTK and cast rays'
 "$bench/fourier.py" "$@"
 echo "the paper's claim: splatting on compressed transforms against splatting"
-"$bench/claim.py" "$@"
+"$bench/paper.py" "$@"
 echo 'computing on compressed arrays, beside FFTW, zfp and dense files'
 "$bench/algebra.py" "$@"
 
@@ -32,6 +32,6 @@ while [ $# -gt 1 ]; do
     [ "$1" = --results ] && results=$2
     shift
 done
-echo "Tables: $results/codec_table.md, codec_speed.md, render_speed.md, render_quality.md, fourier.md, claim.md, algebra.md"
+echo "Tables: $results/codec_table.md, codec_speed.md, render_speed.md, render_quality.md, fourier.md, paper.md, algebra.md"
 echo "(and .csv); worst views: $results/difference; times against terms and samples: $results/algebra.png;"
-echo "the claim, by N, footprint and rho: $results/claim.png"
+echo "the claim, by N, footprint and rho: $results/paper.png"

@@ -198,8 +198,8 @@ static int choose_transform(scene *s, const render_arguments *a)
                                            : NULL;
     if (a->rho_given && s->engine != CVOL_ENGINE_TRANSFORM && s->engine != CVOL_ENGINE_FOURIER)
         return complain(EXIT_MISUSED, "--rho is for engine transform and engine fourier");
-    if (a->rho_given && !(a->rho > 0))
-        return complain(EXIT_MISUSED, "--rho is %g, must be above 0", a->rho);
+    if (a->rho_given && !(a->rho > 0 && a->rho <= 1))
+        return complain(EXIT_MISUSED, "--rho is %g, must be above 0 and at most 1", a->rho);
     if (s->engine != CVOL_ENGINE_TRANSFORM)
         return given ? complain(EXIT_MISUSED, "%s is for engine transform", given) : EXIT_DONE;
     const char *schedule = a->schedule_name ? a->schedule_name : "deferred";

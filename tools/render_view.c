@@ -1,4 +1,6 @@
 /* Where the camera stands: angles, or a named view of what was opened; and what of it is drawn. */
+#include <math.h>
+
 #include "render_options.h"
 
 const cvol_grid *scene_grid(cvol_context *context, const scene *s, cvol_baked_info *info)
@@ -9,6 +11,29 @@ const cvol_grid *scene_grid(cvol_context *context, const scene *s, cvol_baked_in
     return &info->grid;
 }
 
+/* A footprint that is asked for must not be larger than the slices across the axis along which rays
+ * cross the most samples. (The default one serves thin volumes too.) */
+static int check_footprint(const scene *s, const render_arguments *a, const cvol_grid *grid)
+{
+    double q[4];
+    if (!a->footprint_given)
+        return EXIT_DONE;
+    cvol_camera_rotation(q, &s->options.camera);
+    const double eye[3] = {2 * (q[1] * q[3] + q[0] * q[2]), 2 * (q[2] * q[3] - q[0] * q[1]),
+                           1 - 2 * (q[1] * q[1] + q[2] * q[2])};
+    int axis = 0;
+    for (int k = 1; k < 3; k++)
+        if (fabs(eye[k]) / grid->spacing[k] > fabs(eye[axis]) / grid->spacing[axis])
+            axis = k;
+    const size_t lanes = grid->dims[axis == 0 ? 1 : 0], rows = grid->dims[axis == 2 ? 1 : 2];
+    const size_t size = (size_t)a->footprint_size;
+    return size <= lanes && size <= rows
+               ? EXIT_DONE
+               : complain(EXIT_MISUSED,
+                          "a footprint of %zu samples is larger than slices of %zu x %zu", size,
+                          lanes, rows);
+}
+
 int aim_camera(cvol_context *context, scene *s, const render_arguments *a, double turn_deg)
 {
     cvol_baked_info info;
@@ -16,9 +41,10 @@ int aim_camera(cvol_context *context, scene *s, const render_arguments *a, doubl
     *camera = render_camera(a, turn_deg);
     set_clip(&s->options.clip, a, scene_grid(context, s, &info));
     if (!a->view_name)
-        return EXIT_DONE;
+        return check_footprint(s, a, scene_grid(context, s, &info));
     const int code = cvol_camera_named(context, camera, &s->mirrored, a->view_name,
                                        scene_grid(context, s, &info), turn_deg);
     camera->roll_deg += s->mirrored ? -a->roll : a->roll;
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? complain_context(context, code, NULL)
+                : check_footprint(s, a, scene_grid(context, s, &info));
 }

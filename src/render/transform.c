@@ -82,8 +82,9 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no transform", (int)own->transform);
     if (own->schedule != CVOL_SCHEDULE_DEFERRED && own->schedule != CVOL_SCHEDULE_LITERAL)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no schedule", (int)own->schedule);
-    if (!(own->rho > 0))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "rho is %g, must be above 0", own->rho);
+    if (!(own->rho > 0 && own->rho <= 1))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "rho is %g, must be above 0 and at most 1",
+                         own->rho);
     if (own->tile != 0 && own->tile != 8 && own->tile != 16 && own->tile != 32)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "tile is %d, must be 0, 8, 16 or 32",
                          own->tile);

@@ -19,6 +19,9 @@
 
 /* Steps that values are kept in: this many in the threshold, and at least as fine as that. */
 #define FINE 16.0
+/* What single precision tells of terms up to 38; slices of one value have no others but rounding.
+ */
+#define STEP_LEAST 0x1p-24
 #define STEP_MOST (1.0 / 256)
 /* Where all are kept, those of rounding need not be. */
 #define LEAST 1e-7
@@ -150,7 +153,7 @@ static int build(cvol_context *context, cvol_array *array, const cvol_producer *
                  double least, double error)
 {
     cvol_build_result result;
-    const double step = fmin(least / FINE, STEP_MOST);
+    const double step = fmax(fmin(least / FINE, STEP_MOST), STEP_LEAST);
     const cvol_keep keep = least > 0 ? cvol_keep_step(exp2(floor(log2(step))))
                                      : cvol_keep_threshold(LEAST);
     const int code = cvol_build_blocks(context, array, &result, producer, &keep);

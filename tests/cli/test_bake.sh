@@ -124,6 +124,22 @@ expect_failure 1 'serve one direction' cvol bake a.cvol -o c.cvol --axis y --spe
 expect_failure 2 'cone' cvol bake a.cvol -o c.cvol --axis y --footprint cone
 make_volume thin.raw uint8 44x40x6
 expect_failure 2 'larger than slices of 44 x 6' cvol bake thin.raw --dims 44x40x6 --type uint8 -o c.cvol --axis y --footprint-size 7
+# The same of pictures.
+for engine in transform splat; do
+    expect_failure 2 'larger than slices of 44 x 6' cvol render thin.raw --dims 44x40x6 --type uint8 -o c.png --engine $engine --footprint-size 7
+    expect_done cvol render thin.raw --dims 44x40x6 --type uint8 -o thin.png --size 40 --engine $engine
+done
+for engine in transform fourier; do
+    for rho in 0 1.5 -1; do
+        expect_failure 2 "rho is $rho, must be above 0 and at most 1" cvol render a.cvol -o c.png --engine $engine --rho $rho
+    done
+done
+# Slices of one value: but for one term there is nothing but rounding.
+head -c 8000 /dev/zero >zero.raw
+expect_done cvol render zero.raw --dims 20x20x20 --type uint8 --transfer hot -o zero.png --size 40 --engine transform
+expect_done cvol render zero.raw --dims 20x20x20 --type uint8 --transfer hot -o truth.png --size 40 --engine splat --footprint-plane slices
+expect_done cvol compare truth.png zero.png --json
+expect_number "$(value_of psnr_db)" '>=' 60
 total=$(wc -c <baked.cvol)
 for at in 2 9 17 30 40 150 250 $((total / 2)) $((total - 30)) $((total - 2)); do
     cp baked.cvol bad.cvol
