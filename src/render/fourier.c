@@ -8,7 +8,7 @@
  * volume rendering", 1993) a sample counts 1 - strength depth, depth from 0 at the near end of the
  * volume's diagonal, were it along the ray, to 1 at the far end.
  */
-#include "render/fourier.h"
+#include "render/fourier_pixels.h"
 
 #include <math.h>
 #include <string.h>
@@ -21,8 +21,6 @@
 
 /* Of the least spacing: lengths below say nothing. */
 #define FLOOR 0.05
-/* Of a place's neighbours, those below. */
-#define BELOW (CVOL_FOURIER_TAPS / 2 - 1)
 
 typedef struct fourier_state {
     cvol_grid grid;
@@ -133,178 +131,6 @@ int cvol_renderer_fourier_report(cvol_context *context, const cvol_renderer *ren
     return CVOL_OK;
 }
 
-/* ---- where rays meet the volume -----------------------------------------------------------------
- */
-
-/* Along axis a, a ray's t where it is within the box, for pixel x and row y (world lengths from
- * the middle): (half + ...) as a middle and a half width, both linear in x and y. */
-typedef struct box_rays {
-    int moves[3];              /* whether t matters to this axis */
-    double mid_x[3], mid_y[3]; /* the middle of t is mid_x x + mid_y y */
-    double half[3];            /* and t is within half of it; or |place| <= half */
-} box_rays;
-
-static box_rays rays_make(const cvol_grid *grid, const cvol_view *view)
-{
-    box_rays rays = {0};
-    for (int a = 0; a < 3; a++) {
-        const double thick = grid->dims[a] > 1 ? view->extent[a] : grid->spacing[a];
-        const double eye = view->eye[a];
-        rays.moves[a] = fabs(eye) > 1e-9;
-        const double over = rays.moves[a] ? -1 / eye : 1;
-        rays.mid_x[a] = view->right[a] * over;
-        rays.mid_y[a] = view->up[a] * over;
-        /* rays along a face are within */
-        rays.half[a] = thick / 2 * (rays.moves[a] ? fabs(over) : 1 + 1e-9);
-    }
-    return rays;
-}
-
-/* From where to where (t towards the eye, from the plane through the middle) the rays of a row of
- * pixels are within the volume; near < far if they are. */
-static void meet(float *far, float *near, const box_rays *rays, double x0, double step, double y,
-                 int count)
-{
-    for (int i = 0; i < count; i++) {
-        far[i] = -INFINITY;
-        near[i] = INFINITY;
-    }
-    for (int a = 0; a < 3; a++) {
-        const float start = (float)(rays->mid_x[a] * x0 + rays->mid_y[a] * y);
-        const float rise = (float)(rays->mid_x[a] * step), half = (float)rays->half[a];
-        if (rays->moves[a])
-            for (int i = 0; i < count; i++) {
-                const float middle = start + (float)i * rise;
-                far[i] = far[i] > middle - half ? far[i] : middle - half;
-                near[i] = near[i] < middle + half ? near[i] : middle + half;
-            }
-        else
-            for (int i = 0; i < count; i++)
-                near[i] = fabsf(start + (float)i * rise) <= half ? near[i] : -INFINITY;
-    }
-}
-
-/* ---- pixels -------------------------------------------------------------------------------------
- */
-
-/* What all rows of one picture share. */
-typedef struct pixel_job {
-    const fourier_state *state;
-    const cvol_fourier_planes *planes;
-    const cvol_view *view;
-    cvol_fourier_cue cue;
-    box_rays rays;
-    double floor; /* weights below say nothing */
-    int integrals;
-    /* Where pixels are not points of the lattice: */
-    long *cell;
-    float (*weights)[CVOL_FOURIER_TAPS];
-} pixel_job;
-
-/* Where pixel x lies on the lattice. */
-static double column_at(const pixel_job *job, int i)
-{
-    const cvol_fourier_lattice *lattice = &job->planes->lattice;
-    return (i + 0.5 - job->view->width / 2.0) * job->view->pixel / lattice->space +
-           lattice->shift[0];
-}
-
-static int interpolates(cvol_context *context, pixel_job *job)
-{
-    const cvol_fourier_lattice *lattice = &job->planes->lattice;
-    const size_t width = (size_t)job->view->width;
-    if (lattice->aligned)
-        return CVOL_OK;
-    job->cell = cvol_allocate(width, sizeof *job->cell);
-    job->weights = cvol_allocate(width, sizeof *job->weights);
-    if (!job->cell || !job->weights)
-        return cvol_fail_memory(context, width * 24, "weights of pixels");
-    for (int i = 0; i < job->view->width; i++) {
-        const double at = column_at(job, i), cell = floor(at);
-        /* far outside it does not matter where */
-        job->cell[i] = cell > -1e9 && cell < 1e9 ? (long)cell - BELOW : -1000000000;
-        cvol_fourier_kernel_weigh(job->weights[i], &job->state->kernel, at - cell);
-    }
-    return CVOL_OK;
-}
-
-static int within(long at, size_t count)
-{
-    return at >= 0 && (size_t)at < count;
-}
-
-/* A row of pixels of a plane; 0 beyond it. `line` has room for a row of the plane. */
-static void sample_row(float *out, float *line, const float *plane, const pixel_job *job, int j)
-{
-    const cvol_fourier_lattice *lattice = &job->planes->lattice;
-    const size_t *n = lattice->dims;
-    const int width = job->view->width;
-    memset(out, 0, (size_t)width * sizeof *out);
-    if (lattice->aligned) {
-        const long row = lattice->first[1] + job->view->height - 1 - j;
-        long from = lattice->first[0] < 0 ? -lattice->first[0] : 0;
-        long end = (long)n[0] - lattice->first[0] < width ? (long)n[0] - lattice->first[0] : width;
-        if (within(row, n[1]) && from < end)
-            memcpy(out + from, plane + (size_t)row * n[0] + lattice->first[0] + from,
-                   (size_t)(end - from) * sizeof *out);
-        return;
-    }
-    const double y = (job->view->height / 2.0 - j - 0.5) * job->view->pixel / lattice->space +
-                     lattice->shift[1];
-    if (!(y > -CVOL_FOURIER_TAPS && y < (double)n[1] + CVOL_FOURIER_TAPS))
-        return;
-    const long cell = (long)floor(y) - BELOW;
-    float weights[CVOL_FOURIER_TAPS];
-    cvol_fourier_kernel_weigh(weights, &job->state->kernel, y - floor(y));
-    memset(line, 0, n[0] * sizeof *line);
-    for (int k = 0; k < CVOL_FOURIER_TAPS; k++)
-        if (within(cell + k, n[1])) {
-            const float *from = plane + (size_t)(cell + k) * n[0];
-            for (size_t i = 0; i < n[0]; i++)
-                line[i] += weights[k] * from[i];
-        }
-    for (int i = 0; i < width; i++)
-        for (int k = 0; k < CVOL_FOURIER_TAPS; k++)
-            if (within(job->cell[i] + k, n[0]))
-                out[i] += job->weights[i][k] * line[job->cell[i] + k];
-}
-
-/* Means (or integrals) of a row of pixels; NaN where there is no volume. Five lines of scratch, the
- * last as long as the lattice's. */
-static void make_row(float *out, float *scratch, const pixel_job *job, int j)
-{
-    const fourier_state *state = job->state;
-    const cvol_view *view = job->view;
-    const int width = view->width;
-    const size_t w = (size_t)width;
-    float *sum = scratch, *weight = scratch + w, *far = weight + w, *near = far + w;
-    float *line = near + w;
-    sample_row(sum, line, job->planes->sums, job, j);
-    sample_row(weight, line, job->planes->weights, job, j);
-    const double y = (view->height / 2.0 - j - 0.5) * view->pixel;
-    meet(far, near, &job->rays, (0.5 - width / 2.0) * view->pixel, view->pixel, y, width);
-    const float base = (float)state->volume.base,
-                above = (float)(state->volume.base - state->source.min);
-    const float min = (float)state->source.min, max = (float)state->source.max;
-    const float least = (float)job->floor;
-    const float cue_near = (float)job->cue.near, slope = (float)job->cue.slope;
-    const int cued = slope > 0, masked = state->volume.masked;
-    for (int i = 0; i < width; i++) {
-        const float length = near[i] - far[i];
-        const int there = length > 0 && (!masked || weight[i] > least);
-        const float mean = sum[i] * weight[i] / (weight[i] * weight[i] + least * least);
-        const float share = cue_near + (there ? slope * 0.5f * (near[i] + far[i]) : 0);
-        if (job->integrals) {
-            /* linear in the samples, so that nothing is lost at the outline */
-            out[i] = sum[i] + base * weight[i] * share;
-            continue;
-        }
-        const float value = cued ? min + mean + above * share : base + mean;
-        /* a mean is within what it is of */
-        out[i] = !there ? NAN : value > min ? (value < max ? value : max) : min;
-    }
-}
-
 /* Room for views of `count` threads. */
 static int prepare_planes(cvol_context *context, fourier_state *state, int count)
 {
@@ -343,32 +169,23 @@ static double find_floor(const fourier_state *state)
 
 /* Sums and weights of a view, and what its pixels need. */
 static int start_view(cvol_context *context, const fourier_state *state,
-                      cvol_fourier_planes *planes, pixel_job *job, const cvol_view *view,
+                      cvol_fourier_planes *planes, cvol_fourier_pixels *job, const cvol_view *view,
                       const cvol_render_options *options)
 {
     const double strength = options->fourier.depth_cue;
     const double diagonal = view->pixel * options->camera.zoom * view->height;
-    *job = (pixel_job){.state = state,
-                       .planes = planes,
-                       .view = view,
-                       .cue = {1 - strength / 2, strength / diagonal},
-                       .rays = rays_make(&state->grid, view),
-                       .integrals = options->fourier.integrals};
+    *job = (cvol_fourier_pixels){.volume = &state->volume,
+                                 .kernel = &state->kernel,
+                                 .source = state->source,
+                                 .planes = planes,
+                                 .view = view,
+                                 .cue = {1 - strength / 2, strength / diagonal},
+                                 .rays = cvol_fourier_rays_make(&state->grid, view),
+                                 .integrals = options->fourier.integrals};
     job->floor = find_floor(state);
     int code = cvol_fourier_project(context, planes, &state->volume, &state->grid, view, &job->cue,
                                     &state->kernel);
-    return code ? code : interpolates(context, job);
-}
-
-static size_t scratch_floats(const pixel_job *job)
-{
-    return 5 * (size_t)job->view->width + job->planes->lattice.dims[0] + 16;
-}
-
-static void free_job(pixel_job *job)
-{
-    free(job->cell);
-    free(job->weights);
+    return code ? code : cvol_fourier_pixels_prepare(context, job);
 }
 
 /* ---- pictures -----------------------------------------------------------------------------------
@@ -381,10 +198,10 @@ static uint8_t to_byte(double level)
     return level < 1 ? (uint8_t)(level * 255 + 0.5) : 255;
 }
 
-static void paint_row(uint8_t *rgba, const float *values, const pixel_job *job,
+static void paint_row(uint8_t *rgba, const float *values, const cvol_fourier_pixels *job,
                       const double background[3])
 {
-    const double min = job->state->source.min, range = job->state->source.max - min;
+    const double min = job->source.min, range = job->source.max - min;
     for (int i = 0; i < job->view->width; i++, rgba += 4) {
         const double level = range > 0 ? ((double)values[i] - min) / range : 0;
         const uint8_t grey = to_byte(level);
@@ -394,9 +211,9 @@ static void paint_row(uint8_t *rgba, const float *values, const pixel_job *job,
     }
 }
 
-static void paint_values(float *out, const float *values, const pixel_job *job)
+static void paint_values(float *out, const float *values, const cvol_fourier_pixels *job)
 {
-    const double min = job->state->source.min, range = job->state->source.max - min;
+    const double min = job->source.min, range = job->source.max - min;
     for (int i = 0; i < job->view->width; i++, out += 4) {
         const int hit = !isnan(values[i]);
         const double level = hit && range > 0 ? ((double)values[i] - min) / range : 0;
@@ -407,15 +224,15 @@ static void paint_values(float *out, const float *values, const pixel_job *job)
 }
 
 /* Rows of pixels, as an image's or as floats. */
-static int make_rows(cvol_context *context, const pixel_job *job, cvol_image *image, float *out,
-                     const double background[3])
+static int make_rows(cvol_context *context, const cvol_fourier_pixels *job, cvol_image *image,
+                     float *out, const double background[3])
 {
     const size_t width = (size_t)job->view->width;
-    const float nothing = (float)job->state->source.min;
+    const float nothing = (float)job->source.min;
     int code = CVOL_OK;
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
-        float *scratch = cvol_allocate(scratch_floats(job), sizeof *scratch);
+        float *scratch = cvol_allocate(cvol_fourier_pixels_scratch(job), sizeof *scratch);
         if (!scratch) {
 #pragma omp atomic write
             code = CVOL_ERROR_MEMORY;
@@ -425,7 +242,7 @@ static int make_rows(cvol_context *context, const pixel_job *job, cvol_image *im
             if (!scratch)
                 continue;
             float *values = image ? scratch : out + width * (size_t)j;
-            make_row(values, image ? scratch + width : scratch, job, j);
+            cvol_fourier_pixels_row(values, image ? scratch + width : scratch, job, j);
             if (image && image->values)
                 paint_values(image->values + 4 * width * (size_t)j, values, job);
             else if (image)
@@ -436,7 +253,8 @@ static int make_rows(cvol_context *context, const pixel_job *job, cvol_image *im
         }
         free(scratch);
     }
-    return code ? cvol_fail_memory(context, scratch_floats(job) * sizeof(float), "rows of pixels")
+    return code ? cvol_fail_memory(context, cvol_fourier_pixels_scratch(job) * sizeof(float),
+                                   "rows of pixels")
                 : CVOL_OK;
 }
 
@@ -446,7 +264,7 @@ static int fourier_draw(cvol_context *context, void *opaque, cvol_image *image,
     fourier_state *state = opaque;
     if (options->mode != CVOL_MODE_XRAY)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the fourier engine has mode xray only");
-    pixel_job job = {0};
+    cvol_fourier_pixels job = {0};
     int code = check_options(context, options);
     if (!code)
         code = prepare_planes(context, state, 1);
@@ -454,7 +272,7 @@ static int fourier_draw(cvol_context *context, void *opaque, cvol_image *image,
         code = start_view(context, state, state->planes, &job, view, options);
     if (!code)
         code = make_rows(context, &job, image, NULL, options->background);
-    free_job(&job);
+    cvol_fourier_pixels_free(&job);
     return code ? code : cvol_report_progress(context, "rendering", 1);
 }
 
@@ -489,13 +307,13 @@ static int project_one(cvol_context *context, const fourier_state *state,
                        cvol_fourier_planes *planes, float *out, cvol_view view,
                        const cvol_render_options *options, const double rotation[4])
 {
-    pixel_job job = {0};
+    cvol_fourier_pixels job = {0};
     int code = turn(context, &view, rotation);
     if (!code)
         code = start_view(context, state, planes, &job, &view, options);
     if (!code)
         code = make_rows(context, &job, NULL, out, NULL);
-    free_job(&job);
+    cvol_fourier_pixels_free(&job);
     return code;
 }
 

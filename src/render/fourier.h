@@ -105,6 +105,8 @@ typedef struct cvol_fourier_lattice {
     int aligned; /* every pixel is a point: pixel (0, 0) is point (first[0], first[1]) */
     long first[2];
 } cvol_fourier_lattice;
+void cvol_fourier_lattice_make(cvol_fourier_lattice *out, const cvol_grid *grid,
+                               const cvol_view *view); /* fourier_lattice.c */
 
 /* Depth cueing: a sample whose place along the eye's direction is t from the middle counts
  * near + slope t. */

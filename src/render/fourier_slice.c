@@ -27,47 +27,11 @@
 #define PI 3.14159265358979323846
 /* Frequencies that are taken, in cycles a sample. */
 #define HIGHEST 0.5
-/* Where pixels are smaller than this part of the least spacing, the lattice is of that, and pixels
- * are interpolated. */
-#define FINEST 0.4
-/* Lattice points beyond the shadow. */
-#define MARGIN 8
 /* Rows that are transformed at a time. */
 #define BATCH ((size_t)8)
 
-/* ---- the lattice ------------------------------------------------------------------------------
+/* ---- memory -------------------------------------------------------------------------------
  */
-
-static double least_spacing(const cvol_grid *grid)
-{
-    double least = INFINITY;
-    for (int a = 0; a < 3; a++)
-        least = fmin(least, grid->spacing[a]);
-    return least;
-}
-
-static void lattice_make(cvol_fourier_lattice *out, const cvol_grid *grid, const cvol_view *view)
-{
-    const double finest = FINEST * least_spacing(grid);
-    const double size[2] = {view->width, view->height};
-    out->aligned = view->pixel >= finest;
-    out->space = out->aligned ? view->pixel : finest;
-    for (int d = 0; d < 2; d++) {
-        const double *along = d ? view->up : view->right;
-        double shadow = 0;
-        for (int a = 0; a < 3; a++) /* samples are linear up to their neighbours */
-            shadow += fabs(along[a]) * (view->extent[a] + 2 * grid->spacing[a]);
-        out->dims[d] = cvol_fft_good_length((size_t)ceil(shadow / out->space) + MARGIN, 1);
-        /* pixel (i, j) is at i + 1/2 - width / 2 or, upwards, height / 2 - j - 1/2 */
-        const double first = 0.5 - size[d] / 2, middle = (double)(out->dims[d] / 2);
-        out->first[d] = 0;
-        out->shift[d] = middle;
-        if (out->aligned) {
-            out->first[d] = (long)floor(first + middle);
-            out->shift[d] = (double)out->first[d] - first;
-        }
-    }
-}
 
 static void free_planes(cvol_fourier_planes *planes)
 {
@@ -366,7 +330,7 @@ int cvol_fourier_project(cvol_context *context, cvol_fourier_planes *planes,
                          const cvol_view *view, const cvol_fourier_cue *cue,
                          const cvol_fourier_kernel *kernel)
 {
-    lattice_make(&planes->lattice, grid, view);
+    cvol_fourier_lattice_make(&planes->lattice, grid, view);
     int code = planes_prepare(context, planes);
     if (code)
         return code;

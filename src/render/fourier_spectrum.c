@@ -13,125 +13,24 @@
  * Slices are transformed along x and y as they come, then all along z; only the latter need all
  * padded places at once.
  */
-#include "render/fourier.h"
+#include "render/fourier_slab.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "array/array.h"
 #include "base/context.h"
-#include "base/for_type.h"
 #include "base/memory.h"
 #include "transform/fft.h"
 
-#define SLAB_SAMPLES ((size_t)1 << 24)
 #define HALF_LARGEST 60000.0
 #define AROUND ((size_t)CVOL_FOURIER_BEFORE + CVOL_FOURIER_BEHIND)
 /* Columns along z that are transformed at a time. */
 #define BATCH ((size_t)32)
 
-/* ---- samples, some slices at a time ------------------------------------------------------------
- */
-
-typedef struct slab {
-    float *samples;
-    uint8_t *mask; /* NULL: all have a value */
-    size_t first, count, most;
-} slab;
-
 static size_t least(size_t a, size_t b)
 {
     return a < b ? a : b;
-}
-
-static int slab_make(cvol_context *context, slab *out, const cvol_fourier_source *source,
-                     const size_t n[3])
-{
-    const size_t block = !source->array || !source->array->block ? 16
-                                                                 : (size_t)source->array->block;
-    size_t most = SLAB_SAMPLES / (n[0] * n[1]) / block * block;
-    most = least(most < block ? block : most, n[2]);
-    /* whole arrays are evaluated whole, whatever is asked for */
-    if (source->array && !source->array->block)
-        most = n[2];
-    *out = (slab){.most = most};
-    out->samples = cvol_allocate(n[0] * n[1] * most, sizeof(float));
-    if (source->array && cvol_mask_is_void(source->array->mask))
-        out->mask = cvol_allocate(n[0] * n[1] * most, 1);
-    if (out->samples && (out->mask || !source->array || !cvol_mask_is_void(source->array->mask)))
-        return CVOL_OK;
-    return cvol_fail_memory(context, n[0] * n[1] * most * sizeof(float), "a slab of samples");
-}
-
-static void slab_free(slab *of)
-{
-    free(of->samples);
-    free(of->mask);
-}
-
-/* NaN fails the comparison, and so becomes min. */
-static inline float tame(double value, double min, double max)
-{
-    return (float)(value >= min ? (value <= max ? value : max) : min);
-}
-
-static void convert(float *out, const cvol_fourier_source *source, size_t from, size_t count,
-                    int threads)
-{
-    const double min = source->min, max = source->max;
-#define CONVERT(type)                                               \
-    do {                                                            \
-        const type *at = (const type *)source->volume->data + from; \
-        for (size_t i = begin; i < end; i++)                        \
-            out[i] = tame((double)at[i], min, max);                 \
-    } while (0)
-#pragma omp parallel for num_threads(threads) schedule(static)
-    for (size_t part = 0; part < 64; part++) {
-        const size_t begin = count * part / 64, end = count * (part + 1) / 64;
-        CVOL_FOR_TYPE(source->volume->grid.type, CONVERT)
-    }
-#undef CONVERT
-}
-
-/* The slices after those that are there. */
-static int slab_next(cvol_context *context, slab *of, const cvol_fourier_source *source,
-                     const size_t n[3])
-{
-    of->first += of->count;
-    of->count = least(of->most, n[2] - of->first);
-    if (source->volume) {
-        convert(of->samples, source, of->first * n[0] * n[1], of->count * n[0] * n[1],
-                cvol_context_threads(context));
-        return CVOL_OK;
-    }
-    const size_t begin[3] = {0, 0, of->first}, end[3] = {n[0], n[1], of->first + of->count};
-    cvol_context quiet = *context;
-    quiet.progress = NULL;
-    const int code = cvol_array_evaluate_real(&quiet, of->samples, source->array, begin, end);
-    if (code)
-        return cvol_fail(context, code, "%s", quiet.message);
-    if (of->mask)
-        cvol_array_evaluate_mask(of->mask, source->array, begin, end);
-    return CVOL_OK;
-}
-
-/* The mean of samples on the sides: where that is subtracted, there is mostly nothing to end there.
- */
-static double find_base(const slab *of, const size_t n[3], double otherwise)
-{
-    double sum = 0;
-    size_t count = 0;
-    for (size_t z = 0; z < of->count; z++)
-        for (size_t y = 0; y < n[1]; y++) {
-            const size_t row = (z * n[1] + y) * n[0];
-            const int inner = y > 0 && y + 1 < n[1] && n[0] > 1;
-            for (size_t x = 0; x < n[0]; x += inner ? n[0] - 1 : 1)
-                if (!of->mask || !of->mask[row + x]) {
-                    sum += of->samples[row + x];
-                    count++;
-                }
-        }
-    return count ? sum / (double)count : otherwise;
 }
 
 /* ---- along x and y ------------------------------------------------------------------------------
@@ -155,7 +54,7 @@ static size_t plane_floats(const build *of)
 }
 
 /* A slice's rows, divided by the gain, about index 0 of padded ones. */
-static void prepare_rows(const build *of, float *rows, const slab *from, size_t slice)
+static void prepare_rows(const build *of, float *rows, const cvol_fourier_slab *from, size_t slice)
 {
     const size_t *n = of->n, N = of->out->dims[0], middle = n[0] / 2;
     const float *fx = of->factors[0];
@@ -178,8 +77,8 @@ static void prepare_rows(const build *of, float *rows, const slab *from, size_t 
     of->sums[from->first + slice] = total;
 }
 
-static int transform_slice(cvol_context *context, const build *of, float *rows, const slab *from,
-                           size_t slice)
+static int transform_slice(cvol_context *context, const build *of, float *rows,
+                           const cvol_fourier_slab *from, size_t slice)
 {
     const size_t *n = of->n, N = of->out->dims[0], M = of->out->dims[1], middle = n[1] / 2;
     float *plane = of->planes + (from->first + slice) * plane_floats(of);
@@ -197,7 +96,7 @@ static int transform_slice(cvol_context *context, const build *of, float *rows, 
     return code;
 }
 
-static int transform_slab(cvol_context *context, const build *of, const slab *from)
+static int transform_slab(cvol_context *context, const build *of, const cvol_fourier_slab *from)
 {
     const size_t floats = of->n[1] * of->out->dims[0];
     int code = CVOL_OK;
@@ -356,16 +255,16 @@ static int spectrum_make(cvol_context *context, cvol_fourier_spectrum *out, doub
                          const cvol_fourier_source *source, const size_t n[3], int of_cover)
 {
     build of = {.out = out, .of_cover = of_cover, .n = {n[0], n[1], n[2]}};
-    slab samples = {0};
+    cvol_fourier_slab samples = {0};
     int code = spectrum_start(context, out, n);
     if (!code)
         code = build_start(context, &of);
     if (!code)
-        code = slab_make(context, &samples, source, n);
+        code = cvol_fourier_slab_make(context, &samples, source, n);
     while (!code && samples.first + samples.count < n[2]) {
-        code = slab_next(context, &samples, source, n);
+        code = cvol_fourier_slab_next(context, &samples, source, n);
         if (!code && samples.first == 0 && !of_cover)
-            *base = find_base(&samples, n, source->min);
+            *base = cvol_fourier_slab_base(&samples, n, source->min);
         of.base = *base;
         if (!code)
             code = transform_slab(context, &of, &samples);
@@ -374,7 +273,7 @@ static int spectrum_make(cvol_context *context, cvol_fourier_spectrum *out, doub
                                         0.7 * (double)(samples.first + samples.count) /
                                             (double)n[2]);
     }
-    slab_free(&samples);
+    cvol_fourier_slab_free(&samples);
     double largest = 0;
     for (size_t z = 0; z < n[2] && !code; z++)
         largest += of.sums[z];
