@@ -364,11 +364,11 @@ CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_re
 /* A renderer by the Fourier slice theorem (Malzbender, "Fourier volume rendering", 1993), mode xray
  * only: a picture is a plane through the volume's spectrum, transformed back. It is that of engine
  * ray but for what is finer than pixels and samples. The array or volume must outlive the renderer,
- * which holds the spectrum of all samples, padded to 3/2 of each axis, as half floats: 6.8 bytes a
+ * which holds the spectrum of all samples, padded to 3/2 of each axis, as half floats: 7 bytes a
  * sample, twice as much with a mask, and while it is made three times as much. With rho above 0
  * only the strongest frequencies stay, rho / 2 for each sample (of conjugate pairs one), in 4 bytes
  * each and 0.24 a sample, and a picture unpacks what its plane passes through. Samples that are NaN
- * count as for engine ray. Cost: N log N once, and for a picture O(P log P + 64 P), P the points of
+ * count as for engine ray. Cost: N log N once, and for a picture O(P log P + 216 P), P the points of
  * the volume's shadow, whatever the volume's depth. */
 CVOL_API int cvol_renderer_create_fourier(cvol_context *context, cvol_renderer **out,
                                           const cvol_array *array, double rho);
