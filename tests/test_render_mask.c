@@ -118,6 +118,9 @@ static cvol_render_options request(int k)
                                                  50 * k + 10, 37 * (k % 5) - 70);
     options.camera.zoom = zooms[k % 3];
     options.background[2] = 0.5;
+    options.camera.fov_deg = k >= 18 ? 70 : 0;
+    options.clip.planes = k >= 15;
+    options.clip.plane[0][1] = 1;
     return options;
 }
 
@@ -151,7 +154,7 @@ static void compare_engines(const cvol_array *array, const uint8_t *which, const
      * of the two engines lie within a pixel. */
     static const double floors_db[3] = {52, 29, 29};
     cvol_volume decoded = decode(array);
-    for (int k = 0; k < 18; k++) {
+    for (int k = 0; k < 21; k++) {
         const cvol_render_options options = request(k);
         cvol_image *sheet = support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS,
                                           &options);

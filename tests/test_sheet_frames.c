@@ -51,7 +51,7 @@ static const cvol_transfer_point surface_points[] = {
     {30, .3, .2, .1, 0}, {40, .6, .4, .3, .5}, {60, 1, .9, .8, 1}};
 
 /* Requests of all kinds: the first `REQUESTS` of an endless list. */
-#define REQUESTS 12
+#define REQUESTS 16
 static cvol_render_options request(int k)
 {
     static const double zooms[] = {1, 4, 0.3, 2, 20};
@@ -61,6 +61,11 @@ static cvol_render_options request(int k)
     options.camera.roll_deg = 13 * k;
     options.camera.zoom = zooms[k % 5];
     options.background[1] = 0.4;
+    if (k >= 12) {
+        options.camera.fov_deg = 25 * (k - 11);
+        options.clip.planes = k % 2;
+        options.clip.plane[0][0] = options.clip.plane[0][1] = 1;
+    }
     return options;
 }
 

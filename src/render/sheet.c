@@ -241,14 +241,17 @@ static int draw_bands(cvol_context *context, sheet_state *state, const cvol_shee
         int end = begin + band_lines < height ? begin + band_lines : height;
         cvol_context *progress = thread == 0 ? context : NULL;
         if (cvol_band_draw(progress, &state->bands[thread], frame, begin, end,
-                           (double)before / count, 1.0 / count)) {
+                           frame->progress[0] + frame->progress[1] * before / count,
+                           frame->progress[1] / count)) {
 #pragma omp atomic write
             cancelled = 1;
         }
 #pragma omp atomic
         done++;
     }
-    return cancelled ? CVOL_ERROR_CANCELLED : cvol_report_progress(context, "rendering", 1);
+    return cancelled ? CVOL_ERROR_CANCELLED
+                     : cvol_report_progress(context, "rendering",
+                                            frame->progress[0] + frame->progress[1]);
 }
 
 /* Table coordinates for a surface: as if of a function that is opaque from its value on. */
@@ -287,70 +290,112 @@ static void set_light(cvol_light *out, const sheet_state *state, const cvol_shee
         out->rise[k] *= samples[k] > 1 ? (float)(1 / pitches[k]) / state->table->scale : 0;
 }
 
-static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *image,
-                      const cvol_view *view, const cvol_render_options *options)
+/* Draws the pixels of a plan. */
+static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet_subject *subject,
+                     cvol_image *image, cvol_sheet_plan *plan, const cvol_view *view,
+                     const cvol_render_options *options, const double progress[2])
 {
-    sheet_state *state = opaque_state;
     const cvol_array *array = state->array;
     const int threads = cvol_context_threads(context);
-    cvol_sheet_subject *subject;
-    cvol_sheet_plan plan;
-    int code = find_subject(context, &subject, state, options->level);
-    if (!code)
-        code = cvol_sheet_plan_make(context, &plan, array,
-                                    subject->level.samples ? options->level : 0, view);
-    if (code)
-        return code;
-    plan.masked = cvol_sheet_subject_masked(subject, array->mask);
+    plan->masked = cvol_sheet_subject_masked(subject, array->mask);
     const int is_surface = options->mode == CVOL_MODE_ISO;
-    plan.lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
-    const int band_lines = choose_band_lines(&plan, threads);
-    if (!prepare_image(state, &plan, threads) || !prepare_bands(state, &plan, threads, band_lines))
+    plan->lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
+    const int band_lines = choose_band_lines(plan, threads);
+    if (!prepare_image(state, plan, threads) || !prepare_bands(state, plan, threads, band_lines))
         return cvol_fail(context, CVOL_ERROR_MEMORY,
                          "not enough memory to render into an intermediate image of %d x %d",
-                         plan.width, plan.height);
+                         plan->width, plan->height);
     const int colour = !cvol_mode_is_grey(options->mode);
     cvol_visibility by_surface;
+    int code;
     state->table->is_surface = is_surface;
     if (is_surface &&
         (code = set_surface(context, state->table, &by_surface, subject->array, &options->surface)))
         return code;
     if (colour && !is_surface)
-        cvol_sheet_table_fill(state->table, subject->array, state->transfer, plan.distance);
+        cvol_sheet_table_fill(state->table, subject->array, state->transfer, plan->distance);
     cvol_light light;
     state->table->light = NULL;
-    if (plan.lit) {
-        set_light(&light, state, &plan, view, &options->shading);
+    if (plan->lit) {
+        set_light(&light, state, plan, view, &options->shading);
         state->table->light = &light;
     }
     const cvol_sheet_frame frame = {
         .array = subject->array,
         .level = subject->level.samples ? &subject->level : NULL,
-        .plan = &plan,
-        .axes = plan.level ? (cvol_block_axes){0} : make_axes(state, &plan),
-        .filters = cvol_lapped_filters_of(&plan),
+        .plan = plan,
+        .axes = plan->level ? (cvol_block_axes){0} : make_axes(state, plan),
+        .filters = cvol_lapped_filters_of(plan),
         .table = state->table,
         .visibility = is_surface ? &by_surface
                       : colour   ? &subject->by_transfer
                                  : &subject->everything,
         .mask = cvol_sheet_subject_mask(subject),
         .background = cvol_sheet_background(array, array->mask),
-        .kernel = choose_kernel(options->mode, plan.lit),
+        .kernel = choose_kernel(options->mode, plan->lit),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,
         .start = {[3] = colour ? 1 : 0, [5] = 1},
+        .progress = {progress[0], progress[1]},
     };
     code = draw_bands(context, state, &frame, band_lines, threads);
     if (code)
         return code;
     if (colour)
-        cvol_warp_composite(image, &state->intermediate, &plan, options->background, threads);
+        cvol_warp_composite(image, &state->intermediate, plan, options->background, threads);
     else
-        cvol_warp_grey(image, &state->intermediate, &plan, array->ledger.value_min - array->offset,
+        cvol_warp_grey(image, &state->intermediate, plan, array->ledger.value_min - array->offset,
                        array->ledger.value_max - array->offset, options->background, threads);
     return CVOL_OK;
 }
 
-const cvol_engine_table cvol_sheet_engine = {
-    .free = sheet_free, .set_transfer = sheet_set_transfer, .draw = sheet_draw};
+/* A picture in perspective: what is seen along each of the axes, one after the other. */
+static int draw_all_along(cvol_context *context, sheet_state *state,
+                          const cvol_sheet_subject *subject, cvol_image *image,
+                          const cvol_view *view, const cvol_render_options *options)
+{
+    cvol_sheet_plan plans[6];
+    int count = 0;
+    for (int along = 0; along < 6; along++) {
+        int empty;
+        const int code = cvol_sheet_plan_make_along(context, &plans[count], &empty, state->array,
+                                                    subject->level.samples ? options->level : 0,
+                                                    view, along);
+        if (code)
+            return code;
+        count += !empty;
+    }
+    cvol_warp_nothing(image, cvol_mode_is_grey(options->mode), options->background);
+    for (int k = 0; k < count; k++) {
+        const double progress[2] = {(double)k / count, 1.0 / count};
+        const int code = draw_plan(context, state, subject, image, &plans[k], view, options,
+                                   progress);
+        if (code)
+            return code;
+    }
+    return CVOL_OK;
+}
+
+static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *image,
+                      const cvol_view *view, const cvol_render_options *options)
+{
+    sheet_state *state = opaque_state;
+    const double progress[2] = {0, 1};
+    cvol_sheet_subject *subject;
+    cvol_sheet_plan plan;
+    int code = find_subject(context, &subject, state, options->level);
+    if (code)
+        return code;
+    if (view->perspective)
+        return draw_all_along(context, state, subject, image, view, options);
+    code = cvol_sheet_plan_make(context, &plan, state->array,
+                                subject->level.samples ? options->level : 0, view);
+    return code ? code : draw_plan(context, state, subject, image, &plan, view, options, progress);
+}
+
+const cvol_engine_table cvol_sheet_engine = {.free = sheet_free,
+                                             .set_transfer = sheet_set_transfer,
+                                             .draw = sheet_draw,
+                                             .has_clip = 1,
+                                             .has_perspective = 1};

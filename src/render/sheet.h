@@ -9,11 +9,15 @@
  *
  * Intermediate pixel (i, j) is the ray that crosses sheet 0 at the in-plane point
  *     U = u0 + i du,  V = v0 + j dv
- * and the plane of samples z at (U + shear_lane z, V + shear_row z).
+ * and the plane of samples z at (U + shear_lane z, V + shear_row z). In perspective, with the eye
+ * at (eye_lane, eye_row, eye_sheet), these lie on the plane one sample before the eye, and the ray
+ * crosses the plane that is t samples before it at eye + t (U - eye_lane, V - eye_row). A picture
+ * in perspective is drawn by up to six plans, each of the pixels whose rays run most along its
+ * axis.
  *
- * Near the volume's faces, a sheet or an interval between sheets weighs as much as of a ray's way
- * through it lies within the volume. As for the ray engine, an axis of one sample is one spacing
- * thick. Samples beyond a face are copies of those at it.
+ * Near the faces of what is drawn, the volume's or a clip's, a sheet or an interval between sheets
+ * weighs as much as of a ray's way through it lies within. As for the ray engine, an axis of one
+ * sample is one spacing thick. Samples beyond the volume are copies of those at its faces.
  */
 #ifndef CVOL_RENDER_SHEET_H
 #define CVOL_RENDER_SHEET_H
@@ -84,14 +88,36 @@ typedef struct cvol_sheet_plan {
     cvol_sheet_masked masked;
     int ascending; /* sheets are met in rising order */
     double shear_lane, shear_row;
-    double distance; /* between sheets along a ray, in mean spacings */
+    double distance; /* between sheets along a ray, in mean spacings; in perspective the largest */
+    int clipped;     /* these are not the volume's faces, or there are planes */
+    double lo[3], hi[3]; /* what is drawn: of lane, row, sheet, in sample indices, */
+    int planes;          /* and where plane . (lane, row, sheet, 1) >= 0 in all */
+    double plane[CVOL_VIEW_PLANES][4];
+    int perspective;
+    double eye_lane, eye_row, eye_sheet;
+    double spacing[3]; /* of lane, row, sheet, over the mean */
     int points_lane, points_row, points_sheet;
     double pitch_lane, pitch_row, pitch_sheet, first_lane, first_row, first_sheet;
     double u0, v0, du, dv;
     int width, height; /* of the intermediate image; width a multiple of CVOL_GROUP */
-    /* picture pixel (x, y) sees (U, V) = warp[.][0] + x warp[.][1] + y warp[.][2] */
-    double warp[2][3];
+    /* picture pixel (x, y) sees (U, V) = warp[.][0] + x warp[.][1] + y warp[.][2]; in perspective
+     * that is the direction along lane, row and, third, from sheet to sheet of its ray, and
+     * U - eye_lane = direction[0] / direction[2] */
+    double warp[3][3];
 } cvol_sheet_plan;
+
+/* Where rays cross a plane of samples: U at lane + scale U, V at row + scale V. */
+typedef struct cvol_sheet_crossing {
+    double lane, row, scale;
+} cvol_sheet_crossing;
+
+static inline cvol_sheet_crossing cvol_sheet_cross(const cvol_sheet_plan *plan, double z)
+{
+    if (!plan->perspective)
+        return (cvol_sheet_crossing){plan->shear_lane * z, plan->shear_row * z, 1};
+    const double scale = plan->ascending ? z - plan->eye_sheet : plan->eye_sheet - z;
+    return (cvol_sheet_crossing){(1 - scale) * plan->eye_lane, (1 - scale) * plan->eye_row, scale};
+}
 
 /* How far the volume reaches beyond the centres of its first and last sample. */
 static inline double cvol_sheet_margin(size_t samples)
@@ -105,11 +131,30 @@ static inline double cvol_sheet_place(const cvol_sheet_plan *plan, size_t sheet)
     return plan->first_sheet + (double)sheet * plan->pitch_sheet;
 }
 
-/* Finds axes, shear, resolution and extent of the intermediate image for a view.
- * `level`: of what is drawn.
- * Errors: LIMIT (an intermediate image beyond reason). */
+/* Finds axes, shear, resolution and extent of the intermediate image for a view in parallel
+ * projection. `level`: of what is drawn. Errors: LIMIT (an intermediate image beyond reason). */
 int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
                          int level, const cvol_view *view);
+/* Those of a view in perspective: for what of the picture is seen along an axis (`along` 0 to 5:
+ * twice the axis, and 1 if sheets are met in rising order). *empty: there is nothing. Errors:
+ * LIMIT.
+ */
+int cvol_sheet_plan_make_along(cvol_context *context, cvol_sheet_plan *plan, int *empty,
+                               const cvol_array *array, int level, const cvol_view *view,
+                               int along);
+/* Whether pixel (x, y) of the picture is a plan's: in parallel projection all are. */
+static inline int cvol_sheet_plan_has(const cvol_sheet_plan *plan, double x, double y)
+{
+    double d[3];
+    for (int k = 0; k < 3; k++)
+        d[k] = plan->warp[k][0] + x * plan->warp[k][1] + y * plan->warp[k][2];
+    /* Where two axes are alike the first of x, y, z has it. */
+    const int first_lane = plan->axis_sheet < plan->axis_lane,
+              first_row = plan->axis_sheet < plan->axis_row;
+    const double lane = d[0] < 0 ? -d[0] : d[0], row = d[1] < 0 ? -d[1] : d[1];
+    return d[2] > 0 && (first_lane ? d[2] >= lane : d[2] > lane) &&
+           (first_row ? d[2] >= row : d[2] > row);
+}
 
 /* D[u] at `points` points of a block of side B, rows `width` long. */
 void cvol_sheet_basis(float *basis, int B, int points, int width);
@@ -160,17 +205,24 @@ typedef struct cvol_windows {
     int count, spread_at;
 } cvol_windows;
 
+/* value[0] + i value[1] + j value[2] of pixel i of line j, and how it grows from sheet to sheet. */
+typedef struct cvol_sheet_cut {
+    double value[3], rate[3];
+} cvol_sheet_cut;
+
 /* What a line kernel needs to know of one sheet. */
 typedef struct cvol_sheet_view {
     const float *samples; /* sample s of row r: samples[first + r row_stride + s] */
     long first;
     int ordinal;       /* in the order in which rays meet the sheets */
-    float front, back; /* the volume's, in sheets from this one, the way that rays take */
-    double lane_at;    /* sample coordinate of pixel i: lane_at + i lane_step */
-    double row_at;     /* sample coordinate of line j: row_at + j row_step */
-    int begin, end;    /* groups that lie within, one sheet before or behind */
-    int inside_begin, inside_end; /* those that do all the way */
-    int is_first;                 /* of its layer: the sheet before it lies in another */
+    float front, back; /* of what is drawn, in sheets from this one, the way that rays take */
+    double lane_at, lane_step;        /* sample coordinate of pixel i: lane_at + i lane_step */
+    double row_at, row_step;          /* sample coordinate of line j: row_at + j row_step */
+    double lane_rate[2], row_rate[2]; /* how far, at [0] + i [1], they move from sheet to sheet */
+    int begin, end;                   /* groups that lie within, one sheet before or behind */
+    int inside_begin, inside_end;     /* those that do, and did from two sheets before on */
+    int is_first;                     /* of its layer: the sheet before it lies in another */
+    cvol_sheet_cut cuts[CVOL_VIEW_PLANES];
 } cvol_sheet_view;
 
 typedef struct cvol_layer {
@@ -179,12 +231,19 @@ typedef struct cvol_layer {
     long row_stride;
     long
         cover_at; /* how far behind each sample its cover lies (sheet_mask.h); 0: all have values */
-    double lane_step, row_step;
-    /* Sample coordinates of the faces through which rays would enter and leave, a little outwards,
-     * and in how many sheets a ray moves by one sample; the latter is never zero or infinite. */
+    int unit;     /* in parallel projection, pixels and samples lie equally far apart */
+    int only;     /* the volume is one sheet */
+    int perspective;
+    /* Sample coordinates of the faces, a little outwards. In parallel projection also of those
+     * through which rays would enter and leave, and in how many sheets a ray moves by one sample;
+     * the latter is never zero or infinite. */
+    double lane_lo, lane_hi, row_lo, row_hi;
     double lane_enter, lane_leave, row_enter, row_leave;
     float lane_turn, row_turn;
-    double lane_drift, row_drift; /* how far lane_at and row_at move from sheet to sheet */
+    int cuts; /* of each sheet: drawn is where none is below 0 */
+    /* In perspective intervals have the length sqrt(length + (length_lane[0] + i [1])^2 +
+     * (length_row[0] + j [1])^2) of that which the table is for. */
+    double length, length_lane[2], length_row[2];
     int row_points, block_rows;
     uint64_t row_points_inverse; /* row / row_points = row times this >> 32, of rows below 2^27 */
     cvol_windows windows, windows_before; /* of this layer and the one before; count 0: none */
@@ -241,6 +300,8 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_clamp,
  */
 void cvol_warp_composite(cvol_image *image, cvol_intermediate *intermediate,
                          const cvol_sheet_plan *plan, const double background[3], int threads);
+/* A picture of nothing: background, or floats that are transparent. */
+void cvol_warp_nothing(cvol_image *image, int grey, const double background[3]);
 /* The same for grey = (line 0 / line 1 - lo) / (hi - lo) where line 1 > 0. */
 void cvol_warp_grey(cvol_image *image, cvol_intermediate *intermediate, const cvol_sheet_plan *plan,
                     double lo, double hi, const double background[3], int threads);

@@ -28,6 +28,7 @@ struct cvol_sheet_frame {
     cvol_intermediate *intermediate;
     const cvol_tiles *tiles;
     float start[CVOL_LINES]; /* what the lines hold before the first sheet */
+    double progress[2];      /* how much of the picture was drawn before, and will be */
 };
 
 /* One thread's working memory; all zero is empty. */

@@ -60,11 +60,30 @@ CVOL_INLINE cvol_vf table_clamp(cvol_vf t)
     return cvol_min(cvol_max(t, cvol_splat(0)), cvol_splat(CVOL_TABLE_SIZE - 1));
 }
 
-/* What 1 - (1 - a)^w is of a: exact where a or w is 0 or 1, within 0.02 elsewhere. */
+/* v^w for v in 0..1 and w from 0 on: 2^(w log2 v), each by a polynomial; 1 where v is 1, within
+ * 2e-5 elsewhere. */
+CVOL_INLINE cvol_vf raise_to(cvol_vf v, cvol_vf w)
+{
+    const cvol_vi bits = (cvol_vi)cvol_max(v, cvol_splat(1e-30f));
+    const cvol_vf mantissa = (cvol_vf)((bits & 0x7fffff) | 0x3f800000), m = mantissa - 1;
+    const cvol_vf log2_m = m * (1.4425532f +
+                                m * (-0.7182822f +
+                                     m * (0.4582724f +
+                                          m * (-0.2795419f + m * (0.1234555f + m * -0.0264590f)))));
+    const cvol_vf y = cvol_max(w * (cvol_to_float((bits >> 23) - 127) + log2_m), cvol_splat(-100));
+    const cvol_vi whole = cvol_to_int(y + 128) - 128;
+    const cvol_vf t = y - cvol_to_float(whole);
+    const cvol_vf part = 1 +
+                         t * (0.6930186f + t * (0.2414452f + t * (0.0519512f + t * 0.0135808f)));
+    return (cvol_vf)((cvol_vi)part + (whole << 23));
+}
+
+/* What 1 - (1 - a)^w is of a. */
 CVOL_INLINE cvol_vf share_of_part(cvol_vf a, cvol_vf w)
 {
-    cvol_vf a2 = a * a;
-    return w / (1 - a * (1 - w) * (0.5f + 0.5f * a2 * a2 * a2));
+    const cvol_vf little = w * (1 + (1 - w) * a * (0.5f + (2 - w) * a * (1.0f / 6)));
+    return cvol_select(a < 0.02f, little,
+                       (1 - raise_to(1 - a, w)) / cvol_max(a, cvol_splat(0.01f)));
 }
 
 CVOL_INLINE cvol_vf weight_share(cvol_vf share, cvol_vf opacity, cvol_vf weight)

@@ -17,13 +17,16 @@
 typedef struct group_state {
     pixels p[PARTS];
     cvol_vf value[PARTS], cover[PARTS]; /* at the sheet before; cover only where samples are void */
+    cvol_vf length[PARTS]; /* of an interval, over that of the table: in perspective, else 1 */
 } group_state;
 
 /* ---- one group --------------------------------------------------------------------------------
  */
 
-CVOL_INLINE void load_group(group_state *g, const cvol_line *line, int group, int has_void)
+CVOL_INLINE void load_group(group_state *g, const line_job *job, int group, int has_void,
+                            int lengths)
 {
+    const cvol_line *line = job->line;
     const float *r = line->values + group * CVOL_GROUP;
     const int width = line->width;
     for (int k = 0; k < PARTS; k++, r += CVOL_LANES) {
@@ -31,6 +34,8 @@ CVOL_INLINE void load_group(group_state *g, const cvol_line *line, int group, in
                            cvol_load(r + 3 * width)};
         g->value[k] = cvol_load(r + 4 * width);
         g->cover[k] = has_void ? cvol_load(r + 5 * width) : cvol_splat(1);
+        g->length[k] = lengths ? find_lengths(job, group * CVOL_GROUP + k * CVOL_LANES)
+                               : cvol_splat(1);
     }
 }
 
@@ -57,24 +62,63 @@ CVOL_INLINE int is_closed(const group_state *g)
     return !any_above(most, OPAQUE_BELOW);
 }
 
+/* The part of an interval within what is drawn: from..to, 0 at its sheet and -1 at that before.
+ * near: how much of that counts as what it is at its beginning, see composite_within. */
+typedef struct span {
+    cvol_vf from, to, near;
+} span;
+
+/* Of the interval that ends at a sheet, for the CVOL_LANES pixels from i on. */
+CVOL_INLINE void find_within(span *out, const line_job *job, int s, int i)
+{
+    const cvol_layer *layer = job->layer;
+    const sheet_line *sheet = &job->sheets[s];
+    const cvol_vf begin = cvol_splat(layer->only ? -0.5f : -1),
+                  end = cvol_splat(layer->only ? 0.5f : 0), zero = {0};
+    cvol_vf enter, leave;
+    find_span(&enter, &leave, layer, &layer->sheets[s], &sheet->view,
+              sheet->lane_at + i * sheet->lane_step, i, job->line->number);
+    out->from = cvol_min(cvol_max(enter, begin), end);
+    out->to = cvol_min(cvol_max(leave, begin), end);
+    const cvol_vf near = 0.5f * cvol_min(-enter, 2 + enter);
+    out->near = cvol_max(cvol_min(near, out->to - out->from), zero);
+}
+
+/* What of an interval is within. Elsewhere an interval is all of the kind of its far end. Behind a
+ * face that would be another kind as soon as the face passes a sheet, which is seen as rings: so of
+ * what is within of the interval that the face cuts, half counts as what it is at the face; and of
+ * the next interval half of what the face leaves of the one before. Opaque matter then shows what
+ * it is at the face. */
+CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol_vf from,
+                                  cvol_vf to, const span *within, cvol_vf length, int pieces)
+{
+    const sample_parts all = {.divided = 0};
+    const cvol_vf rise = to - from, a = to + within->from * rise, b = to + within->to * rise;
+    const cvol_vf rest = within->to - within->from - within->near;
+    if (any_above(within->near, LEAST_WEIGHT))
+        composite_sample(p, table, a, all, within->near * length, 1, NULL, pieces);
+    composite_interval(p, table, a, b, rest * length, 1, pieces);
+}
+
 /* A group that was drawn up to the sheet before meets a window that cannot be seen: what of the
  * interval between the two can be, is drawn. If samples there may have no value, then what half of
  * it has by the sheet before. */
 CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group, int unit,
                           int has_void, int pieces)
 {
-    const cvol_layer *layer = job->layer;
     const sheet_line *sheet = &job->sheets[s];
-    const long window = window_of(lane_sample(sheet, layer->lane_step, group, unit));
-    const int masked = has_void && sheet->view.windows[window] & CVOL_WINDOW_MASKED;
-    const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window]));
+    const long x = lane_sample(sheet, group, unit);
+    const int masked = has_void && sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
+    const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window_of(x)]));
     for (int k = 0; k < PARTS; k++) {
         const int i = group * CVOL_GROUP + k * CVOL_LANES;
-        cvol_vf weight = weigh(layer, &sheet->view, sheet->lane_at + i * layer->lane_step);
+        const cvol_vf end = masked ? g->value[k] : level;
+        span within;
+        find_within(&within, job, s, i);
+        cvol_vf weight = g->length[k];
         if (masked)
             weight *= 0.5f * g->cover[k];
-        composite_interval(&g->p[k], job->table, g->value[k], masked ? g->value[k] : level, weight,
-                           1, pieces);
+        composite_within(&g->p[k], job->table, g->value[k], end, &within, weight, pieces);
     }
 }
 
@@ -85,8 +129,8 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
 {
     const cvol_layer *layer = job->layer;
     const sheet_line *sheet = &job->sheets[s];
-    const double step = layer->lane_step;
-    const long x = lane_sample(sheet, step, group, unit);
+    const double step = sheet->lane_step;
+    const long x = lane_sample(sheet, group, unit);
     const int masked = has_void && sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
     const int inside = group >= sheet->inside_begin && group < sheet->inside_end;
     for (int k = 0; k < PARTS; k++) {
@@ -101,13 +145,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
             value = unit ? reconstruct_unit(&sheet->view, &sheet->footprint, x + k * CVOL_LANES)
                          : reconstruct_finer(&sheet->view, position, step);
         value = to_table(job, value);
-        cvol_vf from = known ? g->value[k] : value, to = value, weight = value;
-        if (!inside)
-            weight = weigh(layer, &sheet->view, position);
-        else if (has_void)
-            weight = cvol_splat(known ? 1 : 0.5f);
-        else if (!known)
-            weight = cvol_splat(0.5f);
+        cvol_vf from = known ? g->value[k] : value, to = value, weight = g->length[k];
         if (has_void) { /* where an end has no value, the other's holds */
             const cvol_vf before = known ? g->cover[k] : cover;
             to = cvol_select(cover < LEAST_WEIGHT, from, value);
@@ -115,10 +153,16 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
             weight *= 0.5f * (before + cover);
             g->cover[k] = cover;
         }
-        if (inside && known && !has_void)
+        if (!inside) {
+            span within;
+            find_within(&within, job, s, group * CVOL_GROUP + k * CVOL_LANES);
+            composite_within(&g->p[k], job->table, from, to, &within, weight, pieces);
+        } else if (known && !has_void && !layer->perspective) {
             composite_interval(&g->p[k], job->table, from, to, weight, 0, pieces);
-        else
-            composite_interval(&g->p[k], job->table, from, to, weight, 1, pieces);
+        } else {
+            composite_interval(&g->p[k], job->table, from, to, known ? weight : 0.5f * weight, 1,
+                               pieces);
+        }
         g->value[k] = value;
     }
 }
@@ -126,13 +170,14 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
 /* Sheets from s on, as long as `go` has them: known intervals, whole, of samples that all have a
  * value. Returns the sheet after the last that was drawn. */
 CVOL_INLINE int draw_run(group_state *state, int *closed, const line_job *job, uint64_t go, int s,
-                         int group, int unit, int pieces)
+                         int group, int unit, int lengths, int pieces)
 {
     group_state g = *state;
     do {
         for (int k = 0; k < PARTS; k++) {
             const cvol_vf value = reconstruct(job, &job->sheets[s], group, k, unit);
-            composite_interval(&g.p[k], job->table, g.value[k], value, value, 0, pieces);
+            composite_interval(&g.p[k], job->table, g.value[k], value, g.length[k], lengths,
+                               pieces);
             g.value[k] = value;
         }
         *closed = is_closed(&g);
@@ -164,7 +209,8 @@ CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, 
 }
 
 /* A group through the sheets that it meets. */
-CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_void, int pieces)
+CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_void, int lengths,
+                            int pieces)
 {
     const cvol_line *line = job->line;
     const int at = group - job->first_group, first_ordinal = job->layer->sheets[0].ordinal;
@@ -175,13 +221,13 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
     if (!seen && !(known && met & 1))
         return;
     group_state g;
-    load_group(&g, line, group, has_void);
+    load_group(&g, job, group, has_void, lengths);
     int last = line->met[group], closed = 0;
     while (met && !closed) {
         int s = __builtin_ctz(met);
         known = last == first_ordinal + s - 1;
         if (known && go >> s & 1) {
-            s = draw_run(&g, &closed, job, go, s, group, unit, pieces);
+            s = draw_run(&g, &closed, job, go, s, group, unit, lengths, pieces);
             last = first_ordinal + s - 1;
             met &= ~UINT32_C(0) << (s - 1) << 1;
             continue;
@@ -198,7 +244,7 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
     line->opaque[group] = (uint8_t)closed;
 }
 
-CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int pieces)
+CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, int pieces)
 {
     const cvol_layer *layer = job->layer;
     int begin = job->line->width / CVOL_GROUP, end = 0;
@@ -212,23 +258,28 @@ CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int pieces)
         find_met(job, first, count, unit);
         for (int group = first; group < first + count; group++)
             if (!job->line->opaque[group])
-                draw_group(job, group, unit, has_void, pieces);
+                draw_group(job, group, unit, has_void, lengths, pieces);
     }
 }
 
 void CVOL_SIMD(cvol_sheet_composite)(const cvol_layer *layer, const cvol_sheet_table *table,
                                      const cvol_line *line)
 {
-    const int unit = layer->lane_step == 1, has_void = layer->cover_at != 0;
+    const int unit = layer->unit, has_void = layer->cover_at != 0;
     line_job job;
     job.layer = layer;
     job.table = table;
     job.line = line;
     job.table_offset = -table->from * table->scale;
-    if (has_void)
-        unit ? draw_line(&job, 1, 1, 0) : draw_line(&job, 0, 1, 0);
-    else if (HAVE_PIECES && table->pieces)
-        unit ? draw_line(&job, 1, 0, 1) : draw_line(&job, 0, 0, 1);
+    const int pieces = HAVE_PIECES && table->pieces;
+    if (layer->perspective)
+        has_void ? draw_line(&job, 0, 1, 1, 0)
+        : pieces ? draw_line(&job, 0, 0, 1, HAVE_PIECES)
+                 : draw_line(&job, 0, 0, 1, 0);
+    else if (has_void)
+        unit ? draw_line(&job, 1, 1, 0, 0) : draw_line(&job, 0, 1, 0, 0);
+    else if (pieces)
+        unit ? draw_line(&job, 1, 0, 0, HAVE_PIECES) : draw_line(&job, 0, 0, 0, HAVE_PIECES);
     else
-        unit ? draw_line(&job, 1, 0, 0) : draw_line(&job, 0, 0, 0);
+        unit ? draw_line(&job, 1, 0, 0, 0) : draw_line(&job, 0, 0, 0, 0);
 }

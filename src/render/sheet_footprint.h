@@ -1,7 +1,7 @@
 /* Reconstruction: what a line of the intermediate image sees of one sheet.
  *
  * Each sheet's samples are reconstructed by the linear footprint on the sheet's own grid: two rows,
- * two lanes. Under parallel projection all pixels of a line share the row weights, and, where
+ * two lanes. All pixels of a line share the row weights, and, under parallel projection, where
  * intermediate image and samples have one pitch, the lane weights too.
  *
  * To be included by kernel files only: each compiles it for its instruction set.
@@ -21,8 +21,8 @@
 typedef struct line_view {
     const float *near, *far; /* the two rows of samples */
     float near_weight, far_weight;
-    float slab_begin,
-        slab_end; /* where the line's rays are within, but for the side lanes' faces */
+    float enter, leave; /* between which the line's rays are within sheets' and rows' faces, in */
+                        /* sheets from this one */
     const uint8_t *windows;
     const float *levels; /* of the windows that cannot be seen */
 } line_view;
@@ -42,18 +42,31 @@ CVOL_INLINE const uint8_t *find_windows(const float **levels, long *y, const cvo
     return (across ? windows->across : windows->within) + block_row * windows->count;
 }
 
-/* The sheet stands for the slab from `slab_begin` to `slab_end`, in sheets from itself. */
+/* Where something that is `value` at a sheet and grows by `rate` from sheet to sheet reaches 0. */
+CVOL_INLINE double find_crossing(double value, double rate)
+{
+    const double least = 1e-5;
+    return -value / (fabs(rate) > least ? rate : rate < 0 ? -least : least);
+}
+
 CVOL_INLINE void view_line(line_view *view, const cvol_layer *layer, const cvol_sheet_view *sheet,
-                           int j, float slab_begin, float slab_end)
+                           int j)
 {
     const int last = layer->block_rows * layer->row_points - 1;
-    double r = sheet->row_at + j * layer->row_step;
-    float enter = (float)(layer->row_enter - r) * layer->row_turn;
-    float leave = (float)(layer->row_leave - r) * layer->row_turn;
-    float front = enter > sheet->front ? enter : sheet->front;
-    float back = leave < sheet->back ? leave : sheet->back;
-    view->slab_begin = front > slab_begin ? front : slab_begin;
-    view->slab_end = back < slab_end ? back : slab_end;
+    double r = sheet->row_at + j * sheet->row_step;
+    float enter, leave;
+    if (layer->perspective) {
+        const double rate = sheet->row_rate[0] + j * sheet->row_rate[1];
+        const double a = find_crossing(r - layer->row_lo, rate),
+                     b = find_crossing(r - layer->row_hi, rate);
+        enter = (float)(a < b ? a : b);
+        leave = (float)(a < b ? b : a);
+    } else {
+        enter = (float)(layer->row_enter - r) * layer->row_turn;
+        leave = (float)(layer->row_leave - r) * layer->row_turn;
+    }
+    view->enter = enter > sheet->front ? enter : sheet->front;
+    view->leave = leave < sheet->back ? leave : sheet->back;
     /* Rows -1 and one past the last exist as copies. */
     r = r < -1 ? -1 : r > last + 1 ? last + 1 : r;
     long y;
@@ -62,6 +75,66 @@ CVOL_INLINE void view_line(line_view *view, const cvol_layer *layer, const cvol_
     view->near_weight = 1 - view->far_weight;
     view->near = sheet->samples + (sheet->first + y * layer->row_stride);
     view->far = view->near + layer->row_stride;
+}
+
+/* ---- groups that planes cut --------------------------------------------------------------------
+ */
+
+CVOL_INLINE int clamp_to_groups(double group, int groups)
+{
+    return !(group > 0) ? 0 : group > groups ? groups : (int)group;
+}
+
+/* The groups *begin .. *end - 1 in which `at` + i `step` is at least 0 for some pixel i, or, if
+ * `whole`, for all. */
+CVOL_INLINE void find_half_line(int *begin, int *end, double at, double step, int whole, int groups)
+{
+    *begin = 0;
+    *end = groups;
+    const double i = -at / step;
+    if (step > 0)
+        *begin = clamp_to_groups(whole ? ceil(i / CVOL_GROUP) : floor(ceil(i) / CVOL_GROUP),
+                                 groups);
+    else if (step < 0)
+        *end = clamp_to_groups(
+            whole ? floor((floor(i) + 1) / CVOL_GROUP) : floor(floor(i) / CVOL_GROUP) + 1, groups);
+    else if (at < 0)
+        *end = 0;
+}
+
+/* What of a sheet's groups planes leave in line j: begin .. end - 1 concern it, inside is of these
+ * those that are within, and were from two sheets before on. */
+typedef struct group_range {
+    int begin, end, inside_begin, inside_end;
+} group_range;
+
+static __attribute__((noinline)) void cut_groups(group_range *range, const cvol_layer *layer,
+                                                 const cvol_sheet_view *sheet, int j, int groups)
+{
+    for (int k = 0; k < layer->cuts; k++) {
+        const cvol_sheet_cut *cut = &sheet->cuts[k];
+        const double at = cut->value[0] + j * cut->value[2], rate = cut->rate[0] + j * cut->rate[2];
+        int begin[2], end[2];
+        /* Straight along rays, so that it has its extremes at both ends. */
+        for (int i = 0; i < 2; i++)
+            find_half_line(&begin[i], &end[i], at + (2 * i - 1) * rate,
+                           cut->value[1] + (2 * i - 1) * cut->rate[1], 0, groups);
+        if (begin[0] >= end[0]) {
+            begin[0] = begin[1];
+            end[0] = end[1];
+        } else if (begin[1] < end[1]) {
+            begin[0] = begin[0] < begin[1] ? begin[0] : begin[1];
+            end[0] = end[0] > end[1] ? end[0] : end[1];
+        }
+        range->begin = range->begin > begin[0] ? range->begin : begin[0];
+        range->end = range->end < end[0] ? range->end : end[0];
+        for (int i = 0; i < 2; i++) {
+            find_half_line(&begin[i], &end[i], at - 2 * i * rate,
+                           cut->value[1] - 2 * i * cut->rate[1], 1, groups);
+            range->inside_begin = range->inside_begin > begin[i] ? range->inside_begin : begin[i];
+            range->inside_end = range->inside_end < end[i] ? range->inside_end : end[i];
+        }
+    }
 }
 
 /* The window that 16 pixels from sample x on see. */
@@ -154,14 +227,54 @@ CVOL_INLINE cvol_vf reconstruct_finer_masked(cvol_vf *cover, const line_view *vi
     return mean_of(from + fraction * (to - from), *cover);
 }
 
-/* How much of its slab the CVOL_LANES pixels from `position` on spend within; 0 or less: none. */
-CVOL_INLINE cvol_vf weigh(const cvol_layer *layer, const line_view *view, double position)
+/* The same of vectors. */
+CVOL_INLINE cvol_vf find_crossings(cvol_vf value, cvol_vf rate)
 {
-    cvol_vf offset = cvol_iota() * (float)layer->lane_step;
-    cvol_vf enter = ((float)(layer->lane_enter - position) - offset) * layer->lane_turn;
-    cvol_vf leave = ((float)(layer->lane_leave - position) - offset) * layer->lane_turn;
-    return cvol_min(leave, cvol_splat(view->slab_end)) -
-           cvol_max(enter, cvol_splat(view->slab_begin));
+    const cvol_vf least = cvol_splat(1e-5f);
+    const cvol_vf away = cvol_select(rate < 0, cvol_min(rate, -least), cvol_max(rate, least));
+    return -value / away;
+}
+
+/* Between which the CVOL_LANES pixels from pixel i of line j on, at `position`, are within what is
+ * drawn: in sheets from this one. */
+CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *layer,
+                           const cvol_sheet_view *sheet, const line_view *view, double position,
+                           int i, int j)
+{
+    const cvol_vf offset = cvol_iota() * (float)sheet->lane_step;
+    if (layer->perspective) {
+        const cvol_vf rate = (float)(sheet->lane_rate[0] + i * sheet->lane_rate[1]) +
+                             cvol_iota() * (float)sheet->lane_rate[1];
+        const cvol_vf a = find_crossings((float)(position - layer->lane_lo) + offset, rate),
+                      b = find_crossings((float)(position - layer->lane_hi) + offset, rate);
+        *enter = cvol_min(a, b);
+        *leave = cvol_max(a, b);
+    } else {
+        *enter = ((float)(layer->lane_enter - position) - offset) * layer->lane_turn;
+        *leave = ((float)(layer->lane_leave - position) - offset) * layer->lane_turn;
+    }
+    *enter = cvol_max(*enter, cvol_splat(view->enter));
+    *leave = cvol_min(*leave, cvol_splat(view->leave));
+    for (int k = 0; k < layer->cuts; k++) {
+        const cvol_sheet_cut *cut = &sheet->cuts[k];
+        const double at = cut->value[0] + j * cut->value[2],
+                     grows = cut->rate[0] + j * cut->rate[2];
+        const cvol_vf value = (float)(at + i * cut->value[1]) + cvol_iota() * (float)cut->value[1];
+        const cvol_vf rate = (float)(grows + i * cut->rate[1]) + cvol_iota() * (float)cut->rate[1];
+        const cvol_vf crossing = find_crossings(value, rate);
+        *enter = cvol_select(rate < 0, *enter, cvol_max(*enter, crossing));
+        *leave = cvol_select(rate < 0, cvol_min(*leave, crossing), *leave);
+    }
+}
+
+/* How much of the slab begin .. end they spend within; 0 or less: none. */
+CVOL_INLINE cvol_vf weigh(const cvol_layer *layer, const cvol_sheet_view *sheet,
+                          const line_view *view, double position, int i, int j, float begin,
+                          float end)
+{
+    cvol_vf enter, leave;
+    find_span(&enter, &leave, layer, sheet, view, position, i, j);
+    return cvol_min(leave, cvol_splat(end)) - cvol_max(enter, cvol_splat(begin));
 }
 
 #endif

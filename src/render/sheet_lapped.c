@@ -81,12 +81,13 @@ static void open_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame, 
 static int what_of_cell(const cvol_lapped_layer *layer, const cvol_lapped_layer *low,
                         const cvol_lapped_layer *high, const cvol_sheet_plan *plan, size_t cell)
 {
-    if (layer->skip.touched[cell])
+    if (layer->skip.touched[cell] == CVOL_TOUCHED_DRAWN)
         return CVOL_HAVE_ALL;
     int what = 0;
-    if (low->reached && low->skip.touched[cell] && cvol_lapped_face(layer->at.layer, plan->sheets))
+    if (low->reached && low->skip.touched[cell] == CVOL_TOUCHED_DRAWN &&
+        cvol_lapped_face(layer->at.layer, plan->sheets))
         what |= CVOL_HAVE_LOW;
-    if (high->reached && high->skip.touched[cell] &&
+    if (high->reached && high->skip.touched[cell] == CVOL_TOUCHED_DRAWN &&
         cvol_lapped_face(layer->at.layer + 1, plan->sheets))
         what |= CVOL_HAVE_HIGH;
     return what;
@@ -102,7 +103,8 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
                  (1 + (long)(row - at->first_row) * plan->points_row) * memory->row_stride;
     cvol_block_axes axes = frame->axes;
     const size_t index = cvol_sheet_block_index(plan, array, lane, row, at->layer);
-    if (memory->cover_at && layer->skip.touched[row * plan->blocks_lane + lane]) {
+    if (memory->cover_at &&
+        layer->skip.touched[row * plan->blocks_lane + lane] == CVOL_TOUCHED_DRAWN) {
         const cvol_sheet_piece piece = {out + memory->cover_at,
                                         memory->row_stride,
                                         layer->sheet_stride,

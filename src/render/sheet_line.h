@@ -19,12 +19,11 @@
 typedef struct sheet_line {
     const float *near, *far; /* rows of samples; of unit footprints, at the line's first pixel */
     float weights[4];        /* of near, its next sample, far, its next, for table coordinates */
-    double lane_at;
+    double lane_at, lane_step;
     line_view view;
     unit_footprint footprint;
-    int whole;                    /* rays that enter by no side are within all of the interval */
-    int begin, end;               /* groups that the line has something of, those that lie within */
-    int inside_begin, inside_end; /* and those that do by lanes as well */
+    int begin, end;               /* groups that the line has something of, and those that */
+    int inside_begin, inside_end; /* lie within, and did from two sheets before on */
 } sheet_line;
 
 /* A line through a layer. A bit of a number is a sheet. */
@@ -37,7 +36,7 @@ typedef struct line_job {
     float table_offset;           /* table coordinate = value * table->scale + table_offset */
     int first_group;              /* the run's */
     uint32_t met[RUN], seen[RUN]; /* sheets that each group crosses, and sees something in, */
-    uint32_t inside[RUN];         /* and those whose intervals all lie within the volume */
+    uint32_t inside[RUN];         /* and those whose intervals lie within, and no face near */
 } line_job;
 
 /* ---- what a line is to the sheets ---------------------------------------------------------------
@@ -46,11 +45,12 @@ typedef struct line_job {
 CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_sheet_view *sheet,
                             int unit)
 {
-    const int only = sheet->front == -0.5f;
+    const cvol_layer *layer = job->layer;
     line_view *view = &out->view;
-    view_line(view, job->layer, sheet, job->line->number, only ? -0.5f : -1, only ? 0.5f : 0);
+    view_line(view, layer, sheet, job->line->number);
     out->footprint = make_unit_footprint(view, sheet);
     out->lane_at = sheet->lane_at;
+    out->lane_step = sheet->lane_step;
     const float right = unit ? (float)(sheet->lane_at - floor(sheet->lane_at)) : 0,
                 left = 1 - right, scale = job->table->scale;
     out->near = view->near + (unit ? out->footprint.x : 0);
@@ -59,19 +59,25 @@ CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_she
     out->weights[1] = view->near_weight * right * scale;
     out->weights[2] = view->far_weight * left * scale;
     out->weights[3] = view->far_weight * right * scale;
-    const float length = view->slab_end - view->slab_begin;
-    out->whole = length > 1 - LEAST_WEIGHT && !only; /* an only sheet has no interval before it */
-    out->begin = sheet->begin;
-    /* The first sheet has nothing before it, but its values are needed. */
-    out->end = length < LEAST_WEIGHT && sheet->ordinal > 0 ? sheet->begin : sheet->end;
-    out->inside_begin = out->whole ? sheet->inside_begin : 0;
-    out->inside_end = out->whole ? sheet->inside_end : 0;
+    /* A sheet before the rays enter has nothing, but its values may be needed. */
+    const float begin = layer->only ? -0.5f : -1, end = layer->only ? 0.5f : 1;
+    const int met = view->enter < end && view->leave > begin + LEAST_WEIGHT &&
+                    view->leave - view->enter > LEAST_WEIGHT;
+    const int whole = !layer->only && view->enter < LEAST_WEIGHT - 2 && view->leave > -LEAST_WEIGHT;
+    group_range range = {sheet->begin, met ? sheet->end : sheet->begin,
+                         whole ? sheet->inside_begin : 0, whole ? sheet->inside_end : 0};
+    if (layer->cuts && met)
+        cut_groups(&range, layer, sheet, job->line->number, job->line->width / CVOL_GROUP);
+    out->begin = range.begin;
+    out->end = range.end;
+    out->inside_begin = range.inside_begin;
+    out->inside_end = range.inside_end;
 }
 
-CVOL_INLINE long lane_sample(const sheet_line *sheet, double step, int group, int unit)
+CVOL_INLINE long lane_sample(const sheet_line *sheet, int group, int unit)
 {
     return unit ? sheet->footprint.x + group * CVOL_GROUP
-                : (long)floor(sheet->lane_at + group * CVOL_GROUP * step);
+                : (long)floor(sheet->lane_at + group * CVOL_GROUP * sheet->lane_step);
 }
 
 /* What the groups begin .. end - 1 of a run are to one sheet. */
@@ -82,7 +88,7 @@ CVOL_INLINE void find_sheet(line_job *job, int s, int begin, int end, int unit)
     const uint32_t bit = UINT32_C(1) << s;
     int group = begin;
     for (; group < end; group++) { /* until windows follow one another */
-        const long x = lane_sample(sheet, job->layer->lane_step, group, unit);
+        const long x = lane_sample(sheet, group, unit);
         if (unit && x >= -CVOL_GROUP)
             break;
         const uint32_t seen = sheet->view.windows[window_of(x)] & CVOL_WINDOW_SEEN;
@@ -90,7 +96,7 @@ CVOL_INLINE void find_sheet(line_job *job, int s, int begin, int end, int unit)
         job->seen[group - first] |= seen << s;
     }
     if (group < end) {
-        const uint8_t *windows = sheet->view.windows + window_of(lane_sample(sheet, 1, group, 1));
+        const uint8_t *windows = sheet->view.windows + window_of(lane_sample(sheet, group, 1));
         uint32_t *met = job->met + (group - first), *all = job->seen + (group - first);
         for (int i = 0; i < end - group; i++) {
             met[i] |= bit;
@@ -132,19 +138,20 @@ CVOL_INLINE int find_level_before(float *level, float *spread, const line_job *j
 {
     const cvol_layer *layer = job->layer;
     const cvol_sheet_view *sheet = &layer->sheets[s];
-    const double position = sheet->lane_at + group * CVOL_GROUP * layer->lane_step;
-    const long window = window_of((long)floor(position - layer->lane_drift));
+    const int i = group * CVOL_GROUP, j = job->line->number;
+    const double position = sheet->lane_at + i * sheet->lane_step;
+    const long x = (long)floor(position - (sheet->lane_rate[0] + i * sheet->lane_rate[1]));
     const cvol_windows *windows = sheet->is_first ? &layer->windows_before : &layer->windows;
     if (!windows->count)
         return 0;
     const float *levels;
     long y;
     const uint8_t *bits = find_windows(&levels, &y, layer, windows,
-                                       sheet->row_at + job->line->number * layer->row_step -
-                                           layer->row_drift);
-    *level = levels[window] * job->table->scale + job->table_offset;
-    *spread = levels[window + windows->spread_at] * job->table->scale;
-    return !bits[window];
+                                       sheet->row_at + j * sheet->row_step -
+                                           (sheet->row_rate[0] + j * sheet->row_rate[1]));
+    *level = levels[window_of(x)] * job->table->scale + job->table_offset;
+    *spread = levels[window_of(x) + windows->spread_at] * job->table->scale;
+    return !bits[window_of(x)];
 }
 
 /* Table coordinates of part k of a group. */
@@ -157,7 +164,7 @@ CVOL_INLINE cvol_vf reconstruct(const line_job *job, const sheet_line *sheet, in
         return job->table_offset + w[0] * cvol_load(sheet->near + i) +
                w[1] * cvol_load(sheet->near + i + 1) + w[2] * cvol_load(sheet->far + i) +
                w[3] * cvol_load(sheet->far + i + 1);
-    const double step = job->layer->lane_step, position = sheet->lane_at + (double)i * step;
+    const double step = sheet->lane_step, position = sheet->lane_at + (double)i * step;
     const double whole = floor(position);
     const float *near = sheet->near + (long)whole, *far = sheet->far + (long)whole;
     const cvol_vf low = w[0] * cvol_load(near) + w[2] * cvol_load(far);
@@ -167,6 +174,19 @@ CVOL_INLINE cvol_vf reconstruct(const line_job *job, const sheet_line *sheet, in
     const cvol_vf left = cvol_shuffle(low, high, index) + job->table_offset;
     return left + (at - cvol_to_float(index)) *
                       (cvol_shuffle(low, high, index + 1) + job->table_offset - left);
+}
+
+/* How long the intervals of pixels i .. are, see cvol_layer: in perspective only. */
+CVOL_INLINE cvol_vf find_lengths(const line_job *job, int i)
+{
+    const cvol_layer *layer = job->layer;
+    const double row = layer->length_row[0] + job->line->number * layer->length_row[1];
+    const cvol_vf lane = (float)(layer->length_lane[0] + i * layer->length_lane[1]) +
+                         cvol_iota() * (float)layer->length_lane[1];
+    cvol_vf length = (float)(layer->length + row * row) + lane * lane;
+    for (int k = 0; k < CVOL_LANES; k++)
+        length[k] = sqrtf(length[k]);
+    return length;
 }
 
 /* All bits from the lowest of `bits` on; 0 if it has none. */

@@ -5,26 +5,21 @@
 
 #include "base/context.h"
 #include "render/sheet_level.h"
+#include "render/sheet_plan.h"
 
 /* Blocks are evaluated on fewer points than they have samples only while a pixel of the picture
  * still spans 1 / COARSEST_PITCH of them: less, and the picture is visibly softer than the volume.
  */
 #define COARSEST_PITCH 0.7
-#define INTERMEDIATE_MAX 32768
 
 /* The axis along which rays cross the most sheets. */
-static void choose_axes(cvol_sheet_plan *plan, const double rate[3])
+static int find_axis(const double rate[3])
 {
     int c = 0;
     for (int a = 1; a < 3; a++)
         if (fabs(rate[a]) > fabs(rate[c]))
             c = a;
-    plan->axis_sheet = c;
-    plan->axis_lane = c == 0 ? 1 : 0;
-    plan->axis_row = c == 2 ? 1 : 2;
-    plan->ascending = rate[c] > 0;
-    plan->shear_lane = rate[plan->axis_lane] / rate[c];
-    plan->shear_row = rate[plan->axis_row] / rate[c];
+    return c;
 }
 
 /* Picture pixel to in-plane point at sheet 0: follow the ray from the pixel's world point to the
@@ -60,11 +55,10 @@ static double pixels_per_sample(double warp[2][3], int k)
 /* Points per block, and the distance of intermediate pixels, along one axis. Where a pixel of the
  * picture spans more than a sample, blocks are evaluated on fewer points; where it spans less, the
  * intermediate image is finer than the samples. */
-static void choose_resolution(int *points, double *pitch, double *first, double *delta,
-                              double pixels, int block)
+void cvol_sheet_resolution(int *points, double *pitch, double *first, double *delta, double pixel,
+                           int block)
 {
     const int less = block < 16 ? 2 : block / 8; /* kernels want an even number of points */
-    const double pixel = 1 / pixels;             /* in samples */
     *points = block;
     while (*points - less >= block / 2 &&
            (double)block / (*points - less) <= COARSEST_PITCH * pixel)
@@ -85,13 +79,13 @@ static int is_aligned(const double warp[3], double delta)
 
 /* The range of U (or V) that both the sheets and the picture cover, in intermediate pixels. Where
  * these can be the picture's own, they are: the warp then leaves them as sharp as they are. */
-static int find_extent(double *start, int *count, double delta, double shear, size_t samples,
-                       size_t sheets, const double warp[3], const cvol_view *view)
+static int find_extent(double *start, int *count, double delta, double shear,
+                       const cvol_sheet_plan *plan, int k, const double warp[3],
+                       const cvol_view *view)
 {
-    double margin = cvol_sheet_margin(samples), beyond = cvol_sheet_margin(sheets);
-    double drift_a = shear * beyond, drift_b = -shear * ((double)(sheets - 1) + beyond);
-    double lo = fmin(drift_a, drift_b) - margin;
-    double hi = (double)(samples - 1) + fmax(drift_a, drift_b) + margin;
+    double drift_a = -shear * plan->lo[2], drift_b = -shear * plan->hi[2];
+    double lo = fmin(drift_a, drift_b) + plan->lo[k];
+    double hi = fmax(drift_a, drift_b) + plan->hi[k];
     double picture_lo = INFINITY, picture_hi = -INFINITY;
     for (int corner = 0; corner < 4; corner++) {
         double x = corner & 1 ? view->width : -1, y = corner & 2 ? view->height : -1;
@@ -105,8 +99,8 @@ static int find_extent(double *start, int *count, double delta, double shear, si
         lo = warp[0] + floor((lo - warp[0]) / delta) * delta;
     double pixels = hi > lo ? ceil((hi - lo) / delta) + 1 : 1;
     *start = lo;
-    *count = pixels < INTERMEDIATE_MAX ? (int)pixels : INTERMEDIATE_MAX + 1;
-    return *count <= INTERMEDIATE_MAX;
+    *count = pixels < CVOL_INTERMEDIATE_MAX ? (int)pixels : CVOL_INTERMEDIATE_MAX + 1;
+    return *count <= CVOL_INTERMEDIATE_MAX;
 }
 
 /* Samples of an axis of a level, see sheet_level.h. */
@@ -142,12 +136,10 @@ static void choose_level(cvol_sheet_plan *plan)
               &plan->layers, plan->sheets, level);
     plan->sheet_count = cvol_sheet_level_size(plan->sheets, level);
     plan->beyond = plan->sheets > 1;
-    plan->du = choose_delta(plan->pitch_lane, plan->lanes, pixels_per_sample(plan->warp, 0));
-    plan->dv = choose_delta(plan->pitch_row, plan->rows, pixels_per_sample(plan->warp, 1));
 }
 
-/* The volume's own blocks, at as many points as the picture wants. */
-static void choose_points(cvol_sheet_plan *plan, const cvol_array *array)
+/* The volume's own blocks. */
+static void set_blocks(cvol_sheet_plan *plan, const cvol_array *array)
 {
     plan->blocks_lane = array->blocks[plan->axis_lane];
     plan->blocks_row = array->blocks[plan->axis_row];
@@ -158,10 +150,36 @@ static void choose_points(cvol_sheet_plan *plan, const cvol_array *array)
     plan->beyond = 0;
     plan->pitch_sheet = 1;
     plan->first_sheet = 0;
-    choose_resolution(&plan->points_lane, &plan->pitch_lane, &plan->first_lane, &plan->du,
-                      pixels_per_sample(plan->warp, 0), array->block);
-    choose_resolution(&plan->points_row, &plan->pitch_row, &plan->first_row, &plan->dv,
-                      pixels_per_sample(plan->warp, 1), array->block);
+}
+
+void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int level,
+                            const cvol_view *view, int axis)
+{
+    const cvol_grid *grid = &array->grid;
+    *plan = (cvol_sheet_plan){.axis_sheet = axis,
+                              .axis_lane = axis == 0 ? 1 : 0,
+                              .axis_row = axis == 2 ? 1 : 2,
+                              .level = level,
+                              .lapped = array->lapped && !level};
+    const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_sheet};
+    plan->lanes = grid->dims[plan->axis_lane];
+    plan->rows = grid->dims[plan->axis_row];
+    plan->sheets = grid->dims[plan->axis_sheet];
+    if (level)
+        choose_level(plan);
+    else
+        set_blocks(plan, array);
+    plan->clipped = view->clipped;
+    plan->planes = view->planes;
+    for (int k = 0; k < 3; k++) {
+        plan->lo[k] = view->lo[axes[k]];
+        plan->hi[k] = view->hi[axes[k]];
+        plan->spacing[k] = grid->spacing[axes[k]] / view->mean_spacing;
+        for (int i = 0; i < view->planes; i++)
+            plan->plane[i][k] = view->plane[i][axes[k]];
+    }
+    for (int i = 0; i < view->planes; i++)
+        plan->plane[i][3] = view->plane[i][3];
 }
 
 int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
@@ -171,27 +189,32 @@ int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvo
     double rate[3]; /* sample indices per world length along a ray */
     for (int a = 0; a < 3; a++)
         rate[a] = -view->eye[a] / grid->spacing[a];
-    choose_axes(plan, rate);
-    plan->level = level;
-    plan->lapped = array->lapped && !level;
-    plan->lit = 0;
-    plan->lanes = grid->dims[plan->axis_lane];
-    plan->rows = grid->dims[plan->axis_row];
-    plan->sheets = grid->dims[plan->axis_sheet];
-    find_warp(plan, view, grid->spacing);
-    if (level)
-        choose_level(plan);
-    else
-        choose_points(plan, array);
+    const int c = find_axis(rate);
+    cvol_sheet_plan_volume(plan, array, level, view, c);
+    plan->ascending = rate[c] > 0;
+    plan->shear_lane = rate[plan->axis_lane] / rate[c];
+    plan->shear_row = rate[plan->axis_row] / rate[c];
+    plan->warp[2][0] = 1;
     plan->distance = plan->pitch_sheet / fabs(rate[plan->axis_sheet]) / view->mean_spacing;
-    if (!find_extent(&plan->u0, &plan->width, plan->du, plan->shear_lane, plan->lanes, plan->sheets,
-                     plan->warp[0], view) ||
-        !find_extent(&plan->v0, &plan->height, plan->dv, plan->shear_row, plan->rows, plan->sheets,
-                     plan->warp[1], view))
+    find_warp(plan, view, grid->spacing);
+    const double pixels[2] = {pixels_per_sample(plan->warp, 0), pixels_per_sample(plan->warp, 1)};
+    if (level) {
+        plan->du = choose_delta(plan->pitch_lane, plan->lanes, pixels[0]);
+        plan->dv = choose_delta(plan->pitch_row, plan->rows, pixels[1]);
+    } else {
+        cvol_sheet_resolution(&plan->points_lane, &plan->pitch_lane, &plan->first_lane, &plan->du,
+                              1 / pixels[0], array->block);
+        cvol_sheet_resolution(&plan->points_row, &plan->pitch_row, &plan->first_row, &plan->dv,
+                              1 / pixels[1], array->block);
+    }
+    if (!find_extent(&plan->u0, &plan->width, plan->du, plan->shear_lane, plan, 0, plan->warp[0],
+                     view) ||
+        !find_extent(&plan->v0, &plan->height, plan->dv, plan->shear_row, plan, 1, plan->warp[1],
+                     view))
         return cvol_fail(context, CVOL_ERROR_LIMIT,
                          "a picture of %d x %d needs an intermediate image of more than %d pixels "
                          "along an axis",
-                         view->width, view->height, INTERMEDIATE_MAX);
+                         view->width, view->height, CVOL_INTERMEDIATE_MAX);
     plan->width = (plan->width + CVOL_GROUP - 1) / CVOL_GROUP * CVOL_GROUP;
     return CVOL_OK;
 }

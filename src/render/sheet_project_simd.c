@@ -26,15 +26,20 @@ CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *s
                                const cvol_line *line, int unit, int what, int has_void)
 {
     line_view view;
-    view_line(&view, layer, sheet, line->number, -0.5f, 0.5f);
-    if (view.slab_end - view.slab_begin < LEAST_WEIGHT)
+    view_line(&view, layer, sheet, line->number);
+    if (view.enter > 0.5f - LEAST_WEIGHT || view.leave < LEAST_WEIGHT - 0.5f ||
+        view.leave - view.enter < LEAST_WEIGHT)
         return;
-    const double step = layer->lane_step;
+    const double step = sheet->lane_step;
     const unit_footprint footprint = make_unit_footprint(&view, sheet);
-    for (int i = sheet->begin * CVOL_GROUP; i < sheet->end * CVOL_GROUP; i += CVOL_LANES) {
+    group_range range = {sheet->begin, sheet->end, 0, 0};
+    if (layer->cuts)
+        cut_groups(&range, layer, sheet, line->number, line->width / CVOL_GROUP);
+    for (int i = range.begin * CVOL_GROUP; i < range.end * CVOL_GROUP; i += CVOL_LANES) {
         double position = sheet->lane_at + i * step;
         const long x = unit ? footprint.x + i : (long)floor(position);
-        cvol_vf weight = weigh(layer, &view, position), value, cover;
+        cvol_vf weight = weigh(layer, sheet, &view, position, i, line->number, -0.5f, 0.5f);
+        cvol_vf value, cover;
         if (has_void) {
             if (!(view.windows[window_of(x)] & CVOL_WINDOW_SEEN)) /* no sample has a value */
                 continue;
@@ -52,7 +57,7 @@ CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *s
 
 CVOL_INLINE void project_layer(const cvol_layer *layer, const cvol_line *line, int what)
 {
-    const int unit = layer->lane_step == 1;
+    const int unit = layer->unit;
     for (int s = 0; s < layer->sheet_count; s++) {
         const cvol_sheet_view *sheet = &layer->sheets[s];
         if (layer->cover_at)

@@ -36,6 +36,7 @@ typedef struct shade_state {
     int is_lit;                                 /* if that is known */
     cvol_vf weight[PARTS], depth[PARTS];
     int pending, weighted, visible;
+    cvol_vf length[PARTS]; /* of an interval, over that of the table: in perspective, else 1 */
     /* If its end is in a layer before, or the first sheet of this one: */
     slope slope[PARTS];
     beside behind;                            /* in the sheet before its end */
@@ -102,6 +103,10 @@ CVOL_INLINE void load_group(shade_state *g, const line_job *job, int group, int 
     g->weighted = 1;
     g->behind.edge = KNOWN;
     g->behind.level = g->behind.spread = 0;
+    for (int k = 0; k < PARTS; k++)
+        g->length[k] = job->layer->perspective
+                           ? find_lengths(job, group * CVOL_GROUP + k * CVOL_LANES)
+                           : cvol_splat(1);
     move_group(g, job, group, has_void, 0);
     if (!g->pending)
         return;
@@ -151,12 +156,12 @@ CVOL_INLINE cvol_vf value_at(cvol_vf *cover, const line_job *job, const sheet_li
         const long i = group * CVOL_GROUP + k * CVOL_LANES;
         sheet.view.near += offset;
         sheet.view.far += offset;
-        return to_table(
-            job, unit ? reconstruct_unit_masked(cover, &sheet.view, &sheet.footprint,
-                                                sheet.footprint.x + i, layer->cover_at)
-                      : reconstruct_finer_masked(cover, &sheet.view,
-                                                 sheet.lane_at + (double)i * layer->lane_step,
-                                                 layer->lane_step, layer->cover_at));
+        return to_table(job,
+                        unit ? reconstruct_unit_masked(cover, &sheet.view, &sheet.footprint,
+                                                       sheet.footprint.x + i, layer->cover_at)
+                             : reconstruct_finer_masked(cover, &sheet.view,
+                                                        sheet.lane_at + (double)i * sheet.lane_step,
+                                                        sheet.lane_step, layer->cover_at));
     }
     sheet.near += offset;
     sheet.far += offset;
@@ -164,15 +169,14 @@ CVOL_INLINE cvol_vf value_at(cvol_vf *cover, const line_job *job, const sheet_li
     return reconstruct(job, &sheet, group, k, unit);
 }
 
-CVOL_INLINE long window_at(const line_job *job, const sheet_line *sheet, int group, int unit)
+CVOL_INLINE long window_at(const sheet_line *sheet, int group, int unit)
 {
-    return window_of(lane_sample(sheet, job->layer->lane_step, group, unit));
+    return window_of(lane_sample(sheet, group, unit));
 }
 
-CVOL_INLINE int is_masked(const line_job *job, const sheet_line *sheet, int group, int unit,
-                          int has_void)
+CVOL_INLINE int is_masked(const sheet_line *sheet, int group, int unit, int has_void)
 {
-    return has_void && sheet->view.windows[window_at(job, sheet, group, unit)] & CVOL_WINDOW_MASKED;
+    return has_void && sheet->view.windows[window_at(sheet, group, unit)] & CVOL_WINDOW_MASKED;
 }
 
 /* How far sheet b of the layer lies behind sheet a in memory. */
@@ -198,12 +202,12 @@ CVOL_INLINE void find_after(beside *out, const line_job *job, int s, int at_face
         return;
     }
     const sheet_line *place = s < 0 ? &job->before : &job->sheets[s];
-    const long window = window_at(job, place, group, unit);
+    const long window = window_at(place, group, unit);
     if (s < 0 && !(place->view.windows[window] & CVOL_WINDOW_SEEN)) {
         bound_by(out, job, place, window);
         return;
     }
-    const int masked = is_masked(job, place, group, unit, has_void);
+    const int masked = is_masked(place, group, unit, has_void);
     const long offset = s < 0 ? 0 : offset_to(job, s + 1, s);
     out->edge = KNOWN;
     for (int k = 0; k < PARTS; k++)
@@ -215,7 +219,7 @@ CVOL_INLINE void find_behind(beside *out, const line_job *job, int s, int group,
                              int has_void)
 {
     const sheet_line *place = &job->sheets[s];
-    const int masked = is_masked(job, place, group, unit, has_void);
+    const int masked = is_masked(place, group, unit, has_void);
     out->level = out->spread = 0;
     out->edge = KNOWN;
     for (int k = 0; k < PARTS; k++)
@@ -376,7 +380,7 @@ CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face,
         find_behind(&behind, job, s, group, unit, has_void);
     else
         behind = g->behind;
-    const int masked = s >= 0 && is_masked(job, &job->sheets[s], group, unit, has_void);
+    const int masked = s >= 0 && is_masked(&job->sheets[s], group, unit, has_void);
     for (int k = 0; k < PARTS; k++) {
         const slope at = s < 0    ? g->slope[k]
                          : masked ? find_slope_masked(job, &job->sheets[s], group, k, unit)
@@ -410,7 +414,9 @@ CVOL_INLINE int draw_run(shade_state *state, int *closed, const line_job *job, u
         }
         *closed = g.visible && is_closed(&g);
         g.visible = visible;
-        g.weighted = 0;
+        g.weighted = job->layer->perspective;
+        for (int k = 0; k < PARTS && g.weighted; k++)
+            g.weight[k] = g.length[k];
         g.is_lit = 1;
         s++;
     } while (!*closed && go >> s & 1);
@@ -418,13 +424,22 @@ CVOL_INLINE int draw_run(shade_state *state, int *closed, const line_job *job, u
     return s;
 }
 
+/* How much of the interval that ends at sheet s is within what is drawn. */
+CVOL_INLINE cvol_vf weigh_part(const line_job *job, int s, int i)
+{
+    const sheet_line *sheet = &job->sheets[s];
+    const int only = job->layer->only;
+    return weigh(job->layer, &job->layer->sheets[s], &sheet->view,
+                 sheet->lane_at + i * sheet->lane_step, i, job->line->number, only ? -0.5f : -1,
+                 only ? 0.5f : 0);
+}
+
 /* A group meets a window that cannot be seen: what of the interval up to there can be, is drawn. */
 CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, int unit,
                         int has_void, int pieces)
 {
-    const cvol_layer *layer = job->layer;
     const sheet_line *sheet = &job->sheets[s];
-    const long window = window_at(job, sheet, group, unit);
+    const long window = window_at(sheet, group, unit);
     const int masked = has_void && sheet->view.windows[window] & CVOL_WINDOW_MASKED;
     const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window]));
     finish(g, job, s - 1, 0, group, 1, unit, has_void, pieces);
@@ -433,7 +448,7 @@ CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, i
     for (int k = 0; k < PARTS; k++) {
         const int i = group * CVOL_GROUP + k * CVOL_LANES;
         const lit_matter lit = g->lit[k];
-        g->weight[k] = weigh(layer, &sheet->view, sheet->lane_at + i * layer->lane_step);
+        g->weight[k] = g->length[k] * weigh_part(job, s, i);
         if (masked)
             g->weight[k] *= 0.5f * g->cover[k];
         g->before[k] = g->value[k];
@@ -459,7 +474,7 @@ CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group,
     const sheet_line *sheet = &job->sheets[s];
     const int known = g->pending, ordinal = layer->sheets[s].ordinal;
     const int inside = group >= sheet->inside_begin && group < sheet->inside_end;
-    const int masked = is_masked(job, sheet, group, unit, has_void);
+    const int masked = is_masked(sheet, group, unit, has_void);
     float level = 0, spread = 0;
     const int has_level = !known && find_level_before(&level, &spread, job, s, group);
     if (known)
@@ -472,8 +487,8 @@ CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group,
         g->cover_before[k] = known ? g->cover[k] : has_level ? cvol_splat(1) : cover;
         g->value[k] = value;
         g->cover[k] = cover;
-        g->weight[k] = !inside ? weigh(layer, &sheet->view, sheet->lane_at + i * layer->lane_step)
-                               : cvol_splat(known || has_level ? 1 : 0.5f);
+        g->weight[k] = !inside ? weigh_part(job, s, i) : cvol_splat(known || has_level ? 1 : 0.5f);
+        g->weight[k] *= g->length[k];
         if (has_void)
             g->weight[k] *= 0.5f * (g->cover_before[k] + cover);
         g->behind.value[k] = g->ahead[k];
@@ -493,14 +508,14 @@ CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group,
 CVOL_INLINE void keep(shade_state *g, const line_job *job, int s, int group, int unit, int has_void)
 {
     const sheet_line *sheet = &job->sheets[s];
-    const int masked = is_masked(job, sheet, group, unit, has_void);
+    const int masked = is_masked(sheet, group, unit, has_void);
     if (s > 0)
         find_behind(&g->behind, job, s, group, unit, has_void);
     for (int k = 0; k < PARTS; k++) {
         g->slope[k] = masked ? find_slope_masked(job, sheet, group, k, unit)
                              : find_slope(job, sheet, group, k, unit);
         g->ahead[k] = value_at(&g->cover_ahead[k], job, &job->after, 0, group, k, unit,
-                               is_masked(job, &job->after, group, unit, has_void));
+                               is_masked(&job->after, group, unit, has_void));
     }
 }
 
@@ -548,6 +563,15 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
     line->opaque[group] = (uint8_t)closed;
 }
 
+/* To where rays meet the sheet before or behind. */
+CVOL_INLINE void move_view(cvol_sheet_view *view, int by)
+{
+    view->lane_at += by * view->lane_rate[0];
+    view->lane_step += by * view->lane_rate[1];
+    view->row_at += by * view->row_rate[0];
+    view->row_step += by * view->row_rate[1];
+}
+
 CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int pieces)
 {
     const cvol_layer *layer = job->layer;
@@ -558,12 +582,10 @@ CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int pieces)
         end = job->sheets[s].end > end ? job->sheets[s].end : end;
     }
     cvol_sheet_view beyond = layer->sheets[0]; /* of the first sheet, where the one before is met */
-    beyond.lane_at -= layer->lane_drift;
-    beyond.row_at -= layer->row_drift;
+    move_view(&beyond, -1);
     view_sheet(&job->before, job, &beyond, unit);
     beyond = layer->sheets[layer->sheet_count - 1]; /* of the last one, where the next is met */
-    beyond.lane_at += layer->lane_drift;
-    beyond.row_at += layer->row_drift;
+    move_view(&beyond, 1);
     view_sheet(&job->after, job, &beyond, unit);
     for (int first = begin; first < end; first += RUN) {
         const int count = end - first < RUN ? end - first : RUN;
@@ -594,7 +616,7 @@ CVOL_COLD void end_line(const line_job *job, int has_void)
 void CVOL_SIMD(cvol_sheet_shade)(const cvol_layer *layer, const cvol_sheet_table *table,
                                  const cvol_line *line)
 {
-    const int unit = layer->lane_step == 1, has_void = layer->cover_at != 0;
+    const int unit = layer->unit, has_void = layer->cover_at != 0;
     line_job job;
     job.layer = layer;
     job.table = table;

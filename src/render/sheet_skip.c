@@ -159,6 +159,64 @@ static uint8_t bits_of(int seen, const window_content *content)
     return (uint8_t)((seen ? CVOL_WINDOW_SEEN : 0) | (content->masked ? CVOL_WINDOW_MASKED : 0));
 }
 
+/* ---- what is clipped ---------------------------------------------------------------------------
+ */
+
+/* Whether nothing of a block is looked at: neither within what is drawn, nor by interpolation, nor
+ * on the sheets before and behind. */
+static int is_clipped(const cvol_sheet_plan *plan, size_t lane, size_t row, size_t layer)
+{
+    const double around = plan->lapped ? 2 : 0;
+    const size_t place[3] = {lane, row, layer};
+    const int block[3] = {plan->block_lane, plan->block_row, plan->block_sheet};
+    const double pitch[3] = {plan->pitch_lane, plan->pitch_row, plan->pitch_sheet};
+    double centre[3], half[3];
+    for (int k = 0; k < 3; k++) {
+        const double lo = (double)(place[k] * (size_t)block[k]);
+        centre[k] = lo + (block[k] - 1) / 2.0;
+        half[k] = (block[k] - 1) / 2.0 + plan->pitch_sheet + (1 + around + plan->lit) * pitch[k] +
+                  0.1;
+        if (centre[k] + half[k] < plan->lo[k] || centre[k] - half[k] > plan->hi[k])
+            return 1;
+    }
+    for (int i = 0; i < plan->planes; i++) {
+        double most = plan->plane[i][3];
+        for (int k = 0; k < 3; k++)
+            most += plan->plane[i][k] * centre[k] + fabs(plan->plane[i][k]) * half[k];
+        if (most < 0)
+            return 1;
+    }
+    return 0;
+}
+
+/* Takes out of a layer's windows and blocks what is clipped. */
+static void clip_layer(const cvol_layer_skip *skip, const cvol_sheet_plan *plan, size_t layer,
+                       size_t first_row, size_t last_row)
+{
+    for (size_t row = first_row; row <= last_row; row++)
+        for (size_t lane = 0; lane < plan->blocks_lane; lane++) {
+            uint8_t *touched = &skip->touched[row * plan->blocks_lane + lane];
+            if (*touched && is_clipped(plan, lane, row, layer))
+                *touched = CVOL_TOUCHED_CLIPPED;
+        }
+    for (size_t row = first_row; row <= last_row; row++)
+        for (int c = 0; c < skip->windows; c++) {
+            const size_t at = row * (size_t)skip->windows + (size_t)c;
+            const size_t beyond = row < last_row ? row + 1 : row;
+            size_t first, last;
+            int within = 0, across = 0;
+            window_blocks(&first, &last, plan, c);
+            for (size_t lane = first; lane <= last; lane++) {
+                within |= skip->touched[row * plan->blocks_lane + lane] == CVOL_TOUCHED_DRAWN;
+                across |= skip->touched[beyond * plan->blocks_lane + lane] == CVOL_TOUCHED_DRAWN;
+            }
+            if (!within)
+                skip->within[at] &= (uint8_t)~CVOL_WINDOW_SEEN;
+            if (!within && !across)
+                skip->across[at] &= (uint8_t)~CVOL_WINDOW_SEEN;
+        }
+}
+
 void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_skip_source *source, size_t layer,
                           size_t first_row, size_t last_row)
 {
@@ -192,6 +250,8 @@ void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_skip_source *s
                     skip->touched[(row + 1) * lanes + lane] |= (uint8_t)across;
             }
         }
+    if (plan->clipped)
+        clip_layer(skip, plan, layer, first_row, last_row);
 }
 
 void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *intermediate, int begin,
@@ -209,16 +269,28 @@ void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *interme
     }
 }
 
-/* First and last tile that samples of one block and axis reach, over the sheets of a layer. */
-static void tile_span(int *first, int *last, double start, double delta, double shear, int block,
-                      double margin, size_t place, const double z[2], int count)
+/* First and last tile that samples lo .. hi of one axis reach, between two planes of samples. */
+static void tile_span(int *first, int *last, double start, double delta, double lo, double hi,
+                      const double shift[2], const double scale[2], int count)
 {
-    double lo = (double)(place * (size_t)block) - margin, hi = lo + block - 1 + 2 * margin;
-    double drift_a = shear * z[0], drift_b = shear * z[1];
-    double from = floor((lo - fmax(drift_a, drift_b) - start) / delta) - 1;
-    double to = ceil((hi - fmin(drift_a, drift_b) - start) / delta) + 1;
+    double from = INFINITY, to = -INFINITY;
+    for (int k = 0; k < 2; k++) {
+        from = fmin(from, (lo - shift[k]) / scale[k]);
+        to = fmax(to, (hi - shift[k]) / scale[k]);
+    }
+    from = floor((from - start) / delta) - 1;
+    to = ceil((to - start) / delta) + 1;
     *first = from < 0 ? 0 : from >= (double)count * CVOL_TILE ? count : (int)from / CVOL_TILE;
     *last = to < 0 ? -1 : to >= (double)count * CVOL_TILE ? count - 1 : (int)to / CVOL_TILE;
+}
+
+/* A plane beside the eye or behind it becomes one just before it. */
+static void keep_ahead(cvol_sheet_crossing *at, const cvol_sheet_plan *plan)
+{
+    const double least = 1e-3;
+    if (at->scale < least)
+        *at = (cvol_sheet_crossing){(1 - least) * plan->eye_lane, (1 - least) * plan->eye_row,
+                                    least};
 }
 
 int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, size_t lane,
@@ -226,12 +298,23 @@ int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, siz
 {
     int left, right, top, bottom;
     const double beyond = plan->lapped ? 2 : 0; /* points that the block's own reach */
+    cvol_sheet_crossing from = cvol_sheet_cross(plan, cvol_sheet_place(plan, z_begin)),
+                        to = cvol_sheet_cross(plan, cvol_sheet_place(plan, z_end - 1));
+    if (from.scale <= 0 && to.scale <= 0) /* behind the eye */
+        return 0;
+    keep_ahead(&from, plan);
+    keep_ahead(&to, plan);
     const double around = fmax(2, 2 * plan->pitch_sheet);
-    const double z[2] = {cvol_sheet_place(plan, z_begin), cvol_sheet_place(plan, z_end - 1)};
-    tile_span(&left, &right, plan->u0, plan->du, plan->shear_lane, plan->block_lane,
-              fmax(around, plan->pitch_lane) + beyond * plan->pitch_lane, lane, z, tiles->across);
-    tile_span(&top, &bottom, plan->v0, plan->dv, plan->shear_row, plan->block_row,
-              fmax(around, plan->pitch_row) + beyond * plan->pitch_row, row, z, tiles->down);
+    const double lanes[2] = {from.lane, to.lane}, rows[2] = {from.row, to.row},
+                 scales[2] = {from.scale, to.scale},
+                 reach_lane = fmax(around, plan->pitch_lane) + beyond * plan->pitch_lane,
+                 reach_row = fmax(around, plan->pitch_row) + beyond * plan->pitch_row;
+    const double lane_lo = (double)(lane * (size_t)plan->block_lane) - reach_lane,
+                 row_lo = (double)(row * (size_t)plan->block_row) - reach_row;
+    tile_span(&left, &right, plan->u0, plan->du, lane_lo,
+              lane_lo + plan->block_lane - 1 + 2 * reach_lane, lanes, scales, tiles->across);
+    tile_span(&top, &bottom, plan->v0, plan->dv, row_lo,
+              row_lo + plan->block_row - 1 + 2 * reach_row, rows, scales, tiles->down);
     top = top < tile_begin ? tile_begin : top;
     bottom = bottom >= tile_end ? tile_end - 1 : bottom;
     for (int y = top; y <= bottom; y++)

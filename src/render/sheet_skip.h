@@ -18,10 +18,15 @@ void cvol_visibility_make(cvol_visibility *visibility, const cvol_array *array,
 /* Whether the samples of the block, by themselves, can be seen. */
 int cvol_visibility_of(const cvol_visibility *visibility, const cvol_block *block);
 
+/* A block that windows with something to be seen touch; one that would be, but lies outside of what
+ * is drawn. */
+#define CVOL_TOUCHED_DRAWN 1
+#define CVOL_TOUCHED_CLIPPED 2
+
 /* One layer's windows (see cvol_windows) and which of its blocks they touch. */
 typedef struct cvol_layer_skip {
     uint8_t *within, *across; /* [blocks_row][windows] */
-    uint8_t *touched;         /* [blocks_row][blocks_lane] */
+    uint8_t *touched;         /* [blocks_row][blocks_lane]: 0, CVOL_TOUCHED_... */
     float *levels;            /* of within, then of across; then the spreads of both */
     int windows;
     size_t flag_capacity, level_capacity;

@@ -34,7 +34,7 @@ CVOL_INLINE slope find_slope(const line_job *job, const sheet_line *sheet, int g
                   w[2] * (cvol_load(below) - n0) + w[3] * (cvol_load(below + 1) - n1);
         return out;
     }
-    const double step = job->layer->lane_step, position = sheet->lane_at + (double)i * step;
+    const double step = sheet->lane_step, position = sheet->lane_at + (double)i * step;
     const double whole = floor(position);
     const cvol_vf at = (float)(position - whole) + cvol_iota() * (float)step;
     const cvol_vi index = cvol_to_int(at);
@@ -70,7 +70,7 @@ CVOL_COLD slope find_slope_masked(const line_job *job, const sheet_line *sheet, 
                                   int unit)
 {
     const cvol_layer *layer = job->layer;
-    const double step = layer->lane_step;
+    const double step = sheet->lane_step;
     const double position = sheet->lane_at + (group * CVOL_GROUP + k * CVOL_LANES) * step;
     const long x = sheet->footprint.x + group * CVOL_GROUP + k * CVOL_LANES;
     cvol_vf value[5], cover[5]; /* here, lanes after and before, rows after and before */

@@ -1,5 +1,6 @@
-/* The last step: from the intermediate image, which lies in the plane of sheet 0, to the picture,
- * by Catmull-Rom interpolation (warp_simd.c). */
+/* The last step: from the intermediate image, which lies in the plane of sheet 0 or, in
+ * perspective, in one before the eye, to the picture, by Catmull-Rom interpolation (warp_simd.c).
+ */
 #include <string.h>
 
 #include "base/thread.h"
@@ -57,12 +58,23 @@ static uint8_t to_byte(float value)
     return (uint8_t)(value <= 0 ? 0 : value >= 1 ? 255 : 255 * value + 0.5f);
 }
 
-/* Where pixels first .. first + CVOL_WARP_CHUNK - 1 of line y of the picture lie in the
- * intermediate image. */
+/* Where pixels first .. first + places->count - 1 of line y of the picture lie in the intermediate
+ * image. */
 static void locate(cvol_warp_places *places, const cvol_sheet_plan *plan, int y, int first)
 {
-    const double u = (plan->warp[0][0] + y * plan->warp[0][2] - plan->u0) / plan->du;
-    const double v = (plan->warp[1][0] + y * plan->warp[1][2] - plan->v0) / plan->dv;
+    double start[3];
+    for (int k = 0; k < 3; k++)
+        start[k] = plan->warp[k][0] + y * plan->warp[k][2];
+    if (plan->perspective) {
+        const double u0 = plan->eye_lane - plan->u0, v0 = plan->eye_row - plan->v0;
+        for (int i = 0; i < places->count; i++) {
+            const double ahead = 1 / (start[2] + (first + i) * plan->warp[2][1]);
+            places->u[i] = (u0 + (start[0] + (first + i) * plan->warp[0][1]) * ahead) / plan->du;
+            places->v[i] = (v0 + (start[1] + (first + i) * plan->warp[1][1]) * ahead) / plan->dv;
+        }
+        return;
+    }
+    const double u = (start[0] - plan->u0) / plan->du, v = (start[1] - plan->v0) / plan->dv;
     const double step_u = plan->warp[0][1] / plan->du, step_v = plan->warp[1][1] / plan->dv;
     for (int i = 0; i < CVOL_WARP_CHUNK; i++) {
         places->u[i] = u + (first + i) * step_u;
@@ -131,6 +143,20 @@ static void fill_empty(float values[4 * CVOL_WARP_CHUNK], const cvol_warp_source
         memcpy(values + 4 * i, source->empty, sizeof source->empty);
 }
 
+/* The pixels of a line from *begin on that are the plan's: *begin .. *end - 1. They are the inside
+ * of a polygon, so that there are no others. */
+static void find_pixels(int *begin, int *end, const cvol_sheet_plan *plan, int y, int width)
+{
+    *begin = 0;
+    *end = width;
+    if (!plan->perspective)
+        return;
+    while (*begin < width && !cvol_sheet_plan_has(plan, *begin, y))
+        ++*begin;
+    while (*end > *begin && !cvol_sheet_plan_has(plan, *end - 1, y))
+        --*end;
+}
+
 /* `nothing`: a chunk of the picture where nothing was drawn, as bytes. */
 static void write_line(cvol_image *image, int y, const cvol_warp_source *source,
                        const cvol_sheet_plan *plan, const pixel_writer *writer,
@@ -138,10 +164,11 @@ static void write_line(cvol_image *image, int y, const cvol_warp_source *source,
 {
     cvol_warp_places places;
     float values[4 * CVOL_WARP_CHUNK] __attribute__((aligned(64)));
-    for (int first = 0; first < image->width; first += CVOL_WARP_CHUNK) {
+    int begin, end;
+    find_pixels(&begin, &end, plan, y, image->width);
+    for (int first = begin; first < end; first += CVOL_WARP_CHUNK) {
         const size_t at = (size_t)y * (size_t)image->width + (size_t)first;
-        places.count = image->width - first < CVOL_WARP_CHUNK ? image->width - first
-                                                              : CVOL_WARP_CHUNK;
+        places.count = end - first < CVOL_WARP_CHUNK ? end - first : CVOL_WARP_CHUNK;
         locate(&places, plan, y, first);
         if (CVOL_SIMD_CHOOSE(cvol_warp_sample)(values, source, &places)) {
             write_chunk(image, at, writer, values, places.count);
@@ -208,4 +235,19 @@ void cvol_warp_grey(cvol_image *image, cvol_intermediate *intermediate, const cv
         .lo = (float)lo,
         .scale = (float)(hi > lo ? 1 / (hi - lo) : 0)};
     warp(image, intermediate, plan, &writer, threads);
+}
+
+void cvol_warp_nothing(cvol_image *image, int grey, const double background[3])
+{
+    const size_t count = (size_t)image->width * (size_t)image->height;
+    const pixel_writer writer = {
+        .empty = {0, 0, 0, grey ? 0 : 1},
+        .background = {(float)background[0], (float)background[1], (float)background[2]},
+        .grey = grey};
+    float values[4 * CVOL_WARP_CHUNK] __attribute__((aligned(64)));
+    for (int i = 0; i < CVOL_WARP_CHUNK; i++)
+        memcpy(values + 4 * i, &writer.empty, sizeof writer.empty);
+    for (size_t at = 0; at < count; at += CVOL_WARP_CHUNK)
+        write_chunk(image, at, &writer, values,
+                    count - at < CVOL_WARP_CHUNK ? (int)(count - at) : CVOL_WARP_CHUNK);
 }

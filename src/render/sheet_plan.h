@@ -1,0 +1,19 @@
+/* What the two ways of planning a frame share: sheet_plan.c (parallel projection) and
+ * sheet_perspective.c. */
+#ifndef CVOL_RENDER_SHEET_PLAN_H
+#define CVOL_RENDER_SHEET_PLAN_H
+
+#include "render/sheet.h"
+
+#define CVOL_INTERMEDIATE_MAX 32768
+
+/* Clears a plan and sets what of it is the volume's and its clip's, with sheets across `axis`. */
+void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int level,
+                            const cvol_view *view, int axis);
+
+/* Points per block and axis, their pitch, the place of the first, and the distance of intermediate
+ * pixels, in samples, where a pixel of the picture spans `pixel` samples. */
+void cvol_sheet_resolution(int *points, double *pitch, double *first, double *delta, double pixel,
+                           int block);
+
+#endif
