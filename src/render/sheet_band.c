@@ -298,7 +298,7 @@ static void describe_rays(cvol_layer *out, const cvol_sheet_plan *plan)
     const double tolerance = 1e-4, way = plan->ascending ? 1 : -1;
     out->perspective = plan->perspective;
     out->unit = !plan->perspective && plan->du / plan->pitch_lane == 1;
-    out->only = plan->sheet_count == 1;
+    out->only = plan->sheets == 1;
     out->cuts = plan->planes;
     out->lane_lo = (plan->lo[0] - plan->first_lane) / plan->pitch_lane - tolerance;
     out->lane_hi = (plan->hi[0] - plan->first_lane) / plan->pitch_lane + tolerance;
