@@ -314,7 +314,7 @@ static void test_skipping_is_safe(void **state)
                                         halves_y, halves_z, patches, corner};
     /* Where a ray comes out of a skipped block, the last value in it is known only by the block's
      * range. That can be seen where such a step is all there is to see. */
-    static const double floors_db[] = {99, 51, 48, 35, 52, 40, 37, 60, 55};
+    static const double floors_db[] = {99, 52, 52, 36, 57, 41, 38, 66, 65};
     static const cvol_transfer_point band[] = {
         {39, 1, 1, 1, 0}, {45, 1, .5, .2, .5}, {55, .5, .5, 1, .5}, {61, 1, 1, 1, 0}};
     static const cvol_transfer_point high[] = {{20, 1, 1, 1, 0}, {100, 1, .5, .2, .8}};
@@ -344,8 +344,9 @@ static void test_skipping_is_safe(void **state)
                                                       &options);
                     double psnr = support_psnr(skipped, whole);
                     if (getenv("CVOL_TEST_VERBOSE") || psnr < floor_db)
-                        print_message("%s sampler %zu function %zu view %zu zoom %g: %.2f dB\n",
-                                      lapped ? "lapped" : "plain", s % count, f, v, zooms[z], psnr);
+                        print_message("%s sampler %zu function %zu view %zu zoom %g: %.2f dB, largest %d\n",
+                                      lapped ? "lapped" : "plain", s % count, f, v, zooms[z], psnr,
+                                      support_difference(skipped, whole));
                     if (!getenv("CVOL_TEST_VERBOSE")) {
                         assert_true(psnr >= floor_db);
                         assert_true(!one_level || support_difference(skipped, whole) <= 1);

@@ -30,8 +30,6 @@
 #include "render/light.h"
 
 #define CVOL_TABLE_SIZE 2048
-/* An interval between sheets is sampled in 1, 2 or 4 parts. */
-#define CVOL_LEVELS 3
 /* How far opacity and colour may depart from a straight line before an interval is divided. */
 #define CVOL_FLAT_TOLERANCE 0.05f
 /* Pixels of the intermediate image are worked on in groups of this many. */
@@ -45,9 +43,9 @@
 #define CVOL_PIECE_BIN_LOG2 5
 
 /* Classification of one frame (sheet_table.c). The table coordinate of a value is
- * (value - offset - from) scale, and entry t stands for t .. t + 1. entries[l] has the opacity
- * (first) of 2^-l of the distance between two sheets, and the colour (second:
- * r | g << 10 | b << 20). Over intervals of up to `flat` entries both are as good as linear.
+ * (value - offset - from) scale, and entry t stands for t .. t + 1. Entries have the opacity
+ * (first) over the distance between two sheets, and the colour (second: r | g << 10 | b << 20).
+ * Over intervals of up to `flat` entries both are as good as linear.
  *
  * The same as pieces: colour times opacity (0 to 2) and opacity (3) are
  *     piece_start[k][i] + t piece_rise[k][i]
@@ -65,7 +63,7 @@ typedef struct cvol_sheet_table {
     float piece_start[4][CVOL_PIECES] __attribute__((aligned(64)));
     float piece_rise[4][CVOL_PIECES] __attribute__((aligned(64)));
     int16_t piece_of[CVOL_PIECE_BINS] __attribute__((aligned(64)));
-    cvol_pair entries[CVOL_LEVELS][CVOL_TABLE_SIZE] __attribute__((aligned(64)));
+    cvol_pair entries[CVOL_TABLE_SIZE] __attribute__((aligned(64)));
 } cvol_sheet_table;
 
 /* What samples that are no part of the transform are (array/mask.h). */

@@ -92,33 +92,20 @@ CVOL_INLINE cvol_vf weight_share(cvol_vf share, cvol_vf opacity, cvol_vf weight)
     return cvol_select(weight >= least, share * share_of_part(opacity, weight), cvol_splat(0));
 }
 
-CVOL_INLINE void composite_entry(pixels *p, const cvol_sheet_table *table, cvol_vf t,
-                                 sample_parts parts, cvol_vf weight, int weighted,
-                                 const lit_matter *lit)
+/* What matter of a value has over the distance of two sheets: colour times opacity, and opacity. */
+typedef struct matter {
+    cvol_vf v[4];
+} matter;
+
+CVOL_INLINE matter matter_of_entry(const cvol_sheet_table *table, cvol_vf t)
 {
     cvol_vf opacity;
-    cvol_vi colour, index = cvol_to_int(table_clamp(t));
-    if (parts.divided)
-        index += ((parts.halves & 1) + (parts.quarters & 1)) * CVOL_TABLE_SIZE;
-    cvol_lookup(&opacity, &colour, table->entries[0], index);
-    if (parts.divided)
-        opacity = (cvol_vf)((cvol_vi)opacity & parts.mask);
-    cvol_vf share = p->through;
-    if (weighted)
-        share = weight_share(share, opacity, weight);
-    share *= opacity;
-    p->through -= share;
-    if (lit) {
-        const cvol_vf gloss = share * lit->gloss;
-        p->r += gloss;
-        p->g += gloss;
-        p->b += gloss;
-        share *= lit->factor;
-    }
-    share *= 1.0f / 1023;
-    p->r += share * cvol_to_float(colour & 1023);
-    p->g += share * cvol_to_float((colour >> 10) & 1023);
-    p->b += share * cvol_to_float(colour >> 20);
+    cvol_vi colour;
+    cvol_lookup(&opacity, &colour, table->entries, cvol_to_int(table_clamp(t)));
+    const cvol_vf share = opacity * (1.0f / 1023);
+    return (matter){{share * cvol_to_float(colour & 1023),
+                     share * cvol_to_float((colour >> 10) & 1023),
+                     share * cvol_to_float(colour >> 20), opacity}};
 }
 
 #if HAVE_PIECES
@@ -135,9 +122,7 @@ CVOL_INLINE __m512i next_piece(const cvol_sheet_table *table, __m512i piece, cvo
     return _mm512_mask_add_epi32(piece, beyond, piece, _mm512_set1_epi32(1));
 }
 
-CVOL_INLINE void composite_piece(pixels *p, const cvol_sheet_table *table, cvol_vf t,
-                                 sample_parts parts, cvol_vf weight, int weighted,
-                                 const lit_matter *lit)
+CVOL_INLINE matter matter_of_piece(const cvol_sheet_table *table, cvol_vf t)
 {
     /* Entries lie in the middles of their coordinates. */
     t = cvol_min(cvol_max(t, cvol_splat(0.5f)), cvol_splat(CVOL_TABLE_SIZE - 0.5f));
@@ -147,87 +132,167 @@ CVOL_INLINE void composite_piece(pixels *p, const cvol_sheet_table *table, cvol_
                                               _mm512_load_si512(table->piece_of + 32));
     piece = _mm512_and_si512(piece, _mm512_set1_epi32(CVOL_PIECES - 1));
     piece = next_piece(table, next_piece(table, piece, t), t);
-    cvol_vf v[4];
+    matter m;
     for (int k = 0; k < 4; k++)
-        v[k] = piece_value(table->piece_start[k], piece) +
-               t * piece_value(table->piece_rise[k], piece);
+        m.v[k] = piece_value(table->piece_start[k], piece) +
+                 t * piece_value(table->piece_rise[k], piece);
+    return m;
+}
+#endif
+
+/* `lit` NULL: its colour is as it is. Light may make it thinner, where the table says so. */
+CVOL_INLINE matter matter_of(const cvol_sheet_table *table, cvol_vf t, const lit_matter *lit,
+                             int pieces)
+{
+    matter m;
+#if HAVE_PIECES
+    if (pieces)
+        m = matter_of_piece(table, t);
+    else
+#endif
+        m = matter_of_entry(table, t);
+    (void)pieces;
+    if (!lit)
+        return m;
+    if (table->light->thinning > 0) {
+        const cvol_vf share = weight_share(cvol_splat(1), m.v[3], lit->thickness);
+        for (int k = 0; k < 4; k++)
+            m.v[k] *= share;
+    }
+    for (int k = 0; k < 3; k++)
+        m.v[k] = m.v[k] * lit->factor + m.v[3] * lit->gloss;
+    return m;
+}
+
+/* Of an opacity its share over half the length, 1 / (1 + sqrt(through)); *through = 1 - opacity
+ * becomes that of the half. */
+CVOL_INLINE cvol_vf half_share(cvol_vf *through)
+{
+#if defined(__AVX512F__)
+    *through = (cvol_vf)_mm512_mul_ps((__m512)*through, _mm512_rsqrt14_ps((__m512)*through));
+    return (cvol_vf)_mm512_rcp14_ps((__m512)(1 + *through));
+#elif defined(__AVX2__)
+    *through = (cvol_vf)_mm256_sqrt_ps((__m256)*through);
+    return 1 / (1 + *through);
+#else
+    for (int lane = 0; lane < CVOL_LANES; lane++)
+        (*through)[lane] = sqrtf((*through)[lane]);
+    return 1 / (1 + *through);
+#endif
+}
+
+/* One part of an interval, of the mean of the matter at its ends; if `weighted`, only this part of
+ * its length. */
+CVOL_INLINE void composite_part(pixels *p, const matter *from, const matter *to, sample_parts parts,
+                                cvol_vf weight, int weighted)
+{
     cvol_vf share = p->through;
-    if (parts.divided) { /* (1 - sqrt(T)) / (1 - T) = 1 / (1 + sqrt(T)), T = 1 - opacity; and again
-                          */
-        const __m512 through = (__m512)cvol_max(1 - v[3], cvol_splat(1e-12f));
-        const __m512 half = _mm512_mul_ps(through, _mm512_rsqrt14_ps(through));
-        const __m512 quarter = _mm512_mul_ps(half, _mm512_rsqrt14_ps(half));
-        const cvol_vf of_half = (cvol_vf)_mm512_rcp14_ps((__m512)(1 + (cvol_vf)half));
-        const cvol_vf of_quarter = (cvol_vf)_mm512_rcp14_ps((__m512)(1 + (cvol_vf)quarter));
-        share = cvol_select(parts.halves, share * of_half, share);
-        share = cvol_select(parts.quarters, share * of_quarter, share);
+    const cvol_vf twice = from->v[3] + to->v[3];
+    if (parts.divided) {
+        cvol_vf through = cvol_max(1 - 0.5f * twice, cvol_splat(1e-12f));
+        share = cvol_select(parts.halves, share * half_share(&through), share);
+        share = cvol_select(parts.quarters, share * half_share(&through), share);
         share = (cvol_vf)((cvol_vi)share & parts.mask);
     }
     if (weighted)
-        share = weight_share(share, v[3], weight);
-    p->through -= share * v[3];
-    if (lit) {
-        const cvol_vf gloss = share * v[3] * lit->gloss;
-        p->r += gloss;
-        p->g += gloss;
-        p->b += gloss;
-        share *= lit->factor;
-    }
-    p->r += share * v[0];
-    p->g += share * v[1];
-    p->b += share * v[2];
-}
-#endif
-
-/* One sample, at table coordinate t; if `weighted`, only this part of its length. `lit` NULL: its
- * colour is as it is. */
-CVOL_INLINE void composite_sample(pixels *p, const cvol_sheet_table *table, cvol_vf t,
-                                  sample_parts parts, cvol_vf weight, int weighted,
-                                  const lit_matter *lit, int pieces)
-{
-#if HAVE_PIECES
-    if (pieces) {
-        composite_piece(p, table, t, parts, weight, weighted, lit);
-        return;
-    }
-#endif
-    (void)pieces;
-    composite_entry(p, table, t, parts, weight, weighted, lit);
+        share = weight_share(share, 0.5f * twice, weight);
+    share *= 0.5f;
+    p->r += share * (from->v[0] + to->v[0]);
+    p->g += share * (from->v[1] + to->v[1]);
+    p->b += share * (from->v[2] + to->v[2]);
+    p->through -= share * twice;
 }
 
-/* The interval from table coordinate a to b, in 1, 2 or 4 parts: each pixel by itself, or the
- * groups would be seen; the less light still comes through, the fewer, for the less an error is
- * seen. A part's sample lies at its far end, so that what counts most, the sheet's own value, is
- * exact. If `weighted`, only this part of its length. */
-CVOL_INLINE void composite_interval(pixels *p, const cvol_sheet_table *table, cvol_vf a, cvol_vf b,
-                                    cvol_vf weight, int weighted, int pieces)
+/* Where a mask is set, another matter. */
+CVOL_INLINE void replace_matter(matter *m, cvol_vi mask, const matter *by)
 {
-    const cvol_vf most = cvol_max(a, b), least = cvol_min(a, b);
-    if (!any_within(most, least, table->visible_from, table->visible_to))
+    for (int k = 0; k < 4; k++)
+        m->v[k] = cvol_select(mask, by->v[k], m->v[k]);
+}
+
+CVOL_INLINE lit_matter mix(const lit_matter *a, const lit_matter *b, cvol_vf t)
+{
+    return (lit_matter){a->factor + t * (b->factor - a->factor),
+                        a->gloss + t * (b->gloss - a->gloss),
+                        a->thickness + t * (b->thickness - a->thickness)};
+}
+
+/* An interval from table coordinate a to b, and its light at both ends; NULL: none. */
+typedef struct interval {
+    cvol_vf a, b;
+    const lit_matter *from, *to;
+} interval;
+
+/* The matter after so much of an interval. */
+CVOL_INLINE matter matter_within(const cvol_sheet_table *table, const interval *i, float t,
+                                 int pieces)
+{
+    const cvol_vf value = i->a + t * (i->b - i->a);
+    if (!i->from)
+        return matter_of(table, value, NULL, pieces);
+    const lit_matter lit = mix(i->from, i->to, cvol_splat(t));
+    return matter_of(table, value, &lit, pieces);
+}
+
+/* An interval in 1, 2 or 4 parts: each pixel by itself, or the groups would be seen; the less light
+ * still comes through, the fewer, for the less an error is seen. If `weighted`, only this part of
+ * its length. *last: the matter at its beginning; becomes that at its end. */
+CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, matter *last,
+                                const interval *i, cvol_vf weight, int weighted, int pieces)
+{
+    const cvol_vf most = cvol_max(i->a, i->b), least = cvol_min(i->a, i->b);
+    if (!any_within(most, least, table->visible_from, table->visible_to)) {
+        *last = (matter){{{0}}};
         return;
+    }
+    const matter end = matter_of(table, i->b, i->to, pieces);
     const cvol_vf span = (most - least) * p->through;
     sample_parts parts = {.divided = 1};
     if (!any_above(span, table->flat)) {
         parts.divided = 0;
-        composite_sample(p, table, b, parts, weight, weighted, NULL, pieces);
+        composite_part(p, last, &end, parts, weight, weighted);
+        *last = end;
         return;
     }
-    const cvol_vf quarter = 0.25f * (b - a);
     parts.halves = span > table->flat;
     parts.quarters = span > 4 * table->flat;
     const int finest = any_above(span, 4 * table->flat);
     if (finest) {
+        const matter first = matter_within(table, i, 0.25f, pieces);
         parts.mask = parts.quarters;
-        composite_sample(p, table, a + quarter, parts, weight, weighted, NULL, pieces);
+        composite_part(p, last, &first, parts, weight, weighted);
+        replace_matter(last, parts.quarters, &first);
     }
+    const matter middle = matter_within(table, i, 0.5f, pieces);
     parts.mask = parts.halves;
-    composite_sample(p, table, a + 2 * quarter, parts, weight, weighted, NULL, pieces);
+    composite_part(p, last, &middle, parts, weight, weighted);
+    replace_matter(last, parts.halves, &middle);
     if (finest) {
+        const matter third = matter_within(table, i, 0.75f, pieces);
         parts.mask = parts.quarters;
-        composite_sample(p, table, a + 3 * quarter, parts, weight, weighted, NULL, pieces);
+        composite_part(p, last, &third, parts, weight, weighted);
+        replace_matter(last, parts.quarters, &third);
     }
     parts.mask = ~(cvol_vi){0};
-    composite_sample(p, table, b, parts, weight, weighted, NULL, pieces);
+    composite_part(p, last, &end, parts, weight, weighted);
+    *last = end;
+}
+
+/* What composite_from is told of a beginning, where the interval before is not known. */
+CVOL_INLINE matter matter_at_start(const cvol_sheet_table *table, cvol_vf a, const lit_matter *lit,
+                                   int pieces)
+{
+    if (!any_within(a, a, table->visible_from, table->visible_to))
+        return (matter){{{0}}};
+    return matter_of(table, a, lit, pieces);
+}
+
+/* An interval by itself. */
+CVOL_INLINE void composite_interval(pixels *p, const cvol_sheet_table *table, const interval *i,
+                                    cvol_vf weight, int weighted, int pieces)
+{
+    matter last = matter_at_start(table, i->a, i->from, pieces);
+    composite_from(p, table, &last, i, weight, weighted, pieces);
 }
 
 #endif

@@ -2,8 +2,9 @@
  *
  * A ray's value is known where it crosses the sheets; between two of them it is taken to be linear.
  * Each interval between sheets is classified at the ends of 1, 2 or 4 parts of it, so many as
- * the transfer function needs over the values that the interval spans (cvol_sheet_table.flat), and
- * composited front to back:
+ * the transfer function needs over the values that the interval spans (cvol_sheet_table.flat); a
+ * part has the mean of what is at its ends (the trapezoidal rule). Parts are composited front to
+ * back:
  *     I += (1 - A) F D,  A += (1 - A) D
  *
  * What each sheet is to the line is found first. Then each group of pixels goes through all sheets
@@ -62,10 +63,9 @@ CVOL_INLINE int is_closed(const group_state *g)
     return !any_above(most, OPAQUE_BELOW);
 }
 
-/* The part of an interval within what is drawn: from..to, 0 at its sheet and -1 at that before.
- * near: how much of that counts as what it is at its beginning, see composite_within. */
+/* The part of an interval within what is drawn: from..to, 0 at its sheet and -1 at that before. */
 typedef struct span {
-    cvol_vf from, to, near;
+    cvol_vf from, to;
 } span;
 
 /* Of the interval that ends at a sheet, for the CVOL_LANES pixels from i on. */
@@ -74,30 +74,21 @@ CVOL_INLINE void find_within(span *out, const line_job *job, int s, int i)
     const cvol_layer *layer = job->layer;
     const sheet_line *sheet = &job->sheets[s];
     const cvol_vf begin = cvol_splat(layer->only ? -0.5f : -1),
-                  end = cvol_splat(layer->only ? 0.5f : 0), zero = {0};
+                  end = cvol_splat(layer->only ? 0.5f : 0);
     cvol_vf enter, leave;
     find_span(&enter, &leave, layer, &layer->sheets[s], &sheet->view,
               sheet->lane_at + i * sheet->lane_step, i, job->line->number);
     out->from = cvol_min(cvol_max(enter, begin), end);
     out->to = cvol_min(cvol_max(leave, begin), end);
-    const cvol_vf near = 0.5f * cvol_min(-enter, 2 + enter);
-    out->near = cvol_max(cvol_min(near, out->to - out->from), zero);
 }
 
-/* What of an interval is within. Elsewhere an interval is all of the kind of its far end. Behind a
- * face that would be another kind as soon as the face passes a sheet, which is seen as rings: so of
- * what is within of the interval that the face cuts, half counts as what it is at the face; and of
- * the next interval half of what the face leaves of the one before. Opaque matter then shows what
- * it is at the face. */
+/* What of an interval is within. */
 CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol_vf from,
                                   cvol_vf to, const span *within, cvol_vf length, int pieces)
 {
-    const sample_parts all = {.divided = 0};
-    const cvol_vf rise = to - from, a = to + within->from * rise, b = to + within->to * rise;
-    const cvol_vf rest = within->to - within->from - within->near;
-    if (any_above(within->near, LEAST_WEIGHT))
-        composite_sample(p, table, a, all, within->near * length, 1, NULL, pieces);
-    composite_interval(p, table, a, b, rest * length, 1, pieces);
+    const cvol_vf rise = to - from;
+    const interval all = {to + within->from * rise, to + within->to * rise, NULL, NULL};
+    composite_interval(p, table, &all, (within->to - within->from) * length, 1, pieces);
 }
 
 /* A group that was drawn up to the sheet before meets a window that cannot be seen: what of the
@@ -153,14 +144,15 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
             weight *= 0.5f * (before + cover);
             g->cover[k] = cover;
         }
+        const interval all = {from, to, NULL, NULL};
         if (!inside) {
             span within;
             find_within(&within, job, s, group * CVOL_GROUP + k * CVOL_LANES);
             composite_within(&g->p[k], job->table, from, to, &within, weight, pieces);
         } else if (known && !has_void && !layer->perspective) {
-            composite_interval(&g->p[k], job->table, from, to, weight, 0, pieces);
+            composite_interval(&g->p[k], job->table, &all, weight, 0, pieces);
         } else {
-            composite_interval(&g->p[k], job->table, from, to, known ? weight : 0.5f * weight, 1,
+            composite_interval(&g->p[k], job->table, &all, known ? weight : 0.5f * weight, 1,
                                pieces);
         }
         g->value[k] = value;
@@ -173,11 +165,14 @@ CVOL_INLINE int draw_run(group_state *state, int *closed, const line_job *job, u
                          int group, int unit, int lengths, int pieces)
 {
     group_state g = *state;
+    matter last[PARTS];
+    for (int k = 0; k < PARTS; k++)
+        last[k] = matter_at_start(job->table, g.value[k], NULL, pieces);
     do {
         for (int k = 0; k < PARTS; k++) {
             const cvol_vf value = reconstruct(job, &job->sheets[s], group, k, unit);
-            composite_interval(&g.p[k], job->table, g.value[k], value, g.length[k], lengths,
-                               pieces);
+            const interval all = {g.value[k], value, NULL, NULL};
+            composite_from(&g.p[k], job->table, &last[k], &all, g.length[k], lengths, pieces);
             g.value[k] = value;
         }
         *closed = is_closed(&g);

@@ -264,59 +264,6 @@ CVOL_INLINE lit_matter light_end(const line_job *job, cvol_vf value, slope at, c
 /* ---- drawing ------------------------------------------------------------------------------------
  */
 
-CVOL_INLINE lit_matter between(const lit_matter *a, const lit_matter *b, float t)
-{
-    return (lit_matter){a->factor + t * (b->factor - a->factor),
-                        a->gloss + t * (b->gloss - a->gloss),
-                        a->thickness + t * (b->thickness - a->thickness)};
-}
-
-CVOL_INLINE void lit_sample(pixels *p, const cvol_sheet_table *table, cvol_vf t, sample_parts parts,
-                            cvol_vf weight, int weighted, const lit_matter *lit, int pieces)
-{
-    if (weighted)
-        composite_sample(p, table, t, parts, weight * lit->thickness, 1, lit, pieces);
-    else
-        composite_sample(p, table, t, parts, weight, 0, lit, pieces);
-}
-
-/* composite_interval, lit at its ends. */
-CVOL_INLINE void lit_interval(pixels *p, const cvol_sheet_table *table, cvol_vf a, cvol_vf b,
-                              cvol_vf weight, int weighted, const lit_matter *from,
-                              const lit_matter *to, int pieces)
-{
-    const cvol_vf most = cvol_max(a, b), least = cvol_min(a, b);
-    if (!any_within(most, least, table->visible_from, table->visible_to))
-        return;
-    const cvol_vf span = (most - least) * p->through;
-    sample_parts parts = {.divided = 1};
-    if (!any_above(span, table->flat)) {
-        parts.divided = 0;
-        lit_sample(p, table, b, parts, weight, weighted, to, pieces);
-        return;
-    }
-    const cvol_vf quarter = 0.25f * (b - a);
-    parts.halves = span > table->flat;
-    parts.quarters = span > 4 * table->flat;
-    const int finest = any_above(span, 4 * table->flat);
-    lit_matter lit;
-    if (finest) {
-        parts.mask = parts.quarters;
-        lit = between(from, to, 0.25f);
-        lit_sample(p, table, a + quarter, parts, weight, weighted, &lit, pieces);
-    }
-    parts.mask = parts.halves;
-    lit = between(from, to, 0.5f);
-    lit_sample(p, table, a + 2 * quarter, parts, weight, weighted, &lit, pieces);
-    if (finest) {
-        parts.mask = parts.quarters;
-        lit = between(from, to, 0.75f);
-        lit_sample(p, table, a + 3 * quarter, parts, weight, weighted, &lit, pieces);
-    }
-    parts.mask = ~(cvol_vi){0};
-    lit_sample(p, table, b, parts, weight, weighted, to, pieces);
-}
-
 /* Where the ray first has the surface's value or more: between a and b, as values are straight
  * lines. */
 CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, cvol_vf a, cvol_vf b,
@@ -343,7 +290,6 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
                               int has_void, int pieces)
 {
     const cvol_sheet_table *table = job->table;
-    const int weighted = g->weighted || table->light->thinning > 0;
     const cvol_vf weight = g->weighted ? g->weight[k] : cvol_splat(1);
     lit_matter from = g->is_lit ? g->lit[k] : *now, to = *now;
     cvol_vf a = g->before[k], b = g->value[k];
@@ -352,19 +298,21 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
         const cvol_vi no_start = g->cover_before[k] < LEAST_WEIGHT;
         b = cvol_select(no_end, g->before[k], b);
         a = cvol_select(no_start, g->value[k], a);
-        to.factor = cvol_select(no_end, from.factor, to.factor);
-        to.gloss = cvol_select(no_end, from.gloss, to.gloss);
-        to.thickness = cvol_select(no_end, from.thickness, to.thickness);
-        from.factor = cvol_select(no_start, to.factor, from.factor);
-        from.gloss = cvol_select(no_start, to.gloss, from.gloss);
-        from.thickness = cvol_select(no_start, to.thickness, from.thickness);
+        /* And the light of an end that has less of a value counts less. */
+        const cvol_vf least = cvol_splat(LEAST_WEIGHT);
+        const cvol_vf start = cvol_max(g->cover_before[k], least),
+                      end = cvol_max(g->cover[k], least);
+        const lit_matter to_alone = to;
+        to = mix(&from, &to, cvol_min(end / start, cvol_splat(1)));
+        from = mix(&to_alone, &from, cvol_min(start / end, cvol_splat(1)));
     }
+    const interval all = {a, b, &from, &to};
     if (table->is_surface)
         hit_surface(g, job, k, a, b, weight, &from, &to, has_void);
-    else if (weighted)
-        lit_interval(&g->p[k], table, a, b, weight, 1, &from, &to, pieces);
+    else if (g->weighted)
+        composite_interval(&g->p[k], table, &all, weight, 1, pieces);
     else
-        lit_interval(&g->p[k], table, a, b, weight, 0, &from, &to, pieces);
+        composite_interval(&g->p[k], table, &all, weight, 0, pieces);
 }
 
 /* Draws the pending interval, which ends at sheet `s` of the layer (-1: the last one of the layer

@@ -16,11 +16,11 @@
 #define COARSEST 0.02
 #define MOST_OFF 0.0015
 
-/* The widest interval (a power of two entries) over which classification departs from a straight
- * line by no more than `tolerance` in its middle. */
+/* About the widest interval (entries) over which classification departs from a straight line by no
+ * more than `tolerance` in its middle. */
 static int find_flat(double (*channels)[4], double tolerance)
 {
-    for (int span = CVOL_TABLE_SIZE / 2; span > 1; span /= 2) {
+    for (int span = CVOL_TABLE_SIZE / 2; span > 1; span = 5 * span / 12 * 2) {
         double worst = 0;
         for (int t = 0; t + span < CVOL_TABLE_SIZE && worst <= tolerance; t++)
             for (int k = 0; k < 4; k++) {
@@ -144,10 +144,7 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
         channels[t][1] = opacity * p.g;
         channels[t][2] = opacity * p.b;
         channels[t][3] = opacity;
-        for (int level = 0; level < CVOL_LEVELS; level++) {
-            table->entries[level][t] = (cvol_pair){(float)opacity, colour};
-            opacity = opacity / (1 + sqrt(1 - opacity)); /* 1 - sqrt(1 - opacity) */
-        }
+        table->entries[t] = (cvol_pair){(float)opacity, colour};
         if (p.opacity > 0) {
             first = t < first ? t : first;
             last = t;
