@@ -63,9 +63,10 @@ CVOL_INLINE int is_closed(const group_state *g)
     return !any_above(most, OPAQUE_BELOW);
 }
 
-/* The part of an interval within what is drawn: from..to, 0 at its sheet and -1 at that before. */
+/* The part of an interval within what is drawn: from..to, 0 at its sheet and -1 at that before.
+ * near: how much of that counts as what it is at its beginning, see composite_within. */
 typedef struct span {
-    cvol_vf from, to;
+    cvol_vf from, to, near;
 } span;
 
 /* Of the interval that ends at a sheet, for the CVOL_LANES pixels from i on. */
@@ -74,21 +75,31 @@ CVOL_INLINE void find_within(span *out, const line_job *job, int s, int i)
     const cvol_layer *layer = job->layer;
     const sheet_line *sheet = &job->sheets[s];
     const cvol_vf begin = cvol_splat(layer->only ? -0.5f : -1),
-                  end = cvol_splat(layer->only ? 0.5f : 0);
+                  end = cvol_splat(layer->only ? 0.5f : 0), zero = {0};
     cvol_vf enter, leave;
     find_span(&enter, &leave, layer, &layer->sheets[s], &sheet->view,
               sheet->lane_at + i * sheet->lane_step, i, job->line->number);
     out->from = cvol_min(cvol_max(enter, begin), end);
     out->to = cvol_min(cvol_max(leave, begin), end);
+    const cvol_vf near = 0.5f * cvol_min(-enter, 2 + enter);
+    out->near = cvol_max(cvol_min(near, out->to - out->from), zero);
 }
 
-/* What of an interval is within. */
+/* What of an interval is within. Of opaque matter what lies at a face is all that is seen, and
+ * would not be the same before and behind a sheet, which is seen as rings: so of what is within of
+ * the interval that a face cuts, half counts as what it is at the face; and of the next interval
+ * half of what the face leaves of the one before. */
 CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol_vf from,
                                   cvol_vf to, const span *within, cvol_vf length, int pieces)
 {
+    const sample_parts whole = {.divided = 0};
     const cvol_vf rise = to - from;
     const interval all = {to + within->from * rise, to + within->to * rise, NULL, NULL};
-    composite_interval(p, table, &all, (within->to - within->from) * length, 1, pieces);
+    const cvol_vf rest = within->to - within->from - within->near;
+    matter last = matter_at_start(table, all.a, NULL, pieces);
+    if (any_above(within->near, LEAST_WEIGHT))
+        composite_part(p, &last, &last, whole, within->near * length, 1);
+    composite_from(p, table, &last, &all, rest * length, 1, pieces);
 }
 
 /* A group that was drawn up to the sheet before meets a window that cannot be seen: what of the
