@@ -70,7 +70,8 @@ CVOL_INLINE cvol_vf raise_to(cvol_vf v, cvol_vf w)
                                 m * (-0.7182822f +
                                      m * (0.4582724f +
                                           m * (-0.2795419f + m * (0.1234555f + m * -0.0264590f)))));
-    const cvol_vf y = cvol_max(w * (cvol_to_float((bits >> 23) - 127) + log2_m), cvol_splat(-100));
+    const cvol_vf log2_x = cvol_to_float((bits >> 23) - 127) + log2_m;
+    const cvol_vf y = cvol_min(cvol_max(w * log2_x, cvol_splat(-100)), cvol_splat(0));
     const cvol_vi whole = cvol_to_int(y + 128) - 128;
     const cvol_vf t = y - cvol_to_float(whole);
     const cvol_vf part = 1 +
