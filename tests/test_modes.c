@@ -19,6 +19,7 @@
 #include "codec/corrected.h"
 #include "cvol/codec.h"
 #include "random.h"
+#include "support.h"
 
 static const char *path = "test_modes.cvol";
 
