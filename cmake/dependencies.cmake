@@ -12,6 +12,9 @@ pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3f)
 # Animated WebP, where it is.
 pkg_check_modules(WEBP IMPORTED_TARGET libwebpmux libwebp)
 
+# Formats of volumes that other libraries read, where these are.
+pkg_check_modules(TIFF IMPORTED_TARGET libtiff-4>=4.5)
+
 find_path(NIFTI_INCLUDE_DIR nifti2_io.h PATH_SUFFIXES nifti REQUIRED)
 find_library(NIFTI2_LIBRARY nifti2 REQUIRED)
 find_library(ZNZ_LIBRARY znz REQUIRED)

@@ -1,4 +1,4 @@
-/* Fuzzing of the volume readers (NIfTI, NRRD, MetaImage: by content): any bytes must give a volume
+/* Fuzzing of the volume readers (NIfTI, NRRD, MetaImage, TIFF: by content): any bytes must give a volume
  * or an error with a message. */
 #include "fuzz_file.h"
 
@@ -9,7 +9,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         return 0;
     cvol_context *context = fuzz_context();
     cvol_volume *volume = NULL;
-    if (cvol_volume_read(context, &volume, name, NULL)) {
+    int code = cvol_volume_read(context, &volume, name, NULL);
+    if (code == CVOL_ERROR_ARGUMENT) { /* there are several */
+        const cvol_read_options first = {.has_channel = 1, .has_index = 1};
+        code = cvol_volume_read(context, &volume, name, &first);
+    }
+    if (code) {
         if (!cvol_context_message(context)[0])
             abort();
     } else {

@@ -12,6 +12,13 @@ mkdir -p $build
 flags="-std=gnu11 -g -O1 -Iinclude -Isrc -Ifuzz -isystem /usr/include/nifti
     -fsanitize=address,undefined -fno-sanitize-recover=all -Wno-psabi -Wno-unknown-pragmas"
 
+# Libraries of volume formats, where they are.
+formats=
+if pkg-config --exists 'libtiff-4 >= 4.5'; then
+    flags="$flags -DCVOL_HAVE_TIFF $(pkg-config --cflags libtiff-4)"
+    formats="$formats $(pkg-config --libs libtiff-4)"
+fi
+
 # Without OpenMP: one thread, and no runtime that the sanitizers do not know.
 objects=
 for source in src/*/*.c; do
@@ -39,7 +46,7 @@ done
 
 for fuzzer in "$@"; do
     clang $flags -fsanitize=fuzzer "fuzz/fuzz_$fuzzer.c" $objects -o "$build/fuzz_$fuzzer" \
-        -lnifti2 -lznz -lz -lfftw3f -lpng -lgif -lzstd -ljansson -lpthread -lm
+        $formats -lnifti2 -lznz -lz -lfftw3f -lpng -lgif -lzstd -ljansson -lpthread -lm
     mkdir -p "$build/$fuzzer"
     corpus=$build/$fuzzer
     [ -d "fuzz/corpus/$fuzzer" ] && corpus="$corpus fuzz/corpus/$fuzzer"

@@ -96,23 +96,40 @@ typedef struct common_options {
     }
 
 /* Samples without a header; type_option is what their type is called. */
-#define SHAPE_OPTIONS(c, heading, type_option)                                                  \
-    {NULL, NULL, heading, OPTION_HEADING, NULL, 0, NULL},                                       \
-        {"--dims", "NXxNYxNZ", "number of samples along each axis", OPTION_DIMS, (c).read.dims, \
-         0,        NULL},                                                                       \
-        {type_option, "TYPE",         "uint8 int8 uint16 int16 uint32 int32 float32 float64",   \
-         OPTION_TEXT, &(c).type_name, 0,                                                        \
-         NULL},                                                                                 \
-        {"--big-endian",                                                                        \
-         NULL,                                                                                  \
-         "samples are stored high byte first",                                                  \
-         OPTION_FLAG,                                                                           \
-         &(c).read.big_endian,                                                                  \
-         0,                                                                                     \
-         NULL},                                                                                 \
-    {                                                                                           \
-        "--spacing", "SX,SY,SZ", "distance of samples (default 1,1,1)", OPTION_NUMBERS3,        \
-            (c).read.spacing, 0, NULL                                                           \
+#define SHAPE_OPTIONS(c, heading, type_option)                                                     \
+    {NULL, NULL, heading, OPTION_HEADING, NULL, 0, NULL},                                          \
+        {"--dims", "NXxNYxNZ", "number of samples along each axis", OPTION_DIMS, (c).read.dims,    \
+         0,        NULL},                                                                          \
+        {type_option, "TYPE",         "uint8 int8 uint16 int16 uint32 int32 float32 float64",      \
+         OPTION_TEXT, &(c).type_name, 0,                                                           \
+         NULL},                                                                                    \
+        {"--big-endian",                                                                           \
+         NULL,                                                                                     \
+         "samples are stored high byte first",                                                     \
+         OPTION_FLAG,                                                                              \
+         &(c).read.big_endian,                                                                     \
+         0,                                                                                        \
+         NULL},                                                                                    \
+    {                                                                                              \
+        "--spacing", "SX,SY,SZ", "distance of samples (default 1,1,1); also of TIFF, NumPy, HDF5", \
+            OPTION_NUMBERS3, (c).read.spacing, 0, NULL                                             \
+    }
+
+/* Which of what a file or folder has several of. */
+#define CHOICE_OPTIONS(c)                                                               \
+    {NULL, NULL, "Files with more than one volume:", OPTION_HEADING, NULL, 0, NULL},    \
+        {"--channel",       "I", "channel I, from 0 (TIFF)", OPTION_INTEGER,            \
+         &(c).read.channel, 0,   &(c).read.has_channel},                                \
+        {"--index",                                                                     \
+         "I",                                                                           \
+         "volume I of a series or array of them, from 0",                               \
+         OPTION_INTEGER,                                                                \
+         &(c).read.index,                                                               \
+         0,                                                                             \
+         &(c).read.has_index},                                                          \
+    {                                                                                   \
+        "--series", "NAME", "DICOM series, by number, UID or description", OPTION_TEXT, \
+            &(c).read.series, 0, NULL                                                   \
     }
 
 #define RAW_OPTIONS(c, heading, type)                                                             \
@@ -122,7 +139,7 @@ typedef struct common_options {
             0, &(c).fill_given                                                                    \
     }
 
-#define INPUT_OPTIONS(c) RAW_OPTIONS(c, "Raw samples (x fastest):", "--type")
+#define INPUT_OPTIONS(c) RAW_OPTIONS(c, "Raw samples (x fastest):", "--type"), CHOICE_OPTIONS(c)
 
 /* A context with the threads, progress on a terminal, and cancelling by Ctrl-C; NULL (after a
  * sentence) without memory. */

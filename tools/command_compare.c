@@ -6,7 +6,7 @@ static const char description[] =
     "size, PNG or compressed. PSNR of volumes is over the range of A; of pictures over 255, also "
     "over the foreground\n"
     "alone (pixels where either has a channel above 2), with SSIM beside it. Equal things have a\n"
-    "PSNR of infinity, 999 in JSON.";
+    "PSNR of infinity, 999 in JSON. --channel, --index and --series choose of A.";
 
 static const char examples[] = "  cvol compare brain.nii.gz brain.cvol\n"
                                "  cvol compare a.png b.cvi --json\n";
@@ -45,19 +45,28 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
 {
     input a = {0}, b = {0};
     cvol_volume_difference d;
-    common_options plain = *common;
-    plain.read = cvol_read_options_defaults();
-    plain.type_name = NULL;
+    common_options plain_a = *common, raw_b = *common, plain_b;
+    plain_a.read = cvol_read_options_defaults();
+    plain_a.type_name = NULL;
+    plain_b = plain_a;
+    /* Channels and the like are chosen of A. */
+    plain_a.read.has_channel = common->read.has_channel;
+    plain_a.read.channel = common->read.channel;
+    plain_a.read.has_index = common->read.has_index;
+    plain_a.read.index = common->read.index;
+    plain_a.read.series = common->read.series;
+    raw_b.read.has_channel = raw_b.read.has_index = 0;
+    raw_b.read.series = NULL;
     if (has_raw_options(common) && describes_itself(a_path) && describes_itself(b_path))
         return complain(EXIT_MISUSED,
                         "%s and %s describe themselves: --dims, --type, --big-endian and --spacing "
                         "are for raw samples",
                         a_path, b_path);
-    int status = open_input(context, &a, a_path, describes_itself(a_path) ? &plain : common);
+    int status = open_input(context, &a, a_path, describes_itself(a_path) ? &plain_a : common);
     if (!status)
         status = need_volume(context, &a);
     if (!status)
-        status = open_input(context, &b, b_path, describes_itself(b_path) ? &plain : common);
+        status = open_input(context, &b, b_path, describes_itself(b_path) ? &plain_b : &raw_b);
     if (!status)
         status = need_volume(context, &b);
     if (!status && cvol_volume_compare(context, &d, a.volume, b.volume))

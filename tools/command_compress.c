@@ -478,6 +478,7 @@ int command_compress(int argc, char **argv)
         {"--stream", NULL, "slab by slab, in little memory, whatever the volume's size",
          OPTION_FLAG, &a.stream, 0, NULL},
         SHAPE_OPTIONS(a.common, "Raw samples (x fastest):", "--type"),
+        CHOICE_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),
     };
     command_line line = {.usage = "cvol compress IN OUT.cvol [options]",

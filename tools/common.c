@@ -1,5 +1,6 @@
 /* Contexts with progress and Ctrl-C, inputs of any kind, JSON. */
 #define _GNU_SOURCE
+#include <dirent.h>
 #include <errno.h>
 #include <math.h>
 #include <signal.h>
@@ -96,10 +97,26 @@ double milliseconds(void)
 
 /* ---- inputs ---------------------------------------------------------------------------------- */
 
+/* Of a folder: of the files in it. */
+static uint64_t folder_size(const char *path)
+{
+    uint64_t size = 0;
+    DIR *folder = opendir(path);
+    struct stat status;
+    for (const struct dirent *entry; folder && (entry = readdir(folder));)
+        if (!fstatat(dirfd(folder), entry->d_name, &status, 0) && S_ISREG(status.st_mode))
+            size += (uint64_t)status.st_size;
+    if (folder)
+        closedir(folder);
+    return size;
+}
+
 uint64_t file_size(const char *path)
 {
     struct stat status;
-    return stat(path, &status) ? 0 : (uint64_t)status.st_size;
+    if (stat(path, &status))
+        return 0;
+    return S_ISDIR(status.st_mode) ? folder_size(path) : (uint64_t)status.st_size;
 }
 
 int read_type_name(common_options *common)
@@ -132,6 +149,11 @@ int has_raw_options(const common_options *common)
            read->spacing[1] != 0 || read->spacing[2] != 0;
 }
 
+static int has_choice(const common_options *common)
+{
+    return common->read.has_channel || common->read.has_index || common->read.series;
+}
+
 int open_input(cvol_context *context, input *in, const char *path, common_options *common)
 {
     memset(in, 0, sizeof *in);
@@ -140,6 +162,11 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
             return complain(EXIT_MISUSED,
                             "%s: is a .cvol file, which describes itself: --dims, --type, "
                             "--big-endian and --spacing are for raw samples",
+                            path);
+        if (has_choice(common))
+            return complain(EXIT_MISUSED,
+                            "%s: is a .cvol file, which holds one volume: --channel, --index and "
+                            "--series have nothing to choose from",
                             path);
         const cvol_file_part part = {.level = common->level, .cut = common->accept_cut};
         cvol_file_report report;

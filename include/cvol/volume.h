@@ -28,14 +28,22 @@ typedef struct cvol_read_options {
     size_t dims[3];
     cvol_type type;
     int big_endian;
-    double spacing[3]; /* 0: 1 */
+    /* Also for formats that often do not say it (TIFF, NumPy, HDF5). 0: what the file says, or 1. */
+    double spacing[3];
+    /* Which of several channels, and which of several volumes (a time series, the first axis of an
+     * array of four), counted from 0. Without has_... the file must have but one. */
+    int has_channel, channel;
+    int has_index, index;
+    /* Which of several DICOM series in a folder: its number, UID or description. NULL: the only
+     * one. The text must outlive the call. */
+    const char *series;
 } cvol_read_options;
 
 CVOL_API cvol_read_options cvol_read_options_defaults(void);
 
 /* Reads a volume; the format is recognised by content, else by name: NIfTI-1/2 (.nii, .nii.gz),
- * NRRD (.nrrd, .nhdr; raw, gzip, ascii), MetaImage (.mha, .mhd), or raw samples with
- * options->dims and options->type. options may be NULL. The caller frees *out.
+ * NRRD (.nrrd, .nhdr; raw, gzip, ascii), MetaImage (.mha, .mhd), TIFF (.tif; or a folder of
+ * slices), or raw samples with options->dims and options->type. options may be NULL. The caller frees *out.
  * Cost: one pass over the file, one dense volume of memory.
  * Errors: IO, FORMAT, UNSUPPORTED, LIMIT, MEMORY, ARGUMENT, CANCELLED. */
 CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
@@ -46,7 +54,7 @@ CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const ch
 CVOL_API int cvol_file_is_volume(const char *path);
 
 /* Writes a volume in its own sample type; the name's ending chooses the format: .nrrd, .nhdr,
- * .nii, .nii.gz, .mha, .mhd, .raw. The file appears under its name only when it is whole; what
+ * .nii, .nii.gz, .mha, .mhd, .raw, .tif (which keeps spacing alone). The file appears under its name only when it is whole; what
  * was there before stays until then. Errors: ARGUMENT (unknown ending), UNSUPPORTED, IO, MEMORY. */
 CVOL_API int cvol_volume_write(cvol_context *context, const cvol_volume *volume, const char *path);
 
@@ -98,8 +106,10 @@ CVOL_API int cvol_volume_sink_commit(cvol_context *context, cvol_volume_sink *si
 /* Removes what was written and frees the sink; NULL is allowed. */
 CVOL_API void cvol_volume_sink_abandon(cvol_volume_sink *sink);
 
-/* The reader and writer endings, for messages: ".nrrd .nhdr ..."; static storage. */
+/* The endings that can be written, for messages: ".nrrd .nhdr ..."; static storage. */
 CVOL_API const char *cvol_volume_formats(void);
+/* The endings of files that this build reads; formats whose library it lacks are not among them. */
+CVOL_API const char *cvol_volume_readers(void);
 
 /* Minimum, maximum and mean of the samples, and how many are NaN or infinite (those are left
  * out of the other three), with the index (x fastest) of the first of them. */

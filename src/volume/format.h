@@ -7,10 +7,20 @@
 /* Bytes of a file's beginning that the formats are recognised by. */
 #define CVOL_FORMAT_HEAD_BYTES 4096
 
+/* Which read options a format has a use for, beyond those of raw samples. */
+enum {
+    CVOL_TAKES_SPACING = 1,
+    CVOL_TAKES_CHANNEL = 2,
+    CVOL_TAKES_INDEX = 4,
+    CVOL_TAKES_SERIES = 8
+};
+
 typedef struct cvol_format {
     const char *name;
     /* Names of files that are read and written in this format end so. */
     const char *endings[4];
+    /* The library that it needs and this build lacks: nothing but an excuse. NULL: none. */
+    const char *lacks;
     /* 1 if a file that begins with these bytes is of this format. NULL: no way to tell. */
     int (*recognise)(const uint8_t *head, size_t size);
     /* Reads what the header says, and no samples; the grid need not make sense yet. `options`
@@ -24,11 +34,23 @@ typedef struct cvol_format {
                 const char *path);
     /* 1 if the reader needs dims and type from the options. */
     int needs_options;
+    int takes;        /* CVOL_TAKES_... */
+    int takes_folder; /* 1 if `find` may be given a folder of such files */
 } cvol_format;
+
+/* Which of `count` channels, volumes, ... to read; `what` is one of them, `option` how the command
+ * asks for it. ARGUMENT error if there is no such one, or several and none was chosen. */
+int cvol_format_choose(cvol_context *context, size_t *out, const char *path, const char *what,
+                       const char *option, size_t count, int has_choice, int choice);
+
+/* Writing TIFF, which needs no library. */
+int cvol_tiff_plan(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
+                   const char *path);
 
 extern const cvol_format cvol_format_nrrd;
 extern const cvol_format cvol_format_metaimage;
 extern const cvol_format cvol_format_nifti;
+extern const cvol_format cvol_format_tiff;
 extern const cvol_format cvol_format_raw;
 
 #endif

@@ -20,9 +20,6 @@ static int find_raw(cvol_context *context, cvol_grid *grid, cvol_stored *stored,
     if (code)
         return code;
     *grid = cvol_grid_make(options->dims[0], options->dims[1], options->dims[2], options->type);
-    for (int a = 0; a < 3; a++)
-        if (options->spacing[a] != 0)
-            grid->spacing[a] = options->spacing[a];
     stored->big_endian = options->big_endian != 0;
     stored->undescribed = 1;
     return CVOL_OK;

@@ -8,6 +8,7 @@
 #include "base/file.h"
 #include "base/grid.h"
 #include "volume/dense.h"
+#include "volume/folder.h"
 #include "volume/stream.h"
 #include "volume/text.h"
 
@@ -16,17 +17,24 @@
 #define WRITE_STEP_BYTES ((size_t)1 << 20)
 
 static const cvol_format *const formats[] = {
-    &cvol_format_nrrd,
-    &cvol_format_nifti,
-    &cvol_format_metaimage,
-    &cvol_format_raw,
+    &cvol_format_nrrd, &cvol_format_nifti, &cvol_format_metaimage,
+    &cvol_format_tiff, &cvol_format_raw,
 };
 
 #define FORMATS (sizeof formats / sizeof formats[0])
 
 const char *cvol_volume_formats(void)
 {
-    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw";
+    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif";
+}
+
+const char *cvol_volume_readers(void)
+{
+    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw"
+#ifdef CVOL_HAVE_TIFF
+           " .tif"
+#endif
+        ;
 }
 
 cvol_read_options cvol_read_options_defaults(void)
@@ -43,12 +51,32 @@ static const cvol_format *format_of_name(const char *path)
     return NULL;
 }
 
+static int find_format(cvol_context *context, const cvol_format **out, const char *path);
+
+/* A folder is of the format of its first file that is of one that may lie in a folder. */
+static int find_format_of_folder(cvol_context *context, const cvol_format **out, const char *path)
+{
+    cvol_folder folder;
+    *out = NULL;
+    int code = cvol_folder_open(context, &folder, path);
+    for (size_t i = 0; !code && !*out && i < folder.count; i++)
+        if (find_format(context, out, folder.paths[i]) || (*out && !(*out)->takes_folder))
+            *out = NULL;
+    cvol_folder_close(&folder);
+    if (!code && !*out)
+        code = cvol_fail(context, CVOL_ERROR_IO,
+                         "%s: is a directory, and holds no slices (TIFF, DICOM)", path);
+    return code;
+}
+
 /* What the file's first bytes say goes before what its name says. */
 static int find_format(cvol_context *context, const cvol_format **out, const char *path)
 {
     uint8_t head[CVOL_FORMAT_HEAD_BYTES];
     size_t size;
     *out = NULL;
+    if (cvol_folder_is(path))
+        return find_format_of_folder(context, out, path);
     int code = cvol_file_peek(context, head, &size, sizeof head, path);
     if (code)
         return code;
@@ -67,10 +95,51 @@ int cvol_file_is_volume(const char *path)
     return !find_format(&context, &format, path) && format && !format->needs_options;
 }
 
-static int any_option(const cvol_read_options *o)
+static int any_spacing(const cvol_read_options *o)
 {
-    return o->dims[0] || o->dims[1] || o->dims[2] || o->type || o->big_endian || o->spacing[0] ||
-           o->spacing[1] || o->spacing[2];
+    return o->spacing[0] != 0 || o->spacing[1] != 0 || o->spacing[2] != 0;
+}
+
+static int any_raw_option(const cvol_read_options *o)
+{
+    return o->dims[0] || o->dims[1] || o->dims[2] || o->type || o->big_endian;
+}
+
+int cvol_format_choose(cvol_context *context, size_t *out, const char *path, const char *what,
+                       const char *option, size_t count, int has_choice, int choice)
+{
+    *out = has_choice && choice >= 0 ? (size_t)choice : 0;
+    if (has_choice && (choice < 0 || *out >= count))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%s: %s %d was asked for, but it has %zu, counted from 0", path, what,
+                         choice, count);
+    if (!has_choice && count > 1)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%s: has %zu %ss; choose one with %s 0 to %zu", path, count, what, option,
+                         count - 1);
+    return CVOL_OK;
+}
+
+/* Options that the file's format has no use for. */
+static int check_options(cvol_context *context, const cvol_format *format, const char *path,
+                         const cvol_read_options *o)
+{
+    const int takes = format->takes;
+    if (!format->needs_options &&
+        (any_raw_option(o) || (any_spacing(o) && !(takes & CVOL_TAKES_SPACING))))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%s: is a %s file, which describes itself: dims, type, byte order and "
+                         "spacing are for raw samples",
+                         path, format->name);
+    const char *one = o->has_channel && !(takes & CVOL_TAKES_CHANNEL) ? "one channel"
+                      : o->has_index && !(takes & CVOL_TAKES_INDEX)   ? "one volume"
+                      : o->series && !(takes & CVOL_TAKES_SERIES)     ? "no series"
+                                                                      : NULL;
+    if (one)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%s: is a %s file, of which cvol reads %s: there is none to choose", path,
+                         format->name, one);
+    return CVOL_OK;
 }
 
 /* ---- by slab ------------------------------------------------------------------------- */
@@ -82,18 +151,20 @@ static int open_any(cvol_context *context, cvol_volume_stream **out, const char 
     int code = find_format(context, &format, path);
     if (code)
         return code;
-    if (!format && !any_option(options))
+    if (!format && !any_raw_option(options))
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "%s: no volume that is known by content or name (%s); raw samples need "
                          "--dims NXxNYxNZ and --type",
-                         path, cvol_volume_formats());
+                         path, cvol_volume_readers());
     if (!format)
         format = &cvol_format_raw;
-    if (!format->needs_options && any_option(options))
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "%s: is a %s file, which describes itself: dims, type, byte order and "
-                         "spacing are for raw samples",
-                         path, format->name);
+    if (format->lacks)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: is a %s file, and this cvol was built without %s", path, format->name,
+                         format->lacks);
+    code = check_options(context, format, path, options);
+    if (code)
+        return code;
     return cvol_stream_begin(context, out, format, path, options, limit_bytes);
 }
 

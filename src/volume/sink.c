@@ -64,7 +64,7 @@ int cvol_sink_begin(cvol_context *context, cvol_volume_sink **out, const cvol_fo
     int code = s->path ? CVOL_OK : cvol_fail_memory(context, strlen(path), path);
     if (!code)
         code = format->plan(context, &s->plan, grid, path);
-    if (!code && s->plan.header.failed)
+    if (!code && (s->plan.header.failed || s->plan.trailer.failed))
         code = cvol_fail_memory(context, s->plan.header.size, path);
     if (!code)
         code = open_outputs(context, s);
@@ -160,6 +160,8 @@ static int finish(cvol_context *context, cvol_volume_sink *s)
     uint64_t packed = 0;
     if (!code && s->deflater)
         code = cvol_deflater_finish(context, s->deflater, &packed);
+    if (!code && s->plan.trailer.size)
+        code = cvol_output_write(context, s->samples, s->plan.trailer.data, s->plan.trailer.size);
     if (code || !s->plan.size_at)
         return code;
     char number[CVOL_PLAN_SIZE_BYTES + 1];

@@ -13,6 +13,15 @@ typedef enum cvol_encoding {
     CVOL_ENCODING_TEXT /* decimal numbers between blanks, line ends or commas; reading only */
 } cvol_encoding;
 
+/* Sheets that a format's reader makes itself, from many files or with a library's help. */
+typedef struct cvol_sheets {
+    void *state;
+    /* Sheets first .. first + count - 1 into `out`, in the machine's byte order. NULL: the samples
+     * are where cvol_stored says. */
+    int (*read)(cvol_context *context, void *state, void *out, size_t first, size_t count);
+    void (*close)(void *state);
+} cvol_sheets;
+
 /* Where the samples of a header are: what a format's reader finds out. */
 typedef struct cvol_stored {
     char *data_path; /* the file that holds them, freed with free(); NULL: the header's own */
@@ -25,6 +34,7 @@ typedef struct cvol_stored {
     int at_end;           /* raw samples are the last bytes of the file */
     int may_go_on;        /* other bytes may follow raw samples: a detached file is cut from */
     int undescribed;      /* the grid is the caller's word for a file of nothing but samples */
+    cvol_sheets sheets;   /* closed by whoever called the reader */
 } cvol_stored;
 
 /* Reads samples stored as text, from `offset` on. */
@@ -40,6 +50,7 @@ typedef struct cvol_write_plan {
     char *data_path;        /* a file of the samples' own, raw; NULL: they follow the header */
     size_t size_at;         /* where the header has CVOL_PLAN_SIZE_BYTES blanks for the decimal
                              * size of the compressed samples; 0: nowhere */
+    cvol_bytes trailer;     /* what follows raw samples in their file */
 } cvol_write_plan;
 
 #define CVOL_PLAN_SIZE_BYTES 20

@@ -9,6 +9,7 @@
 
 #include "base/context.h"
 #include "base/grid.h"
+#include "base/memory.h"
 #include "volume/byte_order.h"
 #include "volume/inflate.h"
 
@@ -24,6 +25,8 @@ struct cvol_volume_stream {
     cvol_inflater *inflater; /* NULL: at the beginning */
     size_t inflated;         /* bytes of samples that have come out of it */
     cvol_volume *whole;      /* text: all samples */
+    uint8_t *sheet;          /* of a format's own sheets: the one of which a part was wanted */
+    size_t sheet_number;     /* that one's, or dims[2] */
 };
 
 static int fail_short(cvol_context *context, const cvol_volume_stream *s, uint64_t got)
@@ -150,6 +153,49 @@ static int read_packed(cvol_context *context, cvol_volume_stream *s, void *out, 
     return code;
 }
 
+/* ---- a format's own sheets ----------------------------------------------------------- */
+
+/* Part of one sheet, which is kept: the rest of it is wanted next. */
+static int read_part(cvol_context *context, cvol_volume_stream *s, void *out, size_t number,
+                     size_t begin, size_t size)
+{
+    const cvol_sheets *sheets = &s->stored.sheets;
+    size_t bytes = s->bytes / s->grid.dims[2];
+    if (!s->sheet && !(s->sheet = cvol_allocate(bytes, 1)))
+        return cvol_fail_memory(context, bytes, s->name);
+    if (s->sheet_number != number) {
+        s->sheet_number = s->grid.dims[2]; /* until all of it is there */
+        int code = sheets->read(context, sheets->state, s->sheet, number, 1);
+        if (code)
+            return code;
+        s->sheet_number = number;
+    }
+    memcpy(out, s->sheet + begin, size);
+    return CVOL_OK;
+}
+
+static int read_sheets(cvol_context *context, cvol_volume_stream *s, uint8_t *out, size_t offset,
+                       size_t size)
+{
+    const cvol_sheets *sheets = &s->stored.sheets;
+    size_t bytes = s->bytes / s->grid.dims[2];
+    int code = CVOL_OK;
+    while (!code && size) {
+        size_t number = offset / bytes, begin = offset % bytes, step = bytes - begin;
+        if (begin || size < bytes) {
+            step = size < step ? size : step;
+            code = read_part(context, s, out, number, begin, step);
+        } else {
+            step = size - size % bytes;
+            code = sheets->read(context, sheets->state, out, number, step / bytes);
+        }
+        out += step;
+        offset += step;
+        size -= step;
+    }
+    return code;
+}
+
 /* ---- opening ------------------------------------------------------------------------- */
 
 static int check_grid(cvol_context *context, const cvol_volume_stream *s, uint64_t limit_bytes)
@@ -201,11 +247,15 @@ int cvol_stream_begin(cvol_context *context, cvol_volume_stream **out, const cvo
     int code = s->name ? CVOL_OK : cvol_fail_memory(context, strlen(path), path);
     if (!code)
         code = format->find(context, &s->grid, &s->stored, s->name, options);
+    for (int a = 0; a < 3 && !code; a++)
+        if (options->spacing[a] != 0)
+            s->grid.spacing[a] = options->spacing[a];
     if (!code)
         code = check_grid(context, s, limit_bytes);
     if (!code) {
         s->bytes = cvol_grid_bytes(&s->grid);
-        code = open_samples(context, s);
+        s->sheet_number = s->grid.dims[2];
+        code = s->stored.sheets.read ? CVOL_OK : open_samples(context, s);
     }
     if (code)
         cvol_volume_stream_close(s);
@@ -221,6 +271,9 @@ void cvol_volume_stream_close(cvol_volume_stream *stream)
     cvol_inflater_close(stream->inflater);
     cvol_volume_free(stream->whole);
     cvol_input_close(&stream->input);
+    if (stream->stored.sheets.close)
+        stream->stored.sheets.close(stream->stored.sheets.state);
+    free(stream->sheet);
     free(stream->stored.data_path);
     free(stream->name);
     free(stream);
@@ -249,6 +302,8 @@ int cvol_stream_read_bytes(cvol_context *context, cvol_volume_stream *stream, vo
         memcpy(out, (const uint8_t *)stream->whole->data + offset, size);
         return CVOL_OK;
     }
+    if (stream->stored.sheets.read)
+        return read_sheets(context, stream, out, offset, size);
     int code = stream->stored.encoding == CVOL_ENCODING_RAW
                    ? read_raw(context, stream, out, offset, size)
                    : read_packed(context, stream, out, offset, size);

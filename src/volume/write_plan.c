@@ -8,6 +8,7 @@
 void cvol_write_plan_free(cvol_write_plan *plan)
 {
     cvol_bytes_free(&plan->header);
+    cvol_bytes_free(&plan->trailer);
     free(plan->data_path);
     plan->data_path = NULL;
 }

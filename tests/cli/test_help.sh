@@ -5,7 +5,7 @@
 # options_of COMMAND: what the command's contract has, one a line.
 options_of() {
     common='--threads --json --help'
-    raw='--dims --type --big-endian --spacing --fill'
+    raw='--dims --type --big-endian --spacing --fill --channel --index --series'
     operand='--dims --raw-type --big-endian --spacing --fill'
     result='-o --type'
     keep='--keep --step'

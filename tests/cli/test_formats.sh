@@ -1,0 +1,55 @@
+#!/bin/sh
+# Files that other formats' own usual tools wrote are read as these meant them: samples, spacing and
+# choices. What has no tool here, or no library in this build, says 'skipped'.
+. "$(dirname "$0")/lib.sh"
+
+python=/usr/bin/python3 # the system's, whose packages they are
+[ -x "$python" ] || python=python3
+maker=$(cd "$(dirname "$CVOL_DOC")/tests" && pwd)/make_formats.py
+reads=$(cvol info --build --json | json_get reads)
+
+# check_kind KIND ENDING: every file that make_formats.py KIND writes.
+check_kind() {
+    case " $reads " in
+    *" $2 "*) ;;
+    *)
+        echo "$1: skipped: built without"
+        return 0
+        ;;
+    esac
+    mkdir "$1"
+    made=0
+    (cd "$1" && "$python" "$maker" "$1") >list 2>trouble || made=$?
+    if [ "$made" -eq 77 ]; then
+        echo "$1: $(cat trouble)"
+        return 0
+    fi
+    [ "$made" -eq 0 ] || fail "$maker $1: $(tail -1 trouble)"
+    (cd "$1" && read_list) <list >said || fail "$1: $(cat said)"
+    echo "$1: $(tail -1 said)"
+}
+
+check_kind tiff .tif
+
+# ---- TIFF ---------------------------------------------------------------------------------------
+
+if [ -e tiff/imagej.tif ]; then
+    expect_failure 2 'imagej.tif: has 3 channels; choose one with --channel 0 to 2' cvol info tiff/imagej.tif
+    expect_failure 2 'imagej.tif: has 2 volumes; choose one with --index 0 to 1' \
+        cvol info tiff/imagej.tif --channel 0
+    expect_failure 2 'imagej.tif: channel 3 was asked for, but it has 3' \
+        cvol render tiff/imagej.tif -o x.png --channel 3
+    expect_done cvol info tiff/imagej.tif --channel 2 --index 1
+
+    head -c 500 tiff/u2.tif >cut.tif
+    expect_failure 1 'cut.tif:' cvol info cut.tif
+    expect_done cvol compress tiff/slices out.cvol --spacing 2,3,4
+    cp tiff/u1.tif tiff/slices/s13.tif
+    expect_failure 1 's13.tif: a page has 9 x 7 pixels of 1 uint8; the first page has 9 x 7 of 1 uint16' \
+        cvol info tiff/slices
+fi
+mkdir none
+expect_failure 1 'none: is a directory, and holds no slices' cvol info none
+make_volume in.raw uint8 6x5x4
+make_nrrd in.nrrd in.raw uint8 6 5 4
+expect_failure 2 'in.nrrd: is a NRRD file, of which cvol reads one channel' cvol info in.nrrd --channel 0
