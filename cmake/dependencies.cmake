@@ -15,6 +15,22 @@ pkg_check_modules(WEBP IMPORTED_TARGET libwebpmux libwebp)
 # Formats of volumes that other libraries read, where these are.
 pkg_check_modules(TIFF IMPORTED_TARGET libtiff-4>=4.5)
 
+# GDCM is C++, and only its codecs are used. (Its own CMake package wants programs that Debian's
+# development package does not bring.)
+file(GLOB gdcm_folders /usr/include/gdcm-3* /usr/local/include/gdcm-3*)
+find_path(GDCM_INCLUDE_DIR gdcmImageCodec.h HINTS ${gdcm_folders} PATH_SUFFIXES gdcm-3.0)
+find_library(GDCM_MSFF_LIBRARY gdcmMSFF)
+find_library(GDCM_DSED_LIBRARY gdcmDSED)
+find_library(GDCM_COMMON_LIBRARY gdcmCommon)
+include(CheckLanguage)
+check_language(CXX)
+if(GDCM_INCLUDE_DIR AND GDCM_MSFF_LIBRARY AND GDCM_DSED_LIBRARY AND GDCM_COMMON_LIBRARY AND CMAKE_CXX_COMPILER)
+  enable_language(CXX)
+  set(CMAKE_CXX_STANDARD 11)
+  set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
+  set(GDCM_FOUND ON)
+endif()
+
 find_path(NIFTI_INCLUDE_DIR nifti2_io.h PATH_SUFFIXES nifti REQUIRED)
 find_library(NIFTI2_LIBRARY nifti2 REQUIRED)
 find_library(ZNZ_LIBRARY znz REQUIRED)

@@ -19,6 +19,14 @@ if pkg-config --exists 'libtiff-4 >= 4.5'; then
     formats="$formats $(pkg-config --libs libtiff-4)"
 fi
 
+for folder in /usr/include/gdcm-3*; do
+    [ -d "$folder" ] || continue
+    clang++ -std=c++11 -g -O1 -Isrc -isystem "$folder" -fsanitize=address,undefined \
+        -fsanitize=fuzzer-no-link -c src/volume/dicom_codec.cpp -o $build/dicom_codec.o
+    flags="$flags -DCVOL_HAVE_GDCM"
+    formats="$formats $build/dicom_codec.o -lgdcmMSFF -lgdcmDSED -lgdcmCommon -lstdc++"
+done
+
 # Without OpenMP: one thread, and no runtime that the sanitizers do not know.
 objects=
 for source in src/*/*.c; do

@@ -91,5 +91,122 @@ def make_tiff():
     announce("slices", volume, (2, 3, 4), "spacing=2,3,4")
 
 
+# ---- DICOM ---------------------------------------------------------------------------------------
+
+NORMAL = (0.0, 0.6, 0.8)  # of the slices below
+ROWS = (1.0, 0.0, 0.0, 0.0, 0.8, -0.6)
+
+
+def dicom_file(path, pixels, z=0.0, series=1, instance=1, syntax=None, **tags):
+    """A CT slice at z mm along NORMAL; pixels y, x or frame, y, x."""
+    pydicom, uids = importlib.import_module("pydicom"), importlib.import_module("pydicom.uid")
+    file = pydicom.dataset.FileDataset(path, {}, preamble=b"\0" * 128)
+    file.file_meta = pydicom.dataset.FileMetaDataset()
+    file.file_meta.MediaStorageSOPClassUID = "1.2.840.10008.5.1.4.1.1.2"
+    file.file_meta.MediaStorageSOPInstanceUID = f"1.2.3.{series}.{instance}"
+    syntax = syntax or uids.ExplicitVRLittleEndian
+    file.file_meta.TransferSyntaxUID = syntax
+    file.is_little_endian = syntax != uids.ExplicitVRBigEndian
+    file.is_implicit_VR = syntax == uids.ImplicitVRLittleEndian
+    file.SOPClassUID = file.file_meta.MediaStorageSOPClassUID
+    file.SOPInstanceUID = file.file_meta.MediaStorageSOPInstanceUID
+    file.StudyInstanceUID, file.SeriesInstanceUID = "1.2.3", f"1.2.3.{series}"
+    file.SeriesNumber, file.InstanceNumber, file.SeriesDescription = series, instance, f"run{series}"
+    file.ReferencedImageSequence = pydicom.sequence.Sequence([pydicom.dataset.Dataset()])
+    file.ReferencedImageSequence[0].ReferencedSOPInstanceUID = "1.2.3.4"
+    file.Rows, file.Columns = pixels.shape[-2:]
+    file.SamplesPerPixel, file.PhotometricInterpretation = 1, "MONOCHROME2"
+    bits = 8 * pixels.dtype.itemsize
+    file.BitsAllocated, file.BitsStored, file.HighBit = bits, bits, bits - 1
+    file.PixelRepresentation = int(pixels.dtype.kind == "i")
+    file.PixelSpacing, file.SliceThickness = [0.5, 0.25], 9
+    file.ImageOrientationPatient = list(ROWS)
+    file.ImagePositionPatient = [float(round(z * n + o, 6)) for n, o in zip(NORMAL, (-10, 20, 5))]
+    for tag, value in tags.items():
+        setattr(file, tag, value)
+    little = "<" if file.is_little_endian else ">"
+    file.PixelData = pixels.astype(pixels.dtype.newbyteorder(little)).tobytes()
+    file["PixelData"].VR = "OB" if bits == 8 else "OW"
+    file.save_as(path, write_like_original=False)
+    return file
+
+
+def dicom_folder(name, volume, order=None, **more):
+    """Slices 1.5 mm apart, whose names say nothing of their order."""
+    os.makedirs(name, exist_ok=True)
+    for z, pixels in enumerate(volume):
+        dicom_file(f"{name}/{(z * 7) % 11}_{z}.dcm", pixels, 1.5 * z, instance=100 - z, **more)
+
+
+def make_dicom():
+    import shutil
+    import subprocess
+
+    pydicom, uids = need("pydicom", "pydicom.uid")
+    spacing = (0.25, 0.5, 1.5, "mm")
+    volume = samples("i2", (6, 16, 20))
+    dicom_folder("series", volume, RescaleSlope=2, RescaleIntercept=-1000)
+    open("series/README", "w").write("no slice\n")
+    announce("series", volume, spacing)
+    announce("series/3_2.dcm", volume, spacing)
+    for name, syntax in {"implicit": uids.ImplicitVRLittleEndian, "big": uids.ExplicitVRBigEndian}.items():
+        dicom_folder(name, volume, syntax=syntax)
+        announce(name, volume, spacing)
+    small = samples("u1", (4, 16, 20), 2)
+    dicom_folder("two", small, series=1)
+    for z in range(4):
+        dicom_file(f"two/b{z}.dcm", small[3 - z], -2.0 * z, series=2, instance=z)
+    announce("two", small, spacing, "series=1")
+    announce("two", small, (0.25, 0.5, 2), "series=run2")
+    announce("two/b1.dcm", small, (0.25, 0.5, 2))
+    # 12 bits, and others above them that are no samples'.
+    twelve = (samples("u2", (3, 16, 20), 3) >> 4).astype("u2")
+    dicom_folder("twelve", twelve | 0x5000, BitsStored=12, HighBit=11)
+    announce("twelve", twelve, spacing)
+    signed = twelve.astype("i2") - 2048
+    dicom_folder("signed", signed & 0xFFF, BitsStored=12, HighBit=11, PixelRepresentation=1)
+    announce("signed", signed, spacing)
+    os.mkdir("pet")
+    for z in range(3):
+        dicom_file(f"pet/{z}.dcm", twelve[z], 1.5 * z, RescaleSlope=z + 0.5, RescaleIntercept=z)
+    announce("pet", np.stack([twelve[z] * (z + 0.5) + z for z in range(3)]).astype("f4"), spacing)
+    os.mkdir("times")
+    for t in range(2):
+        for z in range(3):
+            dicom_file(f"times/{t}{z}.dcm", volume[t * 3 + z], 1.5 * z, instance=t * 3 + z, AcquisitionNumber=t)
+    announce("times", volume[3:6], spacing, "index=1")
+    # An enhanced file: positions are each frame's own.
+    def item(**tags):
+        data = pydicom.dataset.Dataset()
+        for tag, value in tags.items():
+            setattr(data, tag, value)
+        return data
+
+    frames = [item(PlanePositionSequence=[item(ImagePositionPatient=[float(1.5 * z * n) for n in NORMAL])]) for z in (2, 0, 1, 3, 5, 4)]
+    file = dicom_file("frames.dcm", volume[[2, 0, 1, 3, 5, 4]])
+    for tag in ("ImagePositionPatient", "ImageOrientationPatient", "PixelSpacing"):
+        delattr(file, tag)
+    file.NumberOfFrames = 6
+    file.PerFrameFunctionalGroupsSequence = frames
+    file.SharedFunctionalGroupsSequence = [item(
+        PlaneOrientationSequence=[item(ImageOrientationPatient=list(ROWS))],
+        PixelMeasuresSequence=[item(PixelSpacing=[0.5, 0.25], SliceThickness=1.5)])]
+    file.save_as("frames.dcm", write_like_original=False)
+    announce("frames.dcm", volume, spacing)
+    for z in (0, 1, 3):
+        os.makedirs("gap", exist_ok=True)
+        dicom_file(f"gap/{z}.dcm", small[z], 1.5 * z)
+    # Compressed by GDCM's own tool.
+    if shutil.which("gdcmconv"):
+        for option in ("--rle", "--jpeg", "--jpegls", "--j2k"):
+            name = option[2:]
+            os.mkdir(name)
+            for z in range(3):
+                subprocess.run(["gdcmconv", option, f"twelve/{(z * 7) % 11}_{z}.dcm", f"{name}/{z}.dcm"], check=True)
+            announce(name, twelve, spacing)
+    else:
+        print("skipped: gdcmconv", file=sys.stderr)
+
+
 if __name__ == "__main__":
     globals()["make_" + sys.argv[1]]()

@@ -28,7 +28,7 @@ typedef struct cvol_format {
      * failure too. */
     int (*find)(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                 const cvol_read_options *options);
-    /* Plans a file of a grid that has been checked; the path ends in one of `endings`. The plan is
+    /* NULL: not written. Plans a file of a grid that has been checked; the path ends in one of `endings`. The plan is
      * zero before, and freed by the caller after a failure too. */
     int (*plan)(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
                 const char *path);
@@ -51,6 +51,7 @@ extern const cvol_format cvol_format_nrrd;
 extern const cvol_format cvol_format_metaimage;
 extern const cvol_format cvol_format_nifti;
 extern const cvol_format cvol_format_tiff;
+extern const cvol_format cvol_format_dicom;
 extern const cvol_format cvol_format_raw;
 
 #endif

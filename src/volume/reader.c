@@ -18,7 +18,7 @@
 
 static const cvol_format *const formats[] = {
     &cvol_format_nrrd, &cvol_format_nifti, &cvol_format_metaimage,
-    &cvol_format_tiff, &cvol_format_raw,
+    &cvol_format_tiff, &cvol_format_dicom, &cvol_format_raw,
 };
 
 #define FORMATS (sizeof formats / sizeof formats[0])
@@ -34,7 +34,7 @@ const char *cvol_volume_readers(void)
 #ifdef CVOL_HAVE_TIFF
            " .tif"
 #endif
-        ;
+           " .dcm";
 }
 
 cvol_read_options cvol_read_options_defaults(void)
@@ -172,7 +172,7 @@ static int create_any(cvol_context *context, cvol_volume_sink **out, const char 
                       const cvol_grid *grid)
 {
     const cvol_format *format = format_of_name(path);
-    if (!format)
+    if (!format || !format->plan)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: the name's ending is none of those that can be written (%s)", path,
                          cvol_volume_formats());

@@ -30,6 +30,7 @@ check_kind() {
 }
 
 check_kind tiff .tif
+check_kind dicom .dcm
 
 # ---- TIFF ---------------------------------------------------------------------------------------
 
@@ -48,6 +49,33 @@ if [ -e tiff/imagej.tif ]; then
     expect_failure 1 's13.tif: a page has 9 x 7 pixels of 1 uint8; the first page has 9 x 7 of 1 uint16' \
         cvol info tiff/slices
 fi
+
+# ---- DICOM --------------------------------------------------------------------------------------
+
+if [ -e dicom/series ]; then
+    expect_done cvol info dicom/series --json
+    expect_equal "$(value_of space)" LPS
+    expect_equal "$(value_of origin)" '[-10.0,20.0,5.0]'
+    expect_near "$(value_of directions.1.1)" 0.8 1e-6
+    expect_near "$(value_of directions.1.2)" -0.6 1e-6
+    expect_near "$(value_of directions.2.1)" 0.6 1e-6
+    expect_near "$(value_of directions.2.2)" 0.8 1e-6
+    expect_failure 2 "two: has 2 series; choose one with --series: '1' (run1, 4 slices), '2' (run2, 4 slices)" \
+        cvol info dicom/two
+    expect_failure 2 "two: has 2 series, of which '7' is none or several; choose one" \
+        cvol info dicom/two --series 7
+    expect_status 0 cvol render dicom/two --series 2 -o two.png --size 32
+    expect_failure 2 'times: has 2 volumes; choose one with --index 0 to 1' cvol info dicom/times
+    expect_failure 1 'gap: slices are missing, 1 as it seems: behind 1.dcm the next one is 3 mm away, others are 1.5' \
+        cvol info dicom/gap
+    expect_done cvol info dicom/gap --spacing 1,1,1
+    head -c 900 dicom/two/b2.dcm >cut.dcm
+    mv cut.dcm dicom/two/b2.dcm
+    expect_failure 1 'b2.dcm: ' cvol info dicom/two --series 2
+fi
+
+# ---- no such thing ------------------------------------------------------------------------------
+
 mkdir none
 expect_failure 1 'none: is a directory, and holds no slices' cvol info none
 make_volume in.raw uint8 6x5x4

@@ -1,0 +1,27 @@
+/* Compressed frames of DICOM files: JPEG, JPEG-LS and JPEG 2000, by GDCM (gdcm.sourceforge.net),
+ * which is C++: this is all that the rest sees of it. */
+#ifndef CVOL_VOLUME_DICOM_CODEC_H
+#define CVOL_VOLUME_DICOM_CODEC_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct cvol_dicom_packed {
+    const char *transfer; /* the transfer syntax's UID */
+    const uint8_t *data;
+    size_t size;
+    uint32_t rows, columns, samples, allocated, stored, high, is_signed;
+} cvol_dicom_packed;
+
+/* Decodes a frame whose code has been found to have these rows, columns and samples into `size`
+ * bytes, in the machine's byte order, samples of a pixel together. 1 on success. */
+int cvol_dicom_codec_decode(const cvol_dicom_packed *packed, void *out, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
