@@ -208,5 +208,51 @@ def make_dicom():
         print("skipped: gdcmconv", file=sys.stderr)
 
 
+# ---- NumPy, MRC ----------------------------------------------------------------------------------
+
+
+def make_npy():
+    for kind in ("u1", "i1", "<u2", ">i2", "<u4", ">i4", ">f4", "<f8"):
+        volume = samples(kind)
+        name = kind.replace("<", "l").replace(">", "b") + ".npy"
+        np.save(name, volume.astype(kind))
+        announce(name, volume)
+    volume = samples("f4", (3, 4, 5, 6))
+    np.save("fortran.npy", np.asfortranarray(volume[0]))
+    announce("fortran.npy", volume[0], (1, 2, 3), "spacing=1,2,3")
+    np.save("four.npy", volume)
+    announce("four.npy", volume[1], (1, 1, 1), "index=1")
+    np.save("fortran4.npy", np.asfortranarray(volume).astype(">f4"))
+    announce("fortran4.npy", volume[2], (1, 1, 1), "index=2")
+    np.save("half.npy", volume[0].astype("f2"))
+    announce("half.npy", volume[0].astype("f2").astype("f4"))
+    np.save("plane.npy", volume[0, 0])
+    announce("plane.npy", volume[0, :1])
+    for version in ((2, 0), (3, 0)):
+        with open(f"v{version[0]}.npy", "wb") as file:
+            np.lib.format.write_array(file, volume[0], version=version)
+        announce(f"v{version[0]}.npy", volume[0])
+    np.save("long.npy", np.zeros((2, 2, 2), "i8"))
+    np.save("bool.npy", volume[0] > 0)
+    announce("bool.npy", (volume[0] > 0).astype("u1"))
+
+
+def make_mrc():
+    (mrcfile,) = need("mrcfile")
+    for kind in ("i1", "i2", "u2", "f4", "f2"):
+        volume = samples(kind)
+        with mrcfile.new(f"{kind}.mrc", volume) as file:
+            file.voxel_size = (1.5, 2, 2.5)
+        announce(f"{kind}.mrc", volume.astype("f4") if kind == "f2" else volume, (1.5, 2, 2.5, "A"))
+    volume = samples("i2")
+    with mrcfile.new("turned.map", volume) as file:
+        file.set_extended_header(np.zeros(20, "V16"))
+        file.header.mapc, file.header.mapr, file.header.maps = 3, 1, 2  # columns are z, rows x, sections y
+        file.header.mx, file.header.my, file.header.mz = 7, 5, 9
+        file.header.cella = (7, 10, 27)
+        file.header.origin = (-1, -2, -3)
+    announce("turned.map", volume.transpose(2, 0, 1), (1, 2, 3, "A"))
+
+
 if __name__ == "__main__":
     globals()["make_" + sys.argv[1]]()

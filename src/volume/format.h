@@ -52,6 +52,8 @@ extern const cvol_format cvol_format_metaimage;
 extern const cvol_format cvol_format_nifti;
 extern const cvol_format cvol_format_tiff;
 extern const cvol_format cvol_format_dicom;
+extern const cvol_format cvol_format_npy;
+extern const cvol_format cvol_format_mrc;
 extern const cvol_format cvol_format_raw;
 
 #endif

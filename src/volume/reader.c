@@ -17,15 +17,15 @@
 #define WRITE_STEP_BYTES ((size_t)1 << 20)
 
 static const cvol_format *const formats[] = {
-    &cvol_format_nrrd, &cvol_format_nifti, &cvol_format_metaimage,
-    &cvol_format_tiff, &cvol_format_dicom, &cvol_format_raw,
+    &cvol_format_nrrd,  &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
+    &cvol_format_dicom, &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_raw,
 };
 
 #define FORMATS (sizeof formats / sizeof formats[0])
 
 const char *cvol_volume_formats(void)
 {
-    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif";
+    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .npy";
 }
 
 const char *cvol_volume_readers(void)
@@ -34,7 +34,7 @@ const char *cvol_volume_readers(void)
 #ifdef CVOL_HAVE_TIFF
            " .tif"
 #endif
-           " .dcm";
+           " .dcm .npy .mrc";
 }
 
 cvol_read_options cvol_read_options_defaults(void)

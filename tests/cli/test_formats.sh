@@ -31,6 +31,8 @@ check_kind() {
 
 check_kind tiff .tif
 check_kind dicom .dcm
+check_kind npy .npy
+check_kind mrc .mrc
 
 # ---- TIFF ---------------------------------------------------------------------------------------
 
@@ -72,6 +74,21 @@ if [ -e dicom/series ]; then
     head -c 900 dicom/two/b2.dcm >cut.dcm
     mv cut.dcm dicom/two/b2.dcm
     expect_failure 1 'b2.dcm: ' cvol info dicom/two --series 2
+fi
+
+# ---- NumPy, MRC ---------------------------------------------------------------------------------
+
+if [ -e npy/four.npy ]; then
+    expect_failure 2 'four.npy: has 3 volumes; choose one with --index 0 to 2' cvol info npy/four.npy
+    expect_failure 1 "long.npy: 'descr' is '<i8'" cvol info npy/long.npy
+    head -c 200 npy/lu2.npy >cut.npy
+    expect_failure 1 'cut.npy: holds 72 bytes of samples' cvol info cut.npy
+fi
+if [ -e mrc/turned.map ]; then
+    expect_done cvol info mrc/turned.map --json
+    expect_equal "$(value_of origin)" '[-1.0,-2.0,-3.0]'
+    head -c 1100 mrc/i2.mrc >cut.mrc
+    expect_failure 1 'cut.mrc: has 1100 bytes' cvol info cut.mrc
 fi
 
 # ---- no such thing ------------------------------------------------------------------------------

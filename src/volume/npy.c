@@ -1,0 +1,249 @@
+/* NumPy's .npy, versions 1 to 3 (numpy.org, NEP 1 and numpy.lib.format): a magic, a header that is
+ * a dictionary written in Python, and an array's elements.
+ *
+ * The array's last axis is x, so that v[z, y, x] is the same sample in either order of storage; C
+ * order lies as grids do. The first of four axes is chosen by `index`. Booleans are bytes, and half
+ * floats become floats. Written: version 1, little-endian, C order. */
+#define _GNU_SOURCE
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/grid.h"
+#include "base/memory.h"
+#include "volume/format.h"
+#include "volume/strided.h"
+#include "volume/text.h"
+
+#define HEADER_MOST 65536
+
+typedef struct npy {
+    cvol_context *context;
+    const char *path;
+    char header[HEADER_MOST + 1];
+    uint64_t data_at;
+    uint64_t file_size;
+    cvol_type type;
+    int is_half, big_endian, is_fortran;
+    size_t shape[4]; /* t, z, y, x */
+} npy;
+
+static int recognise(const uint8_t *head, size_t size)
+{
+    return size >= 10 && !memcmp(head, "\x93NUMPY", 6);
+}
+
+/* ---- header -------------------------------------------------------------------------- */
+
+static int read_header(npy *n)
+{
+    cvol_input input;
+    uint8_t b[12] = {0};
+    size_t got = 0, size = 0;
+    int code = cvol_input_open(n->context, &input, n->path);
+    if (!code)
+        code = cvol_input_read(n->context, &input, 0, b, sizeof b, &got);
+    if (!code && !recognise(b, got))
+        code = cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: does not begin with '\\x93NUMPY'",
+                         n->path);
+    if (!code && (b[6] < 1 || b[6] > 3))
+        code = cvol_fail(n->context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: version %d.%d is none of 1, 2 and 3", n->path, b[6], b[7]);
+    if (!code) {
+        const uint64_t at = b[6] == 1 ? 10 : 12;
+        size = (size_t)b[8] | (size_t)b[9] << 8;
+        if (b[6] > 1)
+            size |= (size_t)b[10] << 16 | (size_t)b[11] << 24;
+        if (size > HEADER_MOST)
+            code = cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: its header has %zu bytes", n->path,
+                             size);
+        else
+            code = cvol_input_read(n->context, &input, at, n->header, size, &got);
+        n->data_at = at + size;
+    }
+    n->file_size = input.size;
+    cvol_input_close(&input);
+    if (!code && (got < size || memchr(n->header, '\0', size)))
+        code = cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: its header is cut off or no text",
+                         n->path);
+    return code;
+}
+
+/* What follows 'key': in the dictionary. */
+static const char *find_value(const npy *n, const char *key)
+{
+    char quoted[32];
+    for (const char *quote = "'\""; *quote; quote++) {
+        snprintf(quoted, sizeof quoted, "%c%s%c", *quote, key, *quote);
+        const char *at = strstr(n->header, quoted);
+        if (!at)
+            continue;
+        at += strlen(quoted);
+        at += strspn(at, " ");
+        if (*at == ':')
+            return at + 1 + strspn(at + 1, " ");
+    }
+    return NULL;
+}
+
+static int fail_value(const npy *n, const char *key, const char *what)
+{
+    const char *value = find_value(n, key);
+    return cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: '%s' is %.40s, %s", n->path, key,
+                     value ? value : "not in its header", what);
+}
+
+static int read_type(npy *n)
+{
+    static const struct {
+        const char *name;
+        cvol_type type;
+    } types[] = {{"u1", CVOL_UINT8},  {"b1", CVOL_UINT8},   {"i1", CVOL_INT8},
+                 {"u2", CVOL_UINT16}, {"i2", CVOL_INT16},   {"u4", CVOL_UINT32},
+                 {"i4", CVOL_INT32},  {"f4", CVOL_FLOAT32}, {"f8", CVOL_FLOAT64},
+                 {"f2", CVOL_FLOAT32}};
+    const char *value = find_value(n, "descr");
+    if (!value || (*value != '\'' && *value != '"') || !strchr("<>|=", value[1]) || !value[1])
+        return fail_value(n, "descr", "must be a type as in '<f4'");
+    n->big_endian = value[1] == '>';
+    for (size_t i = 0; i < sizeof types / sizeof *types; i++)
+        if (!strncmp(value + 2, types[i].name, 2) && value[4] == value[0]) {
+            n->type = types[i].type;
+            n->is_half = !strcmp(types[i].name, "f2");
+            return CVOL_OK;
+        }
+    fail_value(n, "descr", "which is not supported (8, 16 and 32 bits, and floats, are)");
+    return CVOL_ERROR_UNSUPPORTED;
+}
+
+static int read_shape(npy *n)
+{
+    const char *at = find_value(n, "shape"), *order = find_value(n, "fortran_order");
+    size_t axes[5], count = 0;
+    if (!order || (strncmp(order, "True", 4) && strncmp(order, "False", 5)))
+        return fail_value(n, "fortran_order", "must be True or False");
+    n->is_fortran = order[0] == 'T';
+    if (!at || *at != '(')
+        return fail_value(n, "shape", "must be numbers in brackets");
+    for (at++; *at && *at != ')' && count < 5;) {
+        size_t length = strspn(at, "0123456789");
+        int64_t axis;
+        if (!cvol_text_integer(at, length, &axis))
+            return fail_value(n, "shape", "must be numbers in brackets");
+        if (axis == 0)
+            return fail_value(n, "shape", "which holds no samples");
+        axes[count++] = (size_t)axis;
+        at += length + strspn(at + length, "L");
+        at += strspn(at, " ");
+        at += *at == ',';
+        at += strspn(at, " ");
+    }
+    if (*at != ')' || count < 1 || count > 4)
+        return fail_value(n, "shape", "must have one to four axes");
+    for (size_t i = 0; i < 4; i++)
+        n->shape[i] = i < 4 - count ? 1 : axes[i - (4 - count)];
+    return CVOL_OK;
+}
+
+/* ---- reading ------------------------------------------------------------------------- */
+
+static int find_elements(const npy *n, cvol_stored *stored, const cvol_grid *grid, size_t index,
+                         size_t elements)
+{
+    const size_t *s = n->shape;
+    const size_t volume = elements / s[0];
+    if (!n->is_fortran && !n->is_half) {
+        stored->offset = n->data_at + index * volume * cvol_type_size(n->type);
+        stored->big_endian = n->big_endian;
+        stored->may_go_on = s[0] > 1;
+        return CVOL_OK;
+    }
+    cvol_strided strided = {.big_endian = n->big_endian, .is_half = n->is_half};
+    const size_t c[4] = {volume, s[2] * s[3], s[3], 1};
+    const size_t f[4] = {1, s[0], s[0] * s[1], s[0] * s[1] * s[2]};
+    const size_t *step = n->is_fortran ? f : c;
+    strided.first = index * step[0];
+    for (int a = 0; a < 3; a++)
+        strided.stride[a] = step[3 - a];
+    return cvol_strided_read(n->context, stored, &strided, grid, n->path, n->data_at, elements);
+}
+
+static int find_in(npy *n, cvol_grid *grid, cvol_stored *stored, const cvol_read_options *options)
+{
+    size_t index, elements, bytes;
+    int code = read_header(n);
+    if (!code)
+        code = read_type(n);
+    if (!code)
+        code = read_shape(n);
+    if (!code)
+        code = cvol_format_choose(n->context, &index, n->path, "volume", "--index", n->shape[0],
+                                  options->has_index, options->index);
+    if (code)
+        return code;
+    *grid = cvol_grid_make(n->shape[3], n->shape[2], n->shape[1], n->type);
+    const size_t each = n->is_half ? 2 : cvol_type_size(n->type);
+    const int fits = cvol_size_multiply(&elements, n->shape[0], n->shape[1]) &&
+                     cvol_size_multiply(&elements, elements, n->shape[2]) &&
+                     cvol_size_multiply(&elements, elements, n->shape[3]) &&
+                     cvol_size_multiply(&bytes, elements, each);
+    if (!fits || n->file_size < n->data_at || n->file_size - n->data_at != bytes)
+        return cvol_fail(
+            n->context, CVOL_ERROR_FORMAT,
+            "%s: holds %llu bytes of samples, but its shape %zu x %zu x %zu x %zu of "
+            "%zu bytes each is another number",
+            n->path,
+            (unsigned long long)(n->file_size > n->data_at ? n->file_size - n->data_at : 0),
+            n->shape[0], n->shape[1], n->shape[2], n->shape[3], each);
+    code = cvol_grid_check_within(n->context, grid, n->path, UINT64_MAX);
+    return code ? code : find_elements(n, stored, grid, index, elements);
+}
+
+static int find_npy(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
+                    const cvol_read_options *options)
+{
+    npy *n = calloc(1, sizeof *n);
+    if (!n)
+        return cvol_fail_memory(context, sizeof *n, path);
+    n->context = context;
+    n->path = path;
+    int code = find_in(n, grid, stored, options);
+    free(n);
+    return code;
+}
+
+/* ---- writing ------------------------------------------------------------------------- */
+
+static int plan_npy(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
+                    const char *path)
+{
+    static const char *const types[] = {
+        [CVOL_UINT8] = "|u1",  [CVOL_INT8] = "|i1",  [CVOL_UINT16] = "<u2",  [CVOL_INT16] = "<i2",
+        [CVOL_UINT32] = "<u4", [CVOL_INT32] = "<i4", [CVOL_FLOAT32] = "<f4", [CVOL_FLOAT64] = "<f8",
+    };
+    char header[256];
+    (void)context, (void)path;
+    int length = snprintf(header, sizeof header,
+                          "{'descr': '%s', 'fortran_order': False, 'shape': (%zu, %zu, %zu), }",
+                          types[grid->type], grid->dims[2], grid->dims[1], grid->dims[0]);
+    /* Samples begin at a multiple of 64. */
+    const size_t size = ((size_t)length + 1 + 10 + 63) / 64 * 64 - 10;
+    cvol_bytes_append(&plan->header, "\x93NUMPY\1\0", 8);
+    cvol_bytes_put_u16(&plan->header, (uint16_t)size);
+    cvol_bytes_put_text(&plan->header, header);
+    for (size_t i = (size_t)length; i + 1 < size; i++)
+        cvol_bytes_put_u8(&plan->header, ' ');
+    cvol_bytes_put_u8(&plan->header, '\n');
+    plan->encoding = CVOL_ENCODING_RAW;
+    return CVOL_OK;
+}
+
+const cvol_format cvol_format_npy = {
+    .name = "NumPy",
+    .endings = {".npy"},
+    .recognise = recognise,
+    .find = find_npy,
+    .plan = plan_npy,
+    .takes = CVOL_TAKES_SPACING | CVOL_TAKES_INDEX,
+};
