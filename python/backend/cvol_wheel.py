@@ -1,0 +1,122 @@
+"""Makes the wheel of the package: its Python files and libcvol (PEP 517, PEP 660; standard library alone).
+
+The library is the one that CVOL_LIBRARY names; else the one that was built in the checkout around this folder
+(build/); else an installed one; else it is built now by CMake, which takes some minutes.
+"""
+
+import base64
+import hashlib
+import os
+import re
+import subprocess
+import sys
+import sysconfig
+import tarfile
+import zipfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+CHECKOUT = ROOT.parent
+SONAME = "libcvol.so.0"
+REQUIRES_PYTHON = ">=3.9"
+DEPENDENCIES = ["numpy>=1.20"]
+
+
+def _version():
+    text = (ROOT / "cvol" / "_library.py").read_text()
+    return re.search(r'^VERSION = "(.+)"$', text, re.M).group(1)
+
+
+def _metadata():
+    lines = [
+        "Metadata-Version: 2.1", "Name: cvol", f"Version: {_version()}",
+        "Summary: Volumes that stay compressed while they are sliced, rendered and computed with",
+        "License: BSD-3-Clause", f"Requires-Python: {REQUIRES_PYTHON}",
+        *[f"Requires-Dist: {name}" for name in DEPENDENCIES], "Description-Content-Type: text/markdown",
+    ]  # fmt: skip
+    return "\n".join(lines) + "\n\n" + (ROOT / "README.md").read_text()
+
+
+def _installed():
+    """Where an installed libcvol would be, by pkg-config."""
+    try:
+        run = subprocess.run(["pkg-config", "--variable=libdir", "cvol"], capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        return None
+    return Path(run.stdout.strip()) / SONAME
+
+
+def _build():
+    """Builds the library in the checkout's build folder."""
+    folder = CHECKOUT / "build"
+    print("libcvol is neither built nor installed: building it", file=sys.stderr)
+    subprocess.run(["cmake", "-S", str(CHECKOUT), "-B", str(folder), "-DCVOL_TESTS=OFF"], check=True)
+    jobs = str(os.cpu_count() or 2)
+    subprocess.run(["cmake", "--build", str(folder), "-j", jobs, "--target", "cvol_shared"], check=True)
+    return folder / SONAME
+
+
+def _library():
+    named = os.environ.get("CVOL_LIBRARY")
+    if named:
+        if not Path(named).is_file():
+            raise FileNotFoundError(f"CVOL_LIBRARY names {named}, which is not there")
+        return Path(named)
+    for path in (CHECKOUT / "build" / SONAME, _installed()):
+        if path is not None and path.is_file():
+            return path
+    return _build()
+
+
+def _tag():
+    platform = re.sub(r"[-.]", "_", sysconfig.get_platform())
+    return f"py3-none-{platform}"
+
+
+def _write_wheel(folder, files):
+    """files: (name in the wheel, bytes, mode)."""
+    info = f"cvol-{_version()}.dist-info"
+    wheel = f"Wheel-Version: 1.0\nGenerator: cvol_wheel\nRoot-Is-Purelib: false\nTag: {_tag()}\n"
+    files = [*files, (f"{info}/METADATA", _metadata().encode(), 0o644), (f"{info}/WHEEL", wheel.encode(), 0o644)]
+    name = f"cvol-{_version()}-{_tag()}.whl"
+    record = []
+    with zipfile.ZipFile(Path(folder) / name, "w", zipfile.ZIP_DEFLATED) as archive:
+        for place, data, mode in files:
+            entry = zipfile.ZipInfo(place, (1980, 1, 1, 0, 0, 0))
+            entry.external_attr = (0o100000 | mode) << 16
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(entry, data)
+            digest = base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
+            record.append(f"{place},sha256={digest},{len(data)}")
+        archive.writestr(f"{info}/RECORD", "\n".join([*record, f"{info}/RECORD,,", ""]))
+    return name
+
+
+def _sources():
+    for path in sorted((ROOT / "cvol").iterdir()):
+        if path.suffix == ".py" or path.name == "py.typed":
+            yield path
+
+
+def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
+    files = [(f"cvol/{path.name}", path.read_bytes(), 0o644) for path in _sources()]
+    files.append((f"cvol/{SONAME}", _library().read_bytes(), 0o755))
+    return _write_wheel(wheel_directory, files)
+
+
+def build_editable(wheel_directory, config_settings=None, metadata_directory=None):
+    """The package as it lies here; the library is found in the checkout's build folder."""
+    return _write_wheel(wheel_directory, [("cvol.pth", f"{ROOT}\n".encode(), 0o644)])
+
+
+def build_sdist(sdist_directory, config_settings=None):
+    """The Python part alone: a wheel is made of it where libcvol is installed."""
+    base = f"cvol-{_version()}"
+    with tarfile.open(Path(sdist_directory) / f"{base}.tar.gz", "w:gz") as archive:
+        for folder in ("backend", "cvol", "tests", "examples", "README.md", "pyproject.toml"):
+            archive.add(
+                ROOT / folder,
+                f"{base}/{folder}",
+                filter=lambda entry: None if "__pycache__" in entry.name or ".so" in entry.name else entry,
+            )
+    return f"{base}.tar.gz"

@@ -1,0 +1,44 @@
+"""cvol: volumes that stay compressed while they are sliced, rendered and computed with.
+
+>>> import cvol
+>>> v = cvol.compress(array, ratio=30, spacing=(1.5, 0.9, 0.9))   # array[z, y, x]
+>>> v.save("scan.cvol")
+>>> v = cvol.open("scan.cvol")
+>>> v[10:20, :, 5]                     # decodes what it needs
+>>> v.render(azimuth=30, elevation=20)  # uint8, (h, w, 3)
+>>> w = v.convolve("gaussian:2") - 0.5 * v
+>>> w.stats().mean, w.error_bound
+"""
+
+from ._call import (
+    ArgumentError,
+    Cancelled,
+    CorruptError,
+    DataError,
+    Error,
+    FileError,
+    FormatError,
+    LimitError,
+    MissingFileError,
+    OutOfMemoryError,
+    TargetError,
+    UnsupportedError,
+    options,
+)
+from ._algebra import Comparison, Statistics
+from ._compress import compress, transcode
+from ._files import formats, open, read, write
+from ._geometry import Geometry
+from ._keep import Keep
+from ._library import VERSION as __version__
+from ._picture import encode_png, save_png
+from ._render import Renderer
+from ._transfer import names as transfer_names
+from ._volume import Info, Volume
+
+__all__ = [
+    "ArgumentError", "Cancelled", "Comparison", "CorruptError", "DataError", "Error", "FileError", "FormatError",
+    "Geometry", "Info", "Keep", "LimitError", "MissingFileError", "OutOfMemoryError", "Renderer", "Statistics",
+    "TargetError", "UnsupportedError", "Volume", "__version__", "compress", "encode_png", "formats", "open",
+    "options", "read", "save_png", "transcode", "transfer_names", "write",
+]  # fmt: skip

@@ -1,0 +1,63 @@
+"""The library as ctypes sees it: the structs and functions of cvol/_headers.py, which is made from the public
+headers."""
+
+from __future__ import annotations
+
+import ctypes as c
+from typing import Any
+
+from ._headers import CODES, FUNCTIONS, STRUCTS
+from ._library import load
+
+OK = CODES["OK"]
+
+ProgressFunction = c.CFUNCTYPE(c.c_int, c.c_void_p, c.c_char_p, c.c_double)
+PictureFunction = c.CFUNCTYPE(c.c_int, c.c_void_p, c.c_void_p, c.c_int)
+
+Size3 = c.c_size_t * 3
+Double2 = c.c_double * 2
+Double3 = c.c_double * 3
+
+_kinds: dict[str, Any] = {
+    "*": c.c_void_p, "i": c.c_int, "d": c.c_double, "f": c.c_float, "z": c.c_size_t, "u": c.c_uint64,
+    "l": c.c_int64, "I": c.c_uint32, "B": c.c_uint8, "c": c.c_char, "s": c.c_char_p, "v": None,
+    "cvol_progress_fn": ProgressFunction, "cvol_picture_fn": PictureFunction}  # fmt: skip
+
+
+def _struct(name: str) -> Any:
+    """A struct of the headers, after those that it holds."""
+    if name not in _kinds:
+        fields = []
+        for field, kind, sizes in STRUCTS[name]:
+            made = _struct(kind)
+            for size in reversed(sizes):
+                made = made * size
+            fields.append((field, made))
+        _kinds[name] = type(name, (c.Structure,), {"_fields_": fields})
+    return _kinds[name]
+
+
+structs = {name: _struct(name) for name in STRUCTS}
+_kinds["g"] = c.POINTER(structs["cvol_grid"])
+
+Grid = structs["cvol_grid"]
+ArrayInfo = structs["cvol_array_info"]
+FilePart = structs["cvol_file_part"]
+Kernel = structs["cvol_kernel"]
+Statistics = structs["cvol_array_statistics"]
+Comparison = structs["cvol_array_comparison"]
+Volume = structs["cvol_volume"]
+Image = structs["cvol_image"]
+Histogram = structs["cvol_histogram"]
+Annotation = structs["cvol_annotation"]
+
+library = load()
+functions: dict[str, Any] = {}
+for _name, _text in FUNCTIONS.items():
+    # Of formats or parts that a build lacks, functions may be missing; who asks for one says so.
+    _function = getattr(library, "cvol_" + _name, None)
+    if _function is not None:
+        _words = _text.split()
+        _function.restype = _kinds[_words[0]]
+        _function.argtypes = [_kinds[_word] for _word in _words[1:]]
+        functions[_name] = _function

@@ -1,0 +1,238 @@
+"""Calling the library: a context for each call, its message as an exception, progress, and Ctrl-C.
+
+ctypes lets other Python threads run while the library works. A context belongs to one call, so calls of
+several threads do not meet. Ctrl-C is noted while a call of the main thread runs, and stops it where the
+library next tells of its progress.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import contextvars
+import ctypes as c
+import os
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any, Optional
+
+from . import _abi
+
+Progress = Callable[[str, float], Any]
+
+
+class Error(Exception):
+    """What libcvol refused or failed to do, in its own words. `code` is the library's number."""
+
+    code = 0
+
+
+class ArgumentError(Error, ValueError):
+    """What was asked for has no meaning."""
+
+
+class OutOfMemoryError(Error, MemoryError):
+    """An allocation failed."""
+
+
+class FileError(Error, OSError):
+    """The operating system refused a read or a write."""
+
+
+class MissingFileError(FileError, FileNotFoundError):
+    """There is no such file."""
+
+
+class FormatError(Error, ValueError):
+    """A file is not what its format demands."""
+
+
+class CorruptError(FormatError):
+    """A checksum or an invariant of a .cvol file does not hold."""
+
+
+class UnsupportedError(Error, NotImplementedError):
+    """Well formed, but outside what this build of libcvol can do."""
+
+
+class LimitError(Error, MemoryError):
+    """Larger than the limit of memory allows (see `options`)."""
+
+
+class DataError(Error, ValueError):
+    """Samples that cannot be compressed: NaN or infinite ones."""
+
+
+class TargetError(Error, ValueError):
+    """The ratio, PSNR or error that was asked for cannot be met."""
+
+
+class Cancelled(Error):
+    """The progress function asked to stop."""
+
+
+_CLASSES = {
+    _abi.CODES["ERROR_ARGUMENT"]: ArgumentError,
+    _abi.CODES["ERROR_MEMORY"]: OutOfMemoryError,
+    _abi.CODES["ERROR_IO"]: FileError,
+    _abi.CODES["ERROR_FORMAT"]: FormatError,
+    _abi.CODES["ERROR_CORRUPT"]: CorruptError,
+    _abi.CODES["ERROR_UNSUPPORTED"]: UnsupportedError,
+    _abi.CODES["ERROR_LIMIT"]: LimitError,
+    _abi.CODES["ERROR_DATA"]: DataError,
+    _abi.CODES["ERROR_TARGET"]: TargetError,
+    _abi.CODES["ERROR_CANCELLED"]: Cancelled,
+}
+
+
+class _Settings:
+    def __init__(self, threads: int = 0, progress: Optional[Progress] = None, limit: int = 0) -> None:
+        self.threads, self.progress, self.limit = threads, progress, limit
+
+
+_settings: contextvars.ContextVar[_Settings] = contextvars.ContextVar("cvol_settings", default=_Settings())
+
+
+@contextlib.contextmanager
+def options(
+    *, threads: Optional[int] = None, progress: Optional[Progress] = None, memory_limit: Optional[int] = None
+) -> Iterator[None]:
+    """What holds for all calls within a ``with`` block (of this thread).
+
+    threads: worker threads of the library; 0: all cores. Results have the same bits for any number.
+    progress: ``progress(what, fraction)`` is called now and then with what is being done and how much of it
+        is (0 to 1). A true result stops the call, which raises `Cancelled`; an exception stops it and goes on
+        from the call.
+    memory_limit: bytes, at most, of a volume that a file may make cvol allocate (default 64 GiB).
+    """
+    now = _settings.get()
+    token = _settings.set(
+        _Settings(
+            now.threads if threads is None else threads,
+            now.progress if progress is None else progress,
+            now.limit if memory_limit is None else memory_limit,
+        )
+    )
+    try:
+        yield
+    finally:
+        _settings.reset(token)
+
+
+class Call:
+    """One call's context. ``with Call() as call: call("array_add", ...)`` raises what goes wrong."""
+
+    def __init__(self, progress: Optional[Progress] = None) -> None:
+        settings = _settings.get()
+        self._user = progress or settings.progress
+        self._failure: Optional[BaseException] = None
+        self._interrupted = False
+        self._handler: Any = None
+        self.context = _abi.functions["context_create"]()
+        if not self.context:
+            raise OutOfMemoryError("not enough memory for a context")
+        self._callback = _abi.ProgressFunction(self._tell)  # the library does not keep it alive
+        _abi.functions["context_set_progress"](self.context, self._callback, None)
+        if settings.threads:
+            _abi.functions["context_set_threads"](self.context, settings.threads)
+        if settings.limit:
+            _abi.functions["context_set_limit_bytes"](self.context, settings.limit)
+
+    def _tell(self, _: Any, what: bytes, fraction: float) -> int:
+        if self._interrupted or not self._user:
+            return int(self._interrupted)
+        try:
+            return int(bool(self._user(what.decode(errors="replace"), fraction)))
+        except BaseException as error:  # pylint: disable=broad-except
+            self._failure = error
+            return 1
+
+    def _note(self, *_: Any) -> None:
+        self._interrupted = True
+
+    def __enter__(self) -> "Call":
+        # An exception cannot leave a callback: note the signal, and raise when the library is back.
+        if threading.current_thread() is threading.main_thread():
+            if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+                self._handler = signal.signal(signal.SIGINT, self._note)
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        if self._handler is not None:
+            signal.signal(signal.SIGINT, self._handler)
+        _abi.functions["context_destroy"](self.context)
+        self.context = None
+        if self._interrupted:
+            raise KeyboardInterrupt
+
+    def __call__(self, name: str, *arguments: Any, path: Optional[str] = None) -> None:
+        """Calls cvol_NAME with this context first. path: the file that the message is about."""
+        code = _abi.functions[name](self.context, *arguments)
+        if code == _abi.OK:
+            return
+        if self._failure is not None:
+            raise self._failure
+        text = _abi.functions["context_message"](self.context).decode(errors="replace")
+        kind = _CLASSES.get(code, Error)
+        if kind is FileError and path is not None and not os.path.exists(path):
+            kind = MissingFileError
+        error = kind(text)
+        error.code = code
+        raise error
+
+
+class Handle:
+    """An object of the library that is freed once: when it was closed, and no call uses it any more."""
+
+    def __init__(self, pointer: int, free: str, what: str) -> None:
+        self._pointer, self._free, self._what = pointer, _abi.functions[free], what
+        self._lock = threading.Lock()
+        self._uses = 0
+        self._closed = False
+
+    def acquire(self) -> int:
+        with self._lock:
+            if self._closed:
+                raise ValueError(f"{self._what} is closed")
+            self._uses += 1
+        return self._pointer
+
+    def release(self) -> None:
+        with self._lock:
+            self._uses -= 1
+            last = self._closed and not self._uses
+        if last:
+            self._free(self._pointer)
+
+    def __enter__(self) -> int:
+        return self.acquire()
+
+    def __exit__(self, *_: Any) -> None:
+        self.release()
+
+    @property
+    def closed(self) -> bool:
+        return self._closed
+
+    def close(self) -> None:
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            last = not self._uses
+        if last:
+            self._free(self._pointer)
+
+    def __del__(self) -> None:
+        # A handle that is in use is referred to by who uses it.
+        if hasattr(self, "_closed"):
+            self.close()
+
+
+def path_bytes(path: Any) -> bytes:
+    """A path as the library takes it."""
+    return os.fsencode(os.fspath(path))
+
+
+def out_pointer() -> c.c_void_p:
+    return c.c_void_p()

@@ -1,0 +1,144 @@
+"""From samples to volumes, and from coarse volumes to coarser ones."""
+
+from __future__ import annotations
+
+import ctypes as c
+import math
+from typing import Any, Optional, Union
+
+import numpy as np
+
+from . import _abi
+from ._call import Call, Progress, options, out_pointer
+from ._geometry import Geometry, address, make_grid, samples_of
+from ._keep import Keep
+from ._volume import Volume
+
+_RATIO, _PSNR, _MAX_ERROR, _BITS = 1, 2, 3, 4
+
+
+def _target(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, keep: Any) -> tuple[int, float]:
+    given = [name for name, value in (
+        ("ratio", ratio), ("psnr", psnr), ("max_error", max_error), ("bits", bits), ("keep", keep),
+        ("lossless", lossless or None)) if value is not None]  # fmt: skip
+    if len(given) > 1 and given != ["psnr", "max_error"]:
+        raise ValueError(f"give only one of {' and '.join(given)} (but psnr and max_error go together)")
+    if psnr is not None:
+        return _PSNR, float(psnr)
+    if max_error is not None:
+        return _MAX_ERROR, float(max_error)
+    if bits is not None:
+        return _BITS, float(bits)
+    return _RATIO, 30.0 if ratio is None else float(ratio)
+
+
+def _by_codec(samples: np.ndarray, grid: Any, o: Any) -> Volume:
+    out = out_pointer()
+    with Call() as call:
+        call("compress", c.byref(out), None, address(samples), c.byref(grid), c.byref(o))
+        return Volume._take(out)
+
+
+def _by_truncation(samples: np.ndarray, grid: Any, transform: int, block: int, keep: Any) -> Volume:
+    out = out_pointer()
+    with Call() as call:
+        call("array_compress", c.byref(out), address(samples), c.byref(grid), samples.ndim, transform, block,
+             c.byref(keep))  # fmt: skip
+        volume = Volume._take(out)
+        with volume._store.whole() as array:
+            call("array_measure", array, address(samples))
+        volume._store.refresh()
+        return volume
+
+
+def compress(
+    array: Any,
+    ratio: Optional[float] = None,
+    *,
+    psnr: Optional[float] = None,
+    max_error: Optional[float] = None,
+    bits: Optional[float] = None,
+    lossless: bool = False,
+    keep: Optional[Keep] = None,
+    spacing: Any = None,
+    geometry: Optional[Geometry] = None,
+    transform: str = "dct",
+    block: int = 16,
+    fill: Optional[float] = None,
+    background: Union[str, float, None] = "auto",
+    lap: bool = True,
+    fast: bool = False,
+    attributes: Any = None,
+    progress: Optional[Progress] = None,
+) -> Volume:
+    """Compresses an array of 1 to 3 axes, indexed (z, y, x) as NumPy does it.
+
+    array: uint8, int8, uint16, int16, uint32, int32, float32 or float64 (bool and float16 are converted).
+    One of
+        ratio: raw bytes / file bytes, at least and at most 2 % more (the default, 30).
+        psnr: decibels over the range of the samples, at least; may have max_error beside it.
+        max_error: largest |original - decoded|, at most; 0: none.
+        bits: bits a sample in the file.
+        lossless: every sample comes back to the bit.
+        keep: a `Keep`: terms, not bytes; the largest ones of a transform.
+    spacing: distance of neighbours: one number, or one for each axis in the array's order.
+    geometry: all of where samples lie; spacing, if it is given, goes before its own.
+    transform, block: "dct", "dht" or "dft" of blocks of 8, 16 or 32 samples a side, or (block 0) of the whole
+        array. Other than DCT blocks of rank 3 are compressed by truncation: ratio is then of memory.
+    fill: samples that equal it have no value (NaN: all NaN and infinite ones); they come back to the bit.
+    background: a value behind sharp edges that is kept apart, exactly: "auto" finds one, None: none.
+    lap: whether blocks overlap through filters; False: for volumes that will be multiplied or convolved.
+    fast: less than half the time, 3 to 9 % more bits.
+    attributes: anything that JSON can hold; the file keeps it.
+
+    Of a volume (three axes, DCT blocks) the error is measured by decoding what the file would hold.
+    """
+    samples = samples_of(array)
+    if not samples.size:
+        raise ValueError(f"the array has shape {samples.shape}: there are no samples")
+    grid = make_grid(samples.shape, samples.dtype, geometry, spacing)
+    number = _abi.functions["transform_from_name"](transform.encode())
+    if not number:
+        raise ValueError(f"transform is {transform!r}, must be 'dct', 'dht' or 'dft'")
+    target, value = _target(ratio, psnr, max_error, bits, lossless, keep)
+    with options(progress=progress):
+        if keep is None and number == 1 and block and samples.ndim == 3:
+            o = _abi.functions["compress_options_defaults"]()
+            o.block, o.target, o.target_value = block, target, value
+            o.max_error = float(max_error) if target == _PSNR and max_error is not None else 0
+            o.lossless, o.no_lap, o.fast = lossless, not lap, fast
+            if fill is not None:
+                o.has_fill, o.fill = 1, float(fill)
+            if background == "auto":
+                o.background = int(lap and not fast)  # 1: find
+            elif isinstance(background, str):
+                raise ValueError(f"background is {background!r}, must be 'auto', a number or None")
+            elif background is not None:
+                o.background, o.background_value = 2, float(background)
+            volume = _by_codec(samples, grid, o)
+        else:
+            if keep is None and (target in (_MAX_ERROR, _BITS) or lossless):
+                raise ValueError("max_error, bits and lossless are of three axes in DCT blocks")
+            if fill is not None or isinstance(background, (int, float)):
+                raise ValueError("fill and background are of three axes in DCT blocks")
+            if keep is None:
+                keep = Keep.psnr(value) if target == _PSNR else Keep.ratio(value)
+            volume = _by_truncation(samples, grid, number, block, keep._value)
+    if attributes is not None:
+        volume.attributes = attributes
+    return volume
+
+
+def transcode(
+    volume: Volume, ratio: Optional[float] = None, *, psnr: Optional[float] = None, bits: Optional[float] = None
+) -> Volume:
+    """A coarser volume (DCT blocks) from a compressed one, without going through samples; its bound is
+    certified, not measured."""
+    out = out_pointer()
+    o = _abi.functions["compress_options_defaults"]()
+    o.target, o.target_value = _target(ratio, psnr, None, bits, False, None)
+    if not math.isfinite(o.target_value):
+        raise ValueError(f"the target is {o.target_value}, must be finite")
+    with volume._store.whole() as array, Call() as call:
+        call("array_transcode", c.byref(out), None, array, c.byref(o))
+        return Volume._take(out)

@@ -1,0 +1,93 @@
+"""Files: compressed ones, and dense volumes of other formats."""
+
+from __future__ import annotations
+
+import ctypes as c
+import os
+from typing import Any, Optional, Union
+
+import numpy as np
+
+from . import _abi
+from ._call import Call, FormatError, Handle, out_pointer, path_bytes
+from ._geometry import TYPES, Geometry, address, copy_grid, grid_geometry, grid_shape, make_grid, samples_of, type_number
+from ._store import Store
+from ._volume import Volume
+
+Path = Union[str, "os.PathLike[str]"]
+
+
+def open(path: Path) -> Volume:  # pylint: disable=redefined-builtin
+    """Opens a .cvol file. Slicing reads what it needs of it; everything else reads it whole, once.
+
+    FormatError: it is none (dense volumes are read by `read`); CorruptError: it is damaged.
+    """
+    try:
+        return Volume(Store.open(os.fspath(path)))
+    except FormatError as error:
+        if type(error) is FormatError and _abi.functions["file_is_volume"](path_bytes(path)):
+            raise FormatError(f"{error}: cvol.read reads dense volumes, cvol.compress compresses them") from None
+        raise
+
+
+def read(
+    path: Path,
+    *,
+    shape: Optional[tuple[int, int, int]] = None,
+    dtype: Any = None,
+    big_endian: bool = False,
+    spacing: Optional[tuple[float, float, float]] = None,
+) -> tuple[np.ndarray, Geometry]:
+    """Samples (z, y, x) and geometry of a dense volume: NIfTI, NRRD, MetaImage and others that libcvol knows.
+
+    shape, dtype, big_endian, spacing: of raw samples alone, which describe nothing themselves.
+    ``compress(samples, geometry=geometry)`` goes on from here.
+    """
+    o = _abi.functions["read_options_defaults"]()
+    if shape is not None:
+        o.dims[:] = [int(n) for n in shape[::-1]]
+    if dtype is not None:
+        o.type = type_number(dtype)
+    if spacing is not None:
+        o.spacing[:] = [float(v) for v in spacing[::-1]]
+    o.big_endian = big_endian
+    out = out_pointer()
+    name = os.fspath(path)
+    with Call() as call:
+        call("volume_stream_open", c.byref(out), path_bytes(path), c.byref(o), path=name)
+        stream = Handle(out.value or 0, "volume_stream_close", "the file")
+        with stream as pointer:
+            grid = copy_grid(_abi.functions["volume_stream_grid"](pointer).contents)
+            call("grid_check", c.byref(grid), path_bytes(path))
+            samples = np.empty(grid_shape(grid), TYPES[grid.type])
+            call("volume_stream_read", pointer, address(samples), 0, grid.dims[2])
+        stream.close()
+    return samples, grid_geometry(grid)
+
+
+def write(
+    path: Path, samples: Any, *, geometry: Optional[Geometry] = None, spacing: Optional[Any] = None
+) -> None:
+    """Writes samples (z, y, x), or those of a Volume with its geometry, as a dense volume: the name's ending
+    chooses the format (`formats()`). The file appears under its name only when it is whole."""
+    if isinstance(samples, Volume):
+        geometry = samples.geometry if geometry is None else geometry
+        samples = samples.to_numpy()
+    samples = samples_of(samples)
+    if samples.ndim != 3:
+        raise ValueError(f"the array has {samples.ndim} axes, must have 3")
+    grid = make_grid(samples.shape, samples.dtype, geometry, spacing)
+    out = out_pointer()
+    with Call() as call:
+        call("volume_sink_open", c.byref(out), path_bytes(path), c.byref(grid))
+        try:
+            call("volume_sink_write", out, address(samples), samples.shape[0])
+        except BaseException:
+            _abi.functions["volume_sink_abandon"](out)
+            raise
+        call("volume_sink_commit", out)
+
+
+def formats() -> list[str]:
+    """Endings of dense volumes that this build reads and writes."""
+    return _abi.functions["volume_formats"]().decode().split()  # type: ignore[no-any-return]

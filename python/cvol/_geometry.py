@@ -1,0 +1,144 @@
+"""Shapes, sample types and geometry, between NumPy's order of axes (z, y, x) and the library's (x, y, z)."""
+
+from __future__ import annotations
+
+import ctypes as c
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Optional, Union
+
+import numpy as np
+
+from . import _abi
+
+TYPES = {
+    1: np.dtype(np.uint8), 2: np.dtype(np.int8), 3: np.dtype(np.uint16), 4: np.dtype(np.int16),
+    5: np.dtype(np.uint32), 6: np.dtype(np.int32), 7: np.dtype(np.float32), 8: np.dtype(np.float64)}  # fmt: skip
+_NUMBERS = {dtype: number for number, dtype in TYPES.items()}
+_SPACES = ("", "LPS", "RAS")
+
+
+def type_number(dtype: Any) -> int:
+    """The library's number of a sample type."""
+    try:
+        return _NUMBERS[np.dtype(dtype).newbyteorder("=")]
+    except KeyError:
+        names = ", ".join(str(known) for known in TYPES.values())
+        raise TypeError(f"samples are {np.dtype(dtype)}, must be one of {names}: convert them first") from None
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Where samples lie in the world, and what their numbers mean.
+
+    Sample ``a[i]``, i an index (z, y, x) as NumPy's, lies at ``origin + (i * spacing) @ direction``; the result
+    is a place (X, Y, Z) in the world, in `unit`.
+
+    spacing: distance of neighbours along each axis of the array, in its order of axes.
+    origin: world place (X, Y, Z) of the first sample.
+    direction: a unit vector (X, Y, Z) for each axis of the array, in its order of axes; None: z, y and x of the
+        array run along Z, Y and X.
+    space: "LPS", "RAS" or "" (unknown): which way X, Y and Z point in a patient.
+    unit: "mm", "um", ...; "" when unknown.
+    value_scale, value_offset: a sample s means value_scale s + value_offset; kept for the file's sake.
+    """
+
+    spacing: tuple[float, ...] = (1.0, 1.0, 1.0)
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    direction: Optional[Sequence[Sequence[float]]] = field(default=None)
+    space: str = ""
+    unit: str = ""
+    value_scale: float = 1.0
+    value_offset: float = 0.0
+
+    def affine(self) -> np.ndarray:
+        """4 x 4: from an index (z, y, x, 1) to the world (X, Y, Z, 1). Rank 3 alone."""
+        matrix = np.eye(4)
+        rows = self.direction if self.direction is not None else np.eye(3)[::-1]
+        matrix[:3, :3] = (np.asarray(rows, float) * np.asarray(self.spacing, float)[:, None]).T
+        matrix[:3, 3] = self.origin
+        return matrix
+
+
+def _numbers(values: Union[float, Sequence[float]], count: int, name: str) -> list[float]:
+    out = [float(v) for v in np.broadcast_to(np.asarray(values, float), (count,))] if np.ndim(values) == 0 else [
+        float(v) for v in values]  # fmt: skip
+    if len(out) != count:
+        raise ValueError(f"{name} has {len(out)} numbers, must have {count}, one for each axis of the array")
+    return out
+
+
+def make_grid(
+    shape: Sequence[int], dtype: Any, geometry: Optional[Geometry] = None, spacing: Any = None
+) -> _abi.Grid:
+    """The library's grid of an array of 1 to 3 axes."""
+    rank = len(shape)
+    if not 1 <= rank <= 3:
+        raise ValueError(f"the array has {rank} axes, must have 1 to 3")
+    dims = list(shape[::-1]) + [1] * (3 - rank)
+    grid = _abi.functions["grid_make"](*dims, type_number(dtype))
+    if geometry is not None:
+        if not math.isfinite(geometry.value_scale + geometry.value_offset):
+            raise ValueError("value_scale and value_offset must be finite")
+        if geometry.space not in _SPACES:
+            raise ValueError(f"space is {geometry.space!r}, must be 'LPS', 'RAS' or ''")
+        unit = geometry.unit.encode()
+        if len(unit) > 15:
+            raise ValueError(f"unit is {geometry.unit!r}, must have at most 15 bytes")
+        grid.space, grid.unit = _SPACES.index(geometry.space), unit
+        grid.value_scale, grid.value_offset = geometry.value_scale, geometry.value_offset
+        for a, value in enumerate(_numbers(geometry.origin, 3, "origin")):
+            grid.origin[a] = value
+        if geometry.direction is not None:
+            for a, row in enumerate(reversed(list(geometry.direction))):
+                for b, value in enumerate(_numbers(row, 3, "direction")):
+                    grid.direction[a][b] = value
+        if spacing is None:
+            spacing = geometry.spacing if len(geometry.spacing) == rank else None
+    if spacing is not None:
+        for a, value in enumerate(reversed(_numbers(spacing, rank, "spacing"))):
+            grid.spacing[a] = value
+    return grid
+
+
+def copy_grid(grid: Any) -> _abi.Grid:
+    """A grid of our own, from one that the library owns."""
+    out = _abi.Grid()
+    c.pointer(out)[0] = grid
+    return out
+
+
+def grid_shape(grid: _abi.Grid, rank: int = 3) -> tuple[int, ...]:
+    return tuple(int(n) for n in grid.dims[:rank][::-1])
+
+
+def grid_geometry(grid: _abi.Grid, rank: int = 3) -> Geometry:
+    return Geometry(
+        spacing=tuple(grid.spacing[:rank][::-1]),
+        origin=tuple(grid.origin),
+        direction=tuple(tuple(grid.direction[a]) for a in range(rank - 1, -1, -1)),
+        space=_SPACES[grid.space] if 0 <= grid.space < 3 else "",
+        unit=grid.unit.decode(errors="replace"),
+        value_scale=grid.value_scale,
+        value_offset=grid.value_offset,
+    )
+
+
+
+
+def samples_of(array: Any) -> np.ndarray:
+    """Samples as the library takes them: x fastest, in the machine's byte order."""
+    array = np.asanyarray(array)
+    if isinstance(array, np.ma.MaskedArray):
+        raise TypeError("the array is masked: fill it, and give compress(..., fill=value)")
+    if array.dtype == np.bool_:
+        array = array.astype(np.uint8)
+    elif array.dtype == np.float16:
+        array = array.astype(np.float32)
+    type_number(array.dtype)
+    return np.ascontiguousarray(array, array.dtype.newbyteorder("="))
+
+
+def address(array: np.ndarray) -> int:
+    return array.ctypes.data

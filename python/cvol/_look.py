@@ -1,0 +1,114 @@
+"""The options of a picture, from Python's words to cvol_render_options."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from . import _abi
+
+_MODES = {"composite": 1, "xray": 2, "mean": 2, "mip": 3, "min": 4, "iso": 5}
+_FOOTPRINTS = {"gaussian": 1, "cone": 2, "sinc": 3, "box": 4}
+_COLOURS = {"black": (0.0, 0.0, 0.0), "white": (1.0, 1.0, 1.0), "transparent": (0.0, 0.0, 0.0)}
+
+
+def _one_of(value: Any, choices: dict, name: str) -> int:
+    if value not in choices:
+        raise ValueError(f"{name} is {value!r}, must be one of {', '.join(choices)}")
+    return int(choices[value])
+
+
+def numbers(value: Any, count: int, name: str) -> tuple[float, ...]:
+    out = tuple(float(v) for v in value)
+    if len(out) != count or not all(math.isfinite(v) for v in out):
+        raise ValueError(f"{name} is {value!r}, must be {count} finite numbers")
+    return out
+
+
+def colour(value: Any, name: str) -> tuple[float, ...]:
+    if isinstance(value, str):
+        if value not in _COLOURS:
+            raise ValueError(f"{name} is {value!r}, must be R, G, B in 0 to 1, or {', '.join(_COLOURS)}")
+        return _COLOURS[value]
+    out = numbers(value, 3, name)
+    if not all(0 <= v <= 1 for v in out):
+        raise ValueError(f"{name} is {value!r}, each must be 0 to 1")
+    return out
+
+
+def picture_size(size: Any) -> tuple[int, int]:
+    """(width, height)."""
+    width, height = (size, size) if isinstance(size, int) else (int(v) for v in size)
+    return width, height
+
+
+def _clip(options: Any, clip: Any, planes: Any, shape: tuple[int, ...]) -> None:
+    """clip: a slice for each axis of the array (z, y, x)."""
+    box = options.clip
+    if clip is not None:
+        parts = clip if isinstance(clip, tuple) else (clip,)
+        parts = tuple(parts) + (slice(None),) * (3 - len(parts))
+        if len(parts) > 3 or not all(isinstance(p, slice) and p.step in (None, 1) for p in parts):
+            raise ValueError("clip must be slices without steps, one for each axis, as numpy.s_[10:90, :, 20:]")
+        for axis, part in enumerate(parts):
+            if part.start is None and part.stop is None:
+                continue
+            low, high, _ = part.indices(shape[axis])
+            if low >= high:
+                raise ValueError(f"clip is empty along axis {axis}")
+            getattr(box, "from")[2 - axis], box.to[2 - axis] = low, high - 1
+            box.axes |= 1 << (2 - axis)
+    planes = [] if planes is None else list(planes)
+    if len(planes) > 6:
+        raise ValueError(f"clip_planes has {len(planes)} planes, must have at most 6")
+    for k, plane in enumerate(planes):
+        box.plane[k][:] = numbers(plane, 4, f"clip_planes[{k}]")
+    box.planes = len(planes)
+
+
+def _camera(options: Any, look: dict, azimuth: float, elevation: float) -> None:
+    camera = options.camera
+    camera.azimuth_deg, camera.elevation_deg = azimuth, elevation
+    camera.roll_deg, camera.zoom = look["roll"], look["zoom"]
+    camera.fov_deg = look["perspective"] or 0
+    if look["eye"] is not None:
+        if not look["perspective"]:
+            raise ValueError("eye needs perspective=DEGREES")
+        camera.placed = 1
+        camera.eye[:] = numbers(look["eye"], 3, "eye")
+        camera.look_at[:] = numbers(look["look_at"], 3, "look_at")
+        camera.up[:] = numbers(look["up"], 3, "up")
+
+
+def _shading(options: Any, look: dict) -> None:
+    light = options.shading
+    light.on = bool(look["shade"])
+    light.light[:] = numbers(look["light"], 3, "light")
+    for name in ("ambient", "diffuse", "specular", "shininess", "gradient_opacity"):
+        if look[name] is not None:
+            setattr(light, name, look[name])
+
+
+def make_options(azimuth: float, elevation: float, look: dict, engine: str, shape: tuple[int, ...]) -> Any:
+    """cvol_render_options; `look` has every option (Renderer.render)."""
+    options = _abi.functions["render_options_defaults"]()
+    options.width, options.height = picture_size(look["size"])
+    mode = look["mode"] or ("iso" if look["iso"] is not None else "xray" if engine == "fourier" else "composite")
+    options.mode = _one_of(mode, _MODES, "mode")
+    if options.mode == 5:
+        if look["iso"] is None:
+            raise ValueError("mode iso needs iso=VALUE")
+        options.surface.value = float(look["iso"])
+    options.surface.colour[:] = colour(look["iso_colour"], "iso_colour")
+    _camera(options, look, azimuth, elevation)
+    _shading(options, look)
+    _clip(options, look["clip"], look["clip_planes"], shape)
+    options.level = look["level"]
+    options.step_voxels = look["step"]
+    options.background[:] = colour(look["background"], "background")
+    if look["window"] is not None and options.mode in (2, 3, 4):
+        options.window[:] = numbers(look["window"], 2, "window")
+    options.splat.footprint = _one_of(look["footprint"], _FOOTPRINTS, "footprint")
+    options.splat.size = look["footprint_size"]
+    options.fourier.depth_cue = look["depth_cue"]
+    return options

@@ -1,0 +1,253 @@
+"""Renderers: pictures of a volume, and what they share from one to the next."""
+
+from __future__ import annotations
+
+import ctypes as c
+import threading
+from typing import Any, Optional, Union
+
+import numpy as np
+
+from . import _abi, _look, _transfer
+from ._call import Call, Handle, out_pointer
+from ._volume import Volume
+
+_ENGINES = ("sheet", "ray", "splat", "transform", "fourier")
+_GREY = (2, 3, 4)
+
+
+class Renderer:
+    """Pictures of one volume. What frames share (bounds of blocks, transfer function, samples of engine ray)
+    is kept from one to the next. Pictures have the same bits for any number of threads.
+
+    engine: "sheet", from the compressed form; "ray", on all samples, the truth; "splat", "transform",
+        "fourier" (X-rays alone).
+    rho: of engines transform and fourier: share of coefficients that is kept.
+
+    Used by several threads, it draws one picture after the other. It stays usable when its volume is closed.
+    """
+
+    def __init__(self, volume: Volume, engine: str = "sheet", rho: Optional[float] = None) -> None:
+        if engine not in _ENGINES:
+            raise ValueError(f"engine is {engine!r}, must be one of {', '.join(_ENGINES)}")
+        if volume.ndim != 3:
+            raise ValueError(f"the volume has {volume.ndim} axes: pictures need 3")
+        self.key = (engine, rho)
+        self.engine, self._rho = engine, rho
+        self._shape = volume.shape
+        self._lock = threading.RLock()
+        self._volume = volume._store.whole()
+        self._samples: Optional[np.ndarray] = None  # what engine ray looks at
+        self._mask: Optional[np.ndarray] = None
+        self._transfer: Optional[Handle] = None
+        self._transfer_key: Any = None
+        # The library's renderer refers to the array: it is held until the renderer is freed.
+        self._array = self._volume.acquire()
+        try:
+            self._handle = self._create(volume, self._array)
+        except BaseException:
+            self._volume.release()
+            raise
+
+    def _create(self, volume: Volume, array: int) -> Handle:
+        out = out_pointer()
+        if self.engine == "ray":
+            self._hold_samples(volume, array)
+        with Call() as call:
+            if self.engine == "ray":
+                mask = None if self._mask is None else self._mask.ctypes.data
+                call("renderer_create_ray_masked", c.byref(out), c.byref(self._dense), mask)
+            elif self.engine == "fourier":
+                call("renderer_create_fourier", c.byref(out), array, self._rho or 0)
+            else:
+                call(f"renderer_create_{self.engine}", c.byref(out), array)
+            return Handle(out.value or 0, "renderer_free", "the renderer")
+
+    def _hold_samples(self, volume: Volume, array: int) -> None:
+        """All samples, at an address that the library likes, and which of them have no value."""
+        grid = volume._store.grid
+        memory = np.empty(volume.nbytes + 64, np.uint8)
+        start = -memory.ctypes.data % 64
+        self._samples = memory[start : start + volume.nbytes]
+        self._dense = _abi.Volume(grid=grid, data=self._samples.ctypes.data)
+        begin, end = _abi.Size3(0, 0, 0), _abi.Size3(*grid.dims)
+        with Call() as call:
+            call("array_evaluate_box", self._samples.ctypes.data, array, begin, end)
+        mask = np.empty(volume.size, np.uint8)
+        if _abi.functions["array_evaluate_mask"](mask.ctypes.data, array, begin, end):
+            self._mask = mask
+
+    # ---- transfer functions -------------------------------------------------------------------------
+
+    def _set_transfer(self, renderer: int, transfer: Any, window: Any, opacity_scale: float, rescale: Any) -> None:
+        key: Any = (transfer, window, opacity_scale, rescale)
+        if not isinstance(transfer, str):
+            key = (np.asarray(transfer, float).tobytes() if not hasattr(transfer, "__fspath__") else None, *key[1:])
+        if "/" in str(transfer) or "." in str(transfer) or key[0] is None:
+            key = None  # a file may have changed
+        if key is not None and key == self._transfer_key:
+            return
+        made = _transfer.make(self._array, transfer, window, opacity_scale, rescale)
+        with made as pointer, Call() as call:
+            call("renderer_set_transfer", renderer, pointer)
+        self._transfer, self._transfer_key = made, key
+
+    def transfer_points(
+        self,
+        transfer: Any = "auto",
+        *,
+        window: Optional[tuple[float, float]] = None,
+        opacity_scale: float = 1,
+        rescale: Optional[tuple[float, float]] = None,
+    ) -> np.ndarray:
+        """The points of a transfer function as it is fitted to this volume: (n, 5), rows of value, red, green,
+        blue and opacity, to be changed and given back as ``transfer``."""
+        with self._lock, self._handle:
+            return _transfer.points_of(_transfer.make(self._array, transfer, window, opacity_scale, rescale))
+
+    # ---- pictures -------------------------------------------------------------------------------------
+
+    def render(
+        self,
+        azimuth: float = 0,
+        elevation: float = 0,
+        *,
+        view: Optional[str] = None,
+        roll: float = 0,
+        zoom: float = 1,
+        size: Union[int, tuple[int, int]] = 512,
+        mode: Optional[str] = None,
+        transfer: Any = "auto",
+        window: Optional[tuple[float, float]] = None,
+        opacity_scale: float = 1,
+        rescale: Optional[tuple[float, float]] = None,
+        background: Any = "black",
+        shade: bool = False,
+        light: tuple[float, float, float] = (0, 0, 0),
+        ambient: Optional[float] = None,
+        diffuse: Optional[float] = None,
+        specular: Optional[float] = None,
+        shininess: Optional[int] = None,
+        gradient_opacity: Optional[float] = None,
+        iso: Optional[float] = None,
+        iso_colour: Any = (0.9, 0.85, 0.75),
+        perspective: Optional[float] = None,
+        eye: Optional[tuple[float, float, float]] = None,
+        look_at: tuple[float, float, float] = (0, 0, 0),
+        up: tuple[float, float, float] = (0, 0, 0),
+        clip: Any = None,
+        clip_planes: Any = None,
+        level: int = 0,
+        budget_ms: Optional[float] = None,
+        annotate: bool = False,
+        step: float = 0,
+        footprint: str = "gaussian",
+        footprint_size: int = 5,
+        depth_cue: float = 0,
+    ) -> np.ndarray:
+        """A picture: uint8, (height, width, 3), the top row first; (..., 4) with background="transparent".
+
+        azimuth, elevation, roll: degrees. The eye is in direction (cos e sin a, -cos e cos a, sin e) of the
+            volume's centre, in world X, Y, Z; +Z is up.
+        view: "front", "back", "left", "right", "top", "bottom", as the file says how the volume lies in a
+            patient; azimuth then turns it.
+        zoom: the picture's height is the diagonal of the volume over this. size: pixels, or (width, height).
+        mode: "composite" (default), "xray", "mip", "min", or "iso" (if iso is given): the surface of value iso,
+            in iso_colour, lit.
+        transfer: a name (`transfer_names`), a JSON file, or points (n, 5): value, red, green, blue, opacity.
+        window: (lower, upper) values that have all colours, or greys. opacity_scale: as if so many times as
+            dense. rescale: a sample s means rescale[0] s + rescale[1] Hounsfield units (transfer "ct-...").
+        background: "black", "white", "transparent" or (R, G, B) in 0 to 1.
+        shade, light, ambient, diffuse, specular, shininess, gradient_opacity: light, by Phong's model; light
+            (X, Y, Z) is the direction towards it, 0 0 0 the eye's.
+        perspective: degrees that the picture's height spans; eye, look_at, up: place of the eye and what it
+            looks at, in world lengths from the volume's centre.
+        clip: what is drawn, as slices (z, y, x). clip_planes: at most 6 of (X, Y, Z, D): what lies at least D in
+            direction (X, Y, Z) of the centre is drawn.
+        level: 1, 2, 3: every 2nd, 4th, 8th sample, for quick pictures. budget_ms: the finest level that a time
+            allows. (Engine sheet.)
+        annotate: scale bar, axes, and a bar of colours or greys.
+        step: of engine ray, in samples. footprint, footprint_size: of engines splat and transform.
+        depth_cue: of engine fourier, 0 to 1.
+        """
+        look = {name: value for name, value in locals().items() if name not in ("self", "azimuth", "elevation")}
+        with self._lock, self._handle as renderer:
+            options = _look.make_options(azimuth, elevation, look, self.engine, self._shape)
+            if self.engine == "transform" and self._rho is not None:
+                options.transform.rho = self._rho
+            mirrored = self._aim(options, view, azimuth, roll)
+            if options.mode == 1:
+                self._set_transfer(renderer, transfer, window, opacity_scale, rescale)
+            transparent = isinstance(background, str) and background == "transparent"
+            as_floats = transparent or annotate
+            height, width = options.height, options.width
+            pixels = np.zeros((max(height, 0), max(width, 0), 4), np.float32 if as_floats else np.uint8)
+            address = pixels.ctypes.data
+            image = _abi.Image(width, height, None if as_floats else address, address if as_floats else None)
+            self._draw(renderer, image, options, budget_ms)
+            if mirrored:
+                _abi.functions["image_mirror"](c.byref(image))
+            if annotate:
+                self._annotate(renderer, image, options, mirrored, transparent)
+            if as_floats:
+                pixels = self._flatten(image, options, transparent)
+            return pixels if transparent else np.ascontiguousarray(pixels[..., :3])
+
+    def _aim(self, options: Any, view: Optional[str], azimuth: float, roll: float) -> bool:
+        if view is None:
+            return False
+        mirrored = c.c_int()
+        grid = _abi.functions["array_grid"](self._array)
+        with Call() as call:
+            call("camera_named", c.byref(options.camera), c.byref(mirrored), view.encode(), grid, azimuth)
+        options.camera.roll_deg += -roll if mirrored else roll
+        return bool(mirrored)
+
+    def _draw(self, renderer: int, image: Any, options: Any, budget_ms: Optional[float]) -> None:
+        with Call() as call:
+            if budget_ms is None:
+                call("renderer_render", renderer, c.byref(image), c.byref(options))
+            else:
+                call("renderer_refine", renderer, c.byref(image), c.byref(options), budget_ms,
+                     _abi.PictureFunction(), None, None)  # fmt: skip
+
+    def _annotate(self, renderer: int, image: Any, options: Any, mirrored: bool, transparent: bool) -> None:
+        note = _abi.Annotation(
+            grid=c.addressof(_abi.functions["array_grid"](self._array).contents), options=c.addressof(options), mirrored=mirrored,
+            transparent=transparent, rescale=_abi.Double2(1, 0), value_unit=b"")  # fmt: skip
+        with Call() as call:
+            if options.mode in _GREY:
+                note.range[:] = options.window[:]
+                if not note.range[0] < note.range[1]:
+                    call("renderer_range", renderer, note.range)
+            if options.mode == 1 and self._transfer is not None:
+                with self._transfer as transfer:
+                    note.transfer = transfer
+                    call("image_annotate", c.byref(image), c.byref(note))
+            else:
+                call("image_annotate", c.byref(image), c.byref(note))
+
+    def _flatten(self, image: Any, options: Any, transparent: bool) -> np.ndarray:
+        out = np.empty((options.height, options.width, 4), np.uint8)
+        flat = _abi.Image(options.width, options.height, out.ctypes.data, None)
+        with Call() as call:
+            call("image_flatten", c.byref(flat), c.byref(image), None if transparent else options.background)
+        return out
+
+    def close(self) -> None:
+        """Frees what is kept; further pictures raise ValueError."""
+        with self._lock:
+            if not self._handle.closed:
+                self._handle.close()
+                self._volume.release()
+                self._samples = self._mask = None
+
+    def __enter__(self) -> "Renderer":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        if hasattr(self, "_handle"):
+            self.close()

@@ -1,0 +1,149 @@
+"""Where a volume's coefficients are: in memory, or in a file of which only what is asked for is read.
+
+Of a .cvol file of rank 3 in DCT blocks any box of samples is read and decoded without the rest, in bricks of
+64^3 samples. The bricks that the last box needed stay in memory, so that neighbouring slices are read once.
+"""
+
+from __future__ import annotations
+
+import ctypes as c
+import os
+import threading
+from typing import Any, Optional
+
+from . import _abi
+from ._call import Call, Error, Handle, MissingFileError, out_pointer, path_bytes
+from ._geometry import copy_grid
+
+BRICK = 64
+REACH = 2  # samples at a brick's faces that need the brick beside it, too: blocks overlap through filters
+Box = tuple[tuple[int, int, int], tuple[int, int, int]]
+
+
+def _identity(path: str) -> tuple[int, ...]:
+    status = os.stat(path)
+    return (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
+
+
+def _widen(begin: int, end: int, n: int) -> tuple[int, int]:
+    """The most samples of an axis that need no more bricks than begin .. end - 1 do."""
+    first, last = max(begin - REACH, 0) // BRICK, (end - 1 + REACH) // BRICK
+    low = first * BRICK + REACH if first else 0
+    high = (last + 1) * BRICK - REACH
+    return min(low, begin), max(end, high if high + REACH < n else n)
+
+
+def info_of(pointer: int) -> Any:
+    info = _abi.ArrayInfo()
+    _abi.functions["array_get_info"](pointer, c.byref(info))
+    return info
+
+
+class Store:
+    """The coefficients of one volume. `grid`, `rank`, `transform` and `block` are known at once."""
+
+    def __init__(self, handle: Handle, path: Optional[str] = None) -> None:
+        """handle: all of it, or, of the file `path`, at least its first sample."""
+        self.path = path
+        self._lock = threading.Lock()
+        self._closed = False
+        self._whole: Optional[Handle] = handle
+        self._part: Optional[Handle] = None
+        self._part_box: Optional[Box] = None
+        self._found: tuple[int, ...] = ()
+        with handle as pointer:
+            self.grid = copy_grid(_abi.functions["array_grid"](pointer).contents)
+            self.info = info_of(pointer)
+            text = _abi.functions["array_attributes"](pointer)
+        self.attributes = None if text is None else text.decode()
+        self.rank, self.transform, self.block = self.info.rank, self.info.transform, self.info.block
+
+    @classmethod
+    def open(cls, path: str) -> "Store":
+        zero, one = _abi.Size3(0, 0, 0), _abi.Size3(1, 1, 1)
+        part = _abi.FilePart(begin=c.addressof(zero), end=c.addressof(one))
+        out = out_pointer()
+        with Call() as call:
+            call("array_read_part", c.byref(out), None, path_bytes(path), c.byref(part), path=path)
+            self = cls(Handle(out.value or 0, "array_free", "the volume"), path)
+        self._found = _identity(path)
+        if self.rank == 3 and self.transform == 1 and self.block:
+            self._part, self._part_box = self._whole, ((0, 0, 0), (1, 1, 1))
+            self._whole = None
+        return self
+
+    def _check(self) -> None:
+        if self._closed:
+            raise ValueError("the volume is closed")
+
+    def _read(self, part: Any) -> Handle:
+        """A part of the file (None: all), which must be the one that was opened."""
+        assert self.path is not None
+        out = out_pointer()
+        self._check_file()
+        with Call() as call:
+            call("array_read_part", c.byref(out), None, path_bytes(self.path), part, path=self.path)
+            handle = Handle(out.value or 0, "array_free", "the volume")
+        self._check_file()
+        return handle
+
+    def _check_file(self) -> None:
+        try:
+            found = _identity(self.path or "")
+        except OSError as error:
+            raise MissingFileError(f"{self.path}: {error.strerror}") from None
+        if found != self._found:
+            raise Error(f"{self.path}: was changed after it was opened: open it again")
+
+    def whole(self) -> Handle:
+        """All coefficients; of a file they are read when this is first asked for."""
+        with self._lock:
+            self._check()
+            if self._whole is None:
+                self._whole = self._read(None)
+                with self._whole as pointer:
+                    self.info = info_of(pointer)
+                self._drop_part()
+            return self._whole
+
+    def _drop_part(self) -> None:
+        if self._part is not None and self._part is not self._whole:
+            self._part.close()
+        self._part = self._part_box = None
+
+    def for_box(self, begin: tuple[int, int, int], end: tuple[int, int, int]) -> Handle:
+        """Coefficients of (at least) a box of samples [begin, end) (x, y, z)."""
+        with self._lock:
+            self._check()
+            if self._whole is not None:
+                return self._whole
+            held = self._part_box
+            if self._part and held and all(held[0][a] <= begin[a] and end[a] <= held[1][a] for a in range(3)):
+                return self._part
+            wide = [_widen(begin[a], end[a], int(self.grid.dims[a])) for a in range(3)]
+            first, last = tuple(w[0] for w in wide), tuple(w[1] for w in wide)
+            from_, to = _abi.Size3(*first), _abi.Size3(*last)
+            part = _abi.FilePart(begin=c.addressof(from_), end=c.addressof(to))
+            handle = self._read(c.byref(part))
+            if self._part is not None:
+                self._part.close()
+            self._part, self._part_box = handle, (first, last)  # type: ignore[assignment]
+            return handle
+
+    def refresh(self) -> None:
+        """After what is known of the array in memory was changed."""
+        with self.whole() as pointer:
+            self.info = info_of(pointer)
+
+    @property
+    def closed(self) -> bool:
+        return self._closed
+
+    def close(self) -> None:
+        """Calls of other threads that run on it go on to their end."""
+        with self._lock:
+            self._closed = True
+            for handle in (self._whole, self._part):
+                if handle is not None:
+                    handle.close()
+            self._whole = self._part = None

@@ -1,0 +1,91 @@
+"""Transfer functions: from sample values to colour and opacity."""
+
+from __future__ import annotations
+
+import ctypes as c
+import os
+from typing import Any, Optional
+
+import numpy as np
+
+from . import _abi
+from ._call import ArgumentError, Call, Handle, out_pointer, path_bytes
+
+
+def names() -> list[str]:
+    """Names that `render(transfer=...)` knows; those that begin with ct- are in Hounsfield units."""
+    return (_abi.functions["transfer_names"]() + b" " + _abi.functions["transfer_ct_names"]()).decode().split()
+
+
+def histogram_of(array: int) -> Any:
+    histogram = _abi.Histogram()
+    with Call() as call:
+        call("array_histogram", c.byref(histogram), array)
+    return histogram
+
+
+def _is_file(name: Any) -> bool:
+    return isinstance(name, os.PathLike) or "." in name or "/" in name
+
+
+def _hounsfield(array: int, histogram: Any) -> tuple[float, float]:
+    """What a sample means, if values look like Hounsfield units."""
+    rescale = _abi.Double2()
+    grid = _abi.functions["array_grid"](array)
+    if not _abi.functions["hounsfield_guess"](rescale, c.byref(histogram), grid):
+        raise ArgumentError(
+            f"values {histogram.min:g} to {histogram.max:g} are no Hounsfield units (air is -1000, water 0), which "
+            "transfer functions ct-... need: say what they mean by rescale=(slope, intercept), or take another one"
+        )
+    return rescale[0], rescale[1]
+
+
+def _create(array: int, transfer: Any, rescale: Optional[tuple[float, float]]) -> Handle:
+    out = out_pointer()
+    if isinstance(transfer, (str, os.PathLike)):
+        if _is_file(transfer):
+            with Call() as call:
+                call("transfer_read", c.byref(out), path_bytes(transfer), path=os.fspath(transfer))
+                return Handle(out.value or 0, "transfer_free", "the transfer function")
+        assert isinstance(transfer, str)
+        histogram = histogram_of(array)
+        name = transfer.encode()
+        with Call() as call:
+            if _abi.functions["transfer_is_ct"](name):
+                means = _abi.Double2(*(rescale or _hounsfield(array, histogram)))
+                call("transfer_create_ct", c.byref(out), name, means)
+            else:
+                call("transfer_create_named", c.byref(out), name, c.byref(histogram))
+            return Handle(out.value or 0, "transfer_free", "the transfer function")
+    rows = np.ascontiguousarray(transfer, float)
+    if rows.ndim != 2 or rows.shape[1] != 5:
+        raise ValueError(f"transfer points have shape {rows.shape}, must have (n, 5): value, r, g, b, opacity")
+    with Call() as call:
+        call("transfer_create", c.byref(out), rows.ctypes.data, len(rows))
+        return Handle(out.value or 0, "transfer_free", "the transfer function")
+
+
+def make(
+    array: int,
+    transfer: Any,
+    window: Optional[tuple[float, float]] = None,
+    opacity_scale: float = 1,
+    rescale: Optional[tuple[float, float]] = None,
+) -> Handle:
+    """A transfer function for an array: a name, a file, or points (value, r, g, b, opacity)."""
+    plain = _create(array, transfer, rescale)
+    if window is None and opacity_scale == 1:
+        return plain
+    out = out_pointer()
+    ends = None if window is None else _abi.Double2(*window)
+    with plain as pointer, Call() as call:
+        call("transfer_create_adjusted", c.byref(out), pointer, ends, opacity_scale)
+        return Handle(out.value or 0, "transfer_free", "the transfer function")
+
+
+def points_of(transfer: Handle) -> np.ndarray:
+    """(n, 5): value, r, g, b, opacity."""
+    with transfer as pointer:
+        count = _abi.functions["transfer_count"](pointer)
+        points = [_abi.functions["transfer_get"](pointer, i) for i in range(count)]
+    return np.array([[p.value, p.r, p.g, p.b, p.opacity] for p in points])

@@ -1,0 +1,306 @@
+"""Volume: a compressed array, what is known of it, and its samples."""
+
+from __future__ import annotations
+
+import ctypes as c
+import json
+import os
+from dataclasses import dataclass
+from typing import Any, Optional, Union
+
+import numpy as np
+
+from . import _abi
+from ._algebra import Algebra
+from ._call import Call, Handle, Progress, options, path_bytes
+from ._geometry import TYPES, Geometry, address, grid_geometry, grid_shape, samples_of, type_number
+from ._index import select
+from ._picture import encode_png
+from ._store import Store, info_of
+
+_TRANSFORMS = {1: "dct", 2: "dht", 3: "dft"}
+
+
+@dataclass(frozen=True)
+class Info:
+    """What is kept of a volume, and what is known of it. Lengths per axis are in the array's order of axes.
+
+    transform, block: "dct", "dht" or "dft" of blocks of so many samples a side; block 0: of the whole array.
+    terms: coefficients kept. rho: their share of the samples. step: of the quantiser; 0: not quantised.
+    resident_bytes: memory that they take.
+    value_min, value_max: bounds of the exact samples. max_abs: bounds |evaluated sample|.
+    error_bound: of the L2 norm, over all samples, of (exact - evaluated); certified.
+    measured: psnr_db and max_error (largest |original - decoded|) were measured when compressing; else they
+        follow from error_bound: at least, at most.
+    background: a value that is kept apart, exactly, as a mask (None: there is none).
+    """
+
+    rank: int
+    transform: str
+    block: int
+    terms: int
+    rho: float
+    step: float
+    resident_bytes: int
+    value_min: float
+    value_max: float
+    max_abs: float
+    error_bound: float
+    measured: bool
+    psnr_db: float
+    max_error: float
+    background: Optional[float]
+    background_samples: int
+
+
+class Volume(Algebra):
+    """A compressed array of 1 to 3 axes; volumes are indexed (z, y, x), as NumPy does it.
+
+    Made by `compress`, `open`, or as a result of ``+ - *``, `convolve` and others. Slicing decodes what it
+    needs. Volumes may be used by several threads; `close` (or a ``with`` block) frees one early, after which
+    it raises ValueError.
+    """
+
+    # NumPy leaves operators to us.
+    __array_ufunc__ = None
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self._flat: Optional[Handle] = None
+        self._renderer: Any = None
+
+    @classmethod
+    def _take(cls, pointer: c.c_void_p) -> "Volume":
+        """A volume that owns an array of the library."""
+        return cls(Store(Handle(pointer.value or 0, "array_free", "the volume")))
+
+    # ---- what it is -----------------------------------------------------------------------------
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Samples along each axis: (z, y, x)."""
+        return grid_shape(self._store.grid, self._store.rank)
+
+    @property
+    def ndim(self) -> int:
+        """1, 2 or 3."""
+        return int(self._store.rank)
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return int(np.prod(self.shape, dtype=object))
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Type of the samples that slicing and `to_numpy` give."""
+        return TYPES[self._store.grid.type]
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that the samples take when they are not compressed."""
+        return self.size * self.dtype.itemsize
+
+    @property
+    def geometry(self) -> Geometry:
+        """Spacing, origin, directions, unit."""
+        return grid_geometry(self._store.grid, self._store.rank)
+
+    @property
+    def spacing(self) -> tuple[float, ...]:
+        """Distance of neighbours along each axis, in the order of `shape`."""
+        return self.geometry.spacing
+
+    @property
+    def attributes(self) -> Any:
+        """The attributes that the file keeps, from JSON; None if there are none. May be set."""
+        text = self._store.attributes
+        return None if text is None else json.loads(text)
+
+    @attributes.setter
+    def attributes(self, value: Any) -> None:
+        text = None if value is None else json.dumps(value, ensure_ascii=False).encode()
+        with Call() as call, self._store.whole() as array:
+            call("array_set_attributes", array, text)
+        self._store.attributes = None if text is None else text.decode()
+
+    @property
+    def info(self) -> Info:
+        """What is kept, and what is known of it (of a file: it is read)."""
+        with self._store.whole() as array:
+            i = info_of(array)
+        return Info(
+            rank=i.rank, transform=_TRANSFORMS[i.transform], block=i.block, terms=i.coefficients, rho=i.rho,
+            step=i.step, resident_bytes=i.resident_bytes, value_min=i.value_min, value_max=i.value_max,
+            max_abs=i.max_abs, error_bound=i.l2_error, measured=bool(i.measured), psnr_db=i.psnr_db,
+            max_error=i.max_error, background=i.background if i.background_samples else None,
+            background_samples=i.background_samples,
+        )  # fmt: skip
+
+    @property
+    def error_bound(self) -> float:
+        """Certified: the L2 distance, over all samples, between this and the exact result of the same
+        operations on the original samples is at most this. Over sqrt(size): of the root mean square."""
+        return float(self._store.info.l2_error)
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __repr__(self) -> str:
+        where = f" of {os.path.basename(self._store.path)!r}" if self._store.path else ""
+        state = " closed" if self.closed else ""
+        return f"<cvol.Volume{where}{state} {' x '.join(map(str, self.shape))} {self.dtype}>"
+
+    # ---- samples ----------------------------------------------------------------------------------
+
+    def __getitem__(self, index: Any) -> Any:
+        """Samples, by integers, slices (of any step) and '...', as a new NumPy array (or one number).
+
+        Only the blocks that the box of what is asked for touches are decoded, and of a file that was opened
+        only its bricks of 64^3 samples are read.
+        """
+        return self._slice(index, self.dtype, "array_evaluate_box")
+
+    def evaluate(self, index: Any = ...) -> Any:
+        """The same as float32, neither rounded nor clamped to the samples' type: what `error_bound` is about."""
+        return self._slice(index, np.dtype(np.float32), "array_evaluate_real")
+
+    def _slice(self, index: Any, dtype: np.dtype, function: str) -> Any:
+        if self.closed:
+            raise ValueError("the volume is closed")
+        chosen = select(index, self.shape)
+        if chosen.empty:
+            return np.empty(chosen.shape, dtype)
+        out = np.empty([e - b for b, e in zip(chosen.begin, chosen.end)], dtype)
+        begin, end = self._box(chosen.begin, chosen.end)
+        with self._store.for_box(tuple(begin), tuple(end)) as array, Call() as call:
+            call(function, address(out), array, begin, end)
+        result = out[chosen.rest]
+        # What is left of a larger box must not keep it alive.
+        if isinstance(result, np.ndarray) and result.size * 2 < out.size:
+            result = result.copy()
+        return result
+
+    def _box(self, begin: tuple[int, ...], end: tuple[int, ...]) -> tuple[Any, Any]:
+        more = 3 - self.ndim
+        return _abi.Size3(*begin[::-1], *[0] * more), _abi.Size3(*end[::-1], *[1] * more)
+
+    def to_numpy(self, *, progress: Optional[Progress] = None) -> np.ndarray:
+        """All samples, in the volume's type."""
+        with options(progress=progress):
+            self._store.whole()
+            return self[...]  # type: ignore[no-any-return]
+
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> np.ndarray:
+        if copy is False:
+            raise ValueError("samples of a compressed volume are always made anew")
+        samples = self.to_numpy()
+        return samples if dtype is None else samples.astype(dtype, copy=False)
+
+    def evaluate_points(self, points: Any) -> np.ndarray:
+        """Values between samples: points is (count, ndim), each a place in the order of `shape`, in samples.
+
+        Volumes in blocks take the interpolant of the block that holds the nearest sample, whole arrays that
+        of all of it. Cost: O(terms) a point. float32, (count,).
+        """
+        points = np.asarray(points, float)
+        if points.ndim != 2 or points.shape[1] != self.ndim:
+            raise ValueError(f"points have shape {points.shape}, must have (count, {self.ndim})")
+        turned = np.ascontiguousarray(points[:, ::-1])
+        out = np.empty(len(points), np.float32)
+        with self._store.whole() as array, Call() as call:
+            call("array_evaluate_points", address(out), array, address(turned), len(points))
+        return out
+
+    def mask(self, index: Any = ...) -> Any:
+        """Which samples have no value (compress(..., fill=...)): bool, of what `index` chooses."""
+        if self.closed:
+            raise ValueError("the volume is closed")
+        chosen = select(index, self.shape)
+        out = np.zeros([e - b for b, e in zip(chosen.begin, chosen.end)], np.uint8)
+        if not chosen.empty:
+            begin, end = self._box(chosen.begin, chosen.end)
+            with self._store.for_box(tuple(begin), tuple(end)) as array:
+                _abi.functions["array_evaluate_mask"](address(out), array, begin, end)
+            out = out[chosen.rest]
+        else:
+            out = np.empty(chosen.shape, np.uint8)
+        return out != 0
+
+    def astype(self, dtype: Any) -> "Volume":
+        """The same, its samples of another type; terms and bound stay. DataError if values do not fit."""
+        result = self.scale(1, 0)
+        with result._store.whole() as array, Call() as call:
+            call("array_set_type", array, type_number(dtype))
+            result._store.grid.type = type_number(dtype)
+        return result
+
+    def measure(self, original: Any) -> Info:
+        """Measures psnr_db and max_error against the samples that this was compressed from."""
+        samples = samples_of(original)
+        if samples.shape != self.shape or samples.dtype != self.dtype:
+            raise ValueError(f"the original is {samples.shape} {samples.dtype}, must be {self.shape} {self.dtype}")
+        with self._store.whole() as array, Call() as call:
+            call("array_measure", array, address(samples))
+        self._store.refresh()
+        return self.info
+
+    # ---- files --------------------------------------------------------------------------------------
+
+    def save(self, path: Union[str, os.PathLike]) -> int:
+        """Writes a .cvol file, which appears under its name only when it is whole. Returns its bytes."""
+        count = c.c_uint64()
+        with self._store.whole() as array, Call() as call:
+            call("array_write", array, path_bytes(path), c.byref(count))
+        return count.value
+
+    def close(self) -> None:
+        """Frees the memory. Pictures and arrays that were made stay; anything else raises ValueError."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+        if self._flat is not None:
+            self._flat.close()
+        self._store.close()
+
+    @property
+    def closed(self) -> bool:
+        """Whether `close` was called."""
+        return self._store.closed
+
+    def __enter__(self) -> "Volume":
+        return self
+
+    def __exit__(self, *_: Any) -> None:
+        self.close()
+
+    # ---- pictures -----------------------------------------------------------------------------------
+
+    def render(self, azimuth: float = 0, elevation: float = 0, **look: Any) -> np.ndarray:
+        """A picture: uint8, (height, width, 3), or (..., 4) with background="transparent".
+
+        `Renderer.render` tells the options. What pictures share is kept until the volume is closed.
+        """
+        from ._render import Renderer  # renderers know volumes
+
+        engine = look.pop("engine", "sheet")
+        rho = look.pop("rho", None)
+        if self._renderer is None or self._renderer.key != (engine, rho):
+            renderer = Renderer(self, engine=engine, rho=rho)
+            if self._renderer is not None:
+                self._renderer.close()
+            self._renderer = renderer
+        return self._renderer.render(azimuth, elevation, **look)  # type: ignore[no-any-return]
+
+    def _repr_png_(self) -> Optional[bytes]:
+        if self.closed or self.ndim == 1:
+            return None
+        if self.ndim == 3:
+            return encode_png(self.render(30, 20, size=384))
+        values = self.evaluate()
+        low, high = float(values.min()), float(values.max())
+        grey = (values - low) * (255 / (high - low) if high > low else 0)
+        return encode_png(np.repeat(np.rint(grey)[..., None], 3, 2).astype(np.uint8))
+
+

@@ -1,0 +1,104 @@
+"""Operations against NumPy on the original samples, within the certified bound."""
+
+import cvol
+import numpy as np
+import pytest
+
+
+@pytest.fixture(scope="module")
+def pair(array):
+    a = array[:32, :24, :48].astype("f4")
+    b = np.roll(a, 5, axis=2) / 100 + 2
+    return a, b, cvol.compress(a, 8, lap=False), cvol.compress(b, 8, lap=False)
+
+
+def check(result, exact):
+    error = np.sqrt(((result.evaluate().astype(float) - exact) ** 2).sum())
+    assert error <= result.error_bound * (1 + 1e-6) + 1e-3
+    assert error < 0.25 * np.sqrt((exact.astype(float) ** 2).sum())
+    assert result.dtype == np.float32
+
+
+CASES = {
+    "a + b": lambda a, b: a + b, "a - b": lambda a, b: a - b, "a * b": lambda a, b: a * b, "-a": lambda a, b: -a,
+    "2 a": lambda a, b: 2 * a, "a 2": lambda a, b: a * np.float64(2), "a / 4": lambda a, b: a / 4,
+    "a + 1": lambda a, b: a + 1, "1 - a": lambda a, b: 1 - a, "a - 3": lambda a, b: a - 3,
+    "a b + a / 2 - 1": lambda a, b: a * b + a / 2 - 1, "np 2 a": lambda a, b: np.float32(2) * a,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_operators(pair, case):
+    a, b, va, vb = pair
+    check(CASES[case](va, vb), CASES[case](a, b))
+
+
+def test_convolve(pair):
+    a, _, va, _ = pair
+    wide = np.pad(a, 1, mode="symmetric").astype(float)
+    exact = sum(wide[1 + d : 33 + d, 1:-1, 1:-1] for d in (-1, 0, 1)) / 3
+    one = va.convolve([1 / 3] * 3)
+    for axis in (1, 2):
+        exact = np.pad(exact, [(1, 1) if k == axis else (0, 0) for k in range(3)], mode="symmetric")
+        exact = sum(np.take(exact, np.arange(a.shape[axis]) + d, axis) for d in range(3)) / 3
+    check(one, exact)
+    check(va.convolve("box:3"), exact)
+    assert va.convolve("gaussian:1.5").stats().mean == pytest.approx(va.stats().mean, rel=1e-4)
+    with pytest.raises(cvol.ArgumentError, match="unknown"):
+        va.convolve("nothing")
+
+
+def test_shift_and_circular_convolution():
+    rng = np.random.default_rng(2)
+    a = np.cumsum(rng.normal(size=(6, 8, 10)), axis=2).astype("f4")
+    va = cvol.compress(a, keep=cvol.Keep.all(), transform="dft", block=0)
+    assert np.allclose(va.shift((1, 0, 3)).evaluate(), np.roll(a, (1, 0, 3), (0, 1, 2)), atol=1e-2)
+    spike = np.zeros_like(a)
+    spike[0, 2, 1] = 1
+    vs = cvol.compress(spike, keep=cvol.Keep.all(), transform="dft", block=0)
+    assert np.allclose(va.convolve(vs).evaluate(), np.roll(a, (0, 2, 1), (0, 1, 2)), atol=1e-2)
+
+
+def test_statistics(pair):
+    a, b, va, vb = pair
+    s = va.stats()
+    assert abs(s.mean - a.mean(dtype=float)) <= s.mean_error + 1e-6
+    assert abs(s.standard_deviation - a.std(dtype=float)) <= s.standard_deviation_error + 1e-6
+    assert va.mean() == s.mean and va.std() == s.standard_deviation and va.norm() == s.l2_norm
+    c = va.compare(vb)
+    assert c.inner_product == pytest.approx(va.dot(vb))
+    assert abs(va.dot(vb) - (a.astype(float) * b).sum()) <= c.inner_product_error
+    assert va.rms_error_bound() == pytest.approx(va.error_bound / np.sqrt(a.size))
+
+
+def test_keep_type_and_transcode(pair, volume, array):
+    a, _, va, vb = pair
+    few = va.multiply(vb, keep=cvol.Keep.rho(0.01))
+    assert few.info.rho <= 0.0101 < va.multiply(vb).info.rho
+    assert va.truncate(cvol.Keep.rho(0.01)).error_bound > va.error_bound
+    whole = volume.astype(np.float32)
+    assert whole.dtype == np.float32 and volume.dtype == np.int16
+    assert np.abs(whole.evaluate() - volume.evaluate()).max() < 1e-2
+    with pytest.raises(cvol.DataError):
+        volume.astype(np.uint8)
+    coarse = cvol.transcode(volume, 40)
+    assert coarse.error_bound > volume.error_bound and coarse.shape == array.shape
+    assert "rho(0.01)" in repr(cvol.Keep.rho(0.01))
+
+
+def test_a_background_goes_back_among_the_terms(array):
+    a = np.where(array > 200, array, 0).astype(np.int16)
+    v = cvol.compress(a, psnr=40, background=0)
+    assert v.info.background == 0
+    check(v + v, 2 * a)
+
+
+def test_refusals(pair, volume):
+    a, _, va, _ = pair
+    for call in (lambda: va + a, lambda: a + va, lambda: va * a, lambda: va + "a", lambda: va / va, lambda: va @ va):
+        with pytest.raises(TypeError):
+            call()
+    with pytest.raises(cvol.ArgumentError, match="dims"):
+        va + volume
+    with pytest.raises(TypeError, match="Keep"):
+        va.truncate(3)

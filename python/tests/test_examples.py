@@ -1,0 +1,39 @@
+"""The examples and what README.md shows run, and do what they say."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parents[1]
+
+
+def run(*words, cwd):
+    environment = {**os.environ, "PYTHONPATH": str(Path(sys.modules["cvol"].__file__).parents[1])}
+    run = subprocess.run(
+        [sys.executable, *map(str, words)], cwd=cwd, env=environment, capture_output=True, text=True, timeout=120
+    )
+    assert run.returncode == 0, run.stderr
+    return run.stdout
+
+
+def test_change(tmp_path):
+    text = run(HERE / "examples" / "change.py", tmp_path, cwd=tmp_path)
+    assert "a slice: (96, 96) uint8" in text
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["before.png", "change.cvol", "change.png"]
+
+
+def test_turn(tmp_path, path):
+    assert "4 pictures" in run(HERE / "examples" / "turn.py", path, tmp_path, cwd=tmp_path)
+    assert len(list(tmp_path.glob("turn-?.png"))) == 4
+
+
+def test_readme(tmp_path, path):
+    """All Python blocks of README.md, one after the other."""
+    blocks = re.findall(r"^```python\n(.*?)^```", (HERE / "README.md").read_text(), re.M | re.S)
+    assert len(blocks) > 3
+    (tmp_path / "scan.cvol").write_bytes(path.read_bytes())
+    (tmp_path / "readme.py").write_text("\n".join(blocks))
+    run("readme.py", cwd=tmp_path)

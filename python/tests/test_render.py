@@ -1,0 +1,92 @@
+"""Pictures: shape and type, what they show, and that renderers keep their state."""
+
+import struct
+import zlib
+
+import cvol
+import numpy as np
+import pytest
+
+
+def test_shapes(volume):
+    assert volume.render(30, 20, size=(40, 30)).shape == (30, 40, 3)
+    clear = volume.render(30, 20, size=32, background="transparent")
+    assert clear.shape == (32, 32, 4) and clear.dtype == np.uint8
+    assert clear[0, 0, 3] == 0 < clear[16, 16, 3]
+    assert (volume.render(size=32, background="white")[0, 0] == 255).all()
+    assert volume.render(size=32, annotate=True, mode="mip").shape == (32, 32, 3)
+
+
+def test_it_shows_the_ball(volume, array):
+    """Along -Y (azimuth 0) a picture's columns are x and its rows are -z."""
+    picture = volume.render(0, 0, mode="mip", size=256, window=(0, 500))[..., 0]
+    rows, columns = np.nonzero(picture > 180)
+    assert abs(rows.mean() - 127.5) < 3 and abs(columns.mean() - 127.5) < 3
+    # The ball has equal radii in samples, 2 and 0.5 apart.
+    assert (rows.max() - rows.min()) / (columns.max() - columns.min()) == pytest.approx(4, rel=0.2)
+    lower = volume.render(0, 0, mode="mip", size=256, window=(0, 500), clip=np.s_[:35])[..., 0]
+    assert not (lower[:120] > 180).any() and (lower[140:] > 180).any()
+
+
+def test_engines_agree(volume):
+    look = dict(azimuth=30, elevation=20, size=64, transfer="gray")
+    sheet = volume.render(**look).astype(float)
+    for engine in ("ray", "splat", "transform"):
+        other = volume.render(engine=engine, **look).astype(float)
+        assert np.sqrt(((sheet - other) ** 2).mean()) < 25, engine
+    assert volume.render(engine="fourier", size=64).max() > 0
+
+
+def test_looks_differ(volume):
+    plain = volume.render(30, 20, size=48)
+    for look in (
+        dict(shade=True), dict(iso=300), dict(zoom=2), dict(perspective=60), dict(level=2), dict(roll=40),
+        dict(view="top"), dict(opacity_scale=3), dict(clip_planes=[(0, 1, 0, 0)]), dict(mode="xray"),
+        dict(perspective=60, eye=(0, -90, 0)), dict(transfer="hot"),
+        dict(transfer=[[0, 0, 0, 0, 0], [400, 1, 0, 0, 0.5]]),
+    ):  # fmt: skip
+        assert not np.array_equal(volume.render(30, 20, size=48, **look), plain), look
+    assert volume.render(30, 20, size=48, budget_ms=1e5).shape == plain.shape
+
+
+def test_renderer(volume):
+    with cvol.Renderer(volume) as renderer:
+        points = renderer.transfer_points("auto")
+        assert points.shape[1] == 5
+        first = renderer.render(30, 20, size=64)
+        assert np.array_equal(renderer.render(30, 20, size=64, transfer=points), first)
+        points[:, 1:4] = (1, 0, 0)
+        red = renderer.render(30, 20, size=64, transfer=points)
+        assert red[..., 0].max() > 0 == red[..., 1:].max()
+        with cvol.options(threads=1):
+            assert np.array_equal(renderer.render(30, 20, size=64), first)
+    assert "auto" in cvol.transfer_names() and "ct-bone" in cvol.transfer_names()
+
+
+def test_refusals(volume, tmp_path):
+    for look in (
+        dict(mode="nix"), dict(transfer="nix"), dict(background="nix"), dict(size=0), dict(view="nix"),
+        dict(clip=np.s_[5:5]), dict(zoom=-1), dict(engine="nix"), dict(eye=(1, 2, 3)), dict(transfer="ct-bone"),
+        dict(mode="iso"), dict(transfer=[1, 2]), dict(transfer=tmp_path / "nix.json"),
+    ):  # fmt: skip
+        with pytest.raises((ValueError, OSError)):
+            volume.render(**{"size": 16, **look})
+    with pytest.raises(TypeError):
+        volume.render(nothing=1)
+    flat = cvol.compress(np.ones((20, 20), "f4"), keep=cvol.Keep.all())
+    with pytest.raises(ValueError, match="2 axes"):
+        flat.render()
+    assert flat._repr_png_()[:4] == b"\x89PNG"
+
+
+def test_notebooks_and_png(volume, tmp_path):
+    data = volume._repr_png_()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n" and struct.unpack(">II", data[16:24]) == (384, 384)
+    picture = volume.render(size=(9, 7))
+    cvol.save_png(tmp_path / "a.png", picture)
+    data = (tmp_path / "a.png").read_bytes()
+    length = struct.unpack(">I", data[33:37])[0]
+    rows = np.frombuffer(zlib.decompress(data[41 : 41 + length]), np.uint8).reshape(7, 28)[:, 1:]
+    assert np.array_equal(np.cumsum(rows, axis=0, dtype=np.uint8).reshape(7, 9, 3), picture)
+    with pytest.raises(ValueError):
+        cvol.save_png(tmp_path / "b.png", picture.astype(float))

@@ -1,0 +1,213 @@
+"""Compressing, opening, slicing, closing: held against NumPy on the decoded samples."""
+
+import os
+import signal
+import threading
+
+import cvol
+import numpy as np
+import pytest
+from conftest import make_array
+
+
+@pytest.mark.parametrize("dtype", ["u1", "i1", "u2", "i2", "u4", "i4", "f4", "f8", ">i2"])
+def test_lossless_round_trip(dtype):
+    array = make_array((17, 20, 33), "i1").astype(dtype)
+    volume = cvol.compress(array, lossless=True)
+    back = volume.to_numpy()
+    assert back.dtype == np.dtype(dtype).newbyteorder("=")
+    assert np.array_equal(back, array)
+    assert volume.info.max_error == 0
+
+
+def test_what_it_is(array, volume, path):
+    for v in (volume, cvol.open(path)):
+        assert v.shape == array.shape == (70, 24, 80) and len(v) == 70 and v.ndim == 3
+        assert v.size == array.size and v.nbytes == array.nbytes and v.dtype == np.int16
+        assert v.spacing == (2.0, 1.0, 0.5)
+        assert v.attributes == {"of": "a test"}
+        assert "70 x 24 x 80 int16" in repr(v)
+    error = volume.to_numpy().astype(float) - array
+    assert 0 < np.sqrt((error**2).sum()) <= volume.error_bound * 1.02 + np.sqrt(array.size) / 2
+    assert np.abs(error).max() == volume.info.max_error
+    assert os.path.getsize(path) <= array.nbytes / 20 * 1.02 + 100
+
+
+INDICES = [
+    np.s_[10:20, :, 5], np.s_[3], np.s_[-1, ..., 0], np.s_[..., -1], np.s_[::-7, 5:20:9, ::-1], np.s_[4, 5, 6],
+    np.s_[5:5], np.s_[60:70, 20:, 60:70], np.s_[...], np.s_[100:], np.s_[:, 7:1:-2], np.s_[np.int64(2), 0:1],
+    np.s_[:, :, 64:65:3], np.s_[69::-68],
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("index", INDICES, ids=str)
+def test_slices_are_numpys(volume, path, index):
+    whole = volume.to_numpy()
+    for v in (volume, cvol.open(path)):
+        got = v[index]
+        assert np.shape(got) == np.shape(whole[index]) and got.dtype == whole.dtype
+        assert np.array_equal(got, whole[index])
+        real = np.clip(v.evaluate(index), volume.info.value_min, volume.info.value_max)
+        assert np.allclose(real, got, atol=0.51)
+
+
+@pytest.mark.parametrize("index", [(1, 2, 3, 4), 70, -71, None, [1, 2], np.array([True]), 1.5, (..., ...), "a", True])
+def test_other_indices_are_refused(volume, index):
+    with pytest.raises(IndexError):
+        volume[index]
+
+
+def test_random_slices(volume, path):
+    rng = np.random.default_rng(5)
+    whole, opened = volume.to_numpy(), cvol.open(path)
+    for _ in range(60):
+        index = tuple(
+            slice(*sorted(rng.integers(-n, 2 * n, 2).tolist()), int(rng.integers(1, 9))) for n in whole.shape
+        )
+        assert np.array_equal(opened[index], whole[index]), index
+
+
+def test_ranks_and_transforms():
+    for shape in ((300,), (40, 50), (12, 20, 16)):
+        array = np.cumsum(np.random.default_rng(1).normal(size=shape), axis=-1).astype("f4")
+        for transform, block in (("dct", 0), ("dht", 16), ("dft", 0)):
+            volume = cvol.compress(array, keep=cvol.Keep.all(), transform=transform, block=block, spacing=2)
+            assert volume.shape == shape and volume.spacing == (2.0,) * len(shape)
+            assert (volume.info.transform, volume.info.block) == (transform, block)
+            assert np.allclose(volume.to_numpy(), array, atol=1e-3)
+            assert np.allclose(volume[..., 3:7], array[..., 3:7], atol=1e-3)
+            point = [n // 2 for n in shape]
+            assert np.allclose(volume.evaluate_points([point]), array[tuple(point)], atol=1e-3)
+
+
+def test_values_between_samples(array):
+    volume = cvol.compress(array.astype("f4"), keep=cvol.Keep.all(), block=0)
+    points = np.array([[3, 20, 20], [60, 2, 70]], float)
+    assert np.allclose(volume.evaluate_points(points), [array[3, 20, 20], array[60, 2, 70]], atol=0.5)
+
+
+def test_fill_and_mask():
+    array = make_array((40, 40, 40), "f4")
+    array[:10] = np.nan
+    volume = cvol.compress(array, psnr=50, fill=np.nan)
+    assert np.array_equal(np.isnan(volume.to_numpy()), np.isnan(array))
+    assert np.array_equal(volume.mask(np.s_[8:12, 0]), np.isnan(array[8:12, 0]))
+
+
+def test_geometry(tmp_path):
+    place = cvol.Geometry(
+        spacing=(3, 2, 1), origin=(10, 20, 30), direction=((0, 0, 1), (0, -1, 0), (1, 0, 0)), space="LPS", unit="mm"
+    )
+    array = make_array((9, 10, 11))
+    volume = cvol.compress(array, lossless=True, geometry=place)
+    assert volume.geometry == cvol.Geometry(
+        (3.0, 2.0, 1.0), (10.0, 20.0, 30.0), ((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0)), "LPS", "mm"
+    )
+    assert np.allclose(place.affine() @ [1, 1, 1, 1], [11, 18, 33, 1])
+    cvol.write(tmp_path / "a.nrrd", volume)
+    samples, read = cvol.read(tmp_path / "a.nrrd")
+    assert np.array_equal(samples, array) and np.allclose(read.affine(), place.affine())
+    samples.tofile(tmp_path / "a.raw")
+    again, _ = cvol.read(tmp_path / "a.raw", shape=(9, 10, 11), dtype="i2")
+    assert np.array_equal(again, array)
+
+
+def test_closed(path):
+    with cvol.open(path) as v:
+        part, renderer = v[:5], cvol.Renderer(v)
+    assert v.closed and part.sum() is not None and "closed" in repr(v)
+    assert renderer.render(size=16).shape == (16, 16, 3)
+    renderer.close()
+    calls = [
+        lambda: v[0], lambda: v.to_numpy(), lambda: v + 1, lambda: v + v, lambda: v.stats(), lambda: v.info,
+        lambda: v.render(), lambda: v.save("x.cvol"), lambda: v.evaluate(), lambda: v.mask(),
+        lambda: v.convolve("box:3"), lambda: renderer.render(), lambda: cvol.Renderer(v), lambda: v[5:5],
+    ]  # fmt: skip
+    for call in calls:
+        with pytest.raises(ValueError, match="closed"):
+            call()
+    v.close()
+    assert v.shape == (70, 24, 80)
+
+
+def test_errors(tmp_path, array, path):
+    with pytest.raises(FileNotFoundError, match="nix.cvol"):
+        cvol.open(tmp_path / "nix.cvol")
+    (tmp_path / "bad.cvol").write_bytes(path.read_bytes()[:-500])
+    with pytest.raises(cvol.CorruptError, match="bad.cvol"):
+        cvol.open(tmp_path / "bad.cvol").to_numpy()
+    (tmp_path / "text.cvol").write_text("no volume")
+    with pytest.raises(cvol.FormatError, match="is not a .cvol file"):
+        cvol.open(tmp_path / "text.cvol")
+    with pytest.raises(cvol.DataError, match="NaN"):
+        cvol.compress(np.full((4, 4, 4), np.nan))
+    with pytest.raises(TypeError, match="int64"):
+        cvol.compress(array.astype(np.int64))
+    with pytest.raises(ValueError, match="only one of"):
+        cvol.compress(array, 3, psnr=40)
+    with pytest.raises(ValueError, match="4 axes"):
+        cvol.compress(np.zeros((1, 1, 1, 1)))
+    with pytest.raises(ValueError, match="no samples"):
+        cvol.compress(np.zeros((0, 4, 4)))
+    with pytest.raises(cvol.FileError):
+        cvol.compress(array[:20], fast=True).save(tmp_path / "no folder" / "x.cvol")
+    with cvol.options(memory_limit=1000), pytest.raises(MemoryError):
+        cvol.open(path)
+
+
+def test_a_file_that_changes(tmp_path, array, path):
+    name = tmp_path / "v.cvol"
+    name.write_bytes(path.read_bytes())
+    v = cvol.open(name)
+    v[0]
+    cvol.compress(array[:66], 20, fast=True).save(name)
+    with pytest.raises(cvol.Error, match="was changed"):
+        v[66:]
+
+
+def test_progress_cancels_and_raises(array):
+    told = []
+    cvol.compress(array, fast=True, progress=lambda what, share: told.append((what, share)))
+    assert told and all(isinstance(what, str) and 0 <= share <= 1 for what, share in told)
+    with pytest.raises(cvol.Cancelled):
+        cvol.compress(array, fast=True, progress=lambda what, share: True)
+
+    def fail(what, share):
+        raise ZeroDivisionError("mine")
+
+    with pytest.raises(ZeroDivisionError, match="mine"):
+        cvol.compress(array, fast=True, progress=fail)
+
+
+def test_ctrl_c(array):
+    before = signal.getsignal(signal.SIGINT)
+    with pytest.raises(KeyboardInterrupt):
+        cvol.compress(array, fast=True, progress=lambda what, share: signal.raise_signal(signal.SIGINT))
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_threads(path):
+    """Slices of several threads at once, while one closes the volume."""
+    v = cvol.open(path)
+    whole = v.to_numpy()
+    wrong = []
+
+    def work(seed):
+        rng = np.random.default_rng(seed)
+        try:
+            for _ in range(30):
+                z = int(rng.integers(0, 70))
+                if not np.array_equal(v[z], whole[z]):
+                    wrong.append(z)
+        except ValueError as error:
+            if "closed" not in str(error):
+                wrong.append(error)
+
+    threads = [threading.Thread(target=work, args=(i,)) for i in range(4)]
+    for thread in threads:
+        thread.start()
+    v.close()
+    for thread in threads:
+        thread.join()
+    assert not wrong
+    assert v.closed
