@@ -23,7 +23,7 @@ for folder in /usr/include/gdcm-3*; do
     [ -d "$folder" ] || continue
     clang++ -std=c++11 -g -O1 -Isrc -isystem "$folder" -fsanitize=address,undefined \
         -fsanitize=fuzzer-no-link -c src/volume/dicom_codec.cpp -o $build/dicom_codec.o
-    flags="$flags -DCVOL_HAVE_GDCM"
+    flags="$flags -DCVOL_DICOM_CODEC_LINKED"
     formats="$formats $build/dicom_codec.o -lgdcmMSFF -lgdcmDSED -lgdcmCommon -lstdc++"
 done
 

@@ -4,6 +4,7 @@
  * announce the frame's shape, for no decoder may be led to write more than there is room for. */
 #include "volume/dicom_frame.h"
 
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +15,7 @@
 #include "volume/byte_order.h"
 #include "volume/dicom_codec.h"
 #include "volume/input.h"
+#include "volume/module.h"
 
 enum packing { RAW, RUNS, JPEG, JPEG_2000, OTHER };
 
@@ -48,6 +50,36 @@ static size_t frame_bytes(const cvol_dicom_head *h)
 {
     return (size_t)h->rows * h->columns * h->samples * (h->allocated / 8);
 }
+
+/* ---- GDCM ----------------------------------------------------------------------------- */
+
+typedef int (*codec)(const cvol_dicom_packed *, void *, size_t);
+
+#ifdef CVOL_DICOM_CODEC_LINKED
+
+static codec find_codec(void)
+{
+    return cvol_dicom_codec_decode;
+}
+
+#else
+
+static codec found_codec;
+
+static void load_codec(void)
+{
+    void *symbol = cvol_module_find(CVOL_DICOM_MODULE, "cvol_dicom_codec_decode");
+    memcpy(&found_codec, &symbol, sizeof symbol); /* C knows no other way from one to the other */
+}
+
+static codec find_codec(void)
+{
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+    pthread_once(&once, load_codec);
+    return found_codec;
+}
+
+#endif
 
 /* ---- checks --------------------------------------------------------------------------- */
 
@@ -84,13 +116,11 @@ static int check_packing(cvol_context *context, const cvol_dicom_head *h)
         return cvol_fail(context, CVOL_ERROR_FORMAT,
                          "%s: its pixels are %s, but its transfer syntax '%s' says otherwise",
                          h->path, h->is_packed ? "fragments" : "raw", h->transfer);
-#ifndef CVOL_HAVE_GDCM
-    if (packing != RAW && packing != RUNS)
+    if (packing != RAW && packing != RUNS && !find_codec())
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "%s: is compressed (transfer syntax %s), and this cvol was built without "
-                         "GDCM",
+                         "GDCM, or its " CVOL_DICOM_MODULE " is missing",
                          h->path, h->transfer);
-#endif
     return CVOL_OK;
 }
 
@@ -263,8 +293,6 @@ static int decode_runs(const cvol_dicom_head *h, const uint8_t *in, size_t size,
 
 /* ---- codecs' own headers -------------------------------------------------------------- */
 
-#ifdef CVOL_HAVE_GDCM
-
 static uint32_t big(const uint8_t *p, size_t size)
 {
     uint32_t value = 0;
@@ -321,18 +349,8 @@ static int decode_code(const cvol_dicom_head *h, const uint8_t *in, size_t size,
         h->transfer, in,           size,      h->rows, h->columns,
         h->samples,  h->allocated, h->stored, h->high, h->is_signed,
     };
-    return fits && cvol_dicom_codec_decode(&packed, out, frame_bytes(h));
+    return fits && find_codec()(&packed, out, frame_bytes(h));
 }
-
-#else
-
-static int decode_code(const cvol_dicom_head *h, const uint8_t *in, size_t size, uint8_t *out)
-{
-    (void)h, (void)in, (void)size, (void)out;
-    return 0;
-}
-
-#endif
 
 /* ---- samples -------------------------------------------------------------------------- */
 
