@@ -254,5 +254,108 @@ def make_mrc():
     announce("turned.map", volume.transpose(2, 0, 1), (1, 2, 3, "A"))
 
 
+# ---- VTK -----------------------------------------------------------------------------------------
+
+
+def make_vtk():
+    # Not all of vtk, which takes seconds to load.
+    legacy, xml, model, support = need("vtkmodules.vtkIOLegacy", "vtkmodules.vtkIOXML",
+                                       "vtkmodules.vtkCommonDataModel", "vtkmodules.util.numpy_support")
+
+    def image(volume, name="density"):
+        data = model.vtkImageData()
+        data.SetDimensions(*volume.shape[2::-1])
+        data.SetSpacing(0.5, 1.5, 2)
+        data.SetOrigin(1, 2, 3)
+        flat = volume.reshape((-1,) + volume.shape[3:])
+        array = support.numpy_to_vtk(np.ascontiguousarray(flat), deep=True)
+        array.SetName(name)
+        data.GetPointData().SetScalars(array)
+        return data
+
+    spacing = (0.5, 1.5, 2)
+    for kind in ("u1", "i1", "i2", "u4", "f4", "f8"):
+        volume = samples(kind)
+        for ascii in (False, True):
+            if ascii and kind == "i1":
+                continue
+            writer = legacy.vtkStructuredPointsWriter()
+            name = f"{kind}{'a' if ascii else ''}.vtk"
+            writer.SetFileName(name)
+            writer.SetInputData(image(volume))
+            writer.SetFileType(1 if ascii else 2)
+            writer.Write()
+            if not (ascii and kind[0] in "f" or name == "u1a.vtk"):  # VTK writes six digits, or colours from 0 to 1
+                announce(name, volume, spacing)
+    number = 0
+    many = samples("i2", (5, 7, 9, 3))
+    for mode in ("Ascii", "Binary", "Appended"):
+        for encoded in (False, True):
+            for zlib in (False, True):
+                for wide in (False, True):
+                    if mode != "Appended" and encoded or mode == "Ascii" and (zlib or wide):
+                        continue
+                    number += 1
+                    volume = samples("u2", (11, 40, 50), number) % 1000
+                    writer = xml.vtkXMLImageDataWriter()
+                    name = f"{number}{mode}.vti"
+                    writer.SetFileName(name)
+                    data = image(volume)
+                    more = support.numpy_to_vtk(np.zeros(volume.size), deep=True)
+                    more.SetName("other")
+                    data.GetPointData().AddArray(more)
+                    writer.SetInputData(data)
+                    getattr(writer, f"SetDataModeTo{mode}")()
+                    writer.SetEncodeAppendedData(encoded)
+                    writer.SetCompressorTypeToZLib() if zlib else writer.SetCompressorTypeToNone()
+                    writer.SetHeaderTypeToUInt64() if wide else writer.SetHeaderTypeToUInt32()
+                    writer.SetBlockSize(4096)
+                    if number % 2:
+                        writer.SetByteOrderToBigEndian()
+                    writer.Write()
+                    announce(name, volume, spacing)
+    writer = xml.vtkXMLImageDataWriter()
+    writer.SetFileName("vectors.vti")
+    writer.SetInputData(image(many))
+    writer.Write()
+    announce("vectors.vti", many[..., 2], spacing, "channel=2")
+
+
+def check_written():
+    """What cvol wrote of in.nrrd, read by others."""
+    import warnings
+
+    warnings.simplefilter("ignore")
+    truth = np.fromfile("in.raw", "<i2").reshape(4, 5, 6)
+    assert np.array_equal(np.load("out.npy"), truth), "npy"
+    try:
+        import tifffile
+
+        with tifffile.TiffFile("out.tif") as file:
+            assert np.array_equal(file.asarray(), truth), "tif"
+            assert abs(file.imagej_metadata["spacing"] - 2.5) < 1e-9, "tif spacing"
+            x, y = (file.pages[0].tags[tag].value for tag in (282, 283))
+            assert abs(x[1] / x[0] - 0.5) < 1e-9 and abs(y[1] / y[0] - 0.7) < 1e-9, "tif resolution"
+    except ImportError as error:
+        print(f"skipped: {error}")
+    try:
+        from vtkmodules.util.numpy_support import vtk_to_numpy
+        from vtkmodules.vtkIOXML import vtkXMLImageDataReader
+
+        reader = vtkXMLImageDataReader()
+        reader.SetFileName("out.vti")
+        reader.Update()
+        data = reader.GetOutput()
+        assert np.array_equal(vtk_to_numpy(data.GetPointData().GetScalars()).reshape(4, 5, 6), truth), "vti"
+        assert np.allclose(data.GetSpacing(), (0.5, 0.7, 2.5)) and np.allclose(data.GetOrigin(), (1, 2, 3)), "vti place"
+        matrix = [data.GetDirectionMatrix().GetElement(i, j) for i in range(3) for j in range(3)]
+        assert np.allclose(matrix, (0, 1, 0, -1, 0, 0, 0, 0, 1)), "vti directions"
+    except ImportError as error:
+        print(f"skipped: {error}")
+
+
 if __name__ == "__main__":
+    if sys.argv[1] == "check":
+        check_written()
+        sys.exit()
     globals()["make_" + sys.argv[1]]()

@@ -54,7 +54,8 @@ CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const ch
 CVOL_API int cvol_file_is_volume(const char *path);
 
 /* Writes a volume in its own sample type; the name's ending chooses the format: .nrrd, .nhdr,
- * .nii, .nii.gz, .mha, .mhd, .raw, .tif (which keeps spacing alone). The file appears under its name only when it is whole; what
+ * .nii, .nii.gz, .mha, .mhd, .raw, .tif (which keeps spacing alone), .npy (not even that), .vti.
+ * The file appears under its name only when it is whole; what
  * was there before stays until then. Errors: ARGUMENT (unknown ending), UNSUPPORTED, IO, MEMORY. */
 CVOL_API int cvol_volume_write(cvol_context *context, const cvol_volume *volume, const char *path);
 

@@ -47,6 +47,9 @@ int cvol_format_choose(cvol_context *context, size_t *out, const char *path, con
 int cvol_tiff_plan(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
                    const char *path);
 
+/* A sample type by the name that VTK gives it. */
+int cvol_vtk_type(cvol_type *out, const char *name, size_t length);
+
 extern const cvol_format cvol_format_nrrd;
 extern const cvol_format cvol_format_metaimage;
 extern const cvol_format cvol_format_nifti;
@@ -54,6 +57,8 @@ extern const cvol_format cvol_format_tiff;
 extern const cvol_format cvol_format_dicom;
 extern const cvol_format cvol_format_npy;
 extern const cvol_format cvol_format_mrc;
+extern const cvol_format cvol_format_vtk;
+extern const cvol_format cvol_format_vti;
 extern const cvol_format cvol_format_raw;
 
 #endif

@@ -18,14 +18,15 @@
 
 static const cvol_format *const formats[] = {
     &cvol_format_nrrd,  &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
-    &cvol_format_dicom, &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_raw,
+    &cvol_format_dicom, &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
+    &cvol_format_vti,   &cvol_format_raw,
 };
 
 #define FORMATS (sizeof formats / sizeof formats[0])
 
 const char *cvol_volume_formats(void)
 {
-    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .npy";
+    return ".nrrd .nhdr .nii .nii.gz .mha .mhd .raw .tif .npy .vti";
 }
 
 const char *cvol_volume_readers(void)
@@ -34,7 +35,7 @@ const char *cvol_volume_readers(void)
 #ifdef CVOL_HAVE_TIFF
            " .tif"
 #endif
-           " .dcm .npy .mrc";
+           " .dcm .npy .mrc .vtk .vti";
 }
 
 cvol_read_options cvol_read_options_defaults(void)

@@ -30,16 +30,17 @@ typedef struct cvol_stored {
     uint64_t offset;      /* of the first stored byte in the file */
     uint64_t line_skip;   /* lines between `offset` and the stored bytes */
     uint64_t byte_skip;   /* bytes before the samples, counted after inflating */
-    uint64_t stored_size; /* of compressed samples; 0: all bytes to the file's end */
+    uint64_t stored_size; /* of compressed samples, or of text; 0: to the file's end */
     int at_end;           /* raw samples are the last bytes of the file */
     int may_go_on;        /* other bytes may follow raw samples: a detached file is cut from */
     int undescribed;      /* the grid is the caller's word for a file of nothing but samples */
     cvol_sheets sheets;   /* closed by whoever called the reader */
 } cvol_stored;
 
-/* Reads samples stored as text, from `offset` on. */
+/* Reads samples stored as text, from `offset` on; of `size` bytes, or, 0, to the file's end. More of them
+ * than the grid's are an error unless they may go on. */
 int cvol_stored_read_text(cvol_context *context, cvol_volume **out, const cvol_grid *grid,
-                          const cvol_input *input, uint64_t offset);
+                          const cvol_input *input, uint64_t offset, uint64_t size, int may_go_on);
 
 /* What a format's writer makes of a grid: all of a file but its samples, which are written
  * little-endian. */

@@ -82,12 +82,12 @@ static int parse_values(const reading *r, const char *text, size_t size, void *d
     return CVOL_OK;
 }
 
-static int check_count(const reading *r, const char *text, size_t size)
+static int check_count(const reading *r, const char *text, size_t size, int may_go_on)
 {
     size_t words = 0, at = 0, length, samples = cvol_grid_samples(r->grid);
     for (next_value(text, size, &at, &length); length; next_value(text, size, &at, &length))
         words++;
-    if (words == samples)
+    if (words == samples || (may_go_on && words > samples))
         return CVOL_OK;
     return cvol_fail(r->context, CVOL_ERROR_FORMAT,
                      "%s: holds %zu of the %zu samples that its header announces", r->path, words,
@@ -95,11 +95,13 @@ static int check_count(const reading *r, const char *text, size_t size)
 }
 
 int cvol_stored_read_text(cvol_context *context, cvol_volume **out, const cvol_grid *grid,
-                          const cvol_input *input, uint64_t offset)
+                          const cvol_input *input, uint64_t offset, uint64_t stored, int may_go_on)
 {
     *out = NULL;
     reading r = {.context = context, .grid = grid, .path = input->path};
     uint64_t size = offset < input->size ? input->size - offset : 0;
+    if (stored && stored < size)
+        size = stored;
     if (size > context->limit_bytes)
         return cvol_fail(context, CVOL_ERROR_LIMIT,
                          "%s: %llu bytes of text are more than the limit of %llu", r.path,
@@ -110,7 +112,7 @@ int cvol_stored_read_text(cvol_context *context, cvol_volume **out, const cvol_g
     size_t got;
     int code = cvol_input_read(context, input, offset, text, (size_t)size, &got);
     if (!code)
-        code = check_count(&r, text, got);
+        code = check_count(&r, text, got, may_go_on);
     if (!code)
         code = cvol_dense_create(context, out, grid, 0);
     if (!code)

@@ -231,7 +231,9 @@ static int open_samples(cvol_context *context, cvol_volume_stream *s)
         return find_packed(context, s);
     if (__builtin_add_overflow(s->start, s->stored.byte_skip, &s->start))
         s->start = s->input.size;
-    return cvol_stored_read_text(context, &s->whole, &s->grid, &s->input, s->start);
+    return cvol_stored_read_text(context, &s->whole, &s->grid, &s->input, s->start,
+                                 s->stored.stored_size,
+                                 s->stored.may_go_on && !s->stored.data_path);
 }
 
 int cvol_stream_begin(cvol_context *context, cvol_volume_stream **out, const cvol_format *format,

@@ -33,6 +33,7 @@ check_kind tiff .tif
 check_kind dicom .dcm
 check_kind npy .npy
 check_kind mrc .mrc
+check_kind vtk .vtk
 
 # ---- TIFF ---------------------------------------------------------------------------------------
 
@@ -91,10 +92,33 @@ if [ -e mrc/turned.map ]; then
     expect_failure 1 'cut.mrc: has 1100 bytes' cvol info cut.mrc
 fi
 
+# ---- VTK ----------------------------------------------------------------------------------------
+
+if [ -e vtk/vectors.vti ]; then
+    expect_failure 2 'vectors.vti: has 3 channels; choose one with --channel 0 to 2' cvol info vtk/vectors.vti
+    expect_done cvol info vtk/1Ascii.vti --json
+    expect_equal "$(value_of origin)" '[1.0,2.0,3.0]'
+fi
+
+# ---- writing ------------------------------------------------------------------------------------
+
+make_volume in.raw int16 6x5x4
+make_nrrd in.nrrd in.raw int16 6 5 4 'space dimension: 3' 'space origin: (1,2,3)' \
+    'space directions: (0,-0.5,0) (0.7,0,0) (0,0,2.5)'
+expect_done cvol compress in.nrrd in.cvol --lossless
+for ending in npy tif vti; do
+    expect_done cvol decompress in.cvol out.$ending
+    expect_status 0 cvol compare out.$ending in.nrrd --json
+    expect_number "$(value_of max_abs_error)" '==' 0
+done
+expect_done cvol info out.vti --json
+expect_equal "$(value_of origin)" '[1.0,2.0,3.0]'
+expect_equal "$(value_of directions.0)" '[0.0,-1.0,0.0]'
+"$python" "$maker" check >said 2>&1 || fail "written: $(tail -1 said)"
+cat said
+
 # ---- no such thing ------------------------------------------------------------------------------
 
 mkdir none
 expect_failure 1 'none: is a directory, and holds no slices' cvol info none
-make_volume in.raw uint8 6x5x4
-make_nrrd in.nrrd in.raw uint8 6 5 4
 expect_failure 2 'in.nrrd: is a NRRD file, of which cvol reads one channel' cvol info in.nrrd --channel 0
