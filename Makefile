@@ -9,7 +9,7 @@ PREFIX ?= /usr/local
 all: build
 
 help:
-	@echo 'make           build $(BUILD)/cvol and $(BUILD)/libcvol.a'
+	@echo 'make           build $(BUILD)/cvol, libcvol.a and libcvol.so'
 	@echo 'make demo      install what is missing, build, compress the sample scan, render it'
 	@echo 'make check     install what is missing, build with warnings as errors and with'
 	@echo '               sanitizers, run all tests'

@@ -68,6 +68,12 @@ def _library():
     return _build()
 
 
+def _modules(library):
+    """What the library loads when a file wants it, beside it or in a folder of its own."""
+    for folder in (library.parent, library.parent / "cvol"):
+        yield from sorted(folder.glob("cvol_*.so"))
+
+
 def _tag():
     platform = re.sub(r"[-.]", "_", sysconfig.get_platform())
     return f"py3-none-{platform}"
@@ -100,7 +106,9 @@ def _sources():
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     files = [(f"cvol/{path.name}", path.read_bytes(), 0o644) for path in _sources()]
-    files.append((f"cvol/{SONAME}", _library().read_bytes(), 0o755))
+    library = _library().absolute()
+    files.append((f"cvol/{SONAME}", library.read_bytes(), 0o755))
+    files += [(f"cvol/{path.name}", path.read_bytes(), 0o755) for path in _modules(library)]
     return _write_wheel(wheel_directory, files)
 
 

@@ -37,10 +37,16 @@ def read(
     dtype: Any = None,
     big_endian: bool = False,
     spacing: Optional[tuple[float, float, float]] = None,
+    channel: Optional[int] = None,
+    index: Optional[int] = None,
+    series: Optional[str] = None,
 ) -> tuple[np.ndarray, Geometry]:
-    """Samples (z, y, x) and geometry of a dense volume: NIfTI, NRRD, MetaImage and others that libcvol knows.
+    """Samples (z, y, x) and geometry of a dense volume: a file, or a folder of slices, of a format that libcvol
+    reads (`cvol info` of the command, and doc, list them).
 
-    shape, dtype, big_endian, spacing: of raw samples alone, which describe nothing themselves.
+    shape, dtype, big_endian, spacing: of raw samples, which describe nothing themselves; spacing also of formats
+        that have none.
+    channel, index, series: which one, where a file or a folder has more than one volume.
     ``compress(samples, geometry=geometry)`` goes on from here.
     """
     o = _abi.functions["read_options_defaults"]()
@@ -51,6 +57,12 @@ def read(
     if spacing is not None:
         o.spacing[:] = [float(v) for v in spacing[::-1]]
     o.big_endian = big_endian
+    if channel is not None:
+        o.has_channel, o.channel = 1, channel
+    if index is not None:
+        o.has_index, o.index = 1, index
+    if series is not None:
+        o.series = str(series).encode()
     out = out_pointer()
     name = os.fspath(path)
     with Call() as call:

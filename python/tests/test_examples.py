@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 HERE = Path(__file__).resolve().parents[1]
 
 
@@ -30,10 +32,11 @@ def test_turn(tmp_path, path):
     assert len(list(tmp_path.glob("turn-?.png"))) == 4
 
 
-def test_readme(tmp_path, path):
-    """All Python blocks of README.md, one after the other."""
-    blocks = re.findall(r"^```python\n(.*?)^```", (HERE / "README.md").read_text(), re.M | re.S)
-    assert len(blocks) > 3
-    (tmp_path / "scan.cvol").write_bytes(path.read_bytes())
+@pytest.mark.parametrize("readme", [HERE / "README.md", HERE.parent / "README.md"], ids=["package", "project"])
+def test_readme(readme, tmp_path, path):
+    """All Python blocks, one after the other."""
+    blocks = re.findall(r"^```python\n(.*?)^```", readme.read_text(), re.M | re.S)
+    assert blocks
+    (tmp_path / "brain.cvol").write_bytes(path.read_bytes())
     (tmp_path / "readme.py").write_text("\n".join(blocks))
     run("readme.py", cwd=tmp_path)
