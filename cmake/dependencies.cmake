@@ -14,6 +14,7 @@ pkg_check_modules(WEBP IMPORTED_TARGET libwebpmux libwebp)
 
 # Formats of volumes that other libraries read, where these are.
 pkg_check_modules(TIFF IMPORTED_TARGET libtiff-4>=4.5)
+pkg_check_modules(HDF5 IMPORTED_TARGET hdf5)
 
 # GDCM is C++, and only its codecs are used. (Its own CMake package wants programs that Debian's
 # development package does not bring.)

@@ -1,5 +1,5 @@
 /* Fuzzing of the volume readers (NIfTI, NRRD, MetaImage, TIFF, DICOM,
- * NumPy, MRC, VTK: by content): any bytes must give a volume
+ * NumPy, MRC, VTK, HDF5: by content): any bytes must give a volume
  * or an error with a message. */
 #include "fuzz_file.h"
 

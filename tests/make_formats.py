@@ -321,6 +321,28 @@ def make_vtk():
     announce("vectors.vti", many[..., 2], spacing, "channel=2")
 
 
+def make_hdf5():
+    (h5py,) = need("h5py")
+    with h5py.File("many.h5", "w") as file:
+        for kind in ("u1", "i1", "u2", ">i2", "<u4", "i4", "f2", "f4", ">f8"):
+            volume = samples(np.dtype(kind).newbyteorder("=")).astype(kind)
+            name = f"/group/{kind.strip('<>')}"
+            file[name] = volume
+            announce(f"many.h5:{name}", volume.astype("f4") if kind == "f2" else volume.astype(np.dtype(kind).newbyteorder("=")))
+        file["/long"] = np.zeros((2, 2, 2), "i8")
+        file["/flat"] = np.zeros((4, 3), "u1")
+    volume = samples("u2", (20, 30, 40))
+    with h5py.File("one.h5", "w", userblock_size=512) as file:
+        data = file.create_dataset("data", data=volume, chunks=(8, 16, 16), compression="gzip", shuffle=True)
+        data.attrs["element_size_um"] = [3.0, 2.0, 1.0]
+        file["line"] = np.zeros(5)
+    announce("one.h5", volume, (1, 2, 3, "um"))
+    many = samples("f4", (3, 4, 5, 6))
+    with h5py.File("four.h5", "w") as file:
+        file["a:b"] = many
+    announce("four.h5:/a:b", many[2], (1, 2, 3), "index=2", "spacing=1,2,3")
+
+
 def check_written():
     """What cvol wrote of in.nrrd, read by others."""
     import warnings

@@ -59,6 +59,7 @@ extern const cvol_format cvol_format_npy;
 extern const cvol_format cvol_format_mrc;
 extern const cvol_format cvol_format_vtk;
 extern const cvol_format cvol_format_vti;
+extern const cvol_format cvol_format_hdf5;
 extern const cvol_format cvol_format_raw;
 
 #endif

@@ -9,6 +9,7 @@
 #include "base/grid.h"
 #include "volume/dense.h"
 #include "volume/folder.h"
+#include "volume/hdf5.h"
 #include "volume/stream.h"
 #include "volume/text.h"
 
@@ -19,7 +20,7 @@
 static const cvol_format *const formats[] = {
     &cvol_format_nrrd,  &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
     &cvol_format_dicom, &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
-    &cvol_format_vti,   &cvol_format_raw,
+    &cvol_format_vti,   &cvol_format_hdf5,  &cvol_format_raw,
 };
 
 #define FORMATS (sizeof formats / sizeof formats[0])
@@ -35,7 +36,11 @@ const char *cvol_volume_readers(void)
 #ifdef CVOL_HAVE_TIFF
            " .tif"
 #endif
-           " .dcm .npy .mrc .vtk .vti";
+           " .dcm .npy .mrc .vtk .vti"
+#ifdef CVOL_HAVE_HDF5
+           " .h5"
+#endif
+        ;
 }
 
 cvol_read_options cvol_read_options_defaults(void)
@@ -78,9 +83,22 @@ static int find_format(cvol_context *context, const cvol_format **out, const cha
     *out = NULL;
     if (cvol_folder_is(path))
         return find_format_of_folder(context, out, path);
-    int code = cvol_file_peek(context, head, &size, sizeof head, path);
+    const size_t length = cvol_hdf5_file_length(path);
+    char *file = path[length] ? strndup(path, length) : NULL;
+    int code = cvol_file_peek(context, head, &size, sizeof head, file ? file : path);
+    free(file);
     if (code)
         return code;
+    if (path[length]) {
+        if (cvol_format_hdf5.recognise(head, size))
+            *out = &cvol_format_hdf5;
+        else
+            code = cvol_fail(context, CVOL_ERROR_IO,
+                             "%s: no such file, and what is before the colon "
+                             "is none of HDF5",
+                             path);
+        return code;
+    }
     for (size_t f = 0; f < FORMATS && !*out; f++)
         if (formats[f]->recognise && formats[f]->recognise(head, size))
             *out = formats[f];

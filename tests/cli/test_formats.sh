@@ -34,6 +34,7 @@ check_kind dicom .dcm
 check_kind npy .npy
 check_kind mrc .mrc
 check_kind vtk .vtk
+check_kind hdf5 .h5
 
 # ---- TIFF ---------------------------------------------------------------------------------------
 
@@ -98,6 +99,18 @@ if [ -e vtk/vectors.vti ]; then
     expect_failure 2 'vectors.vti: has 3 channels; choose one with --channel 0 to 2' cvol info vtk/vectors.vti
     expect_done cvol info vtk/1Ascii.vti --json
     expect_equal "$(value_of origin)" '[1.0,2.0,3.0]'
+fi
+
+# ---- HDF5 ---------------------------------------------------------------------------------------
+
+if [ -e hdf5/many.h5 ]; then
+    expect_failure 1 'many.h5: has 10 datasets of three axes or more: name one behind a colon, of /group/f2' \
+        cvol info hdf5/many.h5
+    expect_failure 1 'many.h5:/none: has no such dataset' cvol info hdf5/many.h5:/none
+    expect_failure 1 "many.h5:/long: its dataset's type is not supported" cvol info hdf5/many.h5:/long
+    expect_failure 2 'four.h5: has 3 volumes; choose one with --index 0 to 2' cvol info hdf5/four.h5
+    head -c 3000 hdf5/one.h5 >cut.h5
+    expect_failure 1 'cut.h5: ' cvol info cut.h5
 fi
 
 # ---- writing ------------------------------------------------------------------------------------

@@ -1,0 +1,180 @@
+/* HDF5 (hdfgroup.org): a dataset of two to four axes, FILE.h5:/path/to/it, or the only one of three
+ * or more.
+ *
+ * The last axis is x, as in NumPy; the first of four is chosen by `index`. libhdf5 stands behind a
+ * module of its own. Voxel sizes are Fiji's attribute element_size_um. */
+#define _GNU_SOURCE
+#include "volume/hdf5.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/context.h"
+#include "volume/format.h"
+#include "volume/hdf5_module.h"
+#include "volume/module.h"
+
+typedef struct hdf5 {
+    char *name; /* for messages */
+    cvol_hdf5_dataset *dataset;
+    cvol_hdf5_shape shape;
+    uint64_t index;
+} hdf5;
+
+/* ---- the module ----------------------------------------------------------------------- */
+
+#ifdef CVOL_HDF5_LINKED
+
+static const cvol_hdf5_functions *functions(void)
+{
+    return &cvol_hdf5_module;
+}
+
+#else
+
+static const cvol_hdf5_functions *found;
+
+static void load(void)
+{
+    found = cvol_module_find(CVOL_HDF5_MODULE, "cvol_hdf5_module");
+}
+
+static const cvol_hdf5_functions *functions(void)
+{
+    static pthread_once_t once = PTHREAD_ONCE_INIT;
+    pthread_once(&once, load);
+    return found;
+}
+
+#endif
+
+/* ---- names ---------------------------------------------------------------------------- */
+
+static int is_file(const char *path)
+{
+    struct stat status;
+    return !stat(path, &status) && S_ISREG(status.st_mode);
+}
+
+size_t cvol_hdf5_file_length(const char *path)
+{
+    struct stat status;
+    const size_t all = strlen(path);
+    size_t length = all;
+    char *copy = stat(path, &status) ? strdup(path) : NULL;
+    for (const char *colon = copy ? strchr(path, ':') : NULL; colon && length == all;
+         colon = strchr(colon + 1, ':')) {
+        copy[colon - path] = '\0';
+        if (is_file(copy))
+            length = (size_t)(colon - path);
+        copy[colon - path] = ':';
+    }
+    free(copy);
+    return length;
+}
+
+static int recognise(const uint8_t *head, size_t size)
+{
+    for (size_t at = 0; at + 8 <= size; at = at ? 2 * at : 512) /* behind a user block */
+        if (!memcmp(head + at, "\x89HDF\r\n\x1a\n", 8))
+            return 1;
+    return 0;
+}
+
+/* ---- reading -------------------------------------------------------------------------- */
+
+static void close_hdf5(void *state)
+{
+    hdf5 *h = state;
+    if (!h)
+        return;
+    if (h->dataset)
+        functions()->close(h->dataset);
+    free(h->name);
+    free(h);
+}
+
+static int read_sheets(cvol_context *context, void *state, void *out, size_t first, size_t count)
+{
+    hdf5 *h = state;
+    const int rank = h->shape.rank;
+    uint64_t begin[CVOL_HDF5_RANK] = {0}, box[CVOL_HDF5_RANK];
+    char message[300];
+    for (int i = 0; i < rank; i++)
+        box[i] = i < rank - 2 ? 1 : h->shape.dims[i];
+    if (rank > 2) {
+        begin[rank - 3] = first;
+        box[rank - 3] = count;
+    }
+    if (rank > 3)
+        begin[rank - 4] = h->index;
+    if (functions()->read(h->dataset, out, begin, box, message, sizeof message))
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s", h->name, message);
+}
+
+/* The last three axes, and the one before them; others must be single. */
+static int read_shape(cvol_context *context, hdf5 *h, cvol_grid *grid,
+                      const cvol_read_options *options)
+{
+    const int rank = h->shape.rank;
+    const uint64_t *dims = h->shape.dims;
+    size_t index;
+    *grid = cvol_grid_make(1, 1, 1, (cvol_type)h->shape.type);
+    for (int i = 0; i < rank - 4; i++)
+        if (dims[i] != 1)
+            return cvol_fail(
+                context, CVOL_ERROR_UNSUPPORTED,
+                "%s: its dataset has %d axes, and axis %d has %llu places; four can be "
+                "read",
+                h->name, rank, i, (unsigned long long)dims[i]);
+    for (int a = 0; a < 3 && a < rank; a++) {
+        grid->dims[a] = (size_t)dims[rank - 1 - a];
+        const double size = h->shape.size_um[2 - a];
+        if (size < 0 || size > 0 || size != size) {
+            grid->spacing[a] = size;
+            snprintf(grid->unit, sizeof grid->unit, "um");
+        }
+    }
+    int code = cvol_format_choose(context, &index, h->name, "volume", "--index",
+                                  rank > 3 ? (size_t)dims[rank - 4] : 1, options->has_index,
+                                  options->index);
+    h->index = index;
+    return code;
+}
+
+static int find_hdf5(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
+                     const cvol_read_options *options)
+{
+    char message[700];
+    if (!functions())
+        return cvol_fail(
+            context, CVOL_ERROR_UNSUPPORTED,
+            "%s: is an HDF5 file, and this cvol was built without libhdf5, or its " CVOL_HDF5_MODULE
+            " is missing",
+            path);
+    hdf5 *h = calloc(1, sizeof *h);
+    if (!h)
+        return cvol_fail_memory(context, sizeof *h, path);
+    stored->sheets = (cvol_sheets){.state = h, .read = read_sheets, .close = close_hdf5};
+    const size_t length = cvol_hdf5_file_length(path);
+    const char *inside = path[length] ? path + length + 1 : NULL;
+    char *file = strndup(path, length);
+    h->name = strdup(path);
+    int code = file && h->name ? CVOL_OK : cvol_fail_memory(context, length, path);
+    if (!code && !functions()->open(&h->dataset, &h->shape, file, inside, message, sizeof message))
+        code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s", path, message);
+    free(file);
+    return code ? code : read_shape(context, h, grid, options);
+}
+
+const cvol_format cvol_format_hdf5 = {
+    .name = "HDF5",
+    .endings = {".h5", ".hdf5"},
+    .recognise = recognise,
+    .find = find_hdf5,
+    .takes = CVOL_TAKES_SPACING | CVOL_TAKES_INDEX,
+};

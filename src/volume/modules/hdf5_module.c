@@ -1,0 +1,344 @@
+/* HDF5's datasets, by libhdf5 (hdfgroup.org), one call at a time: it has no threads. What it says
+ * of trouble goes into messages, and its habit of printing is off only while it is called. */
+#define _GNU_SOURCE
+#include "volume/hdf5_module.h"
+
+#include <hdf5.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cvol/base.h"
+
+struct cvol_hdf5_dataset {
+    hid_t file, dataset, memory_type;
+    int rank;
+};
+
+static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+
+/* ---- errors -------------------------------------------------------------------------- */
+
+typedef struct trouble {
+    char *message;
+    size_t room;
+} trouble;
+
+/* The innermost reason, which comes first when one goes up. */
+static herr_t keep_reason(unsigned n, const H5E_error2_t *error, void *user)
+{
+    trouble *t = user;
+    if (n == 0 && error->desc)
+        snprintf(t->message, t->room, "%s", error->desc);
+    return 0;
+}
+
+static int fail(char *message, size_t room, const char *what)
+{
+    char reason[160] = "";
+    trouble t = {reason, sizeof reason};
+    H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_reason, &t);
+    for (char *c = reason; *c; c++)
+        if (*c < ' ' || *c > '~')
+            *c = '?';
+    snprintf(message, room, "%s%s%s", what, reason[0] ? ": " : "", reason);
+    return 0;
+}
+
+/* ---- finding datasets ------------------------------------------------------------------ */
+
+typedef struct listing {
+    hid_t file;
+    size_t count;
+    char first[512], names[400];
+} listing;
+
+static int rank_of(hid_t file, const char *name)
+{
+    hid_t dataset = H5Dopen2(file, name, H5P_DEFAULT);
+    hid_t space = dataset >= 0 ? H5Dget_space(dataset) : -1;
+    int rank = space >= 0 ? H5Sget_simple_extent_ndims(space) : -1;
+    if (space >= 0)
+        H5Sclose(space);
+    if (dataset >= 0)
+        H5Dclose(dataset);
+    return rank;
+}
+
+static void add_name(listing *l, const char *name)
+{
+    if (rank_of(l->file, name) < 3)
+        return;
+    if (l->count++ == 0)
+        snprintf(l->first, sizeof l->first, "%s", name);
+    const size_t at = strlen(l->names);
+    if (l->count <= 8)
+        snprintf(l->names + at, sizeof l->names - at, "%s/%s", l->count > 1 ? ", " : "", name);
+}
+
+#if H5_VERSION_GE(1, 12, 0)
+static herr_t visit(hid_t object, const char *name, const H5O_info2_t *info, void *user)
+#else
+static herr_t visit(hid_t object, const char *name, const H5O_info_t *info, void *user)
+#endif
+{
+    listing *l = user;
+    (void)object;
+    if (info->type == H5O_TYPE_DATASET)
+        add_name(l, name);
+    return l->count > 1000;
+}
+
+static int find_only(listing *l, hid_t file, char *message, size_t room)
+{
+    l->file = file;
+#if H5_VERSION_GE(1, 12, 0)
+    const herr_t done = H5Ovisit3(file, H5_INDEX_NAME, H5_ITER_INC, visit, l, H5O_INFO_BASIC);
+#else
+    const herr_t done = H5Ovisit(file, H5_INDEX_NAME, H5_ITER_INC, visit, l);
+#endif
+    if (done < 0)
+        return fail(message, room, "its objects cannot be listed");
+    if (l->count == 1)
+        return 1;
+    if (l->count)
+        snprintf(message, room,
+                 "has %zu datasets of three axes or more: name one behind a colon, of %s%s",
+                 l->count, l->names, l->count > 8 ? ", ..." : "");
+    else
+        snprintf(message, room, "has no dataset of three axes or more");
+    return 0;
+}
+
+/* ---- datasets ------------------------------------------------------------------------- */
+
+static int read_type(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape)
+{
+    hid_t type = H5Dget_type(d->dataset);
+    const H5T_class_t class = type >= 0 ? H5Tget_class(type) : H5T_NO_CLASS;
+    const size_t size = type >= 0 ? H5Tget_size(type) : 0;
+    const int is_signed = class == H5T_INTEGER && H5Tget_sign(type) == H5T_SGN_2;
+    if (type >= 0)
+        H5Tclose(type);
+    shape->type = 0;
+    if (class == H5T_INTEGER && size == 1) {
+        shape->type = is_signed ? CVOL_INT8 : CVOL_UINT8;
+        d->memory_type = is_signed ? H5T_NATIVE_INT8 : H5T_NATIVE_UINT8;
+    } else if (class == H5T_INTEGER && size == 2) {
+        shape->type = is_signed ? CVOL_INT16 : CVOL_UINT16;
+        d->memory_type = is_signed ? H5T_NATIVE_INT16 : H5T_NATIVE_UINT16;
+    } else if (class == H5T_INTEGER && size == 4) {
+        shape->type = is_signed ? CVOL_INT32 : CVOL_UINT32;
+        d->memory_type = is_signed ? H5T_NATIVE_INT32 : H5T_NATIVE_UINT32;
+    } else if (class == H5T_FLOAT && (size == 2 || size == 4)) {
+        shape->type = CVOL_FLOAT32;
+        d->memory_type = H5T_NATIVE_FLOAT;
+    } else if (class == H5T_FLOAT && size == 8) {
+        shape->type = CVOL_FLOAT64;
+        d->memory_type = H5T_NATIVE_DOUBLE;
+    }
+    return shape->type != 0;
+}
+
+static int read_shape(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape)
+{
+    hsize_t dims[H5S_MAX_RANK];
+    hid_t space = H5Dget_space(d->dataset);
+    shape->rank = space >= 0 && H5Sis_simple(space) > 0 ? H5Sget_simple_extent_ndims(space) : -1;
+    const int fits = shape->rank >= 1 && shape->rank <= CVOL_HDF5_RANK &&
+                     H5Sget_simple_extent_dims(space, dims, NULL) == shape->rank;
+    if (space >= 0)
+        H5Sclose(space);
+    for (int i = 0; fits && i < shape->rank; i++)
+        shape->dims[i] = dims[i];
+    d->rank = shape->rank;
+    return fits;
+}
+
+/* Fiji's and ilastik's voxel size. */
+static void read_spacing(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape)
+{
+    static const char name[] = "element_size_um";
+    if (H5Aexists(d->dataset, name) <= 0)
+        return;
+    hid_t attribute = H5Aopen(d->dataset, name, H5P_DEFAULT);
+    hid_t space = attribute >= 0 ? H5Aget_space(attribute) : -1;
+    double size[3];
+    if (space >= 0 && H5Sget_simple_extent_npoints(space) == 3 &&
+        H5Aread(attribute, H5T_NATIVE_DOUBLE, size) >= 0)
+        memcpy(shape->size_um, size, sizeof size);
+    if (space >= 0)
+        H5Sclose(space);
+    if (attribute >= 0)
+        H5Aclose(attribute);
+}
+
+/* Raw samples lie within the file. */
+static int check_storage(const cvol_hdf5_dataset *d)
+{
+    hsize_t size = 0;
+    hid_t plan = H5Dget_create_plist(d->dataset);
+    const int raw = plan >= 0 && H5Pget_layout(plan) == H5D_CONTIGUOUS &&
+                    H5Pget_external_count(plan) == 0;
+    if (plan >= 0)
+        H5Pclose(plan);
+    return !raw ||
+           (H5Fget_filesize(d->file, &size) >= 0 && H5Dget_storage_size(d->dataset) <= size);
+}
+
+/* Once more, with room for all chunks that a sheet touches: else each would be unpacked for every
+ * sheet that it has. */
+static void make_room(cvol_hdf5_dataset *d, const char *name, const cvol_hdf5_shape *shape)
+{
+    hsize_t chunk[CVOL_HDF5_RANK];
+    hid_t plan = H5Dget_create_plist(d->dataset);
+    const int chunked = plan >= 0 && H5Pget_layout(plan) == H5D_CHUNKED &&
+                        H5Pget_chunk(plan, shape->rank, chunk) == shape->rank;
+    if (plan >= 0)
+        H5Pclose(plan);
+    if (!chunked)
+        return;
+    double bytes = 8;
+    for (int i = 0; i < shape->rank; i++)
+        bytes *= (double)chunk[i] *
+                 (i < shape->rank - 2 ? 1 : 1 + (double)(shape->dims[i] / (chunk[i] + !chunk[i])));
+    hid_t access = H5Pcreate(H5P_DATASET_ACCESS);
+    if (bytes <= 0x1p28 && access >= 0 &&
+        H5Pset_chunk_cache(access, 10007, (size_t)bytes + (1 << 20), 1) >= 0) {
+        hid_t again = H5Dopen2(d->file, name, access);
+        if (again >= 0) {
+            H5Dclose(d->dataset);
+            d->dataset = again;
+        }
+    }
+    if (access >= 0)
+        H5Pclose(access);
+}
+
+static void close_unlocked(cvol_hdf5_dataset *d)
+{
+    if (d->dataset >= 0)
+        H5Dclose(d->dataset);
+    if (d->file >= 0)
+        H5Fclose(d->file);
+    free(d);
+}
+
+static hid_t open_file(const char *path)
+{
+    hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+#if H5_VERSION_GE(1, 10, 7)
+    H5Pset_file_locking(access, 0, 1); /* folders may be read-only */
+#endif
+    hid_t file = H5Fopen(path, H5F_ACC_RDONLY, access);
+    H5Pclose(access);
+    return file;
+}
+
+static int open_unlocked(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape, const char *file,
+                         const char *path, char *message, size_t room)
+{
+    listing l = {.count = 0};
+    d->file = open_file(file);
+    if (d->file < 0)
+        return fail(message, room, "cannot be opened as HDF5");
+    if (!path && !find_only(&l, d->file, message, room))
+        return 0;
+    const char *name = path ? path : l.first;
+    d->dataset = H5Dopen2(d->file, name, H5P_DEFAULT);
+    if (d->dataset < 0)
+        return fail(message, room, "has no such dataset");
+    if (!read_shape(d, shape))
+        return fail(message, room, "its dataset has none, or more than 8, axes");
+    if (!read_type(d, shape)) {
+        snprintf(message, room,
+                 "its dataset's type is not supported (integers of 8 to 32 bits, and "
+                 "floats, are)");
+        return 0;
+    }
+    if (!check_storage(d)) {
+        snprintf(message, room, "its dataset is larger than the file");
+        return 0;
+    }
+    read_spacing(d, shape);
+    make_room(d, name, shape);
+    return 1;
+}
+
+/* ---- functions ------------------------------------------------------------------------ */
+
+static int open_dataset(cvol_hdf5_dataset **out, cvol_hdf5_shape *shape, const char *file,
+                        const char *path, char *message, size_t room)
+{
+    cvol_hdf5_dataset *d = calloc(1, sizeof *d);
+    memset(shape, 0, sizeof *shape);
+    *out = NULL;
+    if (!d) {
+        snprintf(message, room, "not enough memory");
+        return 0;
+    }
+    d->file = d->dataset = -1;
+    int done;
+    pthread_mutex_lock(&mutex);
+    H5E_BEGIN_TRY
+    {
+        done = open_unlocked(d, shape, file, path, message, room);
+        if (!done)
+            close_unlocked(d);
+    }
+    H5E_END_TRY
+    pthread_mutex_unlock(&mutex);
+    *out = done ? d : NULL;
+    return done;
+}
+
+static int read_unlocked(cvol_hdf5_dataset *d, void *out, const hsize_t *begin,
+                         const hsize_t *count, char *message, size_t room)
+{
+    hid_t space = H5Dget_space(d->dataset), memory = H5Screate_simple(d->rank, count, NULL);
+    const int done = space >= 0 && memory >= 0 &&
+                     H5Sselect_hyperslab(space, H5S_SELECT_SET, begin, NULL, count, NULL) >= 0 &&
+                     H5Dread(d->dataset, d->memory_type, memory, space, H5P_DEFAULT, out) >= 0;
+    if (!done)
+        fail(message, room, "its samples cannot be read");
+    if (space >= 0)
+        H5Sclose(space);
+    if (memory >= 0)
+        H5Sclose(memory);
+    return done;
+}
+
+static int read_box(cvol_hdf5_dataset *dataset, void *out, const uint64_t *begin,
+                    const uint64_t *count, char *message, size_t room)
+{
+    hsize_t b[CVOL_HDF5_RANK], c[CVOL_HDF5_RANK];
+    for (int i = 0; i < dataset->rank; i++) {
+        b[i] = begin[i];
+        c[i] = count[i];
+    }
+    int done;
+    pthread_mutex_lock(&mutex);
+    H5E_BEGIN_TRY
+    {
+        done = read_unlocked(dataset, out, b, c, message, room);
+    }
+    H5E_END_TRY
+    pthread_mutex_unlock(&mutex);
+    return done;
+}
+
+static void close_dataset(cvol_hdf5_dataset *dataset)
+{
+    if (!dataset)
+        return;
+    pthread_mutex_lock(&mutex);
+    H5E_BEGIN_TRY
+    {
+        close_unlocked(dataset);
+    }
+    H5E_END_TRY
+    pthread_mutex_unlock(&mutex);
+}
+
+const cvol_hdf5_functions cvol_hdf5_module = {open_dataset, read_box, close_dataset};
