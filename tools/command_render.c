@@ -79,6 +79,11 @@ int command_render(int argc, char **argv)
          OPTION_TEXT, &a.output, 0, NULL},
         {"--annotate", NULL, "with scale bar, axes, and a bar of colours and opacities",
          OPTION_FLAG, &a.annotate, 0, NULL},
+        {"--depth", "OUT.pfm",
+         "beside it: how far the place is at which opacity passes 1/2, or the surface's",
+         OPTION_TEXT, &a.depth_name, 0, NULL},
+        {"--opacity", "OUT.pfm", "beside it: how opaque the volume is, 0 to 1", OPTION_TEXT,
+         &a.opacity_name, 0, NULL},
         {"--bits", "N", "of a PNG's channels: 8 (default) or 16", OPTION_INTEGER, &a.bits, 0, NULL},
         {"--psnr", "DB", "of OUT.cvi: at least, against the picture as it is (default 45)",
          OPTION_NUMBER, &a.psnr, 0, &a.psnr_given},
@@ -146,7 +151,8 @@ int command_render(int argc, char **argv)
     memset(&s, 0, sizeof s);
     int status = parse_command_line(&line, argc, argv);
     if (status < 0 && !(status = check_render_arguments(&s, &a)) && !(status = check_view(&a)) &&
-        !(status = check_many(&a, inputs, line.all_count)) && !(status = check_turntable(&s, &a)) &&
+        !(status = check_many(&a, inputs, line.all_count)) &&
+        !(status = check_maps(&s, &a, line.all_count)) && !(status = check_turntable(&s, &a)) &&
         !(status = a.poses             ? check_poses(&a)
                    : a.turntable_given ? EXIT_DONE
                                        : check_picture(&s, &a)))

@@ -48,6 +48,7 @@ typedef struct render_arguments {
     const char *poses;
     int transfer_given;
     const char *axis_name; /* of cvol bake */
+    const char *depth_name, *opacity_name; /* files beside the picture; NULL: none */
     int views, repeat;
     double budget_ms;
     int budget_given;

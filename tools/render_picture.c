@@ -153,6 +153,8 @@ static int render_floats(cvol_context *context, scene *s, const render_arguments
 {
     cvol_image *values, *bytes = NULL;
     int code = cvol_image_create_float(context, &values, s->options.width, s->options.height);
+    if (!code && a->depth_name)
+        code = cvol_image_add_depth(context, values);
     if (!code)
         code = draw(context, s, a, values);
     if (!code && s->mirrored)
@@ -211,17 +213,36 @@ static int save_picture(cvol_context *context, const scene *s, const render_argu
     return cvol_image_write_png(context, image, output);
 }
 
+/* From floats to bytes. */
+static int round_picture(cvol_context *context, const scene *s, const render_arguments *a,
+                         cvol_image **image)
+{
+    cvol_image *bytes;
+    int code = cvol_image_create(context, &bytes, (*image)->width, (*image)->height);
+    if (!code)
+        code = cvol_image_flatten(context, bytes, *image, ground_of(s, a));
+    cvol_image_free(*image);
+    *image = bytes;
+    return code;
+}
+
 int write_pixels(cvol_context *context, scene *s, const render_arguments *a, const char *output,
                  outcome *result)
 {
     cvol_image *image = NULL;
     const int floats = picture_kind_of(output) == PICTURE_PFM || a->bits == 16;
-    const int status = take_picture(context, s, a, floats, &image, &result->render_ms);
+    int status = take_picture(context, s, a, floats || has_maps(a), &image, &result->render_ms);
     if (status)
         return status;
-    const int code = save_picture(context, s, a, image, output);
+    if (has_maps(a))
+        status = write_maps(context, a, image);
+    int code = CVOL_OK;
+    if (!status && !floats && has_maps(a))
+        code = round_picture(context, s, a, &image);
+    if (!status && !code)
+        code = save_picture(context, s, a, image, output);
     cvol_image_free(image);
-    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+    return code ? complain_context(context, code, NULL) : status;
 }
 
 static int write_compressed(cvol_context *context, scene *s, const render_arguments *arguments,

@@ -41,6 +41,19 @@ void describe_outcome(json_t *object, cvol_context *context, const scene *s, con
 void describe_view(json_t *object, cvol_context *context, const scene *s,
                    const render_arguments *a);
 
+/* render_maps.c: --depth and --opacity, pictures of other things beside it: whether there are any;
+ * whether they can be had, of so many volumes; written, of a picture of floats. Exit status. */
+static inline int has_maps(const render_arguments *a)
+{
+    return a->depth_name || a->opacity_name;
+}
+int check_maps(const scene *s, const render_arguments *a, int volumes);
+int write_maps(cvol_context *context, const render_arguments *a, const cvol_image *image);
+/* Their names for this input, and, when all is done, free. Exit status. */
+int name_maps(render_arguments *a, const char *path);
+void free_maps(render_arguments *a);
+void describe_maps(json_t *object, const render_arguments *a);
+
 /* render_stages.c: --progressive. Exit status. */
 int render_stages(cvol_context *context, render_arguments *arguments, scene *s, const char *path,
                   json_t *pictures, outcome *result);

@@ -17,6 +17,8 @@ static json_t *make_report(cvol_context *context, const scene *s, const render_a
         describe_outcome(object, context, s, result);
     if (object)
         describe_view(object, context, s, a);
+    if (object)
+        describe_maps(object, a);
     if (object && pictures)
         json_object_set(object, "pictures", pictures);
     return object;
@@ -32,8 +34,10 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
     if (!output)
         return EXIT_FAILED;
     a.output = output;
+    int status = name_maps(&a, path);
     json_t *pictures = a.progressive ? json_array() : NULL, *turn = NULL;
-    int status = check_output(path, output);
+    if (!status)
+        status = check_output(path, output);
     if (!status && a.progressive)
         status = render_stages(context, &a, &s, path, pictures, &result);
     else if (!status && !(status = open_scene(context, &s, &a, path)))
@@ -49,6 +53,7 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
     json_decref(pictures);
     json_decref(turn);
     close_scene(&s);
+    free_maps(&a);
     free(output);
     return status;
 }

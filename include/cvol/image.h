@@ -16,6 +16,7 @@ typedef struct cvol_image {
     int width, height;
     uint8_t *rgba;
     float *values;
+    float *depth; /* NULL, or for each pixel: how far away what is seen is (cvol_image_add_depth) */
 } cvol_image;
 
 /* Largest width or height of a picture. */
@@ -25,6 +26,12 @@ typedef struct cvol_image {
 CVOL_API int cvol_image_create(cvol_context *context, cvol_image **out, int width, int height);
 CVOL_API int cvol_image_create_float(cvol_context *context, cvol_image **out, int width,
                                      int height);
+/* Makes room for depths, which renderers then tell with the picture: of each pixel the distance,
+ * along the viewing direction and in world length, of the place where the opacity of what the ray
+ * has passed reaches one half, or of mode iso's surface; infinity where it never does. It is the
+ * distance from the plane through the eye, or, in parallel projection, from the one that touches the
+ * ball around the volume's box (half its diagonal before its centre). Errors: MEMORY. */
+CVOL_API int cvol_image_add_depth(cvol_context *context, cvol_image *image);
 /* Either kind; NULL is allowed. */
 CVOL_API void cvol_image_free(cvol_image *image);
 
@@ -33,7 +40,7 @@ CVOL_API void cvol_image_free(cvol_image *image);
  */
 CVOL_API int cvol_image_flatten(cvol_context *context, cvol_image *out, const cvol_image *image,
                                 const double background[3]);
-/* Turns left and right round, in place; of either kind. */
+/* Turns left and right round, in place; of either kind, and depths. */
 CVOL_API void cvol_image_mirror(cvol_image *image);
 
 /* Reads any PNG as 8-bit RGBA. Errors: IO, FORMAT, LIMIT, MEMORY. */
@@ -49,6 +56,14 @@ CVOL_API int cvol_image_write_png16(cvol_context *context, const cvol_image *ima
  * first): RGB, or with `grey` R alone. Errors: ARGUMENT, IO, MEMORY. */
 CVOL_API int cvol_image_write_pfm(cvol_context *context, const cvol_image *image,
                                   const double background[3], int grey, const char *path);
+/* Writes the depths of a picture that has them as a PFM of one channel. Errors: ARGUMENT, IO,
+ * MEMORY. */
+CVOL_API int cvol_image_write_depth(cvol_context *context, const cvol_image *image,
+                                    const char *path);
+/* Writes the opacity of a picture of floats, within 0 and 1, as a PFM of one channel. Errors:
+ * ARGUMENT, IO, MEMORY. */
+CVOL_API int cvol_image_write_opacity(cvol_context *context, const cvol_image *image,
+                                      const char *path);
 
 /* How far picture b is from picture a, over R, G and B:
  * psnr_db            = 10 log10(255^2 / mean squared difference), infinity when equal

@@ -403,8 +403,9 @@ CVOL_API int cvol_renderer_range(cvol_context *context, const cvol_renderer *ren
 CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,
                                         const cvol_transfer *transfer);
 /* Renders one picture into `image`, which is created by the caller with the options' size: bytes,
- * every pixel opaque over the background; or floats, as they were computed, over none.
- * Bit-identical for any number of threads. Errors: ARGUMENT, MEMORY, CANCELLED. */
+ * every pixel opaque over the background; or floats, as they were computed, over none; and its
+ * depths, if it has room for them (cvol_image_add_depth: engines sheet and ray, modes composite and
+ * iso). Bit-identical for any number of threads. Errors: ARGUMENT, MEMORY, CANCELLED. */
 CVOL_API int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                                   const cvol_render_options *options);
 /* Called after each picture that is drawn, coarse ones first; not 0: that will do. */

@@ -43,6 +43,15 @@ int cvol_image_create_float(cvol_context *context, cvol_image **out, int width, 
     return create(context, out, width, height, 1);
 }
 
+int cvol_image_add_depth(cvol_context *context, cvol_image *image)
+{
+    const size_t pixels = (size_t)image->width * (size_t)image->height;
+    if (!image->depth)
+        image->depth = cvol_allocate_zero(pixels, sizeof *image->depth);
+    return image->depth ? CVOL_OK
+                        : cvol_fail_memory(context, pixels * sizeof *image->depth, "depths");
+}
+
 static void swap(uint8_t *a, uint8_t *b, size_t size)
 {
     uint8_t kept[4 * sizeof(float)];
@@ -51,15 +60,24 @@ static void swap(uint8_t *a, uint8_t *b, size_t size)
     memcpy(b, kept, size);
 }
 
-void cvol_image_mirror(cvol_image *image)
+static void mirror(void *memory, size_t pixel, const cvol_image *image)
 {
-    uint8_t *memory = image->values ? (uint8_t *)image->values : image->rgba;
-    const size_t pixel = image->values ? 4 * sizeof(float) : 4, width = (size_t)image->width;
+    const size_t width = (size_t)image->width;
     for (int y = 0; y < image->height; y++) {
-        uint8_t *row = memory + (size_t)y * width * pixel;
+        uint8_t *row = (uint8_t *)memory + (size_t)y * width * pixel;
         for (size_t x = 0; x < width / 2; x++)
             swap(row + x * pixel, row + (width - 1 - x) * pixel, pixel);
     }
+}
+
+void cvol_image_mirror(cvol_image *image)
+{
+    if (image->values)
+        mirror(image->values, 4 * sizeof(float), image);
+    else
+        mirror(image->rgba, 4, image);
+    if (image->depth)
+        mirror(image->depth, sizeof *image->depth, image);
 }
 
 void cvol_image_free(cvol_image *image)
@@ -68,5 +86,6 @@ void cvol_image_free(cvol_image *image)
         return;
     free(image->rgba);
     free(image->values);
+    free(image->depth);
     free(image);
 }

@@ -307,6 +307,7 @@ int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
     /* A single sample has no extent; it is shown as large as its spacing. */
     if (!(diagonal > 0))
         diagonal = out->mean_spacing;
+    out->ahead = diagonal / 2;
     out->pixel = diagonal / camera->zoom / options->height;
     if ((code = set_box(context, out, grid, &options->clip)) ||
         (code = set_planes(context, out, grid, &options->clip)))

@@ -19,6 +19,7 @@ typedef struct cvol_view {
     double centre[3], extent[3];
     int perspective;
     double place[3], distance; /* of the eye, in perspective */
+    double ahead;              /* else depths are from the plane so far before the centre */
     double pixel;              /* world size of a pixel (at that distance) */
     double mean_spacing;       /* the length that opacity is given for */
     int width, height;

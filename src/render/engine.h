@@ -5,15 +5,16 @@
 #include "render/camera.h"
 #include "render/transfer.h"
 
-/* An engine's own state, and how it draws. `draw` fills the whole image: bytes over the background, or
- * floats (cvol/image.h) of an image that has these. The options' window is not an engine's matter. */
+/* An engine's own state, and how it draws. `draw` fills the whole image: bytes over the background,
+ * or floats (cvol/image.h) of an image that has these, and depths too if it has a place for them.
+ * The options' window is not an engine's matter. */
 typedef struct cvol_engine_table {
     void (*free)(void *state);
     /* Called when the transfer function was set (never NULL). */
     int (*set_transfer)(cvol_context *context, void *state, const cvol_transfer *transfer);
     int (*draw)(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
                 const cvol_render_options *options);
-    int has_clip, has_perspective;
+    int has_clip, has_perspective, has_depth;
 } cvol_engine_table;
 
 /* How long levels of pictures of one kind took at last (refine.c); 0: not known. */
@@ -39,7 +40,8 @@ static inline int cvol_mode_is_grey(cvol_mode mode)
     return mode == CVOL_MODE_XRAY || mode == CVOL_MODE_MIP || mode == CVOL_MODE_MIN;
 }
 
-/* Grey levels of a picture of floats, of range[0] .. range[1] within 0..1, become those of a window.
+/* Grey levels of a picture of floats, of range[0] .. range[1] within 0..1, become those of a
+ * window.
  */
 void cvol_window_apply(cvol_image *image, const double range[2], const double window[2]);
 

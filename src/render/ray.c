@@ -28,6 +28,7 @@
 #include "render/ray_light.h"
 #include "render/ray_sample.h"
 #include "render/ray_table.h"
+#include "render/view_ray.h"
 
 #define DEFAULT_STEP 0.5
 #define TRANSMITTANCE_MIN (1.0 / 1024)
@@ -64,6 +65,7 @@ typedef struct ray_line {
     double delta[3]; /* one step */
     size_t steps;
     double rest;
+    double depth, rise; /* of the entry, and what a step adds */
 } ray_line;
 
 /* ---- state ----------------------------------------------------------------------------- */
@@ -113,63 +115,23 @@ static int ray_set_transfer(cvol_context *context, void *state, const cvol_trans
 
 /* ---- one ray --------------------------------------------------------------------------- */
 
-/* Cuts the range near..far of a ray to where `value`, which grows by `rate` along it, is at least
- * 0. */
-static void cut(double *near, double *far, double value, double rate)
-{
-    if (rate > 0)
-        *near = fmax(*near, -value / rate);
-    else if (rate < 0)
-        *far = fmin(*far, -value / rate);
-    else if (value < 0)
-        *far = -INFINITY;
-}
-
-/* Where the ray of pixel (i, j) begins, and its direction, of length 1: in the world. */
-static void find_ray(double p[3], double direction[3], const cvol_view *view, int i, int j)
-{
-    const double along = (i + 0.5 - view->width / 2.0) * view->pixel;
-    const double above = (view->height / 2.0 - j - 0.5) * view->pixel;
-    double length = 0;
-    for (int a = 0; a < 3; a++) {
-        p[a] = view->centre[a] + along * view->right[a] + above * view->up[a];
-        direction[a] = view->perspective ? p[a] - view->place[a] : -view->eye[a];
-        length = hypot(length, direction[a]);
-    }
-    for (int a = 0; a < 3 && view->perspective; a++) {
-        direction[a] /= length;
-        p[a] = view->place[a];
-    }
-}
-
 /* 1 if the ray of pixel (i, j) runs through what is drawn. */
 static int cast(ray_line *line, const ray_job *job, int i, int j)
 {
-    const cvol_view *view = job->view;
-    const double *spacing = job->state->grid.spacing;
-    double p[3], direction[3];
-    find_ray(p, direction, view, i, j);
-    double near = view->perspective ? 0 : -INFINITY, far = INFINITY;
-    for (int a = 0; a < 3; a++) {
-        p[a] /= spacing[a];
-        direction[a] /= spacing[a];
-        cut(&near, &far, p[a] - view->lo[a], direction[a]);
-        cut(&near, &far, view->hi[a] - p[a], -direction[a]);
-    }
-    for (int k = 0; k < view->planes; k++) {
-        const double *n = view->plane[k];
-        cut(&near, &far, n[0] * p[0] + n[1] * p[1] + n[2] * p[2] + n[3],
-            n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2]);
-    }
-    double count = (far - near) / job->step;
+    cvol_view_ray ray;
+    if (!cvol_view_ray_make(&ray, job->view, job->state->grid.spacing, i, j))
+        return 0;
+    const double count = (ray.far - ray.near) / job->step;
     if (!(count > 0))
         return 0;
     for (int a = 0; a < 3; a++) {
-        line->entry[a] = p[a] + near * direction[a];
-        line->delta[a] = direction[a] * job->step;
+        line->entry[a] = ray.start[a] + ray.near * ray.direction[a];
+        line->delta[a] = ray.direction[a] * job->step;
     }
     line->steps = (size_t)(ceil(count) - 1);
     line->rest = count - (double)line->steps;
+    line->depth = ray.depth + ray.near * ray.rise;
+    line->rise = job->step * ray.rise;
     return 1;
 }
 
@@ -210,10 +172,13 @@ static size_t run_length(const ray_line *line, size_t first)
     return line->steps - first < RUN ? line->steps - first : RUN;
 }
 
-/* Light that has reached the eye, and the share that still comes through. */
+/* Light that has reached the eye, the share that still comes through, and how deep half of it was
+ * lost: infinity where it never was. */
 typedef struct ray_light {
-    double rgb[3], through;
+    double rgb[3], through, depth;
 } ray_light;
+
+static const ray_light no_light = {{0, 0, 0}, 1, INFINITY};
 
 static void add_light(ray_light *light, const double colour[4], double opacity)
 {
@@ -233,32 +198,43 @@ static double light_up(double colour[3], const ray_job *job, const ray_line *lin
     return cvol_ray_light_up(colour, job->light, &reader, at, value);
 }
 
-/* One sample, `place` steps along the ray, that stands for a share of a step. */
-static void add_sample(ray_light *light, const ray_job *job, const ray_line *line, double value,
-                       double place, double share)
+static double depth_at(const ray_line *line, double place)
 {
+    return line->depth + place * line->rise;
+}
+
+/* One sample, `place` steps along the ray, in the middle of so much of a step, of which a share has
+ * a value. */
+static void add_sample(ray_light *light, const ray_job *job, const ray_line *line, double value,
+                       double place, double length, double cover)
+{
+    double share = length * cover;
     double colour[4];
     cvol_ray_table_at(colour, &job->table, value);
     if (job->light && colour[3] > 0)
         share *= light_up(colour, job, line, place, value);
+    const double before = light->through;
     add_light(light, colour, share < 1 ? cvol_opacity_over(colour[3], share) : colour[3]);
+    if (before > 0.5 && light->through <= 0.5)
+        light->depth = depth_at(
+            line, place + length * ((before - 0.5) / (before - light->through) - 0.5));
 }
 
 static ray_light composite(const ray_job *job, const ray_line *line)
 {
-    ray_light light = {.through = 1};
+    ray_light light = no_light;
     double values[RUN], covers[RUN], cover;
     for (size_t first = 0; first < line->steps; first += RUN) {
         size_t count = run_length(line, first);
         fetch_run(values, covers, job, line, first, count);
         for (size_t k = 0; k < count; k++) {
-            add_sample(&light, job, line, values[k], (double)(first + k) + 0.5, covers[k]);
+            add_sample(&light, job, line, values[k], (double)(first + k) + 0.5, 1, covers[k]);
             if (light.through < TRANSMITTANCE_MIN)
                 return light;
         }
     }
     const double value = fetch_rest(&cover, job, line);
-    add_sample(&light, job, line, value, (double)line->steps + line->rest / 2, cover * line->rest);
+    add_sample(&light, job, line, value, (double)line->steps + line->rest / 2, line->rest, cover);
     return light;
 }
 
@@ -273,7 +249,7 @@ static int is_within(double *value, const ray_job *job, const ray_line *line, do
 static ray_light surface(const ray_job *job, const ray_line *line)
 {
     const double length = (double)line->steps + line->rest;
-    ray_light light = {.through = 1};
+    ray_light light = no_light;
     double before = 0, at = 0, value;
     while (!is_within(&value, job, line, at)) {
         if (!(at < length))
@@ -293,6 +269,7 @@ static ray_light surface(const ray_job *job, const ray_line *line)
                         1};
     light_up(colour, job, line, at, value);
     add_light(&light, colour, 1);
+    light.depth = depth_at(line, at);
     return light;
 }
 
@@ -347,7 +324,7 @@ static ray_light grey(const ray_job *job, const ray_line *line)
     double value = job->mode == CVOL_MODE_XRAY ? mean_along(job, line)
                                                : largest_along(job, line, sign);
     if (isnan(value))
-        return (ray_light){.through = 1};
+        return no_light;
     double level = field->max > field->min ? (value - field->min) / (field->max - field->min) : 0;
     return (ray_light){.rgb = {level, level, level}};
 }
@@ -356,7 +333,7 @@ static ray_light light_of(const ray_job *job, int i, int j)
 {
     ray_line line;
     if (!cast(&line, job, i, j))
-        return (ray_light){.through = 1};
+        return no_light;
     return job->mode == CVOL_MODE_COMPOSITE ? composite(job, &line)
            : job->mode == CVOL_MODE_ISO     ? surface(job, &line)
                                             : grey(job, &line);
@@ -385,6 +362,8 @@ static void draw_row(cvol_image *image, const ray_job *job, int j)
             put_values(image->values + first + 4 * (size_t)i, &light);
         else
             put_bytes(image->rgba + first + 4 * (size_t)i, &light, job->background);
+        if (image->depth)
+            image->depth[first / 4 + (size_t)i] = (float)light.depth;
     }
 }
 
@@ -436,4 +415,5 @@ const cvol_engine_table cvol_ray_engine = {.free = ray_free,
                                            .set_transfer = ray_set_transfer,
                                            .draw = ray_draw,
                                            .has_clip = 1,
-                                           .has_perspective = 1};
+                                           .has_perspective = 1,
+                                           .has_depth = 1};

@@ -208,6 +208,18 @@ static int make_view(cvol_context *context, cvol_view *view, const cvol_renderer
     return code;
 }
 
+static int check_depth(cvol_context *context, const cvol_renderer *renderer,
+                       const cvol_image *image, const cvol_render_options *options)
+{
+    if (image->depth && !renderer->engine->has_depth)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "this engine knows no depth: that is for sheet and ray");
+    if (image->depth && cvol_mode_is_grey(options->mode))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "depth is of modes composite and iso: others show all of a ray");
+    return CVOL_OK;
+}
+
 static int has_window(const cvol_render_options *options)
 {
     const double *window = options->window;
@@ -278,6 +290,8 @@ int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer, cvol_im
 {
     cvol_view view;
     int code = check_request(context, renderer, image, options);
+    if (!code)
+        code = check_depth(context, renderer, image, options);
     if (!code)
         code = make_view(context, &view, renderer, options);
     if (code)

@@ -30,9 +30,10 @@ typedef struct sheet_state {
     cvol_transfer *transfer;
     cvol_sheet_table *table;
     cvol_intermediate intermediate;
+    float *depth; /* the intermediate image's, where it is asked for */
     cvol_tiles tiles;
     size_t line_capacity, scratch_capacity, span_capacity, opaque_capacity, met_capacity,
-        tile_capacity, pending_capacity, edge_capacity;
+        tile_capacity, pending_capacity, edge_capacity, depth_capacity;
     float *bases;            /* lane, row and sheet basis of the frame; lane and row of parts */
     cvol_band_memory *bands; /* one for each thread */
     int band_count;
@@ -52,6 +53,7 @@ static void sheet_free(void *opaque_state)
     free(state->intermediate.met);
     free(state->intermediate.pending);
     free(state->intermediate.edges);
+    free(state->depth);
     free(state->tiles.open);
     for (int i = 0; i < state->band_count; i++)
         cvol_band_memory_free(&state->bands[i]);
@@ -115,7 +117,8 @@ static int find_subject(cvol_context *context, cvol_sheet_subject **out, sheet_s
 
 /* ---- what a frame needs before its first layer --------------------------------------------- */
 
-static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int threads)
+static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int has_depth,
+                         int threads)
 {
     cvol_intermediate *image = &state->intermediate;
     const size_t width = (size_t)plan->width, height = (size_t)plan->height;
@@ -126,6 +129,10 @@ static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int th
     const size_t lit = (size_t)plan->lit;
     image->pending_lines = plan->masked == CVOL_SHEET_SOME_VOID ? CVOL_PENDING_LINES
                                                                 : CVOL_PENDING_LINES_PLAIN;
+    if (!cvol_ensure(&state->depth, &state->depth_capacity, (size_t)has_depth * width * height,
+                     sizeof(float)))
+        return 0;
+    image->depth = has_depth ? state->depth : NULL;
     return cvol_ensure(&image->pending, &state->pending_capacity,
                        lit * (size_t)image->pending_lines * width * height, sizeof(float)) &&
            cvol_ensure(&image->edges, &state->edge_capacity, lit * width / CVOL_GROUP * height,
@@ -198,12 +205,14 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
     return axes;
 }
 
-static cvol_sheet_kernel *choose_kernel(cvol_mode mode, int lit)
+static cvol_sheet_kernel *choose_kernel(cvol_mode mode, int lit, int extras)
 {
+    if (lit)
+        return extras ? CVOL_SIMD_CHOOSE(cvol_sheet_shade_extra)
+                      : CVOL_SIMD_CHOOSE(cvol_sheet_shade);
     if (mode == CVOL_MODE_COMPOSITE)
-        return lit ? CVOL_SIMD_CHOOSE(cvol_sheet_shade) : CVOL_SIMD_CHOOSE(cvol_sheet_composite);
-    if (mode == CVOL_MODE_ISO)
-        return CVOL_SIMD_CHOOSE(cvol_sheet_shade);
+        return extras ? CVOL_SIMD_CHOOSE(cvol_sheet_composite_extra)
+                      : CVOL_SIMD_CHOOSE(cvol_sheet_composite);
     if (mode == CVOL_MODE_MIN)
         return CVOL_SIMD_CHOOSE(cvol_sheet_min);
     return mode == CVOL_MODE_MIP ? CVOL_SIMD_CHOOSE(cvol_sheet_max)
@@ -301,7 +310,8 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     const int is_surface = options->mode == CVOL_MODE_ISO;
     plan->lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
     const int band_lines = choose_band_lines(plan, threads);
-    if (!prepare_image(state, plan, threads) || !prepare_bands(state, plan, threads, band_lines))
+    if (!prepare_image(state, plan, image->depth != NULL, threads) ||
+        !prepare_bands(state, plan, threads, band_lines))
         return cvol_fail(context, CVOL_ERROR_MEMORY,
                          "not enough memory to render into an intermediate image of %d x %d",
                          plan->width, plan->height);
@@ -332,7 +342,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
                                  : &subject->everything,
         .mask = cvol_sheet_subject_mask(subject),
         .background = cvol_sheet_background(array, array->mask),
-        .kernel = choose_kernel(options->mode, plan->lit),
+        .kernel = choose_kernel(options->mode, plan->lit, image->depth != NULL),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,
@@ -342,6 +352,9 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     code = draw_bands(context, state, &frame, band_lines, threads);
     if (code)
         return code;
+    if (image->depth)
+        cvol_sheet_depth_draw(image, &state->intermediate, plan, view, array->grid.spacing,
+                              threads);
     if (colour)
         cvol_warp_composite(image, &state->intermediate, plan, options->background, threads);
     else
@@ -367,6 +380,7 @@ static int draw_all_along(cvol_context *context, sheet_state *state,
         count += !empty;
     }
     cvol_warp_nothing(image, cvol_mode_is_grey(options->mode), options->background);
+    cvol_sheet_depth_clear(image);
     for (int k = 0; k < count; k++) {
         const double progress[2] = {(double)k / count, 1.0 / count};
         const int code = draw_plan(context, state, subject, image, &plans[k], view, options,
@@ -398,4 +412,5 @@ const cvol_engine_table cvol_sheet_engine = {.free = sheet_free,
                                              .set_transfer = sheet_set_transfer,
                                              .draw = sheet_draw,
                                              .has_clip = 1,
-                                             .has_perspective = 1};
+                                             .has_perspective = 1,
+                                             .has_depth = 1};

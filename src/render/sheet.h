@@ -169,14 +169,16 @@ typedef struct cvol_intermediate {
     int *spans;      /* [2][height][2]: where lines, and those around, are not empty (warp.c) */
     uint8_t *opaque; /* [height][width / CVOL_GROUP]: nothing behind this group is seen */
     int32_t *met;    /* [height][width / CVOL_GROUP]: number of the last sheet that it met */
-    float *pending;  /* [height][pending_lines][width], of lit frames: see sheet_shade_simd.c */
+    float *pending;  /* [height][pending_lines][width], of lit frames: see sheet_shade.h */
     int pending_lines;
     uint8_t *edges; /* [height][width / CVOL_GROUP], the same */
+    float *depth;   /* [height][width], if it is asked for: where opacity passes one half, in sheets
+                       as they are met; infinity where it never does. Else NULL */
 } cvol_intermediate;
 
-/* Their number; the last three only if samples may be without a value. Line 0 is of all pixels. */
-#define CVOL_PENDING_LINES 13
-#define CVOL_PENDING_LINES_PLAIN 10
+/* Lines of `pending`; the last three only if samples may be without a value. */
+#define CVOL_PENDING_LINES 12
+#define CVOL_PENDING_LINES_PLAIN 9
 
 /* One row of it, as kernels see it. */
 typedef struct cvol_line {
@@ -185,6 +187,7 @@ typedef struct cvol_line {
     int32_t *met;
     float *pending; /* [pending_lines][width] */
     uint8_t *edges;
+    float *depth;
     int number, width;
 } cvol_line;
 
@@ -256,6 +259,11 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
  * next, is what rays end with. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_shade,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+/* The same two with what else is asked for: depth. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_composite_extra,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+CVOL_SIMD_DECLARE(void, cvol_sheet_shade_extra,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_sum,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_max,
@@ -303,5 +311,10 @@ void cvol_warp_nothing(cvol_image *image, int grey, const double background[3]);
 /* The same for grey = (line 0 / line 1 - lo) / (hi - lo) where line 1 > 0. */
 void cvol_warp_grey(cvol_image *image, cvol_intermediate *intermediate, const cvol_sheet_plan *plan,
                     double lo, double hi, const double background[3], int threads);
+/* Depths of the plan's pixels, where image->depth is, and of none. */
+void cvol_sheet_depth_draw(cvol_image *image, const cvol_intermediate *intermediate,
+                           const cvol_sheet_plan *plan, const cvol_view *view,
+                           const double spacing[3], int threads);
+void cvol_sheet_depth_clear(cvol_image *image);
 
 #endif

@@ -25,46 +25,6 @@ int cvol_ensure(void *memory_pointer, size_t *capacity, size_t count, size_t siz
     return 1;
 }
 
-void cvol_layer_sheets(size_t *begin, size_t *end, const cvol_sheet_plan *plan, size_t layer)
-{
-    const size_t points = (size_t)plan->points_sheet;
-    *begin = layer * points;
-    *end = *begin + points < plan->sheet_count ? *begin + points : plan->sheet_count;
-}
-
-/* The row that line V crosses; beside the eye and behind it, the eye's own. */
-static double find_row(const cvol_sheet_plan *plan, const cvol_sheet_crossing *at, double V)
-{
-    return at->scale > 0 ? at->row + at->scale * V : plan->eye_row;
-}
-
-int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, size_t layer,
-                    int line_begin, int line_end)
-{
-    size_t z_begin, z_end;
-    cvol_layer_sheets(&z_begin, &z_end, plan, layer);
-    const double around = plan->lapped ? 2 : 0; /* rows and sheets that faces mix */
-    const double behind = around + plan->beyond * plan->pitch_sheet;
-    const cvol_sheet_crossing from = cvol_sheet_cross(plan,
-                                                      cvol_sheet_place(plan, z_begin) - behind),
-                              to = cvol_sheet_cross(plan,
-                                                    cvol_sheet_place(plan, z_end - 1) + behind);
-    if (from.scale <= 0 && to.scale <= 0) /* behind the eye */
-        return 0;
-    const double top = plan->v0 + line_begin * plan->dv,
-                 reach = (1 + around + plan->lit) * plan->pitch_row,
-                 bottom = plan->v0 + (line_end - 1) * plan->dv;
-    double lo = fmin(find_row(plan, &from, top), find_row(plan, &to, top)) - reach;
-    double hi = fmax(find_row(plan, &from, bottom), find_row(plan, &to, bottom)) + reach;
-    const double rows = (double)(plan->rows - 1);
-    const double beyond = fmax(2, 2 * plan->pitch_sheet) + plan->lit * fmax(1, plan->pitch_row);
-    if (hi < -beyond || lo > rows + beyond) /* rays may enter or leave half way to the next sheet */
-        return 0;
-    *first = (size_t)fmin(fmax(lo, 0), rows) / (size_t)plan->block_row;
-    *last = (size_t)fmin(fmax(hi, 0), rows) / (size_t)plan->block_row;
-    return 1;
-}
-
 int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *plan, int lines)
 {
     size_t most = 0;
@@ -202,168 +162,6 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
 /* ---- drawing it --------------------------------------------------------------------------------
  */
 
-static int clamp_group(double group, int groups)
-{
-    return group < 0 ? 0 : group > groups ? groups : (int)group;
-}
-
-/* The pixels [0] .. [1] whose rays are within lanes lo .. hi on a plane of samples; those of a
- * plane behind the eye are none. */
-static void find_pixels(double pixels[2], const cvol_layer *layer, const cvol_sheet_plan *plan,
-                        double z)
-{
-    const cvol_sheet_crossing at = cvol_sheet_cross(plan, z);
-    pixels[0] = INFINITY;
-    pixels[1] = -INFINITY;
-    if (!(at.scale > 0))
-        return;
-    const double start = (at.lane + at.scale * plan->u0 - plan->first_lane) / plan->pitch_lane,
-                 step = at.scale * plan->du / plan->pitch_lane;
-    pixels[0] = (layer->lane_lo - start) / step;
-    pixels[1] = (layer->lane_hi - start) / step;
-}
-
-/* The groups that the sheet at z concerns, see cvol_sheet_view; `next` leads to the next one. */
-static void find_groups(cvol_sheet_view *sheet, const cvol_layer *layer,
-                        const cvol_sheet_plan *plan, double z, double next)
-{
-    const int groups = plan->width / CVOL_GROUP;
-    sheet->begin = sheet->end = sheet->inside_begin = sheet->inside_end = 0;
-    if (!(cvol_sheet_cross(plan, z).scale > 0))
-        return;
-    double most[2] = {INFINITY, -INFINITY}, least[2] = {-INFINITY, INFINITY};
-    for (int k = -2; k <= 1; k++) {
-        double pixels[2];
-        find_pixels(pixels, layer, plan, z + k * next);
-        if (k > -2 && pixels[0] <= pixels[1]) {
-            most[0] = fmin(most[0], pixels[0]);
-            most[1] = fmax(most[1], pixels[1]);
-        }
-        least[0] = fmax(least[0], pixels[0]);
-        least[1] = fmin(least[1], pixels[1]);
-    }
-    sheet->begin = clamp_group(floor(ceil(most[0]) / CVOL_GROUP), groups);
-    sheet->end = clamp_group(floor(floor(most[1]) / CVOL_GROUP) + 1, groups);
-    sheet->inside_begin = clamp_group(ceil(least[0] / CVOL_GROUP), groups);
-    sheet->inside_end = clamp_group(floor((floor(least[1]) + 1) / CVOL_GROUP), groups);
-}
-
-/* The faces of one axis, see cvol_layer; rays move by `shear` from sheet to sheet. */
-static void find_faces(double *enter, double *leave, float *turn, double lo, double hi,
-                       double pitch, double shear)
-{
-    const double least_shear = 1e-5;
-    *enter = shear < 0 ? hi : lo;
-    *leave = shear < 0 ? lo : hi;
-    *turn = (float)((shear < 0 ? -1 : 1) / fmax(fabs(shear) / pitch, least_shear));
-}
-
-/* Where the sheet's samples are met, and the planes that cut it. */
-static void describe_sheet(cvol_sheet_view *sheet, const cvol_sheet_plan *plan, double z,
-                           double next)
-{
-    const cvol_sheet_crossing at = cvol_sheet_cross(plan, z),
-                              then = cvol_sheet_cross(plan, z + next);
-    sheet->lane_at = (at.lane + at.scale * plan->u0 - plan->first_lane) / plan->pitch_lane;
-    sheet->row_at = (at.row + at.scale * plan->v0 - plan->first_row) / plan->pitch_row;
-    sheet->lane_step = at.scale * plan->du / plan->pitch_lane;
-    sheet->row_step = at.scale * plan->dv / plan->pitch_row;
-    const double turn = plan->perspective ? 1 : 0, way = plan->ascending ? 1 : -1;
-    const double lane = turn > 0 ? plan->u0 - plan->eye_lane : way * plan->shear_lane,
-                 row = turn > 0 ? plan->v0 - plan->eye_row : way * plan->shear_row;
-    sheet->lane_rate[0] = lane * plan->pitch_sheet / plan->pitch_lane;
-    sheet->row_rate[0] = row * plan->pitch_sheet / plan->pitch_row;
-    sheet->lane_rate[1] = turn * plan->du * plan->pitch_sheet / plan->pitch_lane;
-    sheet->row_rate[1] = turn * plan->dv * plan->pitch_sheet / plan->pitch_row;
-    for (int i = 0; i < plan->planes; i++) {
-        const double *n = plan->plane[i];
-        double value[2][3];
-        for (int k = 0; k < 2; k++) {
-            const cvol_sheet_crossing *c = k ? &then : &at;
-            value[k][0] = n[0] * (c->lane + c->scale * plan->u0) +
-                          n[1] * (c->row + c->scale * plan->v0) + n[2] * (k ? z + next : z) + n[3];
-            value[k][1] = n[0] * c->scale * plan->du;
-            value[k][2] = n[1] * c->scale * plan->dv;
-        }
-        for (int k = 0; k < 3; k++) {
-            sheet->cuts[i].value[k] = value[0][k];
-            sheet->cuts[i].rate[k] = value[1][k] - value[0][k];
-        }
-    }
-}
-
-/* Faces, and the lengths of intervals. */
-static void describe_rays(cvol_layer *out, const cvol_sheet_plan *plan)
-{
-    const double tolerance = 1e-4, way = plan->ascending ? 1 : -1;
-    out->perspective = plan->perspective;
-    out->unit = !plan->perspective && plan->du / plan->pitch_lane == 1;
-    out->only = plan->sheets == 1;
-    out->cuts = plan->planes;
-    out->lane_lo = (plan->lo[0] - plan->first_lane) / plan->pitch_lane - tolerance;
-    out->lane_hi = (plan->hi[0] - plan->first_lane) / plan->pitch_lane + tolerance;
-    out->row_lo = (plan->lo[1] - plan->first_row) / plan->pitch_row - tolerance;
-    out->row_hi = (plan->hi[1] - plan->first_row) / plan->pitch_row + tolerance;
-    find_faces(&out->lane_enter, &out->lane_leave, &out->lane_turn, out->lane_lo, out->lane_hi,
-               plan->pitch_lane, way * plan->shear_lane * plan->pitch_sheet);
-    find_faces(&out->row_enter, &out->row_leave, &out->row_turn, out->row_lo, out->row_hi,
-               plan->pitch_row, way * plan->shear_row * plan->pitch_sheet);
-    const double whole = plan->distance / plan->pitch_sheet;
-    out->length = plan->spacing[2] * plan->spacing[2] / (whole * whole);
-    out->length_lane[0] = (plan->u0 - plan->eye_lane) * plan->spacing[0] / whole;
-    out->length_lane[1] = plan->du * plan->spacing[0] / whole;
-    out->length_row[0] = (plan->v0 - plan->eye_row) * plan->spacing[1] / whole;
-    out->length_row[1] = plan->dv * plan->spacing[1] / whole;
-}
-
-static cvol_windows windows_of(const cvol_layer_skip *skip, const cvol_sheet_plan *plan)
-{
-    return (cvol_windows){.within = skip->within,
-                          .across = skip->across,
-                          .within_level = skip->levels,
-                          .across_level = skip->levels + plan->blocks_row * (size_t)skip->windows,
-                          .count = skip->windows,
-                          .spread_at = (int)(2 * plan->blocks_row * (size_t)skip->windows)};
-}
-
-void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride, long sheet_stride,
-                         const cvol_layer_skip *skip, const cvol_layer_skip *before,
-                         const cvol_sheet_plan *plan, const cvol_band_layer *at)
-{
-    const int count = (int)(at->z_end - at->z_begin);
-    const int is_last = plan->ascending ? at->layer + 1 == plan->layers : at->layer == 0;
-    out->sheet_count = count + (is_last && plan->beyond);
-    out->row_stride = row_stride;
-    out->cover_at = 0;
-    describe_rays(out, plan);
-    out->row_points = plan->points_row;
-    out->row_points_inverse = ((UINT64_C(1) << 32) - 1) / (uint64_t)plan->points_row + 1;
-    out->block_rows = (int)plan->blocks_row;
-    out->windows = windows_of(skip, plan);
-    out->windows_before = before ? windows_of(before, plan) : (cvol_windows){0};
-    /* Row 0 of the samples that the kernels speak of lies before the buffer when the band does not
-     * reach it; they touch only rows that the band's lines meet. */
-    const long row_0 = 1 - (long)at->first_row * plan->points_row;
-    const double next = plan->ascending ? plan->pitch_sheet : -plan->pitch_sheet;
-    for (int s = 0; s < out->sheet_count; s++) {
-        const int of = s < count ? s : count - 1;
-        const long slice = plan->ascending ? of : count - 1 - of;
-        const size_t number = at->z_begin + (size_t)slice;
-        const double z = cvol_sheet_place(plan, number) + (s - of) * next;
-        cvol_sheet_view *sheet = &out->sheets[s];
-        sheet->ordinal = (int)(plan->ascending ? number : plan->sheet_count - 1 - number) + s - of;
-        const double below = (z - plan->lo[2]) / plan->pitch_sheet,
-                     above = (plan->hi[2] - z) / plan->pitch_sheet;
-        sheet->front = (float)-(plan->ascending ? below : above);
-        sheet->back = (float)(plan->ascending ? above : below);
-        sheet->is_first = s == 0;
-        sheet->samples = samples;
-        sheet->first = CVOL_SHEET_PAD + row_0 * row_stride + slice * sheet_stride;
-        describe_sheet(sheet, plan, z, next);
-        find_groups(sheet, out, plan, z, next);
-    }
-}
-
 cvol_line cvol_band_line(const cvol_intermediate *image, int j)
 {
     const size_t width = (size_t)image->width, groups = width / CVOL_GROUP, at = (size_t)j;
@@ -374,6 +172,7 @@ cvol_line cvol_band_line(const cvol_intermediate *image, int j)
                                       ? image->pending + at * (size_t)image->pending_lines * width
                                       : NULL,
                        .edges = image->edges ? image->edges + at * groups : NULL,
+                       .depth = image->depth ? image->depth + at * width : NULL,
                        .number = j,
                        .width = image->width};
 }
@@ -383,14 +182,14 @@ static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
     const int width = frame->intermediate->width;
     for (int j = begin; j < end; j++) {
         cvol_line line = cvol_band_line(frame->intermediate, j);
+        for (int i = 0; i < width && line.depth; i++)
+            line.depth[i] = INFINITY;
         for (int k = 0; k < CVOL_LINES - (frame->plan->masked != CVOL_SHEET_SOME_VOID); k++)
             for (int i = 0; i < width; i++)
                 line.values[k * width + i] = frame->start[k];
         memset(line.opaque, 0, (size_t)(width / CVOL_GROUP));
         for (int g = 0; g < width / CVOL_GROUP; g++)
             line.met[g] = INT32_MIN;
-        for (int i = 0; i < width && frame->plan->lit; i++)
-            line.pending[i] = INFINITY;
     }
 }
 

@@ -19,14 +19,43 @@
 #define HAVE_PIECES 0
 #endif
 
+/* Kernels are compiled twice: without what is asked for seldom, and with it, told when they run. */
+#ifndef SHEET_EXTRAS
+#define SHEET_EXTRAS 0
+#endif
+
 /* A group whose transmittance is below this in every pixel is done: what lies behind could change
  * no channel by more than half a step of 255. */
 #define OPAQUE_BELOW (1.0f / 512)
 
-/* What composite has of CVOL_LANES pixels: premultiplied colour and the transmittance 1 - A. */
+/* What composite has of CVOL_LANES pixels: premultiplied colour and the transmittance 1 - A.
+ * half, an extra: where A passes one half, as places are told. */
 typedef struct pixels {
-    cvol_vf r, g, b, through;
+    cvol_vf r, g, b, through, half;
 } pixels;
+
+/* Where on its way an interval or a part of it begins and ends, in sheets as they are met; looked
+ * at for extras only. */
+typedef struct stretch {
+    cvol_vf from, to;
+} stretch;
+
+CVOL_INLINE stretch stretch_of(float from, float to)
+{
+    return (stretch){cvol_splat(from), cvol_splat(to)};
+}
+
+/* After a part, before which there was the transmittance `before`. */
+CVOL_INLINE void find_half(pixels *p, cvol_vf before, stretch at)
+{
+    if (!SHEET_EXTRAS)
+        return;
+    const cvol_vi passed = (before > 0.5f) & (p->through <= 0.5f);
+    if (!cvol_any(passed))
+        return;
+    const cvol_vf t = (before - 0.5f) / cvol_max(before - p->through, cvol_splat(1e-20f));
+    p->half = cvol_select(passed, at.from + t * (at.to - at.from), p->half);
+}
 
 /* Which pixels take a sample, and of those which for a half or a quarter of the interval. */
 typedef struct sample_parts {
@@ -185,9 +214,10 @@ CVOL_INLINE cvol_vf half_share(cvol_vf *through)
 /* One part of an interval, of the mean of the matter at its ends; if `weighted`, only this part of
  * its length. */
 CVOL_INLINE void composite_part(pixels *p, const matter *from, const matter *to, sample_parts parts,
-                                cvol_vf weight, int weighted)
+                                stretch at, cvol_vf weight, int weighted)
 {
-    cvol_vf share = p->through;
+    const cvol_vf before = p->through;
+    cvol_vf share = before;
     const cvol_vf twice = from->v[3] + to->v[3];
     if (parts.divided) {
         cvol_vf through = cvol_max(1 - 0.5f * twice, cvol_splat(1e-12f));
@@ -202,6 +232,7 @@ CVOL_INLINE void composite_part(pixels *p, const matter *from, const matter *to,
     p->g += share * (from->v[1] + to->v[1]);
     p->b += share * (from->v[2] + to->v[2]);
     p->through -= share * twice;
+    find_half(p, before, at);
 }
 
 /* Where a mask is set, another matter. */
@@ -222,7 +253,17 @@ CVOL_INLINE lit_matter mix(const lit_matter *a, const lit_matter *b, cvol_vf t)
 typedef struct interval {
     cvol_vf a, b;
     const lit_matter *from, *to;
+    stretch at;
 } interval;
+
+/* The part of it that ends after so much of it, of the lanes of a mask; *begin: where these are. */
+CVOL_INLINE stretch part_of(const interval *i, cvol_vf *begin, float end, cvol_vi mask)
+{
+    const cvol_vf to = i->at.from + end * (i->at.to - i->at.from);
+    const stretch at = {*begin, to};
+    *begin = cvol_select(mask, to, *begin);
+    return at;
+}
 
 /* The matter after so much of an interval. */
 CVOL_INLINE matter matter_within(const cvol_sheet_table *table, const interval *i, float t,
@@ -251,31 +292,34 @@ CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, matter
     sample_parts parts = {.divided = 1};
     if (!any_above(span, table->flat)) {
         parts.divided = 0;
-        composite_part(p, last, &end, parts, weight, weighted);
+        composite_part(p, last, &end, parts, i->at, weight, weighted);
         *last = end;
         return;
     }
     parts.halves = span > table->flat;
     parts.quarters = span > 4 * table->flat;
     const int finest = any_above(span, 4 * table->flat);
+    cvol_vf at = i->at.from;
     if (finest) {
         const matter first = matter_within(table, i, 0.25f, pieces);
         parts.mask = parts.quarters;
-        composite_part(p, last, &first, parts, weight, weighted);
+        composite_part(p, last, &first, parts, part_of(i, &at, 0.25f, parts.mask), weight,
+                       weighted);
         replace_matter(last, parts.quarters, &first);
     }
     const matter middle = matter_within(table, i, 0.5f, pieces);
     parts.mask = parts.halves;
-    composite_part(p, last, &middle, parts, weight, weighted);
+    composite_part(p, last, &middle, parts, part_of(i, &at, 0.5f, parts.mask), weight, weighted);
     replace_matter(last, parts.halves, &middle);
     if (finest) {
         const matter third = matter_within(table, i, 0.75f, pieces);
         parts.mask = parts.quarters;
-        composite_part(p, last, &third, parts, weight, weighted);
+        composite_part(p, last, &third, parts, part_of(i, &at, 0.75f, parts.mask), weight,
+                       weighted);
         replace_matter(last, parts.quarters, &third);
     }
     parts.mask = ~(cvol_vi){0};
-    composite_part(p, last, &end, parts, weight, weighted);
+    composite_part(p, last, &end, parts, part_of(i, &at, 1, parts.mask), weight, weighted);
     *last = end;
 }
 

@@ -58,9 +58,7 @@ static uint8_t to_byte(float value)
     return (uint8_t)(value <= 0 ? 0 : value >= 1 ? 255 : 255 * value + 0.5f);
 }
 
-/* Where pixels first .. first + places->count - 1 of line y of the picture lie in the intermediate
- * image. */
-static void locate(cvol_warp_places *places, const cvol_sheet_plan *plan, int y, int first)
+void cvol_warp_locate(cvol_warp_places *places, const cvol_sheet_plan *plan, int y, int first)
 {
     double start[3];
     for (int k = 0; k < 3; k++)
@@ -143,9 +141,8 @@ static void fill_empty(float values[4 * CVOL_WARP_CHUNK], const cvol_warp_source
         memcpy(values + 4 * i, source->empty, sizeof source->empty);
 }
 
-/* The pixels of a line from *begin on that are the plan's: *begin .. *end - 1. They are the inside
- * of a polygon, so that there are no others. */
-static void find_pixels(int *begin, int *end, const cvol_sheet_plan *plan, int y, int width)
+/* They are the inside of a polygon. */
+void cvol_warp_pixels(int *begin, int *end, const cvol_sheet_plan *plan, int y, int width)
 {
     *begin = 0;
     *end = width;
@@ -165,11 +162,11 @@ static void write_line(cvol_image *image, int y, const cvol_warp_source *source,
     cvol_warp_places places;
     float values[4 * CVOL_WARP_CHUNK] __attribute__((aligned(64)));
     int begin, end;
-    find_pixels(&begin, &end, plan, y, image->width);
+    cvol_warp_pixels(&begin, &end, plan, y, image->width);
     for (int first = begin; first < end; first += CVOL_WARP_CHUNK) {
         const size_t at = (size_t)y * (size_t)image->width + (size_t)first;
         places.count = end - first < CVOL_WARP_CHUNK ? end - first : CVOL_WARP_CHUNK;
-        locate(&places, plan, y, first);
+        cvol_warp_locate(&places, plan, y, first);
         if (CVOL_SIMD_CHOOSE(cvol_warp_sample)(values, source, &places)) {
             write_chunk(image, at, writer, values, places.count);
         } else if (image->values) {

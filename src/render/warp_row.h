@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "base/cpu.h"
+#include "render/sheet.h"
 
 /* Pixels of the picture are made in chunks of this many. */
 #define CVOL_WARP_CHUNK 64
@@ -25,6 +26,11 @@ typedef struct cvol_warp_places {
     double u[CVOL_WARP_CHUNK], v[CVOL_WARP_CHUNK];
     int count;
 } cvol_warp_places;
+
+/* Where pixels first .. first + places->count - 1 of line y of the picture lie. */
+void cvol_warp_locate(cvol_warp_places *places, const cvol_sheet_plan *plan, int y, int first);
+/* The pixels of a line of the picture that are the plan's: *begin .. *end - 1. */
+void cvol_warp_pixels(int *begin, int *end, const cvol_sheet_plan *plan, int y, int width);
 
 /* Values there, four floats each, by Catmull-Rom interpolation. Returns 0, and writes nothing, if
  * all are empty. */

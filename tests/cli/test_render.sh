@@ -137,6 +137,32 @@ END
 expect_done cvol render a.cvol -o after.png $view --transfer own.json
 expect_other_file before.png after.png
 
+# ---- depth and opacity --------------------------------------------------------------------------
+
+expect_done cvol render a.cvol -o plain.png $view
+expect_done cvol render a.cvol -o after.png $view --depth depth.pfm --opacity opacity.pfm --json
+expect_same_file plain.png after.png
+expect_equal "$(value_of depth)" depth.pfm
+expect_equal "$(value_of opacity)" opacity.pfm
+for map in depth opacity; do
+    expect_equal "$(head -n 1 $map.pfm)" Pf
+    expect_equal "$(wc -c <$map.pfm)" $((16 + 128 * 128 * 4))
+done
+expect_done cvol render a.cvol -o after.png $view --engine splat --opacity splat.pfm --shade
+expect_done cvol render a.cvol -o '{name}.png' $view --mode iso --iso 100 --depth '{name}-depth.pfm' --budget-ms 1e9
+expect_equal "$(wc -c <a-depth.pfm)" $((16 + 128 * 128 * 4))
+depth='cvol render a.cvol -o x.png --depth x.pfm'
+expect_failure 2 'for engines sheet and ray' $depth --engine splat
+expect_failure 2 'for modes composite and iso, not mip' $depth --mode mip
+expect_failure 2 'must end in .pfm' cvol render a.cvol -o x.png --depth y.png
+expect_failure 2 'cannot be both' $depth --opacity x.pfm
+expect_failure 2 'own name' cvol render a.cvol -o x.pfm --depth x.pfm
+expect_failure 2 'not with --turntable' cvol render a.cvol -o 'x-{n}.png' --turntable 2 --opacity x.pfm
+expect_failure 2 'put {name}' cvol render a.cvol in.raw -o '{name}.png' --depth x.pfm
+expect_failure 2 'draws over it' cvol render a.cvol -o x.png --annotate --opacity x.pfm
+expect_failure 2 'no --opacity beside it' cvol render a.cvol -o x.cvi --engine transform --opacity x.pfm
+expect_failure 1 'No such file' cvol render a.cvol -o x.png --depth nowhere/x.pfm
+
 # ---- light --------------------------------------------------------------------------------------
 
 # The two engines light alike; light from everywhere is none.

@@ -1,0 +1,292 @@
+/* Mode composite: one line of the intermediate image through all sheets of a layer.
+ *
+ * A ray's value is known where it crosses the sheets; between two of them it is taken to be linear.
+ * Each interval between sheets is classified at the ends of 1, 2 or 4 parts of it, so many as
+ * the transfer function needs over the values that the interval spans (cvol_sheet_table.flat); a
+ * part has the mean of what is at its ends (the trapezoidal rule). Parts are composited front to
+ * back:
+ *     I += (1 - A) F D,  A += (1 - A) D
+ *
+ * What each sheet is to the line is found first. Then each group of pixels goes through all sheets
+ * of the layer, those alone in which it meets something to be seen, while its colour stays in
+ * registers. Values are kept as table coordinates.
+ *
+ * To be included by kernel files only: each compiles it for its instruction set, and with or
+ * without what is asked for seldom (SHEET_EXTRAS, sheet_classify.h).
+ */
+#ifndef CVOL_RENDER_SHEET_COMPOSITE_H
+#define CVOL_RENDER_SHEET_COMPOSITE_H
+
+#include "render/sheet_classify.h"
+#include "render/sheet_line.h"
+
+/* A group while it is drawn. */
+typedef struct group_state {
+    pixels p[PARTS];
+    cvol_vf value[PARTS], cover[PARTS]; /* at the sheet before; cover only where samples are void */
+    cvol_vf length[PARTS]; /* of an interval, over that of the table: in perspective, else 1 */
+} group_state;
+
+/* ---- one group --------------------------------------------------------------------------------
+ */
+
+CVOL_INLINE void load_group(group_state *g, const line_job *job, int group, int has_void,
+                            int lengths)
+{
+    const cvol_line *line = job->line;
+    const float *r = line->values + group * CVOL_GROUP;
+    const int width = line->width;
+    for (int k = 0; k < PARTS; k++, r += CVOL_LANES) {
+        g->p[k] = (pixels){cvol_load(r),
+                           cvol_load(r + width),
+                           cvol_load(r + 2 * width),
+                           cvol_load(r + 3 * width),
+                           {0}};
+        if (SHEET_EXTRAS && line->depth)
+            g->p[k].half = cvol_load(line->depth + group * CVOL_GROUP + k * CVOL_LANES);
+        g->value[k] = cvol_load(r + 4 * width);
+        g->cover[k] = has_void ? cvol_load(r + 5 * width) : cvol_splat(1);
+        g->length[k] = lengths ? find_lengths(job, group * CVOL_GROUP + k * CVOL_LANES)
+                               : cvol_splat(1);
+    }
+}
+
+CVOL_INLINE void store_group(const group_state *g, const cvol_line *line, int group, int has_void)
+{
+    float *r = line->values + group * CVOL_GROUP;
+    const int width = line->width;
+    for (int k = 0; k < PARTS; k++, r += CVOL_LANES) {
+        cvol_store(r, g->p[k].r);
+        cvol_store(r + width, g->p[k].g);
+        cvol_store(r + 2 * width, g->p[k].b);
+        cvol_store(r + 3 * width, g->p[k].through);
+        cvol_store(r + 4 * width, g->value[k]);
+        if (SHEET_EXTRAS && line->depth)
+            cvol_store(line->depth + group * CVOL_GROUP + k * CVOL_LANES, g->p[k].half);
+        if (has_void)
+            cvol_store(r + 5 * width, g->cover[k]);
+    }
+}
+
+CVOL_INLINE int is_closed(const group_state *g)
+{
+    cvol_vf most = g->p[0].through;
+    for (int k = 1; k < PARTS; k++)
+        most = cvol_max(most, g->p[k].through);
+    return !any_above(most, OPAQUE_BELOW);
+}
+
+/* The part of an interval within what is drawn: from..to, 0 at its sheet and -1 at that before.
+ * near: how much of that counts as what it is at its beginning, see composite_within. */
+typedef struct span {
+    cvol_vf from, to, near;
+} span;
+
+/* Of the interval that ends at a sheet, for the CVOL_LANES pixels from i on. */
+CVOL_INLINE void find_within(span *out, const line_job *job, int s, int i)
+{
+    const cvol_layer *layer = job->layer;
+    const sheet_line *sheet = &job->sheets[s];
+    const cvol_vf begin = cvol_splat(layer->only ? -0.5f : -1),
+                  end = cvol_splat(layer->only ? 0.5f : 0), zero = {0};
+    cvol_vf enter, leave;
+    find_span(&enter, &leave, layer, &layer->sheets[s], &sheet->view,
+              sheet->lane_at + i * sheet->lane_step, i, job->line->number);
+    out->from = cvol_min(cvol_max(enter, begin), end);
+    out->to = cvol_min(cvol_max(leave, begin), end);
+    const cvol_vf near = 0.5f * cvol_min(-enter, 2 + enter);
+    out->near = cvol_max(cvol_min(near, out->to - out->from), zero);
+}
+
+/* What of an interval, which ends at a sheet of this ordinal, is within. Of opaque matter what lies
+ * at a face is all that is seen, and would not be the same before and behind a sheet, which is seen
+ * as rings: so of what is within of the interval that a face cuts, half counts as what it is at the
+ * face; and of the next interval half of what the face leaves of the one before. */
+CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol_vf from,
+                                  cvol_vf to, const span *within, int ordinal, cvol_vf length,
+                                  int pieces)
+{
+    const sample_parts whole = {.divided = 0};
+    const cvol_vf rise = to - from, sheet = cvol_splat((float)ordinal);
+    const stretch at = {sheet + within->from + within->near, sheet + within->to};
+    const interval all = {to + within->from * rise, to + within->to * rise, NULL, NULL, at};
+    const cvol_vf rest = within->to - within->from - within->near;
+    matter last = matter_at_start(table, all.a, NULL, pieces);
+    if (any_above(within->near, LEAST_WEIGHT))
+        composite_part(p, &last, &last, whole, (stretch){at.from - within->near, at.from},
+                       within->near * length, 1);
+    composite_from(p, table, &last, &all, rest * length, 1, pieces);
+}
+
+/* A group that was drawn up to the sheet before meets a window that cannot be seen: what of the
+ * interval between the two can be, is drawn. If samples there may have no value, then what half of
+ * it has by the sheet before. */
+CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group, int unit,
+                          int has_void, int pieces)
+{
+    const sheet_line *sheet = &job->sheets[s];
+    const long x = lane_sample(sheet, group, unit);
+    const int masked = has_void && sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
+    const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window_of(x)]));
+    for (int k = 0; k < PARTS; k++) {
+        const int i = group * CVOL_GROUP + k * CVOL_LANES;
+        const cvol_vf end = masked ? g->value[k] : level;
+        span within;
+        find_within(&within, job, s, i);
+        cvol_vf weight = g->length[k];
+        if (masked)
+            weight *= 0.5f * g->cover[k];
+        composite_within(&g->p[k], job->table, g->value[k], end, &within,
+                         job->layer->sheets[s].ordinal, weight, pieces);
+    }
+}
+
+/* The interval that ends at a sheet. known: its beginning is g->value; else only its latter half,
+ * or, of the first sheet, none is within the volume, and it has one value. */
+CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int group, int known,
+                               int unit, int has_void, int pieces)
+{
+    const cvol_layer *layer = job->layer;
+    const sheet_line *sheet = &job->sheets[s];
+    const double step = sheet->lane_step;
+    const long x = lane_sample(sheet, group, unit);
+    const int masked = has_void && sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
+    const int inside = group >= sheet->inside_begin && group < sheet->inside_end;
+    const int ordinal = layer->sheets[s].ordinal;
+    const stretch at = stretch_of((float)ordinal - (known ? 1 : 0.5f), (float)ordinal);
+    for (int k = 0; k < PARTS; k++) {
+        const double position = sheet->lane_at + (group * CVOL_GROUP + k * CVOL_LANES) * step;
+        cvol_vf cover = cvol_splat(1), value;
+        if (masked)
+            value = unit ? reconstruct_unit_masked(&cover, &sheet->view, &sheet->footprint,
+                                                   x + k * CVOL_LANES, layer->cover_at)
+                         : reconstruct_finer_masked(&cover, &sheet->view, position, step,
+                                                    layer->cover_at);
+        else
+            value = unit ? reconstruct_unit(&sheet->view, &sheet->footprint, x + k * CVOL_LANES)
+                         : reconstruct_finer(&sheet->view, position, step);
+        value = to_table(job, value);
+        cvol_vf from = known ? g->value[k] : value, to = value, weight = g->length[k];
+        if (has_void) { /* where an end has no value, the other's holds */
+            const cvol_vf before = known ? g->cover[k] : cover;
+            to = cvol_select(cover < LEAST_WEIGHT, from, value);
+            from = cvol_select(before < LEAST_WEIGHT, value, from);
+            weight *= 0.5f * (before + cover);
+            g->cover[k] = cover;
+        }
+        const interval all = {from, to, NULL, NULL, at};
+        if (!inside) {
+            span within;
+            find_within(&within, job, s, group * CVOL_GROUP + k * CVOL_LANES);
+            composite_within(&g->p[k], job->table, from, to, &within, ordinal, weight, pieces);
+        } else if (known && !has_void && !layer->perspective) {
+            composite_interval(&g->p[k], job->table, &all, weight, 0, pieces);
+        } else {
+            composite_interval(&g->p[k], job->table, &all, known ? weight : 0.5f * weight, 1,
+                               pieces);
+        }
+        g->value[k] = value;
+    }
+}
+
+/* Sheets from s on, as long as `go` has them: known intervals, whole, of samples that all have a
+ * value. Returns the sheet after the last that was drawn. */
+CVOL_INLINE int draw_run(group_state *state, int *closed, const line_job *job, uint64_t go, int s,
+                         int group, int unit, int lengths, int pieces)
+{
+    group_state g = *state;
+    matter last[PARTS];
+    for (int k = 0; k < PARTS; k++)
+        last[k] = matter_at_start(job->table, g.value[k], NULL, pieces);
+    do {
+        const float ordinal = (float)(job->layer->sheets[0].ordinal + s);
+        const stretch at = stretch_of(ordinal - 1, ordinal);
+        for (int k = 0; k < PARTS; k++) {
+            const cvol_vf value = reconstruct(job, &job->sheets[s], group, k, unit);
+            const interval all = {g.value[k], value, NULL, NULL, at};
+            composite_from(&g.p[k], job->table, &last[k], &all, g.length[k], lengths, pieces);
+            g.value[k] = value;
+        }
+        *closed = is_closed(&g);
+        s++;
+    } while (!*closed && go >> s & 1);
+    *state = g;
+    return s;
+}
+
+/* One sheet of any other kind; *known: whether its value was found. */
+CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, int known, int unit,
+                         int has_void, int pieces)
+{
+    float level = 0, spread;
+    if (!(job->seen[group - job->first_group] >> s & 1)) {
+        if (known)
+            draw_end(g, job, s, group, unit, has_void, pieces);
+        return 0;
+    }
+    if (!known && find_level_before(&level, &spread, job, s, group)) {
+        known = 1;
+        for (int k = 0; k < PARTS; k++) {
+            g->value[k] = cvol_splat(level);
+            g->cover[k] = cvol_splat(1);
+        }
+    }
+    draw_interval(g, job, s, group, known, unit, has_void, pieces);
+    return 1;
+}
+
+/* A group through the sheets that it meets. */
+CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_void, int lengths,
+                            int pieces)
+{
+    const cvol_line *line = job->line;
+    const int at = group - job->first_group, first_ordinal = job->layer->sheets[0].ordinal;
+    const uint32_t seen = job->seen[at];
+    const uint64_t go = has_void ? 0 : seen & job->inside[at];
+    uint32_t met = job->met[at];
+    int known = line->met[group] == first_ordinal - 1;
+    if (!seen && !(known && met & 1))
+        return;
+    group_state g;
+    load_group(&g, job, group, has_void, lengths);
+    int last = line->met[group], closed = 0;
+    while (met && !closed) {
+        int s = __builtin_ctz(met);
+        known = last == first_ordinal + s - 1;
+        if (known && go >> s & 1) {
+            s = draw_run(&g, &closed, job, go, s, group, unit, lengths, pieces);
+            last = first_ordinal + s - 1;
+            met &= ~UINT32_C(0) << (s - 1) << 1;
+            continue;
+        }
+        met &= met - 1;
+        if (draw_sheet(&g, job, s, group, known, unit, has_void, pieces))
+            last = first_ordinal + s;
+        else
+            met &= from_lowest(met & seen); /* nothing to be seen until then */
+        closed = is_closed(&g);
+    }
+    store_group(&g, line, group, has_void);
+    line->met[group] = last;
+    line->opaque[group] = (uint8_t)closed;
+}
+
+CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, int pieces)
+{
+    const cvol_layer *layer = job->layer;
+    int begin = job->line->width / CVOL_GROUP, end = 0;
+    for (int s = 0; s < layer->sheet_count; s++) {
+        view_sheet(&job->sheets[s], job, &layer->sheets[s], unit);
+        begin = job->sheets[s].begin < begin ? job->sheets[s].begin : begin;
+        end = job->sheets[s].end > end ? job->sheets[s].end : end;
+    }
+    for (int first = begin; first < end; first += RUN) {
+        const int count = end - first < RUN ? end - first : RUN;
+        find_met(job, first, count, unit);
+        for (int group = first; group < first + count; group++)
+            if (!job->line->opaque[group])
+                draw_group(job, group, unit, has_void, lengths, pieces);
+    }
+}
+
+#endif

@@ -1,0 +1,41 @@
+/* What line kernels begin with, after their draw_line(job, unit, has_void, lengths, pieces) is
+ * known: it is compiled for each kind of footprint, samples, projection and table by itself; with
+ * extras (sheet_classify.h) once, and told when it runs.
+ *
+ * To be included by kernel files only, behind sheet_composite.h or sheet_shade.h.
+ */
+#ifndef CVOL_RENDER_SHEET_ENTRY_H
+#define CVOL_RENDER_SHEET_ENTRY_H
+
+#include "render/sheet_classify.h"
+#include "render/sheet_line.h"
+
+CVOL_INLINE void begin_line(line_job *job, const cvol_layer *layer, const cvol_sheet_table *table,
+                            const cvol_line *line)
+{
+    job->layer = layer;
+    job->table = table;
+    job->line = line;
+    job->table_offset = -table->from * table->scale;
+}
+
+CVOL_INLINE void draw_line_of_kind(line_job *job)
+{
+    const int unit = job->layer->unit, has_void = job->layer->cover_at != 0,
+              lengths = job->layer->perspective,
+              pieces = HAVE_PIECES && !has_void && job->table->pieces;
+    if (SHEET_EXTRAS)
+        draw_line(job, unit, has_void, lengths, pieces);
+    else if (lengths)
+        has_void ? draw_line(job, 0, 1, 1, 0)
+        : pieces ? draw_line(job, 0, 0, 1, HAVE_PIECES)
+                 : draw_line(job, 0, 0, 1, 0);
+    else if (has_void)
+        unit ? draw_line(job, 1, 1, 0, 0) : draw_line(job, 0, 1, 0, 0);
+    else if (pieces)
+        unit ? draw_line(job, 1, 0, 0, HAVE_PIECES) : draw_line(job, 0, 0, 0, HAVE_PIECES);
+    else
+        unit ? draw_line(job, 1, 0, 0, 0) : draw_line(job, 0, 0, 0, 0);
+}
+
+#endif

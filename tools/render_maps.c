@@ -1,0 +1,84 @@
+/* --depth and --opacity: pictures of where and how dense things are, beside the picture of them. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "render_picture.h"
+
+static int check_map(const render_arguments *a, const char *option, const char *name, int volumes)
+{
+    const char *other = a->poses             ? "--poses"
+                        : a->turntable_given ? "--turntable"
+                        : a->progressive     ? "--progressive"
+                                             : NULL;
+    if (!name)
+        return EXIT_DONE;
+    if (!has_ending(name, ".pfm"))
+        return complain(EXIT_MISUSED, "%s: what %s writes are floats: its name must end in .pfm",
+                        name, option);
+    if (other)
+        return complain(EXIT_MISUSED, "%s is of one picture: not with %s", option, other);
+    if (a->output && has_ending(a->output, ".cvi"))
+        return complain(EXIT_MISUSED, "%s: a compressed picture has no %s beside it", a->output,
+                        option);
+    if (volumes > 1 && !strstr(name, "{name}"))
+        return complain(EXIT_MISUSED, "%s: one name for %d volumes: put {name} into it", name,
+                        volumes);
+    if (a->output && !strcmp(name, a->output))
+        return complain(EXIT_MISUSED, "%s: is the picture's own name; %s needs another", name,
+                        option);
+    return EXIT_DONE;
+}
+
+int check_maps(const scene *s, const render_arguments *a, int volumes)
+{
+    if (a->depth_name && s->engine != CVOL_ENGINE_SHEET && s->engine != CVOL_ENGINE_RAY)
+        return complain(EXIT_MISUSED, "--depth is for engines sheet and ray");
+    if (a->depth_name && s->options.mode != CVOL_MODE_COMPOSITE && s->options.mode != CVOL_MODE_ISO)
+        return complain(EXIT_MISUSED, "--depth is for modes composite and iso, not %s",
+                        a->mode_name);
+    if (a->opacity_name && a->annotate)
+        return complain(EXIT_MISUSED, "give only one of --opacity and --annotate, which draws over "
+                                      "it");
+    if (check_map(a, "--depth", a->depth_name, volumes) ||
+        check_map(a, "--opacity", a->opacity_name, volumes))
+        return EXIT_MISUSED;
+    if (a->depth_name && a->opacity_name && !strcmp(a->depth_name, a->opacity_name))
+        return complain(EXIT_MISUSED, "%s: cannot be both --depth and --opacity", a->depth_name);
+    return EXIT_DONE;
+}
+
+int write_maps(cvol_context *context, const render_arguments *a, const cvol_image *image)
+{
+    int code = CVOL_OK;
+    if (a->depth_name)
+        code = cvol_image_write_depth(context, image, a->depth_name);
+    if (!code && a->opacity_name)
+        code = cvol_image_write_opacity(context, image, a->opacity_name);
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
+int name_maps(render_arguments *a, const char *path)
+{
+    const char **names[] = {&a->depth_name, &a->opacity_name};
+    int status = EXIT_DONE;
+    for (int k = 0; k < 2; k++)
+        if (*names[k]) {
+            *names[k] = output_name(*names[k], path, 0, 0);
+            status = status ? status : *names[k] ? check_output(path, *names[k]) : EXIT_FAILED;
+        }
+    return status;
+}
+
+void free_maps(render_arguments *a)
+{
+    free((char *)a->depth_name);
+    free((char *)a->opacity_name);
+}
+
+void describe_maps(json_t *object, const render_arguments *a)
+{
+    if (a->depth_name)
+        json_object_set_new(object, "depth", json_text(a->depth_name));
+    if (a->opacity_name)
+        json_object_set_new(object, "opacity", json_text(a->opacity_name));
+}
