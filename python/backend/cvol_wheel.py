@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 CHECKOUT = ROOT.parent
 SONAME = "libcvol.so.0"
 REQUIRES_PYTHON = ">=3.9"
-DEPENDENCIES = ["numpy>=1.20"]
+DEPENDENCIES = ["numpy>=1.21"]
 
 
 def _version():

@@ -72,7 +72,9 @@ class Headers:
 def generate():
     headers = Headers()
     codes = {k[5:]: v for k, v in sorted(headers.numbers.items()) if k == "CVOL_OK" or k.startswith("CVOL_ERROR_")}
-    lines = ['"""Made from include/cvol/ by backend/read_headers.py: change the headers, not this."""', "", "STRUCTS = {"]
+    lines = ['"""Made from include/cvol/ by backend/read_headers.py: change the headers, not this."""', ""]
+    lines += ["from typing import Any, Dict, List, Tuple", ""]
+    lines += ["STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {"]
     for name, fields in headers.structs().items():
         lines.append(f'    "{name}": [')
         lines += [f'        ("{field}", "{letter}", {sizes}),' for field, letter, sizes in fields]

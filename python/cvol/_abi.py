@@ -10,6 +10,7 @@ from ._headers import CODES, FUNCTIONS, STRUCTS
 from ._library import load
 
 OK = CODES["OK"]
+ERRORS = {name: number for name, number in CODES.items() if number}
 
 ProgressFunction = c.CFUNCTYPE(c.c_int, c.c_void_p, c.c_char_p, c.c_double)
 PictureFunction = c.CFUNCTYPE(c.c_int, c.c_void_p, c.c_void_p, c.c_int)

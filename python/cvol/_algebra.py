@@ -69,8 +69,14 @@ class Algebra:
 
     _store: Any
     _flat: Optional[Handle]
-    shape: tuple[int, ...]
-    ndim: int
+    if TYPE_CHECKING:  # what Volume has
+
+        @property
+        def shape(self) -> tuple[int, ...]: ...
+
+        @property
+        def ndim(self) -> int: ...
+
 
     def _operand(self) -> Handle:
         """The array as operations take it: a background that is kept apart is put back among the terms."""
@@ -175,7 +181,7 @@ class Algebra:
         """
         if isinstance(kernel, Algebra):
             return self._make(
-                "array_convolve", self, kernel, _keep(keep), others=[kernel])  # type: ignore[list-item]  # fmt: skip
+                "array_convolve", self, kernel, _keep(keep), others=[kernel])  # fmt: skip
         built = _abi.Kernel()
         with Call() as call:
             if isinstance(kernel, str):

@@ -72,16 +72,16 @@ class Cancelled(Error):
 
 
 _CLASSES = {
-    _abi.CODES["ERROR_ARGUMENT"]: ArgumentError,
-    _abi.CODES["ERROR_MEMORY"]: OutOfMemoryError,
-    _abi.CODES["ERROR_IO"]: FileError,
-    _abi.CODES["ERROR_FORMAT"]: FormatError,
-    _abi.CODES["ERROR_CORRUPT"]: CorruptError,
-    _abi.CODES["ERROR_UNSUPPORTED"]: UnsupportedError,
-    _abi.CODES["ERROR_LIMIT"]: LimitError,
-    _abi.CODES["ERROR_DATA"]: DataError,
-    _abi.CODES["ERROR_TARGET"]: TargetError,
-    _abi.CODES["ERROR_CANCELLED"]: Cancelled,
+    _abi.ERRORS["ERROR_ARGUMENT"]: ArgumentError,
+    _abi.ERRORS["ERROR_MEMORY"]: OutOfMemoryError,
+    _abi.ERRORS["ERROR_IO"]: FileError,
+    _abi.ERRORS["ERROR_FORMAT"]: FormatError,
+    _abi.ERRORS["ERROR_CORRUPT"]: CorruptError,
+    _abi.ERRORS["ERROR_UNSUPPORTED"]: UnsupportedError,
+    _abi.ERRORS["ERROR_LIMIT"]: LimitError,
+    _abi.ERRORS["ERROR_DATA"]: DataError,
+    _abi.ERRORS["ERROR_TARGET"]: TargetError,
+    _abi.ERRORS["ERROR_CANCELLED"]: Cancelled,
 }
 
 

@@ -7,6 +7,7 @@ import math
 from typing import Any, Optional, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _abi
 from ._call import Call, Progress, options, out_pointer
@@ -32,14 +33,14 @@ def _target(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, ke
     return _RATIO, 30.0 if ratio is None else float(ratio)
 
 
-def _by_codec(samples: np.ndarray, grid: Any, o: Any) -> Volume:
+def _by_codec(samples: NDArray[Any], grid: Any, o: Any) -> Volume:
     out = out_pointer()
     with Call() as call:
         call("compress", c.byref(out), None, address(samples), c.byref(grid), c.byref(o))
         return Volume._take(out)
 
 
-def _by_truncation(samples: np.ndarray, grid: Any, transform: int, block: int, keep: Any) -> Volume:
+def _by_truncation(samples: NDArray[Any], grid: Any, transform: int, block: int, keep: Any) -> Volume:
     out = out_pointer()
     with Call() as call:
         call("array_compress", c.byref(out), address(samples), c.byref(grid), samples.ndim, transform, block,

@@ -7,6 +7,7 @@ import os
 from typing import Any, Optional, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _abi
 from ._call import Call, FormatError, Handle, out_pointer, path_bytes
@@ -40,7 +41,7 @@ def read(
     channel: Optional[int] = None,
     index: Optional[int] = None,
     series: Optional[str] = None,
-) -> tuple[np.ndarray, Geometry]:
+) -> tuple[NDArray[Any], Geometry]:
     """Samples (z, y, x) and geometry of a dense volume: a file, or a folder of slices, of a format that libcvol
     reads (`cvol info` of the command, and doc, list them).
 

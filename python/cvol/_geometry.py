@@ -9,10 +9,11 @@ from dataclasses import dataclass, field
 from typing import Any, Optional, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _abi
 
-TYPES = {
+TYPES: dict[int, np.dtype[Any]] = {
     1: np.dtype(np.uint8), 2: np.dtype(np.int8), 3: np.dtype(np.uint16), 4: np.dtype(np.int16),
     5: np.dtype(np.uint32), 6: np.dtype(np.int32), 7: np.dtype(np.float32), 8: np.dtype(np.float64)}  # fmt: skip
 _NUMBERS = {dtype: number for number, dtype in TYPES.items()}
@@ -52,7 +53,7 @@ class Geometry:
     value_scale: float = 1.0
     value_offset: float = 0.0
 
-    def affine(self) -> np.ndarray:
+    def affine(self) -> NDArray[Any]:
         """4 x 4: from an index (z, y, x, 1) to the world (X, Y, Z, 1). Rank 3 alone."""
         matrix = np.eye(4)
         rows = self.direction if self.direction is not None else np.eye(3)[::-1]
@@ -62,10 +63,11 @@ class Geometry:
 
 
 def _numbers(values: Union[float, Sequence[float]], count: int, name: str) -> list[float]:
-    out = [float(v) for v in np.broadcast_to(np.asarray(values, float), (count,))] if np.ndim(values) == 0 else [
-        float(v) for v in values]  # fmt: skip
+    out = [float(v) for v in np.atleast_1d(np.asarray(values, float))]
+    if np.ndim(values) == 0:
+        out = out * count
     if len(out) != count:
-        raise ValueError(f"{name} has {len(out)} numbers, must have {count}, one for each axis of the array")
+        raise ValueError(f"{name} has {len(out)} numbers, must have {count}, one for each axis")
     return out
 
 
@@ -116,7 +118,7 @@ def grid_shape(grid: _abi.Grid, rank: int = 3) -> tuple[int, ...]:
 def grid_geometry(grid: _abi.Grid, rank: int = 3) -> Geometry:
     return Geometry(
         spacing=tuple(grid.spacing[:rank][::-1]),
-        origin=tuple(grid.origin),
+        origin=(grid.origin[0], grid.origin[1], grid.origin[2]),
         direction=tuple(tuple(grid.direction[a]) for a in range(rank - 1, -1, -1)),
         space=_SPACES[grid.space] if 0 <= grid.space < 3 else "",
         unit=grid.unit.decode(errors="replace"),
@@ -127,7 +129,7 @@ def grid_geometry(grid: _abi.Grid, rank: int = 3) -> Geometry:
 
 
 
-def samples_of(array: Any) -> np.ndarray:
+def samples_of(array: Any) -> NDArray[Any]:
     """Samples as the library takes them: x fastest, in the machine's byte order."""
     array = np.asanyarray(array)
     if isinstance(array, np.ma.MaskedArray):
@@ -140,5 +142,5 @@ def samples_of(array: Any) -> np.ndarray:
     return np.ascontiguousarray(array, array.dtype.newbyteorder("="))
 
 
-def address(array: np.ndarray) -> int:
+def address(array: NDArray[Any]) -> int:
     return array.ctypes.data

@@ -1,6 +1,8 @@
 """Made from include/cvol/ by backend/read_headers.py: change the headers, not this."""
 
-STRUCTS = {
+from typing import Any, Dict, List, Tuple
+
+STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
     "cvol_kernel_line": [
         ("radius", "i", ()),
         ("antisymmetric", "i", ()),

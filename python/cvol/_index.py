@@ -23,7 +23,7 @@ def _spread(index: Any, rank: int) -> list[Any]:
         if part is None:
             raise IndexError("a compressed volume has no new axes: index the array that slicing returns")
         if not isinstance(part, slice) and part is not Ellipsis:
-            if isinstance(part, bool) or not hasattr(part, "__index__") or getattr(part, "ndim", 0):
+            if isinstance(part, bool) or not hasattr(part, "__index__") or bool(getattr(part, "ndim", 0)):
                 raise IndexError(
                     "a compressed volume takes integers, slices and '...': for places one by one use "
                     "evaluate_points, or index to_numpy()"
@@ -39,7 +39,8 @@ def _spread(index: Any, rank: int) -> list[Any]:
 
 
 def select(index: Any, shape: tuple[int, ...]) -> Selection:
-    begin, end, rest, out = [], [], [], []
+    begin, end, out = [], [], []
+    rest: list[Any] = []
     for axis, (part, n) in enumerate(zip(_spread(index, len(shape)), shape)):
         if isinstance(part, slice):
             chosen = range(*part.indices(n))
@@ -47,8 +48,8 @@ def select(index: Any, shape: tuple[int, ...]) -> Selection:
             low = min(chosen[0], chosen[-1]) if chosen else 0
             high = max(chosen[0], chosen[-1]) + 1 if chosen else 0
             step = chosen.step
-            rest.append(slice(None, None, step))
             # A negative step begins at the last sample of the box, a positive one at its first.
+            rest.append(slice(None, None, step))
         else:
             place = operator.index(part)
             if not -n <= place < n:

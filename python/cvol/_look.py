@@ -12,7 +12,7 @@ _FOOTPRINTS = {"gaussian": 1, "cone": 2, "sinc": 3, "box": 4}
 _COLOURS = {"black": (0.0, 0.0, 0.0), "white": (1.0, 1.0, 1.0), "transparent": (0.0, 0.0, 0.0)}
 
 
-def _one_of(value: Any, choices: dict, name: str) -> int:
+def _one_of(value: Any, choices: dict[str, int], name: str) -> int:
     if value not in choices:
         raise ValueError(f"{name} is {value!r}, must be one of {', '.join(choices)}")
     return int(choices[value])
@@ -66,7 +66,7 @@ def _clip(options: Any, clip: Any, planes: Any, shape: tuple[int, ...]) -> None:
     box.planes = len(planes)
 
 
-def _camera(options: Any, look: dict, azimuth: float, elevation: float) -> None:
+def _camera(options: Any, look: dict[str, Any], azimuth: float, elevation: float) -> None:
     camera = options.camera
     camera.azimuth_deg, camera.elevation_deg = azimuth, elevation
     camera.roll_deg, camera.zoom = look["roll"], look["zoom"]
@@ -80,7 +80,7 @@ def _camera(options: Any, look: dict, azimuth: float, elevation: float) -> None:
         camera.up[:] = numbers(look["up"], 3, "up")
 
 
-def _shading(options: Any, look: dict) -> None:
+def _shading(options: Any, look: dict[str, Any]) -> None:
     light = options.shading
     light.on = bool(look["shade"])
     light.light[:] = numbers(look["light"], 3, "light")
@@ -89,7 +89,7 @@ def _shading(options: Any, look: dict) -> None:
             setattr(light, name, look[name])
 
 
-def make_options(azimuth: float, elevation: float, look: dict, engine: str, shape: tuple[int, ...]) -> Any:
+def make_options(azimuth: float, elevation: float, look: dict[str, Any], engine: str, shape: tuple[int, ...]) -> Any:
     """cvol_render_options; `look` has every option (Renderer.render)."""
     options = _abi.functions["render_options_defaults"]()
     options.width, options.height = picture_size(look["size"])

@@ -38,7 +38,7 @@ def encode_png(picture: Any) -> bytes:
     )
 
 
-def save_png(path: Union[str, os.PathLike], picture: Any) -> None:
+def save_png(path: Union[str, os.PathLike[str]], picture: Any) -> None:
     """Writes a picture as `Volume.render` makes it."""
     data = encode_png(picture)
     with open(path, "wb") as file:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import ctypes as c
+import inspect
 import threading
 from typing import Any, Optional, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _abi, _look, _transfer
 from ._call import Call, Handle, out_pointer
@@ -37,8 +39,8 @@ class Renderer:
         self._shape = volume.shape
         self._lock = threading.RLock()
         self._volume = volume._store.whole()
-        self._samples: Optional[np.ndarray] = None  # what engine ray looks at
-        self._mask: Optional[np.ndarray] = None
+        self._samples: Optional[NDArray[Any]] = None  # what engine ray looks at
+        self._mask: Optional[NDArray[Any]] = None
         self._transfer: Optional[Handle] = None
         self._transfer_key: Any = None
         # The library's renderer refers to the array: it is held until the renderer is freed.
@@ -99,7 +101,7 @@ class Renderer:
         window: Optional[tuple[float, float]] = None,
         opacity_scale: float = 1,
         rescale: Optional[tuple[float, float]] = None,
-    ) -> np.ndarray:
+    ) -> NDArray[Any]:
         """The points of a transfer function as it is fitted to this volume: (n, 5), rows of value, red, green,
         blue and opacity, to be changed and given back as ``transfer``."""
         with self._lock, self._handle:
@@ -144,7 +146,7 @@ class Renderer:
         footprint: str = "gaussian",
         footprint_size: int = 5,
         depth_cue: float = 0,
-    ) -> np.ndarray:
+    ) -> NDArray[Any]:
         """A picture: uint8, (height, width, 3), the top row first; (..., 4) with background="transparent".
 
         azimuth, elevation, roll: degrees. The eye is in direction (cos e sin a, -cos e cos a, sin e) of the
@@ -171,23 +173,45 @@ class Renderer:
         depth_cue: of engine fourier, 0 to 1.
         """
         look = {name: value for name, value in locals().items() if name not in ("self", "azimuth", "elevation")}
+        return self._picture(azimuth, elevation, look, None)
+
+    def depth(self, azimuth: float = 0, elevation: float = 0, **look: Any) -> NDArray[Any]:
+        """How far away what is seen is: float32, (height, width), with the options of `render`.
+
+        Along the viewing direction, in world length: where the opacity that a ray has passed reaches one half, or
+        of the surface (iso); infinity where it never does. In parallel projection the distance is from the plane
+        that touches the ball around the volume's box, else from the eye's. Engines sheet and ray.
+        """
+        known = inspect.signature(Renderer.render).parameters
+        wrong = set(look) - {name for name, p in known.items() if p.kind is p.KEYWORD_ONLY}
+        if wrong:
+            raise TypeError(f"render() has no option {', '.join(sorted(wrong))}")
+        given = {name: look.get(name, p.default) for name, p in known.items() if p.kind is p.KEYWORD_ONLY}
+        width, height = _look.picture_size(given["size"])
+        out = np.full((max(height, 0), max(width, 0)), np.inf, np.float32)
+        self._picture(azimuth, elevation, {**given, "annotate": False}, out)
+        return out
+
+    def _picture(
+        self, azimuth: float, elevation: float, look: dict[str, Any], depth: Optional[NDArray[Any]]
+    ) -> NDArray[Any]:
         with self._lock, self._handle as renderer:
             options = _look.make_options(azimuth, elevation, look, self.engine, self._shape)
             if self.engine == "transform" and self._rho is not None:
                 options.transform.rho = self._rho
-            mirrored = self._aim(options, view, azimuth, roll)
+            mirrored = self._aim(options, look["view"], azimuth, look["roll"])
             if options.mode == 1:
-                self._set_transfer(renderer, transfer, window, opacity_scale, rescale)
-            transparent = isinstance(background, str) and background == "transparent"
-            as_floats = transparent or annotate
+                self._set_transfer(renderer, look["transfer"], look["window"], look["opacity_scale"], look["rescale"])
+            transparent = isinstance(look["background"], str) and look["background"] == "transparent"
+            as_floats = transparent or look["annotate"]
             height, width = options.height, options.width
             pixels = np.zeros((max(height, 0), max(width, 0), 4), np.float32 if as_floats else np.uint8)
-            address = pixels.ctypes.data
-            image = _abi.Image(width, height, None if as_floats else address, address if as_floats else None)
-            self._draw(renderer, image, options, budget_ms)
+            image = _abi.Image(width=width, height=height, depth=None if depth is None else depth.ctypes.data)
+            setattr(image, "values" if as_floats else "rgba", pixels.ctypes.data)
+            self._draw(renderer, image, options, look["budget_ms"])
             if mirrored:
                 _abi.functions["image_mirror"](c.byref(image))
-            if annotate:
+            if look["annotate"]:
                 self._annotate(renderer, image, options, mirrored, transparent)
             if as_floats:
                 pixels = self._flatten(image, options, transparent)
@@ -209,7 +233,7 @@ class Renderer:
                 call("renderer_render", renderer, c.byref(image), c.byref(options))
             else:
                 call("renderer_refine", renderer, c.byref(image), c.byref(options), budget_ms,
-                     _abi.PictureFunction(), None, None)  # fmt: skip
+                     c.cast(0, _abi.PictureFunction), None, None)  # fmt: skip
 
     def _annotate(self, renderer: int, image: Any, options: Any, mirrored: bool, transparent: bool) -> None:
         note = _abi.Annotation(
@@ -227,9 +251,9 @@ class Renderer:
             else:
                 call("image_annotate", c.byref(image), c.byref(note))
 
-    def _flatten(self, image: Any, options: Any, transparent: bool) -> np.ndarray:
+    def _flatten(self, image: Any, options: Any, transparent: bool) -> NDArray[Any]:
         out = np.empty((options.height, options.width, 4), np.uint8)
-        flat = _abi.Image(options.width, options.height, out.ctypes.data, None)
+        flat = _abi.Image(width=options.width, height=options.height, rgba=out.ctypes.data)
         with Call() as call:
             call("image_flatten", c.byref(flat), c.byref(image), None if transparent else options.background)
         return out

@@ -7,6 +7,7 @@ import os
 from typing import Any, Optional
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _abi
 from ._call import ArgumentError, Call, Handle, out_pointer, path_bytes
@@ -14,7 +15,8 @@ from ._call import ArgumentError, Call, Handle, out_pointer, path_bytes
 
 def names() -> list[str]:
     """Names that `render(transfer=...)` knows; those that begin with ct- are in Hounsfield units."""
-    return (_abi.functions["transfer_names"]() + b" " + _abi.functions["transfer_ct_names"]()).decode().split()
+    text: bytes = _abi.functions["transfer_names"]() + b" " + _abi.functions["transfer_ct_names"]()
+    return text.decode().split()
 
 
 def histogram_of(array: int) -> Any:
@@ -83,7 +85,7 @@ def make(
         return Handle(out.value or 0, "transfer_free", "the transfer function")
 
 
-def points_of(transfer: Handle) -> np.ndarray:
+def points_of(transfer: Handle) -> NDArray[Any]:
     """(n, 5): value, r, g, b, opacity."""
     with transfer as pointer:
         count = _abi.functions["transfer_count"](pointer)

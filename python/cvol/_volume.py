@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any, Optional, Union
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _abi
 from ._algebra import Algebra
@@ -93,7 +94,7 @@ class Volume(Algebra):
         return int(np.prod(self.shape, dtype=object))
 
     @property
-    def dtype(self) -> np.dtype:
+    def dtype(self) -> np.dtype[Any]:
         """Type of the samples that slicing and `to_numpy` give."""
         return TYPES[self._store.grid.type]
 
@@ -166,7 +167,7 @@ class Volume(Algebra):
         """The same as float32, neither rounded nor clamped to the samples' type: what `error_bound` is about."""
         return self._slice(index, np.dtype(np.float32), "array_evaluate_real")
 
-    def _slice(self, index: Any, dtype: np.dtype, function: str) -> Any:
+    def _slice(self, index: Any, dtype: np.dtype[Any], function: str) -> Any:
         if self.closed:
             raise ValueError("the volume is closed")
         chosen = select(index, self.shape)
@@ -186,19 +187,19 @@ class Volume(Algebra):
         more = 3 - self.ndim
         return _abi.Size3(*begin[::-1], *[0] * more), _abi.Size3(*end[::-1], *[1] * more)
 
-    def to_numpy(self, *, progress: Optional[Progress] = None) -> np.ndarray:
+    def to_numpy(self, *, progress: Optional[Progress] = None) -> NDArray[Any]:
         """All samples, in the volume's type."""
         with options(progress=progress):
             self._store.whole()
             return self[...]  # type: ignore[no-any-return]
 
-    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> np.ndarray:
+    def __array__(self, dtype: Any = None, copy: Optional[bool] = None) -> NDArray[Any]:
         if copy is False:
             raise ValueError("samples of a compressed volume are always made anew")
         samples = self.to_numpy()
         return samples if dtype is None else samples.astype(dtype, copy=False)
 
-    def evaluate_points(self, points: Any) -> np.ndarray:
+    def evaluate_points(self, points: Any) -> NDArray[Any]:
         """Values between samples: points is (count, ndim), each a place in the order of `shape`, in samples.
 
         Volumes in blocks take the interpolant of the block that holds the nearest sample, whole arrays that
@@ -248,7 +249,7 @@ class Volume(Algebra):
 
     # ---- files --------------------------------------------------------------------------------------
 
-    def save(self, path: Union[str, os.PathLike]) -> int:
+    def save(self, path: Union[str, os.PathLike[str]]) -> int:
         """Writes a .cvol file, which appears under its name only when it is whole. Returns its bytes."""
         count = c.c_uint64()
         with self._store.whole() as array, Call() as call:
@@ -267,7 +268,7 @@ class Volume(Algebra):
     @property
     def closed(self) -> bool:
         """Whether `close` was called."""
-        return self._store.closed
+        return bool(self._store.closed)
 
     def __enter__(self) -> "Volume":
         return self
@@ -277,7 +278,7 @@ class Volume(Algebra):
 
     # ---- pictures -----------------------------------------------------------------------------------
 
-    def render(self, azimuth: float = 0, elevation: float = 0, **look: Any) -> np.ndarray:
+    def render(self, azimuth: float = 0, elevation: float = 0, **look: Any) -> NDArray[Any]:
         """A picture: uint8, (height, width, 3), or (..., 4) with background="transparent".
 
         `Renderer.render` tells the options. What pictures share is kept until the volume is closed.

@@ -63,6 +63,17 @@ def test_renderer(volume):
     assert "auto" in cvol.transfer_names() and "ct-bone" in cvol.transfer_names()
 
 
+def test_depth(volume):
+    with cvol.Renderer(volume) as renderer:
+        depth = renderer.depth(0, 0, iso=330, size=64)
+        assert depth.shape == (64, 64) and depth.dtype == np.float32 and np.isinf(depth[0, 0])
+        # The ball's radius is 8; its centre is half the box's diagonal behind the plane.
+        half = np.linalg.norm((np.array(volume.shape) - 1) * volume.spacing) / 2
+        assert half - 9 < depth[32, 32] < half
+        with pytest.raises(TypeError, match="nothing"):
+            renderer.depth(nothing=1)
+
+
 def test_refusals(volume, tmp_path):
     for look in (
         dict(mode="nix"), dict(transfer="nix"), dict(background="nix"), dict(size=0), dict(view="nix"),
