@@ -62,6 +62,9 @@ static int read_header(npy *n)
             code = cvol_input_read(n->context, &input, at, n->header, size, &got);
         n->data_at = at + size;
     }
+    for (size_t i = 0; i < got && got <= HEADER_MOST; i++) /* fit for messages */
+        if (n->header[i] && (n->header[i] < ' ' || n->header[i] > '~'))
+            n->header[i] = n->header[i] == '\n' ? ' ' : '?';
     n->file_size = input.size;
     cvol_input_close(&input);
     if (!code && (got < size || memchr(n->header, '\0', size)))
