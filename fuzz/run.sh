@@ -28,7 +28,7 @@ if pkg-config --exists hdf5; then
 fi
 for folder in /usr/include/gdcm-3*; do
     [ -d "$folder" ] || continue
-    clang++ -std=c++11 -g -O1 -Isrc -isystem "$folder" -fsanitize=address,undefined \
+    clang++ -std=c++11 -g -O1 -Isrc -isystem "$folder" -fsanitize=address \
         -fsanitize=fuzzer-no-link -c src/volume/modules/dicom_codec.cpp -o $build/dicom_codec.o
     flags="$flags -DCVOL_DICOM_CODEC_LINKED"
     formats="$formats $build/dicom_codec.o -lgdcmMSFF -lgdcmDSED -lgdcmCommon -lstdc++"
