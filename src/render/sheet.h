@@ -39,6 +39,7 @@
 
 /* Pieces of a table, and bins of its coordinates that say where to look for theirs. */
 #define CVOL_PIECES 32
+#define CVOL_PIECES_FEW 16
 #define CVOL_PIECE_BINS 64
 #define CVOL_PIECE_BIN_LOG2 5
 
@@ -49,7 +50,8 @@
  *
  * The same as pieces: colour times opacity (0 to 2) and opacity (3) are
  *     piece_start[k][i] + t piece_rise[k][i]
- * of the first piece i whose end lies beyond t; it is no more than two after that of t's bin. */
+ * of the first piece i whose end lies beyond t; it is no more than two after that of t's bin, of
+ * few pieces no more than one. */
 typedef struct cvol_sheet_table {
     /* Of lit frames, for differences of table coordinates between points two apart, along lane,
      * row, and sheet as sheets are met. */
@@ -58,7 +60,7 @@ typedef struct cvol_sheet_table {
     float at, colour[3];
     float from, scale, flat;
     float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
-    int pieces;                     /* 0: there are only entries */
+    int pieces; /* CVOL_PIECES, or _FEW of them; 0: there are only entries */
     float piece_end[CVOL_PIECES] __attribute__((aligned(64)));
     float piece_start[4][CVOL_PIECES] __attribute__((aligned(64)));
     float piece_rise[4][CVOL_PIECES] __attribute__((aligned(64)));

@@ -139,20 +139,23 @@ CVOL_INLINE matter matter_of_entry(const cvol_sheet_table *table, cvol_vf t)
 }
 
 #if HAVE_PIECES
-CVOL_INLINE cvol_vf piece_value(const float values[CVOL_PIECES], __m512i piece)
+/* Of so many `pieces` at the most: CVOL_PIECES_FEW are found in one register. */
+CVOL_INLINE cvol_vf piece_value(const float values[CVOL_PIECES], __m512i piece, int pieces)
 {
+    if (pieces == CVOL_PIECES_FEW)
+        return (cvol_vf)_mm512_permutexvar_ps(piece, _mm512_load_ps(values));
     return (cvol_vf)_mm512_permutex2var_ps(_mm512_load_ps(values), piece,
                                            _mm512_load_ps(values + 16));
 }
 
-CVOL_INLINE __m512i next_piece(const cvol_sheet_table *table, __m512i piece, cvol_vf t)
+CVOL_INLINE __m512i next_piece(const cvol_sheet_table *table, __m512i piece, cvol_vf t, int pieces)
 {
     const __mmask16 beyond = _mm512_cmp_ps_mask(
-        (__m512)t, (__m512)piece_value(table->piece_end, piece), _CMP_GE_OQ);
+        (__m512)t, (__m512)piece_value(table->piece_end, piece, pieces), _CMP_GE_OQ);
     return _mm512_mask_add_epi32(piece, beyond, piece, _mm512_set1_epi32(1));
 }
 
-CVOL_INLINE matter matter_of_piece(const cvol_sheet_table *table, cvol_vf t)
+CVOL_INLINE matter matter_of_piece(const cvol_sheet_table *table, cvol_vf t, int pieces)
 {
     /* Entries lie in the middles of their coordinates. */
     t = cvol_min(cvol_max(t, cvol_splat(0.5f)), cvol_splat(CVOL_TABLE_SIZE - 0.5f));
@@ -161,11 +164,13 @@ CVOL_INLINE matter matter_of_piece(const cvol_sheet_table *table, cvol_vf t)
     __m512i piece = _mm512_permutex2var_epi16(_mm512_load_si512(table->piece_of), bin,
                                               _mm512_load_si512(table->piece_of + 32));
     piece = _mm512_and_si512(piece, _mm512_set1_epi32(CVOL_PIECES - 1));
-    piece = next_piece(table, next_piece(table, piece, t), t);
+    piece = next_piece(table, piece, t, pieces);
+    if (pieces != CVOL_PIECES_FEW) /* of few no two end in the same bin */
+        piece = next_piece(table, piece, t, pieces);
     matter m;
     for (int k = 0; k < 4; k++)
-        m.v[k] = piece_value(table->piece_start[k], piece) +
-                 t * piece_value(table->piece_rise[k], piece);
+        m.v[k] = piece_value(table->piece_start[k], piece, pieces) +
+                 t * piece_value(table->piece_rise[k], piece, pieces);
     return m;
 }
 #endif
@@ -177,7 +182,7 @@ CVOL_INLINE matter matter_of(const cvol_sheet_table *table, cvol_vf t, const lit
     matter m;
 #if HAVE_PIECES
     if (pieces)
-        m = matter_of_piece(table, t);
+        m = matter_of_piece(table, t, pieces);
     else
 #endif
         m = matter_of_entry(table, t);

@@ -51,6 +51,16 @@ CVOL_INLINE void load_group(group_state *g, const line_job *job, int group, int 
     }
 }
 
+/* Pixels of all lines are more than the second level of the cache holds. */
+#define AHEAD 3
+
+CVOL_INLINE void prefetch_group(const cvol_line *line, int group)
+{
+    const float *r = line->values + group * CVOL_GROUP;
+    for (int k = 0; k < CVOL_LINES - 1; k++)
+        __builtin_prefetch(r + k * line->width, 1);
+}
+
 CVOL_INLINE void store_group(const group_state *g, const cvol_line *line, int group, int has_void)
 {
     float *r = line->values + group * CVOL_GROUP;
@@ -189,29 +199,48 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
     }
 }
 
-/* Sheets from s on, as long as `go` has them: known intervals, whole, of samples that all have a
- * value. Returns the sheet after the last that was drawn. */
-CVOL_INLINE int draw_run(group_state *state, int *closed, const line_job *job, uint64_t go, int s,
-                         int group, int unit, int lengths, int pieces)
+/* The `count` sheets from s on: known intervals, whole, of samples that all have a value. First all
+ * of their values are found, and with them in which intervals there is anything to be seen; only
+ * these are looked at then. */
+CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, int s, int count,
+                          int group, int unit, int lengths, int pieces)
 {
-    group_state g = *state;
-    matter last[PARTS];
+    const cvol_sheet_table *table = job->table;
+    cvol_vf values[CVOL_BLOCK_MAX + 1][PARTS];
+    uint64_t live = 0;
     for (int k = 0; k < PARTS; k++)
-        last[k] = matter_at_start(job->table, g.value[k], NULL, pieces);
-    do {
-        const float ordinal = (float)(job->layer->sheets[0].ordinal + s);
+        values[0][k] = state->value[k];
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < PARTS; k++) {
+            const cvol_vf from = values[i][k],
+                          to = reconstruct(job, &job->sheets[s + i], group, k, unit);
+            values[i + 1][k] = to;
+            live |= (uint64_t)any_within(cvol_max(from, to), cvol_min(from, to),
+                                         table->visible_from, table->visible_to)
+                    << i;
+        }
+    for (int k = 0; k < PARTS; k++)
+        state->value[k] = values[count][k];
+    if (!live)
+        return;
+    group_state g = *state;
+    matter last[PARTS] = {{{{0}}}};
+    int next = -1;
+    while (live && !*closed) {
+        const int i = __builtin_ctzll(live);
+        live &= live - 1;
+        const float ordinal = (float)(job->layer->sheets[0].ordinal + s + i);
         const stretch at = stretch_of(ordinal - 1, ordinal);
         for (int k = 0; k < PARTS; k++) {
-            const cvol_vf value = reconstruct(job, &job->sheets[s], group, k, unit);
-            const interval all = {g.value[k], value, NULL, NULL, at};
-            composite_from(&g.p[k], job->table, &last[k], &all, g.length[k], lengths, pieces);
-            g.value[k] = value;
+            const interval all = {values[i][k], values[i + 1][k], NULL, NULL, at};
+            if (i != next)
+                last[k] = matter_at_start(table, all.a, NULL, pieces);
+            composite_from(&g.p[k], table, &last[k], &all, g.length[k], lengths, pieces);
         }
+        next = i + 1;
         *closed = is_closed(&g);
-        s++;
-    } while (!*closed && go >> s & 1);
+    }
     *state = g;
-    return s;
 }
 
 /* One sheet of any other kind; *known: whether its value was found. */
@@ -254,9 +283,10 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
         int s = __builtin_ctz(met);
         known = last == first_ordinal + s - 1;
         if (known && go >> s & 1) {
-            s = draw_run(&g, &closed, job, go, s, group, unit, lengths, pieces);
-            last = first_ordinal + s - 1;
-            met &= ~UINT32_C(0) << (s - 1) << 1;
+            const int count = __builtin_ctzll(~(go >> s));
+            draw_run(&g, &closed, job, s, count, group, unit, lengths, pieces);
+            last = first_ordinal + s + count - 1;
+            met &= ~UINT32_C(0) << (s + count - 1) << 1;
             continue;
         }
         met &= met - 1;
@@ -283,9 +313,13 @@ CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, i
     for (int first = begin; first < end; first += RUN) {
         const int count = end - first < RUN ? end - first : RUN;
         find_met(job, first, count, unit);
-        for (int group = first; group < first + count; group++)
+        for (int group = first; group < first + count; group++) {
+            const int ahead = group + AHEAD;
+            if (ahead < first + count && job->seen[ahead - first] && !job->line->opaque[ahead])
+                prefetch_group(job->line, ahead);
             if (!job->line->opaque[group])
                 draw_group(job, group, unit, has_void, lengths, pieces);
+        }
     }
 }
 

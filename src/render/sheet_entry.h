@@ -23,17 +23,21 @@ CVOL_INLINE void draw_line_of_kind(line_job *job)
 {
     const int unit = job->layer->unit, has_void = job->layer->cover_at != 0,
               lengths = job->layer->perspective,
-              pieces = HAVE_PIECES && !has_void && job->table->pieces;
+              pieces = HAVE_PIECES && !has_void ? job->table->pieces : 0;
+    const int few = pieces == CVOL_PIECES_FEW;
     if (SHEET_EXTRAS)
-        draw_line(job, unit, has_void, lengths, pieces);
+        draw_line(job, unit, has_void, lengths, pieces ? CVOL_PIECES : 0);
     else if (lengths)
         has_void ? draw_line(job, 0, 1, 1, 0)
-        : pieces ? draw_line(job, 0, 0, 1, HAVE_PIECES)
+        : few    ? draw_line(job, 0, 0, 1, CVOL_PIECES_FEW)
+        : pieces ? draw_line(job, 0, 0, 1, CVOL_PIECES)
                  : draw_line(job, 0, 0, 1, 0);
     else if (has_void)
         unit ? draw_line(job, 1, 1, 0, 0) : draw_line(job, 0, 1, 0, 0);
+    else if (few)
+        unit ? draw_line(job, 1, 0, 0, CVOL_PIECES_FEW) : draw_line(job, 0, 0, 0, CVOL_PIECES_FEW);
     else if (pieces)
-        unit ? draw_line(job, 1, 0, 0, HAVE_PIECES) : draw_line(job, 0, 0, 0, HAVE_PIECES);
+        unit ? draw_line(job, 1, 0, 0, CVOL_PIECES) : draw_line(job, 0, 0, 0, CVOL_PIECES);
     else
         unit ? draw_line(job, 1, 0, 0, 0) : draw_line(job, 0, 0, 0, 0);
 }

@@ -13,6 +13,7 @@
 
 /* The least tolerance, and the largest: as a share of a value, not more than so much of 1. */
 #define FINEST 0.002
+#define COARSE 0.0046 /* for few pieces, which are faster */
 #define COARSEST 0.02
 #define MOST_OFF 0.0015
 
@@ -74,6 +75,18 @@ static int find_piece(double slope[4], double (*channels)[4], int from, int most
     return to - 1;
 }
 
+/* Where a line of this slope begins that is as far above the entries from .. to as below them. */
+static double middle_of(double (*channels)[4], int k, double slope, int from, int to)
+{
+    double least = INFINITY, most = -INFINITY;
+    for (int t = from; t <= to; t++) {
+        const double start = channels[t][k] - slope * (t + 0.5);
+        least = fmin(least, start);
+        most = fmax(most, start);
+    }
+    return 0.5 * (least + most);
+}
+
 /* The last entry of a run that begins at `first`: of transparent ones, or of others. */
 static int find_run(double (*channels)[4], int first)
 {
@@ -85,19 +98,19 @@ static int find_run(double (*channels)[4], int first)
 }
 
 /* Entry t lies at coordinate t + 1/2. What is transparent stays so exactly: no piece reaches from
- * entries that are into others, but begins and ends half way between. 0 if the function does not
- * fit. */
-static int fit_pieces(cvol_sheet_table *table, double (*channels)[4], double share)
+ * entries that are into others, but begins and ends half way between. `most`, or 0 if the function
+ * does not fit into so many. */
+static int fit_pieces(cvol_sheet_table *table, double (*channels)[4], double share, int most)
 {
     int count = 0, from = 0, last = find_run(channels, 0);
     while (from < CVOL_TABLE_SIZE) {
         double slope[4];
-        if (count == CVOL_PIECES)
+        if (count == most)
             return 0;
         const int to = find_piece(slope, channels, from, last, share);
         for (int k = 0; k < 4; k++) {
             table->piece_rise[k][count] = (float)slope[k];
-            table->piece_start[k][count] = (float)(channels[from][k] - slope[k] * (from + 0.5));
+            table->piece_start[k][count] = (float)(middle_of(channels, k, slope[k], from, to));
         }
         const int ends = to == last;
         table->piece_end[count++] = (float)(ends ? last + 1 : to + 0.5);
@@ -114,10 +127,10 @@ static int fit_pieces(cvol_sheet_table *table, double (*channels)[4], double sha
         table->piece_of[bin] = (int16_t)piece;
         while (table->piece_end[piece + steps] < (float)((bin + 1) << CVOL_PIECE_BIN_LOG2))
             steps++;
-        if (steps > 2)
+        if (steps > (most == CVOL_PIECES ? 2 : 1))
             return 0;
     }
-    return count;
+    return most;
 }
 
 /* Its first and last entries lie one step outside, so that they are the constants there even where
@@ -155,6 +168,8 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
     table->visible_to = last == CVOL_TABLE_SIZE - 1 ? INFINITY : (float)(last + 1.5);
     table->flat = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE);
     table->pieces = 0;
+    for (double share = FINEST; share <= COARSE && !table->pieces; share *= 1.5)
+        table->pieces = fit_pieces(table, channels, share, CVOL_PIECES_FEW);
     for (double share = FINEST; share <= COARSEST && !table->pieces; share *= 2)
-        table->pieces = fit_pieces(table, channels, share);
+        table->pieces = fit_pieces(table, channels, share, CVOL_PIECES);
 }
