@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "array/lapped.h"
 #include "base/context.h"
@@ -11,7 +12,7 @@
 #include "codec/compare_rows.h"
 #include "cvol/codec.h"
 
-enum { ROW_MOST = 512 };
+enum { ROW_MOST = 512, CELL = CVOL_MASK_CELL };
 
 CVOL_SIMD_DECLARE(void, cvol_compare_samples,
                   (cvol_row_distance *, const void *, size_t, const void *, cvol_type, size_t));
@@ -46,16 +47,34 @@ static void compare_row(cvol_distance *out, const void *samples, size_t first, c
 static const float *with_background(float *row, const float *real, const cvol_array *array,
                                     const size_t at[3], size_t count)
 {
-    uint8_t which[ROW_MOST];
-    const size_t end[3] = {at[0] + count, at[1] + 1, at[2] + 1};
-    if (!cvol_mask_is_background(array->mask) || !cvol_mask_get(which, array->mask, at, end))
+    if (!cvol_mask_is_background(array->mask))
         return real;
     const float value = (float)(cvol_fills_value(cvol_mask_fills(array->mask), 0,
                                                  array->grid.type) -
                                 array->offset);
-    for (size_t i = 0; i < count; i++)
-        row[i] = which[i] ? value : real[i];
-    return row;
+    const size_t line = at[1] % CELL + CELL * (at[2] % CELL);
+    int is_copied = 0;
+    for (size_t x = 0, width; x < count; x += width) {
+        const size_t cell[3] = {(at[0] + x) / CELL, at[1] / CELL, at[2] / CELL},
+                     first = (at[0] + x) % CELL;
+        const cvol_mask_rows *rows;
+        const uint8_t state = cvol_mask_cell_get(array->mask, cell, &rows);
+        width = count - x < CELL - first ? count - x : CELL - first;
+        uint32_t bits = state == CVOL_MASK_MIXED ? (uint32_t)rows->of[line] >> first
+                        : state                  ? UINT16_MAX
+                                                 : 0;
+        bits &= (UINT32_C(1) << width) - 1;
+        if (bits && !is_copied)
+            memcpy(row, real, count * sizeof *row);
+        is_copied |= bits != 0;
+        while (bits) {
+            const int begin = __builtin_ctz(bits), end = begin + __builtin_ctz(~(bits >> begin));
+            for (int i = begin; i < end; i++)
+                row[x + (size_t)i] = value;
+            bits &= UINT32_MAX << end;
+        }
+    }
+    return is_copied ? row : real;
 }
 
 /* Adds distances to *out, in order, so that threads do not matter. */
