@@ -1,9 +1,11 @@
 #!/bin/sh
-# Writes the fuzzer's volumes anew, in today's format: run it when the format changes.
+# Writes the fuzzer's volumes anew, in today's format: run it when the format changes; and small files of
+# other formats, as their own tools write them.
 # usage: fuzz/corpus.sh BUILD       from the project's root; a build with tests (make_volume, make_terms, poke)
 set -eu
 tools=$(cd "$1" && pwd)
 out=$(pwd)/fuzz/corpus/cvol
+maker=$(pwd)/tests/make_formats.py
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
@@ -46,4 +48,17 @@ for method in 'mask_float --fill nan --psnr 40' 'mask_max_error --fill nan --max
 done
 "$tools/tests/helpers/make_terms" "$out/split.cvol" 20x18x17 16 1 0 1 7
 "$tools/cvol" transcode "$out/lapped.cvol" --ratio 30 "$out/transcoded.cvol" >/dev/null
+
+for kind in tiff dicom npy mrc vtk; do
+    mkdir "$kind"
+    (cd "$kind" && /usr/bin/python3 "$maker" "$kind" >/dev/null)
+done
+for file in tiff/rows.tif tiff/deflate.tif tiff/tiles.tif tiff/big.tif tiff/stack.tif tiff/planes.tif \
+    dicom/series/0_0.dcm dicom/implicit/0_0.dcm dicom/big/0_0.dcm dicom/frames.dcm dicom/rle/0.dcm \
+    dicom/jpeg/0.dcm dicom/jpegls/0.dcm dicom/j2k/0.dcm npy/fortran4.npy npy/half.npy npy/v2.npy \
+    mrc/turned.map mrc/f2.mrc vtk/i2.vtk vtk/u4a.vtk vtk/4Binary.vti vtk/8Appended.vti vtk/12Appended.vti \
+    vtk/1Ascii.vti; do
+    cp "$file" "$out/../volume/$(echo "$file" | tr / _)"
+done
+
 for file in "$out"/*.cvol; do "$tools/cvol" verify "$file"; done

@@ -19,13 +19,6 @@ if pkg-config --exists 'libtiff-4 >= 4.5'; then
     formats="$formats $(pkg-config --libs libtiff-4)"
 fi
 
-if pkg-config --exists hdf5; then
-    flags="$flags -DCVOL_HDF5_LINKED"
-    # shellcheck disable=SC2046
-    clang $flags $(pkg-config --cflags hdf5) -fsanitize=fuzzer-no-link \
-        -c src/volume/modules/hdf5_module.c -o $build/hdf5_module.o
-    formats="$formats $build/hdf5_module.o $(pkg-config --libs hdf5)"
-fi
 for folder in /usr/include/gdcm-3*; do
     [ -d "$folder" ] || continue
     clang++ -std=c++11 -g -O1 -Isrc -isystem "$folder" -fsanitize=address \

@@ -296,7 +296,7 @@ def make_vtk():
                     if mode != "Appended" and encoded or mode == "Ascii" and (zlib or wide):
                         continue
                     number += 1
-                    volume = samples("u2", (11, 40, 50), number) % 1000
+                    volume = samples("u2", (5, 16, 20), number) % 1000
                     writer = xml.vtkXMLImageDataWriter()
                     name = f"{number}{mode}.vti"
                     writer.SetFileName(name)
@@ -309,7 +309,7 @@ def make_vtk():
                     writer.SetEncodeAppendedData(encoded)
                     writer.SetCompressorTypeToZLib() if zlib else writer.SetCompressorTypeToNone()
                     writer.SetHeaderTypeToUInt64() if wide else writer.SetHeaderTypeToUInt32()
-                    writer.SetBlockSize(4096)
+                    writer.SetBlockSize(1024)
                     if number % 2:
                         writer.SetByteOrderToBigEndian()
                     writer.Write()
