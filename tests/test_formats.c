@@ -73,6 +73,9 @@ static void test_descriptions(void **state)
     assert_true(s.channel_step == 1 && s.slice_step == 2 && s.time_step == 10);
     assert_true(s.spacing[0] == 0.5 && s.spacing[1] == 0 && s.spacing[2] == 2);
     assert_string_equal(s.unit, "nm");
+    cvol_tiff_read_description(
+        &s, "<OME><Pixels DimensionOrder=\"XYZZZ\" SizeC=\"2\" SizeT=\"3\" SizeZ=\"5\">", 1);
+    assert_true(s.slice_step == 1 && s.channel_step == 5 && s.time_step == 10);
 }
 
 static void test_base64(void **state)

@@ -42,8 +42,10 @@ typedef struct cvol_read_options {
 CVOL_API cvol_read_options cvol_read_options_defaults(void);
 
 /* Reads a volume; the format is recognised by content, else by name: NIfTI-1/2 (.nii, .nii.gz),
- * NRRD (.nrrd, .nhdr; raw, gzip, ascii), MetaImage (.mha, .mhd), TIFF (.tif; or a folder of
- * slices), or raw samples with options->dims and options->type. options may be NULL. The caller frees *out.
+ * NRRD (.nrrd, .nhdr; raw, gzip, ascii), MetaImage (.mha, .mhd), TIFF (.tif; or a folder of slices), a
+ * DICOM series (a folder, or any file of it), NumPy (.npy), MRC, VTK (.vti, and legacy structured
+ * points), a dataset of HDF5 ("FILE.h5:/path/to/it"), or raw samples with options->dims and
+ * options->type. options may be NULL. The caller frees *out.
  * Cost: one pass over the file, one dense volume of memory.
  * Errors: IO, FORMAT, UNSUPPORTED, LIMIT, MEMORY, ARGUMENT, CANCELLED. */
 CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
@@ -71,8 +73,9 @@ typedef struct cvol_volume_stream cvol_volume_stream;
 
 /* Opens a file that cvol_volume_read would read, with the same options, checks and messages; of
  * the samples, only their place and number are checked here. The caller closes the stream.
- * Samples stored as text cannot be read by slab: they are read whole here and held, and then the
- * context's limit applies. Errors: as cvol_volume_read. */
+ * Samples stored as text, in another order of axes (NumPy's Fortran order, MRC maps that are turned) or
+ * packed by VTK cannot be read by slab: they are read whole here and held, and then the context's
+ * limit applies. TIFF, DICOM and HDF5 need a sheet's memory, or a layer of chunks'. Errors: as cvol_volume_read. */
 CVOL_API int cvol_volume_stream_open(cvol_context *context, cvol_volume_stream **out,
                                      const char *path, const cvol_read_options *options);
 /* The file's grid, as long as the stream is open. */

@@ -87,10 +87,11 @@ static int find_dicom(cvol_context *context, cvol_grid *grid, cvol_stored *store
     int code = cvol_dicom_series_list(context, series, path, &first);
     if (!code)
         code = cvol_dicom_series_choose(context, series, path, first, options);
-    for (size_t z = 0; !code && z < series->count; z++)
-        if (series->slices[z].frame == 0 || z == 0)
-            code = cvol_dicom_frame_check(context, &series->heads[series->slices[z].head],
-                                          &d->stored);
+    for (size_t z = 0, last = SIZE_MAX; !code && z < series->count; z++)
+        if (series->slices[z].head != last) {
+            last = series->slices[z].head;
+            code = cvol_dicom_frame_check(context, &series->heads[last], &d->stored);
+        }
     if (code)
         return code;
     const cvol_dicom_head *head = &series->heads[series->slices[0].head];

@@ -125,6 +125,11 @@ static size_t ome_count(const char *pixels, const char *name)
     return count ? count : 1;
 }
 
+static int is_order(const char *order)
+{
+    return memchr(order + 2, 'Z', 3) && memchr(order + 2, 'C', 3) && memchr(order + 2, 'T', 3);
+}
+
 /* Pages run along the last three of five letters, XY first. */
 static void set_ome_order(cvol_tiff_stack *s, const char *order)
 {
@@ -149,7 +154,7 @@ static void read_ome(cvol_tiff_stack *s, const char *pixels, size_t samples)
         s->channels /= samples;
     s->times = ome_count(pixels, "SizeT");
     const char *value = find_attribute(pixels, "DimensionOrder", &size);
-    set_ome_order(s, value && size == 5 ? value : "XYZCT");
+    set_ome_order(s, value && size == 5 && is_order(value) ? value : "XYZCT");
     for (int a = 0; a < 3; a++) {
         value = find_attribute(pixels, sizes[a], &size);
         s->spacing[a] = value ? read_length(value, size) : 0;
