@@ -4,7 +4,7 @@ CHECK ?= build-check
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PREFIX ?= /usr/local
 
-.PHONY: all build demo check bench bench-paper bench-rd fuzz install format clean help dependencies
+.PHONY: all build demo check bench bench-paper bench-rd bench-render fuzz install format clean help dependencies
 
 all: build
 
@@ -15,6 +15,8 @@ help:
 	@echo '               sanitizers, run all tests'
 	@echo 'make bench     time and measure; writes bench/results'
 	@echo 'make bench-paper  splatting on transforms against splatting; writes bench/results/paper'
+	@echo 'make bench-render  pictures beside VTK: time, quality, one against the other; an hour;'
+	@echo '               writes bench/results/render'
 	@echo 'make bench-rd  rate and distortion beside zfp; writes bench/results/rd'
 	@echo 'make fuzz      fuzz every reader for a minute each (needs clang)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
@@ -47,6 +49,11 @@ bench-paper:
 	@scripts/dependencies.sh build bench
 	@$(MAKE) --no-print-directory build
 	@bench/paper.py $(BUILD)/cvol
+
+bench-render:
+	@scripts/dependencies.sh build bench
+	@$(MAKE) --no-print-directory build CONFIGURE=-DCVOL_BENCH=ON
+	@bench/render.sh $(BUILD)/cvol
 
 bench-rd:
 	@scripts/dependencies.sh build bench

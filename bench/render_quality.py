@@ -24,7 +24,7 @@ import sys
 
 from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run_json, say,
                     write_results)
-from volumes import BENCH, RENDERED, rendered_path, transfer_path
+from volumes import BENCH, RENDERED, USUAL, rendered_path, transfer_path
 
 VTK = os.path.join(BENCH, 'peers', 'vtk_render.py')
 WORK = os.path.join(BENCH, 'scratch')
@@ -35,7 +35,8 @@ def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     add_common_arguments(parser)
-    parser.add_argument('--volumes', default=','.join(RENDERED), metavar='A,B')
+    parser.add_argument('--volumes', default=','.join(USUAL), metavar='A,B',
+                        help=f"of {', '.join(RENDERED)} (default %(default)s)")
     parser.add_argument('--looks', default='semi,opaque', metavar='A,B')
     parser.add_argument('--size', type=int, default=512)
     parser.add_argument('--views', type=int, default=12)

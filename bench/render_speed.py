@@ -11,20 +11,23 @@ import os
 import statistics
 import sys
 import tempfile
+import time
 
 from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run_json, say,
                     write_results)
-from timing import child_cpu_s, frame_ratios, have_vtk, median_of, time_vtk
-from volumes import BENCH, RENDERED, rendered_path, transfer_path
+from timing import child_cpu_s, first_picture_ms, frame_ratios, have_vtk, median_of, time_vtk
+from volumes import BENCH, RENDERED, USUAL, rendered_path, transfer_path
 
 
 def parse_arguments():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     add_common_arguments(parser)
-    parser.add_argument('--volumes', default=','.join(RENDERED), metavar='A,B')
+    parser.add_argument('--volumes', default=','.join(USUAL), metavar='A,B',
+                        help=f"of {', '.join(RENDERED)} (default %(default)s)")
     parser.add_argument('--looks', default='semi,opaque', metavar='A,B',
-                        help='transfer functions, and also xray and mip (default %(default)s)')
+                        help='transfer functions, semi-lit, opaque-lit, and also xray and mip '
+                        '(default %(default)s)')
     parser.add_argument('--threads', default='1,2', metavar='N,M')
     parser.add_argument('--rounds', type=int, default=3)
     parser.add_argument('--ratio', type=float, default=30)
@@ -38,6 +41,8 @@ def parse_arguments():
 def look_options(name, look):
     if look in ('xray', 'mip'):
         return ['--mode', look]
+    if look.endswith('-lit'):
+        return look_options(name, look[:-len('-lit')]) + ['--shade']
     return ['--transfer', transfer_path(name, look)]
 
 
@@ -53,6 +58,22 @@ def time_cvol(cvol, packed, options, pictures):
     result = run_json([cvol, 'bench', 'render', packed, '--json'] + options)
     result['cpu_ms'] = 1e3 * (child_cpu_s() - before) / (pictures + 1)
     return result
+
+
+def time_first_picture(cvol, packed, options, rounds):
+    """Of a file, by a process of its own: milliseconds, the least, and the most memory."""
+    options = [o for i, o in enumerate(options)
+               if not {'--views', '--repeat'} & {o, options[i - 1] if i else ''}]
+    with tempfile.TemporaryDirectory(prefix='cvol-bench-') as folder:
+        command = [cvol, 'render', packed, '-o', os.path.join(folder, 'first.png'), '--azimuth',
+                   '15', '--elevation', '20', '--json'] + options
+        times, peak = [], 0
+        for _ in range(rounds):
+            start = time.perf_counter()
+            report = run_json(command)
+            times.append(1e3 * (time.perf_counter() - start))
+            peak = max(peak, report.get('peak_rss_mb', 0))
+    return min(times), peak
 
 
 def prepare(arguments, cvol, name, folder, vtk):
@@ -82,6 +103,10 @@ def measure(arguments, cvol, prepared, name, look, threads):
            'cvol load ms': f"{median_of(ours, 'load_ms'):.0f}",
            'cvol peak MB': f"{median_of(ours, 'peak_rss_mb'):.0f}",
            'load average': f'{os.getloadavg()[0]:.1f}'}
+    first, peak = time_first_picture(cvol, packed, options, arguments.rounds)
+    row['cvol first picture ms'] = f'{first:.0f}'
+    if peak:
+        row['its peak MB'] = f'{peak:.0f}'
     if theirs:
         ratios = frame_ratios(ours, theirs)
         row.update({'VTK median ms': f"{median_of(theirs, 'frame_ms', 'median'):.1f}",
@@ -89,6 +114,7 @@ def measure(arguments, cvol, prepared, name, look, threads):
                     'VTK CPU ms': f"{median_of(theirs, 'cpu_ms'):.1f}",
                     'VTK/cvol': f'{statistics.median(ratios):.2f}',
                     'VTK/cvol by round': ' '.join(f'{r:.2f}' for r in ratios),
+                    'VTK first picture ms': f'{statistics.median(map(first_picture_ms, theirs)):.0f}',
                     'VTK load ms': f"{median_of(theirs, 'load_ms'):.0f}",
                     'VTK first frame ms': f"{median_of(theirs, 'first_frame_ms'):.0f}",
                     'VTK peak MB': f"{median_of(theirs, 'peak_rss_mb'):.0f}",
@@ -117,7 +143,8 @@ def describe(arguments, cvol, rows, skipped):
     columns = ['volume', 'voxels', 'look', 'threads', 'cvol median ms', 'cvol min ms', 'ns/voxel']
     if any('VTK/cvol' in row for row in rows):
         columns += ['VTK median ms', 'VTK min ms', 'VTK/cvol', 'cvol CPU ms', 'VTK CPU ms',
-                    'cvol peak MB', 'VTK peak MB', 'VTK base MB']
+                    'cvol peak MB', 'VTK peak MB', 'VTK base MB', 'cvol first picture ms',
+                    'VTK first picture ms']
     else:
         columns += ['cvol CPU ms', 'cvol peak MB']
     lines = ['# Speed of rendering', '',

@@ -30,6 +30,11 @@ def time_vtk(raw, about, options):
                      about['type'], '--spacing', ','.join(map(str, about['spacing']))] + options)
 
 
+def first_picture_ms(result):
+    """Of a VTK process: reading the volume, making it ready and the first picture of it."""
+    return result['load_ms'] + result['first_frame_ms']
+
+
 def median_of(results, *keys):
     def pick(result):
         for key in keys:

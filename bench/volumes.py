@@ -5,7 +5,7 @@ usage: volumes.py VOLUME OUT.raw     writes the samples (little-endian, x fastes
                                      {"dims", "type", "spacing"}
 
 Reads uncomplicated headers only (NRRD attached, raw or gzip; MetaImage with its samples in the
-same file; NIfTI-1 .nii and .nii.gz; raw with dims and type in the name) and refuses the rest:
+same file; NIfTI-1 .nii and .nii.gz; folders of TIFF slices; raw with dims and type in the name) and refuses the rest:
 it is here so that other programs get exactly the samples that cvol gets.
 """
 import argparse
@@ -21,9 +21,12 @@ BENCH = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(BENCH)
 DEFAULT_DATA = os.path.join(os.path.dirname(ROOT), 'shared', 'data')
 
-# The four that have transfer functions in bench/transfer; the brain is the project's sample.
+# Those that have transfer functions in bench/transfer; the brain is the project's sample.
 RENDERED = {'brain': None, 'vhf_head': 'vhf_head.mha', 'cthead_8bit': 'cthead_8bit.nrrd',
-            'embryo': 'embryo.nrrd'}
+            'embryo': 'embryo.nrrd', 'fibsem_250': 'fibsem_250.nrrd',
+            'mouse_brain': 'mouse_brain_tiff', 'inia19': 'inia19.nii.gz'}
+# Of which tables that take long are made.
+USUAL = ('brain', 'vhf_head', 'cthead_8bit', 'embryo')
 
 READABLE = ('.nrrd', '.nii', '.nii.gz', '.mha', '.raw')
 
@@ -170,9 +173,26 @@ def read_raw(path):
         return dims, kind, [1.0, 1.0, 1.0], file.read()
 
 
+def read_slices(folder):
+    """A folder of TIFF slices, in the order of the numbers in their names."""
+    import numpy
+    from PIL import Image
+
+    def number(name):
+        return [int(n) for n in re.findall(r'\d+', name)]
+
+    names = sorted((n for n in os.listdir(folder) if n.endswith(('.tif', '.tiff'))), key=number)
+    if not names:
+        raise Refused(f'{folder}: no TIFF slices in it')
+    samples = numpy.stack([numpy.asarray(Image.open(os.path.join(folder, n))) for n in names])
+    return samples, samples.dtype.name, [1.0, 1.0, 1.0]
+
+
 def read_volume(path, stored=False):
     """(numpy array in z y x order, type, spacing); stored: NIfTI's numbers before they are scaled."""
     import numpy
+    if os.path.isdir(path):
+        return read_slices(path)
     for ending, reader in (('.nrrd', read_nrrd), ('.mha', read_metaimage), ('.nii', read_nifti),
                            ('.nii.gz', read_nifti), ('.raw', read_raw)):
         if path.endswith(ending):

@@ -1,0 +1,199 @@
+#!/usr/bin/python3
+"""Milliseconds a picture against its PSNR: cvol's levels, and VTK's CPU ray caster by its cheap ways.
+
+Of each volume and look cvol renders files of 1/30 and of 70 dB, and all levels of the first; VTK the
+original samples one ray a pixel and one sample a voxel, then with rays or samples twice as far apart, or
+both, and means of 2^3 and 4^3 samples. Each system is held against its own truth, samples four times as
+dense along every ray: PSNR over the foreground, the median view. Times are of one thread, the best of
+the rounds, in which all settings take turns.
+
+"VTK/cvol" of a setting of VTK: its time over that of the fastest setting of cvol whose pictures are as
+close to the truth, or closer.
+"""
+import argparse
+import os
+import shutil
+import statistics
+import sys
+import tempfile
+
+from render_speed import look_options
+from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run_json, say,
+                    write_results)
+from timing import have_vtk, time_vtk
+from volumes import BENCH, RENDERED, USUAL, rendered_path
+
+OURS = [('1/30', 'r30', '0'), ('70 dB', 'p70', '0'), ('level 1', 'r30', '1'),
+        ('level 2', 'r30', '2'), ('level 3', 'r30', '3')]
+THEIRS = [('step 1', []), ('step 2', ['--step', '2']), ('rays 2', ['--image-step', '2']),
+          ('rays 2, step 2', ['--image-step', '2', '--step', '2']),
+          ('means of 2^3', ['--shrink', '2']), ('means of 4^3', ['--shrink', '4']),
+          ('means of 2^3, rays 2', ['--shrink', '2', '--image-step', '2'])]
+TRUTH_STEP = '0.25'
+
+
+def parse_arguments():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    add_common_arguments(parser)
+    parser.add_argument('--volumes', default=','.join(USUAL), metavar='A,B',
+                        help=f"of {', '.join(RENDERED)} (default %(default)s)")
+    parser.add_argument('--looks', default='semi,opaque,semi-lit', metavar='A,B',
+                        help='transfer functions, with -lit lit (default %(default)s)')
+    parser.add_argument('--size', type=int, default=512)
+    parser.add_argument('--views', type=int, default=3)
+    parser.add_argument('--rounds', type=int, default=3)
+    parser.add_argument('--no-vtk', action='store_true', help='cvol alone')
+    return parser.parse_args()
+
+
+def picture(folder, view):
+    return os.path.join(folder, f'view_{view:02d}.png')
+
+
+def median_psnr(arguments, cvol, truth, folder):
+    return statistics.median(
+        run_json([cvol, 'compare', picture(truth, view), picture(folder, view),
+                  '--json'])['psnr_foreground_db'] for view in range(arguments.views))
+
+
+def render_views(arguments, cvol, source, folder, options):
+    os.makedirs(folder)
+    for view in range(arguments.views):
+        run_json([cvol, 'render', source, '-o', picture(folder, view), '--size',
+                  str(arguments.size), '--azimuth', repr(15 + 360 * view / arguments.views),
+                  '--elevation', '20', '--json'] + options)
+    return folder
+
+
+def measure_ours(arguments, cvol, work, name, look, packed, times):
+    options = look_options(name, look)
+    truth = render_views(arguments, cvol, rendered_path(name, arguments.data),
+                         os.path.join(work, 'truth'),
+                         options + ['--engine', 'ray', '--step', TRUTH_STEP])
+    rows = []
+    for setting, which, level in OURS:
+        folder = render_views(arguments, cvol, packed[which],
+                              os.path.join(work, f'{which}_{level}'),
+                              options + ['--level', level])
+        rows.append({'volume': name, 'look': look, 'system': 'cvol', 'setting': setting,
+                     'ms': times['cvol', setting],
+                     'dB': median_psnr(arguments, cvol, truth, folder)})
+    return rows
+
+
+def measure_theirs(arguments, cvol, work, name, look, raw, about, times):
+    def views(folder, options):
+        time_vtk(raw, about, look_options(name, look) + options +
+                 ['--size', str(arguments.size), '--views', str(arguments.views), '--repeat', '1',
+                  '--threads', '2', '--png', folder])
+        return folder
+    truth = views(os.path.join(work, 'vtk_truth'), ['--step', TRUTH_STEP])
+    return [{'volume': name, 'look': look, 'system': 'VTK', 'setting': setting,
+             'ms': times['VTK', setting],
+             'dB': median_psnr(arguments, cvol, truth,
+                               views(os.path.join(work, 'vtk_' + setting), options))}
+            for setting, options in THEIRS]
+
+
+def time_all(arguments, cvol, name, look, packed, raw, about):
+    """{(system, setting): milliseconds}, the best of rounds in turns."""
+    shared = look_options(name, look) + ['--size', str(arguments.size), '--views',
+                                         str(arguments.views), '--repeat', '2', '--threads', '1']
+    times = {}
+    for _ in range(arguments.rounds):
+        for setting, which, level in OURS:
+            took = run_json([cvol, 'bench', 'render', packed[which], '--level', level,
+                             '--json'] + shared)['frame_ms']['median']
+            times['cvol', setting] = min(took, times.get(('cvol', setting), took))
+        for setting, options in THEIRS if about else []:
+            took = time_vtk(raw, about, shared + options)['frame_ms']['median']
+            times['VTK', setting] = min(took, times.get(('VTK', setting), took))
+    return times
+
+
+def measure(arguments, cvol, vtk, name):
+    source, rows = rendered_path(name, arguments.data), []
+    with tempfile.TemporaryDirectory(prefix='cvol-bench-') as folder:
+        packed = {}
+        for which, options in (('r30', ['--ratio', '30']), ('p70', ['--psnr', '70'])):
+            packed[which] = os.path.join(folder, which + '.cvol')
+            run_json([cvol, 'compress', source, packed[which], '--json'] + options)
+        raw = os.path.join(folder, name + '.raw')
+        about = run_json([os.path.join(BENCH, 'volumes.py'), source, raw]) if vtk else None
+        for look in arguments.looks.split(','):
+            work = os.path.join(folder, 'pictures')
+            times = time_all(arguments, cvol, name, look, packed, raw, about)
+            ours = measure_ours(arguments, cvol, work, name, look, packed, times)
+            theirs = measure_theirs(arguments, cvol, work, name, look, raw, about,
+                                    times) if vtk else []
+            shutil.rmtree(work)
+            for row in theirs:
+                as_close = [o['ms'] for o in ours if o['dB'] >= row['dB']]
+                row['VTK/cvol'] = row['ms'] / min(as_close) if as_close else None
+            rows += ours + theirs
+            for row in ours + theirs:
+                say(f"{name} {look} {row['system']} {row['setting']}: {row['ms']:.1f} ms, "
+                    f"{row['dB']:.1f} dB")
+    return rows
+
+
+def plot(rows, path):
+    import matplotlib
+    matplotlib.use('Agg')
+    from matplotlib import pyplot
+    kinds = list(dict.fromkeys((row['volume'], row['look']) for row in rows))
+    looks = list(dict.fromkeys(look for _, look in kinds))
+    volumes = list(dict.fromkeys(volume for volume, _ in kinds))
+    figure, axes = pyplot.subplots(len(volumes), len(looks), squeeze=False,
+                                   figsize=(4 * len(looks), 2.8 * len(volumes)))
+    for volume, look in kinds:
+        axis = axes[volumes.index(volume)][looks.index(look)]
+        for system, mark in (('cvol', 'o-'), ('VTK', 's')):
+            points = sorted((row['ms'], row['dB'], row['setting']) for row in rows if
+                            (row['volume'], row['look'], row['system']) == (volume, look, system))
+            points = [p for p in points if p[2] != '70 dB'] if system == 'cvol' else points
+            axis.plot([p[0] for p in points], [p[1] for p in points], mark, label=system)
+        axis.set(xscale='log', title=f'{volume}, {look}', xlabel='ms a picture', ylabel='dB')
+        axis.grid(True, which='both', alpha=0.3)
+        axis.legend()
+    figure.tight_layout()
+    figure.savefig(path, dpi=90)
+
+
+def describe(arguments, cvol, rows, skipped):
+    table = [row | {'ms': f"{row['ms']:.1f}", 'dB': f"{row['dB']:.1f}",
+                    'VTK/cvol': f"{row['VTK/cvol']:.1f}" if row.get('VTK/cvol') else
+                    'none as close' if row['system'] == 'VTK' else ''} for row in rows]
+    lines = ['# Time against quality of pictures', '',
+             f'{arguments.size} x {arguments.size}, one thread, medians of {arguments.views} views, '
+             f'best of {arguments.rounds} rounds.', '',
+             markdown(['volume', 'look', 'system', 'setting', 'ms', 'dB', 'VTK/cvol'], table), '']
+    if skipped:
+        lines += [f"Skipped (not in the data folder): {', '.join(skipped)}.", '']
+    return '\n'.join(lines + [line + '  ' for line in provenance(cvol)])
+
+
+def main():
+    arguments = parse_arguments()
+    cvol, vtk = check_cvol(arguments.cvol), have_vtk(arguments)
+    names = arguments.volumes.split(',')
+    unknown = [name for name in names if name not in RENDERED]
+    if unknown:
+        sys.exit(f"render_curve.py: no such volume: {', '.join(unknown)}")
+    rows, skipped = [], []
+    try:
+        for name in names:
+            if os.path.exists(rendered_path(name, arguments.data)):
+                rows += measure(arguments, cvol, vtk, name)
+            else:
+                skipped.append(name)
+    except Failed as problem:
+        sys.exit(f'render_curve.py: {problem}')
+    write_results(arguments.results, 'render_curve', describe(arguments, cvol, rows, skipped), rows)
+    if rows:
+        plot(rows, os.path.join(arguments.results, 'render_curve.png'))
+
+
+if __name__ == '__main__':
+    main()
