@@ -48,6 +48,14 @@ int check_clip(render_arguments *a)
                         "--clip is '%s', must be X0:X1,Y0:Y1,Z0:Z1 in samples or percents, as in "
                         "0:64,,25%%:75%%",
                         a->clip_text);
+    for (int k = 0; k < 3; k++) {
+        const render_bound *from = &a->clip[2 * k], *to = from + 1;
+        if (from->kind && from->kind == to->kind && !(from->value < to->value))
+            return complain(EXIT_MISUSED,
+                            "--clip is '%s': along %c it goes from %g to %g, the second must be "
+                            "larger",
+                            a->clip_text, "xyz"[k], from -> value, to -> value);
+    }
     for (int k = 0; k < a->clip_planes.count; k++)
         if (!parse_numbers(a->clip_plane[k], 4, a->clip_planes.texts[k]))
             return complain(EXIT_MISUSED,

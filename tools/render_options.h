@@ -48,6 +48,7 @@ typedef struct render_arguments {
     const char *poses;
     int transfer_given;
     const char *axis_name; /* of cvol bake */
+    int oversample, oversample_given; /* engine sheet */
     const char *depth_name, *opacity_name; /* files beside the picture; NULL: none */
     int views, repeat;
     double budget_ms;
@@ -244,8 +245,12 @@ typedef struct render_arguments {
          0,                                                                                      \
          &(a).depth_cue_given},                                                                  \
     {                                                                                            \
-        "--step", "VOXELS", "sample distance of engine ray (default 0.5)", OPTION_NUMBER,        \
-            &(a).step, 0, NULL                                                                   \
+        "--oversample", "N", "of engine sheet: N x N rays a pixel, 1 (default) to 4",            \
+            OPTION_INTEGER, &(a).oversample, 0, &(a).oversample_given                            \
+    },                                                                                           \
+    {                                                                                            \
+        "--step", "VOXELS", "sample distance along rays (ray: 0.5; sheet: one a slice, to four)", \
+            OPTION_NUMBER, &(a).step, 0, NULL                                                    \
     }
 
 /* What --transfer may be: a paragraph of the help. */

@@ -232,7 +232,11 @@ typedef struct cvol_render_options {
     int level;            /* engine sheet: 0: the volume as it is; 1, 2, 3: every 2nd, 4th, 8th
                              sample of it, from the lowest frequencies, for quick pictures */
     double step_voxels;   /* sample distance along the ray in mean spacings; 0: the engine's
-                             own (ray: 0.5; sheet: one sheet per slice) */
+                             own (ray: 0.5; sheet: one a slice, by straight lines between). Engine
+                             sheet, modes composite and iso: at most that, but no more than four
+                             samples a slice */
+    int oversample;       /* engine sheet: as many lines and columns of rays for one of the picture,
+                             1 to 4; 0 is 1 */
     double background[3]; /* R G B in 0..1 */
     double window[2];     /* modes xray, mip and min: the values that are black and white, the second
                              larger; 0 0: the smallest and the largest sample */

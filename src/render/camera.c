@@ -82,6 +82,9 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
     if (step != 0 && (!isfinite(step) || !(step >= STEP_MIN)))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "step %g: must be 0 (the engine's own) or at least 1/64 voxel", step);
+    if (options->oversample < 0 || options->oversample > 4)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "oversample %d: must be 1 to 4",
+                         options->oversample);
     for (int c = 0; c < 3; c++)
         if (!(options->background[c] >= 0 && options->background[c] <= 1))
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
@@ -293,7 +296,9 @@ int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
                    const cvol_render_options *options)
 {
     const cvol_camera *camera = &options->camera;
-    *out = (cvol_view){.width = options->width, .height = options->height};
+    *out = (cvol_view){.width = options->width,
+                       .height = options->height,
+                       .rays = options->oversample > 1 ? options->oversample : 1};
     int code = check_options(context, options);
     if (code)
         return code;

@@ -23,7 +23,8 @@ typedef struct cvol_view {
     double pixel;              /* world size of a pixel (at that distance) */
     double mean_spacing;       /* the length that opacity is given for */
     int width, height;
-    int clipped;         /* lo, hi are not all the faces of the volume, or there are planes */
+    int rays;    /* of engine sheet: lines and columns of them for one of the picture, at least */
+    int clipped; /* lo, hi are not all the faces of the volume, or there are planes */
     double lo[3], hi[3]; /* the box that is drawn, in sample indices: an axis of one sample is */
                          /* one spacing thick */
     int planes;          /* and what of it has plane . (x, y, z, 1) >= 0 in all, x y z in */

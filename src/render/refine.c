@@ -2,9 +2,12 @@
  * GROWTH times as long as the next coarser one, until it was drawn once; then it takes as long as
  * it took. One that turns out to be late is given up, and the picture before it stays. */
 #define _POSIX_C_SOURCE 200809L
+#include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 #include "base/context.h"
+#include "base/memory.h"
 #include "render/engine.h"
 
 #define COARSEST 3
@@ -34,17 +37,50 @@ static int on_progress(void *user, const char *what, double fraction)
     return w->late;
 }
 
+/* A picture in perspective is drawn part by part: what stays if one is given up. NULL without
+ * memory. */
+static float *keep_picture(const cvol_image *image)
+{
+    const size_t pixels = (size_t)image->width * (size_t)image->height;
+    float *kept = cvol_allocate(pixels, 5 * sizeof *kept);
+    if (kept && image->values)
+        memcpy(kept, image->values, 4 * pixels * sizeof *kept);
+    else if (kept)
+        memcpy(kept, image->rgba, 4 * pixels);
+    if (kept && image->depth)
+        memcpy(kept + 4 * pixels, image->depth, pixels * sizeof *kept);
+    return kept;
+}
+
+static void restore_picture(cvol_image *image, const float *kept)
+{
+    const size_t pixels = (size_t)image->width * (size_t)image->height;
+    if (image->values)
+        memcpy(image->values, kept, 4 * pixels * sizeof *kept);
+    else
+        memcpy(image->rgba, kept, 4 * pixels);
+    if (image->depth)
+        memcpy(image->depth, kept + 4 * pixels, pixels * sizeof *kept);
+}
+
 /* Draws the image's next level; *late: it was given up. */
 static int draw(cvol_context *context, cvol_renderer *renderer, cvol_image *image,
                 const cvol_render_options *options, int level, double deadline, int *late)
 {
     watch w = {context->progress, context->progress_user, deadline, 0};
     cvol_render_options of_level = *options;
+    const int in_parts = deadline > 0 && options->camera.fov_deg > 0;
+    float *kept = in_parts ? keep_picture(image) : NULL;
+    if (in_parts && !kept)
+        return cvol_fail_memory(context, (size_t)image->width * (size_t)image->height, "a picture");
     of_level.level = level;
     cvol_context_set_progress(context, on_progress, &w);
     const int code = cvol_renderer_render(context, renderer, image, &of_level);
     cvol_context_set_progress(context, w.progress, w.user);
     *late = code == CVOL_ERROR_CANCELLED && w.late;
+    if (*late && kept)
+        restore_picture(image, kept);
+    free(kept);
     return code;
 }
 
@@ -83,7 +119,7 @@ int cvol_renderer_refine(cvol_context *context, cvol_renderer *renderer, cvol_im
     int level = choose_first(pace, options->level, budget_ms, drawn != NULL), have = 0;
     for (;;) {
         const double begin = milliseconds();
-        int late;
+        int late = 0;
         const int code = draw(context, renderer, image, options, level,
                               have ? start + budget_ms : 0, &late);
         const double took = milliseconds() - begin;

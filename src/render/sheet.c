@@ -30,10 +30,10 @@ typedef struct sheet_state {
     cvol_transfer *transfer;
     cvol_sheet_table *table;
     cvol_intermediate intermediate;
-    float *depth; /* the intermediate image's, where it is asked for */
+    float *depth, *between; /* the intermediate image's, where they are asked for */
     cvol_tiles tiles;
     size_t line_capacity, scratch_capacity, span_capacity, opaque_capacity, met_capacity,
-        tile_capacity, pending_capacity, edge_capacity, depth_capacity;
+        tile_capacity, pending_capacity, edge_capacity, depth_capacity, between_capacity;
     float *bases;            /* lane, row and sheet basis of the frame; lane and row of parts */
     cvol_band_memory *bands; /* one for each thread */
     int band_count;
@@ -54,6 +54,7 @@ static void sheet_free(void *opaque_state)
     free(state->intermediate.pending);
     free(state->intermediate.edges);
     free(state->depth);
+    free(state->between);
     free(state->tiles.open);
     for (int i = 0; i < state->band_count; i++)
         cvol_band_memory_free(&state->bands[i]);
@@ -133,6 +134,11 @@ static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int ha
                      sizeof(float)))
         return 0;
     image->depth = has_depth ? state->depth : NULL;
+    const size_t between = plan->parts > 1 ? 2 * (CVOL_PARTS - 1) : 0;
+    if (!cvol_ensure(&state->between, &state->between_capacity, between * width * height,
+                     sizeof(float)))
+        return 0;
+    image->between = between ? state->between : NULL;
     return cvol_ensure(&image->pending, &state->pending_capacity,
                        lit * (size_t)image->pending_lines * width * height, sizeof(float)) &&
            cvol_ensure(&image->edges, &state->edge_capacity, lit * width / CVOL_GROUP * height,
@@ -299,6 +305,15 @@ static void set_light(cvol_light *out, const sheet_state *state, const cvol_shee
         out->rise[k] *= samples[k] > 1 ? (float)(1 / pitches[k]) / state->table->scale : 0;
 }
 
+/* How many samples lie from sheet to sheet, so that they are so far apart at most. */
+static int choose_parts(const cvol_sheet_plan *plan, double step_voxels)
+{
+    if (!(step_voxels > 0) || plan->sheets == 1)
+        return 1;
+    const double parts = ceil(plan->distance / step_voxels - 1e-9);
+    return parts < 1 ? 1 : parts > CVOL_PARTS ? CVOL_PARTS : (int)parts;
+}
+
 /* Draws the pixels of a plan. */
 static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet_subject *subject,
                      cvol_image *image, cvol_sheet_plan *plan, const cvol_view *view,
@@ -309,6 +324,10 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     plan->masked = cvol_sheet_subject_masked(subject, array->mask);
     const int is_surface = options->mode == CVOL_MODE_ISO;
     plan->lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
+    plan->parts = is_surface || options->mode == CVOL_MODE_COMPOSITE
+                      ? choose_parts(plan, options->step_voxels)
+                      : 1;
+    const int extras = image->depth != NULL || plan->parts > 1;
     const int band_lines = choose_band_lines(plan, threads);
     if (!prepare_image(state, plan, image->depth != NULL, threads) ||
         !prepare_bands(state, plan, threads, band_lines))
@@ -323,7 +342,8 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
         (code = set_surface(context, state->table, &by_surface, subject->array, &options->surface)))
         return code;
     if (colour && !is_surface)
-        cvol_sheet_table_fill(state->table, subject->array, state->transfer, plan->distance);
+        cvol_sheet_table_fill(state->table, subject->array, state->transfer,
+                              plan->distance / plan->parts);
     cvol_light light;
     state->table->light = NULL;
     if (plan->lit) {
@@ -342,7 +362,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
                                  : &subject->everything,
         .mask = cvol_sheet_subject_mask(subject),
         .background = cvol_sheet_background(array, array->mask),
-        .kernel = choose_kernel(options->mode, plan->lit, image->depth != NULL),
+        .kernel = choose_kernel(options->mode, plan->lit, extras),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,

@@ -30,6 +30,8 @@
 #include "render/light.h"
 
 #define CVOL_TABLE_SIZE 2048
+/* The most samples from one sheet to the next. */
+#define CVOL_PARTS 4
 /* How far opacity and colour may depart from a straight line before an interval is divided. */
 #define CVOL_FLAT_TOLERANCE 0.05f
 /* Pixels of the intermediate image are worked on in groups of this many. */
@@ -89,6 +91,7 @@ typedef struct cvol_sheet_plan {
     int ascending; /* sheets are met in rising order */
     double shear_lane, shear_row;
     double distance; /* between sheets along a ray, in mean spacings; in perspective the largest */
+    int parts;       /* samples from sheet to sheet: 1, or CVOL_PARTS at most */
     int clipped;     /* these are not the volume's faces, or there are planes */
     double lo[3], hi[3]; /* what is drawn: of lane, row, sheet, in sample indices, */
     int planes;          /* and where plane . (lane, row, sheet, 1) >= 0 in all */
@@ -176,6 +179,8 @@ typedef struct cvol_intermediate {
     uint8_t *edges; /* [height][width / CVOL_GROUP], the same */
     float *depth;   /* [height][width], if it is asked for: where opacity passes one half, in sheets
                        as they are met; infinity where it never does. Else NULL */
+    float *between; /* [height][2 (CVOL_PARTS - 1)][width], where there are samples between sheets:
+                       see sheet_between.h. Else NULL */
 } cvol_intermediate;
 
 /* Lines of `pending`; the last three only if samples may be without a value. */
@@ -189,7 +194,7 @@ typedef struct cvol_line {
     int32_t *met;
     float *pending; /* [pending_lines][width] */
     uint8_t *edges;
-    float *depth;
+    float *depth, *between;
     int number, width;
 } cvol_line;
 
@@ -235,6 +240,7 @@ typedef struct cvol_layer {
     long
         cover_at; /* how far behind each sample its cover lies (sheet_mask.h); 0: all have values */
     int unit;     /* in parallel projection, pixels and samples lie equally far apart */
+    int parts;    /* samples from sheet to sheet */
     int only;     /* the volume is one sheet */
     int perspective;
     /* Sample coordinates of the faces, a little outwards. In parallel projection also of those
@@ -261,7 +267,7 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
  * next, is what rays end with. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_shade,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-/* The same two with what else is asked for: depth. */
+/* The same two with what else is asked for: depth, samples between sheets. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_composite_extra,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_shade_extra,

@@ -165,16 +165,17 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
 cvol_line cvol_band_line(const cvol_intermediate *image, int j)
 {
     const size_t width = (size_t)image->width, groups = width / CVOL_GROUP, at = (size_t)j;
-    return (cvol_line){.values = image->lines + at * CVOL_LINES * width,
-                       .opaque = image->opaque + at * groups,
-                       .met = image->met + at * groups,
-                       .pending = image->pending
-                                      ? image->pending + at * (size_t)image->pending_lines * width
-                                      : NULL,
-                       .edges = image->edges ? image->edges + at * groups : NULL,
-                       .depth = image->depth ? image->depth + at * width : NULL,
-                       .number = j,
-                       .width = image->width};
+    return (cvol_line){
+        .values = image->lines + at * CVOL_LINES * width,
+        .opaque = image->opaque + at * groups,
+        .met = image->met + at * groups,
+        .pending = image->pending ? image->pending + at * (size_t)image->pending_lines * width
+                                  : NULL,
+        .edges = image->edges ? image->edges + at * groups : NULL,
+        .depth = image->depth ? image->depth + at * width : NULL,
+        .between = image->between ? image->between + at * 2 * (CVOL_PARTS - 1) * width : NULL,
+        .number = j,
+        .width = image->width};
 }
 
 static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
@@ -233,6 +234,7 @@ static void end_lines(const cvol_sheet_frame *frame, int begin, int end)
     memset(&layer, 0, sizeof layer);
     layer.sheets[0].ordinal = (int)frame->plan->sheet_count + frame->plan->beyond;
     layer.cover_at = frame->plan->masked == CVOL_SHEET_SOME_VOID;
+    layer.parts = frame->plan->parts;
     for (int j = begin; j < end; j++) {
         const cvol_line line = cvol_band_line(frame->intermediate, j);
         frame->kernel(&layer, frame->table, &line);

@@ -17,6 +17,7 @@
 #ifndef CVOL_RENDER_SHEET_COMPOSITE_H
 #define CVOL_RENDER_SHEET_COMPOSITE_H
 
+#include "render/sheet_between.h"
 #include "render/sheet_classify.h"
 #include "render/sheet_line.h"
 
@@ -48,6 +49,8 @@ CVOL_INLINE void load_group(group_state *g, const line_job *job, int group, int 
         g->cover[k] = has_void ? cvol_load(r + 5 * width) : cvol_splat(1);
         g->length[k] = lengths ? find_lengths(job, group * CVOL_GROUP + k * CVOL_LANES)
                                : cvol_splat(1);
+        if (SHEET_EXTRAS) /* the table is of parts */
+            g->length[k] *= (float)job->layer->parts;
     }
 }
 
@@ -189,13 +192,32 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
             span within;
             find_within(&within, job, s, group * CVOL_GROUP + k * CVOL_LANES);
             composite_within(&g->p[k], job->table, from, to, &within, ordinal, weight, pieces);
-        } else if (known && !has_void && !layer->perspective) {
+        } else if (known && !has_void && !layer->perspective &&
+                   !(SHEET_EXTRAS && layer->parts > 1)) {
             composite_interval(&g->p[k], job->table, &all, weight, 0, pieces);
         } else {
             composite_interval(&g->p[k], job->table, &all, known ? weight : 0.5f * weight, 1,
                                pieces);
         }
         g->value[k] = value;
+    }
+}
+
+/* An interval in parts, the last of which ends at sheet s. */
+CVOL_INLINE void draw_parts(group_state *g, matter *last, const line_job *job, int s, int group,
+                            int k, int unit, int lengths, int pieces, cvol_vf start, cvol_vf end)
+{
+    const int parts = job->layer->parts;
+    const float ordinal = (float)(job->layer->sheets[0].ordinal + s), step = 1 / (float)parts;
+    cvol_vf from = start;
+    for (int part = 1; part <= parts; part++) {
+        const cvol_vf value = part < parts ? find_between(job, s, part, group, k, unit, start, end)
+                                           : end;
+        const interval all = {
+            from, value, NULL, NULL,
+            stretch_of(ordinal - 1 + (float)(part - 1) * step, ordinal - 1 + (float)part * step)};
+        composite_from(&g->p[k], job->table, last, &all, step * g->length[k], lengths, pieces);
+        from = value;
     }
 }
 
@@ -219,6 +241,8 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
                                          table->visible_from, table->visible_to)
                     << i;
         }
+    if (SHEET_EXTRAS && job->layer->parts > 1) /* what lies between is not bounded by the ends */
+        live = (UINT64_C(1) << count) - 1;
     for (int k = 0; k < PARTS; k++)
         state->value[k] = values[count][k];
     if (!live)
@@ -235,7 +259,10 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
             const interval all = {values[i][k], values[i + 1][k], NULL, NULL, at};
             if (i != next)
                 last[k] = matter_at_start(table, all.a, NULL, pieces);
-            composite_from(&g.p[k], table, &last[k], &all, g.length[k], lengths, pieces);
+            if (SHEET_EXTRAS && job->layer->parts > 1)
+                draw_parts(&g, &last[k], job, s + i, group, k, unit, lengths, pieces, all.a, all.b);
+            else
+                composite_from(&g.p[k], table, &last[k], &all, g.length[k], lengths, pieces);
         }
         next = i + 1;
         *closed = is_closed(&g);
@@ -297,6 +324,9 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
         closed = is_closed(&g);
     }
     store_group(&g, line, group, has_void);
+    if (SHEET_EXTRAS && job->layer->parts > 1 && !closed &&
+        last == first_ordinal + job->layer->sheet_count - 1)
+        keep_between(job, group, unit);
     line->met[group] = last;
     line->opaque[group] = (uint8_t)closed;
 }
@@ -310,6 +340,12 @@ CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, i
         begin = job->sheets[s].begin < begin ? job->sheets[s].begin : begin;
         end = job->sheets[s].end > end ? job->sheets[s].end : end;
     }
+#if SHEET_EXTRAS
+    between_views between;
+    job->between = &between;
+    if (layer->parts > 1 && begin < end)
+        view_between(&between, job, unit);
+#endif
     for (int first = begin; first < end; first += RUN) {
         const int count = end - first < RUN ? end - first : RUN;
         find_met(job, first, count, unit);

@@ -143,6 +143,7 @@ static void describe_rays(cvol_layer *out, const cvol_sheet_plan *plan)
     out->perspective = plan->perspective;
     out->unit = !plan->perspective && plan->du / plan->pitch_lane == 1;
     out->only = plan->sheets == 1;
+    out->parts = plan->parts;
     out->cuts = plan->planes;
     out->lane_lo = (plan->lo[0] - plan->first_lane) / plan->pitch_lane - tolerance;
     out->lane_hi = (plan->hi[0] - plan->first_lane) / plan->pitch_lane + tolerance;

@@ -32,11 +32,12 @@ typedef struct line_job {
     const cvol_sheet_table *table;
     const cvol_line *line;
     sheet_line sheets[CVOL_BLOCK_MAX];
-    sheet_line before, after;     /* of lit frames: see sheet_shade_simd.c */
-    float table_offset;           /* table coordinate = value * table->scale + table_offset */
-    int first_group;              /* the run's */
-    uint32_t met[RUN], seen[RUN]; /* sheets that each group crosses, and sees something in, */
-    uint32_t inside[RUN];         /* and those whose intervals lie within, and no face near */
+    sheet_line before, after;      /* of lit frames: see sheet_shade.h */
+    struct between_views *between; /* an extra: see sheet_between.h */
+    float table_offset;            /* table coordinate = value * table->scale + table_offset */
+    int first_group;               /* the run's */
+    uint32_t met[RUN], seen[RUN];  /* sheets that each group crosses, and sees something in, */
+    uint32_t inside[RUN];          /* and those whose intervals lie within, and no face near */
 } line_job;
 
 /* ---- what a line is to the sheets ---------------------------------------------------------------

@@ -105,8 +105,8 @@ static int count_pixels(int *count, double lo, double hi, double delta)
 }
 
 /* Resolution, extent and the longest interval. */
-static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, double near, double far,
-                      int *empty)
+static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, int rays, double near,
+                      double far, int *empty)
 {
     double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY},
            pixel[2] = {INFINITY, INFINITY};
@@ -119,7 +119,7 @@ static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, double
         for (int k = 0; k < 2; k++) {
             lo[k] = fmin(lo[k], slope[k]);
             hi[k] = fmax(hi[k], slope[k]);
-            pixel[k] = fmin(pixel[k], here[k]);
+            pixel[k] = fmin(pixel[k], here[k] / rays);
             length += pow(plan->spacing[k] * slope[k], 2);
         }
         plan->distance = fmax(plan->distance, plan->pitch_sheet * sqrt(length));
@@ -130,8 +130,8 @@ static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, double
         cvol_sheet_resolution(&plan->points_row, &plan->pitch_row, &plan->first_row, &plan->dv,
                               pixel[1] * near, block);
     }
-    plan->du = fmin(pixel[0], plan->pitch_lane / far);
-    plan->dv = fmin(pixel[1], plan->pitch_row / far);
+    plan->du = fmin(pixel[0], plan->pitch_lane / far / rays);
+    plan->dv = fmin(pixel[1], plan->pitch_row / far / rays);
     const double delta[2] = {plan->du, plan->dv};
     for (int k = 0; k < 2; k++) {
         double sight[2];
@@ -178,7 +178,7 @@ int cvol_sheet_plan_make_along(cvol_context *context, cvol_sheet_plan *plan, int
     *empty = p.count == 0 || far <= near;
     if (*empty)
         return CVOL_OK;
-    if (!plan_image(plan, &p, array->block, near, far, empty))
+    if (!plan_image(plan, &p, array->block, view->rays, near, far, empty))
         return cvol_fail(context, CVOL_ERROR_LIMIT,
                          "a picture of %d x %d needs an intermediate image of more than %d pixels "
                          "along an axis",

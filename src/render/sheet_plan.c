@@ -197,10 +197,11 @@ int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvo
     plan->warp[2][0] = 1;
     plan->distance = plan->pitch_sheet / fabs(rate[plan->axis_sheet]) / view->mean_spacing;
     find_warp(plan, view, grid->spacing);
-    const double pixels[2] = {pixels_per_sample(plan->warp, 0), pixels_per_sample(plan->warp, 1)};
+    const double pixels[2] = {view->rays * pixels_per_sample(plan->warp, 0),
+                              view->rays * pixels_per_sample(plan->warp, 1)};
     if (level) {
-        plan->du = choose_delta(plan->pitch_lane, plan->lanes, pixels[0]);
-        plan->dv = choose_delta(plan->pitch_row, plan->rows, pixels[1]);
+        plan->du = choose_delta(plan->pitch_lane, plan->lanes, pixels[0]) / view->rays;
+        plan->dv = choose_delta(plan->pitch_row, plan->rows, pixels[1]) / view->rays;
     } else {
         cvol_sheet_resolution(&plan->points_lane, &plan->pitch_lane, &plan->first_lane, &plan->du,
                               1 / pixels[0], array->block);

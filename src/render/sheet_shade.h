@@ -14,6 +14,7 @@
 #define CVOL_RENDER_SHEET_SHADE_H
 
 #include "render/phong.h"
+#include "render/sheet_between.h"
 #include "render/sheet_classify.h"
 #include "render/sheet_slope.h"
 
@@ -41,7 +42,11 @@ typedef struct shade_state {
     int is_lit;                                 /* if that is known */
     cvol_vf weight[PARTS];
     int pending, weighted, visible;
-    int end;               /* the ordinal of the sheet that it ends at */
+    int end;     /* the ordinal of the sheet that it ends at */
+    int divided; /* an extra: samples between its ends are known */
+#if SHEET_EXTRAS
+    cvol_vf between[CVOL_PARTS - 1][PARTS];
+#endif
     cvol_vf length[PARTS]; /* of an interval, over that of the table: in perspective, else 1 */
     /* If its end is in a layer before, or the first sheet of this one: */
     slope slope[PARTS];
@@ -76,6 +81,11 @@ CVOL_INLINE void move_group(shade_state *g, const line_job *job, int group, int 
             move(&g->p[k].half, line->depth + group * CVOL_GROUP + k * CVOL_LANES, store);
         if (!g->pending)
             continue;
+#if SHEET_EXTRAS
+        for (int part = 1; part < job->layer->parts; part++)
+            move(&g->between[part - 1][k], kept_between(job, CVOL_PARTS - 2 + part, group, k),
+                 store);
+#endif
         cvol_vf *const kept[] = {&g->before[k],        &g->lit[k].factor,   &g->lit[k].gloss,
                                  &g->lit[k].thickness, &g->weight[k],       &g->slope[k].lane,
                                  &g->slope[k].row,     &g->behind.value[k], &g->ahead[k]};
@@ -115,11 +125,15 @@ CVOL_INLINE void load_group(shade_state *g, const line_job *job, int group, int 
     for (int k = 0; k < PARTS; k++)
         g->length[k] = lengths ? find_lengths(job, group * CVOL_GROUP + k * CVOL_LANES)
                                : cvol_splat(1);
+    for (int k = 0; k < PARTS && SHEET_EXTRAS; k++) /* the table is of parts */
+        g->length[k] *= (float)job->layer->parts;
+    g->divided = 0;
     move_group(g, job, group, has_void, 0);
     if (!g->pending)
         return;
     g->behind.edge = line->edges[group] & 3;
-    g->is_lit = line->edges[group] >> 2;
+    g->is_lit = line->edges[group] >> 2 & 1;
+    g->divided = line->edges[group] >> 3;
     g->visible = is_visible(job, g->before, g->value);
     if (g->behind.edge == BOUNDED) { /* where the value would be */
         const float *range = line->pending + 7 * (long)line->width + group * CVOL_GROUP;
@@ -132,9 +146,9 @@ CVOL_INLINE void store_group(shade_state *g, const line_job *job, int group, int
 {
     const cvol_line *line = job->line;
     for (int k = 0; k < PARTS && !g->weighted; k++)
-        g->weight[k] = cvol_splat(1);
+        g->weight[k] = SHEET_EXTRAS ? g->length[k] : cvol_splat(1);
     move_group(g, job, group, has_void, 1);
-    line->edges[group] = (uint8_t)(g->behind.edge | g->is_lit << 2);
+    line->edges[group] = (uint8_t)(g->behind.edge | g->is_lit << 2 | g->divided << 3);
     if (g->pending && g->behind.edge == BOUNDED) {
         float *range = line->pending + 7 * (long)line->width + group * CVOL_GROUP;
         range[0] = g->behind.level;
@@ -241,7 +255,9 @@ CVOL_INLINE cvol_vf bound(cvol_vf value, const beside *by)
                     cvol_splat(by->level + by->spread));
 }
 
-/* Of part k, whose end has `value`. */
+/* Of part k, whose end has `value`. Where there are samples between sheets, the gradient alone, in
+ * the place of what it makes: as an opaque surface is between two sheets, one of them is where
+ * gradients are faint and point anywhere, and should count as little as they are long. */
 CVOL_INLINE lit_matter light_end(const line_job *job, cvol_vf value, slope at, const beside *after,
                                  const beside *behind, int k, int has_void)
 {
@@ -266,18 +282,30 @@ CVOL_INLINE lit_matter light_end(const line_job *job, cvol_vf value, slope at, c
                                    behind->edge == KNOWN ? behind->cover[k] : cvol_splat(1));
     const cvol_vf gradient[3] = {at.lane * light->rise[0], at.row * light->rise[1],
                                  across * light->rise[2]};
+    if (SHEET_EXTRAS && job->layer->parts > 1)
+        return (lit_matter){gradient[0], gradient[1], gradient[2]};
     return illuminate(gradient, light);
+}
+
+/* Of what light_end says. */
+CVOL_INLINE lit_matter light_of(const line_job *job, const lit_matter *at)
+{
+    const cvol_vf gradient[3] = {at->factor, at->gloss, at->thickness};
+    if (SHEET_EXTRAS && job->layer->parts > 1)
+        return illuminate(gradient, job->table->light);
+    return *at;
 }
 
 /* ---- drawing ------------------------------------------------------------------------------------
  */
 
-/* Where the ray first has the surface's value or more: between a and b, as values are straight
+/* Where the ray first has the surface's value or more: in an interval, as values are straight
  * lines. */
-CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, cvol_vf a, cvol_vf b,
-                             cvol_vf weight, const lit_matter *from, const lit_matter *to,
-                             int has_void)
+CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, const interval *i,
+                             cvol_vf weight, int has_void)
 {
+    const cvol_vf a = i->a, b = i->b;
+    const lit_matter *from = i->from, *to = i->to;
     const cvol_sheet_table *table = job->table;
     pixels *p = &g->p[k];
     const cvol_vf t = cvol_select(a >= table->at, cvol_splat(0),
@@ -292,8 +320,34 @@ CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, cvol_vf
     p->b = cvol_select(hit, table->colour[2] * factor + gloss, p->b);
     p->through = cvol_select(hit, cvol_splat(0), p->through);
     if (SHEET_EXTRAS)
-        p->half = cvol_select(hit, (float)(g->end - 1) + t, p->half);
+        p->half = cvol_select(hit, i->at.from + t * (i->at.to - i->at.from), p->half);
 }
+
+#if SHEET_EXTRAS
+/* An interval in parts. */
+CVOL_INLINE void draw_divided(shade_state *g, const line_job *job, int k, const interval *all,
+                              int has_void, int pieces)
+{
+    const int parts = job->layer->parts;
+    const float step = 1 / (float)parts;
+    const cvol_vf weight = step * (g->weighted ? g->weight[k] : g->length[k]);
+    cvol_vf last = all->a;
+    lit_matter from = light_of(job, all->from);
+    for (int part = 1; part <= parts; part++) {
+        const float before = (float)(part - 1) * step, now = (float)part * step;
+        const lit_matter there = mix(all->from, all->to, cvol_splat(now)),
+                         to = light_of(job, &there);
+        const cvol_vf next = part < parts ? g->between[part - 1][k] : all->b;
+        const interval one = {last, next, &from, &to, {all->at.from + before, all->at.from + now}};
+        if (job->table->is_surface)
+            hit_surface(g, job, k, &one, weight, has_void);
+        else
+            composite_interval(&g->p[k], job->table, &one, weight, g->weighted, pieces);
+        last = next;
+        from = to;
+    }
+}
+#endif
 
 /* Draws part k of the pending interval, whose end is lit by `now`. */
 CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const lit_matter *now,
@@ -317,8 +371,16 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
         from = mix(&to_alone, &from, cvol_min(start / end, cvol_splat(1)));
     }
     const interval all = {a, b, &from, &to, stretch_of((float)g->end - 1, (float)g->end)};
+#if SHEET_EXTRAS
+    if (g->divided) {
+        draw_divided(g, job, k, &all, has_void, pieces);
+        return;
+    }
+#endif
+    from = light_of(job, &from);
+    to = light_of(job, &to);
     if (table->is_surface)
-        hit_surface(g, job, k, a, b, weight, &from, &to, has_void);
+        hit_surface(g, job, k, &all, weight, has_void);
     else if (g->weighted)
         composite_interval(&g->p[k], table, &all, weight, 1, pieces);
     else
@@ -369,7 +431,13 @@ CVOL_INLINE int draw_run(shade_state *state, int *closed, const line_job *job, u
                 g.behind.value[k] = g.ahead[k];
             g.before[k] = g.value[k];
             g.value[k] = next[k];
+#if SHEET_EXTRAS
+            for (int part = 1; part < job->layer->parts; part++)
+                g.between[part - 1][k] = find_between(job, s, part, group, k, unit, g.before[k],
+                                                      g.value[k]);
+#endif
         }
+        g.divided = SHEET_EXTRAS && job->layer->parts > 1;
         *closed = g.visible && is_closed(&g);
         g.visible = visible;
         g.end = job->layer->sheets[0].ordinal + s;
@@ -403,6 +471,7 @@ CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, i
     const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window]));
     finish(g, job, s - 1, 0, group, 1, unit, has_void, pieces);
     g->weighted = 1;
+    g->divided = 0;
     g->is_lit = 1;
     g->end = job->layer->sheets[s].ordinal;
     for (int k = 0; k < PARTS; k++) {
@@ -458,6 +527,7 @@ CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group,
     g->behind.level = level;
     g->behind.spread = spread;
     g->is_lit = known;
+    g->divided = 0;
     g->weighted = 1;
     g->end = ordinal;
     g->visible = is_visible(job, g->before, g->value);
@@ -520,6 +590,9 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
     }
     if (g.pending && last >= first)
         keep(&g, job, last - first, group, unit, has_void);
+    if (SHEET_EXTRAS && job->layer->parts > 1 && g.pending && !closed &&
+        last == first + job->layer->sheet_count - 1)
+        keep_between(job, group, unit);
     store_group(&g, job, group, has_void);
     line->met[group] = g.pending ? last : INT32_MIN;
     line->opaque[group] = (uint8_t)closed;
@@ -543,6 +616,12 @@ CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, i
         begin = job->sheets[s].begin < begin ? job->sheets[s].begin : begin;
         end = job->sheets[s].end > end ? job->sheets[s].end : end;
     }
+#if SHEET_EXTRAS
+    between_views between;
+    job->between = &between;
+    if (layer->parts > 1 && begin < end)
+        view_between(&between, job, unit);
+#endif
     cvol_sheet_view beyond = layer->sheets[0]; /* of the first sheet, where the one before is met */
     move_view(&beyond, -1);
     view_sheet(&job->before, job, &beyond, unit);

@@ -143,7 +143,10 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     expect_failure 2 '--opacity-scale is for' $command --mode mip --opacity-scale 2
     refuse $command --engine ray --step -- '' $number -1
     expect_failure 2 'step 1e-09' $command --engine ray --step 1e-9
-    expect_failure 2 '--step is for engine ray' $command --step 0.5
+    expect_failure 2 '--step is for engines sheet and ray' $command --engine splat --step 0.5
+    expect_failure 2 'modes composite and iso, not mip' $command --mode mip --step 0.5
+    expect_failure 2 '--oversample is 5' $command --oversample 5
+    expect_failure 2 '--oversample is for engine sheet' $command --engine ray --oversample 2
     for option in '--footprint box' '--footprint-size 5' '--sigma 1' '--order back'; do
         expect_failure 2 "${option%% *} is for engines splat and transform" $command $option
     done

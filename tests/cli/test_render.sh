@@ -137,6 +137,16 @@ END
 expect_done cvol render a.cvol -o after.png $view --transfer own.json
 expect_other_file before.png after.png
 
+# ---- more samples, more rays --------------------------------------------------------------------
+
+expect_done cvol render a.cvol -o ray.png $view --shade --engine ray --step 0.25
+for look in '' '--step 0.4' '--oversample 2' '--step 0.4 --oversample 2'; do
+    expect_done cvol render a.cvol -o more.png $view --shade $look
+    expect_done cvol compare ray.png more.png --json
+    expect_number "$(value_of psnr_db)" '>=' 30
+done
+expect_failure 2 "along x it goes from 5 to 3" cvol render a.cvol -o x.png --clip 5:3,,
+
 # ---- depth and opacity --------------------------------------------------------------------------
 
 expect_done cvol render a.cvol -o plain.png $view

@@ -1,0 +1,161 @@
+/* The sheet engine with samples between sheets (step_voxels) and with more rays than pixels
+ * (oversample), against the ray engine: nearer to it than without.
+ *
+ * Each floor is what was measured, less about 1.5 dB. CVOL_TEST_VERBOSE=1 prints what is measured.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support_lapped.h"
+#include "support_render.h"
+
+static cvol_context *context;
+
+static int setup(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    return context ? 0 : -1;
+}
+
+static int teardown(void **state)
+{
+    (void)state;
+    cvol_context_destroy(context);
+    return 0;
+}
+
+/* Surfaces that lie across sheets. */
+static cvol_volume waves(void)
+{
+    cvol_volume volume = support_volume(37, 33, 35, CVOL_FLOAT32);
+    for (size_t z = 0; z < 35; z++)
+        for (size_t y = 0; y < 33; y++)
+            for (size_t x = 0; x < 37; x++)
+                ((float *)volume.data)[support_index(&volume, x, y, z)] =
+                    (float)(50 + 30 * sin(0.5 * (double)x + 0.1 * (double)y) +
+                            20 * cos(0.4 * (double)z - 0.2 * (double)y));
+    return volume;
+}
+
+static const cvol_transfer_point soft[] = {{40, 0.1, 0.2, 1, 0}, {90, 1, 0.6, 0.1, 0.3}};
+static const cvol_transfer_point solid[] = {{60, 0.1, 0.2, 1, 0}, {62, 1, 0.6, 0.1, 1}};
+
+static double compare(cvol_array *array, const cvol_volume *volume,
+                      const cvol_transfer_point *points, cvol_render_options options)
+{
+    cvol_image *sheet = support_sheet(context, array, points, 2, &options);
+    options.step_voxels = 0.125;
+    cvol_image *ray = support_ray(context, volume, points, 2, &options);
+    const double db = support_psnr(sheet, ray);
+    cvol_image_free(sheet);
+    cvol_image_free(ray);
+    return db;
+}
+
+/* What is asked for: without, with samples between, with more rays, with both. */
+static void expect(cvol_array *array, const cvol_volume *volume, const cvol_transfer_point *points,
+                   cvol_render_options options, const double gains_db[3], const char *what)
+{
+    double db[4];
+    for (int kind = 0; kind < 4; kind++) {
+        options.step_voxels = kind & 1 ? 0.4 : 0;
+        options.oversample = kind & 2 ? 2 : 0;
+        db[kind] = compare(array, volume, points, options);
+    }
+    const int good = db[1] - db[0] >= gains_db[0] && db[2] - db[0] >= gains_db[1] &&
+                     db[3] - db[0] >= gains_db[2];
+    if (getenv("CVOL_TEST_VERBOSE") || !good)
+        print_message("%s, azimuth %g: %.2f dB, between %.2f, rays %.2f, both %.2f\n", what,
+                      options.camera.azimuth_deg, db[0], db[1], db[2], db[3]);
+    assert_true(good || getenv("CVOL_TEST_VERBOSE"));
+}
+
+static void test_nearer_to_rays(void **state)
+{
+    (void)state;
+    static const double gains_db[3] = {-0.5, -0.7, 0.5};
+    static const double views[][2] = {{30, 20}, {250, -40}};
+    for (int lapped = 0; lapped < 2; lapped++) {
+        cvol_volume volume = waves();
+        cvol_array *array = lapped ? support_lapped(context, volume.data, volume.grid.dims, 0, 0.01,
+                                                    1, 7)
+                                   : support_compress(context, &volume, 16, 80);
+        for (size_t v = 0; v < 2; v++) {
+            cvol_render_options options = support_square(64, CVOL_MODE_COMPOSITE, views[v][0],
+                                                         views[v][1]);
+            options.camera.zoom = 1.5;
+            expect(array, &volume, soft, options, gains_db, "soft");
+            expect(array, &volume, solid, options, gains_db, "solid");
+            options.shading.on = 1;
+            expect(array, &volume, solid, options, gains_db, "lit");
+            options.mode = CVOL_MODE_ISO;
+            options.surface.value = 60;
+            expect(array, &volume, soft, options, gains_db, "surface");
+            options.camera.fov_deg = 50;
+            expect(array, &volume, soft, options, gains_db, "perspective");
+            options.mode = CVOL_MODE_COMPOSITE;
+            options.clip = (cvol_clip){.planes = 1, .plane = {{1, -2, 0.7, -4.4}}};
+            expect(array, &volume, solid, options, gains_db, "clipped");
+        }
+        cvol_array_free(array);
+        free(volume.data);
+    }
+}
+
+/* A step that one sample a slice keeps changes nothing; and threads never do. */
+static void test_same_bits(void **state)
+{
+    (void)state;
+    cvol_volume volume = waves();
+    cvol_array *array = support_compress(context, &volume, 16, 60);
+    for (int lit = 0; lit < 2; lit++) {
+        cvol_render_options options = support_square(64, CVOL_MODE_COMPOSITE, 30, 20);
+        options.shading.on = lit;
+        cvol_image *plain = support_sheet(context, array, soft, 2, &options);
+        options.step_voxels = 2;
+        options.oversample = 1;
+        cvol_image *same = support_sheet(context, array, soft, 2, &options);
+        assert_int_equal(support_difference(plain, same), 0);
+        options.step_voxels = 0.3;
+        options.oversample = 3;
+        cvol_context_set_threads(context, 1);
+        cvol_image *one = support_sheet(context, array, soft, 2, &options);
+        cvol_context_set_threads(context, 3);
+        cvol_image *three = support_sheet(context, array, soft, 2, &options);
+        assert_int_equal(support_difference(one, three), 0);
+        assert_true(support_psnr(plain, one) > 25);
+        cvol_image_free(plain);
+        cvol_image_free(same);
+        cvol_image_free(one);
+        cvol_image_free(three);
+    }
+    cvol_render_options options = support_square(64, CVOL_MODE_COMPOSITE, 30, 20);
+    cvol_renderer *renderer;
+    cvol_image *image;
+    options.oversample = 5;
+    assert_int_equal(cvol_image_create(context, &image, 64, 64), CVOL_OK);
+    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    support_set_transfer(context, renderer, soft, 2);
+    assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(context), "oversample 5"));
+    cvol_renderer_free(renderer);
+    cvol_image_free(image);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+    const struct CMUnitTest tests[] = {TEST(test_nearer_to_rays), TEST(test_same_bits)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
