@@ -122,6 +122,35 @@ static void test_nifti_pair(void **state)
     read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, ".hdr", "");
 }
 
+/* One volume of a time series, packed or not. */
+static void test_nifti_series(void **state)
+{
+    (void)state;
+    uint8_t bytes[352 + 36], packed[600];
+    header h = nifti1(0);
+    set_dims(&h, 4, 2, 3, 2, 3);
+    memcpy(bytes, h.bytes, 352);
+    memcpy(bytes + 352, counting, 36);
+    size_t size = gzip(packed, sizeof packed, bytes, sizeof bytes, 15 + 16);
+    const char *paths[] = {write_bytes("s.nii", bytes, sizeof bytes),
+                           write_bytes("s.nii.gz", packed, size)};
+    for (int p = 0; p < 2; p++) {
+        for (int index = 0; index < 3; index++) {
+            const cvol_read_options options = {.has_index = 1, .index = index};
+            cvol_volume *v;
+            check_ok(cvol_volume_read(context, &v, paths[p], &options));
+            assert_int_equal(v->grid.dims[2], 2);
+            assert_memory_equal(v->data, counting + 12 * index, 12);
+            cvol_volume_free(v);
+        }
+        const cvol_read_options options = {.has_index = 1, .index = 3};
+        read_fails_with(paths[p], &options, CVOL_ERROR_ARGUMENT, "volume 3 was asked for", "has 3");
+    }
+    const cvol_read_options last = {.has_index = 1, .index = 2};
+    read_fails_with(write_bytes("s.nii", bytes, sizeof bytes - 1), &last, CVOL_ERROR_FORMAT,
+                    "11 of the 12 bytes", "");
+}
+
 static void test_nifti_dims(void **state)
 {
     (void)state;
@@ -133,7 +162,7 @@ static void test_nifti_dims(void **state)
         read_fails(DIMS(-3, 2, 3, 2, 1), CVOL_ERROR_FORMAT, "dim[0] is -3", "");
         read_fails(DIMS(3, 2, 0, 2, 1), CVOL_ERROR_FORMAT, "dim[2] is 0", "");
         read_fails(DIMS(3, 2, 3, -2, 1), CVOL_ERROR_FORMAT, "dim[3] is -2", "");
-        read_fails(DIMS(4, 2, 3, 2, 7), CVOL_ERROR_UNSUPPORTED, "dim[4] is 7", "time series");
+        read_fails(DIMS(4, 2, 3, 2, 7), CVOL_ERROR_ARGUMENT, "has 7 volumes", "--index 0 to 6");
         read_fails(DIMS(3, 2, 3, 3, 1), CVOL_ERROR_FORMAT, "12 of the 18 bytes", "");
         read_fails(DIMS(3, 2, 3, 1, 1), CVOL_ERROR_FORMAT, "6 bytes more", "");
         read_fails(DIMS(3, 30000, 30000, 70, 1), CVOL_ERROR_FORMAT, "12 of the 63000000000", "");
@@ -215,8 +244,8 @@ int main(void)
     const struct CMUnitTest reading[] = {
         cmocka_unit_test(test_nifti_plain), cmocka_unit_test(test_nifti_affine),
         cmocka_unit_test(test_nifti_wide),  cmocka_unit_test(test_nifti_pair),
-        cmocka_unit_test(test_nifti_dims),  cmocka_unit_test(test_nifti_lies),
-        cmocka_unit_test(test_nifti_gzip),
+        cmocka_unit_test(test_nifti_dims),  cmocka_unit_test(test_nifti_series),
+        cmocka_unit_test(test_nifti_lies),  cmocka_unit_test(test_nifti_gzip),
     };
     return cmocka_run_group_tests(reading, open_all, close_all) != 0;
 }

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "base/grid.h"
 #include "volume/format.h"
 #include "volume/geometry.h"
 #include "volume/inflate.h"
@@ -45,6 +46,7 @@ typedef struct nifti {
     cvol_nifti_header header;
     int is_gzip, is_pair;
     uint64_t vox_offset;
+    size_t volumes; /* of a time series; 1 otherwise */
     cvol_grid grid;
 } nifti;
 
@@ -160,11 +162,13 @@ static int read_dims(nifti *n)
                              "%s: dim[%zu] is %lld, must be positive", n->path, i, (long long)dim);
         if (i <= 3)
             n->grid.dims[i - 1] = (size_t)dim;
+        else if (i == 4 && dim > 1)
+            n->volumes = (size_t)dim;
         else if (dim > 1)
             return cvol_fail(n->context, CVOL_ERROR_UNSUPPORTED,
-                             "%s: dim[%zu] is %lld: the file is a %s; one volume can be read",
-                             n->path, i, (long long)dim,
-                             i == 4 ? "time series" : "volume of vectors");
+                             "%s: dim[%zu] is %lld: the file is a volume of vectors, of which none "
+                             "can be read",
+                             n->path, i, (long long)dim);
     }
     return CVOL_OK;
 }
@@ -308,11 +312,32 @@ static int find_pair(const nifti *n, char **image, int *image_is_gzip)
     return CVOL_OK;
 }
 
+/* Where the volume that was asked for is among those of a time series. */
+static int choose_volume(nifti *n, cvol_stored *stored, const cvol_read_options *options)
+{
+    size_t index, bytes;
+    int code = cvol_format_choose(n->context, &index, n->path, "volume", "--index", n->volumes,
+                                  options->has_index, options->index);
+    if (!code) /* or the product below might overflow */
+        code = cvol_grid_check_within(n->context, &n->grid, n->path, UINT64_MAX);
+    if (code)
+        return code;
+    bytes = cvol_grid_bytes(&n->grid);
+    uint64_t skip;
+    if (__builtin_mul_overflow((uint64_t)bytes, (uint64_t)index, &skip) ||
+        __builtin_add_overflow(skip, n->vox_offset, &stored->byte_skip))
+        stored->byte_skip = UINT64_MAX;
+    stored->may_go_on = stored->others_follow = n->volumes > 1;
+    return CVOL_OK;
+}
+
 static int find_nifti(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                       const cvol_read_options *options)
 {
-    (void)options;
-    nifti n = {.context = context, .path = path, .grid = cvol_grid_make(1, 1, 1, CVOL_UINT8)};
+    nifti n = {.context = context,
+               .path = path,
+               .volumes = 1,
+               .grid = cvol_grid_make(1, 1, 1, CVOL_UINT8)};
     int code = read_header(&n);
     if (!code)
         code = read_dims(&n);
@@ -329,9 +354,8 @@ static int find_nifti(cvol_context *context, cvol_grid *grid, cvol_stored *store
         code = find_pair(&n, &stored->data_path, &n.is_gzip);
     stored->encoding = n.is_gzip ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
     stored->big_endian = n.header.big_endian;
-    stored->byte_skip = n.vox_offset;
     *grid = n.grid;
-    return code;
+    return code ? code : choose_volume(&n, stored, options);
 }
 
 /* ---- writing ------------------------------------------------------------------------- */
@@ -446,4 +470,5 @@ const cvol_format cvol_format_nifti = {
     .recognise = recognise,
     .find = find_nifti,
     .plan = plan_nifti,
+    .takes = CVOL_TAKES_INDEX,
 };

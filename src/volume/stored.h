@@ -33,12 +33,13 @@ typedef struct cvol_stored {
     uint64_t stored_size; /* of compressed samples, or of text; 0: to the file's end */
     int at_end;           /* raw samples are the last bytes of the file */
     int may_go_on;        /* other bytes may follow raw samples: a detached file is cut from */
+    int others_follow;    /* other volumes: of compressed samples too the end is not theirs */
     int undescribed;      /* the grid is the caller's word for a file of nothing but samples */
     cvol_sheets sheets;   /* closed by whoever called the reader */
 } cvol_stored;
 
-/* Reads samples stored as text, from `offset` on; of `size` bytes, or, 0, to the file's end. More of them
- * than the grid's are an error unless they may go on. */
+/* Reads samples stored as text, from `offset` on; of `size` bytes, or, 0, to the file's end. More
+ * of them than the grid's are an error unless they may go on. */
 int cvol_stored_read_text(cvol_context *context, cvol_volume **out, const cvol_grid *grid,
                           const cvol_input *input, uint64_t offset, uint64_t size, int may_go_on);
 

@@ -120,9 +120,12 @@ static int inflate_next(cvol_context *context, cvol_volume_stream *s, void *out,
     return code || got == size ? code : fail_short(context, s, s->inflated);
 }
 
-/* The stream must end where the samples do, and its check sum must hold. */
+/* The stream must end where the samples do, and its check sum must hold; unless other volumes
+ * follow, which nobody wants. */
 static int check_stream_end(cvol_context *context, cvol_volume_stream *s)
 {
+    if (s->stored.others_follow)
+        return CVOL_OK;
     uint8_t more;
     uint64_t got;
     int code = cvol_inflater_read(context, s->inflater, &more, 1, &got);
