@@ -90,11 +90,24 @@ static const char *find_value(const npy *n, const char *key)
     return NULL;
 }
 
+/* How many characters of it a value is: text in quotes, a tuple, or a word. */
+static size_t value_length(const char *value)
+{
+    const char end[2] = {*value == '(' ? ')' : *value, '\0'};
+    if (*value != '(' && *value != '\'' && *value != '"')
+        return strcspn(value, ",} ");
+    const size_t length = 1 + strcspn(value + 1, end);
+    return length + (value[length] != '\0');
+}
+
 static int fail_value(const npy *n, const char *key, const char *what)
 {
     const char *value = find_value(n, key);
-    return cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: '%s' is %.40s, %s", n->path, key,
-                     value ? value : "not in its header", what);
+    if (!value)
+        value = "missing";
+    const size_t length = value_length(value);
+    return cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: '%s' is %.*s, %s", n->path, key,
+                     length < 60 ? (int)length : 60, value, what);
 }
 
 static int read_type(npy *n)
