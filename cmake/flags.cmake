@@ -13,9 +13,9 @@ if(CVOL_SANITIZE)
   target_link_options(cvol_flags INTERFACE -fsanitize=address,undefined)
 endif()
 
-# cvol_add_simd_source(TARGET FILE [FLAGS...]): compiles a kernel file once per instruction
-# set; inside, CVOL_SIMD(name) gives each function its own suffix. src/base/cpu.h chooses.
-function(cvol_add_simd_source target file)
+# cvol_add_simd_sources(TARGET FILES...): compiles kernel files once per instruction set; inside,
+# CVOL_SIMD(name) gives each function its own suffix. src/base/cpu.h chooses.
+function(cvol_add_simd_sources target)
   set(sets base)
   set(flags_base "")
   if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64|amd64")
@@ -24,14 +24,13 @@ function(cvol_add_simd_source target file)
     set(flags_avx512 -mavx512f -mavx512bw -mavx512dq -mavx512vl -mfma -mf16c
         -mprefer-vector-width=512)
   endif()
-  get_filename_component(stem ${file} NAME_WE)
   foreach(set IN LISTS sets)
-    set(object ${target}_${stem}_${set})
-    add_library(${object} OBJECT ${file})
+    set(object ${target}_${set})
+    add_library(${object} OBJECT ${ARGN})
     target_link_libraries(${object} PRIVATE cvol_flags)
     target_include_directories(${object} PRIVATE
       ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/src)
-    target_compile_options(${object} PRIVATE ${flags_${set}} ${ARGN})
+    target_compile_options(${object} PRIVATE ${flags_${set}})
     if(NOT set STREQUAL "base")
       # The sets share their source: one of them looked through for undefined behaviour is enough,
       # and the others compile in a third of the time.

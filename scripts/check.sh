@@ -24,5 +24,6 @@ build_and_test "$folder" -DCVOL_SANITIZE=OFF
 ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1
 UBSAN_OPTIONS=print_stacktrace=1
 export ASAN_OPTIONS UBSAN_OPTIONS
+# Kernels, looked through for undefined behaviour, compile at -O1 in a third of the time that -O2 takes.
 build_and_test "$folder-sanitize" -DCVOL_SANITIZE=ON -DCMAKE_BUILD_TYPE=RelWithDebInfo \
-    '-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O2 -g1'
+    '-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O1 -g1'
