@@ -1,6 +1,7 @@
 #!/bin/sh
 # Runs what the documents show: every ```sh block of README.md and doc/method.md, the C program, and
-# the demo, in an empty folder that has the samples.
+# the demo, in an empty folder that has the samples. The demo and the C program see all of the scan; for
+# the commands it is as large, but empty above its lowest 120 slices, which takes half the time.
 # usage: tests/check_docs.sh SOURCE_FOLDER CVOL README_EXAMPLE
 set -eu
 source=$(cd "$1" && pwd)
@@ -11,7 +12,13 @@ example=$3
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
-ln -s "$source/samples" samples
+mkdir samples
+cp "$source"/samples/* samples
+slice=$((301 * 370))
+{
+    gzip -dc "$source/samples/ch2better.nii.gz" | head -c $((352 + slice * 120))
+    head -c $((slice * 196)) /dev/zero
+} | gzip -1 >samples/ch2better.nii.gz
 
 for document in README.md doc/method.md; do
     awk '/^```sh$/ { on = 1; next } /^```$/ { on = 0 } on' "$source/$document" >commands
@@ -27,6 +34,7 @@ for document in README.md doc/method.md; do
 done
 
 rm -f brain.png
+cp "$source/samples/ch2better.nii.gz" samples
 echo '+ the C program'
 "$example"
 [ -s brain.png ] || { echo 'the C program of README.md left no picture' >&2; exit 1; }

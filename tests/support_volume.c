@@ -15,7 +15,6 @@
 #include "random.h"
 #include "support.h"
 
-cvol_context *context;
 char *folder;
 
 const uint8_t counting[64] = {1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13, 14, 15, 16,
@@ -25,18 +24,14 @@ const uint8_t counting[64] = {1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13
 
 int open_all(void **state)
 {
-    (void)state;
-    context = cvol_context_create();
     folder = support_folder_make();
-    return context == NULL;
+    return context_setup(state);
 }
 
 int close_all(void **state)
 {
-    (void)state;
     support_folder_remove(folder);
-    cvol_context_destroy(context);
-    return 0;
+    return context_teardown(state);
 }
 
 /* ---- files in the folder ------------------------------------------------------------- */

@@ -7,9 +7,9 @@
 #include <stdint.h>
 
 #include "cvol/volume.h"
+#include "support_context.h"
 
-/* A group's fixtures: both exist from open_all to close_all. */
-extern cvol_context *context;
+/* A group's fixtures: the context and this exist from open_all to close_all. */
 extern char *folder;
 int open_all(void **state);
 int close_all(void **state);

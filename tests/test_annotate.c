@@ -15,22 +15,7 @@
 #include "image/font.h"
 #include "random.h"
 #include "render/camera.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
+#include "support_context.h"
 
 static void test_round_lengths(void **state)
 {
@@ -230,13 +215,13 @@ static void test_refusals(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_round_lengths, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_length_texts, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_text_widths, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_scale_bar, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_any_picture, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_colours, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_refusals, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_round_lengths, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_length_texts, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_text_widths, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_scale_bar, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_any_picture, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_colours, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_refusals, context_setup, context_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -12,23 +12,8 @@
 
 #include "random.h"
 #include "render/camera.h"
+#include "support_context.h"
 #include "support_render.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* ---- the view ------------------------------------------------------------- */
 
@@ -255,7 +240,7 @@ static void test_zoom_and_width(void **state)
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_view_directions),       TEST(test_view_scale),
         TEST(test_bad_options_are_named), TEST(test_voxels_appear_in_their_places),

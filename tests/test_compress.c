@@ -15,23 +15,7 @@
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
-
-static cvol_context *context;
-
-static int start(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    cvol_context_set_threads(context, 2);
-    return !context;
-}
-
-static int stop(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
+#include "support_context.h"
 
 /* ---- synthetic volumes ------------------------------------------------------------------ */
 
@@ -199,7 +183,7 @@ static void ratios_are_within_two_percent(void **state)
     static const double ratios[] = {3, 10, 30};
     static const int blocks[] = {8, 16, 32};
     for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t += SUPPORT_STRIDE) {
-        cvol_grid grid = cvol_grid_make(70, 65, 60, (cvol_type)t);
+        cvol_grid grid = cvol_grid_make(70, 41, 36, (cvol_type)t);
         void *samples = make_volume(&grid, (uint64_t)t);
         for (int i = 0; i < 3; i++) {
             cvol_compress_report report = run(samples, &grid, blocks[(i + t) % 3],
@@ -236,7 +220,7 @@ static void psnr_is_reached(void **state)
     (void)state;
     for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t++)
         for (double wanted = 30; wanted <= 50; wanted += 10) {
-            cvol_grid grid = cvol_grid_make(40, 33, 50, (cvol_type)t);
+            cvol_grid grid = cvol_grid_make(40, 33, 30, (cvol_type)t);
             void *samples = make_volume(&grid, 7);
             cvol_compress_report report = run(samples, &grid, 16, CVOL_TARGET_PSNR, wanted);
             assert_true(report.psnr_db >= wanted && report.psnr_db < wanted + 0.15);
@@ -404,7 +388,7 @@ static void strange_samples_are_told(void **state)
 static void bytes_do_not_depend_on_threads(void **state)
 {
     (void)state;
-    cvol_grid grid = cvol_grid_make(150, 140, 133, CVOL_UINT8);
+    cvol_grid grid = cvol_grid_make(133, 70, 66, CVOL_UINT8);
     void *samples = make_volume(&grid, 1);
     char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
     unsigned char *first = NULL;
@@ -444,7 +428,7 @@ static int cancel_after(void *user, const char *what, double fraction)
 static void compressing_can_be_cancelled(void **state)
 {
     (void)state;
-    cvol_grid grid = cvol_grid_make(70, 65, 60, CVOL_UINT8);
+    cvol_grid grid = cvol_grid_make(70, 33, 30, CVOL_UINT8);
     void *samples = make_volume(&grid, 2);
     cvol_array *array;
     int code = CVOL_ERROR_CANCELLED;
@@ -478,5 +462,5 @@ int main(void)
         cmocka_unit_test(bytes_do_not_depend_on_threads),
         cmocka_unit_test(compressing_can_be_cancelled),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return cmocka_run_group_tests(tests, context_setup_two, context_teardown);
 }

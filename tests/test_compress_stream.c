@@ -233,8 +233,8 @@ static void ratios_are_as_good_as_in_memory(void **state)
     (void)state;
     random_state r = {11};
     for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t += SUPPORT_STRIDE) {
-        const size_t nx = 40 + random_below(&r, 40), ny = 30 + random_below(&r, 40);
-        const cvol_grid grid = cvol_grid_make(nx, ny, 30 + random_below(&r, 130), (cvol_type)t);
+        const size_t nx = 34 + random_below(&r, 36), ny = 18 + random_below(&r, 24);
+        const cvol_grid grid = cvol_grid_make(nx, ny, 50 + random_below(&r, 90), (cvol_type)t);
         void *samples = make_volume(&grid, (uint64_t)t, 0.02);
         const double asked = 8 + 6 * t;
         double ratio;
@@ -256,7 +256,7 @@ static void psnr_and_bits_are_kept(void **state)
     (void)state;
     random_state r = {12};
     for (int t = CVOL_UINT8; t <= CVOL_FLOAT64; t += 2 * SUPPORT_STRIDE) {
-        const cvol_grid grid = cvol_grid_make(50, 40, 80 + random_below(&r, 60), (cvol_type)t);
+        const cvol_grid grid = cvol_grid_make(40, 32, 70 + random_below(&r, 40), (cvol_type)t);
         void *samples = make_volume(&grid, (uint64_t)t, 0.05);
         const double wanted = 36 + t, bits = 0.3 + 0.1 * t;
         double ratio;
@@ -520,7 +520,7 @@ static int watch(void *user, const char *what, double fraction)
 static void progress_rises(void **state)
 {
     (void)state;
-    const cvol_grid grid = cvol_grid_make(140, 130, 200, CVOL_UINT8);
+    const cvol_grid grid = cvol_grid_make(70, 40, 200, CVOL_UINT8);
     void *samples = make_volume(&grid, 1, 0.1);
     given from = give(samples, &grid);
     cvol_compress_report report;

@@ -11,23 +11,8 @@
 
 #include "random.h"
 #include "render/fourier.h"
+#include "support_context.h"
 #include "support_render.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 static cvol_volume noise(size_t nx, size_t ny, size_t nz, uint64_t seed)
 {
@@ -579,5 +564,5 @@ int main(void)
         cmocka_unit_test(test_threads),      cmocka_unit_test(test_kept),
         cmocka_unit_test(test_refusals),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

@@ -15,22 +15,7 @@
 #include "image/picture.h"
 #include "random.h"
 #include "support.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
+#include "support_context.h"
 
 /* Coloured blobs on black, with some noise; alpha: opaque in the midst only. */
 static cvol_image *make_image(int width, int height, int grey, int alpha, uint64_t seed)
@@ -456,5 +441,5 @@ int main(void)
         cmocka_unit_test(test_fuzz),
         cmocka_unit_test(test_files),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

@@ -14,23 +14,8 @@
 #include <cmocka.h>
 
 #include "random.h"
+#include "support_context.h"
 #include "support_render.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 #define ENGINES 5
 #define SIZE 61
@@ -374,14 +359,14 @@ static void test_png16(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_engines, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_threads, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_window, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_straight, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_refusals, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_mirror, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_pfm, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_png16, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_engines, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_threads, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_window, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_straight, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_refusals, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_mirror, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_pfm, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_png16, context_setup, context_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -14,23 +14,8 @@
 #include "random.h"
 #include "render/camera.h"
 #include "render/transfer.h"
+#include "support_context.h"
 #include "support_render.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* ---- views -------------------------------------------------------------------------------- */
 
@@ -283,11 +268,12 @@ static void test_hounsfield(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test_setup_teardown(test_views_of_patients, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_views_of_others, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_pictures_of_both_hands, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_adjusted, setup, teardown),
-        cmocka_unit_test_setup_teardown(test_hounsfield, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_views_of_patients, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_views_of_others, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_pictures_of_both_hands, context_setup,
+                                        context_teardown),
+        cmocka_unit_test_setup_teardown(test_adjusted, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_hounsfield, context_setup, context_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -13,23 +13,8 @@
 
 #include "random.h"
 #include "render/camera.h"
+#include "support_context.h"
 #include "support_render.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* ---- helpers ----------------------------------------------------------------------------- */
 
@@ -374,7 +359,7 @@ static void test_progress_and_cancel(void **state)
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_constant_box),
         TEST(test_xray_of_a_ramp),

@@ -12,23 +12,8 @@
 
 #include "cvol/codec.h"
 #include "support.h"
+#include "support_context.h"
 #include "support_render.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* ---- pictures ----------------------------------------------------------------------------------
  */
@@ -362,5 +347,5 @@ int main(void)
         cmocka_unit_test(test_surface_beyond_range),
         cmocka_unit_test(test_minimum),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

@@ -17,25 +17,10 @@
 #include "array/array.h"
 #include "cvol/codec.h"
 #include "random.h"
+#include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
 #include "support_split.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 static const double views[][2] = {{90, 0}, {30, 20}, {250, -60}}; /* all principal axes */
 enum { VIEWS = sizeof views / sizeof *views };
@@ -311,5 +296,5 @@ int main(void)
         cmocka_unit_test(test_frames_do_not_matter),
         cmocka_unit_test(test_there_are_four),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

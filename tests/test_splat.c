@@ -14,23 +14,8 @@
 #include "random.h"
 #include "render/camera.h"
 #include "render/transfer.h"
+#include "support_context.h"
 #include "support_render.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 static cvol_image *draw(cvol_renderer *renderer, const cvol_transfer_point *points, size_t count,
                         const cvol_render_options *options)
@@ -594,5 +579,5 @@ int main(void)
         cmocka_unit_test(test_all_sizes),
         cmocka_unit_test(test_refusals),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

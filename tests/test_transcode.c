@@ -14,23 +14,7 @@
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
-
-static cvol_context *context;
-
-static int start(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    cvol_context_set_threads(context, 2);
-    return !context;
-}
-
-static int stop(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
+#include "support_context.h"
 
 static void check_ok(int code)
 {
@@ -250,5 +234,5 @@ int main(void)
         cmocka_unit_test(threads_make_no_difference), cmocka_unit_test(masks_are_kept),
         cmocka_unit_test(finer_is_refused),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return cmocka_run_group_tests(tests, context_setup_two, context_teardown);
 }

@@ -6,7 +6,7 @@
 . "$(dirname "$0")/lib.sh"
 
 kills=${CVOL_KILLS:-20}
-dims=100x90x100
+dims=100x60x70
 make_volume in.raw uint8 $dims
 raw="--dims $dims --type uint8"
 expect_done cvol compress in.raw old.cvol $raw --ratio 20 --threads 1

@@ -48,12 +48,12 @@ expect_failure 1 'short.raw: has 1000000 bytes' cvol compress short.raw x.cvol $
 
 # ---- decompress: of more than 64 MiB, in several slabs; all of it is its parts --------------------
 
-dims=500x500x150
-make_volume big.raw int16 $dims
-expect_status 0 cvol compress big.raw big.cvol --dims $dims --type int16 --ratio 60 --stream
+dims=260x260x130
+make_volume big.raw float64 $dims
+expect_status 0 cvol compress big.raw big.cvol --dims $dims --type float64 --ratio 60 --stream
 rm big.raw
 expect_done cvol decompress big.cvol big.raw
-for box in 0:500,0:500,0:62 0:500,0:500,62:131 0:500,0:500,131:150; do
+for box in 0:260,0:260,0:62 0:260,0:260,62:127 0:260,0:260,127:130; do
     expect_done cvol decompress big.cvol part.raw --box $box
     cat part.raw >>parts.raw
 done

@@ -1,0 +1,14 @@
+/* The context of a file of tests: one for all of them, or a new one for each. */
+#ifndef CVOL_TESTS_SUPPORT_CONTEXT_H
+#define CVOL_TESTS_SUPPORT_CONTEXT_H
+
+#include "cvol/base.h"
+
+extern cvol_context *context;
+
+/* For cmocka: made, with as many threads as there are processors or with two, and freed. */
+int context_setup(void **state);
+int context_setup_two(void **state);
+int context_teardown(void **state);
+
+#endif
