@@ -1,7 +1,7 @@
 /* Cubic splines at the pixels of a row (spline_row.h). */
 #include "image/spline_row.h"
 
-#include "base/vector.h"
+#include "base/vector_pixel.h"
 
 /* Four neighbours of four floats. */
 #define WINDOW 16
@@ -9,15 +9,6 @@
 
 /* Pixels that become bytes at a time. */
 #define CHUNK 16
-
-typedef float pixel __attribute__((vector_size(16)));
-
-CVOL_INLINE pixel load_pixel(const float *from)
-{
-    pixel v;
-    memcpy(&v, from, sizeof v);
-    return v;
-}
 
 /* Weights of four neighbours at fraction f: of neighbour i, cubic[0][i] + f cubic[1][i] + .. . Four
  * floats each, as there are four channels. */
@@ -52,23 +43,7 @@ static void copy_edge(float *out, const cvol_spline_row *row, long x, long y)
         }
 }
 
-/* The sum of a vector's groups of four. */
-CVOL_INLINE pixel add_groups(cvol_vf v)
-{
-#if CVOL_LANES == 16
-    const __m256 half = _mm256_add_ps(_mm512_castps512_ps256((__m512)v),
-                                      _mm512_extractf32x8_ps((__m512)v, 1));
-#elif CVOL_LANES == 8
-    const __m256 half = (__m256)v;
-#endif
-#if CVOL_LANES == 4
-    return (pixel)v;
-#else
-    return (pixel)_mm_add_ps(_mm256_castps256_ps128(half), _mm256_extractf128_ps(half, 1));
-#endif
-}
-
-CVOL_INLINE pixel sample(const cvol_spline_row *row, long x, long y, float fx, float fy)
+CVOL_INLINE cvol_pixel_f sample(const cvol_spline_row *row, long x, long y, float fx, float fy)
 {
     float wy[4], edge[4 * WINDOW];
     const float *from = edge;
@@ -79,11 +54,12 @@ CVOL_INLINE pixel sample(const cvol_spline_row *row, long x, long y, float fx, f
     } else {
         copy_edge(edge, row, x, y);
     }
-    const pixel down = load_pixel(cubic_y[0]) +
-                       fy * (load_pixel(cubic_y[1]) +
-                             fy * (load_pixel(cubic_y[2]) + fy * load_pixel(cubic_y[3])));
+    const cvol_pixel_f down = cvol_pixel_load(cubic_y[0]) +
+                              fy * (cvol_pixel_load(cubic_y[1]) +
+                                    fy * (cvol_pixel_load(cubic_y[2]) +
+                                          fy * cvol_pixel_load(cubic_y[3])));
     memcpy(wy, &down, sizeof wy);
-    pixel all = {0};
+    cvol_pixel_f all = {0};
     for (int part = 0; part < PARTS; part++) {
         const int lane = part * CVOL_LANES;
         const cvol_vf across = cvol_load(cubic[0] + lane) +
@@ -93,7 +69,7 @@ CVOL_INLINE pixel sample(const cvol_spline_row *row, long x, long y, float fx, f
         cvol_vf sum = {0};
         for (int j = 0; j < 4; j++)
             sum += wy[j] * cvol_load(from + j * stride + lane);
-        all += add_groups(sum * across);
+        all += cvol_pixels_add(sum * across);
     }
     return all;
 }
@@ -154,13 +130,13 @@ void CVOL_SIMD(cvol_spline_sample)(const cvol_spline_row *row)
         chunk_places at;
         find_places(&at, row, first);
         for (int i = 0; i < CHUNK; i++) {
-            pixel value = {0};
+            cvol_pixel_f value = {0};
             if (is_near(row, at.x[i], at.y[i]))
                 value = sample(row, at.x[i], at.y[i], at.fx[i], at.fy[i]);
             memcpy(values + 4 * i, &value, sizeof value);
         }
         if (row->values) {
-            memcpy(row->values + 4 * (size_t)first, values, (size_t)count * sizeof(pixel));
+            memcpy(row->values + 4 * (size_t)first, values, (size_t)count * sizeof(cvol_pixel_f));
         } else {
             store_chunk(bytes, values, ground);
             memcpy(row->out + 4 * (size_t)first, bytes, 4 * (size_t)count);

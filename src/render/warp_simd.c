@@ -1,20 +1,11 @@
 /* Catmull-Rom interpolation (Catmull and Rom 1974) of pixels of four floats: 4 x 4 taps, the four
  * of a line side by side in as few vectors as there can be. */
-#include "base/vector.h"
+#include "base/vector_pixel.h"
 #include "render/warp_row.h"
 
 /* Four neighbours of four floats. */
 #define WINDOW 16
 #define PARTS (WINDOW / CVOL_LANES)
-
-typedef float pixel __attribute__((vector_size(16)));
-
-CVOL_INLINE pixel load_pixel(const float *from)
-{
-    pixel v;
-    memcpy(&v, from, sizeof v);
-    return v;
-}
 
 /* Weights of the pixels at -1, 0, 1, 2 for a point at t in 0..1: of neighbour i,
  * cubic[0][i] + t cubic[1][i] + ... . Four floats each, as there are four channels. */
@@ -42,27 +33,11 @@ static __attribute__((noinline)) void copy_edge(float *out, const cvol_warp_sour
         for (int i = x - 1; i <= x + 2; i++, out += 4) {
             const int there = i >= 0 && j >= 0 && i < source->width && j < source->height;
             memcpy(out, there ? source->pixels + j * source->stride + 4L * i : source->empty,
-                   sizeof(pixel));
+                   sizeof(cvol_pixel_f));
         }
 }
 
-/* The sum of a vector's groups of four. */
-CVOL_INLINE pixel add_groups(cvol_vf v)
-{
-#if CVOL_LANES == 16
-    const __m256 half = _mm256_add_ps(_mm512_castps512_ps256((__m512)v),
-                                      _mm512_extractf32x8_ps((__m512)v, 1));
-#elif CVOL_LANES == 8
-    const __m256 half = (__m256)v;
-#endif
-#if CVOL_LANES == 4
-    return (pixel)v;
-#else
-    return (pixel)_mm_add_ps(_mm256_castps256_ps128(half), _mm256_extractf128_ps(half, 1));
-#endif
-}
-
-CVOL_INLINE pixel sample(const cvol_warp_source *source, int x, int y, float s, float t)
+CVOL_INLINE cvol_pixel_f sample(const cvol_warp_source *source, int x, int y, float s, float t)
 {
     float down[4], edge[4 * WINDOW];
     const float *from = edge;
@@ -73,11 +48,12 @@ CVOL_INLINE pixel sample(const cvol_warp_source *source, int x, int y, float s, 
     } else {
         copy_edge(edge, source, x, y);
     }
-    const pixel weights = load_pixel(cubic_v[0]) +
-                          t * (load_pixel(cubic_v[1]) +
-                               t * (load_pixel(cubic_v[2]) + t * load_pixel(cubic_v[3])));
+    const cvol_pixel_f weights = cvol_pixel_load(cubic_v[0]) +
+                                 t * (cvol_pixel_load(cubic_v[1]) +
+                                      t * (cvol_pixel_load(cubic_v[2]) +
+                                           t * cvol_pixel_load(cubic_v[3])));
     memcpy(down, &weights, sizeof down);
-    pixel all = {0};
+    cvol_pixel_f all = {0};
     for (int part = 0; part < PARTS; part++) {
         const int lane = part * CVOL_LANES;
         const cvol_vf across = cvol_load(cubic[0] + lane) +
@@ -87,7 +63,7 @@ CVOL_INLINE pixel sample(const cvol_warp_source *source, int x, int y, float s, 
         cvol_vf sum = {0};
         for (int j = 0; j < 4; j++)
             sum += down[j] * cvol_load(from + j * stride + lane);
-        all += add_groups(sum * across);
+        all += cvol_pixels_add(sum * across);
     }
     return all;
 }
@@ -128,14 +104,14 @@ int CVOL_SIMD(cvol_warp_sample)(float *values, const cvol_warp_source *source,
                                 const cvol_warp_places *places)
 {
     const int count = places->count;
-    const pixel empty = load_pixel(source->empty);
+    const cvol_pixel_f empty = cvol_pixel_load(source->empty);
     chunk_places at;
     split_places(at.x, at.s, places->u, count, source->width);
     split_places(at.y, at.t, places->v, count, source->height);
     if (!is_chunk_near(source, &at, count))
         return 0;
     for (int i = 0; i < count; i++) {
-        pixel value = empty;
+        cvol_pixel_f value = empty;
         if (is_near(source, at.x[i], at.y[i]))
             value = sample(source, at.x[i], at.y[i], at.s[i], at.t[i]);
         memcpy(values + 4 * i, &value, sizeof value);
