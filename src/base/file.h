@@ -54,5 +54,10 @@ int cvol_output_rewrite(cvol_context *context, cvol_output *output, uint64_t off
 int cvol_output_commit(cvol_context *context, cvol_output *output);
 /* Removes the temporary file and frees the output; NULL is allowed. */
 void cvol_output_abandon(cvol_output *output);
+/* Commits an output that went well (code is CVOL_OK), abandons one that failed; what came of it. */
+int cvol_output_end(cvol_context *context, cvol_output *output, int code);
+
+/* Writes a file whole: open, write, end. */
+int cvol_file_write(cvol_context *context, const void *data, size_t size, const char *path);
 
 #endif

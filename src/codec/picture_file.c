@@ -100,11 +100,8 @@ int cvol_picture_write(cvol_context *context, const cvol_picture *picture, const
                        uint64_t *file_bytes)
 {
     cvol_bytes bytes = {0};
-    int code = cvol_picture_put(context, &bytes, picture);
-    if (!code)
-        code = cvol_plane_file_write(context, &bytes, path, file_bytes);
-    cvol_bytes_free(&bytes);
-    return code;
+    const int code = cvol_picture_put(context, &bytes, picture);
+    return cvol_plane_file_end(context, &bytes, code, path, file_bytes);
 }
 
 /* ---- reading -------------------------------------------------------------------------------- */

@@ -19,19 +19,14 @@ int cvol_plane_file_put(cvol_context *context, cvol_bytes *out, cvol_section_kin
     return out->failed ? cvol_fail_memory(context, out->size, "the file") : CVOL_OK;
 }
 
-int cvol_plane_file_write(cvol_context *context, const cvol_bytes *bytes, const char *path,
-                          uint64_t *file_bytes)
+int cvol_plane_file_end(cvol_context *context, cvol_bytes *bytes, int code, const char *path,
+                        uint64_t *file_bytes)
 {
-    cvol_output *output = NULL;
-    int code = cvol_output_open(context, &output, path);
     if (!code)
-        code = cvol_output_write(context, output, bytes->data, bytes->size);
-    if (code)
-        cvol_output_abandon(output);
-    else
-        code = cvol_output_commit(context, output);
+        code = cvol_file_write(context, bytes->data, bytes->size, path);
     if (!code && file_bytes)
         *file_bytes = bytes->size;
+    cvol_bytes_free(bytes);
     return code;
 }
 

@@ -12,10 +12,10 @@
 int cvol_plane_file_put(cvol_context *context, cvol_bytes *out, cvol_section_kind head,
                         const cvol_bytes *head_content, const cvol_bytes *planes);
 
-/* Writes these bytes as a file; their number goes to *file_bytes, if that is not NULL. Errors: IO,
- * MEMORY. */
-int cvol_plane_file_write(cvol_context *context, const cvol_bytes *bytes, const char *path,
-                          uint64_t *file_bytes);
+/* Writes bytes that went well (code is CVOL_OK) as a file, and frees them in any case; their number
+ * goes to *file_bytes, if that is not NULL. Errors: IO, MEMORY. */
+int cvol_plane_file_end(cvol_context *context, cvol_bytes *bytes, int code, const char *path,
+                        uint64_t *file_bytes);
 
 /* Finds both sections, checked; `kind` is the head's. Errors: FORMAT (another kind of file),
  * CORRUPT, UNSUPPORTED. */

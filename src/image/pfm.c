@@ -74,10 +74,7 @@ static int write_map(cvol_context *context, const map_rows *rows, const char *pa
         return code;
     code = write_rows(context, output, &bytes, rows);
     cvol_bytes_free(&bytes);
-    if (!code)
-        return cvol_output_commit(context, output);
-    cvol_output_abandon(output);
-    return code;
+    return cvol_output_end(context, output, code);
 }
 
 int cvol_image_write_pfm(cvol_context *context, const cvol_image *image, const double background[3],

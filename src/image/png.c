@@ -4,14 +4,13 @@
  * memory first, so that libpng never meets a stream; what the header claims is checked against
  * the limits and against the file's size before anything is allocated for it.
  *
- * libpng reports errors by longjmp. All state that lives across it sits in one struct behind a
- * pointer: no local variable changes between setjmp and longjmp.
+ * libpng reports errors by longjmp (png_words.h). All state that lives across it sits in one struct
+ * behind a pointer: no local variable changes between setjmp and longjmp.
  */
 #include "cvol/image.h"
 
 #include <png.h>
 #include <setjmp.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,6 +18,7 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "base/memory.h"
+#include "image/png_words.h"
 
 /* Deflate cannot pack more than this many bytes into one (zlib's technical notes: 1032). */
 #define DEFLATE_RATIO_MAX 1040
@@ -30,24 +30,10 @@ typedef struct png_job {
     const char *path;
     png_structp png;
     png_infop info;
-    char message[200]; /* libpng's own words */
+    cvol_png_words message;
     cvol_cursor file;
     cvol_image *image; /* once its size is known */
 } png_job;
-
-static void on_error(png_structp png, png_const_charp message)
-{
-    png_job *job = png_get_error_ptr(png);
-    snprintf(job->message, sizeof job->message, "%s", message);
-    png_longjmp(png, 1);
-}
-
-/* Warnings are about chunks that pictures do without. */
-static void on_warning(png_structp png, png_const_charp message)
-{
-    (void)png;
-    (void)message;
-}
 
 static void read_from_cursor(png_structp png, png_bytep out, size_t size)
 {
@@ -109,7 +95,8 @@ static void read_rows(png_job *job)
 static int decode(png_job *job)
 {
     if (setjmp(png_jmpbuf(job->png)))
-        return cvol_fail(job->context, CVOL_ERROR_FORMAT, "%s: PNG: %s", job->path, job->message);
+        return cvol_fail(job->context, CVOL_ERROR_FORMAT, "%s: PNG: %s", job->path,
+                         job->message.text);
     png_set_read_fn(job->png, job, read_from_cursor);
     /* The limits are check_header's, so that they have their own error code. */
     png_set_user_limits(job->png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
@@ -140,7 +127,8 @@ int cvol_image_read_png(cvol_context *context, cvol_image **out, const char *pat
         code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s", path,
                          size ? "is not a PNG file" : "is empty");
     else {
-        job.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &job, on_error, on_warning);
+        job.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &job.message, cvol_png_on_error,
+                                         cvol_png_on_warning);
         job.info = job.png ? png_create_info_struct(job.png) : NULL;
         code = job.info ? decode(&job) : cvol_fail_memory(context, sizeof job, "libpng");
         png_destroy_read_struct(&job.png, &job.info, NULL);

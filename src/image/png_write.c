@@ -1,11 +1,10 @@
 /* PNG files, written through libpng: in memory first, and on disk when they are whole.
  *
- * libpng reports errors by longjmp. All state that lives across it sits in one struct behind a
- * pointer: no local variable changes between setjmp and longjmp.
+ * libpng reports errors by longjmp (png_words.h). All state that lives across it sits in one struct
+ * behind a pointer: no local variable changes between setjmp and longjmp.
  */
 #include <png.h>
 #include <setjmp.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -14,29 +13,17 @@
 #include "base/file.h"
 #include "base/memory.h"
 #include "image/pixels.h"
+#include "image/png_words.h"
 
 typedef struct png_job {
     cvol_context *context;
     const char *path;
     png_structp png;
     png_infop info;
-    char message[200]; /* libpng's own words */
-    cvol_bytes bytes;  /* the encoded file */
+    cvol_png_words message;
+    cvol_bytes bytes; /* the encoded file */
     uint8_t *row;
 } png_job;
-
-static void on_error(png_structp png, png_const_charp message)
-{
-    png_job *job = png_get_error_ptr(png);
-    snprintf(job->message, sizeof job->message, "%s", message);
-    png_longjmp(png, 1);
-}
-
-static void on_warning(png_structp png, png_const_charp message)
-{
-    (void)png;
-    (void)message;
-}
 
 static void append_to_bytes(png_structp png, png_bytep data, size_t size)
 {
@@ -56,7 +43,8 @@ static int encode(png_job *job, const cvol_png_rows *rows)
     static const int colours[] = {
         [1] = PNG_COLOR_TYPE_GRAY, [3] = PNG_COLOR_TYPE_RGB, [4] = PNG_COLOR_TYPE_RGB_ALPHA};
     if (setjmp(png_jmpbuf(job->png)))
-        return cvol_fail(job->context, CVOL_ERROR_MEMORY, "%s: PNG: %s", job->path, job->message);
+        return cvol_fail(job->context, CVOL_ERROR_MEMORY, "%s: PNG: %s", job->path,
+                         job->message.text);
     png_set_write_fn(job->png, job, append_to_bytes, flush_nothing);
     png_set_IHDR(job->png, job->info, (png_uint_32)rows->width, (png_uint_32)rows->height,
                  rows->bits, colours[rows->channels], PNG_INTERLACE_NONE,
@@ -70,32 +58,20 @@ static int encode(png_job *job, const cvol_png_rows *rows)
     return CVOL_OK;
 }
 
-static int write_bytes(cvol_context *context, const cvol_bytes *bytes, const char *path)
-{
-    cvol_output *output;
-    int code = cvol_output_open(context, &output, path);
-    if (code)
-        return code;
-    code = cvol_output_write(context, output, bytes->data, bytes->size);
-    if (!code)
-        return cvol_output_commit(context, output);
-    cvol_output_abandon(output);
-    return code;
-}
-
 int cvol_png_write(cvol_context *context, const cvol_png_rows *rows, const char *path)
 {
     png_job job = {.context = context, .path = path};
     int code;
     job.row = cvol_allocate((size_t)rows->width, (size_t)(rows->channels * rows->bits / 8));
     if (job.row)
-        job.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &job, on_error, on_warning);
+        job.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &job.message, cvol_png_on_error,
+                                          cvol_png_on_warning);
     if (job.png)
         job.info = png_create_info_struct(job.png);
     code = job.info ? encode(&job, rows) : cvol_fail_memory(context, sizeof job, "libpng");
     png_destroy_write_struct(&job.png, &job.info);
     if (!code)
-        code = write_bytes(context, &job.bytes, path);
+        code = cvol_file_write(context, job.bytes.data, job.bytes.size, path);
     cvol_bytes_free(&job.bytes);
     free(job.row);
     return code;

@@ -110,11 +110,8 @@ static int write_file(cvol_context *context, const cvol_baked_file *file, const 
                       uint64_t *file_bytes)
 {
     cvol_bytes bytes = {0};
-    int code = cvol_baked_file_put(context, &bytes, file);
-    if (!code)
-        code = cvol_plane_file_write(context, &bytes, path, file_bytes);
-    cvol_bytes_free(&bytes);
-    return code;
+    const int code = cvol_baked_file_put(context, &bytes, file);
+    return cvol_plane_file_end(context, &bytes, code, path, file_bytes);
 }
 
 int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, const char *path, int axis,

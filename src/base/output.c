@@ -1,0 +1,294 @@
+/* Outputs: files without a name or under a temporary one, which get their own when they are whole
+ * and on disk. */
+#define _GNU_SOURCE
+#include "base/file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+
+struct cvol_output {
+    int fd;
+    char *final_name;     /* links resolved */
+    char *temporary_name; /* NULL for devices and pipes */
+    int in_place;
+    int nameless; /* the temporary name is still a pattern */
+};
+
+static void output_free(cvol_output *output)
+{
+    if (output->fd >= 0)
+        close(output->fd);
+    free(output->final_name);
+    free(output->temporary_name);
+    free(output);
+}
+
+#define TEMPORARY ".cvol-XXXXXX"
+
+/* FOLDER/.cvol-XXXXXX: hidden. */
+static char *temporary_name_for(const char *final_name)
+{
+    const char *slash = strrchr(final_name, '/');
+    const size_t folder_length = slash ? (size_t)(slash + 1 - final_name) : 0;
+    const size_t length = folder_length + sizeof TEMPORARY;
+    char *temporary = malloc(length);
+    if (temporary)
+        snprintf(temporary, length, "%.*s%s", (int)folder_length, final_name, TEMPORARY);
+    return temporary;
+}
+
+/* The permissions that a plain creation would have given. */
+static mode_t default_mode(void)
+{
+    mode_t mask = umask(0);
+    umask(mask);
+    return 0666 & ~mask;
+}
+
+/* The folder that a file lies in, as a path that can be opened; NULL when memory is short. */
+static char *folder_of(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? strndup(path, (size_t)(slash + 1 - path)) : strdup(".");
+}
+
+/* Where a nameless file can be linked from. */
+static void link_of(char link[32], int fd)
+{
+    snprintf(link, 32, "/proc/self/fd/%d", fd);
+}
+
+/* Opens a file without a name in the folder of the final one; -1 where there is no such thing. */
+static int open_nameless(const char *final_name)
+{
+    char link[32], *folder = folder_of(final_name);
+    int fd = folder ? open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600) : -1;
+    free(folder);
+    if (fd < 0)
+        return -1;
+    link_of(link, fd);
+    if (!access(link, F_OK))
+        return fd;
+    close(fd);
+    return -1;
+}
+
+/* Gives a nameless file the final name if that is free, else a temporary one, which then waits to
+ * be renamed. 0 or an errno. */
+static int link_nameless(cvol_output *output)
+{
+    enum { TRIES_MOST = 1000 };
+    char link[32], *six;
+    link_of(link, output->fd);
+    if (!linkat(AT_FDCWD, link, AT_FDCWD, output->final_name, AT_SYMLINK_FOLLOW))
+        return 0;
+    six = output->temporary_name + strlen(output->temporary_name) - 6;
+    for (unsigned i = 0; errno == EEXIST && i < TRIES_MOST; i++) {
+        char digits[9];
+        snprintf(digits, sizeof digits, "%06x", ((unsigned)getpid() + 0x10001 * i) & 0xffffff);
+        memcpy(six, digits, 6);
+        if (!linkat(AT_FDCWD, link, AT_FDCWD, output->temporary_name, AT_SYMLINK_FOLLOW)) {
+            output->nameless = 0;
+            return 0;
+        }
+    }
+    return errno;
+}
+
+/* `path` with a final symbolic link followed where there is one to follow. */
+static char *resolve_name(const char *path)
+{
+    char *resolved = realpath(path, NULL);
+    return resolved ? resolved : strdup(path);
+}
+
+int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
+{
+    *out = NULL;
+    cvol_output *output = calloc(1, sizeof *output);
+    if (!output)
+        return cvol_fail_memory(context, sizeof *output, path);
+    output->fd = -1;
+    output->final_name = resolve_name(path);
+    if (!output->final_name) {
+        output_free(output);
+        return cvol_fail_memory(context, strlen(path), path);
+    }
+    int code = CVOL_OK;
+    struct stat status;
+    mode_t mode = default_mode();
+    int exists = !stat(output->final_name, &status);
+    if (!exists && errno == ENAMETOOLONG)
+        code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s", path,
+                         strerror(errno));
+    else if (exists && S_ISDIR(status.st_mode))
+        code = cvol_fail(context, CVOL_ERROR_IO, "%s: is a directory", path);
+    else if (exists && !S_ISREG(status.st_mode)) {
+        output->in_place = 1;
+        output->fd = open(output->final_name, O_WRONLY | O_CLOEXEC);
+        if (output->fd < 0)
+            code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", path, strerror(errno));
+    } else if (exists && (!(status.st_mode & 0222) || access(output->final_name, W_OK)))
+        code = cvol_fail(context, CVOL_ERROR_IO, "%s: is read-only", path);
+    else {
+        output->temporary_name = temporary_name_for(output->final_name);
+        if (!output->temporary_name)
+            code = cvol_fail_memory(context, strlen(path), path);
+        else {
+            output->fd = open_nameless(output->final_name);
+            output->nameless = output->fd >= 0;
+            if (output->fd < 0)
+                output->fd = mkostemp(output->temporary_name, O_CLOEXEC);
+            if (output->fd < 0)
+                code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s", path,
+                                 strerror(errno));
+            else if (fchmod(output->fd, exists ? status.st_mode & 0777 : mode)) {
+                /* Permissions are a courtesy: a file system without them is no failure. */
+            }
+        }
+    }
+    if (code) {
+        output_free(output);
+        return code;
+    }
+    *out = output;
+    return CVOL_OK;
+}
+
+int cvol_output_write(cvol_context *context, cvol_output *output, const void *data, size_t size)
+{
+    const char *next = data;
+    while (size > 0) {
+        size_t chunk = size > (size_t)1 << 30 ? (size_t)1 << 30 : size;
+        ssize_t wrote = write(output->fd, next, chunk);
+        if (wrote < 0 && errno == EINTR)
+            continue;
+        if (wrote < 0)
+            return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", output->final_name, strerror(errno));
+        next += wrote;
+        size -= (size_t)wrote;
+    }
+    return CVOL_OK;
+}
+
+const char *cvol_output_name(const cvol_output *output)
+{
+    return output->final_name;
+}
+
+int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *fd)
+{
+    const char *root = getenv("TMPDIR");
+    char *folder = output->in_place ? strdup(root && *root ? root : "/tmp")
+                                    : folder_of(output->final_name);
+    const size_t length = folder ? strlen(folder) + sizeof "/" TEMPORARY : 0;
+    char *name = folder ? malloc(length) : NULL;
+    int code = CVOL_OK;
+    *fd = -1;
+    if (!name) {
+        code = cvol_fail_memory(context, length, output->final_name);
+    } else {
+        *fd = open(folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+        if (*fd < 0) { /* not on every file system */
+            snprintf(name, length, "%s/" TEMPORARY, folder);
+            *fd = mkostemp(name, O_CLOEXEC);
+            if (*fd < 0)
+                code = cvol_fail(context, CVOL_ERROR_IO, "%s: cannot be written: %s",
+                                 output->final_name, strerror(errno));
+            else
+                unlink(name);
+        }
+    }
+    free(name);
+    free(folder);
+    return code;
+}
+
+int cvol_output_rewrite(cvol_context *context, cvol_output *output, uint64_t offset,
+                        const void *data, size_t size)
+{
+    const char *next = data;
+    while (size > 0) {
+        ssize_t wrote = pwrite(output->fd, next, size, (off_t)offset);
+        if (wrote < 0 && errno == EINTR)
+            continue;
+        if (wrote < 0)
+            return cvol_fail(context, CVOL_ERROR_IO, "%s: %s", output->final_name, strerror(errno));
+        next += wrote;
+        offset += (uint64_t)wrote;
+        size -= (size_t)wrote;
+    }
+    return CVOL_OK;
+}
+
+/* Makes the rename itself durable; a file system that cannot is left to its own ways. */
+static void sync_folder_of(const char *path)
+{
+    char *folder = folder_of(path);
+    if (!folder)
+        return;
+    int fd = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    free(folder);
+    if (fd < 0)
+        return;
+    (void)fsync(fd);
+    close(fd);
+}
+
+int cvol_output_commit(cvol_context *context, cvol_output *output)
+{
+    int trouble = 0;
+    if (!output->in_place && fsync(output->fd))
+        trouble = errno;
+    if (!trouble && output->nameless)
+        trouble = link_nameless(output);
+    if (close(output->fd) && !trouble)
+        trouble = errno;
+    output->fd = -1;
+    const int is_named = !output->in_place && !output->nameless; /* by the temporary name */
+    if (is_named && !trouble && rename(output->temporary_name, output->final_name))
+        trouble = errno;
+    int code = CVOL_OK;
+    if (trouble) {
+        code = cvol_fail(context, CVOL_ERROR_IO, "%s: %s", output->final_name, strerror(trouble));
+        if (is_named)
+            unlink(output->temporary_name);
+    } else if (!output->in_place)
+        sync_folder_of(output->final_name);
+    output_free(output);
+    return code;
+}
+
+void cvol_output_abandon(cvol_output *output)
+{
+    if (!output)
+        return;
+    if (!output->in_place && !output->nameless && output->temporary_name)
+        unlink(output->temporary_name);
+    output_free(output);
+}
+
+int cvol_output_end(cvol_context *context, cvol_output *output, int code)
+{
+    if (!code)
+        return cvol_output_commit(context, output);
+    cvol_output_abandon(output);
+    return code;
+}
+
+int cvol_file_write(cvol_context *context, const void *data, size_t size, const char *path)
+{
+    cvol_output *output;
+    const int code = cvol_output_open(context, &output, path);
+    if (code)
+        return code;
+    return cvol_output_end(context, output, cvol_output_write(context, output, data, size));
+}
