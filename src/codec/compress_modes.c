@@ -1,23 +1,20 @@
-/* The base's step is a question of bytes: base and corrections together. Both are tried on a part
- * of the volume, from a fine step to coarse ones as long as they get fewer; how coarse is best
- * depends on how much of the samples is noise. */
+/* Volumes whose samples come out exactly, or within a bound, or some of which have no value: a
+ * base, as any other volume is compressed, with a mask and corrections. */
 #include "codec/compress_modes.h"
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/array_file.h"
 #include "codec/compression.h"
 #include "codec/correcting.h"
+#include "codec/correction_step.h"
 #include "codec/mask_make.h"
 #include "codec/ranges.h"
 
 enum {
-    PART_SIDE = 128, /* of the part that steps are tried on */
-    STEPS_MOST = 16,
     TRIES_MOST = 12,
     /* Of a base that is only for looking at: steps, and the least share of the file. */
     PREVIEW_STEPS = 64,
@@ -70,156 +67,9 @@ static int make_mask(modes *m)
 {
     cvol_fills fills;
     const int code = find_fills(m, &fills);
-    return code || !fills.count ? code
-                                : cvol_mask_make(m->context, &m->mask, &m->filled, m->samples,
-                                                 m->grid, &fills);
-}
-
-/* ---- a part of the volume --------------------------------------------------------------- */
-
-/* Steps are tried on the middle of the volume. */
-typedef struct part {
-    cvol_grid grid;
-    void *samples;
-    cvol_mask *mask;
-    cvol_trial trial;
-} part;
-
-static void part_free(part *p)
-{
-    free(p->samples);
-    cvol_mask_free(p->mask);
-    cvol_trial_free(&p->trial);
-    free(p);
-}
-
-/* The box of whole cells about the middle. */
-static void part_box(size_t begin[3], size_t end[3], const cvol_grid *grid)
-{
-    for (int a = 0; a < 3; a++) {
-        begin[a] = grid->dims[a] > PART_SIDE ? (grid->dims[a] - PART_SIDE) / 2 / 16 * 16 : 0;
-        end[a] = grid->dims[a] > PART_SIDE ? begin[a] + PART_SIDE : grid->dims[a];
-    }
-}
-
-static int part_make(modes *m, part **out)
-{
-    const size_t *dims = m->grid->dims, size = cvol_type_size(m->grid->type);
-    const void *samples = m->filled ? m->filled : m->samples;
-    size_t begin[3], end[3];
-    part *p = calloc(1, sizeof *p);
-    *out = p;
-    if (!p)
-        return cvol_fail_memory(m->context, sizeof *p, "a part of the volume");
-    part_box(begin, end, m->grid);
-    p->grid = *m->grid;
-    for (int a = 0; a < 3; a++)
-        p->grid.dims[a] = end[a] - begin[a];
-    p->samples = cvol_allocate(cvol_grid_samples(&p->grid), size);
-    if (!p->samples)
-        return cvol_fail_memory(m->context, cvol_grid_bytes(&p->grid), "a part of the volume");
-    uint8_t *to = p->samples;
-    for (size_t z = begin[2]; z < end[2]; z++)
-        for (size_t y = begin[1]; y < end[1]; y++, to += size * p->grid.dims[0])
-            memcpy(to, (const uint8_t *)samples + size * (begin[0] + dims[0] * (y + dims[1] * z)),
-                   size * p->grid.dims[0]);
-    int code = CVOL_OK;
-    if (m->mask) {
-        const size_t zero[3] = {0, 0, 0};
-        uint8_t *which = cvol_allocate(cvol_grid_samples(&p->grid), 1);
-        code = which
-                   ? cvol_mask_create(m->context, &p->mask, p->grid.dims, cvol_mask_fills(m->mask))
-                   : cvol_fail_memory(m->context, cvol_grid_samples(&p->grid), "a mask");
-        if (!code) {
-            cvol_mask_get(which, m->mask, begin, end);
-            if (!cvol_mask_set(p->mask, which, zero, p->grid.dims))
-                code = cvol_fail_memory(m->context, cvol_grid_samples(&p->grid), "a mask");
-        }
-        free(which);
-    }
-    if (!code)
-        code = cvol_trial_start(m->context, &p->trial, p->samples, &p->grid, m->options->block);
-    if (!code)
-        cvol_trial_set_options(&p->trial, m->options);
-    return code;
-}
-
-/* Base and corrections of the part; infinity where the step is too fine. */
-static int try_part(modes *m, part *p, double step, double *bytes)
-{
-    cvol_correcting job;
-    uint64_t size;
-    *bytes = (double)INFINITY;
-    int code = cvol_trial_encode(m->context, &p->trial, step);
-    if (code == CVOL_ERROR_TARGET)
-        return CVOL_OK;
-    if (!code)
-        code = cvol_trial_decode(m->context, &p->trial);
-    if (code)
-        return code;
-    cvol_array *array = p->trial.array;
-    array->mask = p->mask;
-    code = cvol_correcting_start(&job, array, p->samples, m->bound);
-    job.tables = p->trial.tables;
-    if (!code)
-        code = cvol_correcting_run(m->context, &job, NULL, &size, NULL);
-    array->mask = NULL;
-    if (code == CVOL_ERROR_TARGET)
-        return CVOL_OK;
-    if (!code)
-        *bytes = (double)size + (double)p->trial.result.bytes;
-    return code == CVOL_ERROR_MEMORY ? cvol_fail_memory(m->context, 1 << 22, "a brick") : code;
-}
-
-/* The finest step that is tried, and by how much it grows. */
-static double first_step(const modes *m, const cvol_array *shape, double *factor)
-{
-    const double span = shape->ledger.value_max - shape->ledger.value_min;
-    *factor = 2;
-    if (cvol_type_is_integer(m->grid->type))
-        return m->bound >= 1 ? 2 * floor(m->bound) + 1 : 1;
-    if (m->bound > 0)
-        return 2 * m->bound;
-    *factor = 4;
-    return ldexp(span, -15);
-}
-
-/* The step with the fewest bytes: coarser ones while that helps, then those between. */
-static int choose_step(modes *m, double *best)
-{
-    part *p;
-    double factor, least = (double)INFINITY;
-    int code = part_make(m, &p), worse = 0;
-    if (!code) {
-        const cvol_array *shape = p->trial.shape;
-        const double span = shape->ledger.value_max - shape->ledger.value_min;
-        double step = first_step(m, m->trial.shape, &factor);
-        *best = step;
-        for (int i = 0; i < STEPS_MOST && !code && worse < 2; i++, step *= factor) {
-            double bytes;
-            if (i && step > 2 * span)
-                break;
-            code = try_part(m, p, step, &bytes);
-            worse = bytes < least ? 0 : worse + (isfinite(least) != 0);
-            if (bytes < least) {
-                least = bytes;
-                *best = step;
-            }
-        }
-        for (int side = 0; side < 2 && !code; side++) {
-            const double between = *best * (side ? sqrt(factor) : 1 / sqrt(factor));
-            double bytes;
-            code = try_part(m, p, between, &bytes);
-            if (!code && bytes < least) {
-                least = bytes;
-                *best = between;
-                break;
-            }
-        }
-    }
-    if (p)
-        part_free(p);
-    return code;
+    return code || !fills.count
+               ? code
+               : cvol_mask_make(m->context, &m->mask, &m->filled, m->samples, m->grid, &fills);
 }
 
 /* ---- the volume ------------------------------------------------------------------------- */
@@ -365,7 +215,13 @@ static int run_bound(modes *m, int *same)
     if (!code && !(m->trial.shape->ledger.value_max > m->trial.shape->ledger.value_min))
         step = 1;
     else if (!code)
-        code = choose_step(m, &step);
+        code = cvol_correction_step(m->context, &step,
+                                    &(cvol_step_question){.options = m->options,
+                                                          .grid = m->grid,
+                                                          .samples = samples,
+                                                          .mask = m->mask,
+                                                          .bound = m->bound,
+                                                          .whole = m->trial.shape});
     if (code)
         return code;
     for (int i = 0; i < TRIES_MOST && !code; i++) {

@@ -11,9 +11,9 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/thread.h"
+#include "render/transform_axis.h"
 #include "render/transform_evaluate.h"
 #include "render/transform_tile.h"
-#include "transform/block.h"
 
 /* Slices whose matrices are made at a time. */
 #define GROUP 16
@@ -26,20 +26,8 @@
 #define CLOSING 2
 #define LEAST_LIGHT 0x1p-10f
 
-/* ---- matrices ----------------------------------------------------------------------------------
- */
-
-/* How one slice's tiles are spread along an axis. Tile t begins at place first + t B / step; the
- * matrices are of tiles that are whole, and of the last one. */
-typedef struct tile_axis {
-    cvol_lattice_line line;
-    long first;
-    int places;
-    float *whole, *last;
-} tile_axis;
-
 typedef struct tile_slice {
-    tile_axis axes[2];
+    cvol_tile_axis axes[2];
 } tile_slice;
 
 /* What is the same for all slices. */
@@ -60,64 +48,6 @@ typedef struct tile_view {
 static int has_plane(const tile_view *view, int c)
 {
     return c < view->job->baked->channels || c == CVOL_PLANE_OPACITY;
-}
-
-/* G[p][u] of a tile that has so many samples. */
-static void fill(float *out, const tile_view *view, const tile_axis *axis, int samples)
-{
-    const float *columns = cvol_block_columns(view->B);
-    const int B = view->B, width = B < 16 ? 16 : B;
-    const cvol_lattice_line *line = &axis->line;
-    const long step = (long)view->job->lattice->step;
-    memset(out, 0, (size_t)(axis->places * B) * sizeof *out);
-    for (int p = 0; p < axis->places; p++)
-        for (int q = line->low; q <= line->high; q++) {
-            /* the sample that has this weight at the place */
-            const long x = (axis->first + p) * step - line->place - q;
-            const float weight = (float)line->weights[q - line->low];
-            if (x >= 0 && x < samples)
-                for (int u = 0; u < B; u++)
-                    out[p * B + u] += weight * columns[x * width + u];
-        }
-}
-
-/* Rows of frequencies. */
-static void turn(float *out, const float *in, int places, int B, int width)
-{
-    for (int u = 0; u < B; u++)
-        for (int p = 0; p < places; p++)
-            out[u * width + p] = in[p * B + u];
-}
-
-static int same_weights(const cvol_lattice_line *a, const cvol_lattice_line *b, long step)
-{
-    return (a->place - b->place) % step == 0 && a->low == b->low && a->high == b->high &&
-           !memcmp(a->weights, b->weights, sizeof a->weights);
-}
-
-static long ceil_divide(long a, long b)
-{
-    return a > 0 ? (a + b - 1) / b : -(-a / b);
-}
-
-/* Slice k along axis a, where some other slice has been before. */
-static void make_axis(const tile_view *view, tile_axis *axis, int a, size_t k)
-{
-    const cvol_compose_job *job = view->job;
-    const long step = (long)job->lattice->step;
-    const cvol_lattice_line line = cvol_lattice_line_make(job->lattice, job->shape, a, k);
-    const int made = axis->places > 0 && same_weights(&line, &axis->line, step);
-    axis->line = line;
-    axis->first = ceil_divide(line.place + line.low, step);
-    axis->places = (int)((line.place + view->B - 1 + line.high) / step - axis->first + 1);
-    if (made)
-        return;
-    const int rest = (int)(job->baked->samples[a] - (view->tiles[a] - 1) * (size_t)view->B);
-    float columns[CVOL_TILE_PLACES * CVOL_BLOCK_MAX];
-    for (int which = 0; which < (rest < view->B ? 2 : 1); which++) {
-        fill(columns, view, axis, which ? rest : view->B);
-        turn(which ? axis->last : axis->whole, columns, axis->places, view->B, view->width);
-    }
 }
 
 /* ---- one band ---------------------------------------------------------------------------------
@@ -177,7 +107,7 @@ static void add_tile(const tile_view *view, tile_sheet *sheet, const tile_slice 
                      cvol_array *const planes[CVOL_PLANES], int filled, size_t tx, size_t ty,
                      long begin, long end)
 {
-    const tile_axis *x = &slice->axes[0], *y = &slice->axes[1];
+    const cvol_tile_axis *x = &slice->axes[0], *y = &slice->axes[1];
     const long left = x->first + (long)tx * view->per_tile;
     const long top = y->first + (long)ty * view->per_tile;
     const int from = (int)(top < begin ? begin - top : 0);
@@ -345,8 +275,8 @@ static int draw(cvol_context *context, tile_view *view, tile_sheet *sheets)
         const size_t left = slices - n, count = left < GROUP ? left : GROUP;
 #pragma omp parallel for schedule(static) num_threads(view->threads)
         for (size_t i = 0; i < 2 * count; i++)
-            make_axis(view, &view->slices[i / 2].axes[i % 2], (int)(i % 2),
-                      cvol_compose_slice(job, n + i / 2));
+            cvol_tile_axis_make(&view->slices[i / 2].axes[i % 2], job, view->width, (int)(i % 2),
+                                cvol_compose_slice(job, n + i / 2));
 #pragma omp parallel for schedule(dynamic) num_threads(view->threads)
         for (int band = 0; band < view->bands; band++) {
             const long begin = (long)band * view->band_rows, end = begin + view->band_rows;
