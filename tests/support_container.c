@@ -1,0 +1,53 @@
+#include "support_container.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "base/context.h"
+#include "codec/container.h"
+#include "support.h"
+#include "support_terms.h"
+
+char *container_folder, *container_path;
+
+int container_start(void **state)
+{
+    container_folder = support_folder_make();
+    container_path = support_path(container_folder, "a.cvol");
+    return context_setup_two(state);
+}
+
+int container_stop(void **state)
+{
+    free(container_path);
+    support_folder_remove(container_folder);
+    return context_teardown(state);
+}
+
+uint8_t *container_file_of(const cvol_array *array, size_t *size)
+{
+    uint64_t bytes;
+    if (cvol_array_write(context, array, container_path, &bytes))
+        fail_msg("%s", cvol_context_message(context));
+    uint8_t *data = support_read(container_path, size);
+    assert_int_equal(*size, bytes);
+    return data;
+}
+
+cvol_array *container_small_array(void)
+{
+    return support_terms_make(
+        context,
+        &(support_terms){.dims = {70, 20, 16}, .block = 16, .split = 1, .lapped = 1, .seed = 3});
+}
+
+int container_read_code(const uint8_t *data, size_t size)
+{
+    cvol_array *array;
+    int code = cvol_container_read(context, &array, data, size, "f");
+    cvol_array_free(array);
+    return code;
+}

@@ -1,0 +1,23 @@
+/* What tests of files' parts and sections share: a context with two threads, a folder with a path
+ * in it, and files in memory. */
+#ifndef CVOL_TESTS_SUPPORT_CONTAINER_H
+#define CVOL_TESTS_SUPPORT_CONTAINER_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "cvol/codec.h"
+#include "support_context.h"
+
+extern char *container_folder, *container_path;
+int container_start(void **state);
+int container_stop(void **state);
+
+/* The bytes that the array is written as; the caller frees them. */
+uint8_t *container_file_of(const cvol_array *array, size_t *size);
+/* Split and lapped, of several bricks. */
+cvol_array *container_small_array(void);
+/* What reading all of it comes to. */
+int container_read_code(const uint8_t *data, size_t size);
+
+#endif

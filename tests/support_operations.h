@@ -1,0 +1,38 @@
+/* What tests of operations on whole arrays share: arrays of many shapes, and what results are held
+ * against. */
+#ifndef CVOL_TESTS_SUPPORT_OPERATIONS_H
+#define CVOL_TESTS_SUPPORT_OPERATIONS_H
+
+#include "random.h"
+#include "support_whole.h"
+
+struct whole_shape {
+    int rank;
+    size_t dims[3];
+};
+enum { WHOLE_SHAPES = 17 };
+extern const struct whole_shape whole_shapes[WHOLE_SHAPES];
+
+/* What of the array is kept, by the round. */
+support_whole whole_make(cvol_context *context, random_state *r, cvol_transform transform,
+                         const struct whole_shape *shape, int round);
+
+/* Holds a result against `dense`, the operation on the array's samples (NULL: not compared), and
+ * against `exact`, the operation on the exact ones. scale: a norm that rounding is a share of. */
+void whole_check(const char *what, uint64_t seed, const cvol_array *result, const double *dense,
+                 const double *exact, double scale);
+
+/* Applies matrix[new n][n] along an axis; frees `in`. */
+double *whole_apply(double *in, size_t dims[3], int axis, const double *matrix, size_t n_new);
+
+/* The caller frees these. The kernel's sums: samples are mirrored beyond the ends, or periodic. */
+double *whole_copy(const double *in, size_t count);
+double *whole_filtered(const double *in, const size_t dims[3], const cvol_kernel *kernel,
+                       int mirrored);
+
+/* A group's context is its state; at the end, the worst relative error of a result's samples is
+ * told. */
+int whole_set_up(void **state);
+int whole_tear_down(void **state);
+
+#endif
