@@ -1,7 +1,7 @@
 #!/bin/sh
 # Runs what the documents show: every ```sh block of README.md and doc/method.md, the C program, and
 # the demo, in an empty folder that has the samples. The demo and the C program see all of the scan; for
-# the commands it is as large, but empty above its lowest 120 slices, which takes half the time.
+# the commands it is as large, but empty above its lowest 120 slices, which takes less time.
 # usage: tests/check_docs.sh SOURCE_FOLDER CVOL README_EXAMPLE
 set -eu
 source=$(cd "$1" && pwd)
