@@ -1,7 +1,7 @@
 #!/bin/sh
 # Runs what the documents show: every ```sh block of README.md and doc/method.md, the C program, and
 # the demo, in an empty folder that has the samples. The demo and the C program see all of the scan; for
-# the commands it is as large, but empty above its lowest 120 slices, which takes less time.
+# the commands it is as large, but empty above its lowest 80 slices, which takes less time.
 # usage: tests/check_docs.sh SOURCE_FOLDER CVOL README_EXAMPLE
 set -eu
 source=$(cd "$1" && pwd)
@@ -16,8 +16,8 @@ mkdir samples
 cp "$source"/samples/* samples
 slice=$((301 * 370))
 {
-    gzip -dc "$source/samples/ch2better.nii.gz" | head -c $((352 + slice * 120))
-    head -c $((slice * 196)) /dev/zero
+    gzip -dc "$source/samples/ch2better.nii.gz" | head -c $((352 + slice * 80))
+    head -c $((slice * 236)) /dev/zero
 } | gzip -1 >samples/ch2better.nii.gz
 
 for document in README.md doc/method.md; do

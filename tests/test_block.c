@@ -151,10 +151,8 @@ CVOL_SIMD_DECLARE(void, cvol_block_forward,
 static void test_same_bits_on_every_set(void **state)
 {
     (void)state;
-    decode_function *decoders[] = {cvol_block_decode_base, cvol_block_decode_avx2,
-                                   cvol_block_decode_avx512};
-    forward_function *forwards[] = {cvol_block_forward_base, cvol_block_forward_avx2,
-                                    cvol_block_forward_avx512};
+    decode_function *decoders[] = CVOL_SIMD_SETS(cvol_block_decode);
+    forward_function *forwards[] = CVOL_SIMD_SETS(cvol_block_forward);
     static uint32_t words[2 * MAX_SAMPLES];
     static cvol_block_work work;
     random_state r = {.state = 7};

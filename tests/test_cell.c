@@ -277,10 +277,8 @@ CVOL_SIMD_DECLARE(void, cvol_cell_inverse_box,
 static void test_same_bits_on_every_set(void **state)
 {
     (void)state;
-    forward_function *forwards[] = {cvol_cell_forward_by_base, cvol_cell_forward_by_avx2,
-                                    cvol_cell_forward_by_avx512};
-    inverse_function *inverses[] = {cvol_cell_inverse_box_base, cvol_cell_inverse_box_avx2,
-                                    cvol_cell_inverse_box_avx512};
+    forward_function *forwards[] = CVOL_SIMD_SETS(cvol_cell_forward_by);
+    inverse_function *inverses[] = CVOL_SIMD_SETS(cvol_cell_inverse_box);
     /* Any numbers do: the sets must agree on them. */
     static cvol_cell_bases bases __attribute__((aligned(64)));
     float *numbers = (float *)&bases;

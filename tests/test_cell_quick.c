@@ -30,19 +30,8 @@ CVOL_SIMD_DECLARE(void, cvol_cell_weights, (float *, const float *, float));
 CVOL_SIMD_DECLARE(void, cvol_cell_quantise,
                   (cvol_cell_quantised *, const float *, const cvol_cell_rounding *));
 
-#if defined(__x86_64__)
-#define SETS(name)                              \
-    {                                           \
-        name##_base, name##_avx2, name##_avx512 \
-    }
-#else
-#define SETS(name)  \
-    {               \
-        name##_base \
-    }
-#endif
-static weights_function *const weigh[] = SETS(cvol_cell_weights);
-static quantise_function *const quantise[] = SETS(cvol_cell_quantise);
+static weights_function *const weigh[] = CVOL_SIMD_SETS(cvol_cell_weights);
+static quantise_function *const quantise[] = CVOL_SIMD_SETS(cvol_cell_quantise);
 
 static float coefficients[ALL] __attribute__((aligned(64)));
 static float samples[ALL] __attribute__((aligned(64)));

@@ -386,8 +386,7 @@ CVOL_SIMD_DECLARE(void, cvol_lap_filter,
 static void test_same_bits_on_every_set(void **state)
 {
     (void)state;
-    kernel_function *kernels[] = {cvol_lap_filter_base, cvol_lap_filter_avx2,
-                                  cvol_lap_filter_avx512};
+    kernel_function *kernels[] = CVOL_SIMD_SETS(cvol_lap_filter);
     static const float h[4] = CVOL_LAP_POST_H;
     static const cvol_lap_faces ways[] = {
         {.count = 3, .face_stride = 16, .stride = 1, .lines = {50, 9}, .line_stride = {60, 3000}},

@@ -40,22 +40,11 @@ CVOL_SIMD_DECLARE(void, cvol_compare_stored,
                   (cvol_row_distance *, const void *, size_t, const float *, size_t,
                    const cvol_stored_as *));
 
-#if defined(__x86_64__)
-#define SETS(name)                              \
-    {                                           \
-        name##_base, name##_avx2, name##_avx512 \
-    }
-#else
-#define SETS(name)  \
-    {               \
-        name##_base \
-    }
-#endif
-static load_function *const load[] = SETS(cvol_samples_load);
-static convert_function *const convert[] = SETS(cvol_samples_convert);
-static samples_function *const compare_samples[] = SETS(cvol_compare_samples);
-static reals_function *const compare_reals[] = SETS(cvol_compare_reals);
-static stored_function *const compare_stored[] = SETS(cvol_compare_stored);
+static load_function *const load[] = CVOL_SIMD_SETS(cvol_samples_load);
+static convert_function *const convert[] = CVOL_SIMD_SETS(cvol_samples_convert);
+static samples_function *const compare_samples[] = CVOL_SIMD_SETS(cvol_compare_samples);
+static reals_function *const compare_reals[] = CVOL_SIMD_SETS(cvol_compare_reals);
+static stored_function *const compare_stored[] = CVOL_SIMD_SETS(cvol_compare_stored);
 
 /* Random samples of a type, and a range that some of the floats leave. */
 typedef struct row {

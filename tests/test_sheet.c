@@ -14,6 +14,7 @@
 
 #include <cmocka.h>
 
+#include "support.h"
 #include "support_render.h"
 #include "support_split.h"
 
@@ -154,7 +155,7 @@ static void test_directions(void **state)
 {
     (void)state;
     subject s = blobs(37, 45, 41, 16);
-    for (size_t v = 0; v < VIEWS; v++) {
+    for (size_t v = 0; v < VIEWS; v += SUPPORT_STRIDE) {
         expect_truth(&s, &soft, look(v, 96, CVOL_MODE_COMPOSITE), 58);
         expect_truth(&s, &jumps, look(v, 96, CVOL_MODE_COMPOSITE), 37);
         expect_truth(&s, &surface, look(v, 96, CVOL_MODE_COMPOSITE), 45);
@@ -169,7 +170,7 @@ static void test_split_cells(void **state)
     (void)state;
     subject s = blobs(37, 45, 41, 16);
     support_split_cells(context, s.array, 1);
-    for (size_t v = 0; v < VIEWS; v++) {
+    for (size_t v = 0; v < VIEWS; v += SUPPORT_STRIDE) {
         expect_truth(&s, &soft, look(v, 96, CVOL_MODE_COMPOSITE), 58);
         expect_truth(&s, &surface, look(v, 96, CVOL_MODE_COMPOSITE), 45);
         expect_truth(&s, &soft, look(v, 96, CVOL_MODE_XRAY), 64);
@@ -223,7 +224,7 @@ static void test_shapes(void **state)
     (void)state;
     for (size_t k = 0; k < SHAPES; k++) {
         subject s = blobs(shapes[k][0], shapes[k][1], shapes[k][2], 16);
-        for (size_t v = 0; v < VIEWS; v++)
+        for (size_t v = k % SUPPORT_STRIDE; v < VIEWS; v += SUPPORT_STRIDE)
             expect(&s, &soft, look(v, 64, CVOL_MODE_COMPOSITE), 0, 45);
         release(&s);
     }
@@ -235,7 +236,7 @@ static void test_picture_shapes(void **state)
     static const int sizes[][2] = {{150, 60}, {60, 150}, {1, 1}, {5, 3}, {1, 90}, {200, 2}};
     subject s = blobs(37, 45, 41, 16);
     for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++)
-        for (size_t v = 0; v < VIEWS; v += 2) {
+        for (size_t v = k % SUPPORT_STRIDE; v < VIEWS; v += 1 + SUPPORT_STRIDE) {
             cvol_render_options options = look(v, 1, CVOL_MODE_COMPOSITE);
             options.width = sizes[k][0];
             options.height = sizes[k][1];

@@ -169,8 +169,7 @@ static void the_same_bits_on_every_set(void **state)
     (void)state;
     typedef void decode(float *, const cvol_block *, const cvol_block_axes *, int, float,
                         cvol_block_work *);
-    decode *const decoders[] = {cvol_block_decode_base, cvol_block_decode_avx2,
-                                cvol_block_decode_avx512};
+    decode *const decoders[] = CVOL_SIMD_SETS(cvol_block_decode);
     static float other[COUNT] __attribute__((aligned(64)));
     static view v;
     static const int full[3] = {CELL, CELL, CELL};

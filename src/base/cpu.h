@@ -1,8 +1,9 @@
 /* Which instruction set the kernels use.
  *
  * A kernel file (*_simd.c) is compiled once per set; CVOL_SIMD(name) gives its functions the set's
- * suffix, CVOL_SIMD_TABLE declares and CVOL_SIMD_CHOOSE picks among them. The environment
- * variable CVOL_CPU (base, avx2, avx512) forces a set that the processor has.
+ * suffix, CVOL_SIMD_DECLARE declares and CVOL_SIMD_CHOOSE picks among them; CVOL_SIMD_SETS are all
+ * of them, by cvol_cpu. The environment variable CVOL_CPU (base, avx2, avx512) forces a set that
+ * the processor has.
  */
 #ifndef CVOL_BASE_CPU_H
 #define CVOL_BASE_CPU_H
@@ -18,7 +19,16 @@ const char *cvol_cpu_name(cvol_cpu cpu);
 #define CVOL_SIMD_PASTE(name, set) CVOL_SIMD_PASTE2(name, set)
 #define CVOL_SIMD(name) CVOL_SIMD_PASTE(name, CVOL_SIMD_SET)
 
-#if defined(__x86_64__)
+#if defined(__x86_64__) && defined(CVOL_WITHOUT_AVX2) /* as sanitized, cmake/flags.cmake */
+#define CVOL_SIMD_DECLARE(result, name, arguments) \
+    result name##_base arguments;                  \
+    result name##_avx512 arguments
+#define CVOL_SIMD_CHOOSE(name) (cvol_cpu_best() == CVOL_CPU_AVX512 ? name##_avx512 : name##_base)
+#define CVOL_SIMD_SETS(name)                    \
+    {                                           \
+        name##_base, name##_base, name##_avx512 \
+    }
+#elif defined(__x86_64__)
 #define CVOL_SIMD_DECLARE(result, name, arguments) \
     result name##_base arguments;                  \
     result name##_avx2 arguments;                  \
@@ -27,9 +37,17 @@ const char *cvol_cpu_name(cvol_cpu cpu);
     (cvol_cpu_best() == CVOL_CPU_AVX512 ? name##_avx512 \
      : cvol_cpu_best() == CVOL_CPU_AVX2 ? name##_avx2   \
                                         : name##_base)
+#define CVOL_SIMD_SETS(name)                    \
+    {                                           \
+        name##_base, name##_avx2, name##_avx512 \
+    }
 #else
 #define CVOL_SIMD_DECLARE(result, name, arguments) result name##_base arguments
 #define CVOL_SIMD_CHOOSE(name) (name##_base)
+#define CVOL_SIMD_SETS(name) \
+    {                        \
+        name##_base          \
+    }
 #endif
 
 #endif

@@ -21,6 +21,8 @@
 #include "render/sheet_classify.h"
 #include "render/sheet_line.h"
 
+#define SHEET_LIT 0
+
 /* A group while it is drawn. */
 typedef struct group_state {
     pixels p[PARTS];

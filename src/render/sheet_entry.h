@@ -1,8 +1,10 @@
 /* What line kernels begin with, after their draw_line(job, unit, has_void, lengths, pieces) is
  * known: it is compiled for each kind of footprint, samples, projection and table by itself; with
- * extras (sheet_classify.h) once, and told when it runs.
+ * extras (sheet_classify.h) once, and told when it runs. Lit lines are long to compile: those in
+ * perspective and with samples without a value are compiled once, too.
  *
- * To be included by kernel files only, behind sheet_composite.h or sheet_shade.h.
+ * To be included by kernel files only, behind sheet_composite.h or sheet_shade.h, which
+ * say whether they are lit (SHEET_LIT).
  */
 #ifndef CVOL_RENDER_SHEET_ENTRY_H
 #define CVOL_RENDER_SHEET_ENTRY_H
@@ -25,8 +27,13 @@ CVOL_INLINE void draw_line_of_kind(line_job *job)
               lengths = job->layer->perspective,
               pieces = HAVE_PIECES && !has_void ? job->table->pieces : 0;
     const int few = pieces == CVOL_PIECES_FEW;
-    if (SHEET_EXTRAS)
+    const int is_rare = lengths || has_void || (HAVE_PIECES && !pieces);
+    if (SHEET_EXTRAS || (SHEET_LIT && is_rare))
         draw_line(job, unit, has_void, lengths, pieces ? CVOL_PIECES : 0);
+    else if (SHEET_LIT && pieces)
+        unit ? draw_line(job, 1, 0, 0, CVOL_PIECES) : draw_line(job, 0, 0, 0, CVOL_PIECES);
+    else if (SHEET_LIT)
+        unit ? draw_line(job, 1, 0, 0, 0) : draw_line(job, 0, 0, 0, 0);
     else if (lengths)
         has_void ? draw_line(job, 0, 1, 1, 0)
         : few    ? draw_line(job, 0, 0, 1, CVOL_PIECES_FEW)

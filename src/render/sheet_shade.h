@@ -18,6 +18,8 @@
 #include "render/sheet_classify.h"
 #include "render/sheet_slope.h"
 
+#define SHEET_LIT 1
+
 /* How the value beside the end of a pending interval, in the sheet before or behind, is had. */
 enum {
     KNOWN = 0,
