@@ -208,6 +208,17 @@ def make_dicom():
         print("skipped: gdcmconv", file=sys.stderr)
 
 
+def make_folders():
+    """What the documents speak of: `slices`, a folder of TIFF, and `dicom`; a ball with grain in it."""
+    (tifffile, _) = need("tifffile", "pydicom")
+    z, y, x = np.mgrid[-1:1:24j, -1:1:40j, -1:1:48j]
+    volume = (1000 * np.exp(-3 * (x * x + y * y + z * z)) + 20 * np.sin(9 * x) + 40).astype("u2")
+    os.mkdir("slices")
+    for number, pixels in enumerate(volume):
+        tifffile.imwrite(f"slices/slice-{number + 1}.tif", pixels, photometric="minisblack")
+    dicom_folder("dicom", volume.astype("i2"), RescaleSlope=1, RescaleIntercept=-1000)
+
+
 # ---- NumPy, MRC ----------------------------------------------------------------------------------
 
 

@@ -33,6 +33,26 @@ support_whole whole_make(cvol_context *context, random_state *r, cvol_transform 
                               kinds[round % 6].share, round % 2 ? 20 : 0.5);
 }
 
+void whole_each(cvol_context *context, random_state *r, cvol_transform first, int rounds,
+                void (*check)(cvol_context *context, random_state *r, const whole_case *w))
+{
+    for (size_t s = 0; s < WHOLE_SHAPES; s++)
+        for (int t = (int)first; t <= CVOL_DFT; t++)
+            for (int round = 0; round < rounds; round++) {
+                const size_t *dims = whole_shapes[s].dims;
+                whole_case w = {.shape = &whole_shapes[s],
+                                .count = dims[0] * dims[1] * dims[2],
+                                .transform = (cvol_transform)t,
+                                .round = round,
+                                .seed = r->state};
+                w.a = whole_make(context, r, w.transform, w.shape, round);
+                w.samples = support_whole_samples(w.a.array);
+                check(context, r, &w);
+                free(w.samples);
+                support_whole_free(&w.a);
+            }
+}
+
 void whole_check(const char *what, uint64_t seed, const cvol_array *result, const double *dense,
                  const double *exact, double scale)
 {

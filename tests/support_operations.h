@@ -17,6 +17,22 @@ extern const struct whole_shape whole_shapes[WHOLE_SHAPES];
 support_whole whole_make(cvol_context *context, random_state *r, cvol_transform transform,
                          const struct whole_shape *shape, int round);
 
+/* An array of these, and the samples that it evaluates to. */
+typedef struct whole_case {
+    const struct whole_shape *shape;
+    size_t count; /* of samples */
+    cvol_transform transform;
+    int round;
+    uint64_t seed; /* what it was made from */
+    support_whole a;
+    double *samples;
+} whole_case;
+
+/* Calls `check` with `rounds` arrays of each shape under each transform from `first` to the last.
+ */
+void whole_each(cvol_context *context, random_state *r, cvol_transform first, int rounds,
+                void (*check)(cvol_context *context, random_state *r, const whole_case *w));
+
 /* Holds a result against `dense`, the operation on the array's samples (NULL: not compared), and
  * against `exact`, the operation on the exact ones. scale: a norm that rounding is a share of. */
 void whole_check(const char *what, uint64_t seed, const cvol_array *result, const double *dense,

@@ -19,26 +19,12 @@
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
+#include "support_context.h"
 #include "support_render.h"
 
 enum { NX = 75, NY = 66, NZ = 70, COUNT = NX * NY * NZ };
 
-static cvol_context *context;
 static const size_t dims[3] = {NX, NY, NZ}, zero[3] = {0, 0, 0};
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* ---- volumes --------------------------------------------------------------------------------- */
 
@@ -444,7 +430,7 @@ static void test_operations_want_it_flat(void **state)
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_it_is_found_exact_and_smaller),
         TEST(test_ratios_are_kept),

@@ -132,170 +132,147 @@ static double *gradient(const double *in, const size_t dims[3], int rank, const 
 
 /* ---- the others ------------------------------------------------------------------------------ */
 
+static void arrays_convolve_as_on_samples_once(cvol_context *context, random_state *r,
+                                               const whole_case *w)
+{
+    support_whole b = whole_make(context, r, w->transform, w->shape, 5 * w->round + 1);
+    double *y = support_whole_samples(b.array);
+    double *dense = convolved(w->samples, y, w->shape->dims);
+    double *exact = convolved(w->a.exact, b.exact, w->shape->dims);
+    cvol_array *result;
+    assert_int_equal(cvol_array_convolve(context, &result, w->a.array, b.array, NULL), CVOL_OK);
+    whole_check("convolve", w->seed, result, dense, exact,
+                support_norm(w->samples, w->count) * support_norm(y, w->count));
+    cvol_array_free(result);
+    free(y);
+    free(dense);
+    free(exact);
+    support_whole_free(&b);
+}
+
 static void arrays_convolve_as_on_samples(void **state)
 {
-    cvol_context *context = *state;
     random_state r = {2};
-    for (size_t s = 0; s < WHOLE_SHAPES; s++)
-        for (int t = CVOL_DHT; t <= CVOL_DFT; t++)
-            for (int round = 0; round < 6; round++) {
-                const uint64_t seed = r.state;
-                const struct whole_shape *shape = &whole_shapes[s];
-                const size_t N = shape->dims[0] * shape->dims[1] * shape->dims[2];
-                support_whole a = whole_make(context, &r, (cvol_transform)t, shape, round);
-                support_whole b = whole_make(context, &r, (cvol_transform)t, shape, 5 * round + 1);
-                double *x = support_whole_samples(a.array), *y = support_whole_samples(b.array);
-                double *dense = convolved(x, y, shape->dims);
-                double *exact = convolved(a.exact, b.exact, shape->dims);
-                cvol_array *result;
-                assert_int_equal(cvol_array_convolve(context, &result, a.array, b.array, NULL),
-                                 CVOL_OK);
-                whole_check("convolve", seed, result, dense, exact,
-                            support_norm(x, N) * support_norm(y, N));
-                cvol_array_free(result);
-                free(x);
-                free(y);
-                free(dense);
-                free(exact);
-                support_whole_free(&a);
-                support_whole_free(&b);
-            }
+    whole_each(*state, &r, CVOL_DHT, 6, arrays_convolve_as_on_samples_once);
+}
+
+static void shifts_read_the_polynomial_once(cvol_context *context, random_state *r,
+                                            const whole_case *w)
+{
+    double offset[3] = {0, 0, 0};
+    for (int axis = 0; axis < w->shape->rank; axis++)
+        offset[axis] = w->round % 3 ? 20 * random_signed(r) : (double)random_below(r, 30) - 15;
+    double *dense = shifted(w->samples, w->shape->dims, offset);
+    double *exact = shifted(w->a.exact, w->shape->dims, offset);
+    cvol_array *result, *back;
+    assert_int_equal(cvol_array_shift(context, &result, w->a.array, offset), CVOL_OK);
+    whole_check("shift", w->seed, result, dense, exact, support_norm(w->samples, w->count));
+    for (int axis = 0; axis < 3; axis++)
+        offset[axis] = -offset[axis];
+    assert_int_equal(cvol_array_shift(context, &back, result, offset), CVOL_OK);
+    double *forth = shifted(exact, w->shape->dims, offset);
+    whole_check("shift back", w->seed, back, NULL, forth, 0);
+    double *again = support_whole_samples(back);
+    int even = 0;
+    for (int axis = 0; axis < w->shape->rank; axis++)
+        even |= w->shape->dims[axis] % 2 == 0;
+    if (!even || w->round % 3 == 0) /* no Nyquist frequency, or one turned by whole samples */
+        assert_true(support_distance(again, w->samples, w->count) <=
+                    1e-5 * support_norm(w->samples, w->count));
+    free(again);
+    free(forth);
+    free(dense);
+    free(exact);
+    cvol_array_free(result);
+    cvol_array_free(back);
 }
 
 static void shifts_read_the_polynomial(void **state)
 {
-    cvol_context *context = *state;
     random_state r = {3};
-    for (size_t s = 0; s < WHOLE_SHAPES; s++)
-        for (int t = CVOL_DHT; t <= CVOL_DFT; t++)
-            for (int round = 0; round < 6; round++) {
-                const uint64_t seed = r.state;
-                const struct whole_shape *shape = &whole_shapes[s];
-                const size_t N = shape->dims[0] * shape->dims[1] * shape->dims[2];
-                support_whole a = whole_make(context, &r, (cvol_transform)t, shape, round);
-                double offset[3] = {0, 0, 0};
-                for (int axis = 0; axis < shape->rank; axis++)
-                    offset[axis] = round % 3 ? 20 * random_signed(&r)
-                                             : (double)random_below(&r, 30) - 15;
-                double *samples = support_whole_samples(a.array);
-                double *dense = shifted(samples, shape->dims, offset);
-                double *exact = shifted(a.exact, shape->dims, offset);
-                cvol_array *result, *back;
-                assert_int_equal(cvol_array_shift(context, &result, a.array, offset), CVOL_OK);
-                whole_check("shift", seed, result, dense, exact, support_norm(samples, N));
-                for (int axis = 0; axis < 3; axis++)
-                    offset[axis] = -offset[axis];
-                assert_int_equal(cvol_array_shift(context, &back, result, offset), CVOL_OK);
-                double *forth = shifted(exact, shape->dims, offset);
-                whole_check("shift back", seed, back, NULL, forth, 0);
-                double *again = support_whole_samples(back);
-                int even = 0;
-                for (int axis = 0; axis < shape->rank; axis++)
-                    even |= shape->dims[axis] % 2 == 0;
-                if (!even ||
-                    round % 3 == 0) /* no Nyquist frequency, or one turned by whole samples */
-                    assert_true(support_distance(again, samples, N) <=
-                                1e-5 * support_norm(samples, N));
-                free(again);
-                free(forth);
-                free(samples);
-                free(dense);
-                free(exact);
-                cvol_array_free(result);
-                cvol_array_free(back);
-                support_whole_free(&a);
-            }
+    whole_each(*state, &r, CVOL_DHT, 6, shifts_read_the_polynomial_once);
+}
+
+static void resampling_is_the_same_function_once(cvol_context *context, random_state *r,
+                                                 const whole_case *w)
+{
+    (void)r;
+    size_t twice[3], half[3];
+    int odd = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        const size_t n = w->shape->dims[axis];
+        twice[axis] = axis < w->shape->rank ? 2 * n : 1;
+        half[axis] = n > 1 ? n / 2 : 1;
+        odd |= n > 1 && n % 2;
+    }
+    cvol_array *result, *back;
+    assert_int_equal(cvol_array_resample(context, &result, w->a.array, 2, NULL), CVOL_OK);
+    double *dense = resampled(w->samples, w->shape->dims, twice, w->transform);
+    double *exact = resampled(w->a.exact, w->shape->dims, twice, w->transform);
+    whole_check("twice", w->seed, result, dense, exact, 0);
+    free(dense);
+    free(exact);
+    assert_int_equal(cvol_array_resample(context, &back, result, -2, NULL), CVOL_OK);
+    double *again = support_whole_samples(back);
+    assert_memory_equal(back->grid.dims, w->shape->dims, sizeof back->grid.dims);
+    assert_true(support_distance(again, w->samples, w->count) <=
+                1e-5 * support_norm(w->samples, w->count));
+    for (int axis = 0; axis < 3; axis++) {
+        assert_true(fabs(back->grid.spacing[axis] - w->a.array->grid.spacing[axis]) < 1e-12);
+        assert_true(fabs(back->grid.origin[axis] - w->a.array->grid.origin[axis]) < 1e-12);
+    }
+    free(again);
+    cvol_array_free(back);
+    cvol_array_free(result);
+
+    const int code = cvol_array_resample(context, &result, w->a.array, -2, NULL);
+    if (odd) {
+        assert_int_equal(code, CVOL_ERROR_ARGUMENT);
+    } else {
+        assert_int_equal(code, CVOL_OK);
+        dense = resampled(w->samples, w->shape->dims, half, w->transform);
+        exact = resampled(w->a.exact, w->shape->dims, half, w->transform);
+        whole_check("half", w->seed, result, dense, exact, support_norm(w->samples, w->count));
+        free(dense);
+        free(exact);
+        cvol_array_free(result);
+    }
 }
 
 static void resampling_is_the_same_function(void **state)
 {
-    cvol_context *context = *state;
     random_state r = {4};
-    for (size_t s = 0; s < WHOLE_SHAPES; s++)
-        for (int t = CVOL_DCT; t <= CVOL_DFT; t++)
-            for (int round = 0; round < 12; round++) {
-                const uint64_t seed = r.state;
-                const struct whole_shape *shape = &whole_shapes[s];
-                const size_t N = shape->dims[0] * shape->dims[1] * shape->dims[2];
-                support_whole a = whole_make(context, &r, (cvol_transform)t, shape, round);
-                double *samples = support_whole_samples(a.array);
-                size_t twice[3], half[3];
-                int odd = 0;
-                for (int axis = 0; axis < 3; axis++) {
-                    const size_t n = shape->dims[axis];
-                    twice[axis] = axis < shape->rank ? 2 * n : 1;
-                    half[axis] = n > 1 ? n / 2 : 1;
-                    odd |= n > 1 && n % 2;
-                }
-                cvol_array *result, *back;
-                assert_int_equal(cvol_array_resample(context, &result, a.array, 2, NULL), CVOL_OK);
-                double *dense = resampled(samples, shape->dims, twice, (cvol_transform)t);
-                double *exact = resampled(a.exact, shape->dims, twice, (cvol_transform)t);
-                whole_check("twice", seed, result, dense, exact, 0);
-                free(dense);
-                free(exact);
-                assert_int_equal(cvol_array_resample(context, &back, result, -2, NULL), CVOL_OK);
-                double *again = support_whole_samples(back);
-                assert_memory_equal(back->grid.dims, shape->dims, sizeof back->grid.dims);
-                assert_true(support_distance(again, samples, N) <= 1e-5 * support_norm(samples, N));
-                for (int axis = 0; axis < 3; axis++) {
-                    assert_true(fabs(back->grid.spacing[axis] - a.array->grid.spacing[axis]) <
-                                1e-12);
-                    assert_true(fabs(back->grid.origin[axis] - a.array->grid.origin[axis]) < 1e-12);
-                }
-                free(again);
-                cvol_array_free(back);
-                cvol_array_free(result);
+    whole_each(*state, &r, CVOL_DCT, 12, resampling_is_the_same_function_once);
+}
 
-                const int code = cvol_array_resample(context, &result, a.array, -2, NULL);
-                if (odd) {
-                    assert_int_equal(code, CVOL_ERROR_ARGUMENT);
-                } else {
-                    assert_int_equal(code, CVOL_OK);
-                    dense = resampled(samples, shape->dims, half, (cvol_transform)t);
-                    exact = resampled(a.exact, shape->dims, half, (cvol_transform)t);
-                    whole_check("half", seed, result, dense, exact, support_norm(samples, N));
-                    free(dense);
-                    free(exact);
-                    cvol_array_free(result);
-                }
-                free(samples);
-                support_whole_free(&a);
-            }
+static void gradients_are_those_of_samples_once(cvol_context *context, random_state *r,
+                                                const whole_case *w)
+{
+    (void)r;
+    double *spacing = w->a.array->grid.spacing;
+    for (int axis = 0; axis < 3; axis++)
+        spacing[axis] = 0.5 + axis;
+    double *dense = gradient(w->samples, w->shape->dims, w->shape->rank, spacing,
+                             w->transform == CVOL_DCT);
+    double *exact = gradient(w->a.exact, w->shape->dims, w->shape->rank, spacing,
+                             w->transform == CVOL_DCT);
+    cvol_array *result;
+    const cvol_keep all = cvol_keep_all();
+    assert_int_equal(cvol_array_gradient(context, &result, w->a.array, &all), CVOL_OK);
+    whole_check("gradient", w->seed, result, dense, exact, 0);
+    cvol_array_free(result);
+    assert_int_equal(cvol_array_gradient(context, &result, w->a.array, NULL), CVOL_OK);
+    whole_check("gradient, like its input", w->seed, result, NULL, exact, 0);
+    assert_true(result->whole.low_count == w->a.array->whole.low_count);
+    cvol_array_free(result);
+    free(dense);
+    free(exact);
 }
 
 static void gradients_are_those_of_samples(void **state)
 {
-    cvol_context *context = *state;
     random_state r = {6};
-    for (size_t s = 0; s < WHOLE_SHAPES; s++)
-        for (int t = CVOL_DCT; t <= CVOL_DFT; t++)
-            for (int round = 0; round < 6; round++) {
-                const uint64_t seed = r.state;
-                const struct whole_shape *shape = &whole_shapes[s];
-                const size_t N = shape->dims[0] * shape->dims[1] * shape->dims[2];
-                support_whole a = whole_make(context, &r, (cvol_transform)t, shape, round);
-                double *spacing = a.array->grid.spacing;
-                for (int axis = 0; axis < 3; axis++)
-                    spacing[axis] = 0.5 + axis;
-                double *samples = support_whole_samples(a.array);
-                double *dense = gradient(samples, shape->dims, shape->rank, spacing, t == CVOL_DCT);
-                double *exact = gradient(a.exact, shape->dims, shape->rank, spacing, t == CVOL_DCT);
-                cvol_array *result;
-                const cvol_keep all = cvol_keep_all();
-                assert_int_equal(cvol_array_gradient(context, &result, a.array, &all), CVOL_OK);
-                whole_check("gradient", seed, result, dense, exact, 0);
-                cvol_array_free(result);
-                assert_int_equal(cvol_array_gradient(context, &result, a.array, NULL), CVOL_OK);
-                whole_check("gradient, like its input", seed, result, NULL, exact, 0);
-                assert_true(result->whole.low_count == a.array->whole.low_count);
-                (void)N;
-                cvol_array_free(result);
-                free(samples);
-                free(dense);
-                free(exact);
-                support_whole_free(&a);
-            }
+    whole_each(*state, &r, CVOL_DCT, 6, gradients_are_those_of_samples_once);
 }
 
 /* A linear convolution by way of zeros, through the compressor. */

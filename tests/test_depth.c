@@ -13,26 +13,11 @@
 
 #include <cmocka.h>
 
+#include "support_context.h"
 #include "support_render.h"
 
 #define SIZE 64
 #define PIXELS (SIZE * SIZE)
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 static const cvol_transfer_point soft[] = {{4, 0.1, 0.2, 1, 0}, {14, 1, 0.6, 0.1, 0.25}};
 static const cvol_transfer_point solid[] = {{3, 0.1, 0.2, 1, 0}, {4, 1, 0.6, 0.1, 1}};
@@ -314,7 +299,7 @@ static void test_what_knows_none(void **state)
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_ball),  TEST(test_against_rays),    TEST(test_picture_is_the_same),
         TEST(test_files), TEST(test_what_knows_none),

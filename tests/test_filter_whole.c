@@ -51,41 +51,33 @@ static cvol_kernel some_kernel(cvol_context *context, random_state *r, int rank,
     return kernel;
 }
 
+static void kernels_filter_as_on_samples_once(cvol_context *context, random_state *r,
+                                              const whole_case *w)
+{
+    const cvol_kernel k = some_kernel(context, r, w->shape->rank,
+                                      (w->round + (int)(w->shape - whole_shapes)) % 10);
+    double *dense = whole_filtered(w->samples, w->shape->dims, &k, w->transform == CVOL_DCT);
+    double *exact = whole_filtered(w->a.exact, w->shape->dims, &k, w->transform == CVOL_DCT);
+    cvol_array *result;
+    const cvol_keep all = cvol_keep_all();
+    assert_int_equal(cvol_array_convolve_kernel(context, &result, w->a.array, &k, &all), CVOL_OK);
+    double norm, sum;
+    cvol_kernel_bounds(&k, &norm, &sum);
+    whole_check("kernel", w->seed, result, dense, exact, norm * support_norm(w->samples, w->count));
+    cvol_array_free(result);
+    /* like its inputs: no more terms than there were, but for partners; any loss counted */
+    assert_int_equal(cvol_array_convolve_kernel(context, &result, w->a.array, &k, NULL), CVOL_OK);
+    whole_check("kernel, like its input", w->seed, result, NULL, exact, 0);
+    assert_true(result->whole.sparse_count <= 2 * w->a.array->whole.sparse_count);
+    cvol_array_free(result);
+    free(dense);
+    free(exact);
+}
+
 static void kernels_filter_as_on_samples(void **state)
 {
-    cvol_context *context = *state;
     random_state r = {1};
-    for (size_t s = 0; s < WHOLE_SHAPES; s++)
-        for (int t = CVOL_DCT; t <= CVOL_DFT; t++)
-            for (int round = 0; round < 12; round++) {
-                const uint64_t seed = r.state;
-                const struct whole_shape *shape = &whole_shapes[s];
-                const size_t N = shape->dims[0] * shape->dims[1] * shape->dims[2];
-                support_whole a = whole_make(context, &r, (cvol_transform)t, shape, round);
-                const cvol_kernel k = some_kernel(context, &r, shape->rank, (round + (int)s) % 10);
-                double *samples = support_whole_samples(a.array);
-                double *dense = whole_filtered(samples, shape->dims, &k, t == CVOL_DCT);
-                double *exact = whole_filtered(a.exact, shape->dims, &k, t == CVOL_DCT);
-                cvol_array *result;
-                const cvol_keep all = cvol_keep_all();
-                assert_int_equal(cvol_array_convolve_kernel(context, &result, a.array, &k, &all),
-                                 CVOL_OK);
-                double norm, sum;
-                cvol_kernel_bounds(&k, &norm, &sum);
-                whole_check("kernel", seed, result, dense, exact, norm * support_norm(samples, N));
-                cvol_array_free(result);
-                /* like its inputs: no more terms than there were, but for partners; any loss
-                 * counted */
-                assert_int_equal(cvol_array_convolve_kernel(context, &result, a.array, &k, NULL),
-                                 CVOL_OK);
-                whole_check("kernel, like its input", seed, result, NULL, exact, 0);
-                assert_true(result->whole.sparse_count <= 2 * a.array->whole.sparse_count);
-                cvol_array_free(result);
-                free(samples);
-                free(dense);
-                free(exact);
-                support_whole_free(&a);
-            }
+    whole_each(*state, &r, CVOL_DCT, 12, kernels_filter_as_on_samples_once);
 }
 
 /* A mirrored ramp's derivative: 1 inside, 1/2 at both ends, where the last sample is repeated. */

@@ -14,28 +14,14 @@
 #include "array/array.h"
 #include "cvol/codec.h"
 #include "random.h"
+#include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
 
 enum { NX = 45, NY = 40, NZ = 50, COUNT = NX * NY * NZ };
 
-static cvol_context *context;
 static const size_t dims[3] = {NX, NY, NZ}, zero[3] = {0, 0, 0};
 static const cvol_mode modes[] = {CVOL_MODE_COMPOSITE, CVOL_MODE_XRAY, CVOL_MODE_MIP};
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* ---- volumes --------------------------------------------------------------------------------- */
 
@@ -294,7 +280,7 @@ static void test_nothing_is_background(void **state)
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_the_mask_comes_back),
         TEST(test_engines_agree),

@@ -15,24 +15,9 @@
 #include <cmocka.h>
 
 #include "support.h"
+#include "support_context.h"
 #include "support_render.h"
 #include "support_split.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* ---- helpers ----------------------------------------------------------------------------- */
 
@@ -385,7 +370,7 @@ static void test_axes_agree(void **state)
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_directions),
         TEST(test_split_cells),

@@ -14,24 +14,9 @@
 
 #include <cmocka.h>
 
+#include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* Surfaces that lie across sheets. */
 static cvol_volume waves(void)
@@ -155,7 +140,7 @@ static void test_same_bits(void **state)
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {TEST(test_nearer_to_rays), TEST(test_same_bits)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -13,24 +13,9 @@
 
 #include <cmocka.h>
 
+#include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* Waves that fill the volume, so that cuts are seen. */
 static cvol_volume waves(size_t nx, size_t ny, size_t nz)
@@ -310,7 +295,7 @@ static void test_nothing_pops(void **state)
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_clips),       TEST(test_clips_of_all), TEST(test_what_has_no_meaning),
         TEST(test_perspective), TEST(test_from_inside),  TEST(test_nothing_pops),

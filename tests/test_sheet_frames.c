@@ -20,24 +20,9 @@
 #include "base/cpu.h"
 #include "random.h"
 #include "support.h"
+#include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* ---- helpers ------------------------------------------------------------------------------- */
 
@@ -487,7 +472,7 @@ static void test_instruction_sets_agree(void **state)
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_instruction_sets_agree), /* first: its children want no threads beside them */
         TEST(test_threads_do_not_matter),

@@ -11,24 +11,9 @@
 
 #include "random.h"
 #include "support.h"
+#include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return context ? 0 : -1;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* Slopes and bumps of a few samples' width everywhere, so that faces would be seen. */
 static cvol_volume bumpy(size_t nx, size_t ny, size_t nz, uint64_t seed)
@@ -273,7 +258,7 @@ static void test_threads_and_bands_do_not_matter(void **state)
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_pictures_are_those_of_the_samples),
         TEST(test_thin_volumes),

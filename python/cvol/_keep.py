@@ -21,46 +21,51 @@ class Keep:
         return f"Keep.{self._text}"
 
     @classmethod
+    def _by(cls, rule: str, *numbers: float) -> "Keep":
+        told = ", ".join(map(str, numbers))
+        return cls(_abi.functions["keep_" + rule](*numbers), f"{rule}({told})")
+
+    @classmethod
     def like_inputs(cls) -> "Keep":
         """As coarse as the coarsest operand (the default of operations)."""
-        return cls(_abi.functions["keep_like_inputs"](), "like_inputs()")
+        return cls._by("like_inputs")
 
     @classmethod
     def all(cls) -> "Keep":
         """Every term that is not zero."""
-        return cls(_abi.functions["keep_all"](), "all()")
+        return cls._by("all")
 
     @classmethod
     def terms(cls, k: int, s: int) -> "Keep":
         """The k lowest frequencies of each axis, and the s largest others."""
-        return cls(_abi.functions["keep_terms"](k, s), f"terms({k}, {s})")
+        return cls._by("terms", k, s)
 
     @classmethod
     def rho(cls, rho: float) -> "Keep":
         """(low box + 2 s) / N at most rho."""
-        return cls(_abi.functions["keep_rho"](rho), f"rho({rho})")
+        return cls._by("rho", rho)
 
     @classmethod
     def ratio(cls, ratio: float) -> "Keep":
         """4 N / resident bytes at least ratio."""
-        return cls(_abi.functions["keep_ratio"](ratio), f"ratio({ratio})")
+        return cls._by("ratio", ratio)
 
     @classmethod
     def psnr(cls, decibels: float) -> "Keep":
         """What is dropped costs no more than these decibels allow."""
-        return cls(_abi.functions["keep_psnr"](decibels), f"psnr({decibels})")
+        return cls._by("psnr", decibels)
 
     @classmethod
     def l2(cls, error: float) -> "Keep":
         """The L2 norm of what is dropped is at most error."""
-        return cls(_abi.functions["keep_l2"](error), f"l2({error})")
+        return cls._by("l2", error)
 
     @classmethod
     def threshold(cls, magnitude: float) -> "Keep":
         """Terms of at least this magnitude."""
-        return cls(_abi.functions["keep_threshold"](magnitude), f"threshold({magnitude})")
+        return cls._by("threshold", magnitude)
 
     @classmethod
     def step(cls, step: float) -> "Keep":
         """In blocks alone: multiples of step, as the codec keeps them."""
-        return cls(_abi.functions["keep_step"](step), f"step({step})")
+        return cls._by("step", step)

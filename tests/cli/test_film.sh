@@ -106,7 +106,7 @@ interrupt() {
     status=0
     (
         trap '' INT
-        PATH=$top/work/tools:$PATH exec "$CVOL" $turn 20000 -o "$1" >"$out" 2>"$err" </dev/null
+        PATH=$PWD/tools:$PATH exec "$CVOL" $turn 20000 -o "$1" >"$out" 2>"$err" </dev/null
     ) &
     child=$!
     sleep "$2"
