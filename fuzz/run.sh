@@ -1,12 +1,15 @@
 #!/bin/sh
 # Builds every fuzzer with clang's libFuzzer and the sanitizers and runs each for a while.
 # usage: fuzz/run.sh [SECONDS_EACH [NAME...]]     from the project's root; needs clang and its runtime
-# (Debian: clang libclang-rt-14-dev). What is found is left in build-fuzz/NAME/.
+# (Debian: clang libclang-rt-14-dev). What is found is left in build-fuzz/NAME/. Of volumes' readers one
+# alone is volume:NIfTI, 'volume:VTK XML', volume:raw; `readers` stands for all of these.
 set -eu
 cd "$(dirname "$0")/.."
 seconds=${1:-60}
 [ $# -eq 0 ] || shift
 [ $# -gt 0 ] || set -- cvol volume transfer png
+[ "$*" != readers ] || set -- volume:DICOM volume:TIFF 'volume:VTK XML' volume:VTK volume:MRC volume:NumPy \
+    volume:NIfTI volume:NRRD volume:MetaImage volume:raw
 build=build-fuzz
 mkdir -p $build
 flags="-std=gnu11 -g -O1 -Iinclude -Isrc -Ifuzz -isystem /usr/include/nifti
@@ -28,8 +31,13 @@ for folder in /usr/include/gdcm-3*; do
 done
 
 # Without OpenMP: one thread, and no runtime that the sanitizers do not know.
+# Readers of volumes need two rooms, which compile in a twentieth of the time.
+sources='src/base/*.c src/volume/*.c'
+for name in "$@"; do
+    case $name in volume*) ;; *) sources='src/*/*.c' ;; esac
+done
 objects=
-for source in src/*/*.c; do
+for source in $sources; do
     name=$(basename "$(dirname "$source")")-$(basename "$source" .c) # rooms may share names
     case $source in
     *_simd.c)
@@ -52,15 +60,21 @@ for source in src/*/*.c; do
     esac
 done
 
-for fuzzer in "$@"; do
+export LSAN_OPTIONS=suppressions=fuzz/leaks.supp:print_suppressions=0
+for name in "$@"; do
+    fuzzer=${name%%:*}
+    CVOL_FUZZ_FORMAT=
+    [ "$fuzzer" = "$name" ] || CVOL_FUZZ_FORMAT=${name#*:}
+    export CVOL_FUZZ_FORMAT
+    found=$build/$(echo "$name" | tr ': ' '--')
     clang $flags -fsanitize=fuzzer "fuzz/fuzz_$fuzzer.c" $objects -o "$build/fuzz_$fuzzer" \
         $formats -lnifti2 -lznz -lz -lfftw3f -lpng -lgif -lzstd -ljansson -lpthread -lm
-    mkdir -p "$build/$fuzzer"
-    corpus=$build/$fuzzer
+    mkdir -p "$found"
+    corpus=$found
     [ -d "fuzz/corpus/$fuzzer" ] && corpus="$corpus fuzz/corpus/$fuzzer"
-    echo "== $fuzzer, $seconds s"
+    echo "== $name, $seconds s"
     # shellcheck disable=SC2086
     "$build/fuzz_$fuzzer" -max_total_time="$seconds" -rss_limit_mb=512 -timeout=20 \
-        -print_final_stats=1 -artifact_prefix="$build/$fuzzer-" $corpus 2>&1 | tail -12
+        -print_final_stats=1 -artifact_prefix="$found-" $corpus 2>&1 | tail -12
     rm -f /dev/shm/cvol-fuzz-*
 done

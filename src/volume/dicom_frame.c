@@ -301,27 +301,50 @@ static uint32_t big(const uint8_t *p, size_t size)
     return value;
 }
 
-/* The first frame header (SOF0 .. SOF15, or that of JPEG-LS) of a JPEG stream. */
+/* A frame header: SOF0 .. SOF15, or that of JPEG-LS. */
+static int is_frame_header(uint8_t marker)
+{
+    return marker == 0xf7 ||
+           (marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc);
+}
+
+/* Segments that libjpeg does not warn of, and GDCM's assertions not end the process over: an older
+ * JFIF, and colours in Adobe's way of which there is none. */
+static int is_plain(uint8_t marker, const uint8_t *content, size_t size)
+{
+    if (marker == 0xe0 && size >= 6 && !memcmp(content, "JFIF", 5))
+        return content[5] == 1;
+    return marker != 0xee || size < 12 || memcmp(content, "Adobe", 5) || content[11] <= 1;
+}
+
+/* A JPEG stream up to its first scan: segment after segment with nothing between, and one frame
+ * header among them, which says what the file's does. */
 static int jpeg_fits(const cvol_dicom_head *h, const uint8_t *in, size_t size)
 {
     size_t at = 2;
+    int frames = 0;
     if (size < 4 || in[0] != 0xff || in[1] != 0xd8)
         return 0;
-    while (size - at >= 10) {
+    while (size - at >= 4) {
+        const uint8_t marker = in[at + 1];
+        const size_t length = big(in + at + 2, 2);
         if (in[at] != 0xff)
             return 0;
-        const uint8_t marker = in[at + 1];
         if (marker == 0xff) { /* padding */
             at++;
             continue;
         }
-        if (marker == 0xf7 || (marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 &&
-                               marker != 0xc8 && marker != 0xcc))
-            return in[at + 4] <= h->allocated && big(in + at + 5, 2) == h->rows &&
-                   big(in + at + 7, 2) == h->columns && in[at + 9] == h->samples;
-        const size_t length = big(in + at + 2, 2);
-        if (length < 2 || length + 2 > size - at)
+        if (marker == 0xda)
+            return frames == 1;
+        if (marker < 0xc0 || (marker >= 0xd0 && marker <= 0xd9) || length < 2 ||
+            length + 2 > size - at || !is_plain(marker, in + at + 4, length - 2))
             return 0;
+        if (is_frame_header(marker)) {
+            frames++;
+            if (length < 8 || in[at + 4] > h->allocated || big(in + at + 5, 2) != h->rows ||
+                big(in + at + 7, 2) != h->columns || in[at + 9] != h->samples)
+                return 0;
+        }
         at += length + 2;
     }
     return 0;

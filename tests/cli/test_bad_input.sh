@@ -319,3 +319,17 @@ expect_done cvol compress nan.nrrd filled.cvol --fill -1
 expect_same_file out.cvol old.cvol
 expect_same_file out.nrrd old.nrrd
 expect_same_file out.png old.png
+
+# ---- what fuzzing found -----------------------------------------------------------------------
+
+# Each by itself, as some formats are read with what lies beside them.
+for crasher in "$(dirname "$CVOL_DOC")"/tests/crashers/*; do
+    mkdir alone
+    cp "$crasher" alone
+    run cvol compress "alone/$(basename "$crasher")" crasher.cvol
+    case $status in
+    0 | 1 | 2) ;;
+    *) fail "$crasher must be read or refused" ;;
+    esac
+    rm -rf alone crasher.cvol
+done
