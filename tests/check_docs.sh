@@ -1,5 +1,5 @@
 #!/bin/sh
-# Runs what the documents show: every ```sh block of README.md and doc/method.md, the C program, and
+# Runs what the documents show: every ```sh block of README.md, doc/method.md and doc/hdf5.md, the C program, and
 # the demo, in an empty folder that has the samples. The demo and the C program see all of the scan; for
 # the commands it is as large, but empty above its lowest 80 slices, which takes less time.
 # usage: tests/check_docs.sh SOURCE_FOLDER CVOL README_EXAMPLE
@@ -20,7 +20,17 @@ slice=$((301 * 370))
     head -c $((slice * 236)) /dev/zero
 } | gzip -1 >samples/ch2better.nii.gz
 
-for document in README.md doc/method.md; do
+documents='README.md doc/method.md'
+HDF5_PLUGIN_PATH=$(dirname "$(command -v cvol)")/hdf5-plugins
+export HDF5_PLUGIN_PATH
+if [ -d "$HDF5_PLUGIN_PATH" ] && command -v h5repack >output && /usr/bin/python3 -c 'import h5py' 2>output; then
+    PATH=$(dirname "$(command -v cvol)"):/usr/bin:$PATH # where h5py is
+    documents="$documents doc/hdf5.md"
+else
+    echo 'doc/hdf5.md: skipped: there is no filter, no h5repack or no h5py'
+fi
+
+for document in $documents; do
     awk '/^```sh$/ { on = 1; next } /^```$/ { on = 0 } on' "$source/$document" >commands
     [ -s commands ] || { echo "$document shows no commands" >&2; exit 1; }
     while IFS= read -r command; do

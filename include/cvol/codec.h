@@ -127,6 +127,18 @@ CVOL_API int cvol_array_write(cvol_context *context, const cvol_array *array, co
 CVOL_API int cvol_array_read(cvol_context *context, cvol_array **out, const char *path,
                              uint64_t *file_bytes);
 
+/* The same bytes in memory, *size of them, which the caller frees with free(). *out is NULL after
+ * an error. Errors: MEMORY, CANCELLED, IO (beyond 64 MiB what is coded waits in unnamed files). */
+CVOL_API int cvol_array_write_memory(cvol_context *context, const cvol_array *array, void **out,
+                                     size_t *size);
+
+/* Reads the `size` bytes of a .cvol file that lie at `data`, which need not be aligned and are not
+ * needed any more afterwards. `name` begins messages. A volume of more bytes than the context's
+ * limit is refused before there is memory for it. The caller frees *out.
+ * Errors: those of cvol_array_read but IO. */
+CVOL_API int cvol_array_read_memory(cvol_context *context, cvol_array **out, const void *data,
+                                    size_t size, const char *name);
+
 /* What is read of a file; all zero: everything. */
 typedef struct cvol_file_part {
     /* The box of samples [begin, end) (x, y, z), NULL: all. Of a volume in DCT blocks only the

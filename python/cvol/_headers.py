@@ -425,6 +425,8 @@ FUNCTIONS = {
     "array_measure": "i * * *",
     "array_write": "i * * s *",
     "array_read": "i * * s *",
+    "array_write_memory": "i * * * *",
+    "array_read_memory": "i * * * z s",
     "array_read_part": "i * * * s *",
     "array_read_box": "i * * s * * *",
     "section_state_name": "s i",

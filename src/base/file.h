@@ -3,6 +3,7 @@
 #ifndef CVOL_BASE_FILE_H
 #define CVOL_BASE_FILE_H
 
+#include "base/bytes.h"
 #include "cvol/base.h"
 
 /* Reads `size` bytes at `offset` of a regular file. size SIZE_MAX: all that follows.
@@ -40,6 +41,10 @@ typedef struct cvol_output cvol_output;
 
 /* Errors: IO (folder does not exist, name is a directory, file is read-only, ...), MEMORY. */
 int cvol_output_open(cvol_context *context, cvol_output **out, const char *path);
+/* One whose bytes are appended to `bytes`, the caller's, instead; `name` is what messages call it.
+ * Errors: MEMORY. */
+int cvol_output_open_memory(cvol_context *context, cvol_output **out, cvol_bytes *bytes,
+                            const char *name);
 int cvol_output_write(cvol_context *context, cvol_output *output, const void *data, size_t size);
 /* Opens a file without a name for reading and writing, in the output's folder (of a device or pipe:
  * where temporary files lie), which is gone when *fd is closed. Errors: IO, MEMORY. */

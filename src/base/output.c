@@ -19,7 +19,8 @@ struct cvol_output {
     char *final_name;     /* links resolved */
     char *temporary_name; /* NULL for devices and pipes */
     int in_place;
-    int nameless; /* the temporary name is still a pattern */
+    cvol_bytes *memory; /* NULL: a file */
+    int nameless;       /* the temporary name is still a pattern */
 };
 
 static void output_free(cvol_output *output)
@@ -163,9 +164,32 @@ int cvol_output_open(cvol_context *context, cvol_output **out, const char *path)
     return CVOL_OK;
 }
 
+int cvol_output_open_memory(cvol_context *context, cvol_output **out, cvol_bytes *bytes,
+                            const char *name)
+{
+    *out = NULL;
+    cvol_output *output = calloc(1, sizeof *output);
+    char *copy = output ? strdup(name) : NULL;
+    if (!copy) {
+        free(output);
+        return cvol_fail_memory(context, sizeof *output, name);
+    }
+    *output = (cvol_output){.fd = -1, .final_name = copy, .in_place = 1, .memory = bytes};
+    *out = output;
+    return CVOL_OK;
+}
+
+static int write_memory(cvol_context *context, cvol_output *output, const void *data, size_t size)
+{
+    cvol_bytes_append(output->memory, data, size);
+    return output->memory->failed ? cvol_fail_memory(context, size, output->final_name) : CVOL_OK;
+}
+
 int cvol_output_write(cvol_context *context, cvol_output *output, const void *data, size_t size)
 {
     const char *next = data;
+    if (output->memory)
+        return write_memory(context, output, data, size);
     while (size > 0) {
         size_t chunk = size > (size_t)1 << 30 ? (size_t)1 << 30 : size;
         ssize_t wrote = write(output->fd, next, chunk);
@@ -216,6 +240,10 @@ int cvol_output_rewrite(cvol_context *context, cvol_output *output, uint64_t off
                         const void *data, size_t size)
 {
     const char *next = data;
+    if (output->memory) {
+        memcpy(output->memory->data + offset, data, size);
+        return CVOL_OK;
+    }
     while (size > 0) {
         ssize_t wrote = pwrite(output->fd, next, size, (off_t)offset);
         if (wrote < 0 && errno == EINTR)
@@ -250,7 +278,7 @@ int cvol_output_commit(cvol_context *context, cvol_output *output)
         trouble = errno;
     if (!trouble && output->nameless)
         trouble = link_nameless(output);
-    if (close(output->fd) && !trouble)
+    if (output->fd >= 0 && close(output->fd) && !trouble)
         trouble = errno;
     output->fd = -1;
     const int is_named = !output->in_place && !output->nameless; /* by the temporary name */

@@ -132,9 +132,9 @@ static int choose_coding(cvol_context *context, const cvol_array **array, cvol_a
     return dependent < 0 ? -dependent : CVOL_OK;
 }
 
-/* path NULL: only counted. */
+/* To a file or to memory; both NULL: only counted. */
 static int write_file(cvol_context *context, const cvol_array *array, const char *path,
-                      uint64_t *file_bytes)
+                      cvol_bytes *memory, uint64_t *file_bytes)
 {
     const int is_volume = cvol_array_is_volume(array);
     cvol_file_writer *writer = NULL;
@@ -146,7 +146,9 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
         code = choose_coding(context, &array, &plain);
     if (code)
         return code;
-    code = cvol_file_writer_open(context, &writer, path, is_volume ? cvol_brick_count(array) : 0);
+    const size_t bricks = is_volume ? cvol_brick_count(array) : 0;
+    code = memory ? cvol_file_writer_open_memory(context, &writer, memory, bricks)
+                  : cvol_file_writer_open(context, &writer, path, bricks);
     if (code)
         return code;
     cvol_header header = cvol_header_of(array);
@@ -177,12 +179,24 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
 int cvol_array_write(cvol_context *context, const cvol_array *array, const char *path,
                      uint64_t *file_bytes)
 {
-    return write_file(context, array, path, file_bytes);
+    return write_file(context, array, path, NULL, file_bytes);
 }
 
 int cvol_array_file_bytes(cvol_context *context, const cvol_array *array, uint64_t *file_bytes)
 {
-    return write_file(context, array, NULL, file_bytes);
+    return write_file(context, array, NULL, NULL, file_bytes);
+}
+
+int cvol_array_write_memory(cvol_context *context, const cvol_array *array, void **out,
+                            size_t *size)
+{
+    cvol_bytes bytes = {0};
+    const int code = write_file(context, array, NULL, &bytes, NULL);
+    *out = code ? NULL : bytes.data;
+    *size = code ? 0 : bytes.size;
+    if (code)
+        cvol_bytes_free(&bytes);
+    return code;
 }
 
 /* ---- reading ---------------------------------------------------------------------------- */
@@ -207,6 +221,12 @@ int cvol_array_read(cvol_context *context, cvol_array **out, const char *path, u
     if (!code && file_bytes)
         *file_bytes = report.file_bytes;
     return code;
+}
+
+int cvol_array_read_memory(cvol_context *context, cvol_array **out, const void *data, size_t size,
+                           const char *name)
+{
+    return cvol_container_read(context, out, data, size, name);
 }
 
 int cvol_array_read_box(cvol_context *context, cvol_array **out, const char *path,

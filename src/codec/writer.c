@@ -19,21 +19,40 @@ struct cvol_file_writer {
     uint64_t shells; /* bytes */
 };
 
-int cvol_file_writer_open(cvol_context *context, cvol_file_writer **out, const char *path,
-                          size_t bricks)
+/* Takes the output, whatever happens; NULL: only counting. */
+static int open_on(cvol_context *context, cvol_file_writer **out, cvol_output *output,
+                   size_t bricks)
 {
-    *out = NULL;
     cvol_file_writer *writer = calloc(1, sizeof *writer);
-    if (!writer)
+    if (!writer) {
+        cvol_output_abandon(output);
         return cvol_fail_memory(context, sizeof *writer, "the file");
-    int code = path ? cvol_output_open(context, &writer->output, path) : CVOL_OK;
-    if (!code)
-        code = cvol_brick_index_make(context, &writer->index, bricks);
+    }
+    writer->output = output;
+    const int code = cvol_brick_index_make(context, &writer->index, bricks);
     if (code)
         cvol_file_writer_abandon(writer);
     else
         *out = writer;
     return code;
+}
+
+int cvol_file_writer_open(cvol_context *context, cvol_file_writer **out, const char *path,
+                          size_t bricks)
+{
+    cvol_output *output = NULL;
+    *out = NULL;
+    const int code = path ? cvol_output_open(context, &output, path) : CVOL_OK;
+    return code ? code : open_on(context, out, output, bricks);
+}
+
+int cvol_file_writer_open_memory(cvol_context *context, cvol_file_writer **out, cvol_bytes *bytes,
+                                 size_t bricks)
+{
+    cvol_output *output;
+    *out = NULL;
+    const int code = cvol_output_open_memory(context, &output, bytes, "the file in memory");
+    return code ? code : open_on(context, out, output, bricks);
 }
 
 static void writer_free(cvol_file_writer *writer)

@@ -20,6 +20,10 @@ typedef struct cvol_file_writer cvol_file_writer;
 int cvol_file_writer_open(cvol_context *context, cvol_file_writer **out, const char *path,
                           size_t bricks);
 
+/* The same, whose bytes are appended to `bytes` as they are written. Errors: MEMORY. */
+int cvol_file_writer_open_memory(cvol_context *context, cvol_file_writer **out, cvol_bytes *bytes,
+                                 size_t bricks);
+
 /* The next brick's bytes. Errors: IO, LIMIT (a shell of 4 GiB in one brick), MEMORY. */
 int cvol_file_writer_add(cvol_context *context, cvol_file_writer *writer,
                          const cvol_span shells[CVOL_SHELLS]);

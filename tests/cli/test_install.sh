@@ -69,6 +69,13 @@ if command -v readelf >/dev/null; then
         fail 'the library must show nothing but cvol_...'
 fi
 
+# The HDF5 filter, where it was built, finds its library from where it was installed.
+if [ -e "$CVOL_BUILD/hdf5-plugins/libH5Zcvol.so" ] && command -v ldd >/dev/null; then
+    filter=$(find "$prefix" -name libH5Zcvol.so)
+    expect_done ldd "$filter"
+    grep -q "libcvol.so.0 => $prefix" "$out" || fail "$filter must find libcvol.so.0 below the prefix"
+fi
+
 # By find_package: all examples, and one of them static.
 expect_status 0 cmake -S "$source/examples" -B by-cmake -DCMAKE_PREFIX_PATH="$prefix"
 expect_status 0 cmake --build by-cmake

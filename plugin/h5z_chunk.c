@@ -1,0 +1,218 @@
+/* A chunk of a dataset as one compressed volume: parameters, samples to bytes, and back. Nothing of
+ * HDF5 is needed for it. */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "h5z_cvol.h"
+
+__attribute__((format(printf, 3, 4))) static int say(char *message, size_t room, const char *form,
+                                                     ...)
+{
+    va_list arguments;
+    va_start(arguments, form);
+    vsnprintf(message, room, form, arguments);
+    va_end(arguments);
+    return 0;
+}
+
+/* ---- parameters ------------------------------------------------------------------------ */
+
+void cvol_h5z_put_value(unsigned words[CVOL_H5Z_WORDS], double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    words[CVOL_H5Z_LOW] = (unsigned)(bits & 0xffffffff);
+    words[CVOL_H5Z_HIGH] = (unsigned)(bits >> 32);
+}
+
+static double value_of(const unsigned *words, size_t count)
+{
+    if (count <= CVOL_H5Z_LOW)
+        return 0;
+    if (count == CVOL_H5Z_HIGH)
+        return words[CVOL_H5Z_LOW];
+    const uint64_t bits = words[CVOL_H5Z_LOW] | (uint64_t)words[CVOL_H5Z_HIGH] << 32;
+    double value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+int cvol_h5z_read_options(cvol_compress_options *options, const unsigned *words, size_t count,
+                          char *message, size_t room)
+{
+    *options = cvol_compress_options_defaults();
+    options->background = CVOL_BACKGROUND_FIND;
+    if (count == 0)
+        return 1;
+    const unsigned mode = words[CVOL_H5Z_MODE];
+    const double value = value_of(words, count);
+    if (mode == CVOL_H5Z_LOSSLESS) {
+        options->lossless = 1;
+        return 1;
+    }
+    if (mode < CVOL_TARGET_RATIO || mode > CVOL_TARGET_BITS)
+        return say(message, room,
+                   "cvol: mode is %u, must be 1 (ratio), 2 (PSNR), 3 (largest error), 4 (bits a "
+                   "sample) or 5 (lossless)",
+                   mode);
+    if (!isfinite(value) || value < 0 || (value <= 0 && mode != CVOL_TARGET_MAX_ERROR))
+        return say(message, room, "cvol: value is %g, must be a number above 0", value);
+    options->target = (cvol_target)mode;
+    options->target_value = value;
+    return 1;
+}
+
+static int machine_is_big_endian(void)
+{
+    const uint16_t one = 1;
+    uint8_t first;
+    memcpy(&first, &one, 1);
+    return first == 0;
+}
+
+int cvol_h5z_read_plan(cvol_h5z_plan *plan, const unsigned *words, size_t count, char *message,
+                       size_t room)
+{
+    if (count < CVOL_H5Z_WORDS || words[CVOL_H5Z_LAYOUT] != CVOL_H5Z_LAYOUT_1)
+        return say(message, room, "cvol: the filter's %zu parameters are none of layout %d", count,
+                   CVOL_H5Z_LAYOUT_1);
+    const unsigned type = words[CVOL_H5Z_TYPE], order = words[CVOL_H5Z_ORDER];
+    if (type > CVOL_FLOAT64 || !cvol_type_size((cvol_type)type) || order > 1)
+        return say(message, room, "cvol: the filter's parameters say type %u, order of bytes %u",
+                   type, order);
+    plan->grid = cvol_grid_make(words[CVOL_H5Z_NX], words[CVOL_H5Z_NY], words[CVOL_H5Z_NZ],
+                                (cvol_type)type);
+    plan->bytes = cvol_type_size((cvol_type)type);
+    for (int a = 0; a < 3; a++) /* HDF5's chunks are smaller than this */
+        if (!plan->grid.dims[a] || plan->grid.dims[a] > UINT32_MAX / plan->bytes)
+            return say(message, room,
+                       "cvol: the filter's parameters say a chunk of %u x %u x %u samples",
+                       words[CVOL_H5Z_NX], words[CVOL_H5Z_NY], words[CVOL_H5Z_NZ]);
+        else
+            plan->bytes *= plan->grid.dims[a];
+    plan->swaps = (int)order != machine_is_big_endian();
+    return cvol_h5z_read_options(&plan->options, words, CVOL_H5Z_LAYOUT, message, room);
+}
+
+/* ---- samples --------------------------------------------------------------------------- */
+
+static void swap(uint8_t *bytes, size_t size, size_t each)
+{
+    for (size_t at = 0; at + each <= size; at += each)
+        for (size_t i = 0; i < each / 2; i++) {
+            const uint8_t low = bytes[at + i];
+            bytes[at + i] = bytes[at + each - 1 - i];
+            bytes[at + each - 1 - i] = low;
+        }
+}
+
+/* 1 if some are NaN or infinite. */
+static int has_holes(const void *samples, const cvol_grid *grid)
+{
+    const size_t count = cvol_grid_samples(grid);
+    const float *single = samples;
+    const double *twice = samples;
+    for (size_t i = 0; i < count; i++)
+        if (grid->type == CVOL_FLOAT32   ? !isfinite(single[i])
+            : grid->type == CVOL_FLOAT64 ? !isfinite(twice[i])
+                                         : 0)
+            return 1;
+    return 0;
+}
+
+/* One thread: a program that has forked since, as Python's workers do, has no others. */
+static cvol_context *context_of_one_thread(void)
+{
+    cvol_context *context = cvol_context_create();
+    if (context)
+        cvol_context_set_threads(context, 1);
+    return context;
+}
+
+static int end(cvol_context *context, int code, char *message, size_t room)
+{
+    if (code)
+        say(message, room, "%s", context ? cvol_context_message(context) : "cvol: out of memory");
+    cvol_context_destroy(context);
+    return !code;
+}
+
+int cvol_h5z_encode(void **out, size_t *size, const cvol_h5z_plan *plan, const void *samples,
+                    char *message, size_t room)
+{
+    cvol_context *context = context_of_one_thread();
+    cvol_compress_options options = plan->options;
+    cvol_array *array = NULL;
+    void *copy = NULL;
+    int code = context ? CVOL_OK : CVOL_ERROR_MEMORY;
+    *out = NULL;
+    if (!code) { /* aligned, and in the machine's order */
+        copy = malloc(plan->bytes);
+        if (!copy) {
+            cvol_context_destroy(context);
+            return say(message, room, "cvol: no memory for a chunk of %zu bytes", plan->bytes);
+        }
+        memcpy(copy, samples, plan->bytes);
+        if (plan->swaps)
+            swap(copy, plan->bytes, cvol_type_size(plan->grid.type));
+        if (!options.lossless && has_holes(copy, &plan->grid)) {
+            options.has_fill = 1;
+            options.fill = NAN;
+        }
+        code = cvol_compress(context, &array, NULL, copy, &plan->grid, &options);
+    }
+    if (!code)
+        code = cvol_array_write_memory(context, array, out, size);
+    cvol_array_free(array);
+    free(copy);
+    return end(context, code, message, room);
+}
+
+static int check_grid(const cvol_array *array, const cvol_grid *wanted, char *message, size_t room)
+{
+    const cvol_grid *grid = cvol_array_grid(array);
+    const size_t *is = grid->dims, *must = wanted->dims;
+    if (!memcmp(is, must, sizeof grid->dims) && grid->type == wanted->type)
+        return 1;
+    return say(message, room,
+               "cvol: a chunk is %zu x %zu x %zu samples of %s, must be %zu x %zu x %zu of %s",
+               is[0], is[1], is[2], cvol_type_name(grid->type), must[0], must[1], must[2],
+               cvol_type_name(wanted->type));
+}
+
+int cvol_h5z_decode(void **out, const cvol_h5z_plan *plan, const void *data, size_t size,
+                    char *message, size_t room)
+{
+    cvol_context *context = context_of_one_thread();
+    cvol_array *array = NULL;
+    const size_t begin[3] = {0, 0, 0};
+    *out = NULL;
+    if (context)
+        cvol_context_set_limit_bytes(context, plan->bytes);
+    int code = context ? cvol_array_read_memory(context, &array, data, size, "cvol: a chunk")
+                       : CVOL_ERROR_MEMORY;
+    if (!code && !check_grid(array, &plan->grid, message, room)) {
+        cvol_array_free(array);
+        cvol_context_destroy(context);
+        return 0;
+    }
+    void *samples = code ? NULL : malloc(plan->bytes);
+    if (!code && !samples) {
+        cvol_array_free(array);
+        cvol_context_destroy(context);
+        return say(message, room, "cvol: no memory for a chunk of %zu bytes", plan->bytes);
+    }
+    if (!code)
+        code = cvol_array_evaluate_box(context, samples, array, begin, plan->grid.dims);
+    if (!code && plan->swaps)
+        swap(samples, plan->bytes, cvol_type_size(plan->grid.type));
+    if (code)
+        free(samples);
+    else
+        *out = samples;
+    cvol_array_free(array);
+    return end(context, code, message, room);
+}
