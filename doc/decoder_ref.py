@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Decodes .cvol and .cvi files, written from doc/format.md and nothing else: plain, slow, to be read beside it.
 
-usage: decoder_ref.py FILE OUT.raw [--level L]
+usage: decoder_ref.py FILE OUT.raw [--level L] [--time I] [--channel I]
 
 Writes the samples, x fastest, in the file's type, low byte first (of a picture its pixels: red, green,
 blue, alpha; of a baked volume its planes as float32), and prints what the file says of them as JSON. --level 1, 2, 3: a volume's coarser levels; the file may then end early.
@@ -1270,12 +1270,63 @@ def decode(data, level=0):
     return header, attributes, samples
 
 
+# ---- 20. files of many volumes -------------------------------------------------------------------
+
+def text_of(padded, what):
+    text, zero, rest = padded.partition(b"\0")
+    need(zero and not rest.strip(b"\0"), f"LIST: {what} has no end")
+    return text.decode()
+
+
+def read_volume_of(data, time, channel):
+    """The file of one volume, and what the list says of its time and channel."""
+    need(len(data) >= 36, "is cut off in its list's header")
+    tag, flags, length, checksum, own = struct.unpack_from("<4sIQII", data, 12)
+    need(tag == b"LIST" and flags == 1 and own == crc32c(data[12:32]), "LIST: its header")
+    content = data[36:36 + length]
+    need(len(content) == length and checksum == crc32c(content), "LIST: the checksum does not hold")
+    need(length >= 24, "LIST is too short")
+    times, channels = struct.unpack_from("<2I", content)
+    count = times * channels
+    need(0 < count <= 2 ** 20, "LIST: times or channels")
+    need(length >= 24 + 88 * channels + 8 * times + 16 * count, "LIST is too short")
+    unit = text_of(content[8:24], "the unit")
+    colours, names, at = [], [], 24
+    for _ in range(channels):
+        colours.append(struct.unpack_from("<3d", content, at))
+        names.append(text_of(content[at + 24:at + 88], "a name"))
+        need(all(0 <= part <= 1 for part in colours[-1]), "LIST: a colour")
+        at += 88
+    values = struct.unpack_from(f"<{times}d", content, at)
+    need(all(map(math.isfinite, values)), "LIST: a time")
+    extents = struct.unpack_from(f"<{2 * count}Q", content, at + 8 * times)
+    end = 36 + length
+    for offset, size in zip(extents[::2], extents[1::2]):
+        need(offset >= end + 24, "LIST: volumes overlap")
+        end = offset + size
+    need(0 <= time < times and 0 <= channel < channels, "there is no such time or channel")
+    number = 2 * (channel + channels * time)
+    offset, size = extents[number:number + 2]
+    need(offset + size <= len(data), "is cut off in the volume")
+    tag, flags, length, checksum, own = struct.unpack_from("<4sIQII", data, offset - 24)
+    volume = data[offset:offset + size]
+    need(tag == b"VOLM" and flags == 1 and length == size and
+         own == crc32c(data[offset - 24:offset - 4]), "LIST: there is no such volume")
+    need(checksum == crc32c(volume), "VOLM: the checksum does not hold")
+    need(volume[12:16] not in (b"LIST", b"PICT", b"BAKE"), "VOLM is no volume")
+    return volume, {"times": times, "channels": channels, "time": values[time], "time_unit": unit,
+                    "channel_name": names[channel], "channel_colour": colours[channel]}
+
+
 def main():
     parser = argparse.ArgumentParser(description="Decodes a .cvol file (doc/format.md).")
     parser.add_argument("file")
     parser.add_argument("out")
     parser.add_argument("--level", type=int, default=0, choices=range(4))
+    parser.add_argument("--time", type=int, default=0)
+    parser.add_argument("--channel", type=int, default=0)
     arguments = parser.parse_args()
+    place = {}
     with open(arguments.file, "rb") as file:
         data = file.read()
     try:
@@ -1289,6 +1340,8 @@ def main():
             samples.tofile(arguments.out)
             print(json.dumps(says))
             return
+        if data[12:16] == b"LIST":
+            data, place = read_volume_of(data, arguments.time, arguments.channel)
         header, attributes, samples = decode(data, arguments.level)
     except (Damaged, KeyError) as error:
         sys.exit(f"decoder_ref: {arguments.file}: {error}")
@@ -1298,7 +1351,7 @@ def main():
                       "space": ["unknown", "LPS", "RAS"][header.space], "unit": header.unit,
                       "value_min": header.value_min, "value_max": header.value_max,
                       "l2_error": header.l2_error, "max_abs": header.max_abs,
-                      "coefficients": header.coefficients, "attributes": attributes}))
+                      "coefficients": header.coefficients, "attributes": attributes, **place}))
 
 
 if __name__ == "__main__":

@@ -83,7 +83,8 @@ typedef struct common_options {
     int fill_given;
     const char *type_name; /* of raw samples */
     int level;             /* of .cvol files */
-    int accept_cut; /* whether one that ends early may be opened, at the finest whole level */
+    int accept_cut;  /* whether one that ends early may be opened, at the finest whole level */
+    int choice_said; /* it was said which volume of many was taken */
 } common_options;
 
 #define COMMON_OPTIONS(c)                                                                       \
@@ -115,18 +116,25 @@ typedef struct common_options {
             OPTION_NUMBERS3, (c).read.spacing, 0, NULL                                             \
     }
 
+/* Which volume of a .cvol of many, or of other files of several. */
+#define PLACE_OPTIONS(c)                                                             \
+    {"--time",                                                                       \
+     "I",                                                                            \
+     "time I, from 0: volume I of a series or array of them",                        \
+     OPTION_INTEGER,                                                                 \
+     &(c).read.index,                                                                \
+     0,                                                                              \
+     &(c).read.has_index},                                                           \
+    {                                                                                \
+        "--channel", "I", "channel I, from 0", OPTION_INTEGER, &(c).read.channel, 0, \
+            &(c).read.has_channel                                                    \
+    }
+
 /* Which of what a file or folder has several of. */
 #define CHOICE_OPTIONS(c)                                                               \
     {NULL, NULL, "Files with more than one volume:", OPTION_HEADING, NULL, 0, NULL},    \
-        {"--channel",       "I", "channel I, from 0 (TIFF)", OPTION_INTEGER,            \
-         &(c).read.channel, 0,   &(c).read.has_channel},                                \
-        {"--index",                                                                     \
-         "I",                                                                           \
-         "volume I of a series or array of them, from 0",                               \
-         OPTION_INTEGER,                                                                \
-         &(c).read.index,                                                               \
-         0,                                                                             \
-         &(c).read.has_index},                                                          \
+        PLACE_OPTIONS(c), {"--index",       "I", "the same as --time", OPTION_INTEGER,  \
+                           &(c).read.index, 0,   &(c).read.has_index},                  \
     {                                                                                   \
         "--series", "NAME", "DICOM series, by number, UID or description", OPTION_TEXT, \
             &(c).read.series, 0, NULL                                                   \
@@ -180,6 +188,15 @@ int need_volume(cvol_context *context, input *in);
 int need_array(cvol_context *context, input *in, const char *path, int block,
                cvol_background background);
 
+/* series.c: which volume of a .cvol file is meant; where there are several and none was asked for,
+ * the first, which is said once. Exit status. */
+int choose_volume(cvol_context *context, common_options *common, const char *path,
+                  cvol_file_part *part);
+/* How many times and channels a file of any kind has that the options leave open. Exit status. */
+int count_volumes(cvol_context *context, common_options *common, const char *path, int *times,
+                  int *channels);
+/* Colours of channels, between commas; as many as there are. Exit status. */
+int parse_colours(double *out, int count, const char *text);
 /* Refuses an output that is the input, or whose folder takes no files. Exit status. */
 int check_output(const char *in, const char *out);
 /* Whether `name` ends in `ending`, whatever the case. */

@@ -6,7 +6,9 @@ static const char description[] =
     "size, PNG or compressed. PSNR of volumes is over the range of A; of pictures over 255, also "
     "over the foreground\n"
     "alone (pixels where either has a channel above 2), with SSIM beside it. Equal things have a\n"
-    "PSNR of infinity, 999 in JSON. --channel, --index and --series choose of A.";
+    "PSNR of infinity, 999 in JSON. --time, --channel and --series choose of A, the first two "
+    "also\n"
+    "of a .cvol of many as B, and of that alone if A holds but one volume.";
 
 static const char examples[] = "  cvol compare brain.nii.gz brain.cvol\n"
                                "  cvol compare a.png b.cvi --json\n";
@@ -40,6 +42,26 @@ static int compare_pictures(cvol_context *context, const common_options *common,
     return status;
 }
 
+/* B of many volumes: the one that is like A. An A of one volume leaves --time and --channel to it.
+ */
+static int share_choice(cvol_context *context, common_options *a, common_options *b,
+                        const char *a_path, const char *b_path)
+{
+    const cvol_read_options asked = a->read;
+    int times, channels;
+    if (cvol_file_kind_of(b_path) != CVOL_FILE_SERIES)
+        return EXIT_DONE;
+    b->read.has_index = asked.has_index;
+    b->read.index = asked.index;
+    b->read.has_channel = asked.has_channel;
+    b->read.channel = asked.channel;
+    a->read.has_index = a->read.has_channel = 0;
+    const int status = count_volumes(context, a, a_path, &times, &channels);
+    a->read.has_index = asked.has_index && times > 1;
+    a->read.has_channel = asked.has_channel && channels > 1;
+    return status;
+}
+
 static int compare_volumes(cvol_context *context, common_options *common, const char *a_path,
                            const char *b_path)
 {
@@ -62,7 +84,11 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
                         "%s and %s describe themselves: --dims, --type, --big-endian and --spacing "
                         "are for raw samples",
                         a_path, b_path);
-    int status = open_input(context, &a, a_path, describes_itself(a_path) ? &plain_a : common);
+    int status = describes_itself(a_path)
+                     ? share_choice(context, &plain_a, &plain_b, a_path, b_path)
+                     : EXIT_DONE;
+    if (!status)
+        status = open_input(context, &a, a_path, describes_itself(a_path) ? &plain_a : common);
     if (!status)
         status = need_volume(context, &a);
     if (!status)

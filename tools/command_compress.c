@@ -5,27 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "compress_stream.h"
+#include "compress.h"
 #include "picture.h"
-
-/* How it is compressed: by the codec, which searches the step of DCT blocks by the size of the
- * coded file, or by truncation, for any other transform and block, or a number of terms. */
-typedef struct method {
-    cvol_compress_options options;
-    int truncate;
-    cvol_transform transform;
-    int block;
-    cvol_keep keep;
-} method;
-
-typedef struct compress_arguments {
-    common_options common;
-    double ratio, psnr, max_error, bits;
-    int ratio_given, psnr_given, max_error_given, bits_given;
-    int block, stream;
-    int lossless, no_lap, fast;
-    const char *transform, *keep, *attributes, *fill, *background;
-} compress_arguments;
 
 static const char description[] =
     "Compresses a volume: the coefficients of its transform that matter. Of DCT blocks they are\n"
@@ -34,6 +15,11 @@ static const char description[] =
     "whole arrays (--block 0) and --keep drop the smallest. The error is measured by decoding "
     "before\n"
     "the file gets its name. Geometry and sample type are kept.\n"
+    "Many volumes of one shape, given with -o, or those of a 4-D file or of several channels, "
+    "become\n"
+    "one file of many, from which --time and --channel choose wherever a .cvol is read. Files in "
+    "the\n"
+    "order of their letters are taken in that of their numbers, run_2 before run_10.\n"
     "A PNG becomes a compressed picture, OUT.cvi, by --ratio (of its pixels' bytes) or --psnr.";
 
 static const char examples[] =
@@ -44,6 +30,8 @@ static const char examples[] =
     "  cvol compress ct.mha ct.cvol --lossless                 every sample as it was\n"
     "  cvol compress ocean.nrrd o.cvol --fill 1e35 --psnr 60   1e35 marks land\n"
     "  cvol compress wave.nrrd w.cvol --transform dft --block 0 --keep 16,1000\n"
+    "  cvol compress 'run_*.nrrd' -o run.cvol --time-step 2.5  a time series\n"
+    "  cvol compress dapi.tif gfp.tif -o cell.cvol --as channels --channel-names DAPI,GFP\n"
     "  cvol compress brain.png brain.cvi --psnr 40             a picture\n";
 
 /* The value that marks samples without one: a number, which then stands for NaN and infinite
@@ -238,8 +226,7 @@ static int truncate_samples(cvol_context *context, cvol_array **array, const cvo
     return code ? code : cvol_array_measure(context, *array, volume->data);
 }
 
-/* The figures that the codec does not report itself. */
-static void fill_report(cvol_compress_report *report, const cvol_array *array)
+void fill_report(cvol_compress_report *report, const cvol_array *array)
 {
     cvol_array_info info;
     cvol_array_get_info(array, &info);
@@ -284,9 +271,7 @@ static char *read_text(const char *path)
     return NULL;
 }
 
-/* The attributes of the file named so, or those of a .cvol that is compressed again; the caller
- * frees *text. Exit status. */
-static int find_attributes(char **text, const input *in, const char *path)
+int find_attributes(char **text, const input *in, const char *path)
 {
     const char *old = in->array ? cvol_array_attributes(in->array) : NULL;
     json_error_t error;
@@ -305,13 +290,12 @@ static int find_attributes(char **text, const input *in, const char *path)
                             error.column, error.text);
 }
 
-static int compress_in_memory(cvol_context *context, compress_arguments *arguments, const method *m,
-                              const char *in_path, const char *out_path)
+int compress_to_array(cvol_context *context, compress_arguments *arguments, const method *m,
+                      const char *in_path, cvol_array **array, cvol_compress_report *report)
 {
     input in;
-    cvol_array *array = NULL;
     char *attributes = NULL;
-    cvol_compress_report report = {0};
+    *array = NULL;
     int status = open_input(context, &in, in_path, &arguments->common);
     if (!status)
         status = find_attributes(&attributes, &in, arguments->attributes);
@@ -319,15 +303,24 @@ static int compress_in_memory(cvol_context *context, compress_arguments *argumen
         status = need_volume(context, &in);
     int code = 0;
     if (!status)
-        code = m->truncate ? truncate_samples(context, &array, in.volume, m)
-                           : cvol_compress(context, &array, &report, in.volume->data,
+        code = m->truncate ? truncate_samples(context, array, in.volume, m)
+                           : cvol_compress(context, array, report, in.volume->data,
                                            &in.volume->grid, &m->options);
     if (code)
         status = complain_context(context, code, in_path);
     close_input(&in);
-    if (!status && (code = cvol_array_set_attributes(context, array, attributes)))
+    if (!status && (code = cvol_array_set_attributes(context, *array, attributes)))
         status = complain_context(context, code, arguments->attributes);
     free(attributes);
+    return status;
+}
+
+static int compress_in_memory(cvol_context *context, compress_arguments *arguments, const method *m,
+                              const char *in_path, const char *out_path)
+{
+    cvol_array *array;
+    cvol_compress_report report = {0};
+    int code, status = compress_to_array(context, arguments, m, in_path, &array, &report);
     if (!status && (code = cvol_array_write(context, array, out_path, &report.file_bytes)))
         status = complain_context(context, code, NULL);
     if (!status && m->truncate)
@@ -367,8 +360,7 @@ static int compress_by_slab(cvol_context *context, compress_arguments *arguments
     return status;
 }
 
-/* Whether what is asked for can be done slab by slab. */
-static int can_be_streamed(const compress_arguments *a, const method *m)
+int can_be_streamed(const compress_arguments *a, const method *m)
 {
     const cvol_compress_options *options = &m->options;
     return !m->truncate && m->block == 16 && options->target != CVOL_TARGET_MAX_ERROR &&
@@ -438,6 +430,27 @@ static int check_png(const compress_arguments *a, const char *in_path, const cha
     return EXIT_DONE;
 }
 
+/* One file or many, which are then not pictures. */
+static int run(compress_arguments *a, const method *m, const volume_list *inputs)
+{
+    const char *in_path = inputs->paths[0], *out_path = a->output;
+    const int is_a_png = inputs->count == 1 && is_png(in_path);
+    int status;
+    if (is_a_png && (status = check_png(a, in_path, out_path)))
+        return status;
+    if (!is_a_png && !has_ending(out_path, ".cvol"))
+        return complain(EXIT_MISUSED, "%s: the output's name must end in .cvol", out_path);
+    cvol_context *context = begin_command(&a->common);
+    if (!context)
+        return EXIT_FAILED;
+    int many = 0;
+    status = is_a_png ? compress_png(context, a, m, in_path, out_path)
+                      : compress_series(context, a, m, inputs, &many);
+    if (!status && !is_a_png && !many)
+        status = compress(context, a, m, in_path, out_path);
+    return end_command(context, status);
+}
+
 int command_compress(int argc, char **argv)
 {
     compress_arguments a = {.ratio = 30, .block = 16, .transform = "dct"};
@@ -477,29 +490,38 @@ int command_compress(int argc, char **argv)
          OPTION_FLAG, &a.fast, 0, NULL},
         {"--stream", NULL, "slab by slab, in little memory, whatever the volume's size",
          OPTION_FLAG, &a.stream, 0, NULL},
+        {NULL, NULL, "Many volumes in one file:", OPTION_HEADING, NULL, 0, NULL},
+        {"-o", "OUT.cvol", "the file; all other names are inputs, 'run_*.nrrd' a pattern of them",
+         OPTION_TEXT, &a.output, 0, NULL},
+        {"--as", "WHAT", "what files beside each other are: times (default) or channels",
+         OPTION_TEXT, &a.as, 0, NULL},
+        {"--time-step", "S", "seconds from one time to the next", OPTION_NUMBER, &a.time_step, 0,
+         &a.time_step_given},
+        {"--channel-names", "A,B", "what channels are called", OPTION_TEXT, &a.channel_names, 0,
+         NULL},
+        {"--channel-colors", "A,B", "how they are drawn: green,magenta or #00ff40,#ff00ff",
+         OPTION_TEXT, &a.channel_colours, 0, NULL},
         SHAPE_OPTIONS(a.common, "Raw samples (x fastest):", "--type"),
         CHOICE_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),
     };
+    const char **names = calloc((size_t)argc, sizeof *names);
+    if (!names)
+        return complain(EXIT_FAILED, "not enough memory");
     command_line line = {.usage = "cvol compress IN OUT.cvol [options]",
                          .description = description,
                          .examples = examples,
                          .options = specs,
                          .option_count = sizeof specs / sizeof *specs,
-                         .positional_count = 2};
+                         .positional_count = 2,
+                         .optional_count = 1,
+                         .all = names};
+    volume_list inputs = {0};
     int status = parse_command_line(&line, argc, argv);
-    if (status >= 0 || (status = choose_method(&m, &a)))
-        return status;
-    const char *in_path = line.positionals[0], *out_path = line.positionals[1];
-    const int is_a_png = is_png(in_path);
-    if (is_a_png && (status = check_png(&a, in_path, out_path)))
-        return status;
-    if (!is_a_png && !has_ending(out_path, ".cvol"))
-        return complain(EXIT_MISUSED, "%s: the output's name must end in .cvol", out_path);
-    cvol_context *context = begin_command(&a.common);
-    if (!context)
-        return EXIT_FAILED;
-    status = is_a_png ? compress_png(context, &a, &m, in_path, out_path)
-                      : compress(context, &a, &m, in_path, out_path);
-    return end_command(context, status);
+    if (status < 0 && !(status = choose_method(&m, &a)) &&
+        !(status = find_volumes(&inputs, &line, &a)))
+        status = run(&a, &m, &inputs);
+    free(names);
+    free_volumes(&inputs);
+    return status;
 }

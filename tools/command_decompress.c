@@ -32,6 +32,7 @@ typedef struct part {
     const char *path;
     size_t begin[3], end[3];
     int level, is_box; /* a box was asked for */
+    int time, channel; /* of a file of many */
     cvol_grid grid;    /* the box' */
 } part;
 
@@ -48,7 +49,8 @@ static int open_slab(cvol_context *context, cvol_array **array, const part *p, s
                      size_t end)
 {
     const size_t from[3] = {p->begin[0], p->begin[1], first}, to[3] = {p->end[0], p->end[1], end};
-    cvol_file_part file = {.begin = from, .end = to, .level = p->level};
+    cvol_file_part file = {
+        .begin = from, .end = to, .level = p->level, .time = p->time, .channel = p->channel};
     if (!p->is_box && first == p->begin[2] && end == p->end[2])
         file.begin = file.end = NULL; /* all, which is checked whole */
     return cvol_array_read_part(context, array, NULL, p->path, &file);
@@ -59,7 +61,8 @@ static int open_slab(cvol_context *context, cvol_array **array, const part *p, s
 static int find_part(cvol_context *context, part *p, const size_t *box, int *by_slab)
 {
     static const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
-    const cvol_file_part file = {.begin = zero, .end = one, .level = p->level};
+    const cvol_file_part file = {
+        .begin = zero, .end = one, .level = p->level, .time = p->time, .channel = p->channel};
     cvol_array *array;
     cvol_array_info info;
     int code = cvol_array_read_part(context, &array, NULL, p->path, &file);
@@ -157,15 +160,20 @@ static int report_json(const part *p, const char *out_path, double decode_ms)
 }
 
 /* box NULL: all of it. */
-static int decompress(cvol_context *context, const common_options *common, const size_t *box,
+static int decompress(cvol_context *context, common_options *common, const size_t *box,
                       const char *in_path, const char *out_path)
 {
+    cvol_file_part chosen = {0};
     part p = {.path = in_path, .level = common->level, .is_box = box != NULL};
     cvol_volume_sink *sink = NULL;
     void *samples = NULL;
     int by_slab = 0, status = check_output(in_path, out_path);
+    if (!status && cvol_file_is_cvol(in_path))
+        status = choose_volume(context, common, in_path, &chosen);
     if (status)
         return status;
+    p.time = chosen.time;
+    p.channel = chosen.channel;
     if (box && has_few_bricks(box))
         cvol_context_set_threads(context, 1);
     const double start = milliseconds();
@@ -205,6 +213,7 @@ int command_decompress(int argc, char **argv)
         {"--level", "L",
          "0 (default) all frequencies, 1 to 3 the lowest 1/2, 1/4, 1/8 of each axis",
          OPTION_INTEGER, &common.level, 0, NULL},
+        PLACE_OPTIONS(common),
         COMMON_OPTIONS(common),
     };
     command_line line = {.usage = "cvol decompress IN OUT [options]",

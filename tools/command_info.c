@@ -9,7 +9,8 @@ static const char description[] =
     "Shows shape, type, geometry and range of a volume; of a .cvol "
     "file also how it is compressed,\n"
     "and a certified bound of its distance from what it stands for; the same of a compressed\n"
-    "picture. --layout shows its sections, damaged ones too, and exits with 1 if there are such.";
+    "picture. Of a file of many volumes what there is, unless --time or --channel choose one.\n"
+    "--layout shows its sections, damaged ones too, and exits with 1 if there are such.";
 
 static json_t *describe_grid(const cvol_grid *grid)
 {
@@ -86,12 +87,10 @@ static const char *label_of(const char *key)
 }
 
 /* One line a field, in the object's own order. */
-static void print_text(const char *path, json_t *object)
+static void print_fields(json_t *object)
 {
     const char *key;
     json_t *value;
-    clear_progress();
-    printf("%s\n", path);
     json_object_foreach(object, key, value)
     {
         printf("  %-16s ", label_of(key));
@@ -103,6 +102,13 @@ static void print_text(const char *path, json_t *object)
             free(text);
         }
     }
+}
+
+static void print_text(const char *path, json_t *object)
+{
+    clear_progress();
+    printf("%s\n", path);
+    print_fields(object);
 }
 
 static int describe_build(int json)
@@ -195,9 +201,97 @@ static int show_baked(cvol_context *context, const common_options *common, const
     return EXIT_DONE;
 }
 
+/* What is in a file of many volumes, beside the first of them. */
+static json_t *describe_contents(const cvol_series *series)
+{
+    const int times = cvol_series_times(series), channels = cvol_series_channels(series);
+    json_t *values = json_array(), *names = json_array(), *volumes = json_array();
+    for (int t = 0; t < times; t++)
+        json_array_append_new(values, json_real(cvol_series_time(series, t)));
+    for (int c = 0; c < channels; c++) {
+        double rgb[3];
+        cvol_series_channel_colour(series, c, rgb);
+        json_array_append_new(names, json_pack("{s:o, s:o}", "name",
+                                               json_text(cvol_series_channel_name(series, c)),
+                                               "colour", json_triple(rgb)));
+    }
+    for (int t = 0; t < times; t++)
+        for (int c = 0; c < channels; c++)
+            json_array_append_new(
+                volumes,
+                json_pack("{s:i, s:i, s:I, s:I}", "time", t, "channel", c, "offset",
+                          (json_int_t)cvol_series_volume_offset(series, t, c), "file_bytes",
+                          (json_int_t)cvol_series_volume_bytes(series, t, c)));
+    return json_pack("{s:s, s:i, s:i, s:o, s:o, s:o, s:o}", "kind", "series", "times", times,
+                     "channels", channels, "time_values", values, "time_unit",
+                     json_text(cvol_series_time_unit(series)), "channel", names, "volumes",
+                     volumes);
+}
+
+/* The same in few lines. */
+static void print_contents(const char *path, const cvol_series *series)
+{
+    const int times = cvol_series_times(series), channels = cvol_series_channels(series);
+    const char *unit = cvol_series_time_unit(series);
+    uint64_t least = UINT64_MAX, most = 0;
+    for (int i = 0; i < times * channels; i++) {
+        const uint64_t bytes = cvol_series_volume_bytes(series, i / channels, i % channels);
+        least = bytes < least ? bytes : least;
+        most = bytes > most ? bytes : most;
+    }
+    clear_progress();
+    printf("%s\n  %-16s %d, %g to %g%s%s\n  %-16s %d\n", path, "times", times,
+           cvol_series_time(series, 0), cvol_series_time(series, times - 1), unit[0] ? " " : "",
+           unit, "channels", channels);
+    for (int c = 0; c < channels; c++) {
+        double rgb[3];
+        cvol_series_channel_colour(series, c, rgb);
+        printf("    %-14d %s%s#%02x%02x%02x\n", c, cvol_series_channel_name(series, c),
+               cvol_series_channel_name(series, c)[0] ? ", " : "", (unsigned)(255 * rgb[0] + 0.5),
+               (unsigned)(255 * rgb[1] + 0.5), (unsigned)(255 * rgb[2] + 0.5));
+    }
+    printf("  %-16s %llu, volumes of %llu to %llu\n", "file_bytes",
+           (unsigned long long)file_size(path), (unsigned long long)least,
+           (unsigned long long)most);
+}
+
+/* A file of many volumes: the list, and of what all have alike the first one's. */
+static int show_series(cvol_context *context, common_options *common, const char *path)
+{
+    cvol_series *series;
+    cvol_array *array;
+    const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
+    const cvol_file_part first = {.begin = zero, .end = one};
+    if (has_raw_options(common) || common->fill_given)
+        return complain(EXIT_MISUSED, "%s: is a .cvol file, other options are for raw samples",
+                        path);
+    int code = cvol_series_read(context, &series, path);
+    if (code)
+        return complain_context(context, code, NULL);
+    code = cvol_array_read_part(context, &array, NULL, path, &first);
+    json_t *grid = code ? NULL : describe_grid(cvol_array_grid(array));
+    int status = code ? complain_context(context, code, NULL) : EXIT_DONE;
+    if (!status && common->json) {
+        json_t *object = describe_contents(series);
+        json_object_set_new(object, "file_bytes", json_integer((json_int_t)file_size(path)));
+        json_object_update(object, grid);
+        status = print_json(object);
+    } else if (!status) {
+        print_contents(path, series);
+        print_fields(grid);
+    }
+    json_decref(grid);
+    cvol_array_free(array);
+    cvol_series_free(series);
+    return status;
+}
+
 static int describe(cvol_context *context, common_options *common, const char *path)
 {
     input in;
+    if (cvol_file_kind_of(path) == CVOL_FILE_SERIES && !common->read.has_index &&
+        !common->read.has_channel)
+        return show_series(context, common, path);
     if (cvol_file_kind_of(path) == CVOL_FILE_BAKED)
         return show_baked(context, common, path);
     if (cvol_file_kind_of(path) == CVOL_FILE_PICTURE)

@@ -11,7 +11,8 @@ static const char description[] =
     "itself to the same size gives a little more quality.";
 
 static const char examples[] = "  cvol transcode scan.cvol --ratio 100 small.cvol\n"
-                               "  cvol transcode scan.cvol small.cvol --bpv 0.1\n";
+                               "  cvol transcode scan.cvol small.cvol --bpv 0.1\n"
+                               "  cvol transcode run.cvol third.cvol --time 2\n";
 
 typedef struct transcode_arguments {
     common_options common;
@@ -21,7 +22,9 @@ typedef struct transcode_arguments {
 
 static int choose_target(cvol_compress_options *options, const transcode_arguments *a)
 {
-    if (a->ratio_given + a->bits_given + a->psnr_given != 1)
+    const int targets = a->ratio_given + a->bits_given + a->psnr_given;
+    const int chosen = a->common.read.has_index || a->common.read.has_channel;
+    if (targets > 1 || (!targets && !chosen))
         return complain(EXIT_MISUSED, "give one of --ratio, --bpv and --psnr");
     options->target = a->ratio_given  ? CVOL_TARGET_RATIO
                       : a->bits_given ? CVOL_TARGET_BITS
@@ -53,16 +56,38 @@ static int report(const char *path, const cvol_array *array, const cvol_compress
     return EXIT_DONE;
 }
 
-static int transcode(cvol_context *context, const transcode_arguments *a,
+/* One volume of many as a file of its own, as it is. */
+static int extract(cvol_context *context, const transcode_arguments *a, const cvol_file_part *part,
+                   const char *in_path, const char *out_path)
+{
+    uint64_t bytes;
+    const int code = cvol_series_extract(context, in_path, part->time, part->channel, out_path,
+                                         &bytes);
+    if (code)
+        return complain_context(context, code, NULL);
+    if (a->common.json)
+        return print_json(json_pack("{s:i, s:i, s:I}", "time", part->time, "channel", part->channel,
+                                    "file_bytes", (json_int_t)bytes));
+    clear_progress();
+    printf("%s: %llu bytes, as they were\n", out_path, (unsigned long long)bytes);
+    return EXIT_DONE;
+}
+
+static int transcode(cvol_context *context, transcode_arguments *a,
                      const cvol_compress_options *options, const char *in_path,
                      const char *out_path)
 {
     cvol_array *from = NULL, *array = NULL;
     cvol_compress_report r;
     int status = check_output(in_path, out_path);
+    cvol_file_part part = {0};
+    if (!status && cvol_file_is_cvol(in_path))
+        status = choose_volume(context, &a->common, in_path, &part);
     if (status)
         return status;
-    int code = cvol_array_read(context, &from, in_path, NULL);
+    if (!a->ratio_given && !a->bits_given && !a->psnr_given)
+        return extract(context, a, &part, in_path, out_path);
+    int code = cvol_array_read_part(context, &from, NULL, in_path, &part);
     if (code)
         return complain_context(context, code, NULL);
     code = cvol_array_transcode(context, &array, &r, from, options);
@@ -86,6 +111,9 @@ int command_transcode(int argc, char **argv)
          &a.bits_given},
         {"--psnr", "DB", "at least so many dB, certified", OPTION_NUMBER, &a.psnr, 0,
          &a.psnr_given},
+        {NULL, NULL, "Of a file of many volumes (without a target it is copied as it is):",
+         OPTION_HEADING, NULL, 0, NULL},
+        PLACE_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),
     };
     command_line line = {.usage = "cvol transcode IN.cvol OUT.cvol [options]",

@@ -149,11 +149,6 @@ int has_raw_options(const common_options *common)
            read->spacing[1] != 0 || read->spacing[2] != 0;
 }
 
-static int has_choice(const common_options *common)
-{
-    return common->read.has_channel || common->read.has_index || common->read.series;
-}
-
 int open_input(cvol_context *context, input *in, const char *path, common_options *common)
 {
     memset(in, 0, sizeof *in);
@@ -163,13 +158,11 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
                             "%s: is a .cvol file, which describes itself: --dims, --type, "
                             "--big-endian and --spacing are for raw samples",
                             path);
-        if (has_choice(common))
-            return complain(EXIT_MISUSED,
-                            "%s: is a .cvol file, which holds one volume: --channel, --index and "
-                            "--series have nothing to choose from",
-                            path);
-        const cvol_file_part part = {.level = common->level, .cut = common->accept_cut};
+        cvol_file_part part = {.level = common->level, .cut = common->accept_cut};
         cvol_file_report report;
+        const int status = choose_volume(context, common, path, &part);
+        if (status)
+            return status;
         int code = cvol_array_read_part(context, &in->array, &report, path, &part);
         if (code)
             return complain_context(context, code, NULL);

@@ -86,3 +86,10 @@ int compress_slabs(cvol_context *context, slab_input *in, const char *out_path,
         return complain_context(context, code, code == CVOL_ERROR_IO ? NULL : in->path);
     return read_info(context, info, out_path, grid, report);
 }
+
+int add_slabs_to(cvol_context *context, cvol_series_writer *writer, slab_input *in,
+                 cvol_compress_report *report, const cvol_compress_options *options)
+{
+    const cvol_sample_source source = {read_slab, in};
+    return cvol_series_add_stream(context, writer, report, &source, slab_input_grid(in), options);
+}

@@ -24,4 +24,9 @@ int compress_slabs(cvol_context *context, slab_input *in, const char *out_path,
                    const cvol_compress_options *options, cvol_compress_report *report,
                    cvol_array_info *info);
 
+/* The same as the next volume of a file of many; a library's code, after which the context has the
+ * sentence. */
+int add_slabs_to(cvol_context *context, cvol_series_writer *writer, slab_input *in,
+                 cvol_compress_report *report, const cvol_compress_options *options);
+
 #endif

@@ -43,7 +43,8 @@ static int refine_levels(cvol_context *context, render_arguments *arguments, sce
     const int finest = arguments->common.level, count = STAGES - finest;
     const scene fresh = *s;
     int status = EXIT_DONE;
-    if (cvol_file_kind_of(path) != CVOL_FILE_ARRAY)
+    const cvol_file_kind kind = cvol_file_kind_of(path);
+    if (kind != CVOL_FILE_ARRAY && kind != CVOL_FILE_SERIES)
         return complain(EXIT_MISUSED,
                         "%s: --progressive draws a .cvol level by level, which this is not: "
                         "cvol compress makes one",

@@ -153,11 +153,13 @@ typedef struct cvol_file_part {
     /* 1: of a volume whose file ends early, the finest level that is whole (but no finer than
      * `level`) instead of an error. */
     int cut;
+    /* Which volume of a file of many (cvol/series.h), from 0; other files have one of each. */
+    int time, channel;
 } cvol_file_part;
 
 /* What was read. */
 typedef struct cvol_file_report {
-    uint64_t file_bytes;
+    uint64_t file_bytes; /* of a volume among many: its own */
     int level; /* of the array */
     int cut;   /* 1: the file ends early */
 } cvol_file_report;
@@ -165,7 +167,7 @@ typedef struct cvol_file_report {
 /* Reads a part of a .cvol file. Other arrays than volumes in DCT blocks are read whole. The file is
  * mapped: only what is needed is read. The caller frees *out. part, report: may be NULL.
  * Errors: those of cvol_array_read, and ARGUMENT (the box is empty, reversed, or not within; no
- * such level). */
+ * such level, time or channel). */
 CVOL_API int cvol_array_read_part(cvol_context *context, cvol_array **out, cvol_file_report *report,
                                   const char *path, const cvol_file_part *part);
 
@@ -220,7 +222,8 @@ typedef enum cvol_file_kind {
     CVOL_FILE_OTHER = 0,   /* none of them, or unreadable */
     CVOL_FILE_ARRAY = 1,   /* an array: cvol_array_read */
     CVOL_FILE_PICTURE = 2, /* a compressed picture: cvol/picture.h */
-    CVOL_FILE_BAKED = 3    /* a baked volume: cvol/render.h */
+    CVOL_FILE_BAKED = 3,   /* a baked volume: cvol/render.h */
+    CVOL_FILE_SERIES = 4   /* many arrays: cvol/series.h */
 } cvol_file_kind;
 /* By the file's first bytes. */
 CVOL_API cvol_file_kind cvol_file_kind_of(const char *path);

@@ -11,6 +11,7 @@
 #include "cvol/image.h"
 #include "cvol/picture.h"
 #include "cvol/render.h"
+#include "cvol/series.h"
 #include "cvol/volume.h"
 
 #endif

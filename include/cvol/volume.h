@@ -51,6 +51,12 @@ CVOL_API cvol_read_options cvol_read_options_defaults(void);
 CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
                               const cvol_read_options *options);
 
+/* How many volumes (a time series, ...) and how many channels a file has that cvol_volume_read could
+ * be asked for, with these options: of what they choose already, one. options may be NULL.
+ * Cost: opening the file. Errors: those of cvol_volume_stream_open. */
+CVOL_API int cvol_volume_contents(cvol_context *context, int *times, int *channels,
+                                  const char *path, const cvol_read_options *options);
+
 /* 1 if the file's content or name is that of a format that describes itself, 0 if it can only be
  * read as raw samples, or not at all. */
 CVOL_API int cvol_file_is_volume(const char *path);

@@ -34,7 +34,7 @@ class Headers:
         """Of a parameter, a field or a result, without arrays."""
         text = re.sub(r"\b(const|CVOL_API|struct)\b", " ", text)
         if "*" in text or "[" in text:
-            if re.search(r"\bchar\b", text):
+            if re.search(r"\bchar\b", text) and text.count("*") < 2:
                 return "s"
             return "g" if result and "cvol_grid" in text else "*"
         word = text.split()[0]
@@ -48,7 +48,7 @@ class Headers:
                 if "(" in line:  # a pointer to a function
                     fields.append((re.search(r"\(\*(\w+)\)", line).group(1), "*", ()))
                     continue
-                kind, first = re.match(r"\s*((?:const\s+)?\w+)\s+(.*)", line, re.S).groups()
+                kind, first = re.match(r"\s*(\w+)\s+(.*)", re.sub(r"\bconst\b", "", line), re.S).groups()
                 for place in first.split(","):
                     word = re.search(r"\w+", place).group()
                     sizes = tuple(eval(n, {}, self.numbers) for n in re.findall(r"\[([^]]*)\]", place))

@@ -12,6 +12,7 @@ struct cvol_context {
     uint64_t limit_bytes;
     cvol_progress_fn progress;
     void *progress_user;
+    size_t found_times, found_channels; /* what a reader last had to choose among */
 };
 
 /* Stores the sentence and returns `code`, so that a failure is one line:

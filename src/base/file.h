@@ -49,6 +49,10 @@ int cvol_output_write(cvol_context *context, cvol_output *output, const void *da
 /* Opens a file without a name for reading and writing, in the output's folder (of a device or pipe:
  * where temporary files lie), which is gone when *fd is closed. Errors: IO, MEMORY. */
 int cvol_output_scratch(cvol_context *context, const cvol_output *output, int *fd);
+/* From here on bytes that are written are counted, and their CRC-32C is taken; how many came since
+ * then, and what they give. */
+void cvol_output_count(cvol_output *output);
+void cvol_output_counted(const cvol_output *output, uint64_t *bytes, uint32_t *checksum);
 /* What messages call it. */
 const char *cvol_output_name(const cvol_output *output);
 /* Replaces bytes that were written; what is written next still goes to the end. IO error where the

@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/bytes.h"
 #include "base/context.h"
 #include "base/memory.h"
 
@@ -21,6 +22,9 @@ struct cvol_output {
     int in_place;
     cvol_bytes *memory; /* NULL: a file */
     int nameless;       /* the temporary name is still a pattern */
+    int is_counted;
+    uint64_t counted;
+    uint32_t checksum; /* of these */
 };
 
 static void output_free(cvol_output *output)
@@ -188,6 +192,10 @@ static int write_memory(cvol_context *context, cvol_output *output, const void *
 int cvol_output_write(cvol_context *context, cvol_output *output, const void *data, size_t size)
 {
     const char *next = data;
+    if (output->is_counted && size) {
+        output->counted += size;
+        output->checksum = cvol_crc32c_more(output->checksum, data, size);
+    }
     if (output->memory)
         return write_memory(context, output, data, size);
     while (size > 0) {
@@ -201,6 +209,19 @@ int cvol_output_write(cvol_context *context, cvol_output *output, const void *da
         size -= (size_t)wrote;
     }
     return CVOL_OK;
+}
+
+void cvol_output_count(cvol_output *output)
+{
+    output->is_counted = 1;
+    output->counted = 0;
+    output->checksum = 0;
+}
+
+void cvol_output_counted(const cvol_output *output, uint64_t *bytes, uint32_t *checksum)
+{
+    *bytes = output->counted;
+    *checksum = output->checksum;
 }
 
 const char *cvol_output_name(const cvol_output *output)

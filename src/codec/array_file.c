@@ -132,9 +132,9 @@ static int choose_coding(cvol_context *context, const cvol_array **array, cvol_a
     return dependent < 0 ? -dependent : CVOL_OK;
 }
 
-/* To a file or to memory; both NULL: only counted. */
+/* As a part of an output, or, NULL, as a file; path NULL as well: only counted. */
 static int write_file(cvol_context *context, const cvol_array *array, const char *path,
-                      cvol_bytes *memory, uint64_t *file_bytes)
+                      cvol_output *within, uint64_t *file_bytes)
 {
     const int is_volume = cvol_array_is_volume(array);
     cvol_file_writer *writer = NULL;
@@ -147,7 +147,7 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
     if (code)
         return code;
     const size_t bricks = is_volume ? cvol_brick_count(array) : 0;
-    code = memory ? cvol_file_writer_open_memory(context, &writer, memory, bricks)
+    code = within ? cvol_file_writer_open_within(context, &writer, within, bricks)
                   : cvol_file_writer_open(context, &writer, path, bricks);
     if (code)
         return code;
@@ -182,6 +182,12 @@ int cvol_array_write(cvol_context *context, const cvol_array *array, const char 
     return write_file(context, array, path, NULL, file_bytes);
 }
 
+int cvol_array_write_within(cvol_context *context, const cvol_array *array, cvol_output *output,
+                            uint64_t *file_bytes)
+{
+    return write_file(context, array, NULL, output, file_bytes);
+}
+
 int cvol_array_file_bytes(cvol_context *context, const cvol_array *array, uint64_t *file_bytes)
 {
     return write_file(context, array, NULL, NULL, file_bytes);
@@ -191,7 +197,10 @@ int cvol_array_write_memory(cvol_context *context, const cvol_array *array, void
                             size_t *size)
 {
     cvol_bytes bytes = {0};
-    const int code = write_file(context, array, NULL, &bytes, NULL);
+    cvol_output *output;
+    int code = cvol_output_open_memory(context, &output, &bytes, "the file in memory");
+    if (!code)
+        code = cvol_output_end(context, output, write_file(context, array, NULL, output, NULL));
     *out = code ? NULL : bytes.data;
     *size = code ? 0 : bytes.size;
     if (code)

@@ -86,6 +86,7 @@ static int add_to_writer(cvol_context *context, void *user, size_t brick,
 typedef struct file_start {
     cvol_token_tables *tables;
     const char *attributes;
+    cvol_output *within; /* what the file is a part of, or NULL */
 } file_start;
 
 static cvol_header header_of(const attempt *a)
@@ -110,7 +111,10 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
     cvol_trial *trial = &c->trial;
     cvol_layer_measure *measure = NULL;
     const cvol_array *shape = trial->shape;
-    int code = cvol_file_writer_open(c->context, &a->writer, path, cvol_brick_count(shape));
+    const size_t bricks = cvol_brick_count(shape);
+    int code = start->within
+                   ? cvol_file_writer_open_within(c->context, &a->writer, start->within, bricks)
+                   : cvol_file_writer_open(c->context, &a->writer, path, bricks);
     const cvol_brick_sink sink = {add_to_writer, a->writer};
     if (!code)
         code = cvol_array_create(c->context, &a->found, &shape->grid, shape->block);
@@ -260,10 +264,10 @@ static int search_step(cvol_compression *c, attempt *now, const char *path, cons
     }
 }
 
-static int run(cvol_compression *c, const char *path, const char *attributes, size_t estimated,
-               cvol_compress_report *report)
+static int run(cvol_compression *c, const char *path, cvol_output *within, const char *attributes,
+               size_t estimated, cvol_compress_report *report)
 {
-    const file_start start = {malloc(sizeof *start.tables), attributes};
+    const file_start start = {malloc(sizeof *start.tables), attributes, within};
     const int constant = !(c->trial.shape->ledger.value_max > c->trial.shape->ledger.value_min);
     attempt now = {0};
     int kept = 0, good = 0;
@@ -293,10 +297,10 @@ static int run(cvol_compression *c, const char *path, const char *attributes, si
     return code;
 }
 
-int cvol_compress_stream_estimating(cvol_context *context, cvol_compress_report *report,
-                                    const char *path, const cvol_sample_source *source,
-                                    const cvol_grid *grid, const cvol_compress_options *options,
-                                    size_t estimated)
+static int compress_into(cvol_context *context, cvol_compress_report *report, const char *path,
+                         cvol_output *within, const cvol_sample_source *source,
+                         const cvol_grid *grid, const cvol_compress_options *options,
+                         size_t estimated)
 {
     cvol_compression c = {
         .context = context, .target = options->target, .value = options->target_value};
@@ -323,11 +327,26 @@ int cvol_compress_stream_estimating(cvol_context *context, cvol_compress_report 
     if (!code) {
         cvol_trial_set_options(&c.trial, options);
         cvol_compression_limits(&c);
-        code = run(&c, path, cvol_array_attributes(c.trial.shape), estimated, report);
+        code = run(&c, path, within, cvol_array_attributes(c.trial.shape), estimated, report);
     }
     cvol_trial_free(&c.trial);
     free(memory.samples);
     return code;
+}
+
+int cvol_compress_stream_estimating(cvol_context *context, cvol_compress_report *report,
+                                    const char *path, const cvol_sample_source *source,
+                                    const cvol_grid *grid, const cvol_compress_options *options,
+                                    size_t estimated)
+{
+    return compress_into(context, report, path, NULL, source, grid, options, estimated);
+}
+
+int cvol_compress_stream_within(cvol_context *context, cvol_compress_report *report,
+                                cvol_output *output, const cvol_sample_source *source,
+                                const cvol_grid *grid, const cvol_compress_options *options)
+{
+    return compress_into(context, report, NULL, output, source, grid, options, ESTIMATED_BRICKS);
 }
 
 int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, const char *path,

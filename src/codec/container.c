@@ -13,6 +13,7 @@
 #include "codec/mask_section.h"
 #include "codec/plane_file.h"
 #include "codec/ranges.h"
+#include "codec/series.h"
 #include "codec/shells.h"
 #include "codec/terms.h"
 
@@ -355,6 +356,8 @@ static int read_all(reading *r, const uint8_t *data, size_t size)
             kind == CVOL_FILE_PICTURE
                 ? "%s: is a compressed picture, no volume: cvol decompress makes a PNG "
                   "of it"
+            : kind == CVOL_FILE_SERIES
+                ? "%s: is a file of many volumes, where one must be"
                 : "%s: is a baked volume, which has no samples any more: cvol render "
                   "--engine transform makes pictures of it",
             r->name);
@@ -373,15 +376,37 @@ static int read_all(reading *r, const uint8_t *data, size_t size)
     return code ? code : check_count(r);
 }
 
+/* The volume that is asked for, of a file of many; of others the file itself. */
+static int find_volume(cvol_context *context, cvol_series_place *out, const cvol_file_part *part,
+                       const uint8_t *data, size_t size, const char *name)
+{
+    cvol_series *series;
+    int code = cvol_series_take(context, &series, data, size, name);
+    if (!code)
+        code = cvol_series_find(context, out, series, part->time, part->channel, data, size, name);
+    cvol_series_free(series);
+    return code;
+}
+
 int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_report *report,
                              const uint8_t *data, size_t size, const cvol_file_part *part,
                              const char *name)
 {
     reading r = {.context = context, .name = name};
+    cvol_series_place place;
+    int code = CVOL_OK;
     if (part)
         r.part = *part;
     *out = NULL;
-    int code = read_all(&r, data, size);
+    if (cvol_plane_file_kind(data, size) == CVOL_FILE_SERIES || r.part.time || r.part.channel) {
+        code = find_volume(context, &place, &r.part, data, size, name);
+        if (code)
+            return code;
+        r.name = place.name;
+        data = place.data;
+        size = place.size;
+    }
+    code = read_all(&r, data, size);
     if (code) {
         cvol_array_free(r.array);
         return code;

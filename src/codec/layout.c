@@ -17,6 +17,7 @@
 #include "codec/picture.h"
 #include "codec/plane_file.h"
 #include "codec/section.h"
+#include "codec/series.h"
 
 const char *cvol_section_state_name(cvol_section_state state)
 {
@@ -43,6 +44,8 @@ typedef struct walk {
     int has_header, has_index;
     cvol_header header;
     cvol_brick_index index;
+    cvol_series *series; /* or NULL */
+    size_t volumes;      /* sections VOLM so far */
 } walk;
 
 /* Keeps the first failure, of whose sentence the context holds the last. */
@@ -98,6 +101,8 @@ static void keep_content(walk *w, const cvol_section *section)
     cvol_cursor content = cvol_section_cursor(section);
     if (section->kind == CVOL_HEAD)
         w->has_header = !cvol_head_take(w->context, &w->header, &content, w->name);
+    if (section->kind == CVOL_LIST)
+        (void)cvol_series_take_list(w->context, &w->series, &content, w->name);
     if (section->kind == CVOL_MODE && w->has_header)
         w->has_header = !cvol_modes_take(w->context, &w->header, &content, w->name);
     if (section->kind == CVOL_INDX && w->has_header && cvol_header_is_volume(&w->header))
@@ -106,8 +111,34 @@ static void keep_content(walk *w, const cvol_section *section)
                                                       cvol_header_streams(&w->header), w->name);
 }
 
+/* A volume of many: what is wrong in it is told by its own sections. */
+static cvol_section_state check_volume(walk *w, const cvol_section *section)
+{
+    const size_t number = w->volumes++;
+    const int code = cvol_section_check(w->context, section, w->name);
+    if (!code)
+        return CVOL_SECTION_SOUND;
+    const int channels = w->series ? cvol_series_channels(w->series) : 1;
+    cvol_file_layout *inside = malloc(sizeof *inside);
+    char name[512];
+    snprintf(name, sizeof name, "%.400s, time %zu, channel %zu (from byte %llu)", w->name,
+             number / (size_t)channels, number % (size_t)channels,
+             (unsigned long long)section->offset + CVOL_SECTION_HEADER_BYTES);
+    if (inside &&
+        cvol_plane_file_kind(section->content, (size_t)section->length) == CVOL_FILE_ARRAY)
+        note(w,
+             cvol_layout_walk(w->context, inside, section->content, (size_t)section->length, name));
+    free(inside);
+    if (!w->code) /* whatever the volume says of itself */
+        note(w, cvol_section_check(w->context, section, name));
+    return CVOL_SECTION_DAMAGED;
+}
+
 static cvol_section_state check_content(walk *w, const cvol_section *section)
 {
+    if (section->kind == CVOL_VOLM)
+        return check_volume(w, section);
+
     const int is_packed = section->kind == CVOL_CORR && w->has_header &&
                           w->header.corrections == CVOL_CORRECTED_PACKED;
     if (stream_of(section->kind) >= 0 && !is_packed)
@@ -189,6 +220,7 @@ int cvol_layout_walk(cvol_context *context, cvol_file_layout *out, const uint8_t
         continue;
     out->level = find_level(out);
     cvol_brick_index_free(&w.index);
+    cvol_series_free(w.series);
     return w.code ? cvol_fail(context, w.code, "%s", w.message) : CVOL_OK;
 }
 
@@ -211,6 +243,8 @@ static int add_offset(cvol_context *context, const cvol_file_layout *layout, con
 
 static int try_to_read(cvol_context *context, const uint8_t *data, size_t size, const char *name)
 {
+    if (cvol_plane_file_kind(data, size) == CVOL_FILE_SERIES)
+        return cvol_series_try(context, data, size, name);
     if (cvol_plane_file_kind(data, size) == CVOL_FILE_ARRAY)
         return cvol_container_try(context, data, size, name);
     if (cvol_plane_file_kind(data, size) == CVOL_FILE_BAKED) {

@@ -94,6 +94,8 @@ cvol_file_kind cvol_plane_file_kind(const uint8_t *data, size_t size)
         return CVOL_FILE_PICTURE;
     if (size >= CVOL_SECTIONS_AT + 4 && !memcmp(data + CVOL_SECTIONS_AT, "BAKE", 4))
         return CVOL_FILE_BAKED;
+    if (size >= CVOL_SECTIONS_AT + 4 && !memcmp(data + CVOL_SECTIONS_AT, "LIST", 4))
+        return CVOL_FILE_SERIES;
     return CVOL_FILE_ARRAY;
 }
 

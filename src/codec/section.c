@@ -39,9 +39,11 @@ static const struct section_row {
     [CVOL_PICT] = {"PICT", START, 0, "size, lattice and steps of a compressed picture"},
     [CVOL_BAKE] = {"BAKE", START, 0, "what was baked, and how"},
     [CVOL_PLNS] = {"PLNS", BIT(CVOL_PICT) | BIT(CVOL_BAKE), 0, "the coefficients of all planes"},
+    [CVOL_LIST] = {"LIST", START, 0, "times and channels, and where their volumes lie"},
+    [CVOL_VOLM] = {"VOLM", BIT(CVOL_LIST) | BIT(CVOL_VOLM), 0, "a volume, a file by itself"},
     [CVOL_ENDS] = {"ENDS",
                    BIT(CVOL_SHL3) | BIT(CVOL_CORR) | BIT(CVOL_TERM) | BIT(CVOL_SPEC) |
-                       BIT(CVOL_PLNS),
+                       BIT(CVOL_PLNS) | BIT(CVOL_VOLM),
                    0, "the end"},
 };
 

@@ -14,8 +14,8 @@
 
 enum { CVOL_SECTION_HEADER_BYTES = 24, CVOL_SECTION_REQUIRED = 1 };
 
-/* In the order in which they stand in a file. The four shells follow each other. PICT and BAKE
- * stand where HEAD does in other kinds of files. */
+/* In the order in which they stand in a file. The four shells follow each other. PICT, BAKE and
+ * LIST stand where HEAD does in other kinds of files; VOLM is the one that there may be many of. */
 typedef enum cvol_section_kind {
     CVOL_HEAD,
     CVOL_GEOM,
@@ -36,6 +36,8 @@ typedef enum cvol_section_kind {
     CVOL_PICT,
     CVOL_BAKE,
     CVOL_PLNS,
+    CVOL_LIST,
+    CVOL_VOLM,
     CVOL_ENDS,
     CVOL_SECTION_KINDS, /* how many; also: none of them */
     CVOL_SECTION_UNKNOWN = CVOL_SECTION_KINDS

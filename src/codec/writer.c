@@ -13,6 +13,7 @@
 
 struct cvol_file_writer {
     cvol_output *output; /* NULL: only counting */
+    int is_within;       /* the output is the caller's */
     cvol_spool spools[CVOL_STREAMS];
     cvol_brick_index index;
     size_t next;     /* brick */
@@ -46,13 +47,16 @@ int cvol_file_writer_open(cvol_context *context, cvol_file_writer **out, const c
     return code ? code : open_on(context, out, output, bricks);
 }
 
-int cvol_file_writer_open_memory(cvol_context *context, cvol_file_writer **out, cvol_bytes *bytes,
+int cvol_file_writer_open_within(cvol_context *context, cvol_file_writer **out, cvol_output *output,
                                  size_t bricks)
 {
-    cvol_output *output;
     *out = NULL;
-    const int code = cvol_output_open_memory(context, &output, bytes, "the file in memory");
-    return code ? code : open_on(context, out, output, bricks);
+    const int code = open_on(context, out, NULL, bricks);
+    if (!code) {
+        (*out)->output = output;
+        (*out)->is_within = 1;
+    }
+    return code;
 }
 
 static void writer_free(cvol_file_writer *writer)
@@ -67,7 +71,8 @@ void cvol_file_writer_abandon(cvol_file_writer *writer)
 {
     if (!writer)
         return;
-    cvol_output_abandon(writer->output);
+    if (!writer->is_within)
+        cvol_output_abandon(writer->output);
     writer_free(writer);
 }
 
@@ -276,7 +281,7 @@ int cvol_file_writer_finish(cvol_context *context, cvol_file_writer *writer,
         cvol_file_writer_abandon(writer);
         return code;
     }
-    if (writer->output)
+    if (writer->output && !writer->is_within)
         code = cvol_output_commit(context, writer->output);
     writer_free(writer);
     if (!code && file_bytes)

@@ -7,6 +7,7 @@
 #ifndef CVOL_CODEC_WRITER_H
 #define CVOL_CODEC_WRITER_H
 
+#include "base/file.h"
 #include "codec/brick_code.h"
 #include "codec/header.h"
 
@@ -20,8 +21,9 @@ typedef struct cvol_file_writer cvol_file_writer;
 int cvol_file_writer_open(cvol_context *context, cvol_file_writer **out, const char *path,
                           size_t bricks);
 
-/* The same, whose bytes are appended to `bytes` as they are written. Errors: MEMORY. */
-int cvol_file_writer_open_memory(cvol_context *context, cvol_file_writer **out, cvol_bytes *bytes,
+/* The same as a part of an output, from where that is: finishing does not commit it, and abandoning
+ * leaves in it what was written. Errors: MEMORY. */
+int cvol_file_writer_open_within(cvol_context *context, cvol_file_writer **out, cvol_output *output,
                                  size_t bricks);
 
 /* The next brick's bytes. Errors: IO, LIMIT (a shell of 4 GiB in one brick), MEMORY. */

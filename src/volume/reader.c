@@ -1,5 +1,6 @@
 /* The table of formats; reading and writing volumes by it, by slab or whole. */
 #define _GNU_SOURCE
+#include <limits.h>
 #include <locale.h>
 #include <stdlib.h>
 #include <string.h>
@@ -128,6 +129,10 @@ int cvol_format_choose(cvol_context *context, size_t *out, const char *path, con
                        const char *option, size_t count, int has_choice, int choice)
 {
     *out = has_choice && choice >= 0 ? (size_t)choice : 0;
+    if (!strcmp(option, "--index"))
+        context->found_times = count;
+    if (!strcmp(option, "--channel"))
+        context->found_channels = count;
     if (has_choice && (choice < 0 || *out >= count))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "%s: %s %d was asked for, but it has %zu, counted from 0", path, what,
@@ -248,6 +253,44 @@ int cvol_volume_sink_open(cvol_context *context, cvol_volume_sink **out, const c
         return code;
     code = create_any(context, out, path, grid);
     leave_c_locale(c, before);
+    return code;
+}
+
+/* A format that has but one volume in a file need not be opened. */
+static int takes_of(cvol_context *context, int *takes, const char *path)
+{
+    const cvol_format *format;
+    const int code = find_format(context, &format, path);
+    *takes = !code && format ? format->takes & (CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX) : 0;
+    return code;
+}
+
+int cvol_volume_contents(cvol_context *context, int *times, int *channels, const char *path,
+                         const cvol_read_options *options)
+{
+    cvol_read_options first = options ? *options : cvol_read_options_defaults();
+    cvol_volume_stream *stream;
+    int takes;
+    *times = *channels = 1;
+    int code = takes_of(context, &takes, path);
+    if (code || !takes)
+        return code;
+    const int any_time = takes & CVOL_TAKES_INDEX && !first.has_index;
+    const int any_channel = takes & CVOL_TAKES_CHANNEL && !first.has_channel;
+    if (any_time)
+        first.has_index = 1, first.index = 0;
+    if (any_channel)
+        first.has_channel = 1, first.channel = 0;
+    context->found_times = context->found_channels = 1;
+    code = open_within(context, &stream, path, &first, UINT64_MAX);
+    cvol_volume_stream_close(stream);
+    if (!code && (context->found_times > INT_MAX || context->found_channels > INT_MAX))
+        code = cvol_fail(context, CVOL_ERROR_LIMIT, "%s: has %zu volumes of %zu channels", path,
+                         context->found_times, context->found_channels);
+    if (!code && any_time)
+        *times = (int)context->found_times;
+    if (!code && any_channel)
+        *channels = (int)context->found_channels;
     return code;
 }
 

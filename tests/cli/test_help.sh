@@ -5,16 +5,16 @@
 # options_of COMMAND: what the command's contract has, one a line.
 options_of() {
     common='--threads --json --help'
-    raw='--dims --type --big-endian --spacing --fill --channel --index --series'
+    raw='--dims --type --big-endian --spacing --fill --time --channel --index --series'
     operand='--dims --raw-type --big-endian --spacing --fill'
     result='-o --type'
     keep='--keep --step'
     look='--size --zoom --engine --mode --transfer --background --level --step --oversample'
     look="$look --window --opacity-scale --rescale --footprint --footprint-size --sigma --iso --iso-colour --shade --light --ambient --diffuse --specular --shininess --gradient-opacity --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
     case $1 in
-    compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --no-lap --fast --stream --background" ;;
-    decompress) echo "$common --box --level" ;;
-    transcode) echo "$common --ratio --bpv --psnr" ;;
+    compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --no-lap --fast --stream --background -o --as --time-step --channel-names --channel-colors" ;;
+    decompress) echo "$common --box --level --time --channel" ;;
+    transcode) echo "$common --ratio --bpv --psnr --time --channel" ;;
     info) echo "$common $raw --build --layout" ;;
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;

@@ -1,0 +1,134 @@
+#!/bin/sh
+# Files of many volumes: cvol compress of several, or of one file with several, --time and --channel
+# wherever a .cvol is read, what is said of them, and what goes wrong.
+. "$(dirname "$0")/lib.sh"
+
+# Twelve volumes in NRRD, whose numbers are not in the order of their letters.
+make_volume part.raw uint8 24x18x10
+for i in 0 1 2 10 11; do
+    printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 24 18 10\nspacings: 1 1 2\nencoding: raw\n\n' >run_$i.nrrd
+    poke part.raw $((100 + i)) xor 37
+    cat part.raw >>run_$i.nrrd
+done
+
+# ---- files to one file ----------------------------------------------------------------------
+
+expect_done cvol compress run_*.nrrd -o run.cvol --psnr 40 --time-step 2.5
+grep -q '^run.cvol: 5 times, [0-9]* bytes, 1/' "$out" || fail 'must say what it made'
+expect_done cvol compress 'run_*.nrrd' -o again.cvol --psnr 40 --time-step 2.5 --json
+cmp -s run.cvol again.cvol || fail 'a pattern must be what the shell makes of it'
+expect_equal "$(value_of times)" 5
+expect_equal "$(value_of volumes.2.input)" run_2.nrrd
+expect_equal "$(value_of volumes.3.input)" run_10.nrrd
+expect_equal "$(value_of file_bytes)" "$(wc -c <run.cvol)"
+# An order that is none of letters is kept.
+expect_done cvol compress run_2.nrrd run_0.nrrd -o two.cvol --psnr 40 --json
+expect_equal "$(value_of volumes.0.input)" run_2.nrrd
+
+expect_done cvol info run.cvol --json
+expect_equal "$(value_of kind)" series
+expect_equal "$(value_of times)" 5
+expect_equal "$(value_of channels)" 1
+expect_equal "$(value_of time_values.4)" 10.0
+expect_equal "$(value_of time_unit)" s
+expect_equal "$(value_of dims.0)" 24
+expect_done cvol verify run.cvol
+expect_equal "$(cat "$out")" "run.cvol: whole, 7 sections, $(wc -c <run.cvol) bytes"
+expect_done cvol info run.cvol --layout
+expect_equal "$(awk 'NR > 2 { printf "%s ", $1 }' "$out")" 'LIST VOLM VOLM VOLM VOLM VOLM ENDS '
+
+# ---- one of them ----------------------------------------------------------------------------
+
+expect_done cvol compress run_10.nrrd alone.cvol --psnr 40
+expect_done cvol transcode run.cvol copy.cvol --time 3
+cmp -s alone.cvol copy.cvol || fail 'a volume of many must be what it is alone, to the byte'
+expect_done cvol decompress alone.cvol alone.raw
+expect_done cvol decompress run.cvol three.raw --time 3
+cmp -s alone.raw three.raw || fail 'decompress must take the volume that was asked for'
+expect_done cvol transcode run.cvol smaller.cvol --time 3 --ratio 100
+expect_done cvol compare run_10.nrrd run.cvol --time 3 --json
+first=$(value_of psnr_db)
+expect_done cvol compare run_10.nrrd alone.cvol --json
+expect_equal "$(value_of psnr_db)" "$first"
+expect_done cvol info run.cvol --time 3 --json
+expect_equal "$(value_of file_bytes)" "$(wc -c <alone.cvol)"
+for options in '' '--mode mip' '--engine ray'; do
+    expect_done cvol render alone.cvol -o alone.png --size 40 $options
+    expect_done cvol render run.cvol --time 3 -o three.png --size 40 $options
+    cmp -s alone.png three.png || fail "render $options must draw the volume that was asked for"
+done
+expect_status 0 cvol render run.cvol -o first.png --size 40
+grep -q 'run.cvol: this is time 0 of 5; --time chooses another' "$err" || fail 'must say which it draws'
+expect_failure 2 'run.cvol: has 5 times, 0 to 4; number 5 was asked for' cvol render run.cvol --time 5 -o x.png
+expect_failure 2 'run.cvol: has one channel, number 0; number 1' cvol decompress run.cvol x.raw --channel 1
+expect_failure 2 'alone.cvol: is a .cvol file of one volume: --time' cvol info alone.cvol --time 0
+
+# ---- files that hold many -------------------------------------------------------------------
+
+python=/usr/bin/python3
+if $python -c 'import numpy' 2>/dev/null; then
+    $python - <<'END'
+import struct
+import numpy as np
+volumes = np.arange(4 * 6 * 7 * 8).reshape(4, 6, 7, 8) % 251
+np.save("four.npy", volumes.astype(np.int16))
+head = bytearray(352)
+struct.pack_into("<i", head, 0, 348)
+struct.pack_into("<8h", head, 40, 4, 8, 7, 6, 4, 1, 1, 1)
+struct.pack_into("<2h", head, 70, 4, 16)
+struct.pack_into("<8f", head, 76, 1, 2, 2, 3, 1.5, 0, 0, 0)
+struct.pack_into("<f", head, 108, 352)
+head[344:348] = b"n+1\0"
+open("four.nii", "wb").write(bytes(head) + volumes.astype("<i2").tobytes())
+END
+    for file in four.nii four.npy; do
+        expect_done cvol compress $file -o four.cvol --lossless
+        expect_done cvol info four.cvol --json
+        expect_equal "$(value_of times)" 4
+        for t in 0 3; do
+            expect_done cvol compare $file four.cvol --time $t --json
+            expect_equal "$(value_of max_abs_error)" 0.0
+        done
+    done
+    expect_done cvol compress four.nii three.cvol --time 3 --lossless
+    expect_done cvol transcode four.cvol copy.cvol --time 3
+    expect_done cvol decompress three.cvol a.raw
+    expect_done cvol decompress copy.cvol b.raw
+    cmp -s a.raw b.raw || fail 'the fourth volume alone must be the fourth of all'
+
+    expect_done $python "$CVOL_DOC/decoder_ref.py" four.cvol c.raw --time 3
+    cmp -s a.raw c.raw || fail 'the reference decoder must give the same'
+    expect_equal "$(value_of times)" 4
+fi
+
+# ---- channels -------------------------------------------------------------------------------
+
+expect_done cvol compress run_0.nrrd run_10.nrrd -o cell.cvol --as channels --channel-names DAPI,GFP \
+    --channel-colors 'blue,#00ff80'
+expect_done cvol info cell.cvol --json
+expect_equal "$(value_of channels)" 2
+expect_equal "$(value_of channel.1.name)" GFP
+expect_equal "$(value_of channel.0.colour.2)" 1.0
+expect_done cvol transcode cell.cvol second.cvol --channel 1
+
+# ---- what goes wrong ------------------------------------------------------------------------
+
+head -c 4000 part.raw >short.raw
+{ printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 20 20 10\nencoding: raw\n\n'; cat short.raw; } >other.nrrd
+expect_failure 2 'other.nrrd: has 20 x 20 x 10 samples of uint8, the volumes before it 24 x 18 x 10 of uint8' \
+    cvol compress run_0.nrrd other.nrrd -o x.cvol
+expect_failure 1 'run_9.nrrd: No such file' cvol compress run_0.nrrd run_9.nrrd -o x.cvol
+expect_failure 1 'none_\*.nrrd: no file has such a name' cvol compress 'none_*.nrrd' -o x.cvol
+expect_failure 2 'one argument too many' cvol compress run_0.nrrd run_1.nrrd run_2.nrrd
+expect_failure 2 "--channel-names is 'A': there are 2 channels" \
+    cvol compress run_0.nrrd run_1.nrrd -o x.cvol --as channels --channel-names A
+expect_failure 2 "--channel-colors is 'pink,red', must be names" \
+    cvol compress run_0.nrrd run_1.nrrd -o x.cvol --as channels --channel-colors pink,red
+expect_failure 2 'run_0.nrrd: is one volume: --as' cvol compress run_0.nrrd -o x.cvol --time-step 2
+expect_failure 1 'input and output are the same' cvol compress run_0.nrrd alone.cvol -o alone.cvol
+[ ! -e x.cvol ] || fail 'nothing may be left'
+expect_equal "$(find . -name '.cvol-*' | wc -l)" 0
+cp run.cvol bad.cvol
+poke bad.cvol $(($(wc -c <run.cvol) - 60)) xor 1
+expect_failure 1 'bad.cvol, time 4, channel 0 (from byte ' cvol verify bad.cvol
+expect_done cvol decompress bad.cvol x.raw --time 3

@@ -1,0 +1,406 @@
+/* Files of many volumes: each as it would be alone, to the byte; lists that lie, and damage, told.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "codec/container.h"
+#include "codec/layout.h"
+#include "codec/section.h"
+#include "codec/series.h"
+#include "cvol/cvol.h"
+#include "support.h"
+#include "support_container.h"
+
+enum { TIMES = 3, CHANNELS = 2 };
+
+/* Volume i of a series: another one for each i. */
+static cvol_array *make_array(int i, size_t nz)
+{
+    cvol_grid grid = cvol_grid_make(20, 9, nz, CVOL_INT16);
+    const size_t count = cvol_grid_samples(&grid);
+    int16_t *samples = malloc(count * sizeof *samples);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_array *array;
+    assert_non_null(samples);
+    for (size_t k = 0; k < count; k++)
+        samples[k] = (int16_t)(300 * sin((double)k / (5 + i)) + 10 * i);
+    grid.spacing[2] = 2.5;
+    options.target = CVOL_TARGET_PSNR;
+    options.target_value = 40;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
+    free(samples);
+    return array;
+}
+
+/* The series' bytes, which the caller frees. */
+static uint8_t *make_series(size_t *size)
+{
+    static const double values[TIMES] = {0, 1.5, 3}, colours[3 * CHANNELS] = {1, 0.5, 0, 0, 0, 1};
+    static const char *const names[CHANNELS] = {"DAPI", "GFP"};
+    const cvol_series_options options = {.times = TIMES,
+                                         .channels = CHANNELS,
+                                         .time_values = values,
+                                         .time_unit = "ms",
+                                         .channel_names = names,
+                                         .channel_colours = colours};
+    cvol_series_writer *writer;
+    uint64_t bytes;
+    assert_int_equal(cvol_series_writer_open(context, &writer, container_path, &options), CVOL_OK);
+    for (int i = 0; i < TIMES * CHANNELS; i++) {
+        cvol_array *array = make_array(i, 4);
+        assert_int_equal(cvol_series_add(context, writer, array, NULL), CVOL_OK);
+        cvol_array_free(array);
+    }
+    assert_int_equal(cvol_series_writer_commit(context, writer, &bytes), CVOL_OK);
+    uint8_t *data = support_read(container_path, size);
+    assert_int_equal(*size, bytes);
+    return data;
+}
+
+static void test_volumes_are_files(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = make_series(&size);
+    cvol_series *series;
+    double rgb[3];
+    assert_int_equal(cvol_file_kind_of(container_path), CVOL_FILE_SERIES);
+    assert_int_equal(cvol_file_verify(context, NULL, container_path), CVOL_OK);
+    assert_int_equal(cvol_series_read(context, &series, container_path), CVOL_OK);
+    assert_int_equal(cvol_series_times(series), TIMES);
+    assert_int_equal(cvol_series_channels(series), CHANNELS);
+    assert_true(cvol_series_is_list(series));
+    assert_string_equal(cvol_series_time_unit(series), "ms");
+    assert_true(fabs(cvol_series_time(series, 1) - 1.5) <= 0);
+    assert_string_equal(cvol_series_channel_name(series, 1), "GFP");
+    cvol_series_channel_colour(series, 0, rgb);
+    assert_true(fabs(rgb[1] - 0.5) <= 0);
+    for (int i = 0; i < TIMES * CHANNELS; i++) {
+        const int time = i / CHANNELS, channel = i % CHANNELS;
+        cvol_array *array = make_array(i, 4), *read;
+        size_t alone;
+        uint8_t *bytes = container_file_of(array, &alone);
+        assert_int_equal(cvol_series_volume_bytes(series, time, channel), alone);
+        assert_memory_equal(bytes, data + cvol_series_volume_offset(series, time, channel), alone);
+        const cvol_file_part part = {.time = time, .channel = channel};
+        cvol_file_report report;
+        support_write(container_path, data, size);
+        assert_int_equal(cvol_array_read_part(context, &read, &report, container_path, &part), 0);
+        assert_int_equal(report.file_bytes, alone);
+        cvol_array_free(read);
+        char *out = support_path(container_folder, "one.cvol");
+        assert_int_equal(cvol_series_extract(context, container_path, time, channel, out, NULL),
+                         CVOL_OK);
+        size_t extracted;
+        uint8_t *again = support_read(out, &extracted);
+        assert_int_equal(extracted, alone);
+        assert_memory_equal(again, bytes, alone);
+        free(again);
+        free(out);
+        free(bytes);
+        cvol_array_free(array);
+    }
+    cvol_series_free(series);
+    free(data);
+}
+
+static int read_code(const uint8_t *data, size_t size, int time, int channel)
+{
+    const cvol_file_part part = {.time = time, .channel = channel};
+    cvol_array *array;
+    const int code = cvol_container_read_part(context, &array, NULL, data, size, &part, "f");
+    cvol_array_free(array);
+    return code;
+}
+
+static int verify_code(const uint8_t *data, size_t size)
+{
+    cvol_file_layout layout;
+    return cvol_layout_verify(context, &layout, data, size, "f");
+}
+
+static void test_no_such_volume(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = make_series(&size);
+    assert_int_equal(read_code(data, size, TIMES, 0), CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(context), "f: has 3 times, 0 to 2; number 3"));
+    assert_int_equal(read_code(data, size, 0, -1), CVOL_ERROR_ARGUMENT);
+    free(data);
+    cvol_array *array = make_array(0, 4);
+    data = container_file_of(array, &size);
+    assert_int_equal(read_code(data, size, 0, 0), CVOL_OK);
+    assert_int_equal(read_code(data, size, 1, 0), CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(context), "f: has one time"));
+    cvol_array_free(array);
+    free(data);
+}
+
+/* Every byte: the volume that it is in is damaged, the others are not. */
+static void test_damage_stays_where_it_is(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = make_series(&size);
+    cvol_series *series;
+    assert_int_equal(cvol_series_take(context, &series, data, size, "f"), CVOL_OK);
+    for (size_t at = 0; at < size; at += at < 320 ? 1 : 61 * SUPPORT_STRIDE) {
+        data[at] ^= 4;
+        assert_int_not_equal(verify_code(data, size), CVOL_OK);
+        data[at] ^= 4;
+    }
+    const uint64_t begin = cvol_series_volume_offset(series, 1, 1);
+    const uint64_t length = cvol_series_volume_bytes(series, 1, 1);
+    data[begin + length - 30] ^= 1;
+    assert_int_equal(read_code(data, size, 1, 1), CVOL_ERROR_CORRUPT);
+    assert_non_null(strstr(cvol_context_message(context), "f, time 1, channel 1 (from byte "));
+    assert_int_equal(verify_code(data, size), CVOL_ERROR_CORRUPT);
+    assert_non_null(strstr(cvol_context_message(context), "f, time 1, channel 1 (from byte "));
+    assert_int_equal(read_code(data, size, 1, 0), CVOL_OK);
+    assert_int_equal(read_code(data, size, 2, 0), CVOL_OK);
+    data[begin + length - 30] ^= 1;
+    /* What comes before a cut can be read. */
+    assert_int_equal(read_code(data, (size_t)(begin + length), 1, 1), CVOL_OK);
+    for (size_t cut = (size_t)(begin + length) - 1; cut > begin - 40; cut -= 5)
+        assert_int_equal(read_code(data, cut, 1, 1), CVOL_ERROR_CORRUPT);
+    assert_int_equal(read_code(data, (size_t)begin, 1, 0), CVOL_OK);
+    cvol_series_free(series);
+    free(data);
+}
+
+/* ---- lists that lie ------------------------------------------------------------------------- */
+
+static void put_u32(uint8_t *at, uint32_t value)
+{
+    for (int i = 0; i < 4; i++)
+        at[i] = (uint8_t)(value >> 8 * i);
+}
+
+static void put_u64(uint8_t *at, uint64_t value)
+{
+    put_u32(at, (uint32_t)value);
+    put_u32(at + 4, (uint32_t)(value >> 32));
+}
+
+/* The list's header and checksum for what it says now. */
+static void repair_list(uint8_t *data)
+{
+    uint64_t length = 0;
+    for (int i = 7; i >= 0; i--)
+        length = length << 8 | data[20 + i];
+    put_u32(data + 28, cvol_crc32c(data + 36, (size_t)length));
+    put_u32(data + 32, cvol_crc32c(data + 12, 20));
+}
+
+static void expect_lie(uint8_t *data, size_t size, int code, const char *what)
+{
+    repair_list(data);
+    assert_int_equal(read_code(data, size, 0, 0), code);
+    if (!strstr(cvol_context_message(context), what))
+        fail_msg("'%s' is not in: %s", what, cvol_context_message(context));
+    assert_int_not_equal(verify_code(data, size), CVOL_OK);
+}
+
+static void test_lists_that_lie(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = make_series(&size), *copy = malloc(size);
+    const size_t channels = 36 + 24, times = channels + 88 * CHANNELS, volumes = times + 8 * TIMES;
+    assert_non_null(copy);
+#define LIE(code, what, ...)                \
+    do {                                    \
+        memcpy(copy, data, size);           \
+        __VA_ARGS__;                        \
+        expect_lie(copy, size, code, what); \
+    } while (0)
+    LIE(CVOL_ERROR_CORRUPT, "0 times", put_u32(copy + 36, 0));
+    LIE(CVOL_ERROR_CORRUPT, "0 channels", put_u32(copy + 40, 0));
+    LIE(CVOL_ERROR_LIMIT, "more than 1048576", put_u32(copy + 36, 0xFFFFFFFF));
+    LIE(CVOL_ERROR_LIMIT, "more than 1048576", put_u32(copy + 36, 0xFFFFFFFF),
+        put_u32(copy + 40, 0xFFFFFFFF));
+    LIE(CVOL_ERROR_CORRUPT, "it has", put_u32(copy + 36, 1000));
+    LIE(CVOL_ERROR_CORRUPT, "unit", memset(copy + 44, 'x', 16));
+    LIE(CVOL_ERROR_CORRUPT, "unit", copy[44 + 9] = 'x');
+    LIE(CVOL_ERROR_CORRUPT, "channel 0", memset(copy + channels + 24, 'x', 64));
+    LIE(CVOL_ERROR_CORRUPT, "channel 1", put_u64(copy + channels + 88, UINT64_C(0x7FF8) << 48));
+    LIE(CVOL_ERROR_CORRUPT, "channel 1", put_u64(copy + channels + 88, UINT64_C(0x4000) << 48));
+    LIE(CVOL_ERROR_CORRUPT, "a time", put_u64(copy + times, UINT64_C(0x7FF0) << 48));
+    /* Beyond the file, around the end of numbers, in the list, in each other, at no section. */
+    LIE(CVOL_ERROR_CORRUPT, "does not lie", put_u64(copy + volumes, UINT64_C(1) << 40));
+    LIE(CVOL_ERROR_CORRUPT, "does not lie", put_u64(copy + volumes, 3));
+    LIE(CVOL_ERROR_CORRUPT, "does not lie", put_u64(copy + volumes + 8, UINT64_MAX - 10));
+    LIE(CVOL_ERROR_CORRUPT, "does not lie", put_u64(copy + volumes + 8, size));
+    LIE(CVOL_ERROR_CORRUPT, "no section VOLM", put_u64(copy + volumes, 100));
+    LIE(CVOL_ERROR_CORRUPT, "no section VOLM", put_u64(copy + volumes + 8, 100));
+    /* The last one says nothing to the first. */
+    memcpy(copy, data, size);
+    put_u64(copy + volumes + 16 * (TIMES * CHANNELS - 1), UINT64_C(1) << 60);
+    repair_list(copy);
+    assert_int_equal(read_code(copy, size, 0, 0), CVOL_OK);
+    assert_int_equal(read_code(copy, size, TIMES - 1, CHANNELS - 1), CVOL_ERROR_CORRUPT);
+    assert_int_equal(verify_code(copy, size), CVOL_ERROR_CORRUPT);
+#undef LIE
+    free(copy);
+    free(data);
+}
+
+/* A file with one section VOLM, of these bytes; the caller frees it. */
+static uint8_t *wrap(const uint8_t *inside, size_t length, int times, size_t *size)
+{
+    cvol_series *series;
+    cvol_bytes out = {0}, list = {0};
+    assert_int_equal(cvol_series_make(context, &series, times, 1), CVOL_OK);
+    const uint64_t first = 12 + 24 + cvol_series_list_bytes(series) + 24;
+    for (int t = 0; t < times; t++)
+        series->volumes[t] = (cvol_extent){first + (uint64_t)t * (length + 24), length};
+    cvol_series_put(&list, series);
+    for (size_t i = 0; i < CVOL_SIGNATURE_BYTES; i++)
+        cvol_bytes_put_u8(&out, cvol_container_signature(i));
+    cvol_bytes_put_u32(&out, 1);
+    cvol_section_put(&out, CVOL_LIST, &list);
+    for (int t = 0; t < times; t++)
+        cvol_section_put(&out, CVOL_VOLM, &(cvol_bytes){.data = (uint8_t *)inside, .size = length});
+    cvol_section_put(&out, CVOL_ENDS, &(cvol_bytes){0});
+    cvol_bytes_free(&list);
+    cvol_series_free(series);
+    assert_false(out.failed);
+    *size = out.size;
+    return out.data;
+}
+
+static void test_what_is_no_volume(void **state)
+{
+    (void)state;
+    cvol_array *array = make_array(0, 4);
+    size_t alone, size, nested;
+    uint8_t *bytes = container_file_of(array, &alone);
+    uint8_t *data = wrap(bytes, alone, 2, &size);
+    assert_int_equal(read_code(data, size, 1, 0), CVOL_OK);
+    assert_int_equal(verify_code(data, size), CVOL_OK);
+    uint8_t *twice = wrap(data, size, 1, &nested);
+    assert_int_equal(read_code(twice, nested, 0, 0), CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(context), "is itself a file of many volumes"));
+    assert_int_not_equal(verify_code(twice, nested), CVOL_OK);
+    free(twice);
+    free(data);
+    data = wrap((const uint8_t *)"no volume at all", 16, 1, &size);
+    assert_int_equal(read_code(data, size, 0, 0), CVOL_ERROR_CORRUPT);
+    assert_int_not_equal(verify_code(data, size), CVOL_OK);
+    free(data);
+    data = wrap(NULL, 0, 1, &size);
+    assert_int_not_equal(read_code(data, size, 0, 0), CVOL_OK);
+    assert_int_not_equal(verify_code(data, size), CVOL_OK);
+    free(data);
+    /* One listed, two there. */
+    data = wrap(bytes, alone, 2, &size);
+    put_u32(data + 36, 1);
+    memmove(data + 36 + 24 + 88 + 8, data + 36 + 24 + 88 + 16, 32);
+    repair_list(data);
+    assert_int_equal(read_code(data, size, 0, 0), CVOL_OK);
+    assert_int_equal(verify_code(data, size), CVOL_ERROR_CORRUPT);
+    assert_non_null(strstr(cvol_context_message(context), "2 sections VOLM, section LIST has 1"));
+    free(data);
+    free(bytes);
+    cvol_array_free(array);
+}
+
+/* ---- writing -------------------------------------------------------------------------------- */
+
+static void test_volumes_must_be_alike(void **state)
+{
+    (void)state;
+    cvol_series_options options = cvol_series_options_defaults();
+    cvol_array *array = make_array(0, 4), *taller = make_array(0, 5), *moved = make_array(0, 4);
+    cvol_series_writer *writer;
+    moved->grid.origin[1] = 3;
+    options.times = 2;
+    const size_t before = support_folder_count(container_folder);
+    char *path = support_path(container_folder, "never.cvol");
+    assert_int_equal(cvol_series_writer_open(context, &writer, path, &options), CVOL_OK);
+    assert_int_equal(cvol_series_add(context, writer, array, NULL), CVOL_OK);
+    assert_int_equal(cvol_series_add(context, writer, taller, NULL), CVOL_ERROR_ARGUMENT);
+    assert_string_equal(cvol_context_message(context),
+                        "has 20 x 9 x 5 samples of int16, the volumes before it 20 x 9 x 4 of "
+                        "int16; those in one file must be alike");
+    assert_int_equal(cvol_series_add(context, writer, moved, NULL), CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(context), "another origin"));
+    assert_int_equal(cvol_series_writer_commit(context, writer, NULL), CVOL_ERROR_ARGUMENT);
+    assert_string_equal(cvol_context_message(context), "1 of 2 volumes were written");
+    assert_int_equal(support_folder_count(container_folder), before);
+    assert_int_equal(cvol_series_writer_open(context, &writer, path, &options), CVOL_OK);
+    for (int i = 0; i < 2; i++)
+        assert_int_equal(cvol_series_add(context, writer, array, NULL), CVOL_OK);
+    assert_int_equal(cvol_series_add(context, writer, array, NULL), CVOL_ERROR_ARGUMENT);
+    cvol_series_writer_abandon(writer);
+    assert_int_equal(support_folder_count(container_folder), before);
+    options.times = 0;
+    assert_int_equal(cvol_series_writer_open(context, &writer, path, &options),
+                     CVOL_ERROR_ARGUMENT);
+    options.times = CVOL_SERIES_MOST + 1;
+    assert_int_equal(cvol_series_writer_open(context, &writer, path, &options),
+                     CVOL_ERROR_ARGUMENT);
+    free(path);
+    cvol_array_free(array);
+    cvol_array_free(taller);
+    cvol_array_free(moved);
+}
+
+static int read_ramp(cvol_context *unused, void *user, void *samples, size_t first, size_t sheets)
+{
+    (void)unused;
+    (void)user;
+    for (size_t i = 0; i < sheets * 600; i++)
+        ((uint8_t *)samples)[i] = (uint8_t)((i + first * 600) % 200);
+    return CVOL_OK;
+}
+
+/* By slab: the bytes that it would have alone, behind another one. */
+static void test_by_slab(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(30, 20, 70, CVOL_UINT8);
+    const cvol_sample_source source = {read_ramp, NULL};
+    const cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_series_options two = cvol_series_options_defaults();
+    cvol_series_writer *writer;
+    cvol_compress_report report;
+    size_t alone, size;
+    two.times = 2;
+    assert_int_equal(
+        cvol_compress_stream(context, &report, container_path, &source, &grid, &options), CVOL_OK);
+    uint8_t *bytes = support_read(container_path, &alone);
+    assert_int_equal(cvol_series_writer_open(context, &writer, container_path, &two), CVOL_OK);
+    for (int i = 0; i < 2; i++) {
+        assert_int_equal(cvol_series_add_stream(context, writer, &report, &source, &grid, &options),
+                         CVOL_OK);
+        assert_int_equal(report.file_bytes, alone);
+    }
+    assert_int_equal(cvol_series_writer_commit(context, writer, NULL), CVOL_OK);
+    assert_int_equal(cvol_file_verify(context, NULL, container_path), CVOL_OK);
+    uint8_t *data = support_read(container_path, &size);
+    assert_memory_equal(data + size - 24 - alone, bytes, alone);
+    free(data);
+    free(bytes);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_volumes_are_files),
+        cmocka_unit_test(test_no_such_volume),
+        cmocka_unit_test(test_damage_stays_where_it_is),
+        cmocka_unit_test(test_lists_that_lie),
+        cmocka_unit_test(test_what_is_no_volume),
+        cmocka_unit_test(test_volumes_must_be_alike),
+        cmocka_unit_test(test_by_slab),
+    };
+    return cmocka_run_group_tests(tests, container_start, container_stop);
+}

@@ -1,0 +1,56 @@
+/* What compressing one volume and many share. */
+#ifndef CVOL_TOOLS_COMPRESS_H
+#define CVOL_TOOLS_COMPRESS_H
+
+#include "compress_stream.h"
+
+/* How it is compressed: by the codec, which searches the step of DCT blocks by the size of the
+ * coded file, or by truncation, for any other transform and block, or a number of terms. */
+typedef struct method {
+    cvol_compress_options options;
+    int truncate;
+    cvol_transform transform;
+    int block;
+    cvol_keep keep;
+} method;
+
+typedef struct compress_arguments {
+    common_options common;
+    double ratio, psnr, max_error, bits;
+    int ratio_given, psnr_given, max_error_given, bits_given;
+    int block, stream;
+    int lossless, no_lap, fast;
+    const char *transform, *keep, *attributes, *fill, *background;
+    const char *output, *as, *channel_names, *channel_colours; /* NULL: not given */
+    double time_step;
+    int time_step_given;
+} compress_arguments;
+
+/* command_compress.c: one volume compressed, in memory, with its attributes; the caller frees
+ * *array. Exit status. */
+int compress_to_array(cvol_context *context, compress_arguments *arguments, const method *m,
+                      const char *in_path, cvol_array **array, cvol_compress_report *report);
+/* The figures that the codec does not report itself. */
+void fill_report(cvol_compress_report *report, const cvol_array *array);
+/* The attributes of the file named so, or those of a .cvol that is compressed again; the caller
+ * frees *text. Exit status. */
+int find_attributes(char **text, const input *in, const char *path);
+/* Whether what is asked for can be done slab by slab. */
+int can_be_streamed(const compress_arguments *a, const method *m);
+
+/* Names of files, which patterns stand for. */
+typedef struct volume_list {
+    char **paths;
+    int count;
+} volume_list;
+
+/* compress_inputs.c: what the command line names, and a->output. Exit status. */
+int find_volumes(volume_list *out, const command_line *line, compress_arguments *a);
+void free_volumes(volume_list *list);
+
+/* compress_series.c: many volumes into one file; *many stays 0, and nothing is done, if there is
+ * but one. Exit status. */
+int compress_series(cvol_context *context, compress_arguments *a, const method *m,
+                    const volume_list *inputs, int *many);
+
+#endif

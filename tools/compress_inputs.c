@@ -1,0 +1,78 @@
+/* Which files are compressed into one: names and patterns, in natural order. */
+#define _GNU_SOURCE
+#include <glob.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "compress.h"
+
+void free_volumes(volume_list *list)
+{
+    for (int i = 0; i < list->count; i++)
+        free(list->paths[i]);
+    free(list->paths);
+    *list = (volume_list){0};
+}
+
+static int add_path(volume_list *list, const char *path)
+{
+    char **paths = realloc(list->paths, (size_t)(list->count + 1) * sizeof *paths);
+    if (paths)
+        list->paths = paths;
+    if (!paths || !(list->paths[list->count] = strdup(path)))
+        return complain(EXIT_FAILED, "not enough memory");
+    list->count++;
+    return EXIT_DONE;
+}
+
+static int compare(const void *a, const void *b)
+{
+    return strverscmp(*(char *const *)a, *(char *const *)b);
+}
+
+/* A name that is no file may be a pattern of some. */
+static int add_name(volume_list *list, const char *name)
+{
+    glob_t found;
+    if (!strpbrk(name, "*?[") || !access(name, F_OK))
+        return add_path(list, name);
+    const int refused = glob(name, 0, NULL, &found);
+    if (refused == GLOB_NOMATCH)
+        return complain(EXIT_FAILED, "%s: no file has such a name", name);
+    if (refused)
+        return complain(EXIT_FAILED, "%s: its folder cannot be read", name);
+    int status = EXIT_DONE;
+    qsort(found.gl_pathv, found.gl_pathc, sizeof *found.gl_pathv, compare);
+    for (size_t i = 0; i < found.gl_pathc && !status; i++)
+        status = add_path(list, found.gl_pathv[i]);
+    globfree(&found);
+    return status;
+}
+
+/* As a shell puts what a pattern stands for: run_10 before run_2. */
+static int is_by_letters(const volume_list *list)
+{
+    for (int i = 1; i < list->count; i++)
+        if (strcmp(list->paths[i - 1], list->paths[i]) >= 0)
+            return 0;
+    return 1;
+}
+
+int find_volumes(volume_list *out, const command_line *line, compress_arguments *a)
+{
+    int inputs = line->all_count, status = EXIT_DONE;
+    if (!a->output && inputs < 2)
+        return complain(EXIT_MISUSED, "%d of 2 arguments given; usage: %s", inputs, line->usage);
+    if (!a->output && inputs > 2)
+        return complain(EXIT_MISUSED,
+                        "one argument too many: '%s'; usage: %s; many volumes need -o OUT.cvol",
+                        line->all[2], line->usage);
+    if (!a->output)
+        a->output = line->all[--inputs];
+    for (int i = 0; i < inputs && !status; i++)
+        status = add_name(out, line->all[i]);
+    if (!status && is_by_letters(out))
+        qsort(out->paths, (size_t)out->count, sizeof *out->paths, compare);
+    return status;
+}

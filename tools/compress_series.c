@@ -1,0 +1,299 @@
+/* cvol compress of many volumes into one file: one after the other, each as it would be alone. */
+#define _GNU_SOURCE
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "compress.h"
+
+/* What is being made, and what came of it so far. */
+typedef struct series_job {
+    cvol_context *context;
+    compress_arguments *a;
+    const method *m;
+    const volume_list *inputs;
+    const char *out_path;
+    int times, channels, times_inside, channels_inside; /* in all; in each file */
+    int by_channel;                                     /* files are channels, not times */
+    cvol_series_options options;
+    cvol_series_writer *writer;
+    double least_psnr, most_psnr, max_error, raw_bytes;
+    uint64_t file_bytes;
+    int missed; /* targets */
+    json_t *volumes;
+} series_job;
+
+/* ---- what is asked for ---------------------------------------------------------------------- */
+
+static int count_all(series_job *job)
+{
+    const volume_list *inputs = job->inputs;
+    const char *as = job->a->as ? job->a->as : "times";
+    job->by_channel = !strcmp(as, "channels");
+    if (!job->by_channel && strcmp(as, "times"))
+        return complain(EXIT_MISUSED, "--as is '%s', must be times or channels", as);
+    for (int i = 0; i < inputs->count; i++) {
+        int times, channels;
+        const int status = count_volumes(job->context, &job->a->common, inputs->paths[i], &times,
+                                         &channels);
+        if (status)
+            return status;
+        if (!i) {
+            job->times_inside = times;
+            job->channels_inside = channels;
+        } else if (times != job->times_inside || channels != job->channels_inside)
+            return complain(EXIT_FAILED,
+                            "%s: has %d times and %d channels, %s has %d and %d; those in one file "
+                            "must be alike",
+                            inputs->paths[i], times, channels, inputs->paths[0], job->times_inside,
+                            job->channels_inside);
+    }
+    const int several = job->by_channel ? job->channels_inside : job->times_inside;
+    if (inputs->count > 1 && several > 1)
+        return complain(EXIT_MISUSED,
+                        "%s: has %d %s; of many files each may have one (--%s chooses it)",
+                        inputs->paths[0], several, job->by_channel ? "channels" : "times",
+                        job->by_channel ? "channel" : "time");
+    job->times = inputs->count > 1 && !job->by_channel ? inputs->count : job->times_inside;
+    job->channels = inputs->count > 1 && job->by_channel ? inputs->count : job->channels_inside;
+    return EXIT_DONE;
+}
+
+static int given_of_many(const compress_arguments *a)
+{
+    return a->time_step_given || a->channel_names || a->channel_colours || a->as;
+}
+
+/* Texts between commas; *copy is freed by the caller, and so is the list. */
+static int split_names(const char ***out, char **copy, const char *text, int count)
+{
+    int found = 0;
+    *copy = strdup(text);
+    *out = calloc((size_t)count, sizeof **out);
+    if (!*copy || !*out)
+        return complain(EXIT_FAILED, "not enough memory");
+    for (char *next = *copy; next; found++) {
+        char *comma = strchr(next, ',');
+        if (comma)
+            *comma = '\0';
+        if (found < count)
+            (*out)[found] = next;
+        next = comma ? comma + 1 : NULL;
+    }
+    return found == count ? EXIT_DONE
+                          : complain(EXIT_MISUSED, "--channel-names is '%s': there are %d channels",
+                                     text, count);
+}
+
+/* ---- a volume ------------------------------------------------------------------------------- */
+
+static void note(series_job *job, const char *path, const cvol_grid *grid,
+                 const cvol_compress_report *report)
+{
+    const double raw_bytes = (double)cvol_grid_bytes(grid);
+    job->least_psnr = fmin(job->least_psnr, report->psnr_db);
+    job->most_psnr = fmax(job->most_psnr, report->psnr_db);
+    job->max_error = fmax(job->max_error, report->max_error);
+    job->raw_bytes += raw_bytes;
+    job->missed += !report->target_met && !report->lossless;
+    if (job->volumes)
+        json_array_append_new(job->volumes,
+                              json_pack("{s:o, s:I, s:f, s:o, s:f, s:b, s:b}", "input",
+                                        json_text(path), "bytes", (json_int_t)report->file_bytes,
+                                        "ratio", raw_bytes / (double)report->file_bytes, "psnr_db",
+                                        json_decibels(report->psnr_db), "max_error",
+                                        report->max_error, "lossless", report->lossless,
+                                        "target_met", report->target_met));
+}
+
+static int add_slabs(series_job *job, slab_input *in, const char *path)
+{
+    const input none = {0};
+    cvol_compress_report report;
+    cvol_compress_options options = job->m->options;
+    char *attributes = NULL;
+    const cvol_grid grid = *slab_input_grid(in);
+    const int status = find_attributes(&attributes, &none, job->a->attributes);
+    options.attributes = attributes;
+    const int code = status ? 0 : add_slabs_to(job->context, job->writer, in, &report, &options);
+    free(attributes);
+    if (code)
+        return complain_context(job->context, code, path);
+    if (!status)
+        note(job, path, &grid, &report);
+    return status;
+}
+
+static int add_array(series_job *job, compress_arguments *a, const char *path)
+{
+    cvol_array *array;
+    cvol_compress_report report = {0};
+    int status = compress_to_array(job->context, a, job->m, path, &array, &report);
+    int code;
+    if (!status && (code = cvol_series_add(job->context, job->writer, array, &report.file_bytes)))
+        status = complain_context(job->context, code, path);
+    if (!status && job->m->truncate)
+        fill_report(&report, array);
+    if (!status)
+        note(job, path, cvol_array_grid(array), &report);
+    cvol_array_free(array);
+    return status;
+}
+
+static int add_volume(series_job *job, int time, int channel)
+{
+    compress_arguments a = *job->a;
+    cvol_read_options *read = &a.common.read;
+    const int file = job->inputs->count == 1 ? 0 : job->by_channel ? channel : time;
+    const char *path = job->inputs->paths[file];
+    slab_input in = {0};
+    if (job->times_inside > 1) {
+        read->has_index = 1;
+        read->index = time;
+    }
+    if (job->channels_inside > 1) {
+        read->has_channel = 1;
+        read->channel = channel;
+    }
+    int status = EXIT_DONE;
+    const int is_cvol = cvol_file_is_cvol(path);
+    if (can_be_streamed(&a, job->m) && !is_cvol)
+        status = open_slab_input(job->context, &in, path, &a.common, a.stream);
+    if (!status)
+        status = in.stream ? add_slabs(job, &in, path) : add_array(job, &a, path);
+    close_slab_input(&in);
+    return status;
+}
+
+static int add_all(series_job *job)
+{
+    int status = EXIT_DONE;
+    const int count = job->times * job->channels;
+    for (int i = 0; i < count && !status; i++) {
+        char what[64];
+        snprintf(what, sizeof what, "volume %d of %d", i + 1, count);
+        hold_progress(what, (double)i / count);
+        status = add_volume(job, i / job->channels, i % job->channels);
+        if (!status && was_interrupted())
+            status = complain(EXIT_FAILED, "cancelled");
+    }
+    hold_progress(NULL, 0);
+    return status;
+}
+
+/* ---- the file ------------------------------------------------------------------------------- */
+
+static int report_json(const series_job *job)
+{
+    return print_json(json_pack(
+        "{s:i, s:i, s:I, s:f, s:o, s:f, s:O}", "times", job->times, "channels", job->channels,
+        "file_bytes", (json_int_t)job->file_bytes, "ratio",
+        job->raw_bytes / (double)job->file_bytes, "psnr_db", json_decibels(job->least_psnr),
+        "max_error", job->max_error, "volumes", job->volumes));
+}
+
+static void report_text(const series_job *job)
+{
+    clear_progress();
+    printf("%s: ", job->out_path);
+    if (job->times > 1)
+        printf("%d times%s", job->times, job->channels > 1 ? " of " : ", ");
+    if (job->channels > 1)
+        printf("%d channels, ", job->channels);
+    printf("%llu bytes, 1/%.2f of the raw samples, ", (unsigned long long)job->file_bytes,
+           job->raw_bytes / (double)job->file_bytes);
+    if (isinf(job->least_psnr))
+        printf("lossless\n");
+    else
+        printf("PSNR %.2f to %.2f dB, largest error %g\n", job->least_psnr, job->most_psnr,
+               job->max_error);
+    if (job->missed)
+        printf("(of %d volumes what was asked is out of reach: they are the coarsest there are)\n",
+               job->missed);
+}
+
+static int write_series(series_job *job)
+{
+    int code = cvol_series_writer_open(job->context, &job->writer, job->out_path, &job->options);
+    if (code)
+        return complain_context(job->context, code, NULL);
+    int status = add_all(job);
+    if (status) {
+        cvol_series_writer_abandon(job->writer);
+        return status;
+    }
+    code = cvol_series_writer_commit(job->context, job->writer, &job->file_bytes);
+    if (code)
+        return complain_context(job->context, code, NULL);
+    if (job->a->common.json)
+        return report_json(job);
+    report_text(job);
+    return EXIT_DONE;
+}
+
+/* Times, names and colours. */
+static int describe_and_write(series_job *job)
+{
+    const compress_arguments *a = job->a;
+    const char **names = NULL;
+    char *names_text = NULL;
+    double *times = calloc((size_t)job->times, sizeof *times);
+    double *colours = calloc(3 * (size_t)job->channels, sizeof *colours);
+    int status = times && colours ? EXIT_DONE : complain(EXIT_FAILED, "not enough memory");
+    job->options = (cvol_series_options){.times = job->times, .channels = job->channels};
+    for (int t = 0; !status && a->time_step_given && t < job->times; t++)
+        times[t] = t * a->time_step;
+    if (a->time_step_given) {
+        job->options.time_values = times;
+        job->options.time_unit = "s";
+    }
+    if (!status && a->channel_names)
+        status = split_names(&names, &names_text, a->channel_names, job->channels);
+    job->options.channel_names = names;
+    if (!status && a->channel_colours) {
+        status = parse_colours(colours, job->channels, a->channel_colours);
+        job->options.channel_colours = colours;
+    }
+    if (!status)
+        status = write_series(job);
+    free(names);
+    free(names_text);
+    free(times);
+    free(colours);
+    return status;
+}
+
+int compress_series(cvol_context *context, compress_arguments *a, const method *m,
+                    const volume_list *inputs, int *many)
+{
+    series_job job = {.context = context,
+                      .a = a,
+                      .m = m,
+                      .inputs = inputs,
+                      .out_path = a->output,
+                      .least_psnr = (double)INFINITY,
+                      .most_psnr = -(double)INFINITY};
+    int status = count_all(&job);
+    if (status)
+        return status;
+    *many = job.times > 1 || job.channels > 1;
+    if (!*many)
+        return given_of_many(a) ? complain(EXIT_MISUSED,
+                                           "%s: is one volume: --as, --time-step, --channel-names "
+                                           "and --channel-colors are for many",
+                                           inputs->paths[0])
+                                : EXIT_DONE;
+    if ((int64_t)job.times * job.channels > CVOL_SERIES_MOST)
+        return complain(EXIT_FAILED, "%s: %d times of %d channels are more than %d volumes",
+                        inputs->paths[0], job.times, job.channels, (int)CVOL_SERIES_MOST);
+    if (a->stream && !can_be_streamed(a, m))
+        return complain(EXIT_MISUSED, "--stream compresses in dct blocks of 16, by --ratio, --bpv "
+                                      "or --psnr, and keeps no background apart");
+    for (int i = 0; i < inputs->count && !status; i++)
+        status = check_output(inputs->paths[i], a->output);
+    job.volumes = !status && a->common.json ? json_array() : NULL;
+    if (!status)
+        status = describe_and_write(&job);
+    json_decref(job.volumes);
+    return status;
+}
