@@ -17,6 +17,9 @@ static const char description[] =
     "distance at which what is as far as the centre has the same size. At zoom 1 the whole box "
     "fits\n"
     "whatever the angle, in parallel. Lengths are in the volume's unit (spacing times samples).\n"
+    "Channels of one input are drawn together, unless --channel chooses one: each in its colour, "
+    "with its\n"
+    "own window, added as light is.\n"
     "Named views are a patient's, if the file says how it lies in "
     "one, as\n"
     "radiologists look: from the front the patient's left is on the right; from top and bottom the "
@@ -126,6 +129,10 @@ int command_render(int argc, char **argv)
         {"--quality", "Q", "of WebP (100: without loss) and ffmpeg, 0 to 100 (default 90)",
          OPTION_INTEGER, &a.quality, 0, &a.quality_given},
         LOOK_OPTIONS(a),
+        {"--channel-colors", "A,B",
+         "of all channels, drawn together (modes composite, mip, xray): green,magenta or "
+         "#00ff40,...",
+         OPTION_TEXT, &a.channel_colours, 0, NULL},
         {NULL, NULL,
          "Many projections, as float32 in the volume's units, or grey (engine fourier):",
          OPTION_HEADING, NULL, 0, NULL},

@@ -467,6 +467,9 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
 
 void close_scene(scene *s)
 {
+    for (int c = 0; c < s->other_count; c++)
+        close_scene(&s->others[c]);
+    free(s->others);
     cvol_transfer_free(s->transfer);
     cvol_renderer_free(s->renderer);
     close_input(&s->in);

@@ -47,7 +47,8 @@ typedef struct render_arguments {
     int depth_cue_given, integrals;
     const char *poses;
     int transfer_given;
-    const char *axis_name; /* of cvol bake */
+    const char *channel_colours; /* of several channels; NULL: not given */
+    const char *axis_name;       /* of cvol bake */
     int oversample, oversample_given; /* engine sheet */
     const char *depth_name, *opacity_name; /* files beside the picture; NULL: none */
     int views, repeat;
@@ -273,7 +274,14 @@ typedef struct scene {
     int mirrored;            /* the samples' axes are left-handed, and a named view was asked for */
     double load_ms;
     int drawn_level; /* of the last picture; engine sheet */
+    /* Of several channels this is the first; open_channels. */
+    struct scene *others;
+    int other_count;
+    double colour[3];
 } scene;
+
+/* Channels in one picture, at most. */
+#define CHANNELS_MAX 16
 
 /* Of a mode that shows values as grey levels. */
 static inline int is_grey_mode(cvol_mode mode)

@@ -94,7 +94,7 @@ static const double *ground_of(const scene *s, const render_arguments *a)
 static int is_grey(const scene *s)
 {
     const double *b = s->options.background;
-    return is_grey_mode(s->options.mode) && !(b[0] < b[1] || b[1] < b[0]) &&
+    return is_grey_mode(s->options.mode) && !s->other_count && !(b[0] < b[1] || b[1] < b[0]) &&
            !(b[1] < b[2] || b[2] < b[1]);
 }
 
@@ -127,6 +127,10 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
         code = cvol_renderer_range(context, s->renderer, of.range);
     if (has_window(s))
         memcpy(of.range, s->options.window, sizeof of.range);
+    if (s->other_count) { /* of one channel alone a bar would be wrong */
+        of.transfer = NULL;
+        of.range[1] = of.range[0];
+    }
     if (!code)
         code = cvol_image_annotate(context, image, &of);
     cvol_transfer_free(baked);
@@ -137,6 +141,8 @@ static int annotate(cvol_context *context, const scene *s, const render_argument
 static int draw(cvol_context *context, scene *s, const render_arguments *a, cvol_image *image)
 {
     s->drawn_level = s->options.level;
+    if (s->other_count)
+        return draw_channels(context, s, image);
     if (!a->budget_given)
         return cvol_renderer_render(context, s->renderer, image, &s->options);
     cvol_refine_report report;
@@ -196,7 +202,7 @@ int take_picture(cvol_context *context, scene *s, const render_arguments *a, int
                  cvol_image **out, double *render_ms)
 {
     const double start = milliseconds();
-    const int code = floats || a->transparent || a->annotate
+    const int code = floats || a->transparent || a->annotate || s->other_count
                          ? render_floats(context, s, a, floats, out)
                          : render_bytes(context, s, a, out);
     *render_ms = milliseconds() - start;

@@ -54,6 +54,11 @@ int name_maps(render_arguments *a, const char *path);
 void free_maps(render_arguments *a);
 void describe_maps(json_t *object, const render_arguments *a);
 
+/* render_channels.c: open_scene, or, of an input of several channels of which none was chosen, all
+ * of them, each in its colour. Exit status. */
+int open_channels(cvol_context *context, scene *s, render_arguments *a, const char *path);
+/* All of them into a picture of floats, which is black before. A library's code. */
+int draw_channels(cvol_context *context, scene *s, cvol_image *image);
 /* render_stages.c: --progressive. Exit status. */
 int render_stages(cvol_context *context, render_arguments *arguments, scene *s, const char *path,
                   json_t *pictures, outcome *result);

@@ -37,6 +37,11 @@ static int check_footprint(const scene *s, const render_arguments *a, const cvol
 int aim_camera(cvol_context *context, scene *s, const render_arguments *a, double turn_deg)
 {
     cvol_baked_info info;
+    for (int c = 0; c < s->other_count; c++) {
+        const int status = aim_camera(context, &s->others[c], a, turn_deg);
+        if (status)
+            return status;
+    }
     cvol_camera *camera = &s->options.camera;
     *camera = render_camera(a, turn_deg);
     set_clip(&s->options.clip, a, scene_grid(context, s, &info));

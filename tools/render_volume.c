@@ -40,7 +40,7 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
         status = check_output(path, output);
     if (!status && a.progressive)
         status = render_stages(context, &a, &s, path, pictures, &result);
-    else if (!status && !(status = open_scene(context, &s, &a, path)))
+    else if (!status && !(status = open_channels(context, &s, &a, path)))
         status = a.turntable_given ? render_turntable(context, &s, &a, &turn)
                                    : write_picture(context, &s, &a, output, &result);
     if (!status && a.common.json) {

@@ -103,13 +103,42 @@ fi
 
 # ---- channels -------------------------------------------------------------------------------
 
-expect_done cvol compress run_0.nrrd run_10.nrrd -o cell.cvol --as channels --channel-names DAPI,GFP \
+expect_done cvol compress run_0.nrrd run_10.nrrd -o cell.cvol --psnr 40 --as channels --channel-names DAPI,GFP \
     --channel-colors 'blue,#00ff80'
 expect_done cvol info cell.cvol --json
 expect_equal "$(value_of channels)" 2
 expect_equal "$(value_of channel.1.name)" GFP
 expect_equal "$(value_of channel.0.colour.2)" 1.0
 expect_done cvol transcode cell.cvol second.cvol --channel 1
+
+# What two channels give is what each gives alone, added.
+for mode in composite mip xray; do
+    for colours in 'red,#0080ff' 'red,#000000' '#000000,#0080ff'; do
+        expect_done cvol render cell.cvol -o "$mode-$colours.pfm" --mode $mode --size 24 --azimuth 30 \
+            --channel-colors "$colours"
+    done
+    if $python -c 'import numpy' 2>/dev/null; then
+        command_run="add pictures of mode $mode"
+        $python - $mode <<'END' >"$out" 2>"$err" || fail 'channels must be added'
+import sys
+import numpy as np
+pictures = [np.frombuffer(open(f"{sys.argv[1]}-{c}.pfm", "rb").read()[-24 * 24 * 12:], "<f4")
+            for c in ("red,#0080ff", "red,#000000", "#000000,#0080ff")]
+assert pictures[1].max() > 0.05 and pictures[2].max() > 0.05, [p.max() for p in pictures]
+assert np.abs(np.minimum(pictures[1] + pictures[2], 1) - pictures[0]).max() < 1e-6
+END
+    fi
+done
+expect_done cvol render cell.cvol -o all.png --size 24
+expect_done cvol render cell.cvol -o given.png --size 24 --channel-colors 'blue,#00ff80'
+cmp -s all.png given.png || fail 'colours must be those of the file'
+expect_done cvol render cell.cvol -o turn-{n}.png --size 24 --turntable 2 --mode mip
+expect_status 0 cvol render cell.cvol -o iso.png --size 24 --mode iso --iso 60
+grep -q 'cell.cvol: this is channel 0 of 2; --channel chooses another' "$err" || fail 'must say which it draws'
+expect_failure 2 'run.cvol: --channel-colors is for several channels' \
+    cvol render run.cvol -o x.png --channel-colors red
+expect_failure 2 '--channel-colors has 3 colours, there are 2 channels' \
+    cvol render cell.cvol -o x.png --channel-colors red,green,blue
 
 # ---- what goes wrong ------------------------------------------------------------------------
 

@@ -1,0 +1,152 @@
+/* Several channels in one picture: each drawn by itself in its own colour, and what they give
+ * added, as the light of dyes is, cut off at white.
+ *
+ * Adding, not screening (1 - product of 1 - c), is what microscopes and Fiji's composites do: green
+ * and magenta of equal strength are white, and a channel looks the same where the others are dark.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "render_picture.h"
+
+/* Modes whose pictures can be added: light, not surfaces or the least of values. */
+static int can_be_added(const scene *s, const render_arguments *a)
+{
+    const cvol_mode mode = s->options.mode;
+    return (mode == CVOL_MODE_COMPOSITE || mode == CVOL_MODE_MIP || mode == CVOL_MODE_XRAY) &&
+           picture_kind_of(a->output) != PICTURE_CVI && !a->depth_name && !a->budget_given;
+}
+
+/* Colours as they were given, as the file has them, or the usual ones. */
+static int find_colours(cvol_context *context, double *colours, int channels,
+                        const render_arguments *a, const char *path)
+{
+    if (a->channel_colours)
+        return parse_colours(colours, channels, a->channel_colours);
+    for (int c = 0; c < channels; c++)
+        cvol_series_default_colour(colours + 3 * c, c, channels);
+    if (!cvol_file_is_cvol(path))
+        return EXIT_DONE;
+    cvol_series *series;
+    const int code = cvol_series_read(context, &series, path);
+    if (code)
+        return complain_context(context, code, NULL);
+    for (int c = 0; c < channels; c++)
+        cvol_series_channel_colour(series, c, colours + 3 * c);
+    cvol_series_free(series);
+    return EXIT_DONE;
+}
+
+/* Of mode composite: the colours of what is seen become the channel's, as bright as they were. */
+static int recolour(cvol_context *context, scene *s)
+{
+    cvol_transfer *own = NULL;
+    const size_t count = s->transfer ? cvol_transfer_count(s->transfer) : 0;
+    cvol_transfer_point *points = calloc(count ? count : 1, sizeof *points);
+    if (!points)
+        return complain(EXIT_FAILED, "not enough memory");
+    for (size_t i = 0; i < count; i++) {
+        points[i] = cvol_transfer_get(s->transfer, i);
+        const double light = fmax(points[i].r, fmax(points[i].g, points[i].b));
+        points[i].r = light * s->colour[0];
+        points[i].g = light * s->colour[1];
+        points[i].b = light * s->colour[2];
+    }
+    int code = count ? cvol_transfer_create(context, &own, points, count) : CVOL_OK;
+    if (!code && own)
+        code = cvol_renderer_set_transfer(context, s->renderer, own);
+    free(points);
+    if (own) {
+        cvol_transfer_free(s->transfer);
+        s->transfer = own;
+    }
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
+static int open_channel(cvol_context *context, scene *s, const render_arguments *arguments,
+                        int channel, const char *path)
+{
+    render_arguments a = *arguments;
+    a.common.read.has_channel = 1;
+    a.common.read.channel = channel;
+    if (!a.transfer_given)
+        a.transfer_name = "microscopy";
+    if (s->options.mode != CVOL_MODE_COMPOSITE && !a.window_text) {
+        a.window_auto = 1;
+        a.window[1] = 1;
+    }
+    const int status = open_scene(context, s, &a, path);
+    return status || s->options.mode != CVOL_MODE_COMPOSITE ? status : recolour(context, s);
+}
+
+int open_channels(cvol_context *context, scene *s, render_arguments *a, const char *path)
+{
+    const cvol_file_kind kind = cvol_file_kind_of(path);
+    int times = 1, channels = 1, status = EXIT_DONE;
+    if (!a->common.read.has_channel && can_be_added(s, a) &&
+        (kind == CVOL_FILE_SERIES || kind == CVOL_FILE_OTHER))
+        status = count_volumes(context, &a->common, path, &times, &channels);
+    if (status)
+        return status;
+    if (channels == 1)
+        return a->channel_colours ? complain(EXIT_MISUSED,
+                                             "%s: --channel-colors is for several channels, drawn "
+                                             "in modes composite, mip and xray as PNG or PFM",
+                                             path)
+                                  : open_scene(context, s, a, path);
+    if (channels > CHANNELS_MAX)
+        return complain(EXIT_MISUSED, "%s: has %d channels, more than %d: choose one by --channel",
+                        path, channels, CHANNELS_MAX);
+    double colours[3 * CHANNELS_MAX];
+    status = find_colours(context, colours, channels, a, path);
+    if (status)
+        return status;
+    const scene fresh = *s;
+    double load_ms = 0;
+    scene *others = calloc((size_t)channels, sizeof *others);
+    if (!others)
+        return complain(EXIT_FAILED, "not enough memory");
+    for (int c = 0; c < channels && !status; c++) {
+        scene *of = c ? &others[c - 1] : s;
+        *of = fresh;
+        memcpy(of->colour, colours + 3 * c, sizeof of->colour);
+        status = open_channel(context, of, a, c, path);
+        load_ms += of->load_ms;
+        a->common.choice_said = 1; /* the first has said it */
+        if (!c)
+            s->others = others;
+        else
+            s->other_count = c;
+    }
+    s->load_ms = load_ms;
+    return status;
+}
+
+/* What a channel gives, added to `sum`. */
+static void add_light(cvol_image *sum, const cvol_image *image, const scene *s)
+{
+    const int is_grey = is_grey_mode(s->options.mode);
+    const size_t pixels = (size_t)sum->width * (size_t)sum->height;
+    for (size_t i = 0; i < pixels; i++) {
+        const float *from = image->values + 4 * i;
+        float *to = sum->values + 4 * i;
+        for (int k = 0; k < 3; k++)
+            to[k] = fminf(1, to[k] + (is_grey ? (float)s->colour[k] * from[k] : from[k]));
+        to[3] = is_grey ? fmaxf(to[3], from[3]) : to[3] + from[3] - to[3] * from[3];
+    }
+}
+
+int draw_channels(cvol_context *context, scene *s, cvol_image *image)
+{
+    cvol_image *one;
+    int code = cvol_image_create_float(context, &one, image->width, image->height);
+    for (int c = 0; c <= s->other_count && !code; c++) {
+        scene *of = c ? &s->others[c - 1] : s;
+        code = cvol_renderer_render(context, of->renderer, one, &of->options);
+        if (!code)
+            add_light(image, one, of);
+    }
+    cvol_image_free(one);
+    return code;
+}
