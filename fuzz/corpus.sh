@@ -49,6 +49,15 @@ done
 "$tools/tests/helpers/make_terms" "$out/split.cvol" 20x18x17 16 1 0 1 7
 "$tools/cvol" transcode "$out/lapped.cvol" --ratio 30 "$out/transcoded.cvol" >/dev/null
 
+# Many volumes: two times, two channels.
+"$tools/tests/helpers/make_volume" many.raw uint8 12x11x10
+for i in 0 1; do
+    "$tools/cvol" compress many.raw "many_$i.cvol" --dims 12x11x10 --type uint8 --psnr $((20 + 9 * i)) >/dev/null
+done
+"$tools/cvol" compress many_0.cvol many_1.cvol -o "$out/series.cvol" --psnr 30 --time-step 2 >/dev/null
+"$tools/cvol" compress many_0.cvol many_1.cvol -o "$out/channels.cvol" --as channels --psnr 25 \
+    --channel-names A,B >/dev/null
+
 for kind in tiff dicom npy mrc vtk; do
     mkdir "$kind"
     (cd "$kind" && /usr/bin/python3 "$maker" "$kind" >/dev/null)

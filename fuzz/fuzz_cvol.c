@@ -19,6 +19,7 @@
 #include "codec/layout.h"
 #include "codec/picture.h"
 #include "codec/plane_file.h"
+#include "codec/series.h"
 #include "cvol/codec.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -117,7 +118,7 @@ static size_t fuzz_bricks(const uint8_t *head, size_t most)
     return (size_t)bricks;
 }
 
-static void fuzz_repair(uint8_t *file, size_t size)
+static void fuzz_repair_at(uint8_t *file, size_t size, int depth)
 {
     fuzz_streams streams = {{0}, {0}};
     uint8_t *index = NULL, *head = NULL;
@@ -132,6 +133,8 @@ static void fuzz_repair(uint8_t *file, size_t size)
             const int is_there = length <= size - at - CVOL_SECTION_HEADER_BYTES;
             const int stream = fuzz_stream_of(header);
             const int is_shell = stream < CVOL_SHELLS, is_index = !memcmp(header, "INDX", 4);
+            if (is_there && !pass && depth < 2 && !memcmp(header, "VOLM", 4))
+                fuzz_repair_at(header + CVOL_SECTION_HEADER_BYTES, (size_t)length, depth + 1);
             if (is_there && !is_shell && pass == is_index)
                 fuzz_put_u32(header + 16,
                              cvol_crc32c(header + CVOL_SECTION_HEADER_BYTES, (size_t)length));
@@ -156,6 +159,11 @@ static void fuzz_repair(uint8_t *file, size_t size)
         if (!pass && index && bricks <= index_size)
             fuzz_repair_runs(index, (size_t)index_size, bricks, &streams);
     }
+}
+
+static void fuzz_repair(uint8_t *file, size_t size)
+{
+    fuzz_repair_at(file, size, 0);
 }
 
 /* Samples are evaluated of so many along each axis. */
@@ -276,6 +284,31 @@ static void fuzz_read_array(cvol_context *context, const uint8_t *data, size_t s
     fuzz_read_levels(context, data, size);
 }
 
+/* Of a whole file of many volumes each can be read. */
+static void fuzz_read_series(cvol_context *context, const uint8_t *data, size_t size)
+{
+    cvol_file_layout layout;
+    cvol_series *series;
+    const int damaged = cvol_layout_verify(context, &layout, data, size, "fuzz");
+    if (!cvol_series_take(context, &series, data, size, "fuzz"))
+        for (int i = 0; i < 8; i++) {
+            const cvol_file_part part = {.time = i / cvol_series_channels(series),
+                                         .channel = i % cvol_series_channels(series),
+                                         .cut = damaged != 0};
+            cvol_array *array;
+            const int refused = cvol_container_read_part(context, &array, NULL, data, size, &part,
+                                                         "fuzz");
+            if (refused && !damaged && part.time < cvol_series_times(series))
+                abort();
+            if (!refused)
+                fuzz_evaluate_first(context, array);
+            cvol_array_free(array);
+        }
+    else if (!damaged)
+        abort();
+    cvol_series_free(series);
+}
+
 static void fuzz_read(const uint8_t *data, size_t size)
 {
     cvol_context *context = cvol_context_create();
@@ -288,6 +321,8 @@ static void fuzz_read(const uint8_t *data, size_t size)
         fuzz_read_picture(context, data, size);
     else if (kind == CVOL_FILE_BAKED)
         fuzz_read_baked(context, data, size);
+    else if (kind == CVOL_FILE_SERIES)
+        fuzz_read_series(context, data, size);
     else
         fuzz_read_array(context, data, size);
     cvol_context_destroy(context);

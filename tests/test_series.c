@@ -9,11 +9,13 @@
 
 #include <cmocka.h>
 
+#include "../fuzz/fuzz_cvol.c"
 #include "codec/container.h"
 #include "codec/layout.h"
 #include "codec/section.h"
 #include "codec/series.h"
 #include "cvol/cvol.h"
+#include "random.h"
 #include "support.h"
 #include "support_container.h"
 
@@ -312,6 +314,25 @@ static void test_what_is_no_volume(void **state)
     cvol_array_free(array);
 }
 
+/* Flips, numbers and cuts, as the fuzzer makes them: what is verified can be read, and no crash. */
+static void test_mutations(void **state)
+{
+    (void)state;
+    size_t size;
+    uint8_t *data = make_series(&size), *copy = malloc(size);
+    random_state r = {11};
+    assert_non_null(copy);
+    for (int i = 0; i < 240; i += SUPPORT_STRIDE) {
+        memcpy(copy, data, size);
+        const uint32_t near = i % 2 ? (uint32_t)size : 400; /* in all of it, in the list */
+        for (int k = 0; k < 1 + i % 3; k++)
+            copy[12 + random_below(&r, near - 12)] = (uint8_t)random_u64(&r);
+        LLVMFuzzerTestOneInput(copy, i % 5 ? size : random_below(&r, (uint32_t)size));
+    }
+    free(copy);
+    free(data);
+}
+
 /* ---- writing -------------------------------------------------------------------------------- */
 
 static void test_volumes_must_be_alike(void **state)
@@ -401,6 +422,7 @@ int main(void)
         cmocka_unit_test(test_what_is_no_volume),
         cmocka_unit_test(test_volumes_must_be_alike),
         cmocka_unit_test(test_by_slab),
+        cmocka_unit_test(test_mutations),
     };
     return cmocka_run_group_tests(tests, container_start, container_stop);
 }

@@ -33,12 +33,13 @@ from ._keep import Keep
 from ._library import VERSION as __version__
 from ._picture import encode_png, save_png
 from ._render import Renderer
+from ._series import Contents, contents, save_series
 from ._transfer import names as transfer_names
 from ._volume import Info, Volume
 
 __all__ = [
-    "ArgumentError", "Cancelled", "Comparison", "CorruptError", "DataError", "Error", "FileError", "FormatError",
+    "ArgumentError", "Cancelled", "Comparison", "Contents", "CorruptError", "DataError", "Error", "FileError", "FormatError",
     "Geometry", "Info", "Keep", "LimitError", "MissingFileError", "OutOfMemoryError", "Renderer", "Statistics",
-    "TargetError", "UnsupportedError", "Volume", "__version__", "compress", "encode_png", "formats", "open",
-    "options", "read", "save_png", "transcode", "transfer_names", "write",
+    "TargetError", "UnsupportedError", "Volume", "__version__", "compress", "contents", "encode_png", "formats", "open",
+    "options", "read", "save_png", "save_series", "transcode", "transfer_names", "write",
 ]  # fmt: skip

@@ -18,13 +18,15 @@ from ._volume import Volume
 Path = Union[str, "os.PathLike[str]"]
 
 
-def open(path: Path) -> Volume:  # pylint: disable=redefined-builtin
+def open(path: Path, *, time: int = 0, channel: int = 0) -> Volume:  # pylint: disable=redefined-builtin
     """Opens a .cvol file. Slicing reads what it needs of it; everything else reads it whole, once.
 
+    time, channel: which volume of a file of many, from 0 (`contents` tells what there is); of the others nothing is
+        read.
     FormatError: it is none (dense volumes are read by `read`); CorruptError: it is damaged.
     """
     try:
-        return Volume(Store.open(os.fspath(path)))
+        return Volume(Store.open(os.fspath(path), (time, channel)))
     except FormatError as error:
         if type(error) is FormatError and _abi.functions["file_is_volume"](path_bytes(path)):
             raise FormatError(f"{error}: cvol.read reads dense volumes, cvol.compress compresses them") from None

@@ -42,9 +42,10 @@ def info_of(pointer: int) -> Any:
 class Store:
     """The coefficients of one volume. `grid`, `rank`, `transform` and `block` are known at once."""
 
-    def __init__(self, handle: Handle, path: Optional[str] = None) -> None:
-        """handle: all of it, or, of the file `path`, at least its first sample."""
+    def __init__(self, handle: Handle, path: Optional[str] = None, place: tuple[int, int] = (0, 0)) -> None:
+        """handle: all of it, or, of the file `path`, at least its first sample; place: time and channel in it."""
         self.path = path
+        self.place = place
         self._lock = threading.Lock()
         self._closed = False
         self._whole: Optional[Handle] = handle
@@ -59,13 +60,13 @@ class Store:
         self.rank, self.transform, self.block = self.info.rank, self.info.transform, self.info.block
 
     @classmethod
-    def open(cls, path: str) -> "Store":
+    def open(cls, path: str, place: tuple[int, int] = (0, 0)) -> "Store":
         zero, one = _abi.Size3(0, 0, 0), _abi.Size3(1, 1, 1)
-        part = _abi.FilePart(begin=c.addressof(zero), end=c.addressof(one))
+        part = _abi.FilePart(begin=c.addressof(zero), end=c.addressof(one), time=place[0], channel=place[1])
         out = out_pointer()
         with Call() as call:
             call("array_read_part", c.byref(out), None, path_bytes(path), c.byref(part), path=path)
-            self = cls(Handle(out.value or 0, "array_free", "the volume"), path)
+            self = cls(Handle(out.value or 0, "array_free", "the volume"), path, place)
         self._found = _identity(path)
         if self.rank == 3 and self.transform == 1 and self.block:
             self._part, self._part_box = self._whole, ((0, 0, 0), (1, 1, 1))
@@ -77,12 +78,13 @@ class Store:
             raise ValueError("the volume is closed")
 
     def _read(self, part: Any) -> Handle:
-        """A part of the file (None: all), which must be the one that was opened."""
+        """A part of the volume, of the file that was opened."""
         assert self.path is not None
+        part.time, part.channel = self.place
         out = out_pointer()
         self._check_file()
         with Call() as call:
-            call("array_read_part", c.byref(out), None, path_bytes(self.path), part, path=self.path)
+            call("array_read_part", c.byref(out), None, path_bytes(self.path), c.byref(part), path=self.path)
             handle = Handle(out.value or 0, "array_free", "the volume")
         self._check_file()
         return handle
@@ -100,7 +102,7 @@ class Store:
         with self._lock:
             self._check()
             if self._whole is None:
-                self._whole = self._read(None)
+                self._whole = self._read(_abi.FilePart())
                 with self._whole as pointer:
                     self.info = info_of(pointer)
                 self._drop_part()
@@ -124,7 +126,7 @@ class Store:
             first, last = tuple(w[0] for w in wide), tuple(w[1] for w in wide)
             from_, to = _abi.Size3(*first), _abi.Size3(*last)
             part = _abi.FilePart(begin=c.addressof(from_), end=c.addressof(to))
-            handle = self._read(c.byref(part))
+            handle = self._read(part)
             if self._part is not None:
                 self._part.close()
             self._part, self._part_box = handle, (first, last)  # type: ignore[assignment]

@@ -1,0 +1,115 @@
+"""Files of many volumes: times and channels."""
+
+from __future__ import annotations
+
+import ctypes as c
+import os
+from dataclasses import dataclass
+from typing import Any, Iterable, Optional, Sequence, Union
+
+from . import _abi
+from ._call import ArgumentError, Call, Handle, out_pointer, path_bytes
+from ._volume import Volume
+
+Path = Union[str, "os.PathLike[str]"]
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a .cvol file holds: times x channels volumes of one shape; a file of one volume has one of each.
+
+    time_values: one for each time, in time_unit ("s"; "": numbers without a unit).
+    channel_names ("": none), channel_colours (red, green, blue, 0 to 1): one for each channel.
+    file_bytes[time][channel]: of each volume.
+    """
+
+    times: int
+    channels: int
+    time_values: tuple[float, ...]
+    time_unit: str
+    channel_names: tuple[str, ...]
+    channel_colours: tuple[Colour, ...]
+    file_bytes: tuple[tuple[int, ...], ...]
+
+
+def _colour(pointer: int, channel: int) -> Colour:
+    rgb = _abi.Double3()
+    _abi.functions["series_channel_colour"](pointer, channel, c.addressof(rgb))
+    return (rgb[0], rgb[1], rgb[2])
+
+
+def contents(path: Path) -> Contents:
+    """What is in a .cvol file; none of its volumes is read. `open` reads one: ``cvol.open(path, time=3)``."""
+    out = out_pointer()
+    f = _abi.functions
+    with Call() as call:
+        call("series_read", c.byref(out), path_bytes(path), path=os.fspath(path))
+        handle = Handle(out.value or 0, "series_free", "the list")
+    with handle as p:
+        times, channels = range(f["series_times"](p)), range(f["series_channels"](p))
+        found = Contents(
+            times=len(times),
+            channels=len(channels),
+            time_values=tuple(f["series_time"](p, t) for t in times),
+            time_unit=f["series_time_unit"](p).decode(errors="replace"),
+            channel_names=tuple(f["series_channel_name"](p, i).decode(errors="replace") for i in channels),
+            channel_colours=tuple(_colour(p, i) for i in channels),
+            file_bytes=tuple(tuple(f["series_volume_bytes"](p, t, i) for i in channels) for t in times),
+        )
+    handle.close()
+    return found
+
+
+def save_series(
+    path: Path,
+    volumes: Iterable[Volume],
+    *,
+    times: Optional[int] = None,
+    channels: int = 1,
+    time_values: Optional[Sequence[float]] = None,
+    time_unit: str = "",
+    channel_names: Optional[Sequence[str]] = None,
+    channel_colours: Optional[Sequence[Colour]] = None,
+) -> int:
+    """Writes many volumes of one shape, type and place into one .cvol file, which appears under its name only
+    when it is whole. Returns its bytes.
+
+    volumes: all channels of time 0, then those of time 1, ...; with `times` they may come from a generator, and
+        then only one is in memory: ``save_series("run.cvol", (cvol.compress(a) for a in arrays), times=20)``.
+    time_values: one for each time (default 0, 1, 2, ...), in time_unit.
+    channel_names, channel_colours (red, green, blue, 0 to 1): one for each channel.
+    """
+    if times is None:
+        volumes = list(volumes)
+        times, rest = divmod(len(volumes), channels)
+        if rest:
+            raise ValueError(f"{len(volumes)} volumes are no whole number of times of {channels} channels")
+    o: Any = _abi.functions["series_options_defaults"]()
+    o.times, o.channels, o.time_unit = times, channels, time_unit.encode()
+    kept = []
+    for name, values, count, kind in (
+        ("time_values", time_values, times, c.c_double),
+        ("channel_names", channel_names and [n.encode() for n in channel_names], channels, c.c_char_p),
+        ("channel_colours", channel_colours and [v for rgb in channel_colours for v in rgb], 3 * channels, c.c_double),
+    ):
+        if values is not None:
+            if len(values) != count:
+                raise ValueError(f"{name} has {len(values)} values, must have {count}")
+            kept.append((kind * count)(*values))  # type: ignore[operator]
+            setattr(o, name, c.addressof(kept[-1]))
+    writer, total = out_pointer(), c.c_uint64()
+    with Call() as call:
+        call("series_writer_open", c.byref(writer), path_bytes(path), c.byref(o))
+        try:
+            added = 0
+            for added, volume in enumerate(volumes, 1):
+                with volume._store.whole() as array:
+                    call("series_add", writer, array, None)
+            if added < times * channels:
+                raise ArgumentError(f"{os.fspath(path)}: {added} of {times * channels} volumes were given")
+        except BaseException:
+            _abi.functions["series_writer_abandon"](writer)
+            raise
+        call("series_writer_commit", writer, c.byref(total))
+    return total.value

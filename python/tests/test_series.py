@@ -1,0 +1,53 @@
+"""Files of many volumes: written, told and read one by one."""
+
+import os
+
+import cvol
+import numpy as np
+import pytest
+from conftest import make_array
+
+
+def arrays():
+    return [np.roll(make_array((9, 12, 20), "u1"), i, axis=2) for i in range(6)]
+
+
+def test_one_of_many(tmp_path):
+    path = tmp_path / "run.cvol"
+    volumes = [cvol.compress(a, lossless=True) for a in arrays()]
+    size = cvol.save_series(path, volumes, channels=2, time_values=(0, 0.5, 2), time_unit="s",
+                            channel_names=("DAPI", "GFP"), channel_colours=((0, 0, 1), (0, 1, 0.5)))  # fmt: skip
+    assert size == os.path.getsize(path)
+    found = cvol.contents(path)
+    assert (found.times, found.channels, found.time_values, found.time_unit) == (3, 2, (0, 0.5, 2), "s")
+    assert found.channel_names == ("DAPI", "GFP") and found.channel_colours[1] == (0, 1, 0.5)
+    alone = volumes[3].save(tmp_path / "alone.cvol")
+    assert found.file_bytes[1][1] == alone
+    for i, a in enumerate(arrays()):
+        with cvol.open(path, time=i // 2, channel=i % 2) as v:
+            assert np.array_equal(v[3:5, 2], a[3:5, 2])
+            assert np.array_equal(v.to_numpy(), a)
+    assert np.array_equal(cvol.open(path).to_numpy(), arrays()[0])
+    with pytest.raises(cvol.ArgumentError, match="has 3 times, 0 to 2; number 3 was asked for"):
+        cvol.open(path, time=3)
+
+
+def test_generators_and_what_is_wrong(tmp_path):
+    path = tmp_path / "run.cvol"
+    cvol.save_series(path, (cvol.compress(a, psnr=40) for a in arrays()), times=6)
+    assert cvol.contents(path).times == 6
+    before = path.read_bytes()
+    with pytest.raises(cvol.ArgumentError, match="1 of 6 volumes were given"):
+        cvol.save_series(path, (cvol.compress(a) for a in arrays()[:1]), times=6)
+    with pytest.raises(cvol.ArgumentError, match="has 19 x 12 x 9 samples of uint8, the volumes before it 20"):
+        cvol.save_series(path, [cvol.compress(a) for a in (arrays()[0], arrays()[0][:, :, 1:])])
+    with pytest.raises(ValueError, match="time_values has 1 values, must have 6"):
+        cvol.save_series(path, (cvol.compress(a) for a in arrays()), times=6, time_values=[1])
+    with pytest.raises(ValueError, match="no whole number of times"):
+        cvol.save_series(path, [cvol.compress(arrays()[0])], channels=2)
+    assert path.read_bytes() == before and os.listdir(tmp_path) == ["run.cvol"]
+    single = tmp_path / "one.cvol"
+    cvol.compress(arrays()[0]).save(single)
+    assert cvol.contents(single).times == 1 and cvol.contents(single).file_bytes == ((single.stat().st_size,),)
+    with pytest.raises(cvol.ArgumentError, match="has one time, number 0; number 1"):
+        cvol.open(single, time=1)
