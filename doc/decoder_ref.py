@@ -60,8 +60,8 @@ def crc32c(data):
     return crc ^ 0xFFFFFFFF
 
 
-ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "MODE", "RNGE", "TABL", "INDX", "MASK", "SHL0", "SHL1",
-         "SHL2", "SHL3", "CORR", "TERM", "SPEC", "PICT", "BAKE", "PLNS",
+ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "MODE", "BRKS", "RNGE", "TABL", "INDX", "MASK", "SHL0",
+         "SHL1", "SHL2", "SHL3", "CORR", "TERM", "SPEC", "PICT", "BAKE", "PLNS",
          "ENDS"]
 OPTIONAL = {"ATTR", "RNGE"}
 SHELLS = ["SHL0", "SHL1", "SHL2", "SHL3"]
@@ -196,9 +196,20 @@ def read_lengths(content, at, bricks):
     return lengths, at
 
 
-def read_index(content, bricks, others):
+def read_shape(header, content):
+    """Sides of bricks, and how many of them have one checksum; content: of BRKS, None without it."""
+    if content is None:
+        return (64, 64, 64), 16
+    need(len(content) >= 16 and header.is_volume(), "BRKS: not of a volume, or too short")
+    *sides, run = struct.unpack_from("<4I", content)
+    need(all(side in (16, 32, 48, 64) and side % header.block == 0 for side in sides), "BRKS: a side")
+    need(run in (1, 2, 4, 8, 16), "BRKS: a run")
+    return tuple(sides), run
+
+
+def read_index(content, bricks, run, others):
     """Lengths [stream][brick] and checksums [stream][run]: of the shells, then of `others` more."""
-    at, lengths, sums, runs = 0, [], [], -(-bricks // 16)
+    at, lengths, sums, runs = 0, [], [], -(-bricks // run)
     for streams in [4] + [1] * others:
         for _ in range(streams):
             numbers, at = read_lengths(content, at, bricks)
@@ -211,7 +222,7 @@ def read_index(content, bricks, others):
     return lengths, sums
 
 
-def cut_bricks(content, checksum, lengths, sums, tag):
+def cut_bricks(content, checksum, lengths, sums, in_run, tag):
     """The bricks' bytes in one shell, checked run by run."""
     need(sum(lengths) == len(content), f"{tag}: its length")
     need(crc32c(struct.pack(f"<{len(sums)}I", *sums)) == checksum, f"{tag}: its checksum")
@@ -220,7 +231,7 @@ def cut_bricks(content, checksum, lengths, sums, tag):
         out.append(content[at:at + length])
         at += length
     for run, stored in enumerate(sums):
-        need(crc32c(b"".join(out[16 * run:16 * run + 16])) == stored, f"{tag}: run {run}")
+        need(crc32c(b"".join(out[in_run * run:in_run * run + in_run])) == stored, f"{tag}: run {run}")
     return out
 
 
@@ -908,7 +919,12 @@ def correct(header, modes, stream, base, which):
     return samples
 
 
-def corrected(header, modes, sections, bricks, data, rows, v):
+def box_of(sides, place, dims):
+    """The samples of a brick, as slices of z, y, x."""
+    return tuple(slice(sides[a] * place[a], min(sides[a] * (place[a] + 1), dims[a])) for a in (2, 1, 0))
+
+
+def corrected(header, modes, sections, bricks, sides, data, rows, v):
     """All samples of a volume, in its type, from its base's integers; data: the bricks of CORR, and
     which samples are masked."""
     kind = TYPES[header.type]
@@ -923,7 +939,7 @@ def corrected(header, modes, sections, bricks, data, rows, v):
     out = np.zeros((nz, ny, nx), kind)
     for number in range(math.prod(bricks)):
         at = number % bricks[0], number // bricks[0] % bricks[1], number // bricks[0] // bricks[1]
-        box = tuple(slice(64 * at[a], min(64 * at[a] + 64, header.dims[a])) for a in (2, 1, 0))
+        box = box_of(sides, at, header.dims)
         which = data["which"][box]
         out[box] = correct(header, modes, Stream(data["CORR"][number], rows), base[box],
                            which).astype(kind)
@@ -938,14 +954,15 @@ def read_volume(header, sections, shells):
     modes = Modes(sections["MODE"][0] if "MODE" in sections else None)
     if shells < 4:
         modes.kind = 0
-    bricks = [-(-n // 64) for n in dims]
+    sides, run = read_shape(header, sections["BRKS"][0] if "BRKS" in sections else None)
+    bricks = [-(-n // side) for n, side in zip(dims, sides)]
     rows = read_tables(sections["TABL"][0])
     streams = (["MASK"] if modes.fills else []) + (["CORR"] if 0 < Modes(
         sections["MODE"][0]).kind < PACKED else []) if "MODE" in sections else []
-    lengths, sums = read_index(sections["INDX"][0], math.prod(bricks), len(streams))
-    data = [cut_bricks(*sections[tag], lengths[s], sums[s], tag)
+    lengths, sums = read_index(sections["INDX"][0], math.prod(bricks), run, len(streams))
+    data = [cut_bricks(*sections[tag], lengths[s], sums[s], run, tag)
             for s, tag in enumerate(SHELLS[:shells])]
-    others = {tag: cut_bricks(*sections[tag], lengths[4 + s], sums[4 + s], tag)
+    others = {tag: cut_bricks(*sections[tag], lengths[4 + s], sums[4 + s], run, tag)
               for s, tag in enumerate(streams) if tag in sections}
     if "RNGE" in sections:
         check_ranges(header, sections["RNGE"][0])
@@ -955,8 +972,8 @@ def read_volume(header, sections, shells):
     which = np.zeros(dims[::-1], int)
     for number in range(math.prod(bricks)):
         place = number % bricks[0], number // bricks[0] % bricks[1], number // bricks[0] // bricks[1]
-        first = [64 // B * p for p in place]
-        counts = [min(64 // B, blocks[a] - first[a]) for a in range(3)]
+        first = [sides[a] // B * place[a] for a in range(3)]
+        counts = [min(sides[a] // B, blocks[a] - first[a]) for a in range(3)]
         weight = {}
         for block, side, begin, values in Brick([Stream(shell[number], rows) for shell in data],
                                                 counts, header).decode():
@@ -970,7 +987,7 @@ def read_volume(header, sections, shells):
         need(max(weight.values()) * header.step < FLOAT32_MAX, "terms are too large")
         need(not integers.size or max(weight.values()) << modes.fraction <= 2 ** 31, "MODE: fraction")
         if modes.fills:
-            box = tuple(slice(64 * place[a], min(64 * place[a] + 64, dims[a])) for a in (2, 1, 0))
+            box = box_of(sides, place, dims)
             which[box] = read_mask(others["MASK"][number], which[box].shape, len(modes.fills))
     need(shells < 4 or terms == header.coefficients, "the number of coefficients")
     samples = np.ascontiguousarray(crop(header, samples))
@@ -981,7 +998,7 @@ def read_volume(header, sections, shells):
         integers = np.ascontiguousarray(crop(header, integers))
         for axis in (2, 1, 0) if header.lapped and integers.size else ():
             exact_filter(integers, axis)
-        samples = corrected(header, modes, sections, bricks, {**others, "which": which}, rows,
+        samples = corrected(header, modes, sections, bricks, sides, {**others, "which": which}, rows,
                             integers)
     for fill, bits in enumerate(modes.fills):
         value = np.frombuffer(struct.pack("<Q", bits), samples.dtype.str, 1)

@@ -26,6 +26,8 @@ seed lapped float32 40x18x17 --psnr 45
 seed ranges uint8 40x40x40 --psnr 45 --no-lap
 seed two_bricks uint8 70x6x6 --psnr 40
 seed runs uint8 80x80x80 --psnr 42
+seed bricks uint8 40x33x20 --psnr 40 --bricks 16,32,16
+seed bricks_exact int16 20x18x17 --lossless --bricks 16
 seed background uint8 40x33x20 --background 40 --psnr 40
 seed lossless_uint8 uint8 20x18x17 --lossless
 seed lossless_uint32 uint32 12x11x10 --lossless

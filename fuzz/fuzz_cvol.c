@@ -71,16 +71,16 @@ static void fuzz_repair_stream(uint8_t *header, uint8_t *sums, size_t runs, cons
 /* Streams first .. end - 1, whose lengths, then checksums, follow in the index; 0 if they do not.
  */
 static int fuzz_repair_streams(const fuzz_streams *streams, int first, int end, uint8_t *index,
-                               cvol_cursor *lengths, size_t bricks)
+                               cvol_cursor *lengths, size_t bricks, size_t run)
 {
-    const size_t runs = (bricks + CVOL_RUN_BRICKS - 1) / CVOL_RUN_BRICKS;
+    const size_t runs = bricks / run + (bricks % run != 0);
     const size_t count = (size_t)(end - first);
     uint64_t *ends = calloc(runs * count + 1, sizeof *ends);
     for (size_t s = 0; ends && s < count; s++) {
         uint64_t at = 0;
         for (size_t b = 0; b < bricks; b++) {
             at += cvol_cursor_varint(lengths) & UINT32_MAX;
-            ends[s * runs + b / CVOL_RUN_BRICKS] = at;
+            ends[s * runs + b / run] = at;
         }
     }
     const int is_there = ends && !lengths->failed && cvol_cursor_left(lengths) >= 4 * count * runs;
@@ -95,23 +95,23 @@ static int fuzz_repair_streams(const fuzz_streams *streams, int first, int end, 
 }
 
 /* The runs of a file whose streams have `bricks` bricks; INDX is at index[0 .. size). */
-static void fuzz_repair_runs(uint8_t *index, size_t size, size_t bricks,
+static void fuzz_repair_runs(uint8_t *index, size_t size, size_t bricks, size_t run,
                              const fuzz_streams *streams)
 {
     cvol_cursor lengths = cvol_cursor_make(index, size);
-    int go_on = fuzz_repair_streams(streams, 0, CVOL_SHELLS, index, &lengths, bricks);
+    int go_on = fuzz_repair_streams(streams, 0, CVOL_SHELLS, index, &lengths, bricks, run);
     for (int s = CVOL_SHELLS; s < CVOL_STREAMS && go_on && cvol_cursor_left(&lengths); s++)
         if (streams->headers[s])
-            go_on = fuzz_repair_streams(streams, s, s + 1, index, &lengths, bricks);
+            go_on = fuzz_repair_streams(streams, s, s + 1, index, &lengths, bricks, run);
 }
 
-/* How many bricks HEAD claims, as far as that is less than `most`. */
-static size_t fuzz_bricks(const uint8_t *head, size_t most)
+/* How many bricks HEAD claims, of sides from BRKS, as far as that is less than `most`. */
+static size_t fuzz_bricks(const uint8_t *head, const uint32_t shape[4], size_t most)
 {
     uint64_t bricks = 1;
     for (int a = 0; a < 3; a++) {
         const uint64_t dim = fuzz_u32(head + 8 * a), more = fuzz_u32(head + 8 * a + 4);
-        bricks *= dim / CVOL_BRICK_SIDE + (dim % CVOL_BRICK_SIDE != 0);
+        bricks *= dim / shape[a] + (dim % shape[a] != 0);
         if (more || bricks > most)
             return most + 1;
     }
@@ -121,6 +121,7 @@ static size_t fuzz_bricks(const uint8_t *head, size_t most)
 static void fuzz_repair_at(uint8_t *file, size_t size, int depth)
 {
     fuzz_streams streams = {{0}, {0}};
+    uint32_t shape[4] = {CVOL_BRICK_SIDE, CVOL_BRICK_SIDE, CVOL_BRICK_SIDE, CVOL_RUN_BRICKS};
     uint8_t *index = NULL, *head = NULL;
     uint64_t index_size = 0;
     /* First the checksums of contents; where lengths are held against bricks these come after, as
@@ -152,12 +153,17 @@ static void fuzz_repair_at(uint8_t *file, size_t size, int depth)
                 index_size = length;
             } else if (!memcmp(header, "HEAD", 4) && length >= 24) {
                 head = header + CVOL_SECTION_HEADER_BYTES;
+            } else if (!memcmp(header, "BRKS", 4) && length >= 16) {
+                for (size_t i = 0; i < 4; i++) {
+                    const uint32_t said = fuzz_u32(header + CVOL_SECTION_HEADER_BYTES + 4 * i);
+                    shape[i] = said ? said : 1;
+                }
             }
             at += CVOL_SECTION_HEADER_BYTES + (size_t)length;
         }
-        const size_t bricks = head ? fuzz_bricks(head, (size_t)index_size) : SIZE_MAX;
+        const size_t bricks = head ? fuzz_bricks(head, shape, (size_t)index_size) : SIZE_MAX;
         if (!pass && index && bricks <= index_size)
-            fuzz_repair_runs(index, (size_t)index_size, bricks, &streams);
+            fuzz_repair_runs(index, (size_t)index_size, bricks, shape[3], &streams);
     }
 }
 

@@ -61,7 +61,7 @@ static void make_brick(cvol_span shells[CVOL_SHELLS], size_t brick, size_t most)
 static cvol_file_writer *begin(const char *to, size_t most)
 {
     cvol_file_writer *writer;
-    assert_int_equal(cvol_file_writer_open(context, &writer, to, BRICKS), CVOL_OK);
+    assert_int_equal(cvol_file_writer_open(context, &writer, to, BRICKS, 16), CVOL_OK);
     for (size_t b = 0; b < BRICKS; b++) {
         cvol_span shells[CVOL_SHELLS];
         make_brick(shells, b, most);
@@ -105,7 +105,7 @@ static void expect_bricks(size_t most)
         const uint8_t *content = data + s->offset + CVOL_SECTION_HEADER_BYTES;
         const cvol_section section = {.length = s->length, .content = content};
         if (!strcmp(s->tag, "INDX"))
-            assert_int_equal(cvol_brick_index_take(context, &index, &section, BRICKS, "f"),
+            assert_int_equal(cvol_brick_index_take(context, &index, &section, BRICKS, 16, "f"),
                              CVOL_OK);
         for (size_t b = 0; !strncmp(s->tag, "SHL", 3) && b < BRICKS; b++) {
             cvol_span wanted[CVOL_SHELLS];
@@ -156,7 +156,7 @@ static void nothing_is_left_behind(void **state)
     cvol_span shells[CVOL_SHELLS] = {{0}};
     const cvol_header header = header_of();
     const cvol_file_front front = {.header = &header};
-    assert_int_equal(cvol_file_writer_open(context, &writer, path, 2), CVOL_OK);
+    assert_int_equal(cvol_file_writer_open(context, &writer, path, 2, 16), CVOL_OK);
     assert_int_equal(cvol_file_writer_add(context, writer, shells), CVOL_OK);
     assert_int_equal(cvol_file_writer_finish(context, writer, &front, NULL), CVOL_ERROR_ARGUMENT);
     assert_int_equal(support_folder_count(folder), 0);
@@ -176,7 +176,7 @@ static void a_full_device_is_told(void **state)
     const cvol_file_front front = {.header = &header, .tables = tables};
     struct stat status;
     if (stat("/dev/full", &status) == 0) {
-        assert_int_equal(cvol_file_writer_open(context, &writer, "/dev/full", 1), CVOL_OK);
+        assert_int_equal(cvol_file_writer_open(context, &writer, "/dev/full", 1, 16), CVOL_OK);
         assert_int_equal(cvol_file_writer_add(context, writer, shells), CVOL_OK);
         assert_int_equal(cvol_file_writer_finish(context, writer, &front, NULL), CVOL_ERROR_IO);
         assert_string_equal(cvol_context_message(context), "/dev/full: No space left on device");
@@ -184,7 +184,7 @@ static void a_full_device_is_told(void **state)
         print_message("skipped: /dev/full\n");
     }
     free(tables);
-    assert_int_equal(cvol_file_writer_open(context, &writer, "no/such/folder/a.cvol", 1),
+    assert_int_equal(cvol_file_writer_open(context, &writer, "no/such/folder/a.cvol", 1, 16),
                      CVOL_ERROR_IO);
     assert_null(writer);
 }

@@ -64,6 +64,8 @@ int parse_command_line(command_line *line, int argc, char **argv);
 
 /* `count` finite numbers between commas; 1 if that is what the text is. */
 int parse_numbers(double *out, int count, const char *text);
+/* "B" or "X,Y,Z" as the sides of bricks; NULL: 0, 0, 0. Exit status, after a sentence. */
+int parse_bricks(int side[3], const char *text);
 /* "K,S" as a cvol_keep. Exit status, after a sentence. */
 int parse_keep(cvol_keep *keep, const char *text);
 

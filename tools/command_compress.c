@@ -125,6 +125,8 @@ static int choose_method(method *m, compress_arguments *a)
         status = choose_fill(&m->options, a);
     if (!status)
         status = choose_background(&m->options, a);
+    if (!status)
+        status = parse_bricks(m->options.brick, a->bricks);
     if (status)
         return status;
     m->options.block = m->block = a->block;
@@ -140,6 +142,7 @@ static int choose_method(method *m, compress_arguments *a)
                             : a->lossless                                    ? "--lossless"
                             : isnan(m->options.fill)                         ? "--fill nan"
                             : m->options.background == CVOL_BACKGROUND_VALUE ? "--background"
+                            : a->bricks                                      ? "--bricks"
                                                                              : NULL;
     if (m->truncate && of_blocks)
         return complain(EXIT_MISUSED, "%s needs dct blocks: leave --transform and --block 0 away",
@@ -418,6 +421,7 @@ static int check_png(const compress_arguments *a, const char *in_path, const cha
                         : a->fast                     ? "--fast"
                         : a->stream                   ? "--stream"
                         : a->background               ? "--background"
+                        : a->bricks                   ? "--bricks"
                         : has_raw_options(&a->common) ? "--dims, --type and the like"
                                                       : NULL;
     if (given)
@@ -483,6 +487,9 @@ int command_compress(int argc, char **argv)
         {NULL, NULL, "Method:", OPTION_HEADING, NULL, 0, NULL},
         {"--block", "B", "side of the blocks: 8, 16 (default) or 32; 0: the whole volume at once",
          OPTION_INTEGER, &a.block, 0, NULL},
+        {"--bricks", "B or X,Y,Z",
+         "what is read alone: samples a side, 16 to 64 (default 64; less: more bits)", OPTION_TEXT,
+         &a.bricks, 0, NULL},
         {"--transform", "NAME", "dct (default), dht or dft", OPTION_TEXT, &a.transform, 0, NULL},
         {"--no-lap", NULL, "no filter across cells: multiplying and convolving are faster then",
          OPTION_FLAG, &a.no_lap, 0, NULL},

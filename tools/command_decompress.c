@@ -1,5 +1,6 @@
 /* cvol decompress: a .cvol file back into a dense volume, slab by slab. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "picture.h"
 
@@ -33,16 +34,17 @@ typedef struct part {
     size_t begin[3], end[3];
     int level, is_box; /* a box was asked for */
     int time, channel; /* of a file of many */
+    size_t brick[3];   /* the file's; 0: it has none */
     cvol_grid grid;    /* the box' */
 } part;
 
 /* Samples of one slab take so much memory at most, if that is not less than a layer of bricks. */
 #define SLAB_BYTES ((size_t)64 << 20)
-enum { BRICK = 64, LAP_REACH = 2 };
+enum { LAP_REACH = 2 };
 
-/* Boxes of so few bricks are read by one thread: threads take longer to start, and on a machine
- * that has other work to wait for each other, than they could save. */
-enum { FEW_BRICKS = 32 };
+/* Boxes of so few bricks of 64^3 are read by one thread: threads take longer to start, and on a
+ * machine that has other work to wait for each other, than they could save. */
+enum { FEW_BRICKS = 32, BRICK_SAMPLES = 64 * 64 * 64 };
 
 /* An array of a part of the file with the sheets first .. end - 1. */
 static int open_slab(cvol_context *context, cvol_array **array, const part *p, size_t first,
@@ -70,7 +72,8 @@ static int find_part(cvol_context *context, part *p, const size_t *box, int *by_
         return code;
     cvol_array_get_info(array, &info);
     const cvol_grid *all = cvol_array_grid(array);
-    *by_slab = info.rank == 3 && info.transform == CVOL_DCT && info.block;
+    *by_slab = info.brick[0] != 0;
+    memcpy(p->brick, info.brick, sizeof p->brick);
     for (int a = 0; a < 3; a++) {
         p->begin[a] = box ? box[2 * a] : 0;
         p->end[a] = box ? box[2 * a + 1] : all->dims[a];
@@ -90,21 +93,18 @@ static int find_part(cvol_context *context, part *p, const size_t *box, int *by_
 }
 
 /* Bricks that samples of the part are made of, in one direction. */
-static size_t bricks_along(size_t begin, size_t end)
+static size_t bricks_along(size_t begin, size_t end, size_t brick)
 {
-    const size_t first = begin < LAP_REACH ? 0 : (begin - LAP_REACH) / BRICK;
-    return (end + LAP_REACH - 1) / BRICK + 1 - first;
+    const size_t first = begin < LAP_REACH ? 0 : (begin - LAP_REACH) / brick;
+    return (end + LAP_REACH - 1) / brick + 1 - first;
 }
 
-static int has_few_bricks(const size_t *box)
+static int has_few_bricks(const part *p)
 {
-    size_t bricks = 1;
-    for (int a = 0; a < 3; a++) {
-        if (box[2 * a] >= box[2 * a + 1] || box[2 * a + 1] - box[2 * a] > FEW_BRICKS * BRICK)
-            return 0;
-        bricks *= bricks_along(box[2 * a], box[2 * a + 1]);
-    }
-    return bricks <= FEW_BRICKS;
+    double samples = 1;
+    for (int a = 0; a < 3; a++)
+        samples *= (double)(p->brick[a] * bricks_along(p->begin[a], p->end[a], p->brick[a]));
+    return samples <= (double)FEW_BRICKS * BRICK_SAMPLES;
 }
 
 /* Where the slab ends that begins at a sheet: two sheets before a layer of bricks does, so that
@@ -112,9 +112,12 @@ static int has_few_bricks(const size_t *box)
 static size_t slab_end(const part *p, size_t first, int by_slab)
 {
     const size_t sheet = cvol_grid_bytes(&p->grid) / p->grid.dims[2];
-    const size_t layers = SLAB_BYTES / BRICK / sheet ? SLAB_BYTES / BRICK / sheet : 1;
-    const size_t end = ((first + LAP_REACH) / BRICK + layers) * BRICK - LAP_REACH;
-    return by_slab && end < p->end[2] ? end : p->end[2];
+    const size_t brick = p->brick[2];
+    if (!by_slab)
+        return p->end[2];
+    const size_t layers = SLAB_BYTES / brick / sheet ? SLAB_BYTES / brick / sheet : 1;
+    const size_t end = ((first + LAP_REACH) / brick + layers) * brick - LAP_REACH;
+    return end < p->end[2] ? end : p->end[2];
 }
 
 static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_volume_sink *sink,
@@ -174,10 +177,12 @@ static int decompress(cvol_context *context, common_options *common, const size_
         return status;
     p.time = chosen.time;
     p.channel = chosen.channel;
-    if (box && has_few_bricks(box))
-        cvol_context_set_threads(context, 1);
     const double start = milliseconds();
+    if (box) /* a brick is enough to know what the file is */
+        cvol_context_set_threads(context, 1);
     int code = find_part(context, &p, box, &by_slab);
+    if (box && !(by_slab && has_few_bricks(&p)))
+        cvol_context_set_threads(context, common->threads);
     if (!code)
         code = cvol_volume_sink_open(context, &sink, out_path, &p.grid);
     if (!code)

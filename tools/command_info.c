@@ -43,7 +43,7 @@ static json_t *describe_array(const input *in)
     json_t *more = json_pack(
         "{s:f, s:f, s:i, s:s, s:i, s:o, s:f, s:I, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:b, s:o, "
         "s:o, "
-        "s:o, s:f, s:f, s:b, s:i, s:o, s:I}",
+        "s:o, s:f, s:f, s:b, s:i, s:o, s:I, s:o}",
         "min", info.value_min, "max", info.value_max, "rank", info.rank, "transform",
         cvol_transform_name(info.transform), "block", info.block, "low", json_dims(info.low),
         "step", info.step, "coefficients", (json_int_t)info.coefficients, "rho", info.rho, "ratio",
@@ -56,7 +56,8 @@ static json_t *describe_array(const input *in)
         json_number(info.max_abs), "value_min", info.value_min, "value_max", info.value_max,
         "whole", !in->cut, "level", in->level, "background",
         info.background_samples ? json_real(info.background) : json_null(), "background_samples",
-        (json_int_t)info.background_samples);
+        (json_int_t)info.background_samples, "brick",
+        info.brick[0] ? json_dims(info.brick) : json_null());
     json_object_update(object, more);
     json_decref(more);
     return object;

@@ -12,20 +12,25 @@ static const char description[] =
 
 static const char examples[] = "  cvol transcode scan.cvol --ratio 100 small.cvol\n"
                                "  cvol transcode scan.cvol small.cvol --bpv 0.1\n"
+                               "  cvol transcode scan.cvol planes.cvol --bricks 32,32,16\n"
                                "  cvol transcode run.cvol third.cvol --time 2\n";
 
 typedef struct transcode_arguments {
     common_options common;
     double ratio, bits, psnr;
     int ratio_given, bits_given, psnr_given;
+    const char *bricks;
 } transcode_arguments;
 
 static int choose_target(cvol_compress_options *options, const transcode_arguments *a)
 {
     const int targets = a->ratio_given + a->bits_given + a->psnr_given;
     const int chosen = a->common.read.has_index || a->common.read.has_channel;
-    if (targets > 1 || (!targets && !chosen))
-        return complain(EXIT_MISUSED, "give one of --ratio, --bpv and --psnr");
+    const int status = parse_bricks(options->brick, a->bricks);
+    if (status)
+        return status;
+    if (targets > 1 || (!targets && !chosen && !a->bricks))
+        return complain(EXIT_MISUSED, "give one of --ratio, --bpv and --psnr, or only --bricks");
     options->target = a->ratio_given  ? CVOL_TARGET_RATIO
                       : a->bits_given ? CVOL_TARGET_BITS
                                       : CVOL_TARGET_PSNR;
@@ -85,16 +90,25 @@ static int transcode(cvol_context *context, transcode_arguments *a,
         status = choose_volume(context, &a->common, in_path, &part);
     if (status)
         return status;
-    if (!a->ratio_given && !a->bits_given && !a->psnr_given)
+    if (!a->ratio_given && !a->bits_given && !a->psnr_given && !a->bricks)
         return extract(context, a, &part, in_path, out_path);
     int code = cvol_array_read_part(context, &from, NULL, in_path, &part);
     if (code)
         return complain_context(context, code, NULL);
-    code = cvol_array_transcode(context, &array, &r, from, options);
-    cvol_array_free(from);
-    if (code)
+    if (a->ratio_given + a->bits_given + a->psnr_given) {
+        code = cvol_array_transcode(context, &array, &r, from, options);
+        cvol_array_free(from);
+    } else {
+        array = from;
+        r = (cvol_compress_report){.target_met = 1};
+        code = cvol_array_set_bricks(context, array, options->brick);
+    }
+    if (code) {
+        cvol_array_free(array);
         return complain_context(context, code, in_path);
+    }
     code = cvol_array_write(context, array, out_path, &r.file_bytes);
+    r.ratio = (double)cvol_grid_bytes(cvol_array_grid(array)) / (double)r.file_bytes;
     status = code ? complain_context(context, code, NULL) : report(out_path, array, &r, &a->common);
     cvol_array_free(array);
     return status;
@@ -111,6 +125,11 @@ int command_transcode(int argc, char **argv)
          &a.bits_given},
         {"--psnr", "DB", "at least so many dB, certified", OPTION_NUMBER, &a.psnr, 0,
          &a.psnr_given},
+        {NULL, NULL, "Random access (without a target terms stay as they are):", OPTION_HEADING,
+         NULL, 0, NULL},
+        {"--bricks", "B or X,Y,Z",
+         "what is read alone: samples a side, 16 to 64 (default: as the file has them)",
+         OPTION_TEXT, &a.bricks, 0, NULL},
         {NULL, NULL, "Of a file of many volumes (without a target it is copied as it is):",
          OPTION_HEADING, NULL, 0, NULL},
         PLACE_OPTIONS(a.common),

@@ -20,7 +20,7 @@ typedef struct compress_arguments {
     int ratio_given, psnr_given, max_error_given, bits_given;
     int block, stream;
     int lossless, no_lap, fast;
-    const char *transform, *keep, *attributes, *fill, *background;
+    const char *transform, *keep, *attributes, *fill, *background, *bricks;
     const char *output, *as, *channel_names, *channel_colours; /* NULL: not given */
     double time_step;
     int time_step_given;

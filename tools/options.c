@@ -105,6 +105,35 @@ static int parse_size(int out[2], const char *text)
     return *end == 'x' && parse_integer(&out[1], end + 1, &end) && *end == '\0' && out[1] >= 1;
 }
 
+/* What bricks may be, for blocks of any side; the library knows more. */
+static int is_side(int side)
+{
+    return side >= 16 && side <= 64 && side % 16 == 0;
+}
+
+int parse_bricks(int side[3], const char *text)
+{
+    const char *at = text, *end;
+    int count = 0, sound = 1;
+    memset(side, 0, 3 * sizeof *side);
+    if (!text)
+        return EXIT_DONE;
+    for (; sound && count < 3; at = end + 1) {
+        sound = parse_integer(&side[count], at, &end) && is_side(side[count]) &&
+                (*end == ',' || !*end);
+        if (sound && ++count && !*end)
+            break;
+    }
+    sound = sound && !*end && count != 2;
+    if (count == 1)
+        side[1] = side[2] = side[0];
+    return sound ? EXIT_DONE
+                 : complain(EXIT_MISUSED,
+                            "--bricks is '%s', must be a side or X,Y,Z, of 16, 32, 48 or 64 "
+                            "samples, as in 32,32,16",
+                            text);
+}
+
 int parse_keep(cvol_keep *keep, const char *text)
 {
     char *end = NULL;

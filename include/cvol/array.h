@@ -116,6 +116,8 @@ typedef struct cvol_array_info {
     uint64_t background_samples; /* samples of the background that is kept apart (cvol/codec.h), if
                                     one is */
     double background;           /* their value */
+    size_t brick[3];             /* samples along each axis of the bricks that its file is read in
+                                    (cvol/codec.h); 0 of what is no volume in DCT blocks */
 } cvol_array_info;
 CVOL_API void cvol_array_get_info(const cvol_array *array, cvol_array_info *out);
 

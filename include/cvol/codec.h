@@ -41,6 +41,10 @@ typedef struct cvol_compress_options {
                                faces: for volumes that will be multiplied or convolved */
     int fast;               /* in haste: less than half the time, 3 to 9 % more bits; a PSNR
                                is met to within 0.1 dB below and 0.4 dB above */
+    int brick[3];           /* samples along x, y, z that are coded together, and read alone where a
+                               part of the file is asked for: 16, 32, 48 or 64, multiples of the
+                               block. 0, 0, 0: 64, 64, 64; transcoding: as the array has them.
+                               Smaller ones take more bits (doc/format.md, section 6) */
 } cvol_compress_options;
 
 /* DCT blocks of 16^3 at ratio 30. */
@@ -121,6 +125,11 @@ CVOL_API int cvol_array_measure(cvol_context *context, cvol_array *array, const 
 CVOL_API int cvol_array_write(cvol_context *context, const cvol_array *array, const char *path,
                               uint64_t *file_bytes);
 
+/* Has files of a volume (DCT blocks) written in bricks of brick[0] x brick[1] x brick[2] samples,
+ * as cvol_compress_options has them; 0, 0, 0: 64^3. Terms, bounds and samples stay as they are.
+ * Errors: ARGUMENT, UNSUPPORTED (no volume; corrections, which are coded in bricks). */
+CVOL_API int cvol_array_set_bricks(cvol_context *context, cvol_array *array, const int brick[3]);
+
 /* Reads a .cvol file. The caller frees *out. file_bytes may be NULL. Of a file that ends early the
  * message says which level is whole.
  * Errors: IO, FORMAT, CORRUPT, LIMIT, UNSUPPORTED, MEMORY. */
@@ -142,9 +151,10 @@ CVOL_API int cvol_array_read_memory(cvol_context *context, cvol_array **out, con
 /* What is read of a file; all zero: everything. */
 typedef struct cvol_file_part {
     /* The box of samples [begin, end) (x, y, z), NULL: all. Of a volume in DCT blocks only the
-     * bricks of 64^3 samples that it touches are read, checked and decoded. The array has the
-     * file's grid; samples of other bricks evaluate to a constant, so that only samples within the
-     * box may be asked for, and it counts only the coefficients that it has. */
+     * bricks (of 64^3 samples, or as the file has them) that it touches are read, checked and
+     * decoded. The array has the file's grid; samples of other bricks evaluate to a constant, so
+     * that only samples within the box may be asked for, and it counts only the coefficients that
+     * it has. */
     const size_t *begin, *end;
     /* 0: all coefficients; level 1, 2, 3: of a volume in DCT blocks those of the lowest 1/2, 1/4,
      * 1/8 of the frequencies along each axis, which stand first in the file. What is behind them is
@@ -160,8 +170,8 @@ typedef struct cvol_file_part {
 /* What was read. */
 typedef struct cvol_file_report {
     uint64_t file_bytes; /* of a volume among many: its own */
-    int level; /* of the array */
-    int cut;   /* 1: the file ends early */
+    int level;           /* of the array */
+    int cut;             /* 1: the file ends early */
 } cvol_file_report;
 
 /* Reads a part of a .cvol file. Other arrays than volumes in DCT blocks are read whole. The file is

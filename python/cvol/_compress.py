@@ -33,6 +33,16 @@ def _target(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, ke
     return _RATIO, 30.0 if ratio is None else float(ratio)
 
 
+def _sides(bricks: Any) -> tuple[int, int, int]:
+    """Of bricks, along x, y, z; 0: whatever is usual."""
+    if bricks is None:
+        return 0, 0, 0
+    sides = tuple(bricks) if hasattr(bricks, "__len__") else (bricks,) * 3
+    if len(sides) != 3 or not all(side in (16, 32, 48, 64) for side in sides):
+        raise ValueError(f"bricks are {bricks!r}, must be 16, 32, 48 or 64, or three of these")
+    return int(sides[2]), int(sides[1]), int(sides[0])
+
+
 def _by_codec(samples: NDArray[Any], grid: Any, o: Any) -> Volume:
     out = out_pointer()
     with Call() as call:
@@ -69,6 +79,7 @@ def compress(
     background: Union[str, float, None] = "auto",
     lap: bool = True,
     fast: bool = False,
+    bricks: Union[int, tuple[int, int, int], None] = None,
     attributes: Any = None,
     progress: Optional[Progress] = None,
 ) -> Volume:
@@ -90,6 +101,8 @@ def compress(
     background: a value behind sharp edges that is kept apart, exactly: "auto" finds one, None: none.
     lap: whether blocks overlap through filters; False: for volumes that will be multiplied or convolved.
     fast: less than half the time, 3 to 9 % more bits.
+    bricks: samples that are coded together, and read alone where a part of a file is sliced: 16, 32, 48 or 64,
+        one number, or one for each axis in the array's order (None: 64). Smaller ones take more bits.
     attributes: anything that JSON can hold; the file keeps it.
 
     Of a volume (three axes, DCT blocks) the error is measured by decoding what the file would hold.
@@ -108,6 +121,7 @@ def compress(
             o.block, o.target, o.target_value = block, target, value
             o.max_error = float(max_error) if target == _PSNR and max_error is not None else 0
             o.lossless, o.no_lap, o.fast = lossless, not lap, fast
+            o.brick[:] = _sides(bricks)
             if fill is not None:
                 o.has_fill, o.fill = 1, float(fill)
             if background == "auto":
@@ -120,6 +134,8 @@ def compress(
         else:
             if keep is None and (target in (_MAX_ERROR, _BITS) or lossless):
                 raise ValueError("max_error, bits and lossless are of three axes in DCT blocks")
+            if bricks is not None:
+                raise ValueError("bricks are of three axes in DCT blocks, and not of what `keep` says")
             if fill is not None or isinstance(background, (int, float)):
                 raise ValueError("fill and background are of three axes in DCT blocks")
             if keep is None:
@@ -131,13 +147,19 @@ def compress(
 
 
 def transcode(
-    volume: Volume, ratio: Optional[float] = None, *, psnr: Optional[float] = None, bits: Optional[float] = None
+    volume: Volume,
+    ratio: Optional[float] = None,
+    *,
+    psnr: Optional[float] = None,
+    bits: Optional[float] = None,
+    bricks: Union[int, tuple[int, int, int], None] = None,
 ) -> Volume:
     """A coarser volume (DCT blocks) from a compressed one, without going through samples; its bound is
-    certified, not measured."""
+    certified, not measured. bricks: as `compress` has them (None: the volume's own)."""
     out = out_pointer()
     o = _abi.functions["compress_options_defaults"]()
     o.target, o.target_value = _target(ratio, psnr, None, bits, False, None)
+    o.brick[:] = _sides(bricks)
     if not math.isfinite(o.target_value):
         raise ValueError(f"the target is {o.target_value}, must be finite")
     with volume._store.whole() as array, Call() as call:

@@ -76,6 +76,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("max_error", "d", ()),
         ("background_samples", "u", ()),
         ("background", "d", ()),
+        ("brick", "z", (3,)),
     ],
     "cvol_grid": [
         ("dims", "z", (3,)),
@@ -102,6 +103,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("attributes", "s", ()),
         ("no_lap", "i", ()),
         ("fast", "i", ()),
+        ("brick", "i", (3,)),
     ],
     "cvol_compress_report": [
         ("ratio", "d", ()),
@@ -434,6 +436,7 @@ FUNCTIONS = {
     "array_transcode": "i * * * * *",
     "array_measure": "i * * *",
     "array_write": "i * * s *",
+    "array_set_bricks": "i * * *",
     "array_read": "i * * s *",
     "array_write_memory": "i * * * *",
     "array_read_memory": "i * * * z s",

@@ -1,7 +1,8 @@
 """Where a volume's coefficients are: in memory, or in a file of which only what is asked for is read.
 
 Of a .cvol file of rank 3 in DCT blocks any box of samples is read and decoded without the rest, in bricks of
-64^3 samples. The bricks that the last box needed stay in memory, so that neighbouring slices are read once.
+64^3 samples, or as the file has them. The bricks that the last box needed stay in memory, so that neighbouring
+slices are read once.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ from . import _abi
 from ._call import Call, Error, Handle, MissingFileError, out_pointer, path_bytes
 from ._geometry import copy_grid
 
-BRICK = 64
 REACH = 2  # samples at a brick's faces that need the brick beside it, too: blocks overlap through filters
 Box = tuple[tuple[int, int, int], tuple[int, int, int]]
 
@@ -25,11 +25,11 @@ def _identity(path: str) -> tuple[int, ...]:
     return (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
 
 
-def _widen(begin: int, end: int, n: int) -> tuple[int, int]:
-    """The most samples of an axis that need no more bricks than begin .. end - 1 do."""
-    first, last = max(begin - REACH, 0) // BRICK, (end - 1 + REACH) // BRICK
-    low = first * BRICK + REACH if first else 0
-    high = (last + 1) * BRICK - REACH
+def _widen(begin: int, end: int, n: int, brick: int) -> tuple[int, int]:
+    """The most samples of an axis that need no more bricks, of so many samples, than begin .. end - 1 do."""
+    first, last = max(begin - REACH, 0) // brick, (end - 1 + REACH) // brick
+    low = first * brick + REACH if first else 0
+    high = (last + 1) * brick - REACH
     return min(low, begin), max(end, high if high + REACH < n else n)
 
 
@@ -122,7 +122,7 @@ class Store:
             held = self._part_box
             if self._part and held and all(held[0][a] <= begin[a] and end[a] <= held[1][a] for a in range(3)):
                 return self._part
-            wide = [_widen(begin[a], end[a], int(self.grid.dims[a])) for a in range(3)]
+            wide = [_widen(begin[a], end[a], int(self.grid.dims[a]), int(self.info.brick[a])) for a in range(3)]
             first, last = tuple(w[0] for w in wide), tuple(w[1] for w in wide)
             from_, to = _abi.Size3(*first), _abi.Size3(*last)
             part = _abi.FilePart(begin=c.addressof(from_), end=c.addressof(to))

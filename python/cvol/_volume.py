@@ -34,6 +34,8 @@ class Info:
     measured: psnr_db and max_error (largest |original - decoded|) were measured when compressing; else they
         follow from error_bound: at least, at most.
     background: a value that is kept apart, exactly, as a mask (None: there is none).
+    bricks: samples along each axis that a file has coded together, and slicing reads alone (None: no volume in
+        DCT blocks).
     """
 
     rank: int
@@ -52,6 +54,7 @@ class Info:
     max_error: float
     background: Optional[float]
     background_samples: int
+    bricks: Optional[tuple[int, int, int]]
 
 
 class Volume(Algebra):
@@ -136,7 +139,7 @@ class Volume(Algebra):
             step=i.step, resident_bytes=i.resident_bytes, value_min=i.value_min, value_max=i.value_max,
             max_abs=i.max_abs, error_bound=i.l2_error, measured=bool(i.measured), psnr_db=i.psnr_db,
             max_error=i.max_error, background=i.background if i.background_samples else None,
-            background_samples=i.background_samples,
+            background_samples=i.background_samples, bricks=(i.brick[2], i.brick[1], i.brick[0]) if i.brick[0] else None,
         )  # fmt: skip
 
     @property
@@ -159,7 +162,7 @@ class Volume(Algebra):
         """Samples, by integers, slices (of any step) and '...', as a new NumPy array (or one number).
 
         Only the blocks that the box of what is asked for touches are decoded, and of a file that was opened
-        only its bricks of 64^3 samples are read.
+        only its bricks (of 64^3 samples, or as the file has them) are read.
         """
         return self._slice(index, self.dtype, "array_evaluate_box")
 

@@ -67,6 +67,25 @@ def test_random_slices(volume, path):
         assert np.array_equal(opened[index], whole[index]), index
 
 
+def test_bricks(tmp_path, array):
+    volume = cvol.compress(array, 20, fast=True, bricks=(32, 16, 48))
+    assert volume.info.bricks == (32, 16, 48)
+    volume.save(tmp_path / "b.cvol")
+    whole, opened = volume.to_numpy(), cvol.open(tmp_path / "b.cvol")
+    for k in (0, 15, 16, 31, 32, 63, 69):
+        assert np.array_equal(opened[k], whole[k])
+        assert np.array_equal(opened[:, k % 24], whole[:, k % 24])
+        assert np.array_equal(opened[:, :, k], whole[:, :, k])
+    assert cvol.transcode(volume, 50).info.bricks == (32, 16, 48)
+    assert cvol.transcode(volume, 50, bricks=16).info.bricks == (16, 16, 16)
+    assert cvol.compress(array, 20, fast=True).info.bricks == (64, 64, 64)
+    for bricks in (17, 0, (16, 16), (16, 16, 128)):
+        with pytest.raises(ValueError, match="bricks are"):
+            cvol.compress(array, bricks=bricks)
+    with pytest.raises(ValueError, match="DCT blocks"):
+        cvol.compress(array, keep=cvol.Keep.all(), bricks=32)
+
+
 def test_ranks_and_transforms():
     for shape in ((300,), (40, 50), (12, 20, 16)):
         array = np.cumsum(np.random.default_rng(1).normal(size=shape), axis=-1).astype("f4")

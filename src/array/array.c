@@ -82,7 +82,9 @@ int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_gri
     array->step = block ? 1 : 0;
     array->psnr_db = (double)INFINITY;
     array->block_count = 1;
+    array->brick.run = CVOL_RUN_BRICKS;
     for (int a = 0; a < 3; a++) {
+        array->brick.side[a] = CVOL_BRICK_SIDE;
         array->blocks[a] = block ? (grid->dims[a] - 1) / (size_t)block + 1 : 1;
         array->block_count *= array->blocks[a];
     }
@@ -118,7 +120,11 @@ int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_a
     grid.type = CVOL_FLOAT32;
     grid.value_scale = 1;
     grid.value_offset = 0;
-    return cvol_array_create_as(context, out, &grid, like->rank, like->transform, like->block);
+    const int made = cvol_array_create_as(context, out, &grid, like->rank, like->transform,
+                                          like->block);
+    if (!made)
+        (*out)->brick = like->brick;
+    return made;
 }
 
 void cvol_array_drop_modes(cvol_array *array)
@@ -211,6 +217,8 @@ void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
     out->measured = array->measured;
     out->psnr_db = array->psnr_db;
     out->max_error = array->max_error;
+    if (cvol_array_is_volume(array))
+        memcpy(out->brick, array->brick.side, sizeof out->brick);
     if (cvol_mask_is_background(array->mask)) {
         out->background_samples = cvol_mask_samples(array->mask);
         out->background = cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);

@@ -34,6 +34,13 @@ static inline const uint32_t *cvol_block_end(const cvol_block *block)
     return block->words ? block->terms + block->words : block->terms;
 }
 
+/* How a file has a volume (codec/brick_code.h): in bricks of so many samples along each axis, of
+ * which `run` that follow each other have one checksum. */
+enum { CVOL_BRICK_SIDE = 64, CVOL_RUN_BRICKS = 16 }; /* where nothing is said; the most, too */
+typedef struct cvol_brick_shape {
+    size_t side[3], run;
+} cvol_brick_shape;
+
 struct cvol_array {
     cvol_grid grid;
     int rank;
@@ -59,6 +66,7 @@ struct cvol_array {
                    faces (transform/lap.h, grid 16), along x, then y, then z */
     int dependent; /* rank 3, DCT, B = 16: the coder may code terms by half of what they are, as
                       dependent quantisation chose them (codec/dependent.h); nothing else knows */
+    cvol_brick_shape brick;      /* that a file of it gets; volumes */
     int has_ranges;              /* whether the next two and the blocks' range codes are known */
     double range_min, range_max; /* what range codes 0 and 255 stand for */
     cvol_block *block_table;

@@ -6,6 +6,7 @@
 
 #include "base/context.h"
 #include "base/file.h"
+#include "codec/brick_shape.h"
 #include "codec/bricks.h"
 #include "codec/coded.h"
 #include "codec/container.h"
@@ -146,9 +147,9 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
         code = choose_coding(context, &array, &plain);
     if (code)
         return code;
-    const size_t bricks = is_volume ? cvol_brick_count(array) : 0;
-    code = within ? cvol_file_writer_open_within(context, &writer, within, bricks)
-                  : cvol_file_writer_open(context, &writer, path, bricks);
+    const size_t bricks = is_volume ? cvol_brick_count(array) : 0, run = array->brick.run;
+    code = within ? cvol_file_writer_open_within(context, &writer, within, bricks, run)
+                  : cvol_file_writer_open(context, &writer, path, bricks, run);
     if (code)
         return code;
     cvol_header header = cvol_header_of(array);
@@ -206,6 +207,28 @@ int cvol_array_write_memory(cvol_context *context, const cvol_array *array, void
     if (code)
         cvol_bytes_free(&bytes);
     return code;
+}
+
+/* ---- bricks ----------------------------------------------------------------------------- */
+
+int cvol_array_set_bricks(cvol_context *context, cvol_array *array, const int brick[3])
+{
+    const cvol_corrected *corrected = cvol_corrected_of(array);
+    int code = cvol_array_need_volume(context, array, "a file in bricks");
+    if (!code)
+        code = cvol_brick_sides_check(context, brick, array->block);
+    if (!code && corrected && corrected->kind != CVOL_CORRECTED_PACKED)
+        code = cvol_fail(
+            context, CVOL_ERROR_UNSUPPORTED,
+            "the array has corrections (a largest error, or lossless), which are coded "
+            "in its bricks: compress the volume itself");
+    if (code)
+        return code;
+    array->brick = cvol_brick_shape_make(brick);
+    if (array->coded)
+        array->free_coded(array->coded);
+    array->coded = NULL;
+    return CVOL_OK;
 }
 
 /* ---- reading ---------------------------------------------------------------------------- */

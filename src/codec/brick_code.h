@@ -1,11 +1,11 @@
-/* Coding of one brick: a cube of 64^3 samples whose cells are coded together, and apart from all
- * other bricks.
+/* Coding of one brick: a box of 64^3 samples, or of what the array's `brick` says, whose cells are
+ * coded together, and apart from all other bricks.
  *
- * Bricks are numbered x fastest, and so are the blocks in a brick (4^3 cells of 16, 8^3 blocks of
- * 8, 2^3 of 32; fewer at the volume's end). A brick's coefficients are coded in four *shells*, from
- * coarse to fine: of a part of side M, shell s has the coefficients with all of u, v, w below
- * max(1, M 2^(s - 3)) that no earlier shell has. Each shell is a string of bytes of its own
- * (token_stream.h), maybe empty; the first s shells decode without the others.
+ * Bricks are numbered x fastest, and so are the blocks in a brick (of 64^3: 4^3 cells of 16, 8^3
+ * blocks of 8, 2^3 of 32; fewer at the volume's end). A brick's coefficients are coded in four
+ * *shells*, from coarse to fine: of a part of side M, shell s has the coefficients with all of u,
+ * v, w below max(1, M 2^(s - 3)) that no earlier shell has. Each shell is a string of bytes of its
+ * own (token_stream.h), maybe empty; the first s shells decode without the others.
  */
 #ifndef CVOL_CODEC_BRICK_CODE_H
 #define CVOL_CODEC_BRICK_CODE_H
@@ -14,9 +14,10 @@
 #include "base/bytes.h"
 #include "codec/token_tables.h"
 
-enum { CVOL_SHELLS = 4, CVOL_BRICK_SIDE = 64 };
+enum { CVOL_SHELLS = 4 };
 
-/* How many bricks an array has along each axis, and in all. */
+/* How many bricks an array has along each axis, and in all; none has a side beyond CVOL_BRICK_SIDE.
+ */
 void cvol_brick_grid(size_t bricks[3], const cvol_array *array);
 size_t cvol_brick_count(const cvol_array *array);
 
@@ -27,6 +28,9 @@ typedef struct cvol_brick_box {
 cvol_brick_box cvol_brick_box_of(const cvol_array *array, size_t brick);
 /* The samples of a brick within the volume, along each axis. */
 void cvol_brick_inside(size_t size[3], const cvol_array *array, size_t brick);
+/* How many blocks along each axis, and samples, bricks have that do not reach beyond the volume. */
+void cvol_brick_shape_blocks(size_t blocks[3], const cvol_array *array);
+size_t cvol_brick_volume(const cvol_array *array);
 size_t cvol_brick_box_blocks(const cvol_brick_box *box);
 /* The array's index of the box' block `i`, x fastest. */
 size_t cvol_brick_block_index(const cvol_array *array, const cvol_brick_box *box, size_t i);

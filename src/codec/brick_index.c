@@ -6,10 +6,11 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-int cvol_brick_index_make(cvol_context *context, cvol_brick_index *index, size_t bricks)
+int cvol_brick_index_make(cvol_context *context, cvol_brick_index *index, size_t bricks, size_t run)
 {
-    const size_t runs = bricks / CVOL_RUN_BRICKS + (bricks % CVOL_RUN_BRICKS != 0);
-    *index = (cvol_brick_index){.bricks = bricks, .runs = runs, .present = CVOL_STREAMS_SHELLS};
+    const size_t runs = bricks / run + (bricks % run != 0);
+    *index = (cvol_brick_index){
+        .bricks = bricks, .run = run, .runs = runs, .present = CVOL_STREAMS_SHELLS};
     index->ends = calloc(bricks, CVOL_STREAMS * sizeof *index->ends);
     index->checksums = calloc(runs, CVOL_STREAMS * sizeof *index->checksums);
     if ((index->ends && index->checksums) || !bricks)
@@ -42,7 +43,7 @@ static uint32_t *checksum_of(const cvol_brick_index *index, int shell, size_t ru
 
 int cvol_brick_index_add_one(cvol_brick_index *index, int stream, size_t brick, cvol_span bytes)
 {
-    uint32_t *checksum = checksum_of(index, stream, brick / CVOL_RUN_BRICKS);
+    uint32_t *checksum = checksum_of(index, stream, brick / index->run);
     if (bytes.size > UINT32_MAX)
         return 0;
     index->present |= 1u << stream;
@@ -97,15 +98,16 @@ static int take_streams(cvol_context *context, cvol_brick_index *index, cvol_cur
 }
 
 int cvol_brick_index_take(cvol_context *context, cvol_brick_index *index,
-                          const cvol_section *section, uint64_t bricks, const char *name)
+                          const cvol_section *section, uint64_t bricks, size_t run,
+                          const char *name)
 {
-    return cvol_brick_index_take_streams(context, index, section, bricks, CVOL_STREAMS_SHELLS,
+    return cvol_brick_index_take_streams(context, index, section, bricks, run, CVOL_STREAMS_SHELLS,
                                          name);
 }
 
 int cvol_brick_index_take_streams(cvol_context *context, cvol_brick_index *index,
-                                  const cvol_section *section, uint64_t bricks, unsigned present,
-                                  const char *name)
+                                  const cvol_section *section, uint64_t bricks, size_t run,
+                                  unsigned present, const char *name)
 {
     cvol_cursor content = cvol_section_cursor(section);
     *index = (cvol_brick_index){0};
@@ -114,7 +116,7 @@ int cvol_brick_index_take_streams(cvol_context *context, cvol_brick_index *index
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
                          "%s: section INDX has %llu bytes, %llu bricks are more than it can hold",
                          name, (unsigned long long)section->length, (unsigned long long)bricks);
-    int code = cvol_brick_index_make(context, index, (size_t)bricks);
+    int code = cvol_brick_index_make(context, index, (size_t)bricks, run);
     index->present |= present;
     if (!code)
         code = take_streams(context, index, &content, 0, CVOL_SHELLS, name);
@@ -178,8 +180,8 @@ cvol_span cvol_brick_index_brick(const cvol_brick_index *index, int shell, size_
 cvol_span cvol_brick_index_run(const cvol_brick_index *index, int shell, size_t run,
                                const uint8_t *data)
 {
-    const size_t first = run * CVOL_RUN_BRICKS, left = index->bricks - first;
-    const size_t last = first + (left < CVOL_RUN_BRICKS ? left : CVOL_RUN_BRICKS) - 1;
+    const size_t first = run * index->run, left = index->bricks - first;
+    const size_t last = first + (left < index->run ? left : index->run) - 1;
     const uint64_t begin = begin_of(index, shell, first);
     return (cvol_span){data + begin, (size_t)(*end_of(index, shell, last) - begin)};
 }

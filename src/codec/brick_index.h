@@ -1,9 +1,9 @@
 /* Section INDX: where each brick's bytes lie in the streams of a file, and their checksums. Streams
  * are the four shells, and in files that have them the masks and the corrections.
  *
- * A checksum is that of a run: of a shell's bytes of 16 bricks in order (fewer in the last run). So
- * a few bricks are read and checked without their shell, and checksums cost a byte a brick. The
- * checksum in a shell's own header is that of its runs' checksums.
+ * A checksum is that of a run: of a shell's bytes of `run` bricks in order (fewer in the last run).
+ * So a few bricks are read and checked without their shell; in runs of 16 checksums cost a byte a
+ * brick. The checksum in a shell's own header is that of its runs' checksums.
  */
 #ifndef CVOL_CODEC_BRICK_INDEX_H
 #define CVOL_CODEC_BRICK_INDEX_H
@@ -12,7 +12,6 @@
 #include "codec/section.h"
 
 enum {
-    CVOL_RUN_BRICKS = 16,
     CVOL_STREAM_MASK = CVOL_SHELLS,
     CVOL_STREAM_CORRECTIONS,
     CVOL_STREAMS,
@@ -20,14 +19,15 @@ enum {
 };
 
 typedef struct cvol_brick_index {
-    size_t bricks, runs;
-    unsigned present;    /* bit `stream`: it is part of the file; the shells always are */
-    uint64_t *ends;      /* [stream bricks + brick]: where its bytes end */
-    uint32_t *checksums; /* [stream runs + run] */
+    size_t bricks, run, runs; /* run: bricks of one */
+    unsigned present;         /* bit `stream`: it is part of the file; the shells always are */
+    uint64_t *ends;           /* [stream bricks + brick]: where its bytes end */
+    uint32_t *checksums;      /* [stream runs + run] */
 } cvol_brick_index;
 
-/* One for so many bricks, all empty. Errors: MEMORY. */
-int cvol_brick_index_make(cvol_context *context, cvol_brick_index *index, size_t bricks);
+/* One for so many bricks in runs of `run`, all empty. Errors: MEMORY. */
+int cvol_brick_index_make(cvol_context *context, cvol_brick_index *index, size_t bricks,
+                          size_t run);
 void cvol_brick_index_free(cvol_brick_index *index);
 
 /* Notes the bytes of brick `brick`; bricks come in order. 0 if a shell has 2^32 or more. */
@@ -42,12 +42,13 @@ void cvol_brick_index_put(cvol_bytes *out, const cvol_brick_index *index);
 /* Reads it; what `bricks` would take is held against the content's length before memory is spent on
  * it. The caller frees the index, also after an error. Errors: CORRUPT, MEMORY. */
 int cvol_brick_index_take(cvol_context *context, cvol_brick_index *index,
-                          const cvol_section *section, uint64_t bricks, const char *name);
+                          const cvol_section *section, uint64_t bricks, size_t run,
+                          const char *name);
 
 /* The same of a file with these streams. */
 int cvol_brick_index_take_streams(cvol_context *context, cvol_brick_index *index,
-                                  const cvol_section *section, uint64_t bricks, unsigned present,
-                                  const char *name);
+                                  const cvol_section *section, uint64_t bricks, size_t run,
+                                  unsigned present, const char *name);
 
 /* A shell's (here and below: or another stream's) bytes in all, and the checksum of its section's
  * header. */

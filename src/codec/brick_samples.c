@@ -19,11 +19,12 @@ struct cvol_brick_maker {
 
 cvol_brick_maker *cvol_brick_maker_create(const cvol_array *shape)
 {
-    const size_t side = CVOL_BRICK_SIDE / (size_t)shape->block, all[3] = {side, side, side};
+    size_t all[3];
+    cvol_brick_shape_blocks(all, shape);
     cvol_brick_maker *maker = cvol_allocate_zero(1, sizeof *maker);
     if (!maker)
         return NULL;
-    maker->cells = cvol_allocate(CVOL_BRICK_SAMPLES, sizeof *maker->cells);
+    maker->cells = cvol_allocate(cvol_brick_volume(shape), sizeof *maker->cells);
     maker->scratch = cvol_allocate(cvol_brick_scratch(shape, all), sizeof *maker->scratch);
     maker->coefficients = cvol_allocate(2 * CVOL_PART_SAMPLES_MAX, sizeof *maker->coefficients);
     maker->chooser = cvol_cell_chooser_create();

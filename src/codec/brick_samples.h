@@ -22,7 +22,7 @@ typedef struct cvol_brick_recipe {
                          of its blocks */
 } cvol_brick_recipe;
 
-/* The cells of one brick at most, as cvol_brick_gather gives them. */
+/* The samples of one brick's cells at most, as cvol_brick_gather gives them. */
 #define CVOL_BRICK_SAMPLES ((size_t)CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE)
 
 /* Encodes a brick from its cells; the bytes replace those of shells[]. *error: the squared error of

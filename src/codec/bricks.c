@@ -10,7 +10,8 @@
 #include "base/thread.h"
 #include "transform/cell.h"
 
-/* Bricks that are worked on between two calls of the progress function: whole runs. */
+/* Bricks that are worked on between two calls of the progress function: whole runs, as these have
+ * 1, 2, 4, 8 or 16 bricks. */
 enum { CHUNK_BRICKS = 8 * CVOL_RUN_BRICKS };
 
 /* Samples beyond a box that the filter across faces of lapped volumes mixes into it. */
@@ -205,14 +206,14 @@ static int is_run_needed(const decoding *d, size_t first, size_t end)
 static size_t find_damage(const decoding *d, size_t first, size_t end)
 {
     const cvol_brick_index *index = d->source->index;
-    const size_t run = first / CVOL_RUN_BRICKS;
-    const size_t runs = (end - 1) / CVOL_RUN_BRICKS + 1 - run;
+    const size_t run = first / index->run;
+    const size_t runs = (end - 1) / index->run + 1 - run;
     size_t found = SIZE_MAX;
 #pragma omp parallel for schedule(dynamic) num_threads(d->all.count) reduction(min : found)
     for (size_t i = 0; i < runs * (size_t)d->source->count; i++) {
         const int shell = (int)(i / runs);
-        const size_t r = run + i % runs, from = r * CVOL_RUN_BRICKS;
-        const size_t to = from + CVOL_RUN_BRICKS < end ? from + CVOL_RUN_BRICKS : end;
+        const size_t r = run + i % runs, from = r * index->run;
+        const size_t to = from + index->run < end ? from + index->run : end;
         const cvol_span bytes = cvol_brick_index_run(index, shell, r, d->source->shells[shell]);
         if (is_run_needed(d, from, to) && cvol_crc32c(bytes.data, bytes.size) !=
                                               index->checksums[(size_t)shell * index->runs + r]) {
@@ -309,8 +310,7 @@ static int decode_all(cvol_context *context, const decoding *d, const char *name
             return cvol_fail(context, CVOL_ERROR_CORRUPT,
                              "%s: section SHL%zu: the run of bricks from brick %zu of %zu is "
                              "damaged",
-                             name, damage / index->runs, damage % index->runs * CVOL_RUN_BRICKS,
-                             bricks);
+                             name, damage / index->runs, damage % index->runs * index->run, bricks);
         decode_chunk(chunk, d, first, end);
         code = adopt(context, d->array, chunk, first, end - first, bricks, name);
         if (!code)

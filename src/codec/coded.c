@@ -8,7 +8,7 @@
 #include "base/memory.h"
 
 int cvol_coded_make(cvol_context *context, cvol_coded **out, const cvol_token_tables *tables,
-                    size_t bricks)
+                    const cvol_array *shape)
 {
     cvol_coded *coded = cvol_allocate_zero(1, sizeof *coded);
     *out = NULL;
@@ -20,7 +20,8 @@ int cvol_coded_make(cvol_context *context, cvol_coded **out, const cvol_token_ta
         return cvol_fail_memory(context, sizeof *tables, "the coder's tables");
     }
     memcpy(coded->tables, tables, sizeof *tables);
-    const int code = cvol_brick_index_make(context, &coded->index, bricks);
+    const int code = cvol_brick_index_make(context, &coded->index, cvol_brick_count(shape),
+                                           shape->brick.run);
     if (code) {
         cvol_coded_free(coded);
         return code;

@@ -12,9 +12,9 @@ typedef struct cvol_coded {
     cvol_bytes shells[CVOL_SHELLS];
 } cvol_coded;
 
-/* Without any bricks yet. Errors: MEMORY. */
+/* Of an array of this shape, without any bricks yet. Errors: MEMORY. */
 int cvol_coded_make(cvol_context *context, cvol_coded **out, const cvol_token_tables *tables,
-                    size_t bricks);
+                    const cvol_array *shape);
 void cvol_coded_free(cvol_coded *coded); /* NULL is allowed */
 /* A sink (bricks.h) that keeps all bricks, which come in order. */
 cvol_brick_sink cvol_coded_sink(cvol_coded *coded);

@@ -81,7 +81,7 @@ static int prepare(cvol_compression *c, double *step)
     const void *samples = c->trial.truth;
     const cvol_grid grid = c->trial.shape->grid;
     cvol_trial_free(&c->trial);
-    code = cvol_trial_start(c->context, &c->trial, samples, &grid, c->options->block);
+    code = cvol_trial_start(c->context, &c->trial, samples, &grid, c->options);
     if (code)
         return code;
     cvol_trial_set_options(&c->trial, c->options);
@@ -161,6 +161,7 @@ static int try_lossless(cvol_compression *c, double least_ratio)
     cvol_array *array;
     options.lossless = 1;
     options.block = c->trial.shape->block;
+    memcpy(options.brick, c->options->brick, sizeof options.brick);
     int code = cvol_compress_modes(c->context, &array, &report, c->trial.truth,
                                    &c->trial.shape->grid, &options);
     if (code)

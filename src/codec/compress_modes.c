@@ -209,7 +209,7 @@ static int run_bound(modes *m, int *same)
     const double wanted = m->options->target == CVOL_TARGET_PSNR ? m->options->target_value : 0;
     const void *samples = m->filled ? m->filled : m->samples;
     double step;
-    int code = cvol_trial_start(m->context, &m->trial, samples, m->grid, m->options->block);
+    int code = cvol_trial_start(m->context, &m->trial, samples, m->grid, m->options);
     if (!code)
         cvol_trial_set_options(&m->trial, m->options);
     if (!code && !(m->trial.shape->ledger.value_max > m->trial.shape->ledger.value_min))

@@ -2,6 +2,7 @@
 #include <math.h>
 
 #include "base/context.h"
+#include "codec/brick_shape.h"
 #include "codec/compression.h"
 
 cvol_compress_options cvol_compress_options_defaults(void)
@@ -20,6 +21,9 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
     if (options->block != 8 && options->block != 16 && options->block != 32)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "block is %d, must be 8, 16 or 32",
                          options->block);
+    const int code = cvol_brick_sides_check(context, options->brick, options->block);
+    if (code)
+        return code;
     if (!(options->max_error >= 0) || !isfinite(options->max_error))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "maximum error is %g, must be 0 or more",
                          options->max_error);

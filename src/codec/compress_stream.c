@@ -111,10 +111,10 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
     cvol_trial *trial = &c->trial;
     cvol_layer_measure *measure = NULL;
     const cvol_array *shape = trial->shape;
-    const size_t bricks = cvol_brick_count(shape);
-    int code = start->within
-                   ? cvol_file_writer_open_within(c->context, &a->writer, start->within, bricks)
-                   : cvol_file_writer_open(c->context, &a->writer, path, bricks);
+    const size_t bricks = cvol_brick_count(shape), run = shape->brick.run;
+    int code = start->within ? cvol_file_writer_open_within(c->context, &a->writer, start->within,
+                                                            bricks, run)
+                             : cvol_file_writer_open(c->context, &a->writer, path, bricks, run);
     const cvol_brick_sink sink = {add_to_writer, a->writer};
     if (!code)
         code = cvol_array_create(c->context, &a->found, &shape->grid, shape->block);
@@ -131,6 +131,7 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
         found->offset = shape->offset;
         found->lapped = shape->lapped;
         found->dependent = shape->dependent;
+        found->brick = shape->brick;
         found->ledger.value_min = shape->ledger.value_min;
         found->ledger.value_max = shape->ledger.value_max;
         cvol_layer_measure_tell(measure, found, a->shell_norm);
@@ -240,7 +241,9 @@ static int estimate_step(cvol_compression *c, double *step, size_t every)
 static int search_step(cvol_compression *c, attempt *now, const char *path, const file_start *start,
                        size_t estimated, int *kept, int *good)
 {
-    const size_t every = cvol_brick_count(c->trial.shape) / estimated;
+    /* The bricks are of that many samples, whatever their shape. */
+    const size_t more = CVOL_BRICK_SAMPLES / cvol_brick_volume(c->trial.shape);
+    const size_t every = cvol_brick_count(c->trial.shape) / more / estimated;
     passes p = {.refits = every <= 1};
     int code = cvol_compression_prepare(c, &p.step);
     cvol_sampler_free(c->trial.sampler); /* its memory is better used now */
@@ -321,7 +324,7 @@ static int compress_into(cvol_context *context, cvol_compress_report *report, co
         return code;
     c.raw_bytes = cvol_grid_bytes(grid);
     memory.sheet_bytes = grid->dims[0] * grid->dims[1] * cvol_type_size(grid->type);
-    code = cvol_trial_start_source(context, &c.trial, &from, grid);
+    code = cvol_trial_start_source(context, &c.trial, &from, grid, options);
     if (!code) /* checked, and kept */
         code = cvol_array_set_attributes(context, c.trial.shape, options->attributes);
     if (!code) {

@@ -146,15 +146,17 @@ static int check_box(const reading *r)
     return CVOL_OK;
 }
 
-/* HEAD, GEOM, ERRS and, if there is one, MODE. */
+/* HEAD, GEOM, ERRS and, if they are there, MODE and BRKS. */
 static int read_header(reading *r)
 {
-    static const struct {
+    typedef struct record {
         cvol_section_kind kind;
         int (*take)(cvol_context *, cvol_header *, cvol_cursor *, const char *);
-    } parts[] = {{CVOL_HEAD, cvol_head_take},
-                 {CVOL_GEOM, cvol_geometry_take},
-                 {CVOL_ERRS, cvol_errors_take}};
+    } record;
+    static const record parts[] = {{CVOL_HEAD, cvol_head_take},
+                                   {CVOL_GEOM, cvol_geometry_take},
+                                   {CVOL_ERRS, cvol_errors_take}};
+    static const record others[] = {{CVOL_MODE, cvol_modes_take}, {CVOL_BRKS, cvol_bricks_take}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         int code = need(r, parts[i].kind);
         cvol_cursor content = cvol_section_cursor(&r->sections[parts[i].kind]);
@@ -163,11 +165,13 @@ static int read_header(reading *r)
         if (code)
             return code;
     }
-    if (has(r, CVOL_MODE)) {
-        cvol_cursor content = cvol_section_cursor(&r->sections[CVOL_MODE]);
-        int code = need(r, CVOL_MODE);
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
+        if (!has(r, others[i].kind))
+            continue;
+        cvol_cursor content = cvol_section_cursor(&r->sections[others[i].kind]);
+        int code = need(r, others[i].kind);
         if (!code)
-            code = cvol_modes_take(r->context, &r->header, &content, r->name);
+            code = others[i].take(r->context, &r->header, &content, r->name);
         if (code)
             return code;
     }
@@ -205,6 +209,7 @@ static int make_array(reading *r)
     array->offset = header->offset;
     array->lapped = (int)header->lapped;
     array->dependent = (int)header->dependent;
+    array->brick = header->brick;
     array->ledger = header->ledger;
     array->threshold = header->threshold;
     array->measured = (int)header->measured;
@@ -287,7 +292,7 @@ static int read_volume(reading *r)
         code = need(r, CVOL_INDX);
     if (!code)
         code = cvol_brick_index_take_streams(r->context, &index, &r->sections[CVOL_INDX],
-                                             cvol_header_bricks(&r->header),
+                                             cvol_header_bricks(&r->header), r->header.brick.run,
                                              cvol_header_streams(&r->header), r->name);
     if (!code)
         code = make_array(r);

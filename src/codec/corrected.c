@@ -25,9 +25,9 @@ cvol_box cvol_brick_samples_of(const cvol_array *array, size_t brick)
                              brick / bricks[0] / bricks[1]};
     cvol_box box;
     for (int a = 0; a < 3; a++) {
-        const size_t left = array->grid.dims[a] - place[a] * CVOL_BRICK_SIDE;
-        box.begin[a] = place[a] * CVOL_BRICK_SIDE;
-        box.end[a] = box.begin[a] + (left < CVOL_BRICK_SIDE ? left : CVOL_BRICK_SIDE);
+        const size_t side = array->brick.side[a], left = array->grid.dims[a] - place[a] * side;
+        box.begin[a] = place[a] * side;
+        box.end[a] = box.begin[a] + (left < side ? left : side);
     }
     return box;
 }
@@ -47,9 +47,9 @@ int cvol_brick_stream_check(cvol_context *context, const cvol_array *array,
 {
     int code = cvol_brick_index_check(context, index, stream, section, name);
     for (size_t run = 0; run < index->runs && !code; run++) {
-        const size_t first = run * CVOL_RUN_BRICKS, left = index->bricks - first;
+        const size_t first = run * index->run, left = index->bricks - first;
         int needed = 0;
-        for (size_t b = 0; b < CVOL_RUN_BRICKS && b < left && !needed; b++)
+        for (size_t b = 0; b < index->run && b < left && !needed; b++)
             needed = cvol_brick_meets(array, first + b, box);
         if (needed && !cvol_brick_index_sound(index, stream, run, section->content))
             code = cvol_fail(context, CVOL_ERROR_CORRUPT,
@@ -147,8 +147,8 @@ static int evaluate_bricks(cvol_context *context, void *out, const cvol_array *a
     size_t bricks[3], first[3], count[3];
     cvol_brick_grid(bricks, array);
     for (int a = 0; a < 3; a++) {
-        first[a] = box->begin[a] / CVOL_BRICK_SIDE;
-        count[a] = (box->end[a] - 1) / CVOL_BRICK_SIDE + 1 - first[a];
+        first[a] = box->begin[a] / array->brick.side[a];
+        count[a] = (box->end[a] - 1) / array->brick.side[a] + 1 - first[a];
     }
     int failed = CVOL_OK;
     size_t where = SIZE_MAX;

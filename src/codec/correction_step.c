@@ -77,7 +77,7 @@ static int part_make(cvol_context *context, part **out, const cvol_step_question
         free(which);
     }
     if (!code)
-        code = cvol_trial_start(context, &p->trial, p->samples, &p->grid, q->options->block);
+        code = cvol_trial_start(context, &p->trial, p->samples, &p->grid, q->options);
     if (!code)
         cvol_trial_set_options(&p->trial, q->options);
     return code;

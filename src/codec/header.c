@@ -7,6 +7,7 @@
 
 #include "array/exact.h"
 #include "base/context.h"
+#include "codec/brick_shape.h"
 #include "codec/shells.h"
 
 cvol_header cvol_header_of(const cvol_array *array)
@@ -17,6 +18,7 @@ cvol_header cvol_header_of(const cvol_array *array)
                           .block = (uint32_t)array->block,
                           .lapped = (uint32_t)array->lapped,
                           .dependent = (uint32_t)array->dependent,
+                          .brick = array->brick,
                           .step = array->step,
                           .offset = array->offset,
                           .coefficients = array->coefficients,
@@ -68,7 +70,7 @@ uint64_t cvol_header_bricks(const cvol_header *header)
 {
     uint64_t bricks = 1; /* at most the samples */
     for (int a = 0; a < 3; a++)
-        bricks *= (header->grid.dims[a] - 1) / CVOL_BRICK_SIDE + 1;
+        bricks *= (header->grid.dims[a] - 1) / header->brick.side[a] + 1;
     return bricks;
 }
 
@@ -158,6 +160,7 @@ int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *cont
     memset(header, 0, sizeof *header);
     for (int a = 0; a < 3; a++)
         dims[a] = cvol_cursor_u64(content);
+    header->brick = cvol_brick_shape_make((const int[3]){0, 0, 0});
     const uint32_t type = cvol_cursor_u32(content);
     header->grid = cvol_grid_make((size_t)dims[0], (size_t)dims[1], (size_t)dims[2],
                                   (cvol_type)type);
@@ -253,6 +256,40 @@ int cvol_modes_take(cvol_context *context, cvol_header *header, cvol_cursor *con
         !cvol_correction_rule_valid(rule))
         return bad(context, name, "MODE", "quantum", rule->quantum,
                    "what corrections of the type can have");
+    return CVOL_OK;
+}
+
+/* ---- BRKS ------------------------------------------------------------------------------- */
+
+void cvol_bricks_put(cvol_bytes *out, const cvol_header *header)
+{
+    for (int a = 0; a < 3; a++)
+        cvol_bytes_put_u32(out, (uint32_t)header->brick.side[a]);
+    cvol_bytes_put_u32(out, (uint32_t)header->brick.run);
+}
+
+int cvol_bricks_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                     const char *name)
+{
+    static const char *const names[3] = {"side x", "side y", "side z"};
+    uint32_t side[3];
+    for (int a = 0; a < 3; a++)
+        side[a] = cvol_cursor_u32(content);
+    const uint32_t run = cvol_cursor_u32(content);
+    if (content->failed)
+        return fail_length(context, name, "BRKS", content);
+    if (!cvol_header_is_volume(header))
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section BRKS is of volumes in dct blocks, this array is none", name);
+    for (int a = 0; a < 3; a++) {
+        if (!cvol_brick_side_is_valid(side[a], (int)header->block))
+            return bad(context, name, "BRKS", names[a], side[a],
+                       "16, 32, 48 or 64, a multiple of the block");
+        header->brick.side[a] = side[a];
+    }
+    if (run < 1 || run > CVOL_RUN_BRICKS || (run & (run - 1)))
+        return bad(context, name, "BRKS", "bricks in a run", run, "1, 2, 4, 8 or 16");
+    header->brick.run = run;
     return CVOL_OK;
 }
 

@@ -22,6 +22,7 @@ typedef struct cvol_header {
     double shell_norm[CVOL_SHELLS]; /* volumes: L2 norms of the coefficients of each shell */
     uint32_t measured;
     /* MODE, of volumes that have corrections or a mask */
+    cvol_brick_shape brick; /* volumes; of HEAD that of files without BRKS */
     cvol_corrected_kind corrections;
     int fraction;
     cvol_correction_rule rule;
@@ -44,6 +45,7 @@ void cvol_head_put(cvol_bytes *out, const cvol_header *header);
 void cvol_geometry_put(cvol_bytes *out, const cvol_header *header);
 void cvol_errors_put(cvol_bytes *out, const cvol_header *header);
 void cvol_modes_put(cvol_bytes *out, const cvol_header *header);
+void cvol_bricks_put(cvol_bytes *out, const cvol_header *header);
 
 /* Read and check every field, HEAD first. Errors: CORRUPT, FORMAT, LIMIT, UNSUPPORTED. */
 int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
@@ -54,5 +56,7 @@ int cvol_errors_take(cvol_context *context, cvol_header *header, cvol_cursor *co
                      const char *name);
 int cvol_modes_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
                     const char *name);
+int cvol_bricks_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                     const char *name);
 
 #endif

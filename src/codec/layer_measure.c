@@ -69,6 +69,7 @@ int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
         array->offset = shape->offset;
         array->lapped = shape->lapped;
         array->dependent = shape->dependent;
+        array->brick = shape->brick;
         array->ledger.value_min = shape->ledger.value_min;
         array->ledger.value_max = shape->ledger.value_max;
         for (int i = 0; i < 2; i++)
@@ -166,12 +167,12 @@ int cvol_layer_measure_after(cvol_context *context, void *user, const cvol_slab 
                              size_t end)
 {
     cvol_layer_measure *measure = user;
-    const size_t sheets = measure->array->grid.dims[2];
+    const size_t sheets = measure->array->grid.dims[2], side = measure->array->brick.side[2];
     const size_t reach = measure->array->lapped ? LAP_REACH : 0;
     int code = CVOL_OK;
     for (; layer < end && !code; layer++) {
-        const size_t z = layer ? layer * CVOL_BRICK_SIDE - reach : 0;
-        const size_t after = (layer + 1) * CVOL_BRICK_SIDE;
+        const size_t z = layer ? layer * side - reach : 0;
+        const size_t after = (layer + 1) * side;
         const size_t last = after < sheets ? after - reach : sheets;
         code = decode_layer(context, measure, layer);
         if (!code && z < last)

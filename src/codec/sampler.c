@@ -8,12 +8,13 @@
 #include "base/context.h"
 #include "base/memory.h"
 
-enum { SAMPLED_BRICKS = 32, SAMPLED_LAYERS = 4, POINTS_MOST = 4096 };
+/* Of smaller bricks than 64^3 more are sampled, so that samples are as many. */
+enum { MORE_MOST = 64, SAMPLED_BRICKS = 32, SAMPLED_LAYERS = 4, POINTS_MOST = 4096 };
 
 struct cvol_sampler {
-    size_t bricks[SAMPLED_BRICKS];
-    size_t count;
-    float *cells[2]; /* not lapped, lapped; NULL: not asked for */
+    size_t bricks[SAMPLED_BRICKS * MORE_MOST];
+    size_t count, volume; /* volume: samples that a brick has room for */
+    float *cells[2];      /* not lapped, lapped; NULL: not asked for */
 };
 
 /* Point k of the sequence, on the grid of bricks. */
@@ -43,7 +44,8 @@ static void choose_bricks(cvol_sampler *sampler, const cvol_array *shape, size_t
     size_t grid[3];
     cvol_brick_grid(grid, shape);
     const size_t all = grid[0] * grid[1] * grid[2];
-    for (int k = 0; k < POINTS_MOST && sampler->count < most && sampler->count < all; k++) {
+    const int points = POINTS_MOST * (int)(CVOL_BRICK_SAMPLES / cvol_brick_volume(shape));
+    for (int k = 0; k < points && sampler->count < most && sampler->count < all; k++) {
         const size_t brick = all <= most ? (size_t)k : brick_at(k, grid, few_layers);
         size_t i = 0;
         while (i < sampler->count && sampler->bricks[i] != brick)
@@ -63,7 +65,7 @@ static void gather(const cvol_sampler *sampler, const cvol_array *shape, const c
         way.lapped = lapped;
         for (size_t i = first; i < end && sampler->cells[lapped]; i++) {
             const cvol_brick_box box = cvol_brick_box_of(shape, sampler->bricks[i]);
-            cvol_brick_gather(sampler->cells[lapped] + i * CVOL_BRICK_SAMPLES, scratch, slab, &way,
+            cvol_brick_gather(sampler->cells[lapped] + i * sampler->volume, scratch, slab, &way,
                               box.first, box.count);
         }
     }
@@ -80,7 +82,7 @@ static int read_bricks(cvol_context *context, const cvol_sampler *sampler, const
             if (next.first[2] != box.first[2])
                 break;
         }
-        const size_t layer = box.first[2] * (size_t)shape->block / CVOL_BRICK_SIDE;
+        const size_t layer = box.first[2] * (size_t)shape->block / shape->brick.side[2];
         cvol_slab slab;
         code = cvol_slab_fetch_layers(context, &slab, source, shape, layer, layer + 1);
         if (!code)
@@ -92,15 +94,19 @@ static int read_bricks(cvol_context *context, const cvol_sampler *sampler, const
 int cvol_sampler_make(cvol_context *context, cvol_sampler **out, const cvol_array *shape,
                       const cvol_slab_source *source, size_t most, int both)
 {
-    const size_t side = CVOL_BRICK_SIDE / (size_t)shape->block, all[3] = {side, side, side};
+    const size_t more = CVOL_BRICK_SAMPLES / cvol_brick_volume(shape);
+    size_t all[3];
     cvol_sampler *sampler = cvol_allocate_zero(1, sizeof *sampler);
     cvol_array lapped = *shape;
     lapped.lapped = shape->lapped || both;
+    cvol_brick_shape_blocks(all, shape);
     *out = sampler;
     if (!sampler)
         return cvol_fail_memory(context, sizeof *sampler, "the sampled bricks");
-    choose_bricks(sampler, shape, most < SAMPLED_BRICKS ? most : SAMPLED_BRICKS, !source->whole);
-    const size_t samples = sampler->count * CVOL_BRICK_SAMPLES;
+    sampler->volume = cvol_brick_volume(shape);
+    choose_bricks(sampler, shape, more * (most < SAMPLED_BRICKS ? most : SAMPLED_BRICKS),
+                  !source->whole);
+    const size_t samples = sampler->count * sampler->volume;
     float *scratch = cvol_allocate(cvol_brick_scratch(&lapped, all), sizeof *scratch);
     int made = scratch != NULL;
     for (int way = 0; way < 2 && made; way++)
@@ -150,7 +156,7 @@ uint64_t cvol_sampler_inside(const cvol_sampler *sampler, const cvol_array *shap
 const float *cvol_sampler_brick(const cvol_sampler *sampler, size_t i, int lapped, size_t *brick)
 {
     *brick = sampler->bricks[i];
-    return sampler->cells[lapped != 0] + i * CVOL_BRICK_SAMPLES;
+    return sampler->cells[lapped != 0] + i * sampler->volume;
 }
 
 size_t cvol_sampler_count(const cvol_sampler *sampler)
@@ -176,8 +182,7 @@ static void run(const cvol_sampler *sampler, sampled *results, cvol_token_counts
         cvol_bytes shells[CVOL_SHELLS] = {{0}};
 #pragma omp for schedule(dynamic)
         for (size_t i = 0; i < sampler->count; i++) {
-            const float *cells = sampler->cells[recipe->shape->lapped != 0] +
-                                 i * CVOL_BRICK_SAMPLES;
+            const float *cells = sampler->cells[recipe->shape->lapped != 0] + i * sampler->volume;
             results[i].code = maker ? cvol_brick_make(maker, shells, &results[i].error, recipe,
                                                       cells, sampler->bricks[i])
                                     : CVOL_ERROR_MEMORY;
@@ -199,25 +204,29 @@ int cvol_sampler_run(cvol_context *context, cvol_encode_result *out, cvol_token_
                      const cvol_token_tables *tables, const cvol_chooser_options *options)
 {
     cvol_token_costs *costs = malloc(sizeof *costs);
-    sampled results[SAMPLED_BRICKS] = {{0}};
+    sampled *results = calloc(sampler->count + 1, sizeof *results);
+    int code = CVOL_OK;
     *out = (cvol_encode_result){0};
-    if (!costs)
+    if (!costs || !results) {
+        free(costs);
+        free(results);
         return cvol_fail_memory(context, sizeof *costs, "the coder's tables");
+    }
     if (counts)
         memset(counts, 0, sizeof *counts);
     cvol_token_costs_set(costs, tables);
     const cvol_brick_recipe recipe = {shape, tables, costs, *options, NULL, NULL};
     run(sampler, results, counts, &recipe, cvol_context_threads(context));
     free(costs);
-    for (size_t i = 0; i < sampler->count; i++) {
-        if (results[i].code == CVOL_ERROR_MEMORY)
-            return cvol_fail_memory(context, (size_t)4 << 20, "a brick");
-        if (results[i].code)
-            return results[i].code;
+    for (size_t i = 0; i < sampler->count && !code; i++) {
+        code = results[i].code == CVOL_ERROR_MEMORY
+                   ? cvol_fail_memory(context, (size_t)4 << 20, "a brick")
+                   : results[i].code;
         const cvol_brick_box box = cvol_brick_box_of(shape, sampler->bricks[i]);
         out->bytes += results[i].bytes;
         out->samples += cvol_brick_box_blocks(&box) * cvol_array_block_terms(shape);
         out->error += results[i].error * options->step * options->step;
     }
-    return CVOL_OK;
+    free(results);
+    return code;
 }

@@ -22,6 +22,7 @@ typedef enum cvol_section_kind {
     CVOL_ATTR,
     CVOL_ERRS,
     CVOL_MODE,
+    CVOL_BRKS,
     CVOL_RNGE,
     CVOL_TABL,
     CVOL_INDX,

@@ -14,6 +14,7 @@
 #include "base/memory.h"
 #include "codec/apart.h"
 #include "codec/array_file.h"
+#include "codec/brick_shape.h"
 #include "codec/coded.h"
 #include "codec/compression.h"
 #include "codec/ranges.h"
@@ -55,6 +56,7 @@ static int make_like(cvol_context *context, cvol_array **out, const cvol_array *
     array->step = step;
     array->offset = from->offset;
     array->lapped = from->lapped;
+    array->brick = from->brick;
     array->threshold = from->threshold;
     array->ledger = from->ledger;
     return from->attributes ? cvol_array_keep_attributes(context, array, from->attributes,
@@ -128,7 +130,8 @@ static int try_step(transcoding *t, double step, double weight)
     t->count++;
     int code = make_like(t->context, &t->shape, t->from, step);
     if (!code)
-        code = cvol_file_writer_open(t->context, &writer, NULL, cvol_brick_count(t->from));
+        code = cvol_file_writer_open(t->context, &writer, NULL, cvol_brick_count(t->from),
+                                     t->from->brick.run);
     const cvol_brick_sink sink = {count_brick, writer};
     if (!code)
         code = cvol_requantise(t->context, &t->error, t->counts, t->from, coarseness, t->tables,
@@ -284,7 +287,7 @@ static int copy_mask(cvol_context *context, cvol_array *to, const cvol_array *fr
 static int settle(transcoding *t, cvol_array **out, cvol_coarseness coarseness)
 {
     cvol_coded *coded = NULL;
-    int code = cvol_coded_make(t->context, &coded, t->tables, cvol_brick_count(t->from));
+    int code = cvol_coded_make(t->context, &coded, t->tables, t->from);
     const cvol_brick_sink sink = cvol_coded_sink(coded);
     if (!code)
         code = cvol_requantise(t->context, &t->error, t->counts, t->from, coarseness, t->tables,
@@ -391,10 +394,15 @@ static int check(cvol_context *context, transcoding *t, const cvol_compress_opti
 int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                          const cvol_array *array, const cvol_compress_options *options)
 {
-    transcoding t = {.context = context, .from = array};
+    cvol_array from = *array; /* but for its bricks */
+    transcoding t = {.context = context, .from = &from};
     int met = 0;
     *out = NULL;
     int code = check(context, &t, options);
+    if (!code)
+        code = cvol_brick_sides_check(context, options->brick, array->block);
+    if (!code && options->brick[0])
+        from.brick = cvol_brick_shape_make(options->brick);
     if (code)
         return code;
     t.tables = cvol_token_tables_create();

@@ -8,6 +8,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/background.h"
+#include "codec/brick_shape.h"
 #include "codec/mask_make.h"
 #include "codec/mask_section.h"
 #include "codec/part_trellis.h"
@@ -36,18 +37,22 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
     return CVOL_OK;
 }
 
-/* Sections in front of the shells: headers and records, two bytes a brick and shell, a checksum for
- * 16 bricks and each shell, and the tables. */
+/* Sections in front of the shells: headers and records, two bytes a brick and shell, a checksum a
+ * run and shell, and the tables. */
 static uint64_t front_estimate(const cvol_array *shape, size_t table_bytes)
 {
-    return 640 + 9 * (uint64_t)cvol_brick_count(shape) + table_bytes;
+    const uint64_t a_brick = 2 * CVOL_SHELLS + 4 * CVOL_SHELLS / shape->brick.run;
+    return 640 + a_brick * (uint64_t)cvol_brick_count(shape) + table_bytes;
 }
 
-static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid *grid, int block)
+static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid *grid,
+                      const cvol_compress_options *options)
 {
+    const int block = options->block;
     const int code = cvol_array_create(context, &trial->shape, grid, block);
     if (code)
         return code;
+    trial->shape->brick = cvol_brick_shape_make(options->brick);
     trial->shape->lapped = block == 16;
     trial->shape->dependent = block == 16;
     trial->split = block == 16 ? CVOL_SPLIT_BEST : CVOL_SPLIT_NEVER;
@@ -74,11 +79,11 @@ static int take_range(cvol_context *context, cvol_array *shape, double least, do
 }
 
 int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *samples,
-                     const cvol_grid *grid, int block)
+                     const cvol_grid *grid, const cvol_compress_options *options)
 {
     double least, most;
     *trial = (cvol_trial){.source = {fetch, trial, 1}, .samples = samples, .truth = samples};
-    int code = make_shape(context, trial, grid, block);
+    int code = make_shape(context, trial, grid, options);
     if (!code)
         code = cvol_survey_samples(context, &least, &most, samples, grid);
     return code ? code : take_range(context, trial->shape, least, most);
@@ -110,7 +115,7 @@ static int start_masked(cvol_context *context, cvol_trial *trial, const void *sa
                         const cvol_compress_options *options)
 {
     const double value = cvol_fills_value(cvol_mask_fills(mask), 0, grid->type);
-    int code = cvol_trial_start(context, trial, filled, grid, options->block);
+    int code = cvol_trial_start(context, trial, filled, grid, options);
     trial->filled = filled;
     if (!trial->shape) {
         cvol_mask_free(mask);
@@ -128,7 +133,7 @@ static int start_masked(cvol_context *context, cvol_trial *trial, const void *sa
         can_pay(options, grid, trial->mask_bytes))
         return code;
     cvol_trial_free(trial);
-    return cvol_trial_start(context, trial, samples, grid, options->block);
+    return cvol_trial_start(context, trial, samples, grid, options);
 }
 
 int cvol_trial_start_with_background(cvol_context *context, cvol_trial *trial, const void *samples,
@@ -144,18 +149,19 @@ int cvol_trial_start_with_background(cvol_context *context, cvol_trial *trial, c
     if (!code && fills.count)
         code = cvol_mask_make(context, &mask, &filled, samples, grid, &fills);
     if (code || !mask)
-        return code ? code : cvol_trial_start(context, trial, samples, grid, options->block);
+        return code ? code : cvol_trial_start(context, trial, samples, grid, options);
     code = start_masked(context, trial, samples, grid, mask, filled, options);
     trial->least_step = code || !trial->filled ? 0 : least_step;
     return code;
 }
 
 int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
-                            const cvol_slab_source *source, const cvol_grid *grid)
+                            const cvol_slab_source *source, const cvol_grid *grid,
+                            const cvol_compress_options *options)
 {
     double least = INFINITY, most = -INFINITY;
     *trial = (cvol_trial){.source = *source};
-    int code = make_shape(context, trial, grid, 16);
+    int code = make_shape(context, trial, grid, options);
     for (size_t first = 0; first < grid->dims[2] && !code; first += CVOL_BRICK_SIDE) {
         const size_t left = grid->dims[2] - first;
         cvol_grid part = *grid;
@@ -360,6 +366,7 @@ static int make_array(cvol_context *context, cvol_array **out, const cvol_trial 
     (*out)->offset = shape->offset;
     (*out)->lapped = shape->lapped;
     (*out)->dependent = shape->dependent;
+    (*out)->brick = shape->brick;
     (*out)->mask = cvol_mask_is_background(shape->mask) ? shape->mask : NULL;
     (*out)->ledger.value_min = shape->ledger.value_min;
     (*out)->ledger.value_max = shape->ledger.value_max;
@@ -372,8 +379,7 @@ int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step)
     trial->coded = NULL;
     drop(trial, &trial->array); /* of another step */
     drop(trial, &trial->kept);
-    int code = cvol_coded_make(context, &trial->coded, trial->tables,
-                               cvol_brick_count(trial->shape));
+    int code = cvol_coded_make(context, &trial->coded, trial->tables, trial->shape);
     if (!code && trial->split == CVOL_SPLIT_FAST)
         code = make_array(context, &trial->kept, trial, step);
     if (code)

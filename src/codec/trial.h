@@ -23,8 +23,8 @@ typedef struct cvol_trial {
     int plain;     /* round to nearest: errors are least; else squared error at equal bytes is */
     double step;   /* of the last trial */
     cvol_token_tables *tables;
-    cvol_token_counts *counts;      /* of the last trial */
-    cvol_encode_result result;      /* of the last trial */
+    cvol_token_counts *counts;   /* of the last trial */
+    cvol_encode_result result;   /* of the last trial */
     double least_step;           /* with a background: finer ones do better without; 0: none do */
     uint64_t mask_bytes;         /* of the background's mask, in the front */
     uint64_t front_bytes, bytes; /* of a file before its shells (an estimate until trial_finish),
@@ -39,17 +39,18 @@ typedef struct cvol_trial {
     int count;          /* encodings so far */
 } cvol_trial;
 
-/* Makes shape and tables. All samples are in memory, or come from a source, and are surveyed. The
- * trial must stay where it is. Errors: those of array creation and of the source, DATA, MEMORY,
- * CANCELLED. */
+/* Makes shape and tables; of the options those about blocks and bricks count. All samples are in
+ * memory, or come from a source, and are surveyed. The trial must stay where it is. Errors: those
+ * of array creation and of the source, DATA, MEMORY, CANCELLED. */
 int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *samples,
-                     const cvol_grid *grid, int block);
+                     const cvol_grid *grid, const cvol_compress_options *options);
 /* The same, with a background kept apart if the options and the samples ask for it. Errors: those
  * of cvol_background_fills too. */
 int cvol_trial_start_with_background(cvol_context *context, cvol_trial *trial, const void *samples,
                                      const cvol_grid *grid, const cvol_compress_options *options);
 int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
-                            const cvol_slab_source *source, const cvol_grid *grid);
+                            const cvol_slab_source *source, const cvol_grid *grid,
+                            const cvol_compress_options *options);
 /* How options say that it is to be coded; before the first trial. */
 void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *options);
 void cvol_trial_free(cvol_trial *trial);

@@ -8,6 +8,7 @@
 #include "base/file.h"
 #include "base/spool.h"
 #include "codec/brick_index.h"
+#include "codec/brick_shape.h"
 #include "codec/container.h"
 #include "codec/section.h"
 
@@ -22,7 +23,7 @@ struct cvol_file_writer {
 
 /* Takes the output, whatever happens; NULL: only counting. */
 static int open_on(cvol_context *context, cvol_file_writer **out, cvol_output *output,
-                   size_t bricks)
+                   size_t bricks, size_t run)
 {
     cvol_file_writer *writer = calloc(1, sizeof *writer);
     if (!writer) {
@@ -30,7 +31,7 @@ static int open_on(cvol_context *context, cvol_file_writer **out, cvol_output *o
         return cvol_fail_memory(context, sizeof *writer, "the file");
     }
     writer->output = output;
-    const int code = cvol_brick_index_make(context, &writer->index, bricks);
+    const int code = cvol_brick_index_make(context, &writer->index, bricks, run);
     if (code)
         cvol_file_writer_abandon(writer);
     else
@@ -39,19 +40,19 @@ static int open_on(cvol_context *context, cvol_file_writer **out, cvol_output *o
 }
 
 int cvol_file_writer_open(cvol_context *context, cvol_file_writer **out, const char *path,
-                          size_t bricks)
+                          size_t bricks, size_t run)
 {
     cvol_output *output = NULL;
     *out = NULL;
     const int code = path ? cvol_output_open(context, &output, path) : CVOL_OK;
-    return code ? code : open_on(context, out, output, bricks);
+    return code ? code : open_on(context, out, output, bricks, run);
 }
 
 int cvol_file_writer_open_within(cvol_context *context, cvol_file_writer **out, cvol_output *output,
-                                 size_t bricks)
+                                 size_t bricks, size_t run)
 {
     *out = NULL;
-    const int code = open_on(context, out, NULL, bricks);
+    const int code = open_on(context, out, NULL, bricks, run);
     if (!code) {
         (*out)->output = output;
         (*out)->is_within = 1;
@@ -153,6 +154,8 @@ static void put_start(cvol_bytes *out, const cvol_file_front *front)
     put_record(out, CVOL_ERRS, front->header, cvol_errors_put);
     if (front->header->corrections || front->header->fills.count)
         put_record(out, CVOL_MODE, front->header, cvol_modes_put);
+    if (cvol_header_is_volume(front->header) && !cvol_brick_shape_is_usual(&front->header->brick))
+        put_record(out, CVOL_BRKS, front->header, cvol_bricks_put);
 }
 
 /* TABL and INDX. */

@@ -16,15 +16,15 @@
 
 typedef struct cvol_file_writer cvol_file_writer;
 
-/* A file of so many bricks; 0: of an array that is no volume. path NULL: nothing is written or
- * kept, only counted. Errors: those of cvol_output_open. */
+/* A file of so many bricks in runs of `run`; 0: of an array that is no volume. path NULL: nothing
+ * is written or kept, only counted. Errors: those of cvol_output_open. */
 int cvol_file_writer_open(cvol_context *context, cvol_file_writer **out, const char *path,
-                          size_t bricks);
+                          size_t bricks, size_t run);
 
 /* The same as a part of an output, from where that is: finishing does not commit it, and abandoning
  * leaves in it what was written. Errors: MEMORY. */
 int cvol_file_writer_open_within(cvol_context *context, cvol_file_writer **out, cvol_output *output,
-                                 size_t bricks);
+                                 size_t bricks, size_t run);
 
 /* The next brick's bytes. Errors: IO, LIMIT (a shell of 4 GiB in one brick), MEMORY. */
 int cvol_file_writer_add(cvol_context *context, cvol_file_writer *writer,

@@ -57,6 +57,17 @@ for type in uint8 int16 float32 uint16; do
     done
 done
 
+# Bricks of other shapes; without loss the same samples to the bit.
+make_volume in.raw uint8 37x20x34
+for method in '--bricks 16,32,16 --ratio 6' '--block 8 --bricks 32,16,48 --ratio 6'; do
+    expect_done cvol compress in.raw out.cvol --dims 37x20x34 --type uint8 $method
+    check out.cvol u1
+done
+check out.cvol u1 --level 1
+expect_done cvol compress in.raw out.cvol --dims 37x20x34 --type uint8 --bricks 32,16,16 --lossless
+expect_done decode out.cvol b.raw
+expect_done cmp b.raw in.raw
+
 # Lines and planes.
 nx=41
 make_volume line.raw int16 41x1x1

@@ -12,9 +12,9 @@ options_of() {
     look='--size --zoom --engine --mode --transfer --background --level --step --oversample'
     look="$look --window --opacity-scale --rescale --footprint --footprint-size --sigma --iso --iso-colour --shade --light --ambient --diffuse --specular --shininess --gradient-opacity --order --footprint-plane --tile --spectrum --rho --schedule --depth-cue"
     case $1 in
-    compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --no-lap --fast --stream --background -o --as --time-step --channel-names --channel-colors" ;;
+    compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --no-lap --fast --stream --background --bricks -o --as --time-step --channel-names --channel-colors" ;;
     decompress) echo "$common --box --level --time --channel" ;;
-    transcode) echo "$common --ratio --bpv --psnr --time --channel" ;;
+    transcode) echo "$common --ratio --bpv --psnr --bricks --time --channel" ;;
     info) echo "$common $raw --build --layout" ;;
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;

@@ -8,6 +8,16 @@ make_nrrd in.nrrd in.raw uint8 9 8 7
 expect_done cvol compress in.nrrd in.cvol --max-error 0
 expect_done cvol render in.cvol -o old.png --size 16
 
+# ---- bricks
+
+for bricks in 0 17 8 80 -16 16,16 16,16,16,16 16, ,16 16,16,24 16x16x16 '' 99999999999; do
+    expect_failure 2 "--bricks is '$bricks'" cvol compress in.nrrd out.cvol --bricks "$bricks"
+    expect_failure 2 "--bricks is '$bricks'" cvol transcode in.cvol out.cvol --bricks "$bricks"
+done
+expect_failure 2 "a brick's side along x is 16" cvol compress in.nrrd out.cvol --block 32 --bricks 16
+expect_failure 2 '--bricks needs dct blocks' cvol compress in.nrrd out.cvol --transform dht --bricks 16
+expect_failure 2 'or only --bricks' cvol transcode in.cvol out.cvol
+
 # ---- commands and arguments -------------------------------------------------------------------
 
 expect_failure 2 'which command' cvol
