@@ -36,6 +36,7 @@ static const char examples[] =
     "  cvol render ct.cvol -o cut.png --clip ,50%:,             without the front half\n"
     "  cvol render ct.cvol -o in.png --perspective 80 --eye 0,-20,10 --look-at 0,40,0\n"
     "  cvol render ct.cvol -o turn.webp --turntable 72 --elevation 15 --background white\n"
+    "  cvol render run.cvol -o run.webp --over-time --fps 10   a film of a time series\n"
     "  cvol render ct.cvol -o ct.cvi --engine transform        a compressed picture\n"
     "  cvol render ct.cvol -o ct.png --progressive             ct-1.png, ct-2.png, ..., ct.png\n"
     "  cvol render ct.cvol --engine fourier --poses poses.csv -o stack.nrrd --size 256\n";
@@ -125,6 +126,8 @@ int command_render(int argc, char **argv)
         {"--turntable", "N",
          "N pictures all around: turn-{n}.png, .gif, .webp; by ffmpeg .mp4 .mov .mkv .webm",
          OPTION_INTEGER, &a.turntable, 1, &a.turntable_given},
+        {"--over-time", NULL, "a picture of each time instead, colours fitted to all alike",
+         OPTION_FLAG, &a.over_time, 0, NULL},
         {"--fps", "F", "pictures a second (default 25)", OPTION_NUMBER, &a.fps, 0, &a.fps_given},
         {"--quality", "Q", "of WebP (100: without loss) and ffmpeg, 0 to 100 (default 90)",
          OPTION_INTEGER, &a.quality, 0, &a.quality_given},
@@ -159,7 +162,8 @@ int command_render(int argc, char **argv)
     int status = parse_command_line(&line, argc, argv);
     if (status < 0 && !(status = check_render_arguments(&s, &a)) && !(status = check_view(&a)) &&
         !(status = check_many(&a, inputs, line.all_count)) &&
-        !(status = check_maps(&s, &a, line.all_count)) && !(status = check_turntable(&s, &a)) &&
+        !(status = check_maps(&s, &a, line.all_count)) && !(status = check_over_time(&a)) &&
+        !(status = check_turntable(&s, &a)) &&
         !(status = a.poses             ? check_poses(&a)
                    : a.turntable_given ? EXIT_DONE
                                        : check_picture(&s, &a)))

@@ -204,6 +204,8 @@ static void report_text(const series_job *job)
            job->raw_bytes / (double)job->file_bytes);
     if (isinf(job->least_psnr))
         printf("lossless\n");
+    else if (isinf(job->most_psnr))
+        printf("PSNR %.2f dB and more, largest error %g\n", job->least_psnr, job->max_error);
     else
         printf("PSNR %.2f to %.2f dB, largest error %g\n", job->least_psnr, job->most_psnr,
                job->max_error);

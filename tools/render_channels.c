@@ -80,13 +80,23 @@ static int open_channel(cvol_context *context, scene *s, const render_arguments 
     return status || s->options.mode != CVOL_MODE_COMPOSITE ? status : recolour(context, s);
 }
 
-int open_channels(cvol_context *context, scene *s, render_arguments *a, const char *path)
+int count_drawn(cvol_context *context, const scene *s, render_arguments *a, const char *path,
+                int *times, int *channels)
 {
     const cvol_file_kind kind = cvol_file_kind_of(path);
-    int times = 1, channels = 1, status = EXIT_DONE;
-    if (!a->common.read.has_channel && can_be_added(s, a) &&
-        (kind == CVOL_FILE_SERIES || kind == CVOL_FILE_OTHER))
-        status = count_volumes(context, &a->common, path, &times, &channels);
+    int status = EXIT_DONE;
+    *times = *channels = 1;
+    if (kind == CVOL_FILE_SERIES || kind == CVOL_FILE_OTHER)
+        status = count_volumes(context, &a->common, path, times, channels);
+    if (!can_be_added(s, a))
+        *channels = 1;
+    return status;
+}
+
+int open_channels(cvol_context *context, scene *s, render_arguments *a, const char *path)
+{
+    int times, channels;
+    int status = count_drawn(context, s, a, path, &times, &channels);
     if (status)
         return status;
     if (channels == 1)
@@ -111,6 +121,8 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
         scene *of = c ? &others[c - 1] : s;
         *of = fresh;
         memcpy(of->colour, colours + 3 * c, sizeof of->colour);
+        if (fresh.shared)
+            of->shared = fresh.shared + c;
         status = open_channel(context, of, a, c, path);
         load_ms += of->load_ms;
         a->common.choice_said = 1; /* the first has said it */

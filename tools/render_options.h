@@ -29,6 +29,7 @@ typedef struct render_arguments {
     text_list clip_planes;
     render_bound clip[6]; /* what these say: check_clip */
     double clip_plane[CVOL_CLIP_PLANES][4];
+    int over_time; /* then turntable is how many times there are */
     int turntable, turntable_given, quality, quality_given, fps_given;
     double fps;
     int shade, light_given, ambient_given, diffuse_given, specular_given, shininess_given,
@@ -278,6 +279,8 @@ typedef struct scene {
     struct scene *others;
     int other_count;
     double colour[3];
+    /* Of a film over time: what values are fitted to, for each channel, at all times alike; or NULL. */
+    const cvol_histogram *shared;
 } scene;
 
 /* Channels in one picture, at most. */
@@ -315,6 +318,9 @@ int find_mask(scene *s);
 int check_values(render_arguments *a);
 int choose_values(cvol_context *context, scene *s, const render_arguments *a, const char *path);
 int is_file_name(const char *name);
+
+/* How the samples of what was opened are distributed. Exit status. */
+int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s);
 
 /* render_poses.c: `arguments->poses` as a stack of projections. Exit status. */
 int check_poses(const render_arguments *arguments);

@@ -57,6 +57,10 @@ void describe_maps(json_t *object, const render_arguments *a);
 /* render_channels.c: open_scene, or, of an input of several channels of which none was chosen, all
  * of them, each in its colour. Exit status. */
 int open_channels(cvol_context *context, scene *s, render_arguments *a, const char *path);
+/* How many times there are of which none was chosen, and channels that are drawn together. Exit
+ * status. */
+int count_drawn(cvol_context *context, const scene *s, render_arguments *a, const char *path,
+                int *times, int *channels);
 /* All of them into a picture of floats, which is black before. A library's code. */
 int draw_channels(cvol_context *context, scene *s, cvol_image *image);
 /* render_stages.c: --progressive. Exit status. */
@@ -64,7 +68,15 @@ int render_stages(cvol_context *context, render_arguments *arguments, scene *s, 
                   json_t *pictures, outcome *result);
 /* render_turn.c: --turntable; *report is what --json tells of it. Exit status. */
 int check_turntable(const scene *s, const render_arguments *a);
-int render_turntable(cvol_context *context, scene *s, const render_arguments *a, json_t **report);
+int render_turntable(cvol_context *context, scene *s, render_arguments *a, const char *path,
+                     json_t **report);
+/* render_times.c: --over-time, which is a turntable of as many pictures as there are times: what it
+ * asks for; the scene at a time, after another one; and, before all, what values mean at all times,
+ * which the caller frees. Exit status. */
+int check_over_time(render_arguments *a);
+int open_time(cvol_context *context, scene *s, render_arguments *a, const char *path, int time);
+int fit_times(cvol_context *context, cvol_histogram **out, const scene *fresh, render_arguments *a,
+              const char *path);
 /* render_volume.c: all that was asked for of one volume; *report is what --json tells of it (NULL
  * without). Exit status. */
 int render_volume(cvol_context *context, const render_arguments *arguments, const scene *fresh,

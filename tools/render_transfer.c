@@ -70,6 +70,17 @@ static int find_hounsfield(scene *s, const render_arguments *a, const cvol_histo
                     path, histogram->min, histogram->max, a->transfer_name);
 }
 
+int find_histogram(cvol_context *context, cvol_histogram *out, const scene *s)
+{
+    if (s->shared) {
+        *out = *s->shared;
+        return EXIT_DONE;
+    }
+    const int code = s->in.array ? cvol_array_histogram(context, out, s->in.array)
+                                 : cvol_volume_histogram(context, out, s->in.volume);
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
 /* The named function, before window and opacity. Exit status. */
 static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
                          const render_arguments *a, const char *path)
@@ -81,10 +92,8 @@ static int make_transfer(cvol_context *context, cvol_transfer **out, scene *s,
         code = cvol_transfer_read(context, out, name);
         return code ? complain_context(context, code, NULL) : EXIT_DONE;
     }
-    code = s->in.array ? cvol_array_histogram(context, &histogram, s->in.array)
-                       : cvol_volume_histogram(context, &histogram, s->in.volume);
-    if (code)
-        return complain_context(context, code, NULL);
+    if ((status = find_histogram(context, &histogram, s)))
+        return status;
     if (cvol_transfer_is_ct(name)) {
         if ((status = find_hounsfield(s, a, &histogram, path)))
             return status;
@@ -132,10 +141,9 @@ static int set_transfer(cvol_context *context, scene *s, const render_arguments 
 static int fit_window(cvol_context *context, scene *s)
 {
     cvol_histogram h;
-    const int code = s->in.array ? cvol_array_histogram(context, &h, s->in.array)
-                                 : cvol_volume_histogram(context, &h, s->in.volume);
-    if (code)
-        return complain_context(context, code, NULL);
+    const int status = find_histogram(context, &h, s);
+    if (status)
+        return status;
     double total = 0, sum = 0;
     for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
         total += (double)h.bins[i];
@@ -173,5 +181,9 @@ int choose_values(cvol_context *context, scene *s, const render_arguments *a, co
         return fit_window(context, s);
     if (a->window_text)
         window_of(s->options.window, s, a);
+    else if (s->shared && is_grey_mode(s->options.mode)) {
+        s->options.window[0] = s->shared->min;
+        s->options.window[1] = s->shared->max;
+    }
     return EXIT_DONE;
 }

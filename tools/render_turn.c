@@ -1,4 +1,5 @@
-/* --turntable: pictures all around the volume, numbered or as a film. */
+/* --turntable and --over-time: pictures all around the volume, or of all times, numbered or as a
+ * film. */
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -13,9 +14,11 @@ int check_turntable(const scene *s, const render_arguments *a)
 {
     const char *given = a->fps_given ? "--fps" : a->quality_given ? "--quality" : NULL;
     if (!a->turntable_given && a->output && is_movie(a->output))
-        return complain(EXIT_MISUSED, "%s: is a film's name: give --turntable N", a->output);
+        return complain(EXIT_MISUSED, "%s: is a film's name: give --turntable N or --over-time",
+                        a->output);
     if (!a->turntable_given)
-        return given ? complain(EXIT_MISUSED, "%s is for --turntable", given) : EXIT_DONE;
+        return given ? complain(EXIT_MISUSED, "%s is for --turntable and --over-time", given)
+                     : EXIT_DONE;
     if (a->turntable < 1 || a->turntable > FRAMES_MAX)
         return complain(EXIT_MISUSED, "--turntable is %d, must be 1 to %d", a->turntable,
                         FRAMES_MAX);
@@ -36,9 +39,9 @@ int check_turntable(const scene *s, const render_arguments *a)
                             a->output);
         if (picture_kind_of(a->output) != PICTURE_NONE && !strstr(a->output, "{n}"))
             return complain(EXIT_MISUSED,
-                            "%s: one name for %d pictures: put {n} into it, as in -o "
+                            "%s: one name for many pictures: put {n} into it, as in -o "
                             "'turn-{n}.png', or write a film, turn.gif",
-                            a->output, a->turntable);
+                            a->output);
         return check_kind(s, a);
     }
     if (a->bits == 16)
@@ -56,25 +59,40 @@ static double turn_of(const render_arguments *a, int frame)
     return 360.0 * frame / a->turntable;
 }
 
+/* What a film is of. */
+typedef struct film_of {
+    scene *s;
+    render_arguments *a;
+    const char *path;
+} film_of;
+
+/* The scene of a frame. Exit status. */
+static int set_frame(cvol_context *context, const film_of *f, int frame)
+{
+    return f->a->over_time ? open_time(context, f->s, f->a, f->path, frame)
+                           : aim_camera(context, f->s, f->a, turn_of(f->a, frame));
+}
+
 /* The picture of a frame, as bytes. Exit status. */
-static int take_frame(cvol_context *context, scene *s, const render_arguments *a, int frame,
-                      cvol_image **image, double *render_ms)
+static int take_frame(cvol_context *context, const film_of *f, int frame, cvol_image **image,
+                      double *render_ms)
 {
     *image = NULL;
-    const int status = aim_camera(context, s, a, turn_of(a, frame));
-    return status ? status : take_picture(context, s, a, 0, image, render_ms);
+    const int status = set_frame(context, f, frame);
+    return status ? status : take_picture(context, f->s, f->a, 0, image, render_ms);
 }
 
 /* Some frames from all around. */
-static int show_some(cvol_context *context, scene *s, const render_arguments *a, movie *m)
+static int show_some(cvol_context *context, const film_of *f, movie *m)
 {
+    const render_arguments *a = f->a;
     const int count = a->turntable < LEARNT ? a->turntable : LEARNT;
     int status = EXIT_DONE;
     for (int k = 0; k < count && !status; k++) {
         cvol_image *image;
         double ms;
         hold_progress("choosing colours", (double)k / count);
-        status = take_frame(context, s, a, (int)((double)k * a->turntable / count), &image, &ms);
+        status = take_frame(context, f, (int)((double)k * a->turntable / count), &image, &ms);
         if (!status)
             status = show_movie(context, m, image);
         cvol_image_free(image);
@@ -82,15 +100,15 @@ static int show_some(cvol_context *context, scene *s, const render_arguments *a,
     return status;
 }
 
-static int add_frames(cvol_context *context, scene *s, const render_arguments *a, movie *m,
-                      double *render_ms)
+static int add_frames(cvol_context *context, const film_of *f, movie *m, double *render_ms)
 {
-    int status = movie_learns(m) ? show_some(context, s, a, m) : EXIT_DONE;
+    const render_arguments *a = f->a;
+    int status = movie_learns(m) ? show_some(context, f, m) : EXIT_DONE;
     for (int i = 0; i < a->turntable && !status; i++) {
         cvol_image *image;
         double ms = 0;
-        hold_progress("turning", (double)i / a->turntable);
-        status = take_frame(context, s, a, i, &image, &ms);
+        hold_progress(a->over_time ? "going through time" : "turning", (double)i / a->turntable);
+        status = take_frame(context, f, i, &image, &ms);
         *render_ms += ms;
         if (!status)
             status = add_to_movie(context, m, image);
@@ -101,15 +119,17 @@ static int add_frames(cvol_context *context, scene *s, const render_arguments *a
     return status;
 }
 
-static int write_film(cvol_context *context, scene *s, const render_arguments *a, double *render_ms)
+static int write_film(cvol_context *context, const film_of *f, double *render_ms)
 {
+    const render_arguments *a = f->a;
+    const scene *s = f->s;
     const movie_options options = {a->fps, a->quality};
     int status;
     movie *m = open_movie(context, a->output, s->options.width, s->options.height, &options,
                           &status);
     if (!m)
         return status;
-    status = add_frames(context, s, a, m, render_ms);
+    status = add_frames(context, f, m, render_ms);
     if (!status)
         return commit_movie(context, m);
     abandon_movie(m);
@@ -137,17 +157,17 @@ static void remove_frames(const render_arguments *a, int count)
     }
 }
 
-static int write_frames(cvol_context *context, scene *s, const render_arguments *a,
-                        double *render_ms)
+static int write_frames(cvol_context *context, const film_of *f, double *render_ms)
 {
+    const render_arguments *a = f->a;
     int status = EXIT_DONE;
     for (int i = 0; i < a->turntable && !status; i++) {
         outcome result = {0};
         char *name = output_name(a->output, NULL, i + 1, digits_of(a->turntable));
-        hold_progress("turning", (double)i / a->turntable);
-        status = name ? aim_camera(context, s, a, turn_of(a, i)) : EXIT_FAILED;
+        hold_progress(a->over_time ? "going through time" : "turning", (double)i / a->turntable);
+        status = name ? set_frame(context, f, i) : EXIT_FAILED;
         if (!status)
-            status = write_pixels(context, s, a, name, &result);
+            status = write_pixels(context, f->s, a, name, &result);
         if (!status && was_interrupted())
             status = complain(EXIT_FAILED, "cancelled");
         if (status)
@@ -158,16 +178,18 @@ static int write_frames(cvol_context *context, scene *s, const render_arguments 
     return status;
 }
 
-int render_turntable(cvol_context *context, scene *s, const render_arguments *a, json_t **report)
+int render_turntable(cvol_context *context, scene *s, render_arguments *a, const char *path,
+                     json_t **report)
 {
+    const film_of of = {s, a, path};
     const double start = milliseconds();
     double render_ms = 0;
     const int film = is_movie(a->output);
-    int status = film ? write_film(context, s, a, &render_ms)
-                      : write_frames(context, s, a, &render_ms);
+    int status = film ? write_film(context, &of, &render_ms)
+                      : write_frames(context, &of, &render_ms);
     hold_progress(NULL, 0);
     clear_progress();
-    if (!status)
+    if (!status && !a->over_time)
         status = aim_camera(context, s, a, 0);
     if (status)
         return status;

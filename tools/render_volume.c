@@ -24,6 +24,23 @@ static json_t *make_report(cvol_context *context, const scene *s, const render_a
     return object;
 }
 
+/* A film over time: a scene for each. */
+static int render_times(cvol_context *context, scene *s, render_arguments *a, const char *path,
+                        json_t **turn)
+{
+    cvol_histogram *shared = NULL;
+    int status = fit_times(context, &shared, s, a, path);
+    if (!status) {
+        s->shared = shared;
+        status = open_time(context, s, a, path, 0);
+    }
+    if (!status)
+        status = render_turntable(context, s, a, path, turn);
+    free(shared);
+    s->shared = NULL;
+    return status;
+}
+
 int render_volume(cvol_context *context, const render_arguments *arguments, const scene *fresh,
                   const char *path, json_t **report)
 {
@@ -40,8 +57,10 @@ int render_volume(cvol_context *context, const render_arguments *arguments, cons
         status = check_output(path, output);
     if (!status && a.progressive)
         status = render_stages(context, &a, &s, path, pictures, &result);
+    else if (!status && a.over_time)
+        status = render_times(context, &s, &a, path, &turn);
     else if (!status && !(status = open_channels(context, &s, &a, path)))
-        status = a.turntable_given ? render_turntable(context, &s, &a, &turn)
+        status = a.turntable_given ? render_turntable(context, &s, &a, path, &turn)
                                    : write_picture(context, &s, &a, output, &result);
     if (!status && a.common.json) {
         *report = make_report(context, &s, &a, &result, path, pictures);

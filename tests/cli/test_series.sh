@@ -63,10 +63,38 @@ expect_failure 2 'run.cvol: has 5 times, 0 to 4; number 5 was asked for' cvol re
 expect_failure 2 'run.cvol: has one channel, number 0; number 1' cvol decompress run.cvol x.raw --channel 1
 expect_failure 2 'alone.cvol: is a .cvol file of one volume: --time' cvol info alone.cvol --time 0
 
+# ---- over time ------------------------------------------------------------------------------
+
+expect_done cvol render run.cvol -o 'time-{n}.png' --over-time --size 40 --mode mip --json
+expect_equal "$(value_of frames)" 5
+expect_equal "$(echo time-*.png)" 'time-1.png time-2.png time-3.png time-4.png time-5.png'
+# Grey levels mean the same at all times: 100 and 200, with a 155 and a 55 beside them.
+i=1
+for level in d '\310'; do
+    printf 'NRRD0004\ntype: uint8\ndimension: 3\nsizes: 16 16 16\nencoding: raw\n\n' >level_$i.nrrd
+    head -c 4096 /dev/zero | tr '\000' "$level" >level.raw
+    poke level.raw 0 xor 255
+    cat level.raw >>level_$i.nrrd
+    i=$((i + 1))
+done
+expect_done cvol compress level_1.nrrd level_2.nrrd -o level.cvol --lossless
+expect_done cvol render level.cvol -o 'level-{n}.pfm' --over-time --size 16 --mode mip
+expect_done cvol render level.cvol -o level.gif --over-time --size 16
+expect_failure 2 'alone.cvol: has one time' cvol render alone.cvol -o x.gif --over-time
+expect_failure 2 '--time chooses one time' cvol render run.cvol -o x.gif --over-time --time 1
+expect_failure 2 'do not go together' cvol render run.cvol -o x.gif --over-time --turntable 4
+
 # ---- files that hold many -------------------------------------------------------------------
 
 python=/usr/bin/python3
 if $python -c 'import numpy' 2>/dev/null; then
+    command_run='compare grey levels of two times'
+    $python - <<'END' >"$out" 2>"$err" || fail 'grey levels must mean the same at all times'
+import numpy as np
+levels = [np.median(p[p > 0]) for p in
+          (np.frombuffer(open(f"level-{n}.pfm", "rb").read()[-1024:], "<f4") for n in (1, 2))]
+assert abs(levels[0] - 45 / 145) < 0.03 and levels[1] > 0.95, levels
+END
     $python - <<'END'
 import struct
 import numpy as np

@@ -1,0 +1,104 @@
+/* --over-time: a film with a picture of each time. Colours and grey levels mean the same in all of
+ * them: they are fitted to what some times, from the first to the last, have together. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "render_picture.h"
+
+enum { FITTED = 8 /* times that values are fitted to, at most */ };
+
+int check_over_time(render_arguments *a)
+{
+    if (!a->over_time)
+        return EXIT_DONE;
+    if (a->turntable_given)
+        return complain(EXIT_MISUSED, "--turntable and --over-time do not go together");
+    if (a->common.read.has_index)
+        return complain(EXIT_MISUSED, "--time chooses one time, --over-time shows all");
+    a->turntable_given = 1;
+    a->turntable = 2; /* or more: known when the file is opened */
+    return EXIT_DONE;
+}
+
+int open_time(cvol_context *context, scene *s, render_arguments *a, const char *path, int time)
+{
+    render_arguments at = *a;
+    const cvol_histogram *shared = s->shared;
+    scene fresh = {.options = s->options, .engine = s->engine, .rho = s->rho, .shared = shared};
+    memset(fresh.options.window, 0, sizeof fresh.options.window);
+    close_scene(s);
+    *s = fresh;
+    at.common.read.has_index = 1;
+    at.common.read.index = time;
+    const int status = open_channels(context, s, &at, path);
+    a->common.choice_said = at.common.choice_said;
+    return status;
+}
+
+/* The bins of `of`, put into those of a wider range. */
+static void add_histogram(cvol_histogram *sum, const cvol_histogram *of)
+{
+    const double width = (sum->max - sum->min) / CVOL_HISTOGRAM_BINS;
+    const double step = (of->max - of->min) / CVOL_HISTOGRAM_BINS;
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++) {
+        const double place = width > 0 ? (of->min + (i + 0.5) * step - sum->min) / width : 0;
+        const int bin = (int)fmin(fmax(place, 0), CVOL_HISTOGRAM_BINS - 1);
+        sum->bins[bin] += of->bins[i];
+    }
+}
+
+/* Of one channel, of some times. */
+static int fit_channel(cvol_context *context, cvol_histogram *out, const scene *fresh,
+                       const render_arguments *a, const char *path)
+{
+    const int count = a->turntable < FITTED ? a->turntable : FITTED;
+    cvol_histogram *each = calloc((size_t)count, sizeof *each);
+    int status = each ? EXIT_DONE : complain(EXIT_FAILED, "not enough memory");
+    for (int k = 0; k < count && !status; k++) {
+        common_options at = a->common;
+        scene s = {.engine = fresh->engine};
+        hold_progress("fitting values", (double)k / count);
+        at.read.has_index = 1;
+        at.read.index = count > 1 ? (int)((double)k * (a->turntable - 1) / (count - 1)) : 0;
+        status = open_input(context, &s.in, path, &at);
+        if (!status)
+            status = find_histogram(context, &each[k], &s);
+        close_scene(&s);
+    }
+    hold_progress(NULL, 0);
+    memset(out, 0, sizeof *out);
+    for (int k = 0; k < count && !status; k++) {
+        out->min = k ? fmin(out->min, each[k].min) : each[k].min;
+        out->max = k ? fmax(out->max, each[k].max) : each[k].max;
+    }
+    for (int k = 0; k < count && !status; k++)
+        add_histogram(out, &each[k]);
+    free(each);
+    return status;
+}
+
+int fit_times(cvol_context *context, cvol_histogram **out, const scene *fresh, render_arguments *a,
+              const char *path)
+{
+    int times, channels;
+    *out = NULL;
+    int status = count_drawn(context, fresh, a, path, &times, &channels);
+    if (status)
+        return status;
+    if (times == 1)
+        return complain(EXIT_MISUSED, "%s: has one time: --over-time is for files of many", path);
+    a->turntable = times;
+    *out = calloc((size_t)channels, sizeof **out);
+    if (!*out)
+        return complain(EXIT_FAILED, "not enough memory");
+    for (int c = 0; c < channels && !status; c++) {
+        render_arguments of = *a;
+        if (channels > 1) {
+            of.common.read.has_channel = 1;
+            of.common.read.channel = c;
+        }
+        status = fit_channel(context, *out + c, fresh, &of, path);
+    }
+    return status;
+}
