@@ -4,7 +4,7 @@ CHECK ?= build-check
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PREFIX ?= /usr/local
 
-.PHONY: all build demo check bench bench-paper bench-rd bench-render fuzz install format clean help dependencies
+.PHONY: all build demo check bench bench-paper bench-rd bench-render fuzz install reference format clean help dependencies
 
 all: build
 
@@ -19,6 +19,7 @@ help:
 	@echo '               writes bench/results/render'
 	@echo 'make bench-rd  rate and distortion beside zfp; writes bench/results/rd'
 	@echo 'make fuzz      fuzz every reader for a minute each (needs clang)'
+	@echo 'make reference  the C library, function by function, as HTML (needs doxygen)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
 	@echo 'make format    format the C sources'
 	@echo 'make clean     remove the build folders'
@@ -65,6 +66,11 @@ fuzz:
 
 install: build
 	@cmake --install $(BUILD) --prefix $(PREFIX)
+
+reference:
+	@mkdir -p $(BUILD)/reference
+	@REFERENCE=$(BUILD)/reference doxygen doc/reference/Doxyfile
+	@echo "The reference: $(BUILD)/reference/html/index.html"
 
 format:
 	@git ls-files '*.c' '*.h' | xargs clang-format -i

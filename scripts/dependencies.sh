@@ -7,6 +7,7 @@ build='gcc libc6-dev make cmake pkg-config libfftw3-dev zlib1g-dev libpng-dev li
 test='libcmocka-dev python3-numpy python3-tifffile python3-pydicom libgdcm-tools python3-mrcfile python3-h5py hdf5-tools'
 bench='g++ libzfp-dev python3-matplotlib python3-vtk9 python3-numpy python3-pil xvfb'
 test="$test python3-pytest" # of the Python package
+test="$test doxygen"        # of the reference
 
 wanted=
 for set in "${@:-build}"; do

@@ -23,10 +23,10 @@ extern "C" {
  * operation asks for itself. */
 CVOL_API int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_array *b);
 
-/* The same samples without a background that is kept apart (cvol/codec.h), for operations, which are
- * on terms: plain blocks, with as many terms as make the bound grow by half. The caller frees *out.
- * Memory: the samples as floats. Cost: evaluating and transforming all of them. Errors: ARGUMENT (no
- * such background), MEMORY, CANCELLED. */
+/* The same samples without a background that is kept apart (cvol/codec.h), for operations, which
+ * are on terms: plain blocks, with as many terms as make the bound grow by half. The caller frees
+ * *out. Memory: the samples as floats. Cost: evaluating and transforming all of them. Errors:
+ * ARGUMENT (no such background), MEMORY, CANCELLED. */
 CVOL_API int cvol_array_flatten(cvol_context *context, cvol_array **out, const cvol_array *array);
 
 /* ---- linear --------------------------------------------------------------------------------- */
@@ -65,11 +65,13 @@ CVOL_API int cvol_array_resample(cvol_context *context, cvol_array **out, const 
  * is stored. (h * a)[x] = sum_i h[i] a[x - i]. */
 #define CVOL_KERNEL_RADIUS 31
 #define CVOL_KERNEL_PARTS 4
+/* One line of taps, of radius 31 at most. */
 typedef struct cvol_kernel_line {
     int radius;        /* 0: only taps[0] */
     int antisymmetric; /* then taps[0] is 0 */
     double taps[CVOL_KERNEL_RADIUS + 1];
 } cvol_kernel_line;
+/* A filter of at most four products. */
 typedef struct cvol_kernel {
     int parts;
     double weight[CVOL_KERNEL_PARTS];
@@ -120,6 +122,7 @@ CVOL_API int cvol_array_gradient(cvol_context *context, cvol_array **out, const 
 /* ---- multiply ---------------------------------------------------------------------------------
  */
 
+/* How a product is computed. */
 typedef enum cvol_plan {
     CVOL_PLAN_AUTO = 0, /* the cheapest by the cost model */
     CVOL_PLAN_DIRECT,   /* term by term: O(n_a n_b) */
@@ -128,7 +131,8 @@ typedef enum cvol_plan {
     CVOL_PLAN_SPARSE,   /* output-sensitive, DFT and DHT: O(n' log n'), verified */
     CVOL_PLAN_BLOCKS    /* arrays in blocks: block by block */
 } cvol_plan;
-CVOL_API const char *cvol_plan_name(cvol_plan plan); /* "direct", ... */
+/* "direct", ...; static storage. */
+CVOL_API const char *cvol_plan_name(cvol_plan plan);
 
 /* What was considered and done. Costs are the model's, in milliseconds on one thread of the machine
  * that it was calibrated on; infinity where a plan does not apply. */
@@ -156,13 +160,18 @@ typedef struct cvol_array_statistics {
     double sum, mean, variance, standard_deviation, l2_norm;
     double sum_error, mean_error, standard_deviation_error, l2_norm_error;
 } cvol_array_statistics;
+/* Statistics of all N samples, from coefficients by Parseval: O(terms); of lapped volumes O(N). */
 CVOL_API int cvol_array_statistics_of(cvol_context *context, cvol_array_statistics *out,
                                       const cvol_array *a);
 
+/* Two arrays beside each other; *_error as above. */
 typedef struct cvol_array_comparison {
-    double inner_product, cosine_similarity, distance; /* sum a b; that / (|a| |b|); |a - b| */
+    double inner_product;     /* sum a b */
+    double cosine_similarity; /* that / (|a| |b|) */
+    double distance;          /* |a - b| */
     double inner_product_error, distance_error;
 } cvol_array_comparison;
+/* Compares two arrays that agree. Cost: O(terms); of lapped volumes O(N). */
 CVOL_API int cvol_array_compare(cvol_context *context, cvol_array_comparison *out,
                                 const cvol_array *a, const cvol_array *b);
 /* sum a b alone, for algorithms that want nothing else: no norms, no bound. Same errors. */

@@ -30,9 +30,11 @@
 extern "C" {
 #endif
 
+/* A compressed array. Nothing changes it but the functions that say so, so that threads may share
+ * it. */
 typedef struct cvol_array cvol_array;
 
-/* Their numbers are part of the file format. */
+/* The transforms. Their numbers are part of the file format. */
 typedef enum cvol_transform { CVOL_DCT = 1, CVOL_DHT = 2, CVOL_DFT = 3 } cvol_transform;
 
 /* "dct", "dht", "dft"; NULL for a number that is none. */
@@ -42,6 +44,7 @@ CVOL_API cvol_transform cvol_transform_from_name(const char *name);
 
 /* ---- what is kept ------------------------------------------------------------------------- */
 
+/* How the terms that are kept are chosen. */
 typedef enum cvol_keep_rule {
     CVOL_KEEP_LIKE_INPUTS = 0, /* operations only: as coarse as the coarsest input */
     CVOL_KEEP_ALL,             /* every term that is not zero */
@@ -64,6 +67,7 @@ typedef struct cvol_keep {
     double value;
 } cvol_keep;
 
+/* One of these rules, with its number; the low box is left to it. */
 CVOL_API cvol_keep cvol_keep_like_inputs(void);
 CVOL_API cvol_keep cvol_keep_all(void);
 CVOL_API cvol_keep cvol_keep_terms(size_t k, uint64_t s);
@@ -119,6 +123,7 @@ typedef struct cvol_array_info {
     size_t brick[3];             /* samples along each axis of the bricks that its file is read in
                                     (cvol/codec.h); 0 of what is no volume in DCT blocks */
 } cvol_array_info;
+/* Fills in all of it. Cost: none; nothing is evaluated. */
 CVOL_API void cvol_array_get_info(const cvol_array *array, cvol_array_info *out);
 
 /* Makes the samples that the array evaluates to ones of another type: those of an operation's

@@ -22,6 +22,7 @@
 extern "C" {
 #endif
 
+/* The version of these headers; cvol_version() tells that of the library. */
 #define CVOL_VERSION_MAJOR 0
 #define CVOL_VERSION_MINOR 1
 #define CVOL_VERSION_PATCH 0
@@ -44,6 +45,7 @@ enum {
     CVOL_ERROR_CANCELLED = -10   /* the progress callback asked to stop */
 };
 
+/* What calls share: threads, limits, progress, and the sentence of the last failure. */
 typedef struct cvol_context cvol_context;
 
 /* A new context, or NULL when there is no memory. The caller destroys it. */
@@ -63,12 +65,14 @@ CVOL_API int cvol_context_threads(const cvol_context *context);
  * and how much of it is (0..1). A result other than 0 cancels: the call returns
  * CVOL_ERROR_CANCELLED and leaves nothing behind. */
 typedef int (*cvol_progress_fn)(void *user, const char *what, double fraction);
+/* Sets the function that is called, and what it is handed; NULL: none is. */
 CVOL_API void cvol_context_set_progress(cvol_context *context, cvol_progress_fn progress,
                                         void *user);
 
 /* The largest dense volume (bytes) that a reader or a decoder may be made to allocate
  * by what a file claims. Default: 64 GiB. */
 CVOL_API void cvol_context_set_limit_bytes(cvol_context *context, uint64_t limit_bytes);
+/* That limit. */
 CVOL_API uint64_t cvol_context_limit_bytes(const cvol_context *context);
 
 /* Types of samples. Their numbers are part of the file format. */

@@ -8,6 +8,7 @@
 extern "C" {
 #endif
 
+/* What a compression is asked for. */
 typedef enum cvol_target {
     CVOL_TARGET_RATIO = 1,     /* raw bytes / file bytes at least, and at most 2 % more */
     CVOL_TARGET_PSNR = 2,      /* dB over the range of the samples, at least */
@@ -24,6 +25,7 @@ typedef enum cvol_background {
     CVOL_BACKGROUND_VALUE /* samples that equal background_value */
 } cvol_background;
 
+/* How to compress; begin with cvol_compress_options_defaults(). */
 typedef struct cvol_compress_options {
     cvol_transform transform; /* CVOL_DCT */
     int block;                /* 8, 16 or 32 */
@@ -88,8 +90,8 @@ CVOL_API int cvol_compress(cvol_context *context, cvol_array **out, cvol_compres
  * its message on the context. */
 typedef struct cvol_sample_source {
     int (*read)(cvol_context *context, void *user, void *samples, size_t first_sheet,
-                size_t sheets);
-    void *user;
+                size_t sheets); /* as above */
+    void *user;                 /* handed on to it */
 } cvol_sample_source;
 
 /* Compresses samples that are read slab by slab into the file PATH, which appears under its name
@@ -187,6 +189,7 @@ CVOL_API int cvol_array_read_box(cvol_context *context, cvol_array **out, const 
 
 /* ---- a file as it lies there -------------------------------------------------------------- */
 
+/* What is known of a section. */
 typedef enum cvol_section_state {
     CVOL_SECTION_SOUND = 0,     /* every checksum of it holds */
     CVOL_SECTION_DAMAGED = 1,   /* one of its header, its content or a run of bricks does not */
@@ -197,6 +200,7 @@ typedef enum cvol_section_state {
 /* "sound", "damaged", "truncated", "not checked"; NULL for a number that is none. */
 CVOL_API const char *cvol_section_state_name(cvol_section_state state);
 
+/* A section of a file. */
 typedef struct cvol_file_section {
     char tag[5];         /* "HEAD", ...; letters that cannot be printed are '?' */
     uint32_t flags;      /* bit 0: readers must know it */
@@ -206,8 +210,10 @@ typedef struct cvol_file_section {
     cvol_section_state state;
 } cvol_file_section;
 
+/* How many sections are told. */
 enum { CVOL_FILE_SECTIONS_MAX = 64 };
 
+/* A file's sections. */
 typedef struct cvol_file_layout {
     uint64_t file_bytes;
     uint32_t version;  /* of the format */

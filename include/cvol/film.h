@@ -8,6 +8,7 @@
 extern "C" {
 #endif
 
+/* What a film is asked for. */
 typedef struct cvol_film_options {
     double frames_per_second; /* above 0, at most 1000; GIF: at most 50 */
     int quality;              /* 0 to 100: of WebP, 100 being without loss */
@@ -23,9 +24,9 @@ typedef struct cvol_film cvol_film;
 CVOL_API const char *cvol_film_formats(void);
 
 /* Opens a film of pictures of one size; the name's ending chooses the format. GIF: 255 colours for
- * all pictures, ordered dithering, opaque; WebP: with opacity. The caller ends it with one of commit
- * and abandon. Errors: ARGUMENT (size, options, unknown ending), UNSUPPORTED (this build lacks the
- * format), IO, MEMORY. */
+ * all pictures, ordered dithering, opaque; WebP: with opacity. The caller ends it with one of
+ * commit and abandon. Errors: ARGUMENT (size, options, unknown ending), UNSUPPORTED (this build
+ * lacks the format), IO, MEMORY. */
 CVOL_API int cvol_film_open(cvol_context *context, cvol_film **out, const char *path, int width,
                             int height, const cvol_film_options *options);
 /* Whether the format chooses its colours from pictures that it is shown before the first one is

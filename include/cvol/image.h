@@ -24,19 +24,21 @@ typedef struct cvol_image {
 
 /* A black, transparent picture. The caller frees it. Errors: ARGUMENT, MEMORY. */
 CVOL_API int cvol_image_create(cvol_context *context, cvol_image **out, int width, int height);
+/* One of floats, all 0. The same otherwise. */
 CVOL_API int cvol_image_create_float(cvol_context *context, cvol_image **out, int width,
                                      int height);
 /* Makes room for depths, which renderers then tell with the picture: of each pixel the distance,
  * along the viewing direction and in world length, of the place where the opacity of what the ray
  * has passed reaches one half, or of mode iso's surface; infinity where it never does. It is the
- * distance from the plane through the eye, or, in parallel projection, from the one that touches the
- * ball around the volume's box (half its diagonal before its centre). Errors: MEMORY. */
+ * distance from the plane through the eye, or, in parallel projection, from the one that touches
+ * the ball around the volume's box (half its diagonal before its centre). Errors: MEMORY. */
 CVOL_API int cvol_image_add_depth(cvol_context *context, cvol_image *image);
-/* Either kind; NULL is allowed. */
+/* Frees a picture of either kind; NULL is allowed. */
 CVOL_API void cvol_image_free(cvol_image *image);
 
 /* Rounds a picture of floats to bytes, in `out` of the same size: over a background R G B, as
- * renderers do, or (NULL) with straight alpha, so that it looks the same over any. Errors: ARGUMENT.
+ * renderers do, or (NULL) with straight alpha, so that it looks the same over any. Errors:
+ * ARGUMENT.
  */
 CVOL_API int cvol_image_flatten(cvol_context *context, cvol_image *out, const cvol_image *image,
                                 const double background[3]);
@@ -74,6 +76,7 @@ typedef struct cvol_image_difference {
     double psnr_db, psnr_foreground_db, ssim, rmse, max_abs_error;
     size_t foreground_pixels;
 } cvol_image_difference;
+/* Compares two pictures of bytes of one size. Errors: ARGUMENT (sizes), MEMORY. */
 CVOL_API int cvol_image_compare(cvol_context *context, cvol_image_difference *out,
                                 const cvol_image *a, const cvol_image *b);
 

@@ -22,8 +22,10 @@
 extern "C" {
 #endif
 
+/* A compressed picture. */
 typedef struct cvol_picture cvol_picture;
 
+/* How to compress one. */
 typedef struct cvol_picture_options {
     cvol_transform transform;
     int block;      /* side of the tiles: 8, 16 or 32; 0: planes as a whole */
@@ -38,6 +40,7 @@ CVOL_API cvol_picture_options cvol_picture_options_defaults(void);
  * PSNR or a ratio that cannot be had), MEMORY, CANCELLED. */
 CVOL_API int cvol_picture_compress(cvol_context *context, cvol_picture **out,
                                    const cvol_image *image, const cvol_picture_options *options);
+/* Frees a picture; NULL is allowed. */
 CVOL_API void cvol_picture_free(cvol_picture *picture);
 
 /* The picture in pixels: one inverse transform a plane, and the warp. Bit-identical for any number
@@ -45,6 +48,7 @@ CVOL_API void cvol_picture_free(cvol_picture *picture);
 CVOL_API int cvol_picture_evaluate(cvol_context *context, cvol_image **out,
                                    const cvol_picture *picture);
 
+/* What a picture is, and what is known of it. */
 typedef struct cvol_picture_info {
     int width, height; /* pixels */
     size_t lattice[2];
@@ -53,7 +57,7 @@ typedef struct cvol_picture_info {
                     is the picture's own */
     double background[3];
     cvol_transform transform;
-    int block;
+    int block;               /* side of the tiles; 0: whole */
     double step;             /* of the colours */
     uint64_t terms;          /* of all planes */
     double rho;              /* terms over places of all planes */
@@ -65,7 +69,7 @@ typedef struct cvol_picture_info {
                                 it was made from */
     double rms_bound;        /* that, as a root mean square over places and colours */
 } cvol_picture_info;
-/* Errors: MEMORY (file_bytes is counted by coding it). */
+/* Fills in all of it; file_bytes is counted by coding it. Errors: MEMORY. */
 CVOL_API int cvol_picture_get_info(cvol_context *context, cvol_picture_info *out,
                                    const cvol_picture *picture);
 /* Plane 0 .. 3, owned by the picture; NULL if there is none. */

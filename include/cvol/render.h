@@ -34,8 +34,11 @@ CVOL_API int cvol_transfer_create(cvol_context *context, cvol_transfer **out,
 /* Reads {"points": [[value, r, g, b, opacity], ...]} or ParaView's colour-map JSON.
  * Errors: IO, FORMAT, MEMORY. */
 CVOL_API int cvol_transfer_read(cvol_context *context, cvol_transfer **out, const char *path);
+/* Frees a transfer function; NULL is allowed. */
 CVOL_API void cvol_transfer_free(cvol_transfer *transfer);
+/* How many points it has. */
 CVOL_API size_t cvol_transfer_count(const cvol_transfer *transfer);
+/* Point `index`, from 0, sorted by value. */
 CVOL_API cvol_transfer_point cvol_transfer_get(const cvol_transfer *transfer, size_t index);
 
 /* How the samples of a volume are distributed: `bins` equal intervals of min..max. A value that
@@ -46,8 +49,8 @@ typedef struct cvol_histogram {
     double min, max;
     uint64_t bins[CVOL_HISTOGRAM_BINS];
     double chord; /* the mean length of a ray through the volume, in mean spacings; 0: unknown */
-    double mark;  /* the value that stands for none, if */
-    uint64_t mark_count; /* there are any such */
+    double mark;  /* the value that stands for none, if there is one */
+    uint64_t mark_count; /* how many samples have it */
 } cvol_histogram;
 /* Of an array: from a regular subset of its blocks (at most 1,024 of them), decoded.
  * Of a volume: from a regular subset of its samples (at most 4 million). */
@@ -75,21 +78,25 @@ CVOL_API int cvol_transfer_create_adjusted(cvol_context *context, cvol_transfer 
  * Errors: ARGUMENT (the message lists the names), MEMORY. */
 CVOL_API int cvol_transfer_create_ct(cvol_context *context, cvol_transfer **out, const char *name,
                                      const double rescale[2]);
+/* 1 if the name is one of those in Hounsfield units, else 0. */
 CVOL_API int cvol_transfer_is_ct(const char *name);
-CVOL_API const char *cvol_transfer_ct_names(void); /* static storage */
+/* "ct-bone ct-skin ..."; static storage. */
+CVOL_API const char *cvol_transfer_ct_names(void);
 
-/* Whether a volume's values look like Hounsfield units: by the grid's scale and offset, or by these
- * after 1024 is taken away, as some files leave it out (then air is near 0). Sets rescale. */
+/* Whether values look like Hounsfield units. */
 typedef enum cvol_hounsfield {
     CVOL_HOUNSFIELD_NO = 0,
     CVOL_HOUNSFIELD_YES = 1,
     CVOL_HOUNSFIELD_SHIFTED = 2
 } cvol_hounsfield;
+/* Whether a volume's values look like Hounsfield units: by the grid's scale and offset, or by these
+ * after 1024 is taken away, as some files leave it out (then air is near 0). Sets rescale. */
 CVOL_API cvol_hounsfield cvol_hounsfield_guess(double rescale[2], const cvol_histogram *histogram,
                                                const cvol_grid *grid);
 
 /* ---- rendering --------------------------------------------------------------------- */
 
+/* The ways to a picture. */
 typedef enum cvol_engine {
     CVOL_ENGINE_SHEET = 1,     /* from the compressed array, sheet by sheet */
     CVOL_ENGINE_RAY = 2,       /* from dense samples, ray by ray: the truth */
@@ -98,6 +105,7 @@ typedef enum cvol_engine {
     CVOL_ENGINE_FOURIER = 5 /* mode xray alone: slices through the spectrum, O(N^2 log N) a view */
 } cvol_engine;
 
+/* What a picture shows of the samples along a ray. */
 typedef enum cvol_mode {
     CVOL_MODE_COMPOSITE = 1, /* colour and opacity, front to back */
     CVOL_MODE_XRAY = 2, /* mean of the samples along the ray, over the window, white on black */
@@ -118,8 +126,7 @@ typedef struct cvol_camera {
     double fov_deg; /* 0: parallel projection; else perspective, 1 to 150 */
     int placed;     /* in perspective: by these three instead of azimuth, elevation and zoom */
     double eye[3], look_at[3];
-    double
-        up[3]; /* what is upwards in the picture; 0 0 0: +z, or +y of an eye that looks along z */
+    double up[3]; /* upwards in the picture; 0 0 0: +z, or +y of an eye that looks along z */
 } cvol_camera;
 
 /* What of the volume is drawn: the part of it that lies within the box and in front of all planes.
@@ -129,9 +136,9 @@ typedef struct cvol_camera {
 typedef struct cvol_clip {
     int axes; /* bit a: samples from[a] to to[a] of axis a, which may be fractions */
     double from[3], to[3];
-    int planes; /* how many of these there are: what lies at least plane[k][3], in world */
-    double plane[CVOL_CLIP_PLANES][4]; /* length, in direction plane[k][0 .. 2] of the box's centre,
-                                          is kept */
+    int planes;                        /* how many of these there are */
+    double plane[CVOL_CLIP_PLANES][4]; /* what lies at least plane[k][3], in world length, in
+                                          direction plane[k][0 .. 2] of the box's centre, is kept */
 } cvol_clip;
 
 /* "front back left right top bottom"; static storage. */
@@ -225,6 +232,7 @@ typedef struct cvol_fourier_options {
     int integrals;    /* of cvol_renderer_project: along rays, in world length, not means */
 } cvol_fourier_options;
 
+/* What a picture shall be; begin with cvol_render_options_defaults(). */
 typedef struct cvol_render_options {
     int width, height; /* pixels */
     cvol_mode mode;
@@ -238,8 +246,8 @@ typedef struct cvol_render_options {
     int oversample;       /* engine sheet: as many lines and columns of rays for one of the picture,
                              1 to 4; 0 is 1 */
     double background[3]; /* R G B in 0..1 */
-    double window[2];     /* modes xray, mip and min: the values that are black and white, the second
-                             larger; 0 0: the smallest and the largest sample */
+    double window[2]; /* modes xray, mip and min: the values that are black and white, the second
+                         larger; 0 0: the smallest and the largest sample */
     cvol_shading shading;
     cvol_surface surface;
     cvol_splat_options splat;
@@ -327,6 +335,7 @@ CVOL_API int cvol_renderer_bake(cvol_context *context, cvol_renderer *renderer, 
  * MEMORY. */
 CVOL_API int cvol_renderer_create_baked(cvol_context *context, cvol_renderer **out,
                                         const char *path);
+/* What a baked file holds. */
 typedef struct cvol_baked_info {
     cvol_grid grid; /* shape, type and spacing of the volume */
     int axis;
@@ -342,7 +351,7 @@ typedef struct cvol_baked_info {
     const cvol_transfer_point *transfer_points; /* the renderer's */
     size_t transfer_count;
 } cvol_baked_info;
-/* Errors: ARGUMENT (not over a baked volume). */
+/* What the renderer's file holds. Errors: ARGUMENT (not over a baked volume). */
 CVOL_API int cvol_renderer_baked_info(cvol_context *context, const cvol_renderer *renderer,
                                       cvol_baked_info *out);
 /* What the last picture of a transform renderer took. */
@@ -362,7 +371,7 @@ typedef struct cvol_transform_report {
  * picture. ARGUMENT: of another engine. */
 CVOL_API int cvol_renderer_splat_multiply_adds(cvol_context *context, const cvol_renderer *renderer,
                                                uint64_t *out);
-/* ARGUMENT: of another engine, or before its first picture. */
+/* What the last picture took. Errors: ARGUMENT (another engine, or no picture yet). */
 CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,
                                             cvol_transform_report *out);
 /* A renderer by the Fourier slice theorem (Malzbender, "Fourier volume rendering", 1993), mode xray
@@ -372,8 +381,8 @@ CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_re
  * sample, twice as much with a mask, and while it is made three times as much. With rho above 0
  * only the strongest frequencies stay, rho / 2 for each sample (of conjugate pairs one), in 4 bytes
  * each and 0.24 a sample, and a picture unpacks what its plane passes through. Samples that are NaN
- * count as for engine ray. Cost: N log N once, and for a picture O(P log P + 216 P), P the points of
- * the volume's shadow, whatever the volume's depth. */
+ * count as for engine ray. Cost: N log N once, and for a picture O(P log P + 216 P), P the points
+ * of the volume's shadow, whatever the volume's depth. */
 CVOL_API int cvol_renderer_create_fourier(cvol_context *context, cvol_renderer **out,
                                           const cvol_array *array, double rho);
 CVOL_API int cvol_renderer_create_fourier_dense(cvol_context *context, cvol_renderer **out,
@@ -395,9 +404,10 @@ typedef struct cvol_fourier_report {
     uint64_t places, bytes; /* of the spectrum: complex numbers, and in memory */
     double build_ms;
 } cvol_fourier_report;
-/* ARGUMENT: of another engine. */
+/* What it holds. Errors: ARGUMENT (another engine). */
 CVOL_API int cvol_renderer_fourier_report(cvol_context *context, const cvol_renderer *renderer,
                                           cvol_fourier_report *out);
+/* Frees a renderer; NULL is allowed. What it draws stays. */
 CVOL_API void cvol_renderer_free(cvol_renderer *renderer);
 /* The values that are black and white in modes xray, mip and min when no window is given. Errors:
  * ARGUMENT (an engine that has only mode composite). */
@@ -414,6 +424,7 @@ CVOL_API int cvol_renderer_render(cvol_context *context, cvol_renderer *renderer
                                   const cvol_render_options *options);
 /* Called after each picture that is drawn, coarse ones first; not 0: that will do. */
 typedef int (*cvol_picture_fn)(void *user, const cvol_image *image, int level);
+/* What came of it. */
 typedef struct cvol_refine_report {
     int level;         /* of the picture */
     double picture_ms; /* it alone took */

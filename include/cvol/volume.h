@@ -28,7 +28,8 @@ typedef struct cvol_read_options {
     size_t dims[3];
     cvol_type type;
     int big_endian;
-    /* Also for formats that often do not say it (TIFF, NumPy, HDF5). 0: what the file says, or 1. */
+    /* Also for formats that often do not say it (TIFF, NumPy, HDF5). 0: what the file says, or 1.
+     */
     double spacing[3];
     /* Which of several channels, and which of several volumes (a time series, the first axis of an
      * array of four), counted from 0. Without has_... the file must have but one. */
@@ -39,15 +40,15 @@ typedef struct cvol_read_options {
     const char *series;
 } cvol_read_options;
 
+/* Nothing said: all is left to the file. */
 CVOL_API cvol_read_options cvol_read_options_defaults(void);
 
 /* Reads a volume; the format is recognised by content, else by name: NIfTI-1/2 (.nii, .nii.gz),
- * NRRD (.nrrd, .nhdr; raw, gzip, ascii), MetaImage (.mha, .mhd), TIFF (.tif; or a folder of slices), a
- * DICOM series (a folder, or any file of it), NumPy (.npy), MRC, VTK (.vti, and legacy structured
- * points), a dataset of HDF5 ("FILE.h5:/path/to/it"), or raw samples with options->dims and
- * options->type. options may be NULL. The caller frees *out.
- * Cost: one pass over the file, one dense volume of memory.
- * Errors: IO, FORMAT, UNSUPPORTED, LIMIT, MEMORY, ARGUMENT, CANCELLED. */
+ * NRRD (.nrrd, .nhdr; raw, gzip, ascii), MetaImage (.mha, .mhd), TIFF (.tif; or a folder of
+ * slices), a DICOM series (a folder, or any file of it), NumPy (.npy), MRC, VTK (.vti, and legacy
+ * structured points), a dataset of HDF5 ("FILE.h5:/path/to/it"), or raw samples with options->dims
+ * and options->type. options may be NULL. The caller frees *out. Cost: one pass over the file, one
+ * dense volume of memory. Errors: IO, FORMAT, UNSUPPORTED, LIMIT, MEMORY, ARGUMENT, CANCELLED. */
 CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
                               const cvol_read_options *options);
 
@@ -79,9 +80,10 @@ typedef struct cvol_volume_stream cvol_volume_stream;
 
 /* Opens a file that cvol_volume_read would read, with the same options, checks and messages; of
  * the samples, only their place and number are checked here. The caller closes the stream.
- * Samples stored as text, in another order of axes (NumPy's Fortran order, MRC maps that are turned) or
- * packed by VTK cannot be read by slab: they are read whole here and held, and then the context's
- * limit applies. TIFF, DICOM and HDF5 need a sheet's memory, or a layer of chunks'. Errors: as cvol_volume_read. */
+ * Samples stored as text, in another order of axes (NumPy's Fortran order, MRC maps that are
+ * turned) or packed by VTK cannot be read by slab: they are read whole here and held, and then the
+ * context's limit applies. TIFF, DICOM and HDF5 need a sheet's memory, or a layer of chunks'.
+ * Errors: as cvol_volume_read. */
 CVOL_API int cvol_volume_stream_open(cvol_context *context, cvol_volume_stream **out,
                                      const char *path, const cvol_read_options *options);
 /* The file's grid, as long as the stream is open. */
@@ -127,6 +129,7 @@ typedef struct cvol_sample_stats {
     double min, max, mean;
     size_t bad_count, bad_first;
 } cvol_sample_stats;
+/* One pass over the samples. Errors: CANCELLED. */
 CVOL_API int cvol_volume_stats(cvol_context *context, cvol_sample_stats *out,
                                const cvol_volume *volume);
 
@@ -138,6 +141,7 @@ CVOL_API int cvol_volume_fill(cvol_context *context, cvol_volume *volume, double
 typedef struct cvol_volume_difference {
     double psnr_db, rmse, max_abs_error, peak;
 } cvol_volume_difference;
+/* One pass over both. Errors: ARGUMENT (dims differ), CANCELLED. */
 CVOL_API int cvol_volume_compare(cvol_context *context, cvol_volume_difference *out,
                                  const cvol_volume *a, const cvol_volume *b);
 
