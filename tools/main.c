@@ -37,10 +37,27 @@ static void print_help(void)
          "  cvol render brain.nii.gz -o brain.png");
 }
 
+/* Runs subcommand `name` with the words behind it. */
+static int run_subcommand(const char *called, int argc, char **argv)
+{
+    for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
+        if (!strcmp(called, subcommands[i].name)) {
+            char name[32];
+            snprintf(name, sizeof name, "cvol %s", subcommands[i].name);
+            argv[0] = name;
+            return subcommands[i].run(argc, argv);
+        }
+    return complain(EXIT_MISUSED, "there is no command '%s'; see cvol --help", called);
+}
+
 static int run(int argc, char **argv)
 {
     if (argc < 2)
         return complain(EXIT_MISUSED, "which command? See cvol --help");
+    if (argc == 3 && !strcmp(argv[1], "help")) { /* cvol help COMMAND */
+        char help[] = "--help", *words[] = {NULL, help, NULL};
+        return run_subcommand(argv[2], 2, words);
+    }
     if (!strcmp(argv[1], "--help") || !strcmp(argv[1], "-h") || !strcmp(argv[1], "help")) {
         print_help();
         return EXIT_DONE;
@@ -49,14 +66,7 @@ static int run(int argc, char **argv)
         printf("cvol %s\n", cvol_version());
         return EXIT_DONE;
     }
-    for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
-        if (!strcmp(argv[1], subcommands[i].name)) {
-            char name[32];
-            snprintf(name, sizeof name, "cvol %s", subcommands[i].name);
-            argv[1] = name;
-            return subcommands[i].run(argc - 1, argv + 1);
-        }
-    return complain(EXIT_MISUSED, "there is no command '%s'; see cvol --help", argv[1]);
+    return run_subcommand(argv[1], argc - 1, argv + 1);
 }
 
 /* What was promised on standard output must have arrived there. */

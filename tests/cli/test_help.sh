@@ -53,6 +53,8 @@ for command in $commands; do
     expect_help cvol $command -h
     expect_same_file help "$out"
     expect_help cvol $command in.nrrd --json --help # wherever it stands
+    expect_help cvol help $command
+    expect_same_file help "$out"
     head -n 1 help | grep -q "^usage: cvol $command " || fail "must show the usage of $command"
     options_of $command >wanted
     sed -n 's/^  \(-[-a-z]*\) .*/\1/p' help | sort >shown
