@@ -14,10 +14,11 @@
 extern "C" {
 #endif
 
+/* Limits. */
 enum {
-    CVOL_SERIES_MOST = 1048576, /* volumes in a file */
-    CVOL_CHANNEL_NAME_BYTES = 64,
-    CVOL_TIME_UNIT_BYTES = 16
+    CVOL_SERIES_MOST = 1048576,   /* volumes in a file */
+    CVOL_CHANNEL_NAME_BYTES = 64, /* of a name, with the zero at its end */
+    CVOL_TIME_UNIT_BYTES = 16     /* of a unit, likewise */
 };
 
 /* What is in a file. */
@@ -27,9 +28,10 @@ typedef struct cvol_series cvol_series;
  * The caller frees *out. Of a file that ends early this succeeds if its list is there.
  * Errors: IO, FORMAT, CORRUPT, UNSUPPORTED, LIMIT, MEMORY. */
 CVOL_API int cvol_series_read(cvol_context *context, cvol_series **out, const char *path);
-/* NULL is allowed. */
+/* Frees it; NULL is allowed. */
 CVOL_API void cvol_series_free(cvol_series *series);
 
+/* How many there are, at least 1. */
 CVOL_API int cvol_series_times(const cvol_series *series);
 CVOL_API int cvol_series_channels(const cvol_series *series);
 /* 1 if the file is one of many volumes, even if there is but one; 0: of one. */
@@ -68,6 +70,7 @@ typedef struct cvol_series_options {
 /* One time, one channel. */
 CVOL_API cvol_series_options cvol_series_options_defaults(void);
 
+/* A file of many volumes that is being written. */
 typedef struct cvol_series_writer cvol_series_writer;
 
 /* Opens a file for times x channels volumes, which are then added one after the other: all channels
