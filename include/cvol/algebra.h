@@ -38,11 +38,11 @@ CVOL_API int cvol_array_add(cvol_context *context, cvol_array **out, double alph
 /* alpha a + beta, samplewise. Exact: keeps the terms of a (and the constant). O(terms). */
 CVOL_API int cvol_array_scale(cvol_context *context, cvol_array **out, double alpha,
                               const cvol_array *a, double beta);
-/* -a */
+/* -a. Exact. O(terms). */
 CVOL_API int cvol_array_negate(cvol_context *context, cvol_array **out, const cvol_array *a);
-/* 1 - a */
+/* 1 - a, samplewise. Exact. O(terms). */
 CVOL_API int cvol_array_one_minus(cvol_context *context, cvol_array **out, const cvol_array *a);
-/* Fewer terms of the same array. */
+/* Fewer terms of the same array; the bound grows by what is dropped. O(terms). */
 CVOL_API int cvol_array_truncate(cvol_context *context, cvol_array **out, const cvol_array *a,
                                  const cvol_keep *keep);
 /* The same array read at x - offset (offset in samples, per axis; any real number): a phase ramp.
@@ -80,19 +80,21 @@ typedef struct cvol_kernel {
 
 /* Sampled Gaussian, sum 1, radius ceil(4 sigma) (at most CVOL_KERNEL_RADIUS; more: ARGUMENT). */
 CVOL_API int cvol_kernel_gaussian(cvol_context *context, cvol_kernel *out, int rank, double sigma);
-/* Mean over `width` samples along each axis; width odd. */
+/* Mean over `width` samples along each axis; width odd. Errors: ARGUMENT. */
 CVOL_API int cvol_kernel_box(cvol_context *context, cvol_kernel *out, int rank, int width);
-/* Sum over the axes of a[x - 1] - 2 a[x] + a[x + 1]; per sample, not per spacing. */
+/* Sum over the axes of a[x - 1] - 2 a[x] + a[x + 1]; per sample, not per
+ * spacing. Errors: ARGUMENT (rank). */
 CVOL_API int cvol_kernel_laplacian(cvol_context *context, cvol_kernel *out, int rank);
-/* a + amount (a - gaussian(sigma) * a) */
+/* a + amount (a - gaussian(sigma) * a). Errors: ARGUMENT (a radius beyond CVOL_KERNEL_RADIUS). */
 CVOL_API int cvol_kernel_unsharp(cvol_context *context, cvol_kernel *out, int rank, double sigma,
                                  double amount);
-/* (a[x + 1] - a[x - 1]) / 2 along one axis; per sample. */
+/* (a[x + 1] - a[x - 1]) / 2 along one axis; per sample. Errors: ARGUMENT (no such axis). */
 CVOL_API int cvol_kernel_derivative(cvol_context *context, cvol_kernel *out, int rank, int axis);
 /* One line of 2 radius + 1 taps along every axis; neither symmetric nor antisymmetric: ARGUMENT. */
 CVOL_API int cvol_kernel_taps(cvol_context *context, cvol_kernel *out, int rank, const double *taps,
                               int radius);
-/* "gaussian:2", "box:3", "laplacian", "unsharp:SIGMA[,AMOUNT]" (amount 1), "derivative:x". */
+/* "gaussian:2", "box:3", "laplacian", "unsharp:SIGMA[,AMOUNT]" (amount 1), "derivative:x".
+ * Errors: ARGUMENT. */
 CVOL_API int cvol_kernel_parse(cvol_context *context, cvol_kernel *out, int rank, const char *text);
 
 /* h * a. Whole arrays: one factor H(u) a term, and an antisymmetric line under DCT by way of all

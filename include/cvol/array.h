@@ -168,7 +168,8 @@ CVOL_API int cvol_array_evaluate_box(cvol_context *context, void *out, const cvo
 CVOL_API uint64_t cvol_array_evaluate_mask(uint8_t *out, const cvol_array *array,
                                            const size_t begin[3], const size_t end[3]);
 
-/* The same as floats, neither rounded nor clamped: what l2_error and max_abs are about. */
+/* The same as floats, neither rounded nor clamped: what l2_error and max_abs are about. The
+ * same errors. */
 CVOL_API int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,
                                       const size_t begin[3], const size_t end[3]);
 
@@ -177,20 +178,21 @@ CVOL_API int cvol_array_evaluate_real(cvol_context *context, float *out, const c
  * only (blocks: UNSUPPORTED). With points = dims these are the samples. The interpolant is the sum
  * over the kept terms at real x; in a DFT or DHT frequency n/2 stands for cos(pi x).
  * Cost: O(M log M) for M points; frequencies that the grid cannot hold fold (alias) onto it,
- * exactly as sampling does. */
+ * exactly as sampling does. Errors: ARGUMENT, UNSUPPORTED, LIMIT, MEMORY, CANCELLED. */
 CVOL_API int cvol_array_evaluate_grid(cvol_context *context, float *out, const cvol_array *array,
                                       const size_t points[3]);
 
 /* Evaluates at chirp points x_a = start[a] + i step[a], i < count[a], any real start and step, by
  * the chirp z-transform (Rabiner, Schafer and Rader 1969). Whole arrays only.
- * Cost: O((k + count) log (k + count)) a line; sparse terms count as lines of their axis. */
+ * Cost: O((k + count) log (k + count)) a line; sparse terms count as lines of their axis.
+ * Errors: ARGUMENT, UNSUPPORTED (blocks), LIMIT, MEMORY, CANCELLED. */
 CVOL_API int cvol_array_evaluate_chirp(cvol_context *context, float *out, const cvol_array *array,
                                        const double start[3], const double step[3],
                                        const size_t count[3]);
 
 /* Evaluates at scattered points: points[rank i + a] is coordinate a of point i, in samples; whole
  * arrays anywhere, blocks by the interpolant of the block that holds the nearest sample.
- * Cost: O(terms) a point. */
+ * Cost: O(terms) a point. Errors: ARGUMENT (a coordinate is NaN or infinite), MEMORY, CANCELLED. */
 CVOL_API int cvol_array_evaluate_points(cvol_context *context, float *out, const cvol_array *array,
                                         const double *points, size_t count);
 

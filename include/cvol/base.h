@@ -127,7 +127,7 @@ typedef struct cvol_grid {
 CVOL_API cvol_grid cvol_grid_make(size_t nx, size_t ny, size_t nz, cvol_type type);
 /* Checks a grid: dims > 0, a known type, finite positive spacing, finite numbers,
  * dims product and bytes within size_t and the context's limit. `name` (a file's name,
- * say) begins the message. */
+ * say) begins the message. Errors: ARGUMENT, LIMIT. */
 CVOL_API int cvol_grid_check(cvol_context *context, const cvol_grid *grid, const char *name);
 /* The grid of the box of samples [begin, end), which must lie within `grid`: sample `begin` becomes
  * its first, and stays where it is in the world. */

@@ -24,7 +24,7 @@ typedef struct cvol_image {
 
 /* A black, transparent picture. The caller frees it. Errors: ARGUMENT, MEMORY. */
 CVOL_API int cvol_image_create(cvol_context *context, cvol_image **out, int width, int height);
-/* One of floats, all 0. The same otherwise. */
+/* One of floats, all 0. The caller frees it. Errors: ARGUMENT, MEMORY. */
 CVOL_API int cvol_image_create_float(cvol_context *context, cvol_image **out, int width,
                                      int height);
 /* Makes room for depths, which renderers then tell with the picture: of each pixel the distance,

@@ -53,7 +53,8 @@ typedef struct cvol_histogram {
     uint64_t mark_count; /* how many samples have it */
 } cvol_histogram;
 /* Of an array: from a regular subset of its blocks (at most 1,024 of them), decoded.
- * Of a volume: from a regular subset of its samples (at most 4 million). */
+ * Of a volume: from a regular subset of its samples (at most 4 million).
+ * Errors: UNSUPPORTED (an array that is not of rank 3 in DCT blocks), ARGUMENT, MEMORY. */
 CVOL_API int cvol_array_histogram(cvol_context *context, cvol_histogram *out,
                                   const cvol_array *array);
 CVOL_API int cvol_volume_histogram(cvol_context *context, cvol_histogram *out,
@@ -271,11 +272,13 @@ CVOL_API cvol_render_options cvol_render_options_defaults(void);
  * A renderer keeps what frames of one volume share. One thread at a time. */
 typedef struct cvol_renderer cvol_renderer;
 
-/* A renderer over a compressed array (engine sheet). The array must outlive it. */
+/* A renderer over a compressed array in DCT blocks (engine sheet). The array must outlive it. The
+ * caller frees *out, as of all renderers. Cost: what can be seen where, once; samples are evaluated
+ * when a picture is drawn. Errors: UNSUPPORTED (another array), MEMORY. */
 CVOL_API int cvol_renderer_create_sheet(cvol_context *context, cvol_renderer **out,
                                         const cvol_array *array);
 /* A renderer over dense samples (engine ray). The volume must outlive it. NaN samples count as the
- * smallest sample. */
+ * smallest sample. Errors: ARGUMENT, MEMORY. */
 CVOL_API int cvol_renderer_create_ray(cvol_context *context, cvol_renderer **out,
                                       const cvol_volume *volume);
 /* A renderer by splatting (Westover, "Footprint evaluation for volume rendering", 1990), mode
@@ -287,14 +290,15 @@ CVOL_API int cvol_renderer_create_ray(cvol_context *context, cvol_renderer **out
  * w being the footprints' weights at a pixel, which sum to 1 within the volume. Samples of an array
  * are evaluated slab by slab, about 130 MB at a time; those of a volume count as for engine ray.
  * The array or volume must outlive the renderer. Cost of a picture: one evaluation of all samples,
- * and for each that is not transparent size^2 pixels (of samples' size). */
+ * and for each that is not transparent size^2 pixels (of samples' size). Errors:
+ * UNSUPPORTED (an array that is not a volume in blocks), ARGUMENT, MEMORY. */
 CVOL_API int cvol_renderer_create_splat(cvol_context *context, cvol_renderer **out,
                                         const cvol_array *array);
 CVOL_API int cvol_renderer_create_splat_dense(cvol_context *context, cvol_renderer **out,
                                               const cvol_volume *volume);
 /* The same of samples some of which have no value: those whose byte in `mask` (one for each sample,
  * x fastest; see cvol_array_evaluate_mask) is not 0. It must outlive the renderer; NULL: all have
- * one. */
+ * one. The same errors. */
 CVOL_API int cvol_renderer_create_ray_masked(cvol_context *context, cvol_renderer **out,
                                              const cvol_volume *volume, const uint8_t *mask);
 /* A renderer by splatting on compressed transforms (Chen and Reif, "Fast and compact volume
@@ -311,7 +315,8 @@ CVOL_API int cvol_renderer_create_ray_masked(cvol_context *context, cvol_rendere
  * kept as long as transfer function, direction and light stay, and fewer terms are asked for. The
  * array or volume must outlive the renderer. Cost: N log N for the slices, as often as they change;
  * then O(n') a slice and operation (literal), or n log n a slice (deferred), n places and n'
- * terms. */
+ * terms. Errors: UNSUPPORTED (an array that is not a volume in blocks), ARGUMENT, LIMIT, MEMORY,
+ * CANCELLED. */
 CVOL_API int cvol_renderer_create_transform(cvol_context *context, cvol_renderer **out,
                                             const cvol_array *array);
 CVOL_API int cvol_renderer_create_transform_dense(cvol_context *context, cvol_renderer **out,
@@ -368,7 +373,7 @@ typedef struct cvol_transform_report {
     double bake_ms, compose_ms; /* bake_ms is 0 if slices were kept from a picture before */
 } cvol_transform_report;
 /* Multiply-adds of a splat renderer's last picture: of pixels of footprints, and of sheets onto the
- * picture. ARGUMENT: of another engine. */
+ * picture. Errors: ARGUMENT (another engine). */
 CVOL_API int cvol_renderer_splat_multiply_adds(cvol_context *context, const cvol_renderer *renderer,
                                                uint64_t *out);
 /* What the last picture took. Errors: ARGUMENT (another engine, or no picture yet). */
@@ -382,7 +387,8 @@ CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_re
  * only the strongest frequencies stay, rho / 2 for each sample (of conjugate pairs one), in 4 bytes
  * each and 0.24 a sample, and a picture unpacks what its plane passes through. Samples that are NaN
  * count as for engine ray. Cost: N log N once, and for a picture O(P log P + 216 P), P the points
- * of the volume's shadow, whatever the volume's depth. */
+ * of the volume's shadow, whatever the volume's depth. Errors: UNSUPPORTED,
+ * ARGUMENT (rho), LIMIT, MEMORY, CANCELLED. */
 CVOL_API int cvol_renderer_create_fourier(cvol_context *context, cvol_renderer **out,
                                           const cvol_array *array, double rho);
 CVOL_API int cvol_renderer_create_fourier_dense(cvol_context *context, cvol_renderer **out,
@@ -413,7 +419,8 @@ CVOL_API void cvol_renderer_free(cvol_renderer *renderer);
  * ARGUMENT (an engine that has only mode composite). */
 CVOL_API int cvol_renderer_range(cvol_context *context, const cvol_renderer *renderer,
                                  double range[2]);
-/* Sets the transfer function of mode composite; it is copied. */
+/* Sets the transfer function of mode composite; it is copied. Errors: ARGUMENT (a baked volume has
+ * another one), MEMORY. */
 CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,
                                         const cvol_transfer *transfer);
 /* Renders one picture into `image`, which is created by the caller with the options' size: bytes,

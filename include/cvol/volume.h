@@ -52,8 +52,8 @@ CVOL_API cvol_read_options cvol_read_options_defaults(void);
 CVOL_API int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
                               const cvol_read_options *options);
 
-/* How many volumes (a time series, ...) and how many channels a file has that cvol_volume_read could
- * be asked for, with these options: of what they choose already, one. options may be NULL.
+/* How many volumes (a time series, ...) and how many channels a file has that cvol_volume_read
+ * could be asked for, with these options: of what they choose already, one. options may be NULL.
  * Cost: opening the file. Errors: those of cvol_volume_stream_open. */
 CVOL_API int cvol_volume_contents(cvol_context *context, int *times, int *channels,
                                   const char *path, const cvol_read_options *options);
@@ -133,7 +133,7 @@ typedef struct cvol_sample_stats {
 CVOL_API int cvol_volume_stats(cvol_context *context, cvol_sample_stats *out,
                                const cvol_volume *volume);
 
-/* Replaces every NaN or infinite sample by `value`. */
+/* Replaces every NaN or infinite sample by `value`. Errors: ARGUMENT (the type cannot hold it). */
 CVOL_API int cvol_volume_fill(cvol_context *context, cvol_volume *volume, double value);
 
 /* How far volume b is from volume a (same dims): rmse, largest |a - b|, and
