@@ -69,7 +69,7 @@ install: build
 
 reference:
 	@mkdir -p $(BUILD)/reference
-	@REFERENCE=$(BUILD)/reference doxygen doc/reference/Doxyfile
+	@(cat doc/reference/Doxyfile; echo 'OUTPUT_DIRECTORY = $(BUILD)/reference') | doxygen -
 	@echo "The reference: $(BUILD)/reference/html/index.html"
 
 format:

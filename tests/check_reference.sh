@@ -8,18 +8,17 @@ if ! command -v doxygen >/dev/null 2>&1; then
     exit 77
 fi
 cd "$1"
-REFERENCE=$(mktemp -d)
-export REFERENCE
-trap 'rm -rf "$REFERENCE"' EXIT
-doxygen doc/reference/Doxyfile >"$REFERENCE/said" 2>&1 || {
-    grep -v '^$' "$REFERENCE/said"
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+(cat doc/reference/Doxyfile; echo "OUTPUT_DIRECTORY = $folder") | doxygen - >"$folder/said" 2>&1 || {
+    grep -v '^$' "$folder/said"
     exit 1
 }
-if [ -s "$REFERENCE/said" ]; then
-    cat "$REFERENCE/said"
+if [ -s "$folder/said" ]; then
+    cat "$folder/said"
     exit 1
 fi
-[ -s "$REFERENCE/html/index.html" ]
+[ -s "$folder/html/index.html" ]
 for page in array_8h render_8h structcvol__grid; do
-    [ -s "$REFERENCE/html/$page.html" ] || { echo "the reference has no $page.html"; exit 1; }
+    [ -s "$folder/html/$page.html" ] || { echo "the reference has no $page.html"; exit 1; }
 done

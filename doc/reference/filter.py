@@ -45,6 +45,8 @@ def marked(text, names, where):
     done = []
     for line in text.split("\n"):
         if line.startswith("    "):
+            if done and done[-1] and not done[-1].startswith("    "):
+                done.append("")
             done.append(line)
             continue
         line = re.sub(r'([\\@<>&#%"])', r"\\\1", line).replace("*", r"\*").replace("|", r"\|").replace("`", r"\`")
@@ -54,6 +56,10 @@ def marked(text, names, where):
         line = re.sub(r"(?<![\w#])((?:cvol|CVOL)_\w+)(?:\(\))?", lambda m: ("#" if m[1] in names else "") + m[1], line)
         done.append(line.replace(r"\@param", "@param"))
     return "\n".join(done)
+
+
+def first_sentence(text):
+    return re.split(r"(?<=[.])\s+(?=[A-Z])|\n\s*\n|\n(?=    )", text, maxsplit=1)[0]
 
 
 def block(text, behind=False):
@@ -69,11 +75,16 @@ class Header:
     def marked(self, text):
         return marked(text, self.names, self.name)
 
+    def described(self, text):
+        """With the first sentence as what lists show."""
+        first = first_sentence(text)
+        return f"@brief {self.marked(first)}\n\n{self.marked(text[len(first):].strip(chr(10)))}"
+
     def function(self, text, code):
         """The comment of a prototype, with its parameters and result."""
         match = re.search(r"([\w\s\*]+?)\b(cvol_\w+)\(([^;]*)\)\s*;", code.replace("CVOL_API", ""))
         result, name, arguments = match.group(1).split(), match.group(2), match.group(3)
-        lines = [self.marked(text), ""]
+        lines = [self.described(text), ""]
         for argument in [] if arguments.strip() == "void" else arguments.split(","):
             word = re.search(r"\(\*(\w+)\)", argument) or re.search(r"(\w+)\s*(\[[^]]*\]\s*)*$", argument)
             word = word.group(1)
@@ -83,8 +94,7 @@ class Header:
         if result == ["int"] and "cvol_context *context" in arguments:
             lines.append(f"@return {STATUS}")
         elif result != ["void"]:
-            first = re.split(r"(?<=[.])\s+(?=[A-Z])|\n\s*\n", text, maxsplit=1)[0]
-            lines.append(f"@return {self.marked(' '.join(first.split()))}")
+            lines.append(f"@return {self.marked(' '.join(first_sentence(text).split()))}")
         return block("\n".join(lines))
 
     def declared(self, text, code):
@@ -98,7 +108,7 @@ class Header:
             else:
                 constant = re.match(r"#define \w+ \S", piece.strip())
                 wanted = text and (constant or "typedef" in piece or "enum" in piece)
-                self.out.append((block(self.marked(text)) + "\n" if wanted else "") + piece)
+                self.out.append((block(self.described(text)) + "\n" if wanted else "") + piece)
 
     def fields(self, name_of, body, enum):
         """The inside of a struct or enum: one line for each name, each with what is said of it."""
@@ -161,7 +171,7 @@ class Header:
     def run(self):
         text = self.path.read_text()
         head = re.match(r"/\*.*?\*/", text, flags=re.S).group()
-        self.out.append(block("@file\n" + self.marked(text_of(head).split(" - ", 1)[1])) + "\n")
+        self.out.append(block("@file\n" + self.described(text_of(head).split(" - ", 1)[1])) + "\n")
         rest = text[len(head):]
         said = ""
         pattern = r"(?P<comment>/\*.*?\*/)|(?P<body>typedef (?:struct|enum) \w+ \{|(?<=\n)enum \w*\s*\{)"
@@ -183,7 +193,7 @@ class Header:
                 if words.startswith("----"):
                     title, _, more = words.strip("- \n").partition("\n")
                     if more:
-                        self.out.append(block(f"@file\n**{title.strip('- ')}**\n\n" + self.marked(more)))
+                        self.out.append(block(f"@file\n\n<b>{title.strip('- ').capitalize()}</b>\n\n" + self.marked(more)))
                     said = ""
                 elif "\n" not in rest[at - len(match["comment"]) - 30:match.start()].rsplit(";", 1)[-1] and said == "":
                     # behind a declaration, on its line
@@ -196,7 +206,7 @@ class Header:
                 blank = re.sub(r"/\*.*?\*/", lambda m: "." * len(m.group()), rest[at:], flags=re.S)
                 end = at + blank.index("}")
                 if said:
-                    self.out.append(block(self.marked(said)) + "\n")
+                    self.out.append(block(self.described(said)) + "\n")
                 self.out.append(match["body"] + "\n")
                 self.fields(struct, rest[at:end], enum)
                 close = rest.index(";", end) + 1
