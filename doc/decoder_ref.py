@@ -214,10 +214,12 @@ def read_index(content, bricks, run, others):
         for _ in range(streams):
             numbers, at = read_lengths(content, at, bricks)
             lengths.append(numbers)
-        for _ in range(streams):
-            need(len(content) - at >= 4 * runs, "INDX is too short")
-            sums.append(struct.unpack_from(f"<{runs}I", content, at))
-            at += 4 * runs
+        for numbers in lengths[len(lengths) - streams:]:
+            there = [run > 1 or numbers[r] > 0 for r in range(runs)]
+            need(len(content) - at >= 4 * sum(there), "INDX is too short")
+            stored = iter(struct.unpack_from(f"<{sum(there)}I", content, at))
+            sums.append([next(stored) if is_there else 0 for is_there in there])
+            at += 4 * sum(there)
     need(len(content) == at, "INDX is too long")
     return lengths, sums
 

@@ -32,6 +32,8 @@ static const char examples[] =
     "  cvol compress wave.nrrd w.cvol --transform dft --block 0 --keep 16,1000\n"
     "  cvol compress 'run_*.nrrd' -o run.cvol --time-step 2.5  a time series\n"
     "  cvol compress dapi.tif gfp.tif -o cell.cvol --as channels --channel-names DAPI,GFP\n"
+    "  cvol compress ct.mha ct.cvol --bricks 32,32,16          a plane reads 7 % of the file, not 26 to 100;\n"
+    "                                                          1.5 to 7.5 % more bytes\n"
     "  cvol compress brain.png brain.cvi --psnr 40             a picture\n";
 
 /* The value that marks samples without one: a number, which then stands for NaN and infinite

@@ -60,6 +60,12 @@ int cvol_brick_index_add(cvol_brick_index *index, size_t brick, const cvol_span 
     return 1;
 }
 
+/* Whether the section has a run's checksum: of one brick, where that has bytes. */
+static int has_checksum(const cvol_brick_index *index, int shell, size_t run)
+{
+    return index->run > 1 || *end_of(index, shell, run) > begin_of(index, shell, run);
+}
+
 /* Lengths, then checksums, of streams first .. end - 1, as far as they are there. */
 static void put_streams(cvol_bytes *out, const cvol_brick_index *index, int first, int end)
 {
@@ -68,7 +74,8 @@ static void put_streams(cvol_bytes *out, const cvol_brick_index *index, int firs
             cvol_bytes_put_varint(out, *end_of(index, s, b) - begin_of(index, s, b));
     for (int s = first; s < end; s++)
         for (size_t r = 0; index->present >> s & 1 && r < index->runs; r++)
-            cvol_bytes_put_u32(out, *checksum_of(index, s, r));
+            if (has_checksum(index, s, r))
+                cvol_bytes_put_u32(out, *checksum_of(index, s, r));
 }
 
 void cvol_brick_index_put(cvol_bytes *out, const cvol_brick_index *index)
@@ -93,7 +100,8 @@ static int take_streams(cvol_context *context, cvol_brick_index *index, cvol_cur
         }
     for (int s = first; s < end; s++)
         for (size_t r = 0; index->present >> s & 1 && r < index->runs; r++)
-            *checksum_of(index, s, r) = cvol_cursor_u32(content);
+            if (has_checksum(index, s, r))
+                *checksum_of(index, s, r) = cvol_cursor_u32(content);
     return CVOL_OK;
 }
 

@@ -3,7 +3,8 @@
  *
  * A checksum is that of a run: of a shell's bytes of `run` bricks in order (fewer in the last run).
  * So a few bricks are read and checked without their shell; in runs of 16 checksums cost a byte a
- * brick. The checksum in a shell's own header is that of its runs' checksums.
+ * brick. In runs of one, bricks without bytes have none: it counts as 0. The checksum in a shell's
+ * own header is that of its runs' checksums.
  */
 #ifndef CVOL_CODEC_BRICK_INDEX_H
 #define CVOL_CODEC_BRICK_INDEX_H

@@ -38,10 +38,11 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
 }
 
 /* Sections in front of the shells: headers and records, two bytes a brick and shell, a checksum a
- * run and shell, and the tables. */
+ * run and shell (half of which may be empty where a brick is one), and the tables. */
 static uint64_t front_estimate(const cvol_array *shape, size_t table_bytes)
 {
-    const uint64_t a_brick = 2 * CVOL_SHELLS + 4 * CVOL_SHELLS / shape->brick.run;
+    const size_t run = shape->brick.run;
+    const uint64_t a_brick = 2 * CVOL_SHELLS + (run > 1 ? 4 * CVOL_SHELLS / run : 2 * CVOL_SHELLS);
     return 640 + a_brick * (uint64_t)cvol_brick_count(shape) + table_bytes;
 }
 
