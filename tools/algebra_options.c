@@ -82,6 +82,12 @@ static int open_one(cvol_context *context, input *in, const char *path, common_o
     if (!raw && others) {
         plain.read = cvol_read_options_defaults();
         plain.type_name = NULL;
+        if (cvol_file_kind_of(path) == CVOL_FILE_SERIES) {
+            plain.read.has_index = common->read.has_index;
+            plain.read.index = common->read.index;
+            plain.read.has_channel = common->read.has_channel;
+            plain.read.channel = common->read.channel;
+        }
     }
     const int status = open_input(context, in, path, &plain);
     return status ? status : flatten(context, in, path);
@@ -131,6 +137,13 @@ int open_operands(cvol_context *context, input in[2], const char *const paths[2]
         return complain(EXIT_MISUSED,
                         "%s and %s describe themselves: --dims, --raw-type, --big-endian and "
                         "--spacing are for raw samples",
+                        paths[0], paths[1]);
+    if ((arguments->common.read.has_index || arguments->common.read.has_channel) &&
+        cvol_file_kind_of(paths[0]) != CVOL_FILE_SERIES &&
+        cvol_file_kind_of(paths[1]) != CVOL_FILE_SERIES)
+        return complain(EXIT_MISUSED,
+                        "%s and %s hold one volume each: --time and --channel have nothing to "
+                        "choose from",
                         paths[0], paths[1]);
     for (int i = 0; i < 2 && !status; i++)
         status = open_one(context, &in[i], paths[i], &arguments->common, 1);

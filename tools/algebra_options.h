@@ -15,8 +15,12 @@ typedef struct algebra_arguments {
     int keep_given;
 } algebra_arguments;
 
-/* As INPUT_OPTIONS: --type is the result's here. */
-#define RAW_OPERAND_OPTIONS(c) RAW_OPTIONS(c, "Operands of raw samples (x fastest):", "--raw-type")
+/* As INPUT_OPTIONS: --type is the result's here, and --time and --channel are of operands that are
+ * .cvol files of many volumes. */
+#define RAW_OPERAND_OPTIONS(c)                                                           \
+    RAW_OPTIONS(c, "Operands of raw samples (x fastest):", "--raw-type"),                \
+        {NULL, NULL, "Operands of many volumes (.cvol):", OPTION_HEADING, NULL, 0, NULL}, \
+        PLACE_OPTIONS(c)
 
 #define RESULT_OPTIONS(a)                                                         \
     {"-o", "OUT.cvol", "the result (needed)", OPTION_TEXT, &(a).output, 0, NULL}, \

@@ -6,7 +6,7 @@
 options_of() {
     common='--threads --json --help'
     raw='--dims --type --big-endian --spacing --fill --time --channel --index --series'
-    operand='--dims --raw-type --big-endian --spacing --fill'
+    operand='--dims --raw-type --big-endian --spacing --fill --time --channel'
     result='-o --type'
     keep='--keep --step'
     look='--size --zoom --engine --mode --transfer --background --level --step --oversample'

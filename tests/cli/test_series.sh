@@ -52,6 +52,12 @@ expect_done cvol compare run_10.nrrd alone.cvol --json
 expect_equal "$(value_of psnr_db)" "$first"
 expect_done cvol info run.cvol --time 3 --json
 expect_equal "$(value_of file_bytes)" "$(wc -c <alone.cvol)"
+expect_done cvol stats alone.cvol --json
+cp "$out" alone.json
+expect_done cvol stats run.cvol --time 3 --json
+expect_same_file "$out" alone.json
+expect_done cvol add run.cvol alone.cvol -o zero.cvol --time 3 --beta -1
+expect_failure 2 'hold one volume each: --time' cvol add alone.cvol alone.cvol -o x.cvol --time 3
 for options in '' '--mode mip' '--engine ray'; do
     expect_done cvol render alone.cvol -o alone.png --size 40 $options
     expect_done cvol render run.cvol --time 3 -o three.png --size 40 $options
