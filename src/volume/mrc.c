@@ -132,7 +132,7 @@ static int read_shape(mrc *m)
                                       : "NS",
                              size);
         m->sizes[i] = (size_t)size;
-        m->axes[i] = axis == 0 ? i : axis - 1; /* not said by old files */
+        m->axes[i] = axis >= 1 && axis <= 3 ? axis - 1 : i; /* 0: not said by old files */
         sum |= axis == 0 ? 1 << i : axis >= 1 && axis <= 3 ? 1 << (axis - 1) : 8;
     }
     if (sum == 7)
