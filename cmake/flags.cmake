@@ -2,7 +2,8 @@
 add_library(cvol_flags INTERFACE)
 target_compile_options(cvol_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wmissing-prototypes -Wvla
-  -Wno-psabi -fvisibility=hidden -ffp-contract=off)
+  -Wno-psabi -fvisibility=hidden -ffp-contract=off
+  $<$<COMPILE_LANG_AND_ID:C,Clang>:-Wno-pass-failed>) # of loops that it does not vectorize
 if(CVOL_WERROR)
   target_compile_options(cvol_flags INTERFACE -Werror)
 endif()

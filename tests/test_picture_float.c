@@ -121,7 +121,7 @@ static void test_engines(void **state)
     for (int engine = 0; engine < ENGINES; engine++) {
         subject s;
         open_subject(&s, engine);
-        for (int mode = first_mode(engine); mode <= (int)last_mode(engine); mode++) {
+        for (int mode = (int)first_mode(engine); mode <= (int)last_mode(engine); mode++) {
             const cvol_render_options options = support_square(SIZE, (cvol_mode)mode, 35, 25);
             check_view(&s, names[engine], &options);
         }

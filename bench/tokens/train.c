@@ -212,7 +212,7 @@ int main(int argc, char **argv)
             snprintf(name, sizeof name, "%s", argv[f]);
             cvol_volume *volume = read_volume(context, name);
             cvol_array *shape;
-            double min, max;
+            double min = 0, max = 0;
             if (cvol_array_create(context, &shape, &volume->grid, 16) ||
                 cvol_survey_samples(context, &min, &max, volume->data, &volume->grid))
                 fail(cvol_context_message(context));

@@ -39,7 +39,7 @@ cvol_render_options cvol_render_options_defaults(void)
                   .size = 5,
                   .plane = CVOL_FOOTPRINT_IN_VIEW,
                   .order = CVOL_ORDER_FRONT},
-        .transform = {CVOL_DCT, 16, 0.1, CVOL_SCHEDULE_DEFERRED},
+        .transform = {CVOL_DCT, 16, 0.1, CVOL_SCHEDULE_DEFERRED, 0},
     };
     return options;
 }

@@ -8,6 +8,7 @@
  * volume rendering", 1993) a sample counts 1 - strength depth, depth from 0 at the near end of the
  * volume's diagonal, were it along the ray, to 1 at the far end.
  */
+#define _POSIX_C_SOURCE 200809L /* clock_gettime */
 #include "render/fourier_pixels.h"
 
 #include <math.h>

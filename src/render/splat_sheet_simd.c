@@ -86,7 +86,7 @@ CVOL_INLINE void split(int32_t *pixels, int32_t *parts, float *at, cvol_vf place
     const cvol_vf scaled = place * (float)(1 << log2);
     cvol_vi whole = cvol_to_int(scaled);
     whole += cvol_to_float(whole) > scaled;
-    const cvol_vi pixel = whole >> log2, part = whole & ((1 << log2) - 1);
+    const cvol_vi pixel = whole >> log2, part = whole - (pixel << log2);
     memcpy(pixels, &pixel, sizeof pixel);
     memcpy(parts, &part, sizeof part);
     cvol_store(at, place);

@@ -1,4 +1,5 @@
 /* The transform engine: from a view to slices, from slices to a lattice, from there to pixels. */
+#define _POSIX_C_SOURCE 200809L /* clock_gettime */
 #include "render/transform_state.h"
 
 #include <math.h>
