@@ -222,7 +222,30 @@ def make_folders():
 # ---- NumPy, MRC ----------------------------------------------------------------------------------
 
 
+def arrays():
+    """Of more axes than three: name, array, the volume in it, and what chooses it."""
+    five, turned = samples("u2", (2, 3, 4, 5, 6)), samples("f4", (3, 4, 5, 6))
+    colours, coloured = samples("u1", (4, 5, 6, 3)), samples("i2", (2, 4, 5, 6, 4))
+    return (
+        ("five", five, five[1, 2], "index=1", "channel=2"),
+        ("colours", colours, colours[..., 1], "channel=1"),
+        ("coloured", coloured, coloured[1, ..., 3], "index=1", "channel=3"),
+        ("grey", colours[..., :1], colours[..., 0]),
+        ("single", turned[None], turned[2], "index=2"),
+        ("channels", turned, turned[1], "channel=1"),
+        ("six", coloured[None], coloured[0, ..., 2], "index=0", "channel=2"),
+    )
+
+
 def make_npy():
+    for name, array, volume, *options in arrays():
+        np.save(f"{name}.npy", array)
+        announce(f"{name}.npy", volume, (1, 1, 1), *options)
+        np.save(f"{name}_f.npy", np.asfortranarray(array).astype(array.dtype.newbyteorder(">")))
+        announce(f"{name}_f.npy", volume, (1, 1, 1), *options)
+    half = samples("f4", (2, 4, 5, 6, 4)).astype("f2")
+    np.save("half_coloured.npy", half)
+    announce("half_coloured.npy", half[1, ..., 3].astype("f4"), (1, 1, 1), "index=1", "channel=3")
     for kind in ("u1", "i1", "<u2", ">i2", "<u4", ">i4", ">f4", "<f8"):
         volume = samples(kind)
         name = kind.replace("<", "l").replace(">", "b") + ".npy"
@@ -351,6 +374,11 @@ def make_hdf5():
     many = samples("f4", (3, 4, 5, 6))
     with h5py.File("four.h5", "w") as file:
         file["a:b"] = many
+    with h5py.File("arrays.h5", "w") as file:
+        for name, array, volume, *options in arrays():
+            file.create_dataset(name, data=array, chunks=tuple(min(4, n) for n in array.shape), compression="gzip")
+            announce(f"arrays.h5:/{name}", volume, (1, 1, 1), *options)
+        file["seven"] = np.zeros((2, 2, 2, 5, 5, 5, 3), "u1")
     announce("four.h5:/a:b", many[2], (1, 2, 3), "index=2", "spacing=1,2,3")
 
 

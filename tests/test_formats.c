@@ -266,7 +266,7 @@ static void test_lies(void **state)
                           "\x93NUMPY\1\0\x4b\0{'descr': '<f4', 'fortran_order': False, "
                           "'shape': (99999, 99999, 99999), }\n",
                           85),
-               CVOL_ERROR_FORMAT, "99999 x 99999", "bytes of samples");
+               CVOL_ERROR_FORMAT, "99999, 99999", "bytes of samples");
     read_fails(write_text("l.npy", "",
                           "\x93NUMPY\1\0\x4b\0{'descr': '<f4', 'fortran_order': False, "
                           "'shape': (0, 99999, 99999), }    \n",

@@ -151,6 +151,53 @@ static void test_nifti_series(void **state)
                     "11 of the 12 bytes", "");
 }
 
+/* Reads `paths`, one packed, and compares with sample i at first + i step of those that count. */
+static void expect_channel(const char *const paths[2], int index, int channel, int first, int step)
+{
+    const cvol_read_options options = {
+        .has_index = 1, .index = index, .has_channel = 1, .channel = channel};
+    for (int p = 0; p < 2; p++) {
+        cvol_volume *v;
+        check_ok(cvol_volume_read(context, &v, paths[p], &options));
+        assert_int_equal(v->grid.dims[0] * v->grid.dims[1] * v->grid.dims[2], 6);
+        assert_int_equal(v->grid.type, CVOL_UINT8);
+        for (int i = 0; i < 6; i++)
+            assert_int_equal(((const uint8_t *)v->data)[i], counting[first + i * step]);
+        cvol_volume_free(v);
+    }
+}
+
+/* Vectors, whose components lie one behind the other, and colours, whose bytes lie together. */
+static void test_nifti_channels(void **state)
+{
+    (void)state;
+    uint8_t bytes[352 + 36], packed[600];
+    for (int colours = 0; colours < 2; colours++) {
+        header h = nifti1(0);
+        set_dims(&h, colours ? 4 : 5, 3, 2, 1, 2);
+        set16(&h, 50, 3); /* dim[5] */
+        set16(&h, 70, colours ? 128 : 2);
+        memcpy(bytes, h.bytes, 352);
+        memcpy(bytes + 352, counting, 36);
+        size_t size = gzip(packed, sizeof packed, bytes, sizeof bytes, 15 + 16);
+        const char *paths[] = {write_bytes("c.nii", bytes, sizeof bytes),
+                               write_bytes("c.nii.gz", packed, size)};
+        for (int index = 0; index < 2; index++)
+            for (int channel = 0; channel < 3; channel++)
+                expect_channel(paths, index, channel,
+                               colours ? 18 * index + channel : 6 * (2 * channel + index),
+                               colours ? 3 : 1);
+        const cvol_read_options none = {.has_index = 1};
+        read_fails_with(paths[1], &none, CVOL_ERROR_ARGUMENT, "has 3 channels", "--channel 0 to 2");
+        const cvol_read_options end = {.has_index = 1, .index = 1, .has_channel = 1, .channel = 2};
+        read_fails_with(write_bytes("c.nii", bytes, sizeof bytes - 1), &end, CVOL_ERROR_FORMAT,
+                        colours ? "17 of the 18 bytes" : "5 of the 6 bytes", "");
+        size = gzip(packed, sizeof packed, bytes, sizeof bytes - 1, 15 + 16);
+        read_fails_with(write_bytes("c.nii.gz", packed, size), &end, CVOL_ERROR_FORMAT, "of the",
+                        "bytes");
+    }
+}
+
 static void test_nifti_dims(void **state)
 {
     (void)state;
@@ -181,8 +228,8 @@ static void test_nifti_lies(void **state)
     header h = nifti1(0);
     set16(&h, 70, 1024);
     read_fails(nifti(&h, 12), CVOL_ERROR_UNSUPPORTED, "datatype 1024", "INT64");
-    set16(&h, 70, 128);
-    read_fails(nifti(&h, 12), CVOL_ERROR_UNSUPPORTED, "datatype 128", "RGB24");
+    set16(&h, 70, 32);
+    read_fails(nifti(&h, 12), CVOL_ERROR_UNSUPPORTED, "datatype 32", "COMPLEX64");
     set16(&h, 70, 77);
     read_fails(nifti(&h, 12), CVOL_ERROR_FORMAT, "datatype is 77", "");
     set16(&h, 70, 0);
@@ -246,6 +293,7 @@ int main(void)
         cmocka_unit_test(test_nifti_wide),  cmocka_unit_test(test_nifti_pair),
         cmocka_unit_test(test_nifti_dims),  cmocka_unit_test(test_nifti_series),
         cmocka_unit_test(test_nifti_lies),  cmocka_unit_test(test_nifti_gzip),
+        cmocka_unit_test(test_nifti_channels),
     };
     return cmocka_run_group_tests(reading, open_all, close_all) != 0;
 }

@@ -31,8 +31,10 @@ typedef struct cvol_read_options {
     /* Also for formats that often do not say it (TIFF, NumPy, HDF5). 0: what the file says, or 1.
      */
     double spacing[3];
-    /* Which of several channels, and which of several volumes (a time series, the first axis of an
-     * array of four), counted from 0. Without has_... the file must have but one. */
+    /* Which of several channels (colours, vectors), and which of several volumes (a time series),
+     * counted from 0. Without has_... the file must have but one. Arrays (NumPy, HDF5) of more than
+     * three axes: v[volume, z, y, x]; v[volume, channel, z, y, x]; and where the last axis has four
+     * places at most, v[z, y, x, channel] and v[volume, z, y, x, channel]. */
     int has_channel, channel;
     int has_index, index;
     /* Which of several DICOM series in a folder: its number, UID or description. NULL: the only

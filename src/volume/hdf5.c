@@ -1,8 +1,8 @@
-/* HDF5 (hdfgroup.org): a dataset of two to four axes, FILE.h5:/path/to/it, or the only one of three
+/* HDF5 (hdfgroup.org): a dataset of up to five axes, FILE.h5:/path/to/it, or the only one of three
  * or more.
  *
- * The last axis is x, as in NumPy; the first of four is chosen by `index`. libhdf5 stands behind a
- * module of its own. Voxel sizes are Fiji's attribute element_size_um. */
+ * The last axis is x, as in NumPy; more than three are chosen from (axes.h). libhdf5 stands behind
+ * a module of its own. Voxel sizes are Fiji's attribute element_size_um. */
 #define _GNU_SOURCE
 #include "volume/hdf5.h"
 
@@ -13,6 +13,7 @@
 #include <sys/stat.h>
 
 #include "base/context.h"
+#include "volume/axes.h"
 #include "volume/format.h"
 #include "volume/hdf5_module.h"
 #include "volume/module.h"
@@ -21,7 +22,7 @@ typedef struct hdf5 {
     char *name; /* for messages */
     cvol_hdf5_dataset *dataset;
     cvol_hdf5_shape shape;
-    uint64_t index;
+    cvol_axes axes;
 } hdf5;
 
 /* ---- the module ----------------------------------------------------------------------- */
@@ -100,50 +101,37 @@ static void close_hdf5(void *state)
 static int read_sheets(cvol_context *context, void *state, void *out, size_t first, size_t count)
 {
     hdf5 *h = state;
-    const int rank = h->shape.rank;
+    const cvol_axes *axes = &h->axes;
     uint64_t begin[CVOL_HDF5_RANK] = {0}, box[CVOL_HDF5_RANK];
     char message[300];
-    for (int i = 0; i < rank; i++)
-        box[i] = i < rank - 2 ? 1 : h->shape.dims[i];
-    if (rank > 2) {
-        begin[rank - 3] = first;
-        box[rank - 3] = count;
+    for (int i = 0; i < axes->rank; i++) {
+        begin[i] = axes->begin[i];
+        box[i] = i == axes->of[0] || i == axes->of[1] ? axes->dims[i] : 1;
     }
-    if (rank > 3)
-        begin[rank - 4] = h->index;
+    if (axes->of[2] >= 0) {
+        begin[axes->of[2]] = first;
+        box[axes->of[2]] = count;
+    }
     if (functions()->read(h->dataset, out, begin, box, message, sizeof message))
         return CVOL_OK;
     return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s", h->name, message);
 }
 
-/* The last three axes, and the one before them; others must be single. */
 static int read_shape(cvol_context *context, hdf5 *h, cvol_grid *grid,
                       const cvol_read_options *options)
 {
-    const int rank = h->shape.rank;
-    const uint64_t *dims = h->shape.dims;
-    size_t index;
     *grid = cvol_grid_make(1, 1, 1, (cvol_type)h->shape.type);
-    for (int i = 0; i < rank - 4; i++)
-        if (dims[i] != 1)
-            return cvol_fail(
-                context, CVOL_ERROR_UNSUPPORTED,
-                "%s: its dataset has %d axes, and axis %d has %llu places; four can be "
-                "read",
-                h->name, rank, i, (unsigned long long)dims[i]);
-    for (int a = 0; a < 3 && a < rank; a++) {
-        grid->dims[a] = (size_t)dims[rank - 1 - a];
+    h->axes.rank = h->shape.rank;
+    for (int i = 0; i < h->shape.rank; i++)
+        h->axes.dims[i] = h->shape.dims[i];
+    for (int a = 0; a < 3 && a < h->shape.rank; a++) {
         const double size = h->shape.size_um[2 - a];
         if (size < 0 || size > 0 || size != size) {
             grid->spacing[a] = size;
             snprintf(grid->unit, sizeof grid->unit, "um");
         }
     }
-    int code = cvol_format_choose(context, &index, h->name, "volume", "--index",
-                                  rank > 3 ? (size_t)dims[rank - 4] : 1, options->has_index,
-                                  options->index);
-    h->index = index;
-    return code;
+    return cvol_axes_choose(context, &h->axes, grid, h->name, options);
 }
 
 static int find_hdf5(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
@@ -176,5 +164,5 @@ const cvol_format cvol_format_hdf5 = {
     .endings = {".h5", ".hdf5"},
     .recognise = recognise,
     .find = find_hdf5,
-    .takes = CVOL_TAKES_SPACING | CVOL_TAKES_INDEX,
+    .takes = CVOL_TAKES_SPACING | CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
 };

@@ -17,6 +17,7 @@
 #include "volume/format.h"
 #include "volume/geometry.h"
 #include "volume/inflate.h"
+#include "volume/interleaved.h"
 #include "volume/nifti_fields.h"
 #include "volume/text.h"
 
@@ -46,7 +47,9 @@ typedef struct nifti {
     cvol_nifti_header header;
     int is_gzip, is_pair;
     uint64_t vox_offset;
-    size_t volumes; /* of a time series; 1 otherwise */
+    size_t volumes;  /* of a time series; 1 otherwise */
+    size_t channels; /* of vectors or colours; 1 otherwise */
+    int has_colours; /* bytes of a place lie together */
     cvol_grid grid;
 } nifti;
 
@@ -162,12 +165,12 @@ static int read_dims(nifti *n)
                              "%s: dim[%zu] is %lld, must be positive", n->path, i, (long long)dim);
         if (i <= 3)
             n->grid.dims[i - 1] = (size_t)dim;
-        else if (i == 4 && dim > 1)
-            n->volumes = (size_t)dim;
+        else if (i <= 5 && dim > 1)
+            *(i == 4 ? &n->volumes : &n->channels) = (size_t)dim;
         else if (dim > 1)
             return cvol_fail(n->context, CVOL_ERROR_UNSUPPORTED,
-                             "%s: dim[%zu] is %lld: the file is a volume of vectors, of which none "
-                             "can be read",
+                             "%s: dim[%zu] is %lld: a file of more than five axes, which are not "
+                             "supported",
                              n->path, i, (long long)dim);
     }
     return CVOL_OK;
@@ -181,6 +184,11 @@ static int read_type(nifti *n)
             n->grid.type = datatypes[i].type;
             return CVOL_OK;
         }
+    if ((code == DT_RGB24 || code == DT_RGBA32) && n->channels == 1) {
+        n->channels = code == DT_RGB24 ? 3 : 4;
+        n->has_colours = 1;
+        return CVOL_OK;
+    }
     const char *name = nifti_datatype_to_string(code);
     if (!name || strstr(name, "UNKNOWN") || code == DT_NONE)
         return cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: datatype is %d, which is unknown",
@@ -312,22 +320,44 @@ static int find_pair(const nifti *n, char **image, int *image_is_gzip)
     return CVOL_OK;
 }
 
-/* Where the volume that was asked for is among those of a time series. */
+/* Bytes in front of the place-th of volumes that lie one behind the other. */
+static uint64_t place_of(const nifti *n, uint64_t place, uint64_t bytes)
+{
+    uint64_t skip;
+    return __builtin_mul_overflow(place, bytes, &skip) ||
+                   __builtin_add_overflow(skip, n->vox_offset, &skip)
+               ? UINT64_MAX
+               : skip;
+}
+
+/* Where the volume that was asked for is among those of a time series; of vectors' components,
+ * which lie one whole series behind the other; or among the bytes of colours. */
 static int choose_volume(nifti *n, cvol_stored *stored, const cvol_read_options *options)
 {
-    size_t index, bytes;
-    int code = cvol_format_choose(n->context, &index, n->path, "volume", "--index", n->volumes,
+    size_t index, channel;
+    uint64_t place;
+    int code = cvol_format_choose(n->context, &channel, n->path, "channel", "--channel",
+                                  n->channels, options->has_channel, options->channel);
+    if (!code)
+        code = cvol_format_choose(n->context, &index, n->path, "volume", "--index", n->volumes,
                                   options->has_index, options->index);
-    if (!code) /* or the product below might overflow */
+    if (!code) /* or products below might overflow */
         code = cvol_grid_check_within(n->context, &n->grid, n->path, UINT64_MAX);
     if (code)
         return code;
-    bytes = cvol_grid_bytes(&n->grid);
-    uint64_t skip;
-    if (__builtin_mul_overflow((uint64_t)bytes, (uint64_t)index, &skip) ||
-        __builtin_add_overflow(skip, n->vox_offset, &stored->byte_skip))
-        stored->byte_skip = UINT64_MAX;
-    stored->may_go_on = stored->others_follow = n->volumes > 1;
+    const uint64_t bytes = cvol_grid_bytes(&n->grid);
+    if (n->has_colours)
+        return bytes > SIZE_MAX / 4
+                   ? cvol_fail_memory(n->context, SIZE_MAX, n->path)
+                   : cvol_interleaved_read(n->context, stored, &n->grid,
+                                           stored->data_path ? stored->data_path : n->path, n->path,
+                                           n->is_gzip, place_of(n, index, bytes * n->channels),
+                                           n->channels, channel);
+    if (__builtin_mul_overflow((uint64_t)channel, (uint64_t)n->volumes, &place) ||
+        __builtin_add_overflow(place, (uint64_t)index, &place))
+        place = UINT64_MAX;
+    stored->byte_skip = place_of(n, place, bytes);
+    stored->may_go_on = stored->others_follow = n->volumes > 1 || n->channels > 1;
     return CVOL_OK;
 }
 
@@ -337,6 +367,7 @@ static int find_nifti(cvol_context *context, cvol_grid *grid, cvol_stored *store
     nifti n = {.context = context,
                .path = path,
                .volumes = 1,
+               .channels = 1,
                .grid = cvol_grid_make(1, 1, 1, CVOL_UINT8)};
     int code = read_header(&n);
     if (!code)
@@ -470,5 +501,5 @@ const cvol_format cvol_format_nifti = {
     .recognise = recognise,
     .find = find_nifti,
     .plan = plan_nifti,
-    .takes = CVOL_TAKES_INDEX,
+    .takes = CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
 };

@@ -2,8 +2,8 @@
  * a dictionary written in Python, and an array's elements.
  *
  * The array's last axis is x, so that v[z, y, x] is the same sample in either order of storage; C
- * order lies as grids do. The first of four axes is chosen by `index`. Booleans are bytes, and half
- * floats become floats. Written: version 1, little-endian, C order. */
+ * order lies as grids do. More than three axes are chosen from (axes.h). Booleans are bytes, and
+ * half floats become floats. Written: version 1, little-endian, C order. */
 #define _GNU_SOURCE
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,6 +12,7 @@
 #include "base/context.h"
 #include "base/grid.h"
 #include "base/memory.h"
+#include "volume/axes.h"
 #include "volume/format.h"
 #include "volume/strided.h"
 #include "volume/text.h"
@@ -26,7 +27,7 @@ typedef struct npy {
     uint64_t file_size;
     cvol_type type;
     int is_half, big_endian, is_fortran;
-    size_t shape[4]; /* t, z, y, x */
+    cvol_axes axes;
 } npy;
 
 static int recognise(const uint8_t *head, size_t size)
@@ -136,84 +137,107 @@ static int read_type(npy *n)
 static int read_shape(npy *n)
 {
     const char *at = find_value(n, "shape"), *order = find_value(n, "fortran_order");
-    size_t axes[5], count = 0;
+    int count = 0;
     if (!order || (strncmp(order, "True", 4) && strncmp(order, "False", 5)))
         return fail_value(n, "fortran_order", "must be True or False");
     n->is_fortran = order[0] == 'T';
     if (!at || *at != '(')
         return fail_value(n, "shape", "must be numbers in brackets");
-    for (at++; *at && *at != ')' && count < 5;) {
+    for (at++; *at && *at != ')' && count < CVOL_AXES_MOST;) {
         size_t length = strspn(at, "0123456789");
         int64_t axis;
         if (!cvol_text_integer(at, length, &axis))
             return fail_value(n, "shape", "must be numbers in brackets");
         if (axis == 0)
             return fail_value(n, "shape", "which holds no samples");
-        axes[count++] = (size_t)axis;
+        n->axes.dims[count++] = (uint64_t)axis;
         at += length + strspn(at + length, "L");
         at += strspn(at, " ");
         at += *at == ',';
         at += strspn(at, " ");
     }
-    if (*at != ')' || count < 1 || count > 4)
-        return fail_value(n, "shape", "must have one to four axes");
-    for (size_t i = 0; i < 4; i++)
-        n->shape[i] = i < 4 - count ? 1 : axes[i - (4 - count)];
+    if (*at != ')' || count < 1)
+        return fail_value(n, "shape", "must have one to five axes");
+    n->axes.rank = count;
     return CVOL_OK;
 }
 
 /* ---- reading ------------------------------------------------------------------------- */
 
-static int find_elements(const npy *n, cvol_stored *stored, const cvol_grid *grid, size_t index,
-                         size_t elements)
+/* How far apart, in elements, an axis' neighbours are. */
+static size_t stride_of(const npy *n, int axis)
 {
-    const size_t *s = n->shape;
-    const size_t volume = elements / s[0];
-    if (!n->is_fortran && !n->is_half) {
-        stored->offset = n->data_at + index * volume * cvol_type_size(n->type);
-        stored->big_endian = n->big_endian;
-        stored->may_go_on = s[0] > 1;
-        return CVOL_OK;
-    }
+    size_t stride = 1;
+    for (int i = n->is_fortran ? 0 : axis + 1; i < (n->is_fortran ? axis : n->axes.rank); i++)
+        stride *= (size_t)n->axes.dims[i];
+    return axis < 0 ? 0 : stride;
+}
+
+/* The product of all axes is known to fit. In C order nothing is read but the axes behind those
+ * that are chosen in front. */
+static int find_elements(const npy *n, cvol_stored *stored, const cvol_grid *grid, size_t elements)
+{
+    const cvol_axes *axes = &n->axes;
+    const size_t each = n->is_half ? 2 : cvol_type_size(n->type);
     cvol_strided strided = {.big_endian = n->big_endian, .is_half = n->is_half};
-    const size_t c[4] = {volume, s[2] * s[3], s[3], 1};
-    const size_t f[4] = {1, s[0], s[0] * s[1], s[0] * s[1] * s[2]};
-    const size_t *step = n->is_fortran ? f : c;
-    strided.first = index * step[0];
+    uint64_t skip = 0;
+    for (int i = 0; i < axes->rank; i++)
+        if (!n->is_fortran && i < axes->of[2]) {
+            skip += axes->begin[i] * stride_of(n, i);
+            elements = stride_of(n, i);
+        } else {
+            strided.first += (size_t)axes->begin[i] * stride_of(n, i);
+        }
     for (int a = 0; a < 3; a++)
-        strided.stride[a] = step[3 - a];
-    return cvol_strided_read(n->context, stored, &strided, grid, n->path, n->data_at, elements);
+        strided.stride[a] = stride_of(n, axes->of[a]);
+    const uint64_t at = n->data_at + skip * each;
+    if (n->is_fortran || n->is_half || strided.stride[0] != 1)
+        return cvol_strided_read(n->context, stored, &strided, grid, n->path, at, elements);
+    stored->offset = at;
+    stored->big_endian = n->big_endian;
+    stored->may_go_on = axes->rank > 3;
+    return CVOL_OK;
+}
+
+/* All elements, and not a byte more, lie behind the header. */
+static int check_size(const npy *n, size_t *elements)
+{
+    const size_t each = n->is_half ? 2 : cvol_type_size(n->type);
+    const uint64_t held = n->file_size > n->data_at ? n->file_size - n->data_at : 0;
+    size_t bytes;
+    *elements = 1;
+    int fits = n->file_size >= n->data_at;
+    for (int i = 0; i < n->axes.rank && fits; i++)
+        fits = n->axes.dims[i] <= SIZE_MAX &&
+               cvol_size_multiply(elements, *elements, (size_t)n->axes.dims[i]);
+    if (fits && cvol_size_multiply(&bytes, *elements, each) && bytes == held)
+        return CVOL_OK;
+    const char *shape = find_value(n, "shape");
+    const size_t length = value_length(shape);
+    return cvol_fail(n->context, CVOL_ERROR_FORMAT,
+                     "%s: holds %llu bytes of samples, but its shape %.*s of %zu bytes each is "
+                     "another number",
+                     n->path, (unsigned long long)held, length < 99 ? (int)length : 99, shape,
+                     each);
 }
 
 static int find_in(npy *n, cvol_grid *grid, cvol_stored *stored, const cvol_read_options *options)
 {
-    size_t index, elements, bytes;
+    size_t elements;
     int code = read_header(n);
     if (!code)
         code = read_type(n);
     if (!code)
         code = read_shape(n);
-    if (!code)
-        code = cvol_format_choose(n->context, &index, n->path, "volume", "--index", n->shape[0],
-                                  options->has_index, options->index);
     if (code)
         return code;
-    *grid = cvol_grid_make(n->shape[3], n->shape[2], n->shape[1], n->type);
-    const size_t each = n->is_half ? 2 : cvol_type_size(n->type);
-    const int fits = cvol_size_multiply(&elements, n->shape[0], n->shape[1]) &&
-                     cvol_size_multiply(&elements, elements, n->shape[2]) &&
-                     cvol_size_multiply(&elements, elements, n->shape[3]) &&
-                     cvol_size_multiply(&bytes, elements, each);
-    if (!fits || n->file_size < n->data_at || n->file_size - n->data_at != bytes)
-        return cvol_fail(
-            n->context, CVOL_ERROR_FORMAT,
-            "%s: holds %llu bytes of samples, but its shape %zu x %zu x %zu x %zu of "
-            "%zu bytes each is another number",
-            n->path,
-            (unsigned long long)(n->file_size > n->data_at ? n->file_size - n->data_at : 0),
-            n->shape[0], n->shape[1], n->shape[2], n->shape[3], each);
-    code = cvol_grid_check_within(n->context, grid, n->path, UINT64_MAX);
-    return code ? code : find_elements(n, stored, grid, index, elements);
+    *grid = cvol_grid_make(1, 1, 1, n->type);
+    code = cvol_axes_choose(n->context, &n->axes, grid, n->path, options);
+    if (!code)
+        code = check_size(n, &elements);
+    if (!code)
+        code = cvol_grid_check_within(n->context, grid, n->path, UINT64_MAX);
+    return code ? code : find_elements(n, stored, grid, elements);
 }
 
 static int find_npy(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
@@ -261,5 +285,5 @@ const cvol_format cvol_format_npy = {
     .recognise = recognise,
     .find = find_npy,
     .plan = plan_npy,
-    .takes = CVOL_TAKES_SPACING | CVOL_TAKES_INDEX,
+    .takes = CVOL_TAKES_SPACING | CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
 };

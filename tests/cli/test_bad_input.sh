@@ -215,7 +215,7 @@ expect_failure 2 'lie.nii: has 5 volumes; choose one with --index 0 to 4' cvol i
 refuse 'holds 0 of the' lie.nii --index 4
 nifti 'datatype' 70 i16 0                        #
 nifti 'datatype' 70 i16 77                       #
-nifti 'datatype' 70 i16 128                      # RGB
+nifti 'datatype' 70 i16 32                       # complex
 nifti '' 70 i16 512 72 i16 16                    # twice the bytes
 nifti 'vox_offset' 108 f32 -352                  #
 nifti '' 108 f32 1e9                             #

@@ -108,6 +108,13 @@ if [ -e hdf5/many.h5 ]; then
         cvol info hdf5/many.h5
     expect_failure 1 'many.h5:/none: has no such dataset' cvol info hdf5/many.h5:/none
     expect_failure 1 "many.h5:/long: its dataset's type is not supported" cvol info hdf5/many.h5:/long
+    expect_failure 2 'arrays.h5:/five: has 3 channels; choose one with --channel 0 to 2' \
+        cvol info hdf5/arrays.h5:/five
+    expect_failure 2 'arrays.h5:/five: has 2 volumes; choose one with --index 0 to 1' \
+        cvol info hdf5/arrays.h5:/five --channel 0
+    expect_failure 2 'arrays.h5:/colours: has 3 channels' cvol info hdf5/arrays.h5:/colours
+    expect_failure 1 'arrays.h5:/seven: its array has 7 axes, and axis 0 has 2 places; five can be read' \
+        cvol info hdf5/arrays.h5:/seven
     expect_failure 2 'four.h5: has 3 volumes; choose one with --index 0 to 2' cvol info hdf5/four.h5
     head -c 3000 hdf5/one.h5 >cut.h5
     expect_failure 1 'cut.h5: ' cvol info cut.h5

@@ -200,9 +200,11 @@ static void make_room(cvol_hdf5_dataset *d, const char *name, const cvol_hdf5_sh
     if (!chunked)
         return;
     double bytes = 8;
+    const int colours = shape->rank > 3 && shape->dims[shape->rank - 1] <= 4; /* behind a sheet */
     for (int i = 0; i < shape->rank; i++)
-        bytes *= (double)chunk[i] *
-                 (i < shape->rank - 2 ? 1 : 1 + (double)(shape->dims[i] / (chunk[i] + !chunk[i])));
+        bytes *= (double)chunk[i] * (i < shape->rank - 2 - colours
+                                         ? 1
+                                         : 1 + (double)(shape->dims[i] / (chunk[i] + !chunk[i])));
     hid_t access = H5Pcreate(H5P_DATASET_ACCESS);
     if (bytes <= 0x1p28 && access >= 0 &&
         H5Pset_chunk_cache(access, 10007, (size_t)bytes + (1 << 20), 1) >= 0) {
