@@ -1,7 +1,8 @@
 # What is installed: the command with its manual and completions; the shared library; headers, the static
 # library, and what pkg-config and CMake's find_package(cvol) look for; by `cpack`, Debian packages of these.
 
-# What who links libcvol.a links as well, as -lNAME: all that the library is linked to, and what that needs.
+# What who links libcvol.a links as well, as NAME, or as a path where linkers do not look by themselves (clang's
+# OpenMP): all that the library is linked to, and what that needs.
 function(cvol_link_names out)
   set(names)
   foreach(item IN LISTS ARGN)
@@ -30,8 +31,11 @@ function(cvol_link_names out)
   endforeach()
   set(found)
   foreach(name IN LISTS names)
-    get_filename_component(name "${name}" NAME)
-    string(REGEX REPLACE "^(-l|lib)|\\.(so|a)[.0-9]*$" "" name "${name}")
+    get_filename_component(folder "${name}" DIRECTORY)
+    if(NOT folder MATCHES "llvm")
+      get_filename_component(name "${name}" NAME)
+      string(REGEX REPLACE "^(-l|lib)|\\.(so|a)[.0-9]*$" "" name "${name}")
+    endif()
     list(APPEND found ${name})
   endforeach()
   if(found)
@@ -42,8 +46,9 @@ endfunction()
 
 get_target_property(needs cvol_library LINK_LIBRARIES)
 cvol_link_names(names ${needs})
-list(TRANSFORM names PREPEND "-l")
-string(REPLACE ";" " " CVOL_STATIC_LIBS "${names}")
+set(flags ${names})
+list(TRANSFORM flags PREPEND "-l" REGEX "^[^/]")
+string(REPLACE ";" " " CVOL_STATIC_LIBS "${flags}")
 
 include(CMakePackageConfigHelpers)
 set(CVOL_CMAKE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/cvol)

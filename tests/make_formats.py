@@ -232,7 +232,6 @@ def arrays():
         ("coloured", coloured, coloured[1, ..., 3], "index=1", "channel=3"),
         ("grey", colours[..., :1], colours[..., 0]),
         ("single", turned[None], turned[2], "index=2"),
-        ("channels", turned, turned[1], "channel=1"),
         ("six", coloured[None], coloured[0, ..., 2], "index=0", "channel=2"),
     )
 

@@ -289,10 +289,10 @@ static void test_nifti_gzip(void **state)
 int main(void)
 {
     const struct CMUnitTest reading[] = {
-        cmocka_unit_test(test_nifti_plain), cmocka_unit_test(test_nifti_affine),
-        cmocka_unit_test(test_nifti_wide),  cmocka_unit_test(test_nifti_pair),
-        cmocka_unit_test(test_nifti_dims),  cmocka_unit_test(test_nifti_series),
-        cmocka_unit_test(test_nifti_lies),  cmocka_unit_test(test_nifti_gzip),
+        cmocka_unit_test(test_nifti_plain),    cmocka_unit_test(test_nifti_affine),
+        cmocka_unit_test(test_nifti_wide),     cmocka_unit_test(test_nifti_pair),
+        cmocka_unit_test(test_nifti_dims),     cmocka_unit_test(test_nifti_series),
+        cmocka_unit_test(test_nifti_lies),     cmocka_unit_test(test_nifti_gzip),
         cmocka_unit_test(test_nifti_channels),
     };
     return cmocka_run_group_tests(reading, open_all, close_all) != 0;

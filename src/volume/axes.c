@@ -12,7 +12,7 @@ typedef struct leading {
     int channel, index, front;
 } leading;
 
-static leading find_leading(const cvol_axes *a, int z, const cvol_read_options *options)
+static leading find_leading(const cvol_axes *a, int z)
 {
     leading l = {-1, -1, 0};
     int first = 0, last = z - 1; /* axes in front of z that are left */
@@ -20,7 +20,7 @@ static leading find_leading(const cvol_axes *a, int z, const cvol_read_options *
         first++;
     if (a->rank - z == 4)
         l.channel = a->rank - 1;
-    else if (last > first || (last == first && options->has_channel && !options->has_index))
+    else if (last > first)
         l.channel = last--;
     if (last >= first)
         l.index = last--;
@@ -51,7 +51,7 @@ int cvol_axes_choose(cvol_context *context, cvol_axes *axes, cvol_grid *grid, co
         axes->of[i] = end - 1 - i >= 0 ? end - 1 - i : -1;
         grid->dims[i] = axes->of[i] >= 0 ? (size_t)axes->dims[axes->of[i]] : 1;
     }
-    const leading l = find_leading(axes, z < 0 ? 0 : z, options);
+    const leading l = find_leading(axes, z < 0 ? 0 : z);
     for (int i = 0; i < l.front; i++)
         if (axes->dims[i] != 1)
             return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,

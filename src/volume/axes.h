@@ -17,8 +17,7 @@ typedef struct cvol_axes {
 /* Of an array whose rank and dims are set, finds the others, and the grid's dims. Up to three axes
  * are z, y, x. Of more, the last one has channels where it has at most four places (colours); else
  * the three last are z, y, x, and of two in front of them (leading ones of one place do not count)
- * the second has channels. What is left in front has volumes; a single axis there is chosen from by
- * either option. Others must have one place.
+ * the second has channels. What is left in front has volumes. Others must have one place.
  * Errors: those of cvol_format_choose, UNSUPPORTED. */
 int cvol_axes_choose(cvol_context *context, cvol_axes *axes, cvol_grid *grid, const char *path,
                      const cvol_read_options *options);
