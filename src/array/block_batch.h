@@ -8,13 +8,16 @@
 #include "array/array.h"
 #include "base/vector.h"
 
-/* Their coefficients and where they go. */
+/* Their coefficients, and where in the block they go. */
 #define CVOL_BATCH 16
 typedef struct cvol_term_batch {
     float value[CVOL_BATCH] __attribute__((aligned(64)));
     uint32_t place[CVOL_BATCH] __attribute__((aligned(64)));
-    int32_t keep[CVOL_BATCH] __attribute__((aligned(64))); /* -1: on the line of the one before */
-    uint32_t last_line;
+    /* Found by cvol_batch_aim. */
+    int32_t line[CVOL_BATCH] __attribute__((aligned(64)));
+    int32_t basis[CVOL_BATCH] __attribute__((aligned(64)));
+    int32_t sheet[CVOL_BATCH] __attribute__((aligned(64)));
+    int32_t rows[CVOL_BATCH] __attribute__((aligned(64)));
 } cvol_term_batch;
 
 /* Unpacks CVOL_BATCH words at once; 0, and nothing done, if one of them is an escape. */
@@ -32,15 +35,7 @@ CVOL_INLINE int cvol_batch_unpack(cvol_term_batch *batch, const uint32_t *words,
         cvol_store(batch->value + i, cvol_to_float(value) * step);
         memcpy(batch->place + i, &place, sizeof place);
     }
-    if (cvol_any(escapes))
-        return 0;
-    uint32_t line = batch->last_line;
-    for (int i = 0; i < CVOL_BATCH; i++) {
-        batch->keep[i] = batch->place[i] >> block_log2 == line ? -1 : 0;
-        line = batch->place[i] >> block_log2;
-    }
-    batch->last_line = line;
-    return 1;
+    return !cvol_any(escapes);
 }
 
 /* The same for fewer terms, or where there are escapes; how many there are goes to *count. */
@@ -52,9 +47,6 @@ CVOL_INLINE const uint32_t *cvol_batch_unpack_slowly(cvol_term_batch *batch, int
     for (; i < CVOL_BATCH && words < end; i++) {
         batch->value[i] = step * (float)cvol_term_unpack(&words, &batch->place[i],
                                                          cvol_place_bits(block_log2));
-        uint32_t line = batch->place[i] >> block_log2;
-        batch->keep[i] = line == batch->last_line ? -1 : 0;
-        batch->last_line = line;
     }
     *count = i;
     return words;
@@ -69,6 +61,47 @@ CVOL_INLINE const uint32_t *cvol_batch_next(cvol_term_batch *batch, int *count,
     if (end - words >= CVOL_BATCH && cvol_batch_unpack(batch, words, step, block_log2))
         return words + CVOL_BATCH;
     return cvol_batch_unpack_slowly(batch, count, words, end, step, block_log2);
+}
+
+/* Where each term of a batch goes, on this view of the axes: on line (sheet, row), which begins
+ * `line` floats behind the first; times the row of the lane basis that begins `basis` floats behind
+ * its first, or, of octants whose bit of `split` is set, `parts` further. */
+CVOL_INLINE void cvol_batch_aim(cvol_term_batch *batch, int block_log2, int width, int lane,
+                                int row, int sheet, int split, int parts)
+{
+    const int32_t mask = (1 << block_log2) - 1;
+    for (int i = 0; i < CVOL_BATCH; i += CVOL_LANES) {
+        cvol_vi place;
+        memcpy(&place, batch->place + i, sizeof place);
+        const cvol_vi f = place >> lane * block_log2 & mask, r = place >> row * block_log2 & mask,
+                      s = place >> sheet * block_log2 & mask, rows = r + 1,
+                      line = ((s << block_log2) + r) * width;
+        cvol_vi basis = f * width;
+        if (split) {
+            const cvol_vi octant = (place & 1) | (place >> (block_log2 - 1) & 2) |
+                                   (place >> (2 * block_log2 - 2) & 4);
+            basis += ((split - (cvol_vi){0}) >> (octant + 1) & 1) * parts;
+        }
+        memcpy(batch->line + i, &line, sizeof line);
+        memcpy(batch->basis + i, &basis, sizeof basis);
+        memcpy(batch->sheet + i, &s, sizeof s);
+        memcpy(batch->rows + i, &rows, sizeof rows);
+    }
+}
+
+/* Adds a batch's terms to their lines. Of a sheet's terms the later ones have no lower row,
+ * whichever axes they are. */
+CVOL_INLINE void cvol_batch_add(float *first, uint8_t *rows, const cvol_term_batch *batch,
+                                int count, const float *lane_basis, int width)
+{
+    for (int i = 0; i < count; i++) {
+        float *line = first + batch->line[i];
+        const float *basis = lane_basis + batch->basis[i];
+        rows[batch->sheet[i]] = (uint8_t)batch->rows[i];
+        for (int part = 0; part < width; part += CVOL_LANES)
+            cvol_store(line + part,
+                       cvol_load(line + part) + batch->value[i] * cvol_load(basis + part));
+    }
 }
 
 #endif

@@ -17,33 +17,6 @@
 #include "array/split_inverse.h"
 #include "transform/lines.h"
 
-/* Adds a batch's terms to their lines. Terms come u fastest, so with lane = x (`lane` 0) each
- * line's terms follow one another: the line is summed in registers and stored after every term,
- * which spares the wait for its own last store. With other lanes neighbours in the list lie on
- * different lines. Of a sheet's terms the later ones have no lower row, whichever axes they are. */
-CVOL_INLINE void cvol_batch_add(float *first, cvol_block_rows *rows, cvol_vf *sum,
-                                const cvol_term_batch *batch, int count, const float *lane_basis,
-                                int block_log2, int width, int lane, int row, int sheet)
-{
-    const uint32_t mask = (1u << block_log2) - 1;
-    for (int i = 0; i < count; i++) {
-        const uint32_t place = batch->place[i];
-        const uint32_t f = place >> lane * block_log2 & mask, r = place >> row * block_log2 & mask,
-                       s = place >> sheet * block_log2 & mask;
-        rows->count[s] = (uint8_t)(r + 1);
-        float *line = first + (size_t)(s << block_log2 | r) * (unsigned)width;
-        const float *lanes = lane_basis + (size_t)f * (unsigned)width;
-        const float value = batch->value[i];
-        const cvol_vi keep = batch->keep[i] - (cvol_vi){0};
-        for (int part = 0; part < width; part += CVOL_LANES) {
-            cvol_vf *before = &sum[part / CVOL_LANES];
-            *before = lane == 0 ? (cvol_vf)((cvol_vi)*before & keep) : cvol_load(line + part);
-            *before += value * cvol_load(lanes + part);
-            cvol_store(line + part, *before);
-        }
-    }
-}
-
 /* Step 1. Line (s, r) begins at first[(s B + r) width]. */
 CVOL_INLINE void cvol_block_gather_lanes(float *first, cvol_block_rows *rows,
                                          const cvol_block *block, const float *lane_basis,
@@ -55,17 +28,13 @@ CVOL_INLINE void cvol_block_gather_lanes(float *first, cvol_block_rows *rows,
         memset(first + (long)s * B * width, 0, sizeof(float) * (size_t)(block->low[row] * width));
         rows->count[s] = 0;
     }
-    cvol_vf sum[CVOL_BLOCK_MAX / CVOL_LANES];
-    for (int part = 0; part < width; part += CVOL_LANES)
-        sum[part / CVOL_LANES] = (cvol_vf){0};
     cvol_term_batch batch;
-    batch.last_line = UINT32_MAX;
     const uint32_t *words = block->terms, *end = cvol_block_end(block);
     while (words < end) {
         int count;
         words = cvol_batch_next(&batch, &count, words, end, step, block_log2);
-        cvol_batch_add(first, rows, sum, &batch, count, lane_basis, block_log2, width, lane, row,
-                       sheet);
+        cvol_batch_aim(&batch, block_log2, width, lane, row, sheet, 0, 0);
+        cvol_batch_add(first, rows->count, &batch, count, lane_basis, width);
     }
 }
 

@@ -14,8 +14,8 @@ typedef struct cvol_block_axes {
      * lane basis padded with zeros to a row of 16 or 32. All 64-byte aligned. */
     int lane_points, row_points, sheet_points;
     const float *lane_basis, *row_basis, *sheet_basis;
-    /* The same of the parts of split cells, by 8 and by 4; index v of the cell's axis (cell.h). Not
-     * looked at where no block is split. */
+    /* The same of the parts of split cells, by 8 and by 4; index v of the cell's axis (cell.h).
+     * Those of lanes are of one array. Not looked at where no block is split. */
     const float *lane_parts[2], *row_parts[2], *sheet_parts[2];
     /* 0: all sheets. Else only the two outermost are wanted, at the low end (1), the high (2), or
      * both; others may be written, or not. Then sheet_points is 16. */

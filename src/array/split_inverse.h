@@ -44,33 +44,14 @@ CVOL_INLINE void cvol_split_gather_lanes(float *first, cvol_block_rows *rows,
         memset(first + (long)s * B * B, 0, sizeof(float) * (size_t)(block->low[row] * B));
         rows->count[s] = 0;
     }
-    cvol_vf sum[B / CVOL_LANES];
-    for (int part = 0; part < B; part += CVOL_LANES)
-        sum[part / CVOL_LANES] = (cvol_vf){0};
+    const int parts = (int)(axes->lane_parts[1] - axes->lane_parts[0]);
     cvol_term_batch batch;
-    batch.last_line = UINT32_MAX;
     const uint32_t *words = block->terms, *end = cvol_block_end(block);
     while (words < end) {
         int count;
         words = cvol_batch_next(&batch, &count, words, end, step, LOG2);
-        for (int i = 0; i < count; i++) {
-            const uint32_t place = batch.place[i];
-            const uint32_t f = place >> lane * LOG2 & (B - 1), r = place >> row * LOG2 & (B - 1),
-                           s = place >> sheet * LOG2 & (B - 1);
-            const uint32_t octant = (place & 1) | (place >> (LOG2 - 1) & 2) |
-                                    (place >> (2 * LOG2 - 2) & 4);
-            const float *lanes = axes->lane_parts[block->split >> (1 + octant) & 1] + f * B;
-            float *line = first + (s * B + r) * B;
-            rows->count[s] = (uint8_t)(r + 1);
-            const float value = batch.value[i];
-            const cvol_vi keep = batch.keep[i] - (cvol_vi){0};
-            for (int part = 0; part < B; part += CVOL_LANES) {
-                cvol_vf *before = &sum[part / CVOL_LANES];
-                *before = lane == 0 ? (cvol_vf)((cvol_vi)*before & keep) : cvol_load(line + part);
-                *before += value * cvol_load(lanes + part);
-                cvol_store(line + part, *before);
-            }
-        }
+        cvol_batch_aim(&batch, LOG2, B, lane, row, sheet, block->split, parts);
+        cvol_batch_add(first, rows->count, &batch, count, axes->lane_parts[0], B);
     }
 }
 

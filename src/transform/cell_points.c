@@ -31,18 +31,17 @@ void cvol_cell_points_basis(float *basis, int side, int points, int width)
     }
 }
 
-static float of_8[CELL * CELL] __attribute__((aligned(64)));
-static float of_4[CELL * CELL] __attribute__((aligned(64)));
+static float samples[2][CELL * CELL] __attribute__((aligned(64)));
 static pthread_once_t filled = PTHREAD_ONCE_INIT;
 
 static void fill(void)
 {
-    cvol_cell_points_basis(of_8, 8, CELL, CELL);
-    cvol_cell_points_basis(of_4, 4, CELL, CELL);
+    cvol_cell_points_basis(samples[0], 8, CELL, CELL);
+    cvol_cell_points_basis(samples[1], 4, CELL, CELL);
 }
 
 const float *cvol_cell_samples_basis(int side)
 {
     pthread_once(&filled, fill);
-    return side == 8 ? of_8 : of_4;
+    return samples[side == 4];
 }
