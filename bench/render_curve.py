@@ -1,9 +1,9 @@
 #!/usr/bin/python3
-"""Milliseconds a picture against its PSNR: cvol's levels, and VTK's CPU ray caster by its cheap ways.
+"""Milliseconds a picture against its PSNR: cvol and VTK's CPU ray caster, each by its cheap ways too.
 
-Of each volume and look cvol renders files of 1/30 and of 70 dB, and all levels of the first; VTK the
-original samples one ray a pixel and one sample a voxel, then with rays or samples twice as far apart, or
-both, and means of 2^3 and 4^3 samples. Each system is held against its own truth, samples four times as
+Of each volume and look cvol renders files of 1/30 and of 70 dB, and of the first also with a sheet for
+every two slices, with fewer rays, both, and all levels; VTK the original samples one ray a pixel and one
+sample a voxel, then with rays or samples twice as far apart, or both, and means of 2^3 and 4^3 samples. Each system is held against its own truth, samples four times as
 dense along every ray: PSNR over the foreground, the median view. Times are of one thread, the best of
 the rounds, in which all settings take turns.
 
@@ -23,8 +23,11 @@ from tables import (Failed, add_common_arguments, check_cvol, markdown, provenan
 from timing import have_vtk, time_vtk
 from volumes import BENCH, RENDERED, USUAL, rendered_path
 
-OURS = [('1/30', 'r30', '0'), ('70 dB', 'p70', '0'), ('level 1', 'r30', '1'),
-        ('level 2', 'r30', '2'), ('level 3', 'r30', '3')]
+OURS = [('1/30', 'r30', []), ('70 dB', 'p70', []), ('step 4', 'r30', ['--step', '4']),
+        ('rays 0.67', 'r30', ['--oversample', '0.67']),
+        ('step 4, rays 0.67', 'r30', ['--step', '4', '--oversample', '0.67']),
+        ('step 4, rays 0.5', 'r30', ['--step', '4', '--oversample', '0.5'])]
+OURS += [(f'level {level}', 'r30', ['--level', str(level)]) for level in (1, 2, 3)]
 THEIRS = [('step 1', []), ('step 2', ['--step', '2']), ('rays 2', ['--image-step', '2']),
           ('rays 2, step 2', ['--image-step', '2', '--step', '2']),
           ('means of 2^3', ['--shrink', '2']), ('means of 4^3', ['--shrink', '4']),
@@ -72,10 +75,9 @@ def measure_ours(arguments, cvol, work, name, look, packed, times):
                          os.path.join(work, 'truth'),
                          options + ['--engine', 'ray', '--step', TRUTH_STEP])
     rows = []
-    for setting, which, level in OURS:
-        folder = render_views(arguments, cvol, packed[which],
-                              os.path.join(work, f'{which}_{level}'),
-                              options + ['--level', level])
+    for setting, which, ways in OURS:
+        folder = render_views(arguments, cvol, packed[which], os.path.join(work, setting.replace('/', '_')),
+                              options + ways)
         rows.append({'volume': name, 'look': look, 'system': 'cvol', 'setting': setting,
                      'ms': times['cvol', setting],
                      'dB': median_psnr(arguments, cvol, truth, folder)})
@@ -102,9 +104,8 @@ def time_all(arguments, cvol, name, look, packed, raw, about):
                                          str(arguments.views), '--repeat', '2', '--threads', '1']
     times = {}
     for _ in range(arguments.rounds):
-        for setting, which, level in OURS:
-            took = run_json([cvol, 'bench', 'render', packed[which], '--level', level,
-                             '--json'] + shared)['frame_ms']['median']
+        for setting, which, ways in OURS:
+            took = run_json([cvol, 'bench', 'render', packed[which], '--json'] + ways + shared)['frame_ms']['median']
             times['cvol', setting] = min(took, times.get(('cvol', setting), took))
         for setting, options in THEIRS if about else []:
             took = time_vtk(raw, about, shared + options)['frame_ms']['median']

@@ -279,14 +279,14 @@ int check_render_arguments(scene *s, render_arguments *a)
     if (a->step != 0 && s->engine != CVOL_ENGINE_RAY && !is_sheet)
         return complain(EXIT_MISUSED,
                         "--step is for engines sheet and ray; the others take one a slice");
-    if (a->step != 0 && is_sheet && is_grey_mode(s->options.mode))
+    if (a->step != 0 && a->step < 1 && is_sheet && is_grey_mode(s->options.mode))
         return complain(EXIT_MISUSED,
-                        "--step of engine sheet is for modes composite and iso, not %s",
+                        "--step below 1 of engine sheet is for modes composite and iso, not %s",
                         a->mode_name);
     if (a->oversample_given && !is_sheet)
         return complain(EXIT_MISUSED, "--oversample is for engine sheet");
-    if (a->oversample_given && (a->oversample < 1 || a->oversample > 4))
-        return complain(EXIT_MISUSED, "--oversample is %d, must be 1 to 4", a->oversample);
+    if (a->oversample_given && !(a->oversample >= 0.25 && a->oversample <= 4))
+        return complain(EXIT_MISUSED, "--oversample is %g, must be 0.25 to 4", a->oversample);
     s->options.oversample = a->oversample;
     if (choose_splat(s, a) || choose_transform(s, a) || choose_fourier(s, a) ||
         choose_light(s, a) || choose_surface(s, a))

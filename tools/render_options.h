@@ -50,7 +50,8 @@ typedef struct render_arguments {
     int transfer_given;
     const char *channel_colours; /* of several channels; NULL: not given */
     const char *axis_name;       /* of cvol bake */
-    int oversample, oversample_given; /* engine sheet */
+    double oversample;
+    int oversample_given; /* engine sheet */
     const char *depth_name, *opacity_name; /* files beside the picture; NULL: none */
     int views, repeat;
     double budget_ms;
@@ -247,11 +248,11 @@ typedef struct render_arguments {
          0,                                                                                      \
          &(a).depth_cue_given},                                                                  \
     {                                                                                            \
-        "--oversample", "N", "of engine sheet: N x N rays a pixel, 1 (default) to 4",            \
-            OPTION_INTEGER, &(a).oversample, 0, &(a).oversample_given                            \
+        "--oversample", "N", "of engine sheet: N x N rays a pixel, 0.25 to 4 (default 1)",       \
+            OPTION_NUMBER, &(a).oversample, 0, &(a).oversample_given                             \
     },                                                                                           \
     {                                                                                            \
-        "--step", "VOXELS", "sample distance along rays (ray: 0.5; sheet: one a slice, to four)", \
+        "--step", "VOXELS", "sample distance along rays (ray: 0.5; sheet: one a slice)",          \
             OPTION_NUMBER, &(a).step, 0, NULL                                                    \
     }
 

@@ -243,9 +243,10 @@ typedef struct cvol_render_options {
     double step_voxels;   /* sample distance along the ray in mean spacings; 0: the engine's
                              own (ray: 0.5; sheet: one a slice, by straight lines between). Engine
                              sheet, modes composite and iso: at most that, but no more than four
-                             samples a slice */
-    int oversample;       /* engine sheet: as many lines and columns of rays for one of the picture,
-                             1 to 4; 0 is 1 */
+                             samples a slice; where it is two slices or more, one every other slice,
+                             in all modes */
+    double oversample;    /* engine sheet: as many lines and columns of rays for one of the picture,
+                             0.25 to 4; 0 is 1. Fewer than 1 is quicker and softer */
     double background[3]; /* R G B in 0..1 */
     double window[2]; /* modes xray, mip and min: the values that are black and white, the second
                          larger; 0 0: the smallest and the largest sample */

@@ -264,7 +264,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("camera", "cvol_camera", ()),
         ("level", "i", ()),
         ("step_voxels", "d", ()),
-        ("oversample", "i", ()),
+        ("oversample", "d", ()),
         ("background", "d", (3,)),
         ("window", "d", (2,)),
         ("shading", "cvol_shading", ()),

@@ -82,9 +82,9 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
     if (step != 0 && (!isfinite(step) || !(step >= STEP_MIN)))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "step %g: must be 0 (the engine's own) or at least 1/64 voxel", step);
-    if (options->oversample < 0 || options->oversample > 4)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "oversample %d: must be 1 to 4",
-                         options->oversample);
+    const double rays = options->oversample;
+    if (rays != 0 && !(rays >= 0.25 && rays <= 4))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "oversample %g: must be 0.25 to 4", rays);
     for (int c = 0; c < 3; c++)
         if (!(options->background[c] >= 0 && options->background[c] <= 1))
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,
@@ -298,7 +298,8 @@ int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
     const cvol_camera *camera = &options->camera;
     *out = (cvol_view){.width = options->width,
                        .height = options->height,
-                       .rays = options->oversample > 1 ? options->oversample : 1};
+                       .rays = options->oversample > 0 ? options->oversample : 1,
+                       .step = options->step_voxels};
     int code = check_options(context, options);
     if (code)
         return code;

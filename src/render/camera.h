@@ -23,7 +23,8 @@ typedef struct cvol_view {
     double pixel;              /* world size of a pixel (at that distance) */
     double mean_spacing;       /* the length that opacity is given for */
     int width, height;
-    int rays;    /* of engine sheet: lines and columns of them for one of the picture, at least */
+    double rays; /* of engine sheet: lines and columns of them for one of the picture, at least */
+    double step; /* between samples along rays, in mean spacings; 0: the engine's own */
     int clipped; /* lo, hi are not all the faces of the volume, or there are planes */
     double lo[3], hi[3]; /* the box that is drawn, in sample indices: an axis of one sample is */
                          /* one spacing thick */

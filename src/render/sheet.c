@@ -34,7 +34,7 @@ typedef struct sheet_state {
     cvol_tiles tiles;
     size_t line_capacity, scratch_capacity, span_capacity, opaque_capacity, met_capacity,
         tile_capacity, pending_capacity, edge_capacity, depth_capacity, between_capacity;
-    float *bases;            /* lane, row and sheet basis of the frame; lane and row of parts */
+    float *bases;            /* bases of lane, row and sheet of the frame; those of parts */
     cvol_band_memory *bands; /* one for each thread */
     int band_count;
 } sheet_state;
@@ -76,7 +76,7 @@ int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array
         return cvol_fail_memory(context, sizeof *state, "a renderer");
     state->array = array;
     state->table = cvol_allocate_zero(1, sizeof *state->table);
-    state->bases = cvol_allocate_zero(7 * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX, sizeof(float));
+    state->bases = cvol_allocate_zero(9 * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX, sizeof(float));
     if (!state->table || !state->bases) {
         sheet_free(state);
         return cvol_fail_memory(context, sizeof *state->table, "a renderer");
@@ -191,22 +191,24 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
                             .sheet = plan->axis_sheet,
                             .lane_points = plan->points_lane,
                             .row_points = plan->points_row,
-                            .sheet_points = B,
+                            .sheet_points = plan->points_sheet,
                             .lane_basis = lane,
                             .row_basis = row,
                             .sheet_basis = sheet};
     cvol_sheet_basis(lane, B, axes.lane_points, (B < 16 ? 16 : B));
     cvol_sheet_basis(row, B, axes.row_points, axes.row_points);
-    cvol_sheet_basis(sheet, B, B, B);
+    cvol_sheet_basis(sheet, B, axes.sheet_points, axes.sheet_points);
     for (int i = 0; i < 2 && B == 16; i++) {
         const int side = i ? 4 : 8;
-        float *parts = state->bases + (3 + 2 * i) * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX;
-        float *rows = parts + CVOL_BLOCK_MAX * CVOL_BLOCK_MAX;
+        float *parts = state->bases + (3 + 3 * i) * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX;
+        float *rows = parts + CVOL_BLOCK_MAX * CVOL_BLOCK_MAX,
+              *sheets = rows + CVOL_BLOCK_MAX * CVOL_BLOCK_MAX;
         cvol_cell_points_basis(parts, side, axes.lane_points, B);
         cvol_cell_points_basis(rows, side, axes.row_points, axes.row_points);
         axes.lane_parts[i] = parts;
         axes.row_parts[i] = rows;
-        axes.sheet_parts[i] = cvol_cell_samples_basis(side);
+        cvol_cell_points_basis(sheets, side, axes.sheet_points, axes.sheet_points);
+        axes.sheet_parts[i] = sheets;
     }
     return axes;
 }
@@ -350,7 +352,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
         set_light(&light, state, plan, view, &options->shading);
         state->table->light = &light;
     }
-    const cvol_sheet_frame frame = {
+    cvol_sheet_frame frame = {
         .array = subject->array,
         .level = subject->level.samples ? &subject->level : NULL,
         .plan = plan,
@@ -369,6 +371,8 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
         .start = {[3] = colour ? 1 : 0, [5] = 1},
         .progress = {progress[0], progress[1]},
     };
+    if (frame.mask && !plan->level)
+        cvol_mask_points_find(frame.mask_points, plan, frame.mask->block);
     code = draw_bands(context, state, &frame, band_lines, threads);
     if (code)
         return code;

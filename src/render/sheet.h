@@ -62,7 +62,7 @@ typedef struct cvol_sheet_table {
     float at, colour[3];
     float from, scale, flat;
     float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
-    int pieces; /* CVOL_PIECES, or _FEW of them; 0: there are only entries */
+    int pieces;                     /* CVOL_PIECES, or _FEW of them; 0: there are only entries */
     float piece_end[CVOL_PIECES] __attribute__((aligned(64)));
     float piece_start[4][CVOL_PIECES] __attribute__((aligned(64)));
     float piece_rise[4][CVOL_PIECES] __attribute__((aligned(64)));

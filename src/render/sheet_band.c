@@ -101,6 +101,20 @@ cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame)
                               has_void ? frame->mask->states : NULL};
 }
 
+void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *skip,
+                        const cvol_band_layer *at, size_t lane, size_t row)
+{
+    enum { LINE = 64, LINES = 16 };
+    const cvol_sheet_plan *plan = frame->plan;
+    if (frame->level || lane >= plan->blocks_lane ||
+        skip->touched[row * plan->blocks_lane + lane] != CVOL_TOUCHED_DRAWN)
+        return;
+    const size_t index = cvol_sheet_block_index(plan, frame->array, lane, row, at->layer);
+    const char *terms = (const char *)frame->array->block_table[index].terms;
+    for (int k = 0; terms && k < LINES; k++)
+        __builtin_prefetch(terms + (size_t)k * LINE);
+}
+
 static void copy_level(float *out, const cvol_band_memory *memory, const cvol_sheet_frame *frame,
                        size_t index)
 {
@@ -132,9 +146,10 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
                                   plan->points_row,       0,
                                   plan->points_sheet};
         if (memory->cover_at)
-            cvol_sheet_mask_cover(&piece, plan, frame->mask, index);
+            cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
         else
-            cvol_sheet_mask_lay(&piece, plan, frame->mask, index, frame->background);
+            cvol_sheet_mask_lay(&piece, plan, frame->mask_points, frame->mask, index,
+                                frame->background);
     }
     if (lane > 0 && row > 0 && lane + 1 < plan->blocks_lane && row + 1 < plan->blocks_row)
         return;
@@ -150,13 +165,15 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
 {
     const cvol_sheet_plan *plan = frame->plan;
     memory->seen[row] = 0;
-    for (size_t lane = 0; lane < plan->blocks_lane; lane++)
+    for (size_t lane = 0; lane < plan->blocks_lane; lane++) {
+        cvol_band_prefetch(frame, skip, at, lane + 2, row);
         if (skip->touched[row * plan->blocks_lane + lane] == CVOL_TOUCHED_DRAWN &&
             cvol_block_is_seen(frame->tiles, plan, lane, row, at->z_begin, at->z_end,
                                at->tile_begin, at->tile_end)) {
             evaluate_block(memory, frame, at, lane, row);
             memory->seen[row] = 1;
         }
+    }
 }
 
 /* ---- drawing it --------------------------------------------------------------------------------

@@ -21,8 +21,9 @@ struct cvol_sheet_frame {
     cvol_lapped_filters filters; /* of lapped arrays */
     const cvol_sheet_table *table;
     const cvol_visibility *visibility;
-    const cvol_sheet_mask *mask; /* NULL: there is none */
-    float background;            /* value of masked samples, less the array's offset */
+    const cvol_sheet_mask *mask;     /* NULL: there is none */
+    cvol_mask_points mask_points[3]; /* of lane, row and sheet */
+    float background;                /* value of masked samples, less the array's offset */
     cvol_sheet_kernel *kernel;
     cvol_sheet_evaluator *evaluate;
     cvol_intermediate *intermediate;
@@ -68,6 +69,10 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
 void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride, long sheet_stride,
                          const cvol_layer_skip *skip, const cvol_layer_skip *before,
                          const cvol_sheet_plan *plan, const cvol_band_layer *at);
+/* Asks for the first terms of a block that will be evaluated soon, if it is: they lie elsewhere in
+ * memory than those of the block before, but along one axis. What follows them comes by itself. */
+void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *skip,
+                        const cvol_band_layer *at, size_t lane, size_t row);
 cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame);
 cvol_line cvol_band_line(const cvol_intermediate *image, int j);
 

@@ -38,13 +38,14 @@ void cvol_lapped_free(cvol_lapped_memory *memory)
  * band's third sheet on to its last, in those between backwards from its last but two. So the two
  * that a layer holds lie where the next one does not. */
 static void place_sheets(cvol_lapped_layer *layer, const cvol_band_memory *memory, size_t step,
-                         int ascending)
+                         const cvol_sheet_plan *plan)
 {
+    const int points = plan->points_sheet, ascending = plan->ascending;
     const long stride = memory->sheet_stride, way = step % 2 ? -1 : 1;
-    const long first_met = step % 2 ? CVOL_CELL - 1 : 2;
+    const long first_met = step % 2 ? points - 1 : 2;
     layer->sheet_stride = ascending ? way * stride : -way * stride;
     layer->samples = memory->samples +
-                     (ascending ? first_met : first_met + way * (CVOL_CELL - 1)) * stride;
+                     (ascending ? first_met : first_met + way * (points - 1)) * stride;
 }
 
 /* What is known of a layer before its first cell is evaluated. Cells are looked at two rows beyond
@@ -66,7 +67,7 @@ static void open_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame, 
     if (!cvol_layer_rows(&at->first_row, &at->last_row, plan, at->layer, begin, end))
         return;
     layer->reached = 1;
-    place_sheets(layer, memory, step, plan->ascending);
+    place_sheets(layer, memory, step, plan);
     layer->count = (int)(at->z_end - at->z_begin);
     layer->held = cvol_lapped_face(at->layer + (size_t)plan->ascending, plan->sheets) ? 2 : 0;
     const cvol_skip_source source = cvol_band_skip_source(frame);
@@ -105,14 +106,10 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
     const size_t index = cvol_sheet_block_index(plan, array, lane, row, at->layer);
     if (memory->cover_at &&
         layer->skip.touched[row * plan->blocks_lane + lane] == CVOL_TOUCHED_DRAWN) {
-        const cvol_sheet_piece piece = {out + memory->cover_at,
-                                        memory->row_stride,
-                                        layer->sheet_stride,
-                                        0,
-                                        plan->points_row,
-                                        0,
-                                        array->block};
-        cvol_sheet_mask_cover(&piece, plan, frame->mask, index);
+        const cvol_sheet_piece piece = {
+            out + memory->cover_at, memory->row_stride, layer->sheet_stride, 0, plan->points_row, 0,
+            plan->points_sheet};
+        cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
     }
     axes.sheet_ends = what == CVOL_HAVE_ALL ? 0 : what;
     frame->evaluate(out, memory->row_stride, layer->sheet_stride, &array->block_table[index], &axes,
@@ -128,10 +125,11 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
     const cvol_lapped_layer *high = &layers[(step + (plan->ascending ? 1 : 2)) % 3];
     const cvol_band_layer *at = &layer->at;
     const size_t z_begin = at->z_begin > 2 ? at->z_begin - 2 : 0;
-    const size_t z_end = at->z_end + 2 < plan->sheets ? at->z_end + 2 : plan->sheets;
+    const size_t z_end = at->z_end + 2 < plan->sheet_count ? at->z_end + 2 : plan->sheet_count;
     for (size_t lane = 0; lane < plan->blocks_lane; lane++) {
         const size_t cell = row * plan->blocks_lane + lane;
         const int what = what_of_cell(layer, low, high, plan, cell);
+        cvol_band_prefetch(frame, &layer->skip, at, lane + 2, row);
         if (!what || !cvol_block_is_seen(frame->tiles, plan, lane, row, z_begin, z_end,
                                          at->tile_begin, at->tile_end))
             continue;

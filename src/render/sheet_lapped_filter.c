@@ -45,7 +45,7 @@ cvol_lapped_filters cvol_lapped_filters_of(const cvol_sheet_plan *plan)
     cvol_lapped_filters filters;
     find_filter(filters.lane, plan->pitch_lane);
     find_filter(filters.row, plan->pitch_row);
-    find_filter(filters.sheet, 1);
+    find_filter(filters.sheet, plan->pitch_sheet);
     return filters;
 }
 
@@ -100,7 +100,7 @@ typedef struct sheet_span {
 } sheet_span;
 
 /* The sheets that cells have of which `have` is evaluated. */
-static int find_spans(sheet_span spans[2], int have, int sheets)
+static int find_spans(sheet_span spans[2], int have, int sheets, int sheets_of_cell)
 {
     int count = 0;
     if (have == CVOL_HAVE_ALL)
@@ -109,7 +109,7 @@ static int find_spans(sheet_span spans[2], int have, int sheets)
         if (have & CVOL_HAVE_LOW)
             spans[count++] = (sheet_span){0, 2};
         if (have & CVOL_HAVE_HIGH)
-            spans[count++] = (sheet_span){CVOL_CELL - 2, 2};
+            spans[count++] = (sheet_span){sheets_of_cell - 2, 2};
     }
     return count;
 }
@@ -123,7 +123,7 @@ void cvol_lapped_filter_lane(cvol_band_memory *memory, const cvol_sheet_frame *f
     if (!both || !cvol_lapped_face(lane, w.plan->lanes))
         return;
     sheet_span spans[2];
-    const int count = find_spans(spans, both, layer->count);
+    const int count = find_spans(spans, both, layer->count, w.plan->points_sheet);
     float *a2 = find_samples(&w, layer, lane, row, 0);
     for (int i = 0; i < count; i++)
         CVOL_SIMD_CHOOSE(cvol_sheet_lap_lanes)
@@ -144,7 +144,7 @@ static void filter_rows(const work *w, size_t row)
                             row_of(w->layer->have, plan, row), CVOL_HAVE_ALL, plan->blocks_lane));
          begin = end) {
         sheet_span spans[2];
-        const int count = find_spans(spans, both, w->layer->count);
+        const int count = find_spans(spans, both, w->layer->count, plan->points_sheet);
         for (int i = 0; i < count; i++) {
             float *a2 = find_samples(w, w->layer, begin, row, 0) + spans[i].begin * sheet_stride;
             float *const a[4] = {a2 - 2 * row_stride, a2 - row_stride, a2, a2 + row_stride};
@@ -239,7 +239,8 @@ static void lay_background(const work *w, const cvol_lapped_layer *layer, piece 
                                      p.count,
                                      sheets.begin,
                                      sheets.count};
-        cvol_sheet_mask_lay(&at, w->plan, frame->mask, index, frame->background);
+        cvol_sheet_mask_lay(&at, w->plan, frame->mask_points, frame->mask, index,
+                            frame->background);
     }
 }
 

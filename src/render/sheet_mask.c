@@ -237,14 +237,10 @@ static block_bits find_bits(const cvol_sheet_plan *plan, const cvol_sheet_mask *
     return bits;
 }
 
-/* Where each point of an axis lies: the samples on both sides and the weight of the second. */
-typedef struct axis_points {
-    int near[CVOL_BLOCK_MAX], far[CVOL_BLOCK_MAX];
-    float weight[CVOL_BLOCK_MAX];
-} axis_points;
-
-static void find_points(axis_points *p, int points, double first, double pitch, int block)
+static void find_points(cvol_mask_points *p, int points, double first, double pitch, int block)
 {
+    p->count = points;
+    p->are_samples = points == block;
     for (int i = 0; i < points; i++) {
         const double at = first + i * pitch;
         p->near[i] = (int)at;
@@ -253,47 +249,25 @@ static void find_points(axis_points *p, int points, double first, double pitch, 
     }
 }
 
-static int are_samples(const cvol_sheet_plan *plan, int block)
+void cvol_mask_points_find(cvol_mask_points points[3], const cvol_sheet_plan *plan, int block)
 {
-    return plan->points_lane == block && plan->points_row == block;
+    find_points(&points[0], plan->points_lane, plan->first_lane, plan->pitch_lane, block);
+    find_points(&points[1], plan->points_row, plan->first_row, plan->pitch_row, block);
+    find_points(&points[2], plan->points_sheet, plan->first_sheet, plan->pitch_sheet, block);
 }
 
-/* 1 of samples that are not masked. */
-static void expand(float *out, const uint16_t *row, int count)
-{
-    for (int i = 0; i < count; i++)
-        out[i] = (float)(~row[i / 16] >> i % 16 & 1);
-}
-
-/* The cover of one row of points. */
-static void cover_row(float *out, const uint16_t *sheet, int row_step, const cvol_sheet_plan *plan,
-                      int block, const axis_points *lanes, const axis_points *rows, int y)
-{
-    float near[CVOL_BLOCK_MAX], far[CVOL_BLOCK_MAX];
-    const float g = rows->weight[y];
-    expand(near, sheet + rows->near[y] * row_step, block);
-    expand(far, sheet + rows->far[y] * row_step, block);
-    for (int x = 0; x < block; x++)
-        near[x] = (1 - g) * near[x] + g * far[x];
-    for (int x = 0; x < plan->points_lane; x++)
-        out[x] = (1 - lanes->weight[x]) * near[lanes->near[x]] +
-                 lanes->weight[x] * near[lanes->far[x]];
-}
-
-/* The cover of a piece of a block that has both kinds of samples. */
-static void cover_mixed(const cvol_sheet_piece *p, const cvol_sheet_plan *plan,
-                        const cvol_sheet_mask *mask, size_t index)
+/* Where a block's points lie among its bits. */
+static cvol_mask_grid find_grid(const cvol_sheet_plan *plan, const cvol_mask_points points[3],
+                                const cvol_sheet_mask *mask, size_t index)
 {
     const block_bits bits = find_bits(plan, mask, index);
-    axis_points lanes, rows;
-    find_points(&lanes, plan->points_lane, plan->first_lane, plan->pitch_lane, mask->block);
-    find_points(&rows, plan->points_row, plan->first_row, plan->pitch_row, mask->block);
-    for (int z = 0; z < p->sheets; z++) {
-        const uint16_t *sheet = bits.first + (p->sheet + z) * bits.sheet_step;
-        for (int y = 0; y < p->rows; y++)
-            cover_row(p->at + z * p->sheet_stride + y * p->row_stride, sheet, bits.row_step, plan,
-                      mask->block, &lanes, &rows, p->row + y);
-    }
+    return (cvol_mask_grid){.bits = bits.first,
+                            .row_step = bits.row_step,
+                            .sheet_step = bits.sheet_step,
+                            .block = mask->block,
+                            .lane = &points[0],
+                            .row = &points[1],
+                            .sheet = &points[2]};
 }
 
 static void fill(const cvol_sheet_piece *p, const cvol_sheet_plan *plan, float value)
@@ -305,40 +279,35 @@ static void fill(const cvol_sheet_piece *p, const cvol_sheet_plan *plan, float v
 }
 
 void cvol_sheet_mask_cover(const cvol_sheet_piece *piece, const cvol_sheet_plan *plan,
-                           const cvol_sheet_mask *mask, size_t index)
+                           const cvol_mask_points points[3], const cvol_sheet_mask *mask,
+                           size_t index)
 {
-    if (mask->states[index] != CVOL_MASK_SOME)
+    if (mask->states[index] != CVOL_MASK_SOME) {
         fill(piece, plan, mask->states[index] == CVOL_MASK_NONE);
-    else
-        cover_mixed(piece, plan, mask, index);
+        return;
+    }
+    const cvol_mask_grid grid = find_grid(plan, points, mask, index);
+    CVOL_SIMD_CHOOSE(cvol_sheet_cover)(piece, &grid);
 }
 
 void cvol_sheet_mask_lay(const cvol_sheet_piece *p, const cvol_sheet_plan *plan,
-                         const cvol_sheet_mask *mask, size_t index, float background)
+                         const cvol_mask_points points[3], const cvol_sheet_mask *mask,
+                         size_t index, float background)
 {
-    float cover[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
     if (mask->states[index] == CVOL_MASK_NONE)
         return;
     if (mask->states[index] == CVOL_MASK_ALL) {
         fill(p, plan, background);
         return;
     }
-    if (are_samples(plan, mask->block)) {
-        const block_bits bits = find_bits(plan, mask, index);
-        CVOL_SIMD_CHOOSE(cvol_sheet_lay)
-        (p->at, p->row_stride, p->sheet_stride, p->rows, p->sheets, mask->block,
-         bits.first + p->row * bits.row_step + p->sheet * bits.sheet_step, bits.row_step,
-         bits.sheet_step, background);
+    if (!points[0].are_samples || !points[1].are_samples || !points[2].are_samples) {
+        const cvol_mask_grid grid = find_grid(plan, points, mask, index);
+        CVOL_SIMD_CHOOSE(cvol_sheet_lay_points)(p, &grid, background);
         return;
     }
-    for (int z = 0; z < p->sheets; z++) { /* a sheet at a time */
-        const cvol_sheet_piece sheet = {cover,   plan->points_lane, 0, p->row,
-                                        p->rows, p->sheet + z,      1};
-        cover_mixed(&sheet, plan, mask, index);
-        for (int y = 0; y < p->rows; y++)
-            for (int x = 0; x < plan->points_lane; x++) {
-                float *at = &p->at[z * p->sheet_stride + y * p->row_stride + x];
-                *at = background + cover[y * plan->points_lane + x] * (*at - background);
-            }
-    }
+    const block_bits bits = find_bits(plan, mask, index);
+    CVOL_SIMD_CHOOSE(cvol_sheet_lay)
+    (p->at, p->row_stride, p->sheet_stride, p->rows, p->sheets, mask->block,
+     bits.first + p->row * bits.row_step + p->sheet * bits.sheet_step, bits.row_step,
+     bits.sheet_step, background);
 }

@@ -37,11 +37,37 @@ typedef struct cvol_sheet_piece {
     int row, rows, sheet, sheets;
 } cvol_sheet_piece;
 
+/* Where each point of an axis lies: the samples on both sides and the weight of the second. */
+typedef struct cvol_mask_points {
+    int near[CVOL_BLOCK_MAX], far[CVOL_BLOCK_MAX];
+    float weight[CVOL_BLOCK_MAX];
+    int count, are_samples;
+} cvol_mask_points;
+
+/* A block's points among its bits: row r of sheet z begins at bits[r row_step + z sheet_step]. */
+typedef struct cvol_mask_grid {
+    const uint16_t *bits;
+    int row_step, sheet_step, block;
+    const cvol_mask_points *lane, *row, *sheet;
+} cvol_mask_grid;
+
+/* Where points are not samples: the cover of a piece, by straight lines between samples of cover 1
+ * and, masked, 0; and its values brought as near to the background as they are not covered. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_cover,
+                  (const cvol_sheet_piece *piece, const cvol_mask_grid *grid));
+CVOL_SIMD_DECLARE(void, cvol_sheet_lay_points,
+                  (const cvol_sheet_piece *piece, const cvol_mask_grid *grid, float background));
+
+/* The points of a plan along lane, row and sheet. */
+void cvol_mask_points_find(cvol_mask_points points[3], const cvol_sheet_plan *plan, int block);
+
 /* Puts `background` in place of those samples of block `index` that are masked. */
 void cvol_sheet_mask_lay(const cvol_sheet_piece *piece, const cvol_sheet_plan *plan,
-                         const cvol_sheet_mask *mask, size_t index, float background);
+                         const cvol_mask_points points[3], const cvol_sheet_mask *mask,
+                         size_t index, float background);
 /* Writes the cover of the samples. */
 void cvol_sheet_mask_cover(const cvol_sheet_piece *piece, const cvol_sheet_plan *plan,
-                           const cvol_sheet_mask *mask, size_t index);
+                           const cvol_mask_points points[3], const cvol_sheet_mask *mask,
+                           size_t index);
 
 #endif

@@ -105,7 +105,7 @@ static int count_pixels(int *count, double lo, double hi, double delta)
 }
 
 /* Resolution, extent and the longest interval. */
-static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, int rays, double near,
+static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, double rays, double near,
                       double far, int *empty)
 {
     double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY},
@@ -178,6 +178,9 @@ int cvol_sheet_plan_make_along(cvol_context *context, cvol_sheet_plan *plan, int
     *empty = p.count == 0 || far <= near;
     if (*empty)
         return CVOL_OK;
+    const double longest = sqrt(3); /* of a ray from sheet to sheet, over their distance */
+    if (view->step >= 2 * longest * plan->spacing[2])
+        cvol_sheet_plan_halve(plan);
     if (!plan_image(plan, &p, array->block, view->rays, near, far, empty))
         return cvol_fail(context, CVOL_ERROR_LIMIT,
                          "a picture of %d x %d needs an intermediate image of more than %d pixels "

@@ -182,6 +182,18 @@ void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int 
         plan->plane[i][3] = view->plane[i][3];
 }
 
+void cvol_sheet_plan_halve(cvol_sheet_plan *plan)
+{
+    const size_t in_last = plan->sheets % (size_t)plan->block_sheet;
+    if (plan->level || plan->sheets < 2 || (plan->lapped && in_last == 2))
+        return;
+    plan->points_sheet = plan->block_sheet / 2;
+    plan->pitch_sheet = 2;
+    plan->first_sheet = 0.5;
+    plan->sheet_count = (plan->sheets + 1) / 2;
+    plan->beyond = 1;
+}
+
 int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
                          int level, const cvol_view *view)
 {
@@ -195,6 +207,8 @@ int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvo
     plan->shear_lane = rate[plan->axis_lane] / rate[c];
     plan->shear_row = rate[plan->axis_row] / rate[c];
     plan->warp[2][0] = 1;
+    if (view->step >= 2 / fabs(rate[c]) / view->mean_spacing)
+        cvol_sheet_plan_halve(plan);
     plan->distance = plan->pitch_sheet / fabs(rate[plan->axis_sheet]) / view->mean_spacing;
     find_warp(plan, view, grid->spacing);
     const double pixels[2] = {view->rays * pixels_per_sample(plan->warp, 0),

@@ -11,6 +11,9 @@
 void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int level,
                             const cvol_view *view, int axis);
 
+/* Makes a sheet of every two, midway between these, if the volume allows it. */
+void cvol_sheet_plan_halve(cvol_sheet_plan *plan);
+
 /* Points per block and axis, their pitch, the place of the first, and the distance of intermediate
  * pixels, in samples, where a pixel of the picture spans `pixel` samples. */
 void cvol_sheet_resolution(int *points, double *pitch, double *first, double *delta, double pixel,
