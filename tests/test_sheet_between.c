@@ -138,9 +138,48 @@ static void test_same_bits(void **state)
     free(volume.data);
 }
 
+/* Counting changes no picture, and what is hidden, transparent or left out is not counted. */
+static void test_multiply_adds(void **state)
+{
+    (void)state;
+    static const cvol_transfer_point nothing[] = {{1000, 1, 1, 1, 0}, {1001, 1, 1, 1, 1}};
+    static const cvol_transfer_point wall[] = {{0, 1, 1, 1, 1}, {1, 1, 1, 1, 1}};
+    const cvol_transfer_point *const looks[] = {soft, wall, nothing};
+    cvol_volume volume = waves();
+    cvol_array *array = support_compress(context, &volume, 16, 60);
+    cvol_render_options options = support_square(64, CVOL_MODE_COMPOSITE, 30, 20);
+    cvol_renderer *renderer;
+    cvol_image *image;
+    uint64_t count[4];
+    assert_int_equal(cvol_image_create(context, &image, 64, 64), CVOL_OK);
+    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    for (int k = 0; k < 4; k++) {
+        support_set_transfer(context, renderer, looks[k % 3], 2);
+        options.step_voxels = k == 3 ? 4 : 0;
+        assert_int_equal(
+            cvol_renderer_sheet_multiply_adds(context, renderer, image, &options, &count[k]),
+            CVOL_OK);
+        cvol_image *plain = support_sheet(context, array, looks[k % 3], 2, &options);
+        assert_true(support_difference(plain, image) <= 1);
+        cvol_image_free(plain);
+    }
+    assert_true(count[0] > (uint64_t)12 * 37 * 33 * 35);
+    assert_true(count[1] < 0.95 * (double)count[0] && count[2] == 0 &&
+                count[3] < 0.8 * (double)count[0]);
+    options.shading.on = 1;
+    assert_int_equal(
+        cvol_renderer_sheet_multiply_adds(context, renderer, image, &options, &count[0]),
+        CVOL_ERROR_ARGUMENT);
+    cvol_renderer_free(renderer);
+    cvol_image_free(image);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_nearer_to_rays), TEST(test_same_bits)};
+    const struct CMUnitTest tests[] = {TEST(test_nearer_to_rays), TEST(test_same_bits),
+                                       TEST(test_multiply_adds)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -67,8 +67,20 @@ static int time_views(cvol_context *context, scene *s, double *all, double *cpu_
     return EXIT_DONE;
 }
 
-static int report(cvol_context *context, const render_arguments *arguments, const scene *s,
-                  const double *all, double cpu_ms, double *best)
+/* Of a picture of the first view; NULL where they are not counted. */
+static json_t *count_multiply_adds(cvol_context *context, scene *s, cvol_image *image)
+{
+    uint64_t count;
+    s->options.camera.azimuth_deg = 15;
+    if (s->engine != CVOL_ENGINE_SHEET || s->options.mode != CVOL_MODE_COMPOSITE ||
+        s->options.shading.on || s->options.level ||
+        cvol_renderer_sheet_multiply_adds(context, s->renderer, image, &s->options, &count))
+        return NULL;
+    return json_integer((json_int_t)count);
+}
+
+static int report(cvol_context *context, const render_arguments *arguments, scene *s,
+                  const double *all, double cpu_ms, double *best, cvol_image *image)
 {
     const int views = arguments->views, repeat = arguments->repeat;
     best_of_views(best, all, views, repeat);
@@ -89,13 +101,14 @@ static int report(cvol_context *context, const render_arguments *arguments, cons
     json_t *times = json_array();
     for (int i = 0; i < views * repeat; i++)
         json_array_append_new(times, json_real(all[i]));
-    return print_json(
-        json_pack("{s:{s:f, s:f, s:o}, s:f, s:f, s:f, s:I, s:f, s:s, s:s, s:i, s:i, s:i, s:i}",
-                  "frame_ms", "min", best[0], "median", median, "all", times, "cpu_ms", cpu_ms,
-                  "load_ms", s->load_ms, "peak_rss_mb", peak_rss_mb(), "voxels", (json_int_t)voxels,
-                  "ns_per_voxel", 1e6 * median / (double)voxels, "engine", arguments->engine_name,
-                  "mode", arguments->mode_name, "width", s->options.width, "height",
-                  s->options.height, "views", views, "threads", cvol_context_threads(context)));
+    return print_json(json_pack(
+        "{s:{s:f, s:f, s:o}, s:f, s:f, s:f, s:I, s:f, s:s, s:s, s:i, s:i, s:i, s:i, s:o*}",
+        "frame_ms", "min", best[0], "median", median, "all", times, "cpu_ms", cpu_ms, "load_ms",
+        s->load_ms, "peak_rss_mb", peak_rss_mb(), "voxels", (json_int_t)voxels, "ns_per_voxel",
+        1e6 * median / (double)voxels, "engine", arguments->engine_name, "mode",
+        arguments->mode_name, "width", s->options.width, "height", s->options.height, "views",
+        views, "threads", cvol_context_threads(context), "multiply_adds",
+        count_multiply_adds(context, s, image)));
 }
 
 static int bench(cvol_context *context, render_arguments *arguments, scene *s, const char *path)
@@ -112,7 +125,7 @@ static int bench(cvol_context *context, render_arguments *arguments, scene *s, c
     if (!status)
         status = time_views(context, s, all, &cpu_ms, arguments->views, arguments->repeat, image);
     if (!status)
-        status = report(context, arguments, s, all, cpu_ms, all + frames);
+        status = report(context, arguments, s, all, cpu_ms, all + frames, image);
     cvol_image_free(image);
     close_scene(s);
     free(all);

@@ -377,6 +377,14 @@ typedef struct cvol_transform_report {
  * picture. Errors: ARGUMENT (another engine). */
 CVOL_API int cvol_renderer_splat_multiply_adds(cvol_context *context, const cvol_renderer *renderer,
                                                uint64_t *out);
+/* Draws a picture by engine sheet and counts its multiply-adds, by kernels that are told to: those
+ * of evaluating blocks, by the boxes of their frequencies, four for each interpolated sample and
+ * eight for each part of an interval that is composited; not those of faces of lapped arrays and of
+ * the warp. In mode composite, unlit, level 0. Errors: those of cvol_renderer_render, ARGUMENT
+ * (another engine, mode or level). */
+CVOL_API int cvol_renderer_sheet_multiply_adds(cvol_context *context, cvol_renderer *renderer,
+                                               cvol_image *image,
+                                               const cvol_render_options *options, uint64_t *out);
 /* What the last picture took. Errors: ARGUMENT (another engine, or no picture yet). */
 CVOL_API int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,
                                             cvol_transform_report *out);

@@ -504,6 +504,7 @@ FUNCTIONS = {
     "renderer_create_baked": "i * * s",
     "renderer_baked_info": "i * * *",
     "renderer_splat_multiply_adds": "i * * *",
+    "renderer_sheet_multiply_adds": "i * * * * *",
     "renderer_transform_report": "i * * *",
     "renderer_create_fourier": "i * * * d",
     "renderer_create_fourier_dense": "i * * * d",

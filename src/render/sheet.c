@@ -37,6 +37,8 @@ typedef struct sheet_state {
     float *bases;            /* bases of lane, row and sheet of the frame; those of parts */
     cvol_band_memory *bands; /* one for each thread */
     int band_count;
+    int counts; /* multiply-adds, of all plans of a picture together */
+    uint64_t multiply_adds;
 } sheet_state;
 
 static void sheet_free(void *opaque_state)
@@ -329,7 +331,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     plan->parts = is_surface || options->mode == CVOL_MODE_COMPOSITE
                       ? choose_parts(plan, options->step_voxels)
                       : 1;
-    const int extras = image->depth != NULL || plan->parts > 1;
+    const int extras = image->depth != NULL || plan->parts > 1 || state->counts;
     const int band_lines = choose_band_lines(plan, threads);
     if (!prepare_image(state, plan, image->depth != NULL, threads) ||
         !prepare_bands(state, plan, threads, band_lines))
@@ -369,11 +371,16 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,
         .start = {[3] = colour ? 1 : 0, [5] = 1},
+        .counts = state->counts,
         .progress = {progress[0], progress[1]},
     };
     if (frame.mask && !plan->level)
         cvol_mask_points_find(frame.mask_points, plan, frame.mask->block);
     code = draw_bands(context, state, &frame, band_lines, threads);
+    for (int i = 0; i < state->band_count; i++) {
+        state->multiply_adds += state->bands[i].multiply_adds;
+        state->bands[i].multiply_adds = 0;
+    }
     if (code)
         return code;
     if (image->depth)
@@ -438,3 +445,21 @@ const cvol_engine_table cvol_sheet_engine = {.free = sheet_free,
                                              .has_clip = 1,
                                              .has_perspective = 1,
                                              .has_depth = 1};
+
+int cvol_renderer_sheet_multiply_adds(cvol_context *context, cvol_renderer *renderer,
+                                      cvol_image *image, const cvol_render_options *options,
+                                      uint64_t *out)
+{
+    if (renderer->engine != &cvol_sheet_engine)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "this renderer is not of engine sheet");
+    if (options->mode != CVOL_MODE_COMPOSITE || options->shading.on || options->level)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "multiply-adds are counted in mode composite, unlit and at level 0");
+    sheet_state *state = renderer->state;
+    state->counts = 1;
+    state->multiply_adds = 0;
+    const int code = cvol_renderer_render(context, renderer, image, options);
+    state->counts = 0;
+    *out = state->multiply_adds;
+    return code;
+}

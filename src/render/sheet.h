@@ -187,6 +187,11 @@ typedef struct cvol_intermediate {
 #define CVOL_PENDING_LINES 12
 #define CVOL_PENDING_LINES_PLAIN 9
 
+/* Multiply-adds for each interpolated sample, and for each part of an interval: of its matter, from
+ * the table, and of compositing. */
+#define CVOL_ADDS_OF_SAMPLE 4
+#define CVOL_ADDS_OF_PART 8
+
 /* One row of it, as kernels see it. */
 typedef struct cvol_line {
     float *values; /* [CVOL_LINES][width] */
@@ -195,6 +200,7 @@ typedef struct cvol_line {
     float *pending; /* [pending_lines][width] */
     uint8_t *edges;
     float *depth, *between;
+    uint64_t *multiply_adds; /* to be added to, if they are to be counted; else NULL */
     int number, width;
 } cvol_line;
 

@@ -137,6 +137,7 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
     if (frame->level) {
         copy_level(out, memory, frame, index);
     } else {
+        cvol_band_count_block(memory, frame, index);
         frame->evaluate(out, memory->row_stride, memory->sheet_stride, &array->block_table[index],
                         &frame->axes, array->block_log2, (float)array->step, memory->work);
     }
@@ -195,6 +196,28 @@ cvol_line cvol_band_line(const cvol_intermediate *image, int j)
         .width = image->width};
 }
 
+cvol_line cvol_band_line_of(cvol_band_memory *memory, const cvol_sheet_frame *frame, int j)
+{
+    cvol_line line = cvol_band_line(frame->intermediate, j);
+    line.multiply_adds = frame->counts ? &memory->multiply_adds : NULL;
+    return line;
+}
+
+/* The terms onto lanes, then rows, then sheets; of both a basis' symmetry halves the work, and
+ * again that of parts, each of which reaches half of an axis or less. */
+void cvol_band_count_block(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t index)
+{
+    if (!frame->counts)
+        return;
+    const cvol_block *block = &frame->array->block_table[index];
+    const cvol_block_axes *axes = &frame->axes;
+    const uint64_t lanes = (uint64_t)axes->lane_points, rows = (uint64_t)axes->row_points,
+                   sheets = (uint64_t)axes->sheet_points, low_row = block->low[axes->row],
+                   low_sheet = block->low[axes->sheet], share = block->split ? 4 : 2;
+    memory->multiply_adds += block->words * lanes + low_sheet * low_row * rows * lanes / share +
+                             low_sheet * sheets * rows * lanes / share;
+}
+
 static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
 {
     const int width = frame->intermediate->width;
@@ -238,7 +261,7 @@ static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
             evaluate_row(memory, frame, skip, at, next_row);
         *pending = memchr(memory->seen + first, 1, last - first + 1) != NULL;
         for (int j = from; j < to && (*pending || ends); j++) {
-            cvol_line line = cvol_band_line(frame->intermediate, j);
+            const cvol_line line = cvol_band_line_of(memory, frame, j);
             frame->kernel(*pending ? &layer : &first_sheet, frame->table, &line);
         }
     }

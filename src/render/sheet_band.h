@@ -29,6 +29,7 @@ struct cvol_sheet_frame {
     cvol_intermediate *intermediate;
     const cvol_tiles *tiles;
     float start[CVOL_LINES]; /* what the lines hold before the first sheet */
+    int counts;              /* multiply-adds, into those of the band's memory */
     double progress[2];      /* how much of the picture was drawn before, and will be */
 };
 
@@ -44,6 +45,7 @@ struct cvol_band_memory {
     cvol_block_work *work;
     size_t sample_capacity, seen_capacity, pending_capacity, work_capacity;
     cvol_lapped_memory lapped;
+    uint64_t multiply_adds;
 };
 
 /* Makes room for bands of up to `lines` lines; 0 without memory. */
@@ -75,6 +77,10 @@ void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *sk
                         const cvol_band_layer *at, size_t lane, size_t row);
 cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame);
 cvol_line cvol_band_line(const cvol_intermediate *image, int j);
+/* The same for drawing: what is to be counted is. */
+cvol_line cvol_band_line_of(cvol_band_memory *memory, const cvol_sheet_frame *frame, int j);
+/* Counts what evaluating a block takes. */
+void cvol_band_count_block(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t index);
 
 /* Grows *memory (a pointer to any object pointer) to `count` elements, zeroed; what it held is
  * lost. 0 without memory. */

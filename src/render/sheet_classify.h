@@ -32,6 +32,7 @@
  * half, an extra: where A passes one half, as places are told. */
 typedef struct pixels {
     cvol_vf r, g, b, through, half;
+    int parts; /* that were composited: counted with extras only */
 } pixels;
 
 /* Where on its way an interval or a part of it begins and ends, in sheets as they are met; looked
@@ -237,6 +238,8 @@ CVOL_INLINE void composite_part(pixels *p, const matter *from, const matter *to,
     p->g += share * (from->v[1] + to->v[1]);
     p->b += share * (from->v[2] + to->v[2]);
     p->through -= share * twice;
+    if (SHEET_EXTRAS)
+        p->parts++;
     find_half(p, before, at);
 }
 

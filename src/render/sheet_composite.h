@@ -44,7 +44,8 @@ CVOL_INLINE void load_group(group_state *g, const line_job *job, int group, int 
                            cvol_load(r + width),
                            cvol_load(r + 2 * width),
                            cvol_load(r + 3 * width),
-                           {0}};
+                           {0},
+                           0};
         if (SHEET_EXTRAS && line->depth)
             g->p[k].half = cvol_load(line->depth + group * CVOL_GROUP + k * CVOL_LANES);
         g->value[k] = cvol_load(r + 4 * width);
@@ -54,6 +55,19 @@ CVOL_INLINE void load_group(group_state *g, const line_job *job, int group, int 
         if (SHEET_EXTRAS) /* the table is of parts */
             g->length[k] *= (float)job->layer->parts;
     }
+}
+
+/* With extras: the samples and parts of a group, if they are to be counted. */
+CVOL_INLINE void count_samples(const line_job *job, int sheets)
+{
+    if (SHEET_EXTRAS && job->line->multiply_adds)
+        *job->line->multiply_adds += (uint64_t)sheets * CVOL_GROUP * CVOL_ADDS_OF_SAMPLE;
+}
+
+CVOL_INLINE void count_parts(const group_state *g, const cvol_line *line)
+{
+    for (int k = 0; SHEET_EXTRAS && line->multiply_adds && k < PARTS; k++)
+        *line->multiply_adds += (uint64_t)g->p[k].parts * CVOL_LANES * CVOL_ADDS_OF_PART;
 }
 
 /* Pixels of all lines are more than the second level of the cache holds. */
@@ -169,6 +183,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
     const int inside = group >= sheet->inside_begin && group < sheet->inside_end;
     const int ordinal = layer->sheets[s].ordinal;
     const stretch at = stretch_of((float)ordinal - (known ? 1 : 0.5f), (float)ordinal);
+    count_samples(job, 1);
     for (int k = 0; k < PARTS; k++) {
         const double position = sheet->lane_at + (group * CVOL_GROUP + k * CVOL_LANES) * step;
         cvol_vf cover = cvol_splat(1), value;
@@ -232,6 +247,7 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
     const cvol_sheet_table *table = job->table;
     cvol_vf values[CVOL_BLOCK_MAX + 1][PARTS];
     uint64_t live = 0;
+    count_samples(job, count);
     for (int k = 0; k < PARTS; k++)
         values[0][k] = state->value[k];
     for (int i = 0; i < count; i++)
@@ -326,6 +342,7 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
         closed = is_closed(&g);
     }
     store_group(&g, line, group, has_void);
+    count_parts(&g, line);
     if (SHEET_EXTRAS && job->layer->parts > 1 && !closed &&
         last == first_ordinal + job->layer->sheet_count - 1)
         keep_between(job, group, unit);

@@ -112,6 +112,7 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
         cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
     }
     axes.sheet_ends = what == CVOL_HAVE_ALL ? 0 : what;
+    cvol_band_count_block(memory, frame, index);
     frame->evaluate(out, memory->row_stride, layer->sheet_stride, &array->block_table[index], &axes,
                     array->block_log2, (float)array->step, memory->work);
 }
@@ -185,7 +186,7 @@ void cvol_lapped_draw(cvol_band_memory *memory, const cvol_sheet_frame *frame, s
         const int drawn = before->reached && memchr(before->seen + first, 1, rows);
         const int here = memchr(layer->seen + first, 1, rows) != NULL;
         for (int j = from; j < to && (drawn || here); j++) {
-            cvol_line line = cvol_band_line(frame->intermediate, j);
+            const cvol_line line = cvol_band_line_of(memory, frame, j);
             if (drawn)
                 frame->kernel(&before->drawn, frame->table, &line);
             frame->kernel(here ? &now : &first_sheet, frame->table, &line);
