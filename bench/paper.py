@@ -76,8 +76,7 @@ def quick_engines(size, footprint, look):
     if size == 64:
         found += [('literal', rho) for rho in (RHOS if plain else (RHO,))]
     if plain:
-        found += [(name, RHO) for name in ENGINES if (name, RHO) not in found and
-                  (size <= 128 or name != 'literal, whole slices')]
+        found += [(name, RHO) for name in ENGINES if (name, RHO) not in found]
     if plain or look == SIGNAL:
         found += [(SHEET, '')]
     return found
