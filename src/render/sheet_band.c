@@ -104,15 +104,15 @@ cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame)
 void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *skip,
                         const cvol_band_layer *at, size_t lane, size_t row)
 {
-    enum { LINE = 64, LINES = 16 };
+    enum { LINE = 16, WORDS = 16 * LINE }; /* a line of the cache, in words */
     const cvol_sheet_plan *plan = frame->plan;
     if (frame->level || lane >= plan->blocks_lane ||
         skip->touched[row * plan->blocks_lane + lane] != CVOL_TOUCHED_DRAWN)
         return;
     const size_t index = cvol_sheet_block_index(plan, frame->array, lane, row, at->layer);
-    const char *terms = (const char *)frame->array->block_table[index].terms;
-    for (int k = 0; terms && k < LINES; k++)
-        __builtin_prefetch(terms + (size_t)k * LINE);
+    const cvol_block *block = &frame->array->block_table[index];
+    for (size_t word = 0; word < block->words && word < WORDS; word += LINE)
+        __builtin_prefetch(block->terms + word);
 }
 
 static void copy_level(float *out, const cvol_band_memory *memory, const cvol_sheet_frame *frame,
