@@ -120,6 +120,17 @@ cvol_image *support_ray(cvol_context *context, const cvol_volume *volume,
     return draw_and_free(context, renderer, points, count, options);
 }
 
+cvol_image *support_ray_masked(cvol_context *context, const cvol_volume *volume,
+                               const uint8_t *which, const cvol_transfer_point *points,
+                               size_t count, cvol_render_options options)
+{
+    cvol_renderer *renderer;
+    options.step_voxels = 0.25;
+    options.oversample = 0;
+    assert_int_equal(cvol_renderer_create_ray_masked(context, &renderer, volume, which), CVOL_OK);
+    return draw_and_free(context, renderer, points, count, &options);
+}
+
 const uint8_t *support_pixel(const cvol_image *image, int i, int j)
 {
     return image->rgba + 4 * (j * image->width + i);

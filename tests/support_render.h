@@ -26,6 +26,11 @@ cvol_image *support_ray(cvol_context *context, const cvol_volume *volume,
                         const cvol_transfer_point *points, size_t count,
                         const cvol_render_options *options);
 
+/* The same at a step of 0.25, of samples that have a value but where which[] is set. */
+cvol_image *support_ray_masked(cvol_context *context, const cvol_volume *volume,
+                               const uint8_t *which, const cvol_transfer_point *points,
+                               size_t count, cvol_render_options options);
+
 /* The same by the sheet engine. */
 cvol_image *support_sheet(cvol_context *context, const cvol_array *array,
                           const cvol_transfer_point *points, size_t count,

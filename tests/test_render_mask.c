@@ -84,19 +84,6 @@ static cvol_volume decode(const cvol_array *array)
     return volume;
 }
 
-static cvol_image *draw_ray(const cvol_volume *volume, const uint8_t *which,
-                            const cvol_transfer_point *points, size_t count,
-                            cvol_render_options options)
-{
-    cvol_renderer *renderer;
-    options.step_voxels = 0.25;
-    assert_int_equal(cvol_renderer_create_ray_masked(context, &renderer, volume, which), CVOL_OK);
-    support_set_transfer(context, renderer, points, count);
-    cvol_image *image = support_picture(context, renderer, &options);
-    cvol_renderer_free(renderer);
-    return image;
-}
-
 static cvol_render_options request(int k)
 {
     static const double zooms[] = {1, 2.5, 0.5};
@@ -144,8 +131,8 @@ static void compare_engines(const cvol_array *array, const uint8_t *which, const
         const cvol_render_options options = request(k);
         cvol_image *sheet = support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS,
                                           &options);
-        cvol_image *ray = draw_ray(&decoded, which, support_blob_points, SUPPORT_BLOB_POINTS,
-                                   options);
+        cvol_image *ray = support_ray_masked(context, &decoded, which, support_blob_points,
+                                             SUPPORT_BLOB_POINTS, options);
         const double db = support_psnr(sheet, ray), floor_db = floors_db[k / 3 % 3];
         if (getenv("CVOL_TEST_VERBOSE") || db < floor_db)
             print_message("%s request %d mode %d: %.2f dB\n", what, k, (int)options.mode, db);
@@ -189,8 +176,8 @@ static void test_fills_and_threads_do_not_matter(void **state)
             cvol_context_set_threads(context, 1 + 2 * i);
             images[i] = support_sheet(context, i ? near : far, support_blob_points,
                                       SUPPORT_BLOB_POINTS, &options);
-            images[2 + i] = draw_ray(&samples[i], which, support_blob_points, SUPPORT_BLOB_POINTS,
-                                     options);
+            images[2 + i] = support_ray_masked(context, &samples[i], which, support_blob_points,
+                                               SUPPORT_BLOB_POINTS, options);
         }
         assert_int_equal(support_difference(images[0], images[1]), 0);
         assert_int_equal(support_difference(images[2], images[3]), 0);
@@ -231,8 +218,9 @@ static void test_edges_have_no_halo(void **state)
             options.mode = CVOL_MODE_COMPOSITE;
             options.background[2] = 0;
             cvol_volume samples = decode(arrays[k % 2]);
-            cvol_image *images[2] = {support_sheet(context, arrays[k % 2], band, 5, &options),
-                                     draw_ray(&samples, which, band, 5, options)};
+            cvol_image *images[2] = {
+                support_sheet(context, arrays[k % 2], band, 5, &options),
+                support_ray_masked(context, &samples, which, band, 5, options)};
             for (int e = 0; e < 2; e++) {
                 int reddest = 0;
                 for (int i = 0; i < options.width * options.height; i++)
@@ -264,7 +252,8 @@ static void test_nothing_is_background(void **state)
         const cvol_render_options options = request(k);
         cvol_image *images[2] = {
             support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS, &options),
-            draw_ray(&volume, which, support_blob_points, SUPPORT_BLOB_POINTS, options)};
+            support_ray_masked(context, &volume, which, support_blob_points, SUPPORT_BLOB_POINTS,
+                               options)};
         for (int e = 0; e < 2; e++) {
             for (int i = 0; i < options.width * options.height; i++) {
                 assert_int_equal(images[e]->rgba[4 * i], 0);

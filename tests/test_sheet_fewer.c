@@ -66,24 +66,12 @@ static cvol_array *make(int kind, const cvol_volume *volume, uint8_t *which)
 
 /* ---- pictures -------------------------------------------------------------------------------- */
 
-static cvol_image *draw_ray(const cvol_volume *volume, const uint8_t *which,
-                            cvol_render_options options)
-{
-    cvol_renderer *renderer;
-    options.step_voxels = 0.25;
-    options.oversample = 0;
-    assert_int_equal(cvol_renderer_create_ray_masked(context, &renderer, volume, which), CVOL_OK);
-    support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
-    cvol_image *image = support_picture(context, renderer, &options);
-    cvol_renderer_free(renderer);
-    return image;
-}
-
 /* By the sheet engine: as it is, with fewer sheets, with fewer rays. */
 static void measure(double db[3], cvol_array *array, const cvol_volume *volume,
                     const uint8_t *which, cvol_render_options options)
 {
-    cvol_image *ray = draw_ray(volume, which, options);
+    cvol_image *ray = support_ray_masked(context, volume, which, support_blob_points,
+                                         SUPPORT_BLOB_POINTS, options);
     for (int i = 0; i < 3; i++) {
         options.step_voxels = i == 1 ? 4 : 0;
         options.oversample = i == 2 ? 0.6 : 0;
