@@ -10,7 +10,8 @@ static const char description[] =
     "not compressed yet is compressed in memory first. Of many volumes each becomes a picture: "
     "{name} in\n"
     "OUT is the volume's name without folder and ending.\n"
-    "The camera looks at the volume's centre with +z up; the eye lies in direction (cos e sin a, "
+    "The camera looks at the volume's centre, or --look-at, with +z up; the eye lies in direction "
+    "(cos e sin a, "
     "-cos e\n"
     "cos a, sin e) for azimuth a and elevation e. It projects in parallel, or, with --perspective, "
     "from a\n"
@@ -34,6 +35,7 @@ static const char examples[] =
     "  cvol render scan.nii.gz -o mip.png --mode mip --background 1,1,1\n"
     "  cvol render mr.nii.gz -o '{name}.png' --view left --background transparent\n"
     "  cvol render ct.cvol -o cut.png --clip ,50%:,             without the front half\n"
+    "  cvol render ct.cvol -o tooth.png --look-at 10,-60,-5 --zoom 4\n"
     "  cvol render ct.cvol -o in.png --perspective 80 --eye 0,-20,10 --look-at 0,40,0\n"
     "  cvol render ct.cvol -o turn.webp --turntable 72 --elevation 15 --background white\n"
     "  cvol render run.cvol -o run.webp --over-time --fps 10   a film of a time series\n"
@@ -46,6 +48,7 @@ static int check_view(const render_arguments *a)
     const char *given = a->azimuth_given ? "--azimuth" : a->elevation_given ? "--elevation" : NULL;
     const char *of_pictures = a->view_name     ? "--view"
                               : a->annotate    ? "--annotate"
+                              : a->mirror      ? "--mirror"
                               : a->transparent ? "--background transparent"
                                                : NULL;
     if (a->view_name && given)
@@ -115,9 +118,12 @@ int command_render(int argc, char **argv)
         {"--eye", "X,Y,Z",
          "with --perspective, instead of angles and zoom: from the volume's centre",
          OPTION_NUMBERS3, a.eye, 0, &a.eye_given},
-        {"--look-at", "X,Y,Z", "what it looks at (default 0,0,0)", OPTION_NUMBERS3, a.look_at, 0,
-         &a.look_at_given},
+        {"--look-at", "X,Y,Z",
+         "what is in the picture's middle, from the volume's centre (default 0,0,0)",
+         OPTION_NUMBERS3, a.look_at, 0, NULL},
         {"--up", "X,Y,Z", "what is upwards (default 0,0,1)", OPTION_NUMBERS3, a.up, 0, &a.up_given},
+        {"--mirror", NULL, "turn left and right round; with --view, of what it shows", OPTION_FLAG,
+         &a.mirror, 0, NULL},
         {"--clip", "BOX", "draw samples X0:X1,Y0:Y1,Z0:Z1 only; as in 10:,25%:75%,; empty: all",
          OPTION_TEXT, &a.clip_text, 0, NULL},
         {"--clip-plane", "NX,NY,NZ,D", "only what is at least D from the centre that way (up to 6)",

@@ -84,15 +84,14 @@ void set_clip(cvol_clip *clip, const render_arguments *a, const cvol_grid *grid)
 
 int check_eye(const render_arguments *a)
 {
-    const char *own = a->look_at_given ? "--look-at" : a->up_given ? "--up" : NULL;
     const char *other = a->azimuth_given     ? "--azimuth"
                         : a->elevation_given ? "--elevation"
                         : a->view_name       ? "--view"
                         : a->zoom_given      ? "--zoom"
                         : a->turntable_given ? "--turntable"
                                              : NULL;
-    if (own && !a->eye_given)
-        return complain(EXIT_MISUSED, "%s is for an eye at a place: give --eye", own);
+    if (a->up_given && !a->eye_given)
+        return complain(EXIT_MISUSED, "--up is for an eye at a place: give --eye");
     if (a->eye_given && !a->perspective_given)
         return complain(EXIT_MISUSED, "--eye needs --perspective");
     if (a->eye_given && other)

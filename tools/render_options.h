@@ -24,7 +24,7 @@ typedef struct render_arguments {
     const char *view_name;
     int bits, annotate;
     double perspective, eye[3], look_at[3], up[3];
-    int perspective_given, eye_given, look_at_given, up_given, zoom_given;
+    int perspective_given, eye_given, up_given, zoom_given, mirror;
     const char *clip_text; /* NULL: not given */
     text_list clip_planes;
     render_bound clip[6]; /* what these say: check_clip */
@@ -273,7 +273,8 @@ typedef struct scene {
     double rescale[2];       /* a sample s means rescale[0] s + rescale[1] */
     const char *value_unit;  /* of what it means: "HU", or "" */
     cvol_transfer *transfer; /* of mode composite; NULL: a baked volume's own */
-    int mirrored;            /* the samples' axes are left-handed, and a named view was asked for */
+    int mirrored;            /* by --mirror, or a named view of samples whose axes are left-handed; */
+                             /* not by both */
     double load_ms;
     int drawn_level; /* of the last picture; engine sheet */
     /* Of several channels this is the first; open_channels. */

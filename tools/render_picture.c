@@ -258,10 +258,9 @@ static int write_compressed(cvol_context *context, scene *s, const render_argume
     cvol_picture *picture = NULL;
     const double start = milliseconds();
     if (s->mirrored)
-        return complain(EXIT_MISUSED,
-                        "%s: the volume's axes are left-handed, and a compressed picture cannot be "
-                        "mirrored: write a PNG",
-                        output);
+        return complain(
+            EXIT_MISUSED, "%s: %s, and a compressed picture cannot be mirrored: write a PNG",
+            output, arguments->mirror ? "--mirror was given" : "the volume's axes are left-handed");
     if (arguments->psnr_given)
         options.psnr_db = arguments->psnr;
     options.ratio = arguments->ratio_given ? arguments->ratio : 0;

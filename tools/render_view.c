@@ -45,11 +45,13 @@ int aim_camera(cvol_context *context, scene *s, const render_arguments *a, doubl
     cvol_camera *camera = &s->options.camera;
     *camera = render_camera(a, turn_deg);
     set_clip(&s->options.clip, a, scene_grid(context, s, &info));
+    s->mirrored = a->mirror;
     if (!a->view_name)
         return check_footprint(s, a, scene_grid(context, s, &info));
     const int code = cvol_camera_named(context, camera, &s->mirrored, a->view_name,
                                        scene_grid(context, s, &info), turn_deg);
     camera->roll_deg += s->mirrored ? -a->roll : a->roll;
+    s->mirrored ^= a->mirror;
     return code ? complain_context(context, code, NULL)
                 : check_footprint(s, a, scene_grid(context, s, &info));
 }

@@ -119,15 +119,18 @@ typedef enum cvol_mode {
  * centres, for azimuth a and elevation e; +z is up; roll turns the camera counter-clockwise about
  * its viewing direction. Half the picture's height is half the diagonal of the box divided by zoom:
  * in parallel projection everywhere, in perspective as far away as the centre, from which the eye
- * is then so far that the picture's height spans fov_deg. Or the eye is placed: lengths are the
- * world's, from the box's centre. In perspective nothing is seen that is nearer to the eye, along
+ * is then so far that the picture's height spans fov_deg. The centre is that of the box, or what
+ * the camera looks at, about which it then turns: look_at is the world's length from the box's
+ * centre, at most 1000 diagonals. Or the eye is placed, which is told in the same way. In
+ * perspective nothing is seen that is nearer to the eye, along
  * the viewing direction, than two mean spacings. Engines sheet and ray have perspective. */
 typedef struct cvol_camera {
     double azimuth_deg, elevation_deg, roll_deg, zoom;
     double fov_deg; /* 0: parallel projection; else perspective, 1 to 150 */
-    int placed;     /* in perspective: by these three instead of azimuth, elevation and zoom */
-    double eye[3], look_at[3];
-    double up[3]; /* upwards in the picture; 0 0 0: +z, or +y of an eye that looks along z */
+    int placed;     /* in perspective: by eye and up instead of azimuth, elevation and zoom */
+    double eye[3];
+    double look_at[3]; /* what is in the picture's middle, of an eye without a place too */
+    double up[3];      /* upwards in the picture; 0 0 0: +z, or +y of an eye that looks along z */
 } cvol_camera;
 
 /* What of the volume is drawn: the part of it that lies within the box and in front of all planes.

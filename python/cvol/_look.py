@@ -71,12 +71,12 @@ def _camera(options: Any, look: dict[str, Any], azimuth: float, elevation: float
     camera.azimuth_deg, camera.elevation_deg = azimuth, elevation
     camera.roll_deg, camera.zoom = look["roll"], look["zoom"]
     camera.fov_deg = look["perspective"] or 0
+    camera.look_at[:] = numbers(look["look_at"], 3, "look_at")
     if look["eye"] is not None:
         if not look["perspective"]:
             raise ValueError("eye needs perspective=DEGREES")
         camera.placed = 1
         camera.eye[:] = numbers(look["eye"], 3, "eye")
-        camera.look_at[:] = numbers(look["look_at"], 3, "look_at")
         camera.up[:] = numbers(look["up"], 3, "up")
 
 

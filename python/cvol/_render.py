@@ -162,8 +162,8 @@ class Renderer:
         background: "black", "white", "transparent" or (R, G, B) in 0 to 1.
         shade, light, ambient, diffuse, specular, shininess, gradient_opacity: light, by Phong's model; light
             (X, Y, Z) is the direction towards it, 0 0 0 the eye's.
-        perspective: degrees that the picture's height spans; eye, look_at, up: place of the eye and what it
-            looks at, in world lengths from the volume's centre.
+        look_at: what is in the picture's middle, in world lengths from the volume's centre. perspective: degrees
+            that the picture's height spans; eye, up: place of the eye, as look_at, and what is upwards.
         clip: what is drawn, as slices (z, y, x). clip_planes: at most 6 of (X, Y, Z, D): what lies at least D in
             direction (X, Y, Z) of the centre is drawn.
         level: 1, 2, 3: every 2nd, 4th, 8th sample, for quick pictures. budget_ms: the finest level that a time

@@ -7,7 +7,8 @@
  *
  * and after it right' = right cos r + up sin r, up' = up cos r - right sin r. Half the picture's
  * height is half the diagonal of the box of sample centres over the zoom; in perspective, that at
- * the centre, and the eye is so far from it that this spans the field of view.
+ * the centre, and the eye is so far from it that this spans the field of view. The centre is the
+ * box's, or as far from it as the camera looks.
  */
 #include "render/camera.h"
 
@@ -23,6 +24,9 @@
 
 #define FOV_MIN 1.0
 #define FOV_MAX 150.0
+/* So far from the box's centre a camera without a place may look, in diagonals of the box: nothing
+ * is seen there, and engines count pixels in whole numbers. */
+#define LOOK_MAX 1000.0
 /* Nothing is drawn that is nearer to the eye: in mean spacings. */
 #define NEAREST 2.0
 
@@ -200,6 +204,24 @@ static int place_eye(cvol_context *context, cvol_view *view, const cvol_camera *
     return CVOL_OK;
 }
 
+/* ---- an eye without one ------------------------------------------------------------------------
+ */
+
+/* Moves the view's middle to what the camera looks at. */
+static int look_at(cvol_context *context, cvol_view *view, const double at[3], double diagonal)
+{
+    for (int a = 0; a < 3; a++) {
+        if (!(fabs(at[a]) <= LOOK_MAX * diagonal))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "look_at %g,%g,%g: must be finite, and within %g diagonals of the "
+                             "volume, which is %g long",
+                             at[0], at[1], at[2], LOOK_MAX, diagonal);
+        view->centre[a] += at[a];
+    }
+    view->ahead -= dot(view->eye, at);
+    return CVOL_OK;
+}
+
 /* ---- what is drawn ----------------------------------------------------------------------------
  */
 
@@ -317,6 +339,8 @@ int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
     out->pixel = diagonal / camera->zoom / options->height;
     if ((code = set_box(context, out, grid, &options->clip)) ||
         (code = set_planes(context, out, grid, &options->clip)))
+        return code;
+    if (!camera->placed && (code = look_at(context, out, camera->look_at, diagonal)))
         return code;
     if (camera->fov_deg > 0) {
         const double tangent = tan(camera->fov_deg / 2 * RADIANS_PER_DEGREE);

@@ -16,10 +16,11 @@
 
 typedef struct cvol_view {
     double right[3], up[3], eye[3]; /* orthonormal, right x up = eye (towards the viewer) */
-    double centre[3], extent[3];
+    double centre[3], extent[3];    /* what is in the picture's middle; the box */
     int perspective;
     double place[3], distance; /* of the eye, in perspective */
-    double ahead;              /* else depths are from the plane so far before the centre */
+    double ahead;              /* else depths are from the plane so far before the centre, */
+                               /* wherever that is: the one that touches the ball about the box */
     double pixel;              /* world size of a pixel (at that distance) */
     double mean_spacing;       /* the length that opacity is given for */
     int width, height;

@@ -102,7 +102,8 @@ void cvol_fourier_pages_free(cvol_fourier_pages *pages);
 typedef struct cvol_fourier_lattice {
     size_t dims[2];
     double shift[2], space;
-    int aligned; /* every pixel is a point: pixel (0, 0) is point (first[0], first[1]) */
+    double middle[2]; /* the picture's, from the volume's, along right and up */
+    int aligned;      /* every pixel is a point: pixel (0, 0) is point (first[0], first[1]) */
     long first[2];
 } cvol_fourier_lattice;
 void cvol_fourier_lattice_make(cvol_fourier_lattice *out, const cvol_grid *grid,

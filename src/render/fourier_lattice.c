@@ -29,11 +29,15 @@ void cvol_fourier_lattice_make(cvol_fourier_lattice *out, const cvol_grid *grid,
     for (int d = 0; d < 2; d++) {
         const double *along = d ? view->up : view->right;
         double shadow = 0;
-        for (int a = 0; a < 3; a++) /* samples are linear up to their neighbours */
+        out->middle[d] = 0;
+        for (int a = 0; a < 3; a++) { /* samples are linear up to their neighbours */
             shadow += fabs(along[a]) * (view->extent[a] + 2 * grid->spacing[a]);
+            out->middle[d] += along[a] * (view->centre[a] - view->extent[a] / 2);
+        }
         out->dims[d] = cvol_fft_good_length((size_t)ceil(shadow / out->space) + MARGIN, 1);
         /* pixel (i, j) is at i + 1/2 - width / 2 or, upwards, height / 2 - j - 1/2 */
-        const double first = 0.5 - size[d] / 2, middle = (double)(out->dims[d] / 2);
+        const double first = 0.5 - size[d] / 2 + out->middle[d] / out->space;
+        const double middle = (double)(out->dims[d] / 2);
         out->first[d] = 0;
         out->shift[d] = middle;
         if (out->aligned) {

@@ -60,7 +60,8 @@ static void meet(float *far, float *near, const cvol_fourier_rays *rays, double 
 static double column_at(const cvol_fourier_pixels *job, int i)
 {
     const cvol_fourier_lattice *lattice = &job->planes->lattice;
-    return (i + 0.5 - job->view->width / 2.0) * job->view->pixel / lattice->space +
+    return ((i + 0.5 - job->view->width / 2.0) * job->view->pixel + lattice->middle[0]) /
+               lattice->space +
            lattice->shift[0];
 }
 
@@ -105,8 +106,8 @@ static void sample_row(float *out, float *line, const float *plane, const cvol_f
                    (size_t)(end - from) * sizeof *out);
         return;
     }
-    const double y = (job->view->height / 2.0 - j - 0.5) * job->view->pixel / lattice->space +
-                     lattice->shift[1];
+    const double above = (job->view->height / 2.0 - j - 0.5) * job->view->pixel;
+    const double y = (above + lattice->middle[1]) / lattice->space + lattice->shift[1];
     if (!(y > -CVOL_FOURIER_TAPS && y < (double)n[1] + CVOL_FOURIER_TAPS))
         return;
     const long cell = (long)floor(y) - BELOW;
@@ -134,8 +135,10 @@ void cvol_fourier_pixels_row(float *out, float *scratch, const cvol_fourier_pixe
     float *line = near + w;
     sample_row(sum, line, job->planes->sums, job, j);
     sample_row(weight, line, job->planes->weights, job, j);
-    const double y = (view->height / 2.0 - j - 0.5) * view->pixel;
-    meet(far, near, &job->rays, (0.5 - width / 2.0) * view->pixel, view->pixel, y, width);
+    const double *middle = job->planes->lattice.middle;
+    const double x = (0.5 - width / 2.0) * view->pixel + middle[0];
+    const double y = (view->height / 2.0 - j - 0.5) * view->pixel + middle[1];
+    meet(far, near, &job->rays, x, view->pixel, y, width);
     const float base = (float)job->volume->base,
                 above = (float)(job->volume->base - job->source.min);
     const float min = (float)job->source.min, max = (float)job->source.max;

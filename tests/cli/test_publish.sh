@@ -41,6 +41,26 @@ expect_done cvol render mirror.nrrd -o mirror.png $ray --view front --json
 expect_equal "$(value_of camera.mirrored boolean)" true
 expect_done cvol render mirror.nrrd -o not.png $ray
 expect_other_file mirror.png not.png
+# --mirror turns round what there is, a mirrored one back.
+expect_done cvol render mirror.nrrd -o turned.png $ray --mirror --json
+expect_equal "$(value_of camera.mirrored boolean)" true
+expect_same_file turned.png mirror.png
+expect_done cvol render mirror.nrrd -o turned.png $ray --view front --mirror --json
+expect_equal "$(value_of camera.mirrored boolean)" false
+expect_same_file turned.png not.png
+expect_done cvol render mirror.nrrd -o rolled.png $ray --view front --roll 25
+expect_done cvol render mirror.nrrd -o turned.png $ray --roll -25 --mirror
+expect_same_file turned.png rolled.png
+expect_failure 2 'cannot be mirrored' cvol render a.cvol -o x.cvi --engine transform --size 48 --mirror
+expect_failure 2 'mirror is for pictures' cvol render a.cvol -o x.nrrd --engine fourier --poses p.csv --mirror
+# What is looked at is in the middle: of two lengths along the view the picture is one.
+expect_done cvol render a.cvol -o moved.png $ray --look-at 3,0,-5
+expect_other_file moved.png not.png
+expect_done cvol render a.cvol -o deeper.png $ray --look-at 3,7,-5
+expect_same_file deeper.png moved.png
+expect_failure 2 '--look-at' cvol render a.cvol -o x.png $ray --look-at 3,nan,0
+expect_failure 2 'up is for an eye' cvol render a.cvol -o x.png --up 1,0,0 --look-at 0,1,0
+expect_failure 2 'look_at 0,1e+09,0' cvol render a.cvol -o x.png --look-at 0,1e9,0
 expect_done cvol render mirror.nrrd -o mirror.pfm $ray --view front --mode xray --window 100,300
 expect_failure 2 'cannot be mirrored' cvol render mirror.nrrd -o x.cvi --engine transform --size 48 --view front
 expect_failure 2 'only one of --view and --azimuth' cvol render a.cvol -o x.png --view front --azimuth 3
