@@ -1,0 +1,110 @@
+// The requests of doc/viewer-api.md, one function each. What goes wrong is thrown: an Error whose message is the
+// server's sentence and whose `status` is that of the answer, 0 if none came.
+
+const BASE = new URL("api/1/", document.baseURI);
+export const GONE = "The program behind this page does not answer.";
+
+const listeners = new Set();
+let reached = true;
+
+function tell(now) {
+  if (now === reached) return;
+  reached = now;
+  for (const listener of [...listeners]) listener(reached);
+}
+
+// fn(true or false) whenever the server begins or ceases to answer; returns what ends it.
+export function onReach(fn) {
+  listeners.add(fn);
+  return () => listeners.delete(fn);
+}
+
+function failure(sentence, status) {
+  const error = new Error(sentence);
+  error.status = status;
+  return error;
+}
+
+async function sentenceOf(response) {
+  try {
+    const { error } = await response.json();
+    if (error) return error;
+  } catch {
+    // not JSON: the status must do
+  }
+  return `The program behind this page answered ${response.status}.`;
+}
+
+async function ask(path, { method = "GET", body, text, signal } = {}) {
+  const options = { method, signal, cache: "no-store", credentials: "omit" };
+  if (body !== undefined) {
+    options.body = JSON.stringify(body);
+    options.headers = { "Content-Type": "application/json" };
+  } else if (text !== undefined) {
+    options.body = text;
+  }
+  let response;
+  try {
+    response = await fetch(new URL(path, BASE), options);
+  } catch (error) {
+    if (error.name === "AbortError") throw error;
+    tell(false);
+    throw failure(GONE, 0);
+  }
+  tell(true);
+  if (!response.ok) throw failure(await sentenceOf(response), response.status);
+  return response;
+}
+
+const json = async (path, options) => (await ask(path, options)).json();
+const one = (id) => `volumes/${encodeURIComponent(id)}`;
+
+async function bodyOf(response) {
+  try {
+    return await response.blob();
+  } catch {
+    tell(false);
+    throw failure(GONE, 0);
+  }
+}
+
+// {blob, info}: a picture, and what its Cvol-Frame header says.
+async function picture(path, request, { signal } = {}) {
+  const response = await ask(path, { method: "POST", body: request, signal });
+  const info = JSON.parse(response.headers.get("Cvol-Frame") ?? "{}");
+  return { blob: await bodyOf(response), info };
+}
+
+function sliceAddress(id, axis, index, window) {
+  const address = new URL(`${one(id)}/slice`, BASE);
+  address.searchParams.set("axis", axis);
+  address.searchParams.set("index", index);
+  if (window) address.searchParams.set("window", window.join(","));
+  return address.href;
+}
+
+export const api = {
+  onReach,
+  about: () => json("./"),
+  volumes: async () => (await json("volumes")).volumes,
+  volume: (id) => json(one(id)),
+  frame: (request, options) => picture("frame", request, options),
+  difference: (request, options) => picture("difference", request, options),
+  histogram: (id) => json(`${one(id)}/histogram`),
+  transfer: (id, name) => json(`${one(id)}/transfer?name=${encodeURIComponent(name)}`),
+  readTransfer: (id, text) => json(`${one(id)}/transfer`, { method: "POST", text }),
+  sliceAddress,
+  slice: async (id, axis, index, window, { signal } = {}) =>
+    bodyOf(await ask(sliceAddress(id, axis, index, window), { signal })),
+  value: (id, x, y, z, { signal } = {}) => json(`${one(id)}/value?x=${x}&y=${y}&z=${z}`, { signal }),
+  pick: (view, x, y) => json("pick", { method: "POST", body: { view, x, y } }),
+  copy: (id, wanted) => json(`${one(id)}/copy`, { method: "POST", body: wanted }),
+  remove: (id) => ask(one(id), { method: "DELETE" }),
+  film: (request) => json("films", { method: "POST", body: request }),
+  filmState: (id) => json(`films/${encodeURIComponent(id)}`),
+  filmAddress: (id) => new URL(`films/${encodeURIComponent(id)}/file`, BASE).href,
+  removeFilm: (id) => ask(`films/${encodeURIComponent(id)}`, { method: "DELETE" }),
+  command: (view) => json("command", { method: "POST", body: { view } }),
+  status: () => json("status"),
+  end: () => json("end", { method: "POST", body: {} }),
+};

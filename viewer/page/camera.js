@@ -1,0 +1,143 @@
+// Where the camera is and what its movements mean: the mathematics of cvol/render.h, in world lengths from the middle
+// of the box of sample centres. Pixels are those of the page.
+
+const RADIANS = Math.PI / 180;
+export const ZOOM_MIN = 0.05;
+export const ZOOM_MAX = 500;
+
+export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const sum = (...terms) =>
+  [0, 1, 2].map((i) => terms.reduce((total, [weight, v]) => total + weight * v[i], 0));
+export const unit = (v) => {
+  const length = Math.hypot(...v);
+  return length > 0 ? v.map((part) => part / length) : [0, 0, 1];
+};
+
+export function wrapDegrees(degrees) {
+  const turn = ((degrees % 360) + 360) % 360;
+  return turn > 180 ? turn - 360 : turn;
+}
+
+const rounded = (value, digits) => Number(value.toFixed(digits));
+const precise = (value) => Number(value.toPrecision(6));
+
+// A camera as links and commands are to show it.
+export function tidy(camera) {
+  return {
+    ...camera,
+    azimuth: rounded(wrapDegrees(camera.azimuth), 2),
+    elevation: rounded(camera.elevation, 2),
+    roll: rounded(wrapDegrees(camera.roll), 2),
+    zoom: precise(Math.min(ZOOM_MAX, Math.max(ZOOM_MIN, camera.zoom))),
+    look_at: camera.look_at.map(precise),
+  };
+}
+
+export const extent = (volume) => volume.dims.map((n, a) => (n - 1) * volume.spacing[a]);
+
+export function diagonal(volume) {
+  const length = Math.hypot(...extent(volume));
+  return length > 0 ? length : Math.max(...volume.spacing);
+}
+
+export const worldOf = (volume, sample) =>
+  sample.map((s, a) => (s - (volume.dims[a] - 1) / 2) * volume.spacing[a]);
+export const sampleOf = (volume, world) =>
+  world.map((w, a) => w / volume.spacing[a] + (volume.dims[a] - 1) / 2);
+
+// Directions of the picture: right and up as they are on the screen, a mirrored picture's turned round.
+export function directions(camera, mirror) {
+  const [ca, sa] = [Math.cos(camera.azimuth * RADIANS), Math.sin(camera.azimuth * RADIANS)];
+  const [ce, se] = [Math.cos(camera.elevation * RADIANS), Math.sin(camera.elevation * RADIANS)];
+  const [cr, sr] = [Math.cos(camera.roll * RADIANS), Math.sin(camera.roll * RADIANS)];
+  const right = [ca, sa, 0];
+  const up = [-se * sa, se * ca, ce];
+  const turned = sum([cr, right], [sr, up]);
+  return {
+    eye: [ce * sa, -ce * ca, se],
+    right: mirror ? turned.map((part) => -part) : turned,
+    up: sum([cr, up], [-sr, right]),
+  };
+}
+
+// World length of a pixel, at the place in the picture's middle.
+export function pixelLength(camera, volume, height) {
+  return diagonal(volume) / camera.zoom / height;
+}
+
+// From world to page: {x, y, depth}, in pixels from the picture's top left; depth grows towards the eye. Null behind
+// the eye.
+export function projector(view, volume, width, height) {
+  const { eye, right, up } = directions(view.camera, view.mirror);
+  const pixel = pixelLength(view.camera, volume, height);
+  const { fov, look_at } = view.camera;
+  const distance = fov > 0 ? (pixel * height) / 2 / Math.tan((fov / 2) * RADIANS) : Infinity;
+  return (world) => {
+    const p = sum([1, world], [-1, look_at]);
+    const depth = dot(p, eye);
+    const scale = distance === Infinity ? 1 : distance / (distance - depth);
+    if (scale <= 0) return null;
+    return {
+      x: width / 2 + (dot(p, right) * scale) / pixel,
+      y: height / 2 - (dot(p, up) * scale) / pixel,
+      depth,
+    };
+  };
+}
+
+// Movements: each makes a camera from a camera. dx and dy are pixels, to the right and downwards.
+
+export function orbited(camera, mirror, dx, dy, height) {
+  const degrees = 200 / height;
+  const side = mirror ? -dx : dx;
+  const [c, s] = [Math.cos(camera.roll * RADIANS), Math.sin(camera.roll * RADIANS)];
+  const across = side * c + dy * s;
+  const down = dy * c - side * s;
+  return {
+    ...camera,
+    azimuth: camera.azimuth - across * degrees,
+    elevation: Math.min(90, Math.max(-90, camera.elevation + down * degrees)),
+  };
+}
+
+export function panned(camera, mirror, volume, dx, dy, height) {
+  const { right, up } = directions(camera, mirror);
+  const pixel = pixelLength(camera, volume, height);
+  return { ...camera, look_at: sum([1, camera.look_at], [-dx * pixel, right], [dy * pixel, up]) };
+}
+
+// What is at (x, y), pixels from the picture's middle, stays there.
+export function zoomed(camera, mirror, volume, factor, x, y, height) {
+  const zoom = Math.min(ZOOM_MAX, Math.max(ZOOM_MIN, camera.zoom * factor));
+  const share = 1 - camera.zoom / zoom;
+  const moved = panned(camera, mirror, volume, -x * share, -y * share, height);
+  return { ...moved, zoom };
+}
+
+// Counter-clockwise by so many degrees, as seen: the picture turns with the pointer.
+export function rolled(camera, mirror, clockwise) {
+  return { ...camera, roll: camera.roll + (mirror ? -clockwise : clockwise) };
+}
+
+// The zoom at which all of the volume is in the picture, from this direction, with a margin.
+export function fittingZoom(camera, volume, width, height) {
+  const { right, up } = directions(camera, false);
+  const size = extent(volume);
+  const spans = [right, up].map((axis) => size.reduce((total, s, a) => total + s * Math.abs(axis[a]), 0));
+  const pixel = Math.max(spans[0] / width, spans[1] / height, 1e-12);
+  return precise(Math.min(ZOOM_MAX, (0.9 * diagonal(volume)) / (pixel * height)));
+}
+
+// What a volume is first seen with: from its front, a little from the side and from above.
+export function homeCamera(volume, width, height) {
+  const front = volume.views?.front ?? { azimuth: 0, elevation: 0, roll: 0 };
+  const camera = {
+    azimuth: wrapDegrees(front.azimuth + (volume.mirrored ? -30 : 30)),
+    elevation: 15,
+    roll: 0,
+    zoom: 1,
+    fov: 0,
+    look_at: [0, 0, 0],
+  };
+  return tidy({ ...camera, zoom: fittingZoom(camera, volume, width, height) });
+}

@@ -1,0 +1,82 @@
+// The address of what is seen: the part after # holds what differs from a page that was just opened.
+//
+//   #camera.azimuth=30&transfer="bone"   fields of the view; .page.sample=[1,2,3] fields of the page
+
+import { DEFAULT_VIEW, same } from "./view.js";
+
+// Fields of state.page that belong to what is seen; the panels' own are added by carryInLink.
+const carried = new Map([
+  ["layout", "single"],
+  ["sample", null],
+]);
+
+export function carryInLink(name, initial) {
+  carried.set(name, initial);
+}
+
+const isPlain = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
+
+function* differences(value, initial, path) {
+  if (same(value, initial)) return;
+  if (isPlain(value) && isPlain(initial))
+    for (const key of Object.keys(value)) yield* differences(value[key], initial[key], [...path, key]);
+  else yield [path.join("."), value];
+}
+
+// Only what an address must not have, so that people can read it.
+const escaped = (text) =>
+  encodeURIComponent(text).replace(/%(?:2C|5B|5D|7B|7D|3A|22)/g, (code) =>
+    code === "%22" ? "'" : decodeURIComponent(code),
+  );
+
+function plainText(value) {
+  return JSON.stringify(value).replaceAll("'", "\\u0027");
+}
+
+export function hashOf({ view, page }) {
+  const parts = [...differences(view, DEFAULT_VIEW, [])];
+  for (const [name, initial] of carried) parts.push(...differences(page[name], initial, ["", "page", name]));
+  return parts.map(([path, value]) => `${path}=${escaped(plainText(value))}`).join("&");
+}
+
+export function linkOf(state) {
+  const address = new URL(location.href);
+  address.hash = hashOf(state);
+  return address.href;
+}
+
+function put(target, path, value) {
+  const last = path.pop();
+  for (const key of path) target = Object.hasOwn(target, key) && isPlain(target[key]) ? target[key] : (target[key] = {});
+  target[last] = value;
+}
+
+// Whether the default has such a field, and a value of this kind.
+function known(path, value) {
+  let initial = { view: DEFAULT_VIEW, page: Object.fromEntries(carried) };
+  for (const key of path) {
+    if (initial === null || Array.isArray(initial) || typeof initial !== "object") return path[0] === "page";
+    if (!Object.hasOwn(initial, key)) return path[0] === "page" && path.length > 2;
+    initial = initial[key];
+  }
+  return !isPlain(initial) || isPlain(value);
+}
+
+// A patch for the store from the part of an address after #; what is no field of ours is left out.
+export function patchOf(hash) {
+  const patch = {};
+  for (const part of hash.replace(/^#/, "").split("&")) {
+    const cut = part.indexOf("=");
+    if (cut < 0) continue;
+    try {
+      const value = JSON.parse(decodeURIComponent(part.slice(cut + 1)).replaceAll("'", '"'));
+      const words = part.slice(0, cut).split(".");
+      const path = words[0] === "" ? words.slice(1) : ["view", ...words];
+      if (path.includes("__proto__") || !known(path, value)) continue;
+      put(patch, path, value);
+    } catch {
+      // a part that was cut off or mistyped: the rest still holds
+    }
+  }
+  return patch;
+}

@@ -1,0 +1,50 @@
+// What is to be seen: the view of doc/viewer-api.md with its defaults, and what of it a request says.
+
+export const DEFAULT_VIEW = {
+  volume: null,
+  mode: "composite",
+  camera: { azimuth: 0, elevation: 0, roll: 0, zoom: 1, fov: 0, look_at: [0, 0, 0] },
+  mirror: false,
+  transfer: "auto",
+  opacity_scale: 1,
+  window: null,
+  light: {
+    on: false,
+    direction: [0, 0, 0],
+    ambient: 0.1,
+    diffuse: 0.7,
+    specular: 0.2,
+    shininess: 10,
+    gradient_opacity: 0,
+  },
+  // null: the middle of the volume's values
+  surface: { value: null, colour: [0.9, 0.85, 0.75] },
+  clip: { box: null, planes: [] },
+  background: [0, 0, 0],
+  step: 0,
+  oversample: 1,
+};
+
+// The view as a request has it: what is null or empty stays away.
+export function requestView(view, width, height) {
+  const out = { ...view };
+  if (width) out.width = width;
+  if (height) out.height = height;
+  if (out.window === null) delete out.window;
+  if (out.surface.value === null) out.surface = { colour: out.surface.colour };
+  const clip = {};
+  if (view.clip.box && view.clip.box.some((face) => face !== null)) clip.box = view.clip.box;
+  if (view.clip.planes.length) clip.planes = view.clip.planes;
+  if (Object.keys(clip).length) out.clip = clip;
+  else delete out.clip;
+  return out;
+}
+
+// Whether two values of JSON are the same.
+export function same(a, b) {
+  if (a === b) return true;
+  if (typeof a !== "object" || typeof b !== "object" || !a || !b) return false;
+  if (Array.isArray(a) !== Array.isArray(b)) return false;
+  const keys = Object.keys(a);
+  return keys.length === Object.keys(b).length && keys.every((key) => same(a[key], b[key]));
+}

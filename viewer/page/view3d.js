@@ -1,0 +1,129 @@
+// The volume's picture on the stage: what is asked of the server when, and what the hand does to the camera.
+
+import { api } from "./api.js";
+import * as math from "./camera.js";
+import { createFrames } from "./frames.js";
+import { listenToGestures } from "./gestures.js";
+import { store } from "./store.js";
+import { requestView } from "./view.js";
+import { volumes } from "./volumes.js";
+
+// canvas: where it is drawn; told: {shown(frame), busy(yes), failed(sentence or null), picked(answer)}.
+export function mountView3d(canvas, told) {
+  const context = canvas.getContext("2d", { alpha: false });
+  const size = { width: 1, height: 1, ratio: 1 };
+  let frame = null; // what is on the canvas
+
+  const ready = () => volumes.current()?.state === "ready";
+
+  const frames = createFrames({
+    picture: api.frame,
+    request() {
+      const { view, page } = store.state;
+      if (!ready() || document.hidden || size.width < 2) return null;
+      return {
+        view,
+        motion: page.motion,
+        width: size.width * size.ratio,
+        height: size.height * size.ratio,
+        build: (width, height) => requestView(view, width, height),
+      };
+    },
+    show(bitmap, shown) {
+      // A canvas that changes its size forgets what is on it, so it is drawn at once.
+      if (canvas.width !== bitmap.width) canvas.width = bitmap.width;
+      if (canvas.height !== bitmap.height) canvas.height = bitmap.height;
+      context.drawImage(bitmap, 0, 0);
+      bitmap.close();
+      frame = { ...shown, width: size.width, height: size.height };
+      canvas.dataset.quality = shown.timing.quality;
+      canvas.dataset.sequence = shown.timing.server.sequence;
+      told.failed(null);
+      told.shown(frame);
+    },
+    fail: (error) => told.failed(error.message, error.status),
+    busy: told.busy,
+  });
+
+  function measure() {
+    const box = canvas.parentElement.getBoundingClientRect();
+    const now = { width: Math.round(box.width), height: Math.round(box.height), ratio: devicePixelRatio || 1 };
+    if (now.width === size.width && now.height === size.height && now.ratio === size.ratio) return;
+    Object.assign(size, now);
+    frames.moved();
+  }
+  new ResizeObserver(measure).observe(canvas.parentElement);
+
+  store.subscribe((state, previous, { live }) => {
+    if (state.view === previous.view) {
+      // The gesture is over: the quick picture of it is already there.
+      if (!live && frame && frame.view === state.view && frame.timing.quality === "motion") frames.still();
+      return;
+    }
+    frames.moved();
+  });
+  document.addEventListener("visibilitychange", () => document.hidden || frames.moved());
+
+  // ---- the hand ---------------------------------------------------------------------------
+
+  const current = () => store.state.view.camera;
+  const move = (camera) => store.set({ view: { camera: math.tidy(camera) } }, { live: true });
+  const mirror = () => store.state.view.mirror;
+
+  async function placeAt(x, y) {
+    const view = requestView(store.state.view, Math.max(1, size.width), Math.max(1, size.height));
+    if (!ready() || (view.mode !== "composite" && view.mode !== "iso")) return null;
+    try {
+      return await api.pick(view, x / size.width, y / size.height);
+    } catch (error) {
+      told.failed(error.message, error.status);
+      return null;
+    }
+  }
+
+  const hand = {
+    turn: (dx, dy) => ready() && move(math.orbited(current(), mirror(), dx, dy, size.height)),
+    pan: (dx, dy) => ready() && move(math.panned(current(), mirror(), volumes.current(), dx, dy, size.height)),
+    zoom(factor, x = size.width / 2, y = size.height / 2) {
+      if (!ready()) return;
+      const [dx, dy] = [x - size.width / 2, y - size.height / 2];
+      move(math.zoomed(current(), mirror(), volumes.current(), factor, dx, dy, size.height));
+    },
+    roll: (degrees) => ready() && move(math.rolled(current(), mirror(), degrees)),
+    finish: () => store.set({}),
+    start: () => told.touched?.(),
+    async tap(x, y) {
+      const answer = await placeAt(x, y);
+      if (!answer) return;
+      told.picked(answer);
+      store.set({ page: { sample: answer.hit ? answer.sample : null } }, { undo: false });
+    },
+    // What was hit comes to the middle; beside the volume, all of it.
+    async doubleTap(x, y) {
+      const answer = await placeAt(x, y);
+      if (!ready()) return;
+      if (!answer?.hit) return home();
+      const look_at = math.worldOf(volumes.current(), answer.sample);
+      store.set({ view: { camera: math.tidy({ ...current(), look_at }) } });
+    },
+  };
+  listenToGestures(canvas, hand);
+
+  function home() {
+    const volume = volumes.current();
+    if (volume?.state === "ready") store.set({ view: { camera: math.homeCamera(volume, size.width, size.height) } });
+  }
+
+  measure();
+  return {
+    size,
+    hand,
+    home,
+    // The frame on the canvas: {view, width, height (of the page's pixels), timing}, or null.
+    get frame() {
+      return frame;
+    },
+    refresh: () => frames.moved(),
+    viewer: frames.viewer,
+  };
+}

@@ -1,0 +1,35 @@
+// The volumes that there are, asked for again and again while one of them is not ready yet.
+
+import { api } from "./api.js";
+import { store } from "./store.js";
+
+const POLL_MS = 300;
+
+const listeners = new Set();
+let all = [];
+let timer = 0;
+
+const unsettled = (volume) => volume.state === "reading" || volume.state === "compressing";
+
+async function refresh() {
+  clearTimeout(timer);
+  const now = await api.volumes();
+  const changed = JSON.stringify(now) !== JSON.stringify(all);
+  all = now;
+  clearTimeout(timer);
+  if (all.some(unsettled)) timer = setTimeout(() => refresh().catch(() => {}), POLL_MS);
+  if (changed) for (const listener of [...listeners]) listener(volumes);
+}
+
+export const volumes = {
+  list: () => all,
+  get: (id) => all.find((volume) => volume.id === id),
+  current: () => all.find((volume) => volume.id === store.state.view.volume),
+  // fn(volumes), when one came, went or changed; returns what ends it.
+  subscribe(fn) {
+    listeners.add(fn);
+    return () => listeners.delete(fn);
+  },
+  // Asks at once: after a copy was asked for or removed.
+  refresh,
+};
