@@ -69,6 +69,34 @@ static void expect_error(fixture *f, int code)
 
 /* ---- PNG --------------------------------------------------------------------------------- */
 
+static void expect_equal(fixture *f, const cvol_image *image)
+{
+    cvol_image *back;
+    assert_int_equal(cvol_image_read_png(f->context, &back, f->path), CVOL_OK);
+    assert_int_equal(back->width, image->width);
+    assert_int_equal(back->height, image->height);
+    assert_memory_equal(back->rgba, image->rgba, 4 * (size_t)image->width * (size_t)image->height);
+    cvol_image_free(back);
+}
+
+/* Of every level the same pixels; of level 6 the same file. */
+static void check_in_memory(fixture *f, const cvol_image *image, const unsigned char *file,
+                            size_t file_size)
+{
+    for (int level = CVOL_PNG_QUICK; level <= 9; level++) {
+        void *bytes;
+        size_t size;
+        assert_int_equal(cvol_image_encode_png(f->context, image, level, &bytes, &size), CVOL_OK);
+        if (level == 6) {
+            assert_int_equal(size, file_size);
+            assert_memory_equal(bytes, file, size);
+        }
+        support_write(f->path, bytes, size);
+        free(bytes);
+        expect_equal(f, image);
+    }
+}
+
 /* Byte 25 of a PNG is its colour type: 2 RGB, 6 RGBA. */
 static void check_round_trip(fixture *f, cvol_image *image, int colour_type)
 {
@@ -76,13 +104,9 @@ static void check_round_trip(fixture *f, cvol_image *image, int colour_type)
     size_t size;
     unsigned char *file = support_read(f->path, &size);
     assert_int_equal(file[25], colour_type);
+    expect_equal(f, image);
+    check_in_memory(f, image, file, size);
     free(file);
-    cvol_image *back;
-    assert_int_equal(cvol_image_read_png(f->context, &back, f->path), CVOL_OK);
-    assert_int_equal(back->width, image->width);
-    assert_int_equal(back->height, image->height);
-    assert_memory_equal(back->rgba, image->rgba, 4 * (size_t)image->width * (size_t)image->height);
-    cvol_image_free(back);
     assert_int_equal(support_folder_count(f->folder), 1);
 }
 
@@ -261,8 +285,18 @@ static void test_write_failures_leave_nothing(void **state)
     assert_int_equal(cvol_image_write_png(f->context, image, missing), CVOL_ERROR_IO);
     assert_int_equal(cvol_image_write_png(f->context, image, f->folder), CVOL_ERROR_IO);
     assert_int_equal(support_folder_count(f->folder), 0);
+    void *bytes;
+    size_t size;
+    for (int level = -2; level <= 10; level += 12) {
+        assert_int_equal(cvol_image_encode_png(f->context, image, level, &bytes, &size),
+                         CVOL_ERROR_ARGUMENT);
+        assert_null(bytes);
+        assert_non_null(strstr(cvol_context_message(f->context), "must be 0 to 9, or -1"));
+    }
     image->width = 0;
     assert_int_equal(cvol_image_write_png(f->context, image, f->path), CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_image_encode_png(f->context, image, 6, &bytes, &size),
+                     CVOL_ERROR_ARGUMENT);
     free(missing);
     cvol_image_free(image);
 }

@@ -50,6 +50,13 @@ CVOL_API int cvol_image_read_png(cvol_context *context, cvol_image **out, const 
 /* Writes a PNG: RGB when every pixel is opaque, RGBA otherwise. The file appears under its
  * name only when it is whole. Errors: IO, MEMORY. */
 CVOL_API int cvol_image_write_png(cvol_context *context, const cvol_image *image, const char *path);
+/* Levels of PNG: zlib's 0 to 9; 6 are the bytes that files get. Quick ones are for pictures that
+ * are looked at once: of volumes about a tenth more bytes in an eighth of the time. */
+#define CVOL_PNG_QUICK (-1)
+/* The same file in memory, *size bytes at *out, which the caller frees with free(). *out is NULL
+ * after an error. Errors: ARGUMENT, MEMORY. */
+CVOL_API int cvol_image_encode_png(cvol_context *context, const cvol_image *image, int level,
+                                   void **out, size_t *size);
 /* Writes a picture of floats as a PNG of 16 bits a channel: over a background R G B, or (NULL) with
  * straight alpha. With `grey`, one channel, R, for all three. Errors: ARGUMENT, IO, MEMORY. */
 CVOL_API int cvol_image_write_png16(cvol_context *context, const cvol_image *image,

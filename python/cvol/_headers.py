@@ -463,6 +463,7 @@ FUNCTIONS = {
     "image_mirror": "v *",
     "image_read_png": "i * * s",
     "image_write_png": "i * * s",
+    "image_encode_png": "i * * i * *",
     "image_write_png16": "i * * * i s",
     "image_write_pfm": "i * * * i s",
     "image_write_depth": "i * * s",
