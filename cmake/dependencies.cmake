@@ -12,6 +12,10 @@ pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3f)
 # Animated WebP, where it is.
 pkg_check_modules(WEBP IMPORTED_TARGET libwebpmux libwebp)
 
+# The viewer, where these are.
+pkg_check_modules(MICROHTTPD IMPORTED_TARGET libmicrohttpd>=0.9.71)
+pkg_check_modules(TURBOJPEG IMPORTED_TARGET libturbojpeg)
+
 # Formats of volumes that other libraries read, where these are.
 pkg_check_modules(TIFF IMPORTED_TARGET libtiff-4>=4.5)
 pkg_check_modules(HDF5 IMPORTED_TARGET hdf5)

@@ -32,6 +32,7 @@ check src/volume 'volume base'
 check src/image 'image codec array base'
 check src/render 'render codec array transform volume image base'
 check tools ''
+check viewer ''
 check plugin ''
 [ "$failed" = 0 ] && echo 'rooms: every include follows an arrow'
 exit "$failed"

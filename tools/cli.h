@@ -237,5 +237,6 @@ int command_convolve(int argc, char **argv);
 int command_scale(int argc, char **argv);
 int command_gradient(int argc, char **argv);
 int command_stats(int argc, char **argv);
+int command_view(int argc, char **argv);
 
 #endif

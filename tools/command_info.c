@@ -114,10 +114,16 @@ static void print_text(const char *path, json_t *object)
 
 static int describe_build(int json)
 {
-    json_t *object = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s}", "version", cvol_version(), "reads",
-                               cvol_volume_readers(), "formats", cvol_volume_formats(), "films",
-                               cvol_film_formats(), "engines", "sheet ray splat transform fourier",
-                               "transforms", "dct dht dft");
+#ifdef CVOL_HAVE_VIEWER
+    const int viewer = 1;
+#else
+    const int viewer = 0;
+#endif
+    json_t *object = json_pack("{s:s, s:s, s:s, s:s, s:s, s:s, s:b}", "version", cvol_version(),
+                               "reads", cvol_volume_readers(), "formats", cvol_volume_formats(),
+                               "films", cvol_film_formats(), "engines",
+                               "sheet ray splat transform fourier", "transforms", "dct dht dft",
+                               "viewer", viewer);
     if (json)
         return print_json(object);
     print_text("cvol", object);

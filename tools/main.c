@@ -23,6 +23,7 @@ static const subcommand subcommands[] = {
     {"gradient", command_gradient, "the length of a volume's gradient"},
     {"stats", command_stats, "sums, means and distances, from coefficients"},
     {"render", command_render, "a picture of a volume"},
+    {"view", command_view, "volumes in a browser, to be turned, coloured and cut"},
     {"bake", command_bake, "slices of a volume, classified and transformed, for many pictures"},
     {"bench", command_bench, "how long pictures take"},
 };

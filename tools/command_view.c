@@ -1,0 +1,169 @@
+/* cvol view: volumes in a browser. */
+#define _POSIX_C_SOURCE 200809L
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "cli.h"
+#ifdef CVOL_HAVE_VIEWER
+#include "viewer.h"
+
+static const char description[] = "Shows volumes in a browser: turns, lights, colours and cuts "
+                                  "them, straight from their compressed\n"
+                                  "form. It prints an address, which holds a token that nobody "
+                                  "else knows, and opens a browser if there\n"
+                                  "is a screen. What is not compressed yet is compressed in memory "
+                                  "while the page is there already.\n"
+                                  "On another machine: ssh -L 8080:localhost:PORT with --port "
+                                  "PORT, and the same address at port\n"
+                                  "8080. Ctrl-C ends it.";
+static const char examples[] = "  cvol view brain.cvol\n"
+                               "  cvol view a.cvol b.nii.gz                 two, to compare\n"
+                               "  cvol view scan.nii.gz --port 8000 --no-browser\n";
+
+typedef struct view_arguments {
+    common_options common;
+    const char *listen;
+    int port, no_browser, once;
+    text_list hosts;
+} view_arguments;
+
+/* A program that shows addresses, as a process of its own. */
+static void open_browser(const char *address)
+{
+    if (!getenv("DISPLAY") && !getenv("WAYLAND_DISPLAY"))
+        return;
+    const pid_t child = fork();
+    if (child > 0)
+        waitpid(child, NULL, 0);
+    if (child)
+        return;
+    if (fork()) /* its parent ends at once, so that nobody need wait for it */
+        _exit(0);
+    const int quiet = open("/dev/null", O_RDWR);
+    if (quiet >= 0) {
+        dup2(quiet, STDOUT_FILENO);
+        dup2(quiet, STDERR_FILENO);
+    }
+    execlp("xdg-open", "xdg-open", address, (char *)NULL);
+    _exit(127);
+}
+
+static int tell_address(const view_arguments *a, const viewer *v)
+{
+    if (a->common.json) {
+        const int status = print_json(json_pack("{s:s}", "address", viewer_address(v)));
+        fflush(stdout);
+        return status;
+    }
+    printf("%s\n", viewer_address(v));
+    fflush(stdout);
+    fputs("cvol: open this address in a browser; Ctrl-C ends the viewer\n", stderr);
+    return EXIT_DONE;
+}
+
+/* Until somebody interrupts it. */
+static void wait_for_end(viewer *v)
+{
+    const struct timespec pause = {0, 200000000};
+    while (!viewer_tick(v) && !was_interrupted())
+        nanosleep(&pause, NULL);
+}
+
+static int check_arguments(view_arguments *a)
+{
+    if (a->port > 65535)
+        return complain(EXIT_MISUSED, "--port is %d, must be 0 (a free one) to 65535", a->port);
+    for (int i = 0; i < a->hosts.count; i++)
+        if (!*a->hosts.texts[i])
+            return complain(EXIT_MISUSED, "--host is empty");
+    return read_type_name(&a->common);
+}
+
+static viewer_options make_options(const view_arguments *a, const command_line *line)
+{
+    viewer_options options = {.paths = line->all,
+                              .path_count = line->all_count,
+                              .read = a->common.read,
+                              .has_fill = a->common.fill_given,
+                              .fill = a->common.fill,
+                              .listen = a->listen,
+                              .port = a->port,
+                              .host_count = a->hosts.count,
+                              .once = a->once,
+                              .threads = a->common.threads};
+    for (int i = 0; i < a->hosts.count; i++)
+        options.hosts[i] = a->hosts.texts[i];
+    return options;
+}
+
+static int show(const view_arguments *a, const command_line *line)
+{
+    char message[512];
+    viewer *v;
+    const viewer_options options = make_options(a, line);
+    for (int i = 0; i < line->all_count; i++)
+        if (access(line->all[i], R_OK) && !strchr(line->all[i], ':'))
+            return complain(EXIT_FAILED, "%s: %s", line->all[i], strerror(errno));
+    if (viewer_open(&v, message, sizeof message, &options))
+        return complain(EXIT_FAILED, "%s", message);
+    const int status = tell_address(a, v);
+    if (!status) {
+        if (!a->no_browser && !a->common.json)
+            open_browser(viewer_address(v));
+        wait_for_end(v);
+    }
+    viewer_close(v);
+    return status;
+}
+
+int command_view(int argc, char **argv)
+{
+    view_arguments a = {0};
+    const option_spec specs[] = {
+        {"--port", "P", "where it listens (default: a free one)", OPTION_INTEGER, &a.port, 0, NULL},
+        {"--listen", "ADDRESS", "on which address of this machine (default 127.0.0.1)", OPTION_TEXT,
+         &a.listen, 0, NULL},
+        {"--host", "NAME", "a further name that browsers may call it by (up to 8 times)",
+         OPTION_TEXTS, &a.hosts, VIEWER_HOSTS_MAX, NULL},
+        {"--no-browser", NULL, "only print the address", OPTION_FLAG, &a.no_browser, 0, NULL},
+        {"--once", NULL, "end when its page is closed", OPTION_FLAG, &a.once, 0, NULL},
+        INPUT_OPTIONS(a.common),
+        COMMON_OPTIONS(a.common),
+    };
+    const char **paths = malloc((size_t)argc * sizeof *paths);
+    if (!paths)
+        return complain(EXIT_FAILED, "not enough memory");
+    command_line line = {.usage = "cvol view IN... [options]",
+                         .description = description,
+                         .examples = examples,
+                         .options = specs,
+                         .option_count = sizeof specs / sizeof *specs,
+                         .positional_count = 1,
+                         .all = paths};
+    int status = parse_command_line(&line, argc, argv);
+    if (status < 0) {
+        status = check_arguments(&a);
+        cvol_context *context = status ? NULL : begin_command(&a.common); /* for its signals */
+        if (context)
+            status = end_command(context, show(&a, &line));
+        else if (!status)
+            status = EXIT_FAILED;
+    }
+    free(paths);
+    return status;
+}
+#else
+int command_view(int argc, char **argv)
+{
+    (void)argc;
+    (void)argv;
+    return complain(EXIT_FAILED,
+                    "this build has no viewer: libmicrohttpd and libturbojpeg were missing "
+                    "when it was made");
+}
+#endif

@@ -1,0 +1,90 @@
+/* What a request is answered with. */
+#include "answer.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char no_memory[] = "{\"error\": \"not enough memory for the answer\"}";
+
+static answer no_answer(void)
+{
+    union {
+        const char *text;
+        void *bytes;
+    } content = {.text = no_memory};
+    return (answer){
+        500, "application/json", content.bytes, sizeof no_memory - 1, NULL, 0, {NULL}, {NULL}, 0};
+}
+
+answer answer_json(int status, json_t *object)
+{
+    char *text = object ? json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(10)) : NULL;
+    json_decref(object);
+    if (!text)
+        return no_answer();
+    answer a = answer_bytes("application/json", text, strlen(text), free);
+    a.status = status;
+    return a;
+}
+
+answer answer_error(int status, const char *format, ...)
+{
+    char sentence[1024];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(sentence, sizeof sentence, format, arguments);
+    va_end(arguments);
+    json_t *text = json_string(sentence);
+    /* A name in another encoding than UTF-8, or a sentence cut within a letter. */
+    for (char *c = sentence; !text && *c; c++)
+        if ((unsigned char)*c > '~')
+            *c = '?';
+    if (!text)
+        text = json_string(sentence);
+    return answer_json(status, json_pack("{s:o}", "error", text));
+}
+
+answer answer_bytes(const char *type, void *bytes, size_t size, void (*release)(void *))
+{
+    return (answer){200, type, bytes, size, release, 0, {NULL}, {NULL}, 0};
+}
+
+void answer_header(answer *a, const char *name, const char *value)
+{
+    char *copy = a->header_count < ANSWER_HEADERS_MAX ? strdup(value) : NULL;
+    if (!copy)
+        return;
+    a->header_names[a->header_count] = name;
+    a->headers[a->header_count++] = copy;
+}
+
+void answer_header_json(answer *a, const char *name, json_t *object)
+{
+    char *text = object
+                     ? json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(6) | JSON_ENSURE_ASCII)
+                     : NULL;
+    json_decref(object);
+    if (text)
+        answer_header(a, name, text);
+    free(text);
+}
+
+json_t *answer_number(double value)
+{
+    return isfinite(value) ? json_real(value) : json_null();
+}
+
+void answer_free(answer *a)
+{
+    if (a->release)
+        a->release(a->bytes);
+    if (a->fd > 0)
+        close(a->fd);
+    for (int i = 0; i < a->header_count; i++)
+        free(a->headers[i]);
+    *a = (answer){0};
+}

@@ -1,0 +1,37 @@
+/* What a request is answered with. */
+#ifndef CVOL_VIEWER_ANSWER_H
+#define CVOL_VIEWER_ANSWER_H
+
+#include <jansson.h>
+#include <stddef.h>
+
+#define ANSWER_HEADERS_MAX 3
+
+typedef struct answer {
+    int status;       /* of HTTP; 0: there is none yet */
+    const char *type; /* of the content; static storage */
+    void *bytes;      /* the content, freed with `release` (NULL: static storage) */
+    size_t size;
+    void (*release)(void *);
+    int fd; /* above 0: the content is this file instead, which the answer closes */
+    const char *header_names[ANSWER_HEADERS_MAX]; /* static storage */
+    char *headers[ANSWER_HEADERS_MAX];            /* freed with free() */
+    int header_count;
+} answer;
+
+/* {"error": sentence}. */
+answer answer_error(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/* Takes the object; NULL: there was no memory for it. */
+answer answer_json(int status, json_t *object);
+/* Takes the bytes. */
+answer answer_bytes(const char *type, void *bytes, size_t size, void (*release)(void *));
+/* Adds a header; what it says is copied. */
+void answer_header(answer *a, const char *name, const char *value);
+/* The same of JSON, in one line; takes the object. */
+void answer_header_json(answer *a, const char *name, json_t *object);
+/* The finite number, or null. */
+json_t *answer_number(double value);
+/* Frees what it holds. */
+void answer_free(answer *a);
+
+#endif

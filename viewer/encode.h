@@ -1,0 +1,11 @@
+/* Pictures as the bytes of PNG and JPEG files. */
+#ifndef CVOL_VIEWER_ENCODE_H
+#define CVOL_VIEWER_ENCODE_H
+
+#include "answer.h"
+#include "cvol/image.h"
+
+/* The picture as an answer; quality 1 to 100, or 0 for PNG. */
+answer encode_picture(cvol_context *context, const cvol_image *image, int quality);
+
+#endif

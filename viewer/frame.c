@@ -1,0 +1,144 @@
+/* Frames. */
+#include "frame.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "encode.h"
+
+enum { MOTION_SIZE_MAX = 4096, MOTION_JPEG = 85 };
+
+static const double motion_budget_ms = 20;
+
+int frame_take(frame_request *out, volumes *all, fields *f)
+{
+    char quality[16] = "still", format[8] = "";
+    double sequence = -1;
+    *out = (frame_request){.budget_ms = motion_budget_ms};
+    fields inner = take_object(f, "view", "view.");
+    if (!inner.object)
+        fields_fail(f, "%sview is missing: what is to be seen?", f->within);
+    int status = fields_ok(f) ? view_take(&out->view, all, &inner) : 400;
+    fields_end(&inner);
+    take_text(f, "quality", quality, sizeof quality);
+    take_text(f, "format", format, sizeof format);
+    take_text(f, "viewer", out->viewer, sizeof out->viewer);
+    take_number(f, "sequence", &sequence, 0, 9e15);
+    take_number(f, "budget_ms", &out->budget_ms, 1, 10000);
+    out->sequence = (int64_t)sequence;
+    out->motion = !strcmp(quality, "motion");
+    if (!out->motion && strcmp(quality, "still"))
+        fields_fail(f, "%squality is '%s', must be still or motion", f->within, quality);
+    const int png = format[0] ? !strcmp(format, "png") : !out->motion;
+    if (format[0] && !png && strcmp(format, "jpeg"))
+        fields_fail(f, "%sformat is '%s', must be png or jpeg", f->within, format);
+    out->quality = png ? 0 : MOTION_JPEG;
+    int jpeg_quality = MOTION_JPEG;
+    if (take_integer(f, "jpeg_quality", &jpeg_quality, 1, 100) && !png)
+        out->quality = jpeg_quality;
+    const cvol_render_options *o = &out->view.options;
+    if (out->motion && (o->width > MOTION_SIZE_MAX || o->height > MOTION_SIZE_MAX))
+        fields_fail(f, "view.width and view.height must be at most %d in motion", MOTION_SIZE_MAX);
+    return status ? status : fields_ok(f) ? 0 : 400;
+}
+
+static int draw(cvol_context *context, cvol_image *image, frame_figures *figures,
+                const frame_request *request, pace *pace)
+{
+    shown_volume *v = request->view.volume;
+    cvol_render_options options = request->view.options;
+    idle_renderer *renderer = volume_take_renderer(context, v);
+    if (!renderer)
+        return CVOL_ERROR_MEMORY;
+    const double begin = jobs_now();
+    if (request->motion)
+        figures->rung = pace ? pace_choose(pace, v, &options, request->budget_ms) : RUNG_LEVEL_1;
+    pace_apply(&options, figures->rung);
+    int code = view_set_transfer(context, renderer, &request->view);
+    if (!code)
+        code = cvol_renderer_render(context, renderer->renderer, image, &options);
+    figures->render_ms = jobs_now() - begin;
+    if (!code && pace && request->motion)
+        pace_note(pace, figures->rung, figures->render_ms);
+    volume_return_renderer(v, renderer);
+    return code;
+}
+
+int frame_draw(cvol_context *context, cvol_image **out, frame_figures *figures,
+               const frame_request *request, pace *pace)
+{
+    const view *view = &request->view;
+    *figures = (frame_figures){.rung = RUNG_FULL};
+    int code = cvol_image_create(context, out, view->options.width, view->options.height);
+    if (!code)
+        code = draw(context, *out, figures, request, pace);
+    if (!code && view->mirror)
+        cvol_image_mirror(*out);
+    if (code) {
+        cvol_image_free(*out);
+        *out = NULL;
+    }
+    return code;
+}
+
+answer frame_answer(cvol_context *context, const job *j, const cvol_image *image,
+                    frame_figures *figures, const frame_request *request, json_t *more)
+{
+    char timing[160];
+    const double begin = jobs_now();
+    answer a = encode_picture(context, image, request->quality);
+    figures->encode_ms = jobs_now() - begin;
+    json_t *object = json_pack(
+        "{s:I, s:i, s:s, s:f, s:f, s:f, s:I, s:i}", "sequence", (json_int_t)j->sequence, "level",
+        figures->rung > RUNG_SOFT ? figures->rung - RUNG_SOFT : 0, "quality",
+        pace_name(figures->rung), "queue_ms", j->queue_ms, "render_ms", figures->render_ms,
+        "encode_ms", figures->encode_ms, "bytes", (json_int_t)a.size, "threads", j->threads);
+    if (object && more)
+        json_object_update(object, more);
+    json_decref(more);
+    answer_header_json(&a, "Cvol-Frame", object);
+    snprintf(timing, sizeof timing, "queue;dur=%.3f, render;dur=%.3f, encode;dur=%.3f", j->queue_ms,
+             figures->render_ms, figures->encode_ms);
+    answer_header(&a, "Server-Timing", timing);
+    return a;
+}
+
+static answer run(job *j, cvol_context *context, void *state)
+{
+    const frame_request *request = state;
+    frame_figures figures;
+    cvol_image *image;
+    const int code = frame_draw(context, &image, &figures, request, j->pace);
+    if (code)
+        return jobs_failed(j, context, code);
+    const answer a = frame_answer(context, j, image, &figures, request, NULL);
+    cvol_image_free(image);
+    return a;
+}
+
+static void free_frame(void *state)
+{
+    frame_request *request = state;
+    view_free(&request->view);
+    free(request);
+}
+
+answer frame_post(request *r)
+{
+    char error[512] = "";
+    json_t *body;
+    fields_parse(&body, r->body, r->body_bytes, error, sizeof error);
+    fields f = {body, NULL, "", error, sizeof error};
+    frame_request *frame = body ? calloc(1, sizeof *frame) : NULL;
+    int status = frame ? frame_take(frame, r->service->volumes, &f) : 400;
+    fields_end(&f);
+    json_decref(body);
+    if (!status && error[0])
+        status = 400;
+    if (!status)
+        return request_later(r, frame->viewer, frame->sequence, run, frame, free_frame);
+    if (frame)
+        free_frame(frame);
+    return answer_error(status, "%s", error[0] ? error : "not enough memory for a request");
+}

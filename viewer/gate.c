@@ -1,0 +1,100 @@
+/* Who may ask. */
+#include "gate.h"
+
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+
+int gate_make(gate *g, const viewer_options *options)
+{
+    uint8_t random[TOKEN_LETTERS / 2];
+    FILE *source = fopen("/dev/urandom", "rb");
+    const size_t got = source ? fread(random, 1, sizeof random, source) : 0;
+    if (source)
+        fclose(source);
+    if (got != sizeof random)
+        return -1;
+    for (size_t i = 0; i < sizeof random; i++)
+        snprintf(g->token + 2 * i, 3, "%02x", random[i]);
+    g->host_count = 0;
+    g->hosts[g->host_count++] = "localhost";
+    g->hosts[g->host_count++] = "127.0.0.1";
+    g->hosts[g->host_count++] = "::1";
+    if (options->listen)
+        g->hosts[g->host_count++] = options->listen;
+    for (int i = 0; i < options->host_count; i++)
+        g->hosts[g->host_count++] = options->hosts[i];
+    return 0;
+}
+
+/* The name in "NAME", "NAME:PORT" or "[ADDRESS]:PORT"; 0 if it is none of these. */
+static size_t find_name(const char **name, const char *host)
+{
+    const char *end;
+    if (*host == '[') {
+        *name = host + 1;
+        end = strchr(host, ']');
+        if (!end || (end[1] && end[1] != ':'))
+            return 0;
+        host = end + 1;
+    } else {
+        *name = host;
+        end = host + strcspn(host, ":");
+        host = end;
+    }
+    if (*host == ':' && (!host[1] || host[1 + strspn(host + 1, "0123456789")]))
+        return 0;
+    return (size_t)(end - *name);
+}
+
+static int is_ours(const gate *g, const char *host)
+{
+    const char *name;
+    const size_t length = find_name(&name, host);
+    for (int i = 0; i < g->host_count; i++)
+        if (length && strlen(g->hosts[i]) == length && !strncasecmp(g->hosts[i], name, length))
+            return 1;
+    return 0;
+}
+
+/* "http://" and the request's own host: another port of the same machine is somebody else. */
+static int is_same(const char *origin, const char *host)
+{
+    const char *schemes[] = {"http://", "https://"};
+    for (int i = 0; i < 2; i++)
+        if (!strncasecmp(origin, schemes[i], strlen(schemes[i])))
+            return !strcasecmp(origin + strlen(schemes[i]), host);
+    return 0;
+}
+
+/* Takes as long wherever the two differ. */
+static int is_token(const gate *g, const char *text)
+{
+    unsigned difference = 0;
+    int i = 0;
+    for (; i < TOKEN_LETTERS && text[i]; i++)
+        difference |= (unsigned)(text[i] ^ g->token[i]);
+    return i == TOKEN_LETTERS && !difference;
+}
+
+const char *gate_pass(const gate *g, answer *refusal, const char *path, const char *host,
+                      const char *origin, const char *site)
+{
+    if (!host || !is_ours(g, host))
+        *refusal = answer_error(403,
+                                "Host is '%.100s', which is no name of this server; --host NAME "
+                                "allows one",
+                                host ? host : "");
+    else if (origin && !is_same(origin, host))
+        *refusal = answer_error(403, "Origin is '%.100s', another site than this server", origin);
+    else if (site && !strcasecmp(site, "cross-site"))
+        *refusal = answer_error(403, "the request comes from another site");
+    else if (path[0] != '/' || !is_token(g, path + 1))
+        *refusal = answer_error(403, "the address lacks the token that cvol view printed");
+    else if (path[1 + TOKEN_LETTERS] != '/')
+        *refusal = answer_error(404, "the address ends in a slash after the token");
+    else
+        return path + 1 + TOKEN_LETTERS + 1;
+    return NULL;
+}

@@ -1,0 +1,328 @@
+/* Work that takes longer than an answer may. */
+#include "jobs.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum { WORKERS_MAX = 16 };
+
+/* A viewer that nothing was heard of for so long makes room for others. */
+static const double forget_ms = 60e3;
+
+typedef struct stream {
+    char viewer[VIEWER_NAME_BYTES];
+    int64_t newest;     /* sequence */
+    uint64_t served_at; /* the count of jobs then */
+    double seen_ms;
+    job *running;
+    pace pace;
+} stream;
+
+struct jobs {
+    pthread_mutex_t lock;
+    pthread_cond_t wake;
+    pthread_t workers[WORKERS_MAX];
+    int worker_count, cores, running, closing;
+    stream *streams[VIEWERS_MAX];
+    int stream_count;
+    uint64_t served_at; /* of jobs without a viewer */
+    uint64_t served, cancelled;
+    job *first; /* that wait, in the order in which they came */
+    int waiting;
+};
+
+double jobs_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
+}
+
+static void end_job(job *j, answer a)
+{
+    if (j->free_state)
+        j->free_state(j->state);
+    j->done(j->user, a);
+    free(j);
+}
+
+/* ---- who is next ------------------------------------------------------------------------------
+ */
+
+static uint64_t served_at(const jobs *all, const job *j)
+{
+    return j->stream ? j->stream->served_at : all->served_at;
+}
+
+/* Takes it out of the line; NULL: nobody whose turn it could be. */
+static job *take_next(jobs *all)
+{
+    job **best = NULL;
+    for (job **place = &all->first; *place; place = &(*place)->next) {
+        const job *j = *place;
+        if (j->stream && j->stream->running)
+            continue;
+        if (!best || served_at(all, j) < served_at(all, *best))
+            best = place;
+    }
+    if (!best)
+        return NULL;
+    job *j = *best;
+    *best = j->next;
+    all->waiting--;
+    return j;
+}
+
+static int is_cancelled(void *user, const char *what, double fraction)
+{
+    job *j = user;
+    (void)what;
+    (void)fraction;
+    pthread_mutex_lock(&j->all->lock);
+    const int cancelled = j->cancelled;
+    pthread_mutex_unlock(&j->all->lock);
+    return cancelled;
+}
+
+/* What can run beside it shares the cores. */
+static int share_cores(const jobs *all)
+{
+    const int beside = all->running + all->waiting;
+    const int share = all->cores / (beside > 1 ? beside : 1);
+    return share > 1 ? share : 1;
+}
+
+static void run_job(jobs *all, cvol_context *context, job *j)
+{
+    all->running++;
+    j->threads = share_cores(all);
+    j->queue_ms = jobs_now() - j->queued_at;
+    all->served++;
+    if (j->stream) {
+        j->stream->running = j;
+        j->stream->served_at = all->served;
+        j->pace = &j->stream->pace;
+    } else {
+        all->served_at = all->served;
+    }
+    pthread_mutex_unlock(&all->lock);
+    cvol_context_set_threads(context, j->threads);
+    cvol_context_set_progress(context, is_cancelled, j);
+    const answer a = j->run(j, context, j->state);
+    pthread_mutex_lock(&all->lock);
+    all->running--;
+    all->cancelled += j->cancelled != 0;
+    if (j->stream)
+        j->stream->running = NULL;
+    pthread_cond_broadcast(&all->wake);
+    pthread_mutex_unlock(&all->lock);
+    end_job(j, a);
+    pthread_mutex_lock(&all->lock);
+}
+
+static void *work(void *argument)
+{
+    jobs *all = argument;
+    cvol_context *context = cvol_context_create();
+    pthread_mutex_lock(&all->lock);
+    while (!all->closing) {
+        job *j = take_next(all);
+        if (!j)
+            pthread_cond_wait(&all->wake, &all->lock);
+        else if (context)
+            run_job(all, context, j);
+        else {
+            pthread_mutex_unlock(&all->lock);
+            end_job(j, answer_error(500, "not enough memory to work with"));
+            pthread_mutex_lock(&all->lock);
+        }
+    }
+    pthread_mutex_unlock(&all->lock);
+    cvol_context_destroy(context);
+    return NULL;
+}
+
+/* ---- who asks ---------------------------------------------------------------------------------
+ */
+
+/* The viewer's stream, or a new one; NULL: there are too many. */
+static stream *find_stream(jobs *all, const char *viewer)
+{
+    const double now = jobs_now();
+    int oldest = -1;
+    for (int i = 0; i < all->stream_count; i++) {
+        stream *s = all->streams[i];
+        if (!strcmp(s->viewer, viewer))
+            return s;
+        if (!s->running && (oldest < 0 || s->seen_ms < all->streams[oldest]->seen_ms))
+            oldest = i;
+    }
+    stream *s = NULL;
+    if (all->stream_count < VIEWERS_MAX) {
+        s = calloc(1, sizeof *s);
+        if (s)
+            all->streams[all->stream_count++] = s;
+    } else if (oldest >= 0 && now - all->streams[oldest]->seen_ms > forget_ms) {
+        s = all->streams[oldest];
+        memset(s, 0, sizeof *s);
+    }
+    if (s) {
+        snprintf(s->viewer, sizeof s->viewer, "%s", viewer);
+        s->newest = -1;
+        s->served_at = all->served;
+    }
+    return s;
+}
+
+/* The one of the stream that waits, taken out of the line; NULL: none does. */
+static job *take_waiting(jobs *all, const stream *s)
+{
+    for (job **place = &all->first; *place; place = &(*place)->next)
+        if ((*place)->stream == s) {
+            job *j = *place;
+            *place = j->next;
+            all->waiting--;
+            return j;
+        }
+    return NULL;
+}
+
+static answer superseded(int64_t by)
+{
+    return answer_error(409, "request %lld of this viewer came after it", (long long)by);
+}
+
+/* Puts it in line, or into the place of an older one, which is returned in *older; or says why not.
+ */
+static answer line_up(jobs *all, job *j, job **older)
+{
+    if (all->closing)
+        return answer_error(503, "the viewer is ending");
+    if (j->viewer[0]) {
+        stream *s = find_stream(all, j->viewer);
+        if (!s)
+            return answer_error(429, "there are %d viewers already", VIEWERS_MAX);
+        if (j->sequence < 0)
+            j->sequence = s->newest + 1;
+        if (j->sequence < s->newest)
+            return superseded(s->newest);
+        s->newest = j->sequence;
+        s->seen_ms = j->queued_at;
+        *older = take_waiting(all, s);
+        all->cancelled += *older != NULL;
+        if (s->running)
+            s->running->cancelled = 1;
+        j->stream = s;
+    }
+    if (all->waiting >= WAITING_MAX)
+        return answer_error(429, "%d requests wait already", WAITING_MAX);
+    job **place = &all->first;
+    while (*place)
+        place = &(*place)->next;
+    *place = j;
+    all->waiting++;
+    pthread_cond_signal(&all->wake);
+    return (answer){0};
+}
+
+void jobs_add(jobs *all, const job *given)
+{
+    job *j = malloc(sizeof *j), *older = NULL;
+    if (!j) {
+        given->free_state(given->state);
+        given->done(given->user, answer_error(500, "not enough memory for a request"));
+        return;
+    }
+    *j = *given;
+    j->all = all;
+    j->queued_at = jobs_now();
+    j->stream = NULL;
+    j->pace = NULL;
+    j->next = NULL;
+    j->cancelled = 0;
+    pthread_mutex_lock(&all->lock);
+    const answer refusal = line_up(all, j, &older);
+    const int64_t sequence = j->sequence; /* once it is in line it may be gone any moment */
+    pthread_mutex_unlock(&all->lock);
+    if (older)
+        end_job(older, superseded(sequence));
+    if (refusal.status)
+        end_job(j, refusal);
+}
+
+answer jobs_failed(const job *j, const cvol_context *context, int code)
+{
+    if (code == CVOL_ERROR_CANCELLED && j->all->closing)
+        return answer_error(503, "the viewer is ending");
+    if (code == CVOL_ERROR_CANCELLED)
+        return answer_error(409, "a newer request of this viewer came after it");
+    const int theirs = code == CVOL_ERROR_ARGUMENT || code == CVOL_ERROR_TARGET ||
+                       code == CVOL_ERROR_UNSUPPORTED || code == CVOL_ERROR_FORMAT;
+    return answer_error(theirs ? 400 : 500, "%s", cvol_context_message(context));
+}
+
+json_t *jobs_describe(jobs *all)
+{
+    pthread_mutex_lock(&all->lock);
+    const double now = jobs_now();
+    int viewers = 0;
+    for (int i = 0; i < all->stream_count; i++)
+        viewers += now - all->streams[i]->seen_ms < forget_ms;
+    json_t *object = json_pack("{s:i, s:i, s:I, s:I}", "viewers", viewers, "waiting", all->waiting,
+                               "frames", (json_int_t)all->served, "cancelled",
+                               (json_int_t)all->cancelled);
+    pthread_mutex_unlock(&all->lock);
+    return object;
+}
+
+/* ---- beginning and end ------------------------------------------------------------------------
+ */
+
+jobs *jobs_open(int threads)
+{
+    jobs *all = calloc(1, sizeof *all);
+    if (!all)
+        return NULL;
+    pthread_mutex_init(&all->lock, NULL);
+    pthread_cond_init(&all->wake, NULL);
+    all->cores = threads;
+    const int wanted = threads < 2 ? 2 : threads > WORKERS_MAX ? WORKERS_MAX : threads;
+    while (all->worker_count < wanted &&
+           !pthread_create(&all->workers[all->worker_count], NULL, work, all))
+        all->worker_count++;
+    if (all->worker_count)
+        return all;
+    jobs_close(all);
+    return NULL;
+}
+
+void jobs_close(jobs *all)
+{
+    if (!all)
+        return;
+    pthread_mutex_lock(&all->lock);
+    all->closing = 1;
+    for (int i = 0; i < all->stream_count; i++)
+        if (all->streams[i]->running)
+            all->streams[i]->running->cancelled = 1;
+    job *waiting = all->first;
+    all->first = NULL;
+    all->waiting = 0;
+    pthread_cond_broadcast(&all->wake);
+    pthread_mutex_unlock(&all->lock);
+    while (waiting) {
+        job *next = waiting->next;
+        end_job(waiting, answer_error(503, "the viewer is ending"));
+        waiting = next;
+    }
+    for (int i = 0; i < all->worker_count; i++)
+        pthread_join(all->workers[i], NULL);
+    for (int i = 0; i < all->stream_count; i++)
+        free(all->streams[i]);
+    pthread_cond_destroy(&all->wake);
+    pthread_mutex_destroy(&all->lock);
+    free(all);
+}

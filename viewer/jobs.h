@@ -1,0 +1,56 @@
+/* Work that takes longer than an answer may: frames above all, done by as many threads as there are
+ * cores.
+ *
+ * Jobs belong to viewers, by name. Of each viewer one waits at most and one runs at most: a newer
+ * one takes the place of the one that waits and cancels the one that runs. Whoever was served
+ * longest ago is next, so that nobody starves. Jobs without a viewer's name wait in line, and are
+ * served in turn with the viewers.
+ */
+#ifndef CVOL_VIEWER_JOBS_H
+#define CVOL_VIEWER_JOBS_H
+
+#include <stdint.h>
+
+#include "answer.h"
+#include "pace.h"
+#include "viewer.h"
+
+enum { VIEWER_NAME_BYTES = 64, VIEWERS_MAX = 64, WAITING_MAX = 256 };
+
+typedef struct jobs jobs;
+typedef struct job job;
+
+struct job {
+    char viewer[VIEWER_NAME_BYTES]; /* "": nobody's */
+    int64_t sequence;               /* -1: one more than the viewer's last */
+    answer (*run)(job *j, cvol_context *context, void *state); /* on a thread of its own */
+    void *state;
+    void (*free_state)(void *state);
+    void (*done)(void *user, answer a); /* always called, once, on any thread */
+    void *user;
+    /* what run() may look at */
+    double queue_ms;
+    int threads;
+    pace *pace; /* what the viewer's frames took; of nobody's NULL */
+    /* the scheduler's own */
+    jobs *all;
+    double queued_at;
+    int cancelled;
+    struct stream *stream;
+    job *next;
+};
+
+/* NULL: no memory, or no threads. */
+jobs *jobs_open(int threads);
+/* Answers what waits by 503, cancels what runs, and frees it. */
+void jobs_close(jobs *all);
+/* Takes a copy of the job, and answers it in any case. */
+void jobs_add(jobs *all, const job *j);
+/* {"viewers", "waiting", "frames", "cancelled"}: a new object. */
+json_t *jobs_describe(jobs *all);
+/* Milliseconds of a clock that only goes forward. */
+double jobs_now(void);
+/* What a failure of the library is answered with: 409 if the job was cancelled. */
+answer jobs_failed(const job *j, const cvol_context *context, int code);
+
+#endif

@@ -1,0 +1,50 @@
+/* How fine a frame may be while the view moves. */
+#include "pace.h"
+
+/* A rung takes at most so many times as long as the next coarser one; until it was tried, that is
+ * what it is expected to take. */
+static const double growth = 3;
+/* Of what a new frame took so much counts. */
+static const double share = 0.3;
+/* Times grow old: a rung that was too slow is tried again after a while. */
+static const double ageing = 0.995;
+
+const char *pace_name(int rung)
+{
+    static const char *const names[] = {"full", "soft", "level 1", "level 2", "level 3"};
+    return names[rung];
+}
+
+int pace_choose(pace *p, const void *volume, const cvol_render_options *options, double budget_ms)
+{
+    if (p->volume != volume || p->width != options->width || p->height != options->height ||
+        p->mode != (int)options->mode || p->lit != options->shading.on)
+        *p = (pace){
+            volume, options->width, options->height, (int)options->mode, options->shading.on, {0}};
+    int rung = RUNG_LEVEL_2;
+    while (rung < RUNG_LEVEL_3 && p->ms[rung] > budget_ms)
+        rung++;
+    for (int finer = rung - 1; finer >= 0 && p->ms[finer + 1] > 0; finer--) {
+        const double expected = p->ms[finer] > 0 ? p->ms[finer] : growth * p->ms[finer + 1];
+        if (!(expected <= budget_ms))
+            break;
+        rung = finer;
+    }
+    for (int finer = 0; finer < rung; finer++)
+        p->ms[finer] *= ageing;
+    return rung;
+}
+
+void pace_apply(cvol_render_options *options, int rung)
+{
+    if (rung == RUNG_FULL)
+        return;
+    options->step_voxels = rung == RUNG_SOFT ? 2 : 0;
+    options->oversample = rung == RUNG_SOFT ? 0.7 : 1;
+    options->level = rung > RUNG_SOFT ? rung - RUNG_SOFT : 0;
+}
+
+void pace_note(pace *p, int rung, double ms)
+{
+    p->ms[rung] = p->ms[rung] > 0 ? (1 - share) * p->ms[rung] + share * ms : ms;
+}

@@ -1,0 +1,10 @@
+/* The files of the page, which are part of the program. */
+#ifndef CVOL_VIEWER_PAGE_H
+#define CVOL_VIEWER_PAGE_H
+
+#include "answer.h"
+
+/* The file at a path ("": index.html); status 0: there is none. */
+answer page_file(const char *path);
+
+#endif

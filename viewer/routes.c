@@ -1,0 +1,130 @@
+/* Which request is answered by what. */
+#include <stdio.h>
+#include <string.h>
+
+#include "frame.h"
+#include "page.h"
+#include "request.h"
+
+static answer service_get(request *r)
+{
+    const service *s = r->service;
+    json_t *transfers = json_array(), *ct = json_array(), *films = json_array();
+    const struct {
+        json_t *list;
+        const char *names;
+    } lists[] = {{transfers, cvol_transfer_names()}, {ct, cvol_transfer_ct_names()}};
+    for (int i = 0; i < 2; i++)
+        for (const char *name = lists[i].names; *name;) {
+            const size_t length = strcspn(name, " ");
+            json_array_append_new(lists[i].list, json_stringn(name, length));
+            name += length + strspn(name + length, " ");
+        }
+    json_array_append_new(films, json_string("gif"));
+    if (strstr(cvol_film_formats(), ".webp"))
+        json_array_append_new(films, json_string("webp"));
+    return answer_json(200, json_pack("{s:i, s:s, s:i, s:b, s:{s:i, s:i, s:i}, s:o, s:o, s:o}",
+                                      "api", 1, "program", cvol_version(), "threads", s->threads,
+                                      "once", s->options->once, "limits", "size", VIEW_SIZE_MAX,
+                                      "viewers", VIEWERS_MAX, "copies", COPIES_MAX, "transfers",
+                                      transfers, "ct_transfers", ct, "film_formats", films));
+}
+
+static answer volumes_get(request *r)
+{
+    return answer_json(200, volumes_describe(r->service->volumes));
+}
+
+static answer volume_get(request *r)
+{
+    shown_volume *v = volumes_hold(r->service->volumes, r->name);
+    if (!v)
+        return answer_error(404, "there is no volume '%s'", r->name);
+    const answer a = answer_json(200, volume_describe(v));
+    volume_release(v);
+    return a;
+}
+
+static answer histogram_get(request *r)
+{
+    answer refusal;
+    shown_volume *v = request_ready_volume(r, &refusal);
+    if (!v)
+        return refusal;
+    json_t *bins = json_array();
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        json_array_append_new(bins, json_integer((json_int_t)v->histogram.bins[i]));
+    const answer a = answer_json(200, json_pack("{s:f, s:f, s:o}", "min", v->histogram.min, "max",
+                                                v->histogram.max, "bins", bins));
+    volume_release(v);
+    return a;
+}
+
+static answer status_get(request *r)
+{
+    json_t *object = jobs_describe(r->service->jobs);
+    if (object)
+        json_object_set_new(object, "resident_bytes",
+                            json_integer((json_int_t)volumes_resident_bytes(r->service->volumes)));
+    return answer_json(200, object);
+}
+
+static answer end_post(request *r)
+{
+    if (!r->service->options->once)
+        return answer_error(
+            403, "the viewer ends when a page asks it to only if it was started with --once");
+    r->service->end_asked = 1;
+    return answer_json(200, json_pack("{s:b}", "ending", 1));
+}
+
+typedef struct route_entry {
+    const char *method, *pattern; /* a star stands for one name */
+    answer (*handle)(request *r);
+} route_entry;
+
+static const route_entry entries[] = {
+    {"GET", "api/1", service_get},          {"GET", "api/1/volumes", volumes_get},
+    {"GET", "api/1/volumes/*", volume_get}, {"GET", "api/1/volumes/*/histogram", histogram_get},
+    {"POST", "api/1/frame", frame_post},    {"GET", "api/1/status", status_get},
+    {"POST", "api/1/end", end_post},
+};
+
+/* Whether the path is the pattern's; the star's name is put into `name`. */
+static int matches(const char *pattern, const char *path, char *name, size_t name_bytes)
+{
+    const char *star = strchr(pattern, '*');
+    if (!star)
+        return !strcmp(pattern, path);
+    const size_t before = (size_t)(star - pattern);
+    if (strncmp(pattern, path, before))
+        return 0;
+    const size_t length = strcspn(path + before, "/");
+    if (!length || length >= name_bytes || strcmp(star + 1, path + before + length))
+        return 0;
+    snprintf(name, name_bytes, "%.*s", (int)length, path + before);
+    return 1;
+}
+
+answer route(request *r)
+{
+    const char *other = NULL;
+    for (size_t i = 0; i < sizeof entries / sizeof *entries; i++) {
+        if (!matches(entries[i].pattern, r->path, r->name, sizeof r->name))
+            continue;
+        if (!strcmp(entries[i].method, r->method))
+            return entries[i].handle(r);
+        other = entries[i].method;
+    }
+    const answer page = page_file(r->path);
+    if (page.status && !strcmp(r->method, "GET"))
+        return page;
+    if (page.status)
+        other = "GET";
+    if (other) {
+        answer a = answer_error(405, "%.100s is for %s, not %.16s", r->path, other, r->method);
+        answer_header(&a, "Allow", other);
+        return a;
+    }
+    return answer_error(404, "there is nothing at '%.200s'", r->path);
+}

@@ -1,0 +1,298 @@
+/* What is to be seen. */
+#include "view.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char *const mode_names[] = {[CVOL_MODE_COMPOSITE] = "composite",
+                                         [CVOL_MODE_XRAY] = "xray",
+                                         [CVOL_MODE_MIP] = "mip",
+                                         [CVOL_MODE_MIN] = "min",
+                                         [CVOL_MODE_ISO] = "iso"};
+
+static void take_mode(view *v, fields *f)
+{
+    char name[16] = "composite";
+    take_text(f, "mode", name, sizeof name);
+    for (int mode = CVOL_MODE_COMPOSITE; mode <= CVOL_MODE_ISO; mode++)
+        if (!strcmp(mode_names[mode], name)) {
+            v->options.mode = (cvol_mode)mode;
+            return;
+        }
+    fields_fail(f, "%smode is '%s', must be composite, xray, mip, min or iso", f->within, name);
+}
+
+static void take_camera(view *v, fields *f)
+{
+    fields inner = take_object(f, "camera", "view.camera.");
+    cvol_camera *camera = &v->options.camera;
+    take_number(&inner, "azimuth", &camera->azimuth_deg, -1e6, 1e6);
+    take_number(&inner, "elevation", &camera->elevation_deg, -1e6, 1e6);
+    take_number(&inner, "roll", &camera->roll_deg, -1e6, 1e6);
+    take_number(&inner, "zoom", &camera->zoom, 1e-3, 1e4);
+    take_number(&inner, "fov", &camera->fov_deg, 0, 150);
+    if (camera->fov_deg > 0 && camera->fov_deg < 1)
+        fields_fail(&inner, "view.camera.fov is %g, must be 0 (parallel) or 1 to 150",
+                    camera->fov_deg);
+    take_numbers(&inner, "look_at", camera->look_at, 3);
+    fields_end(&inner);
+}
+
+static void take_light(view *v, fields *f)
+{
+    fields inner = take_object(f, "light", "view.light.");
+    cvol_shading *light = &v->options.shading;
+    take_bool(&inner, "on", &light->on);
+    take_numbers(&inner, "direction", light->light, 3);
+    take_number(&inner, "ambient", &light->ambient, 0, 10);
+    take_number(&inner, "diffuse", &light->diffuse, 0, 10);
+    take_number(&inner, "specular", &light->specular, 0, 10);
+    take_integer(&inner, "shininess", &light->shininess, 1, 256);
+    take_number(&inner, "gradient_opacity", &light->gradient_opacity, 0, 1e30);
+    fields_end(&inner);
+}
+
+static int within_unit(const double *rgb)
+{
+    for (int c = 0; c < 3; c++)
+        if (!(rgb[c] >= 0 && rgb[c] <= 1))
+            return 0;
+    return 1;
+}
+
+static void take_surface(view *v, fields *f)
+{
+    fields inner = take_object(f, "surface", "view.surface.");
+    cvol_surface *surface = &v->options.surface;
+    v->has_surface_value = take_number(&inner, "value", &surface->value, -1e300, 1e300);
+    take_numbers(&inner, "colour", surface->colour, 3);
+    if (!within_unit(surface->colour))
+        fields_fail(&inner, "view.surface.colour must be three numbers within 0 and 1");
+    fields_end(&inner);
+}
+
+/* [x0, x1, y0, y1, z0, z1], null for a face that stays. */
+static void take_box(cvol_clip *clip, fields *f)
+{
+    json_t *box = take_any(f, "box");
+    int good = !box || json_is_null(box) || (json_is_array(box) && json_array_size(box) == 6);
+    for (int i = 0; box && good && json_is_array(box) && i < 6; i++) {
+        const json_t *face = json_array_get(box, (size_t)i);
+        double *side = i % 2 ? &clip->to[i / 2] : &clip->from[i / 2];
+        good = json_is_null(face) || (json_is_number(face) && isfinite(json_number_value(face)));
+        *side = json_is_number(face) ? json_number_value(face) : i % 2 ? 1e30 : -1e30;
+        if (json_is_number(face))
+            clip->axes |= 1 << (i / 2);
+    }
+    if (!good)
+        fields_fail(f, "%sbox must be six numbers or null: x0, x1, y0, y1, z0, z1", f->within);
+    json_decref(box);
+}
+
+static void take_planes(cvol_clip *clip, fields *f)
+{
+    json_t *planes = take_any(f, "planes");
+    if (planes && (!json_is_array(planes) || json_array_size(planes) > CVOL_CLIP_PLANES)) {
+        fields_fail(f, "%splanes must be at most %d of [nx, ny, nz, d]", f->within,
+                    CVOL_CLIP_PLANES);
+        json_decref(planes);
+        return;
+    }
+    for (size_t k = 0; planes && k < json_array_size(planes); k++) {
+        const json_t *plane = json_array_get(planes, k);
+        int good = json_is_array(plane) && json_array_size(plane) == 4;
+        for (size_t i = 0; good && i < 4; i++) {
+            const json_t *number = json_array_get(plane, i);
+            good = json_is_number(number) && isfinite(json_number_value(number));
+            clip->plane[k][i] = json_number_value(number);
+        }
+        if (!good)
+            fields_fail(f, "%splanes: number %zu must be four numbers, nx, ny, nz, d", f->within,
+                        k);
+        clip->planes = (int)k + 1;
+    }
+    json_decref(planes);
+}
+
+static void take_clip(view *v, fields *f)
+{
+    fields inner = take_object(f, "clip", "view.clip.");
+    take_box(&v->options.clip, &inner);
+    take_planes(&v->options.clip, &inner);
+    fields_end(&inner);
+}
+
+static void take_points(view *v, fields *f, const json_t *points)
+{
+    const size_t count = json_array_size(points);
+    if (count < 1 || count > VIEW_POINTS_MAX) {
+        fields_fail(f, "%stransfer has %zu points, must have 1 to %d", f->within, count,
+                    VIEW_POINTS_MAX);
+        return;
+    }
+    v->points = calloc(count, sizeof *v->points);
+    if (!v->points) {
+        fields_fail(f, "not enough memory for a transfer function");
+        return;
+    }
+    v->point_count = count;
+    for (size_t i = 0; i < count; i++) {
+        const json_t *point = json_array_get(points, i);
+        double p[5] = {0};
+        int good = json_is_array(point) && json_array_size(point) == 5;
+        for (size_t k = 0; good && k < 5; k++) {
+            const json_t *number = json_array_get(point, k);
+            p[k] = json_number_value(number);
+            good = json_is_number(number) && isfinite(p[k]) && (!k || (p[k] >= 0 && p[k] <= 1));
+        }
+        if (!good)
+            fields_fail(f,
+                        "%stransfer: point %zu must be [value, r, g, b, opacity], the last four "
+                        "within 0 and 1",
+                        f->within, i);
+        v->points[i] = (cvol_transfer_point){p[0], p[1], p[2], p[3], p[4]};
+    }
+}
+
+static void take_transfer(view *v, fields *f)
+{
+    json_t *transfer = take_any(f, "transfer");
+    snprintf(v->transfer_name, sizeof v->transfer_name, "auto");
+    if (json_is_array(transfer)) {
+        v->transfer_name[0] = 0;
+        take_points(v, f, transfer);
+    } else if (transfer && (!json_is_string(transfer) || !json_string_length(transfer) ||
+                            json_string_length(transfer) >= sizeof v->transfer_name)) {
+        fields_fail(f, "%stransfer must be a name or points", f->within);
+    } else if (transfer) {
+        snprintf(v->transfer_name, sizeof v->transfer_name, "%s", json_string_value(transfer));
+    }
+    json_decref(transfer);
+}
+
+static void take_window(view *v, fields *f)
+{
+    json_t *window = f->object ? json_object_get(f->object, "window") : NULL;
+    if (json_is_null(window)) {
+        json_object_del(f->object, "window");
+        return;
+    }
+    if (take_numbers(f, "window", v->options.window, 2) && fields_ok(f) &&
+        !(v->options.window[1] > v->options.window[0]))
+        fields_fail(f, "%swindow: the second value must be larger", f->within);
+}
+
+/* 0, 404 or 409. */
+static int take_volume(view *v, volumes *all, fields *f)
+{
+    char id[VOLUME_ID_BYTES] = "";
+    if (!take_text(f, "volume", id, sizeof id))
+        fields_fail(f, "%svolume is missing: which one?", f->within);
+    if (!fields_ok(f))
+        return 400;
+    v->volume = volumes_hold(all, id);
+    if (!v->volume)
+        fields_fail(f, "%svolume is '%s', and there is none of that id", f->within, id);
+    else if (!volume_is_ready(v->volume))
+        fields_fail(f, "volume '%s' is not ready; api/1/volumes/%s says what it is at", id, id);
+    return fields_ok(f) ? 0 : v->volume ? 409 : 404;
+}
+
+int view_take(view *out, volumes *all, fields *f)
+{
+    *out = (view){.options = cvol_render_options_defaults(), .opacity_scale = 1};
+    const int status = take_volume(out, all, f);
+    if (status)
+        return status;
+    cvol_render_options *options = &out->options;
+    take_integer(f, "width", &options->width, 1, VIEW_SIZE_MAX);
+    take_integer(f, "height", &options->height, 1, VIEW_SIZE_MAX);
+    take_mode(out, f);
+    take_camera(out, f);
+    take_bool(f, "mirror", &out->mirror);
+    take_transfer(out, f);
+    take_number(f, "opacity_scale", &out->opacity_scale, 0, 1e6);
+    take_window(out, f);
+    take_light(out, f);
+    take_surface(out, f);
+    take_clip(out, f);
+    take_numbers(f, "background", options->background, 3);
+    if (!within_unit(options->background))
+        fields_fail(f, "%sbackground must be three numbers within 0 and 1", f->within);
+    take_number(f, "step", &options->step_voxels, 0, 64);
+    take_number(f, "oversample", &options->oversample, 0.25, 4);
+    fields_end(f);
+    const cvol_histogram *h = &out->volume->histogram;
+    if (!out->has_surface_value)
+        options->surface.value = h->min + (h->max - h->min) / 2;
+    return fields_ok(f) ? 0 : 400;
+}
+
+void view_free(view *v)
+{
+    volume_release(v->volume);
+    free(v->points);
+    *v = (view){0};
+}
+
+/* ---- transfer functions -----------------------------------------------------------------------
+ */
+
+/* FNV-1a; never 0. */
+static uint64_t hash_points(const cvol_transfer *transfer)
+{
+    uint64_t hash = 14695981039346656037u;
+    for (size_t i = 0; i < cvol_transfer_count(transfer); i++) {
+        const cvol_transfer_point point = cvol_transfer_get(transfer, i);
+        uint8_t bytes[sizeof point];
+        memcpy(bytes, &point, sizeof point);
+        for (size_t k = 0; k < sizeof bytes; k++)
+            hash = (hash ^ bytes[k]) * 1099511628211u;
+    }
+    return hash | 1;
+}
+
+static int make_named(cvol_context *context, cvol_transfer **out, const view *v)
+{
+    const shown_volume *volume = v->volume;
+    /* What is not known to be Hounsfield units is taken for them: whoever asks by name knows
+     * better. */
+    const double as_stored[2] = {1, 0};
+    if (cvol_transfer_is_ct(v->transfer_name))
+        return cvol_transfer_create_ct(context, out, v->transfer_name,
+                                       fabs(volume->rescale[0]) > 0 ? volume->rescale : as_stored);
+    return cvol_transfer_create_named(context, out, v->transfer_name, &volume->histogram);
+}
+
+int view_make_transfer(cvol_context *context, cvol_transfer **out, uint64_t *hash, const view *v)
+{
+    cvol_transfer *given = NULL;
+    int code = v->transfer_name[0]
+                   ? make_named(context, &given, v)
+                   : cvol_transfer_create(context, &given, v->points, v->point_count);
+    if (!code)
+        code = cvol_transfer_create_adjusted(context, out, given, NULL, v->opacity_scale);
+    cvol_transfer_free(given);
+    if (!code)
+        *hash = hash_points(*out);
+    return code;
+}
+
+int view_set_transfer(cvol_context *context, idle_renderer *renderer, const view *v)
+{
+    cvol_transfer *transfer = NULL;
+    uint64_t hash;
+    if (v->options.mode != CVOL_MODE_COMPOSITE)
+        return CVOL_OK;
+    int code = view_make_transfer(context, &transfer, &hash, v);
+    if (!code && hash != renderer->transfer) {
+        renderer->transfer = 0;
+        code = cvol_renderer_set_transfer(context, renderer->renderer, transfer);
+        if (!code)
+            renderer->transfer = hash;
+    }
+    cvol_transfer_free(transfer);
+    return code;
+}

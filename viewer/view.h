@@ -1,0 +1,31 @@
+/* What is to be seen: the interface's VIEW as options of a renderer. */
+#ifndef CVOL_VIEWER_VIEW_H
+#define CVOL_VIEWER_VIEW_H
+
+#include "fields.h"
+#include "volumes.h"
+
+enum { VIEW_SIZE_MAX = 8192, VIEW_POINTS_MAX = 1024 };
+
+typedef struct view {
+    shown_volume *volume; /* held */
+    cvol_render_options options;
+    int mirror;
+    char transfer_name[32]; /* "": points were given */
+    cvol_transfer_point *points;
+    size_t point_count;
+    double opacity_scale;
+    int has_surface_value;
+} view;
+
+/* Takes the fields of a view. 0, or the status of HTTP whose sentence f->error then is. */
+int view_take(view *out, volumes *all, fields *f);
+/* Frees what it holds. */
+void view_free(view *v);
+/* Its transfer function, which the caller frees, and the hash of what it was made from. The volume
+ * must be ready. */
+int view_make_transfer(cvol_context *context, cvol_transfer **out, uint64_t *hash, const view *v);
+/* Makes the renderer have the view's transfer function (mode composite). */
+int view_set_transfer(cvol_context *context, idle_renderer *renderer, const view *v);
+
+#endif

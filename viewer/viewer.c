@@ -1,0 +1,90 @@
+/* The viewer: its parts put together, and taken apart. */
+#include "viewer.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server.h"
+
+struct viewer {
+    viewer_options options;
+    gate gate;
+    service service;
+    server *server;
+    char *address;
+};
+
+static int fail(viewer *v, char *message, size_t message_bytes, const char *why)
+{
+    snprintf(message, message_bytes, "%s", why);
+    viewer_close(v);
+    return -1;
+}
+
+static char *make_address(const viewer *v)
+{
+    const char *listen = v->options.listen ? v->options.listen : "127.0.0.1";
+    const int brackets = strchr(listen, ':') != NULL;
+    const size_t bytes = strlen(listen) + TOKEN_LETTERS + 32;
+    char *address = malloc(bytes);
+    if (address)
+        snprintf(address, bytes, "http://%s%s%s:%d/%s/", brackets ? "[" : "", listen,
+                 brackets ? "]" : "", server_port(v->server), v->gate.token);
+    return address;
+}
+
+int viewer_open(viewer **out, char *message, size_t message_bytes, const viewer_options *options)
+{
+    viewer *v = calloc(1, sizeof *v);
+    *out = NULL;
+    if (!v)
+        return fail(v, message, message_bytes, "not enough memory");
+    v->options = *options;
+    v->service.options = &v->options;
+    if (gate_make(&v->gate, &v->options))
+        return fail(v, message, message_bytes, "the system has no random numbers for a token");
+    cvol_context *context = cvol_context_create();
+    if (context)
+        cvol_context_set_threads(context, options->threads);
+    v->service.threads = context ? cvol_context_threads(context) : 1;
+    cvol_context_destroy(context);
+    v->service.jobs = jobs_open(v->service.threads);
+    if (!v->service.jobs)
+        return fail(v, message, message_bytes, "not enough memory for threads");
+    v->service.volumes = volumes_open(&v->options);
+    if (!v->service.volumes)
+        return fail(v, message, message_bytes, "not enough memory for the volumes");
+    v->server = server_open(message, message_bytes, &v->service, &v->gate);
+    if (!v->server) {
+        viewer_close(v);
+        return -1;
+    }
+    v->address = make_address(v);
+    if (!v->address)
+        return fail(v, message, message_bytes, "not enough memory");
+    *out = v;
+    return 0;
+}
+
+const char *viewer_address(const viewer *v)
+{
+    return v->address;
+}
+
+int viewer_tick(viewer *v)
+{
+    server_sweep(v->server);
+    return v->service.end_asked;
+}
+
+void viewer_close(viewer *v)
+{
+    if (!v)
+        return;
+    jobs_close(v->service.jobs);
+    server_close(v->server);
+    volumes_close(v->service.volumes);
+    free(v->address);
+    free(v);
+}

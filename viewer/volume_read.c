@@ -1,0 +1,101 @@
+/* How a volume becomes ready. */
+#include "volume_read.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/* Of a copy, or of a file that is not compressed: what its file would have. */
+static void note_report(shown_volume *v, const cvol_compress_report *report)
+{
+    v->compressed_bytes = report->file_bytes;
+    v->psnr_db = report->psnr_db;
+    v->max_error = report->max_error;
+}
+
+static int finish(cvol_context *context, shown_volume *v)
+{
+    v->grid = *cvol_array_grid(v->array);
+    v->raw_bytes = cvol_grid_bytes(&v->grid);
+    const int code = cvol_array_histogram(context, &v->histogram, v->array);
+    if (code)
+        return code;
+    if (cvol_hounsfield_guess(v->rescale, &v->histogram, &v->grid) == CVOL_HOUNSFIELD_NO)
+        v->rescale[0] = v->rescale[1] = 0;
+    return CVOL_OK;
+}
+
+static int read_compressed(cvol_context *context, shown_volume *v, const cvol_read_options *read)
+{
+    cvol_file_part part = {.time = read->has_index ? read->index : 0,
+                           .channel = read->has_channel ? read->channel : 0,
+                           .cut = 1};
+    cvol_file_report report;
+    cvol_array_info info;
+    const int code = cvol_array_read_part(context, &v->array, &report, v->path, &part);
+    if (code)
+        return code;
+    cvol_array_get_info(v->array, &info);
+    v->compressed_bytes = report.file_bytes;
+    v->psnr_db = info.psnr_db;
+    v->max_error = info.max_error;
+    return CVOL_OK;
+}
+
+/* As cvol render does: at ratio 30, a background apart, samples that are far from all others
+ * without a value. */
+static int compress(cvol_context *context, shown_volume *v)
+{
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_compress_report report;
+    cvol_histogram histogram;
+    int code = cvol_volume_histogram(context, &histogram, v->dense);
+    if (code)
+        return code;
+    options.background = CVOL_BACKGROUND_FIND;
+    options.has_fill = histogram.mark_count > 0;
+    options.fill = histogram.mark;
+    code = cvol_compress(context, &v->array, &report, v->dense->data, &v->dense->grid, &options);
+    if (!code)
+        note_report(v, &report);
+    return code;
+}
+
+int volume_read(cvol_context *context, shown_volume *v, const viewer_options *options)
+{
+    if (cvol_file_is_cvol(v->path)) {
+        const int code = read_compressed(context, v, &options->read);
+        return code ? code : finish(context, v);
+    }
+    int code = cvol_volume_read(context, &v->dense, v->path, &options->read);
+    if (!code && options->has_fill)
+        code = cvol_volume_fill(context, v->dense, options->fill);
+    if (code)
+        return code;
+    volume_set_state(v, VOLUME_COMPRESSING);
+    code = compress(context, v);
+    return code ? code : finish(context, v);
+}
+
+int volume_make_copy(cvol_context *context, shown_volume *v)
+{
+    const shown_volume *parent = v->parent;
+    cvol_compress_report report;
+    int code;
+    if (parent->dense) {
+        cvol_compress_options options = v->wanted;
+        options.fast = 1;
+        options.background = CVOL_BACKGROUND_FIND;
+        options.has_fill = parent->histogram.mark_count > 0;
+        options.fill = parent->histogram.mark;
+        code = cvol_compress(context, &v->array, &report, parent->dense->data, &parent->grid,
+                             &options);
+    } else {
+        code = cvol_array_transcode(context, &v->array, &report, parent->array, &v->wanted);
+    }
+    if (code)
+        return code;
+    note_report(v, &report);
+    return finish(context, v);
+}

@@ -1,0 +1,431 @@
+/* The volumes that are shown. */
+#include "volumes.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "answer.h"
+#include "volume_read.h"
+
+struct volumes {
+    const viewer_options *options;
+    pthread_mutex_t lock;
+    pthread_cond_t ended; /* a thread that made something is about to */
+    shown_volume *list[VOLUMES_MAX + COPIES_MAX];
+    int count, next_id, makers, closing;
+};
+
+/* ---- making --------------------------------------------------------------------------------- */
+
+static int on_progress(void *user, const char *what, double fraction)
+{
+    shown_volume *v = user;
+    pthread_mutex_lock(&v->all->lock);
+    snprintf(v->doing, sizeof v->doing, "%s", what ? what : "");
+    v->fraction = fraction;
+    const int stop = v->all->closing || v->removed;
+    pthread_mutex_unlock(&v->all->lock);
+    return stop;
+}
+
+void volume_set_state(shown_volume *v, volume_state state)
+{
+    pthread_mutex_lock(&v->all->lock);
+    v->state = state;
+    v->fraction = 0;
+    pthread_mutex_unlock(&v->all->lock);
+}
+
+static void make(shown_volume *v, const viewer_options *options)
+{
+    cvol_context *context = cvol_context_create();
+    int code = context ? CVOL_OK : CVOL_ERROR_MEMORY;
+    if (context) {
+        cvol_context_set_threads(context, options->threads);
+        cvol_context_set_progress(context, on_progress, v);
+        code = v->parent ? volume_make_copy(context, v) : volume_read(context, v, options);
+    }
+    char *sentence = code ? strdup(context ? cvol_context_message(context) : "not enough memory")
+                          : NULL;
+    pthread_mutex_lock(&v->all->lock);
+    v->error = sentence;
+    v->state = code ? VOLUME_FAILED : VOLUME_READY;
+    pthread_mutex_unlock(&v->all->lock);
+    cvol_context_destroy(context);
+}
+
+/* One thread for all volumes of the command line. */
+static void *make_all(void *argument)
+{
+    volumes *all = argument;
+    for (int i = 0; i < all->options->path_count; i++)
+        make(all->list[i], all->options);
+    return NULL;
+}
+
+static void end_maker(volumes *all)
+{
+    pthread_mutex_lock(&all->lock);
+    all->makers--;
+    pthread_cond_broadcast(&all->ended);
+    pthread_mutex_unlock(&all->lock);
+}
+
+static void *run_reader(void *all)
+{
+    make_all(all);
+    end_maker(all);
+    return NULL;
+}
+
+static void *run_copier(void *copy)
+{
+    shown_volume *v = copy;
+    volumes *all = v->all;
+    make(v, all->options);
+    volume_release(v);
+    end_maker(all);
+    return NULL;
+}
+
+/* 0 if there is a thread now. */
+static int start_maker(volumes *all, void *(*run)(void *), void *argument)
+{
+    pthread_t thread;
+    pthread_mutex_lock(&all->lock);
+    all->makers++;
+    pthread_mutex_unlock(&all->lock);
+    if (!pthread_create(&thread, NULL, run, argument)) {
+        pthread_detach(thread);
+        return 0;
+    }
+    end_maker(all);
+    return -1;
+}
+
+/* ---- the registry --------------------------------------------------------------------------- */
+
+static void free_volume(shown_volume *v)
+{
+    if (!v)
+        return;
+    while (v->idle) {
+        idle_renderer *r = v->idle;
+        v->idle = r->next;
+        cvol_renderer_free(r->renderer);
+        free(r);
+    }
+    cvol_array_free(v->array);
+    cvol_volume_free(v->dense);
+    pthread_mutex_destroy(&v->idle_lock);
+    volume_release(v->parent);
+    free(v->path);
+    free(v->name);
+    free(v->error);
+    free(v);
+}
+
+static shown_volume *new_volume(volumes *all, const char *path, const char *name)
+{
+    shown_volume *v = calloc(1, sizeof *v);
+    if (!v)
+        return NULL;
+    pthread_mutex_init(&v->idle_lock, NULL);
+    v->all = all;
+    v->holders = 1; /* the registry */
+    v->psnr_db = v->max_error = NAN;
+    v->path = strdup(path);
+    v->name = strdup(name);
+    if (v->path && v->name)
+        return v;
+    free_volume(v);
+    return NULL;
+}
+
+static const char *last_name(const char *path)
+{
+    size_t end = strlen(path);
+    while (end && path[end - 1] == '/')
+        end--;
+    while (end && path[end - 1] != '/')
+        end--;
+    return path + end;
+}
+
+volumes *volumes_open(const viewer_options *options)
+{
+    volumes *all = calloc(1, sizeof *all);
+    if (!all)
+        return NULL;
+    all->options = options;
+    pthread_mutex_init(&all->lock, NULL);
+    pthread_cond_init(&all->ended, NULL);
+    for (int i = 0; i < options->path_count; i++) {
+        shown_volume *v = new_volume(all, options->paths[i], last_name(options->paths[i]));
+        if (!v)
+            break;
+        snprintf(v->id, sizeof v->id, "%d", i);
+        all->list[all->count++] = v;
+    }
+    all->next_id = all->count;
+    if (all->count == options->path_count && !start_maker(all, run_reader, all))
+        return all;
+    volumes_close(all);
+    return NULL;
+}
+
+void volumes_close(volumes *all)
+{
+    if (!all)
+        return;
+    pthread_mutex_lock(&all->lock);
+    all->closing = 1;
+    while (all->makers)
+        pthread_cond_wait(&all->ended, &all->lock);
+    pthread_mutex_unlock(&all->lock);
+    while (all->count)
+        volume_release(all->list[--all->count]);
+    pthread_cond_destroy(&all->ended);
+    pthread_mutex_destroy(&all->lock);
+    free(all);
+}
+
+shown_volume *volumes_hold(volumes *all, const char *id)
+{
+    shown_volume *found = NULL;
+    pthread_mutex_lock(&all->lock);
+    for (int i = 0; i < all->count && !found; i++)
+        if (!strcmp(all->list[i]->id, id)) {
+            found = all->list[i];
+            found->holders++;
+        }
+    pthread_mutex_unlock(&all->lock);
+    return found;
+}
+
+void volume_release(shown_volume *v)
+{
+    if (!v)
+        return;
+    volumes *all = v->all;
+    pthread_mutex_lock(&all->lock);
+    const int last = --v->holders == 0;
+    pthread_mutex_unlock(&all->lock);
+    if (last)
+        free_volume(v);
+}
+
+int volume_is_ready(shown_volume *v)
+{
+    pthread_mutex_lock(&v->all->lock);
+    const int ready = v->state == VOLUME_READY;
+    pthread_mutex_unlock(&v->all->lock);
+    return ready;
+}
+
+/* Takes a volume out of the list, which is locked; whoever holds it keeps it. */
+static void forget(volumes *all, int place)
+{
+    shown_volume *v = all->list[place];
+    v->removed = 1;
+    memmove(all->list + place, all->list + place + 1,
+            (size_t)(all->count - place - 1) * sizeof *all->list);
+    all->count--;
+}
+
+/* The one that matches, with the registry's hold on it passed to the caller; the list is locked. */
+static shown_volume *take_copy(volumes *all, const shown_volume *parent, const char *viewer)
+{
+    for (int i = 0; i < all->count; i++) {
+        shown_volume *v = all->list[i];
+        if (v->parent == parent && viewer[0] && !strcmp(v->viewer, viewer)) {
+            forget(all, i);
+            return v;
+        }
+    }
+    return NULL;
+}
+
+shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compress_options *wanted,
+                           const char *viewer)
+{
+    shown_volume *v = new_volume(all, parent->path, parent->name), *old = NULL;
+    if (!v)
+        return NULL;
+    v->state = VOLUME_COMPRESSING;
+    v->wanted = *wanted;
+    snprintf(v->viewer, sizeof v->viewer, "%s", viewer);
+    pthread_mutex_lock(&all->lock);
+    old = take_copy(all, parent, viewer);
+    int copies = 0;
+    for (int i = 0; i < all->count; i++)
+        copies += all->list[i]->parent != NULL;
+    const int room = copies < COPIES_MAX && !all->closing;
+    if (room) {
+        snprintf(v->id, sizeof v->id, "%d", all->next_id++);
+        v->parent = parent;
+        parent->holders++;
+        v->holders += 2; /* the caller and the thread */
+        all->list[all->count++] = v;
+    }
+    pthread_mutex_unlock(&all->lock);
+    volume_release(old);
+    if (!room) {
+        free_volume(v);
+        return NULL;
+    }
+    if (!start_maker(all, run_copier, v))
+        return v;
+    volumes_remove(all, v);
+    volume_release(v); /* the thread's */
+    volume_release(v); /* the caller's */
+    return NULL;
+}
+
+int volumes_remove(volumes *all, shown_volume *v)
+{
+    int found = 0;
+    pthread_mutex_lock(&all->lock);
+    for (int i = 0; i < all->count && v->parent && !found; i++)
+        if (all->list[i] == v) {
+            forget(all, i);
+            found = 1;
+        }
+    pthread_mutex_unlock(&all->lock);
+    if (found)
+        volume_release(v); /* the registry's */
+    return found ? 0 : -1;
+}
+
+uint64_t volumes_resident_bytes(volumes *all)
+{
+    uint64_t bytes = 0;
+    pthread_mutex_lock(&all->lock);
+    for (int i = 0; i < all->count; i++) {
+        const shown_volume *v = all->list[i];
+        cvol_array_info info;
+        if (v->state != VOLUME_READY)
+            continue;
+        cvol_array_get_info(v->array, &info);
+        bytes += info.resident_bytes + (v->dense ? v->raw_bytes : 0);
+    }
+    pthread_mutex_unlock(&all->lock);
+    return bytes;
+}
+
+/* ---- what is told -----------------------------------------------------------------------------
+ */
+
+static json_t *text_or_null(const char *text)
+{
+    json_t *string = text ? json_string(text) : json_null();
+    return string ? string : json_string("(a name that is not UTF-8)");
+}
+
+static json_t *triple(const double v[3])
+{
+    return json_pack("[f, f, f]", v[0], v[1], v[2]);
+}
+
+/* The six named views, and whether they are to be mirrored. */
+static json_t *describe_views(const cvol_grid *grid, int *mirrored)
+{
+    static const char *const names[] = {"front", "back", "left", "right", "top", "bottom"};
+    json_t *views = json_object();
+    cvol_context *context = cvol_context_create();
+    for (size_t i = 0; context && i < sizeof names / sizeof *names; i++) {
+        cvol_camera camera = cvol_render_options_defaults().camera;
+        if (!cvol_camera_named(context, &camera, mirrored, names[i], grid, 0))
+            json_object_set_new(views, names[i],
+                                json_pack("{s:f, s:f, s:f}", "azimuth", camera.azimuth_deg,
+                                          "elevation", camera.elevation_deg, "roll",
+                                          camera.roll_deg));
+    }
+    cvol_context_destroy(context);
+    return views;
+}
+
+static void describe_ready(json_t *object, const shown_volume *v)
+{
+    const cvol_grid *g = &v->grid;
+    int mirrored = 0;
+    const double ratio = (double)v->raw_bytes / (double)v->compressed_bytes;
+    json_t *more = json_pack(
+        "{s:[I,I,I], s:o, s:s, s:s, s:f, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:o, s:o}", "dims",
+        (json_int_t)g->dims[0], (json_int_t)g->dims[1], (json_int_t)g->dims[2], "spacing",
+        triple(g->spacing), "unit", g->unit, "type", cvol_type_name(g->type), "min",
+        v->histogram.min, "max", v->histogram.max, "value_scale", g->value_scale, "value_offset",
+        g->value_offset, "raw_bytes", (json_int_t)v->raw_bytes, "compressed_bytes",
+        (json_int_t)v->compressed_bytes, "ratio", answer_number(ratio), "psnr_db",
+        answer_number(v->psnr_db), "max_error", answer_number(v->max_error), "rescale",
+        fabs(v->rescale[0]) > 0 ? json_pack("[f, f]", v->rescale[0], v->rescale[1]) : json_null());
+    json_object_update(object, more);
+    json_decref(more);
+    json_object_set_new(object, "views", describe_views(g, &mirrored));
+    json_object_set_new(object, "mirrored", json_boolean(mirrored));
+}
+
+json_t *volume_describe(shown_volume *v)
+{
+    static const char *const names[] = {"reading", "compressing", "ready", "failed"};
+    pthread_mutex_lock(&v->all->lock);
+    json_t *object = json_pack("{s:s, s:o, s:o, s:s, s:{s:s, s:f}, s:o, s:o}", "id", v->id, "name",
+                               text_or_null(v->name), "path", text_or_null(v->path), "state",
+                               names[v->state], "doing", "what", v->doing, "fraction", v->fraction,
+                               "error", text_or_null(v->error), "parent",
+                               text_or_null(v->parent ? v->parent->id : NULL));
+    const int ready = v->state == VOLUME_READY;
+    pthread_mutex_unlock(&v->all->lock);
+    if (object && ready)
+        describe_ready(object, v);
+    return object;
+}
+
+json_t *volumes_describe(volumes *all)
+{
+    shown_volume *held[VOLUMES_MAX + COPIES_MAX];
+    json_t *list = json_array();
+    pthread_mutex_lock(&all->lock);
+    const int count = all->count;
+    for (int i = 0; i < count; i++) {
+        held[i] = all->list[i];
+        held[i]->holders++;
+    }
+    pthread_mutex_unlock(&all->lock);
+    for (int i = 0; i < count; i++) {
+        json_array_append_new(list, volume_describe(held[i]));
+        volume_release(held[i]);
+    }
+    return json_pack("{s:o}", "volumes", list);
+}
+
+/* ---- renderers --------------------------------------------------------------------------------
+ */
+
+idle_renderer *volume_take_renderer(cvol_context *context, shown_volume *v)
+{
+    pthread_mutex_lock(&v->idle_lock);
+    idle_renderer *r = v->idle;
+    if (r)
+        v->idle = r->next;
+    pthread_mutex_unlock(&v->idle_lock);
+    if (r)
+        return r;
+    r = calloc(1, sizeof *r);
+    if (r && !cvol_renderer_create_sheet(context, &r->renderer, v->array))
+        return r;
+    free(r);
+    return NULL;
+}
+
+void volume_return_renderer(shown_volume *v, idle_renderer *renderer)
+{
+    if (!renderer)
+        return;
+    pthread_mutex_lock(&v->idle_lock);
+    renderer->next = v->idle;
+    v->idle = renderer;
+    pthread_mutex_unlock(&v->idle_lock);
+}
