@@ -32,7 +32,11 @@ static answer encode_jpeg(const cvol_image *image, int quality)
 
 static answer encode_png(cvol_context *context, const cvol_image *image)
 {
-    png_image png = {.version = PNG_IMAGE_VERSION, .width = (png_uint_32)image->width, .height = (png_uint_32)image->height, .format = PNG_FORMAT_RGBA, .flags = PNG_IMAGE_FLAG_FAST};
+    png_image png = {.version = PNG_IMAGE_VERSION,
+                     .width = (png_uint_32)image->width,
+                     .height = (png_uint_32)image->height,
+                     .format = PNG_FORMAT_RGBA,
+                     .flags = PNG_IMAGE_FLAG_FAST};
     png_alloc_size_t size = 0;
     (void)context;
     png_image_write_to_memory(&png, NULL, &size, 0, image->rgba, 0, NULL);

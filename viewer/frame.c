@@ -44,36 +44,36 @@ int frame_take(frame_request *out, volumes *all, fields *f)
 }
 
 static int draw(cvol_context *context, cvol_image *image, frame_figures *figures,
-                const frame_request *request, pace *pace)
+                const frame_request *asked, pace *times)
 {
-    shown_volume *v = request->view.volume;
-    cvol_render_options options = request->view.options;
+    shown_volume *v = asked->view.volume;
+    cvol_render_options options = asked->view.options;
     idle_renderer *renderer = volume_take_renderer(context, v);
     if (!renderer)
         return CVOL_ERROR_MEMORY;
     const double begin = jobs_now();
-    if (request->motion)
-        figures->rung = pace ? pace_choose(pace, v, &options, request->budget_ms) : RUNG_LEVEL_1;
+    if (asked->motion)
+        figures->rung = times ? pace_choose(times, v, &options, asked->budget_ms) : RUNG_LEVEL_1;
     pace_apply(&options, figures->rung);
-    int code = view_set_transfer(context, renderer, &request->view);
+    int code = view_set_transfer(context, renderer, &asked->view);
     if (!code)
         code = cvol_renderer_render(context, renderer->renderer, image, &options);
     figures->render_ms = jobs_now() - begin;
-    if (!code && pace && request->motion)
-        pace_note(pace, figures->rung, figures->render_ms);
+    if (!code && times && asked->motion)
+        pace_note(times, figures->rung, figures->render_ms);
     volume_return_renderer(v, renderer);
     return code;
 }
 
 int frame_draw(cvol_context *context, cvol_image **out, frame_figures *figures,
-               const frame_request *request, pace *pace)
+               const frame_request *asked, pace *times)
 {
-    const view *view = &request->view;
+    const view *v = &asked->view;
     *figures = (frame_figures){.rung = RUNG_FULL};
-    int code = cvol_image_create(context, out, view->options.width, view->options.height);
+    int code = cvol_image_create(context, out, v->options.width, v->options.height);
     if (!code)
-        code = draw(context, *out, figures, request, pace);
-    if (!code && view->mirror)
+        code = draw(context, *out, figures, asked, times);
+    if (!code && v->mirror)
         cvol_image_mirror(*out);
     if (code) {
         cvol_image_free(*out);
@@ -83,17 +83,18 @@ int frame_draw(cvol_context *context, cvol_image **out, frame_figures *figures,
 }
 
 answer frame_answer(cvol_context *context, const job *j, const cvol_image *image,
-                    frame_figures *figures, const frame_request *request, json_t *more)
+                    frame_figures *figures, const frame_request *asked, json_t *more)
 {
     char timing[160];
     const double begin = jobs_now();
-    answer a = encode_picture(context, image, request->quality);
+    answer a = encode_picture(context, image, asked->quality);
     figures->encode_ms = jobs_now() - begin;
-    json_t *object = json_pack(
-        "{s:I, s:i, s:s, s:f, s:f, s:f, s:I, s:i}", "sequence", (json_int_t)j->sequence, "level",
-        figures->rung > RUNG_SOFT ? figures->rung - RUNG_SOFT : 0, "quality",
-        pace_name(figures->rung), "queue_ms", j->queue_ms, "render_ms", figures->render_ms,
-        "encode_ms", figures->encode_ms, "bytes", (json_int_t)a.size, "threads", j->threads);
+    json_t *object = json_pack("{s:I, s:i, s:s, s:f, s:f, s:f, s:I, s:i}", "sequence",
+                               (json_int_t)(j->sequence > 0 ? j->sequence : 0), "level",
+                               figures->rung > RUNG_SOFT ? figures->rung - RUNG_SOFT : 0, "quality",
+                               pace_name(figures->rung), "queue_ms", j->queue_ms, "render_ms",
+                               figures->render_ms, "encode_ms", figures->encode_ms, "bytes",
+                               (json_int_t)a.size, "threads", j->threads);
     if (object && more)
         json_object_update(object, more);
     json_decref(more);
@@ -106,22 +107,22 @@ answer frame_answer(cvol_context *context, const job *j, const cvol_image *image
 
 static answer run(job *j, cvol_context *context, void *state)
 {
-    const frame_request *request = state;
+    const frame_request *asked = state;
     frame_figures figures;
     cvol_image *image;
-    const int code = frame_draw(context, &image, &figures, request, j->pace);
+    const int code = frame_draw(context, &image, &figures, asked, j->pace);
     if (code)
         return jobs_failed(j, context, code);
-    const answer a = frame_answer(context, j, image, &figures, request, NULL);
+    const answer a = frame_answer(context, j, image, &figures, asked, NULL);
     cvol_image_free(image);
     return a;
 }
 
 static void free_frame(void *state)
 {
-    frame_request *request = state;
-    view_free(&request->view);
-    free(request);
+    frame_request *asked = state;
+    view_free(&asked->view);
+    free(asked);
 }
 
 answer frame_post(request *r)

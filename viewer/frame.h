@@ -24,10 +24,10 @@ typedef struct frame_figures {
 int frame_take(frame_request *out, volumes *all, fields *f);
 /* Draws it, mirrored if the view is, within the budget in motion; the caller frees *out. */
 int frame_draw(cvol_context *context, cvol_image **out, frame_figures *figures,
-               const frame_request *request, pace *pace);
+               const frame_request *asked, pace *times);
 /* Encodes it; `more` (may be NULL; taken) joins the JSON of the header Cvol-Frame. */
 answer frame_answer(cvol_context *context, const job *j, const cvol_image *image,
-                    frame_figures *figures, const frame_request *request, json_t *more);
+                    frame_figures *figures, const frame_request *asked, json_t *more);
 
 /* POST api/1/frame */
 answer frame_post(request *r);

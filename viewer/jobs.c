@@ -149,13 +149,13 @@ static void *work(void *argument)
  */
 
 /* The viewer's stream, or a new one; NULL: there are too many. */
-static stream *find_stream(jobs *all, const char *viewer)
+static stream *find_stream(jobs *all, const char *who)
 {
     const double now = jobs_now();
     int oldest = -1;
     for (int i = 0; i < all->stream_count; i++) {
         stream *s = all->streams[i];
-        if (!strcmp(s->viewer, viewer))
+        if (!strcmp(s->viewer, who))
             return s;
         if (!s->running && (oldest < 0 || s->seen_ms < all->streams[oldest]->seen_ms))
             oldest = i;
@@ -170,7 +170,7 @@ static stream *find_stream(jobs *all, const char *viewer)
         memset(s, 0, sizeof *s);
     }
     if (s) {
-        snprintf(s->viewer, sizeof s->viewer, "%s", viewer);
+        snprintf(s->viewer, sizeof s->viewer, "%s", who);
         s->newest = -1;
         s->served_at = all->served;
     }

@@ -4,10 +4,11 @@
 /* A rung takes at most so many times as long as the next coarser one; until it was tried, that is
  * what it is expected to take. */
 static const double growth = 3;
-/* Of what a new frame took so much counts. */
+/* Of what a new frame took so much counts, all if it took less: the first frame of a rung makes
+ * what the next ones have. */
 static const double share = 0.3;
 /* Times grow old: a rung that was too slow is tried again after a while. */
-static const double ageing = 0.995;
+static const double ageing = 0.97;
 
 const char *pace_name(int rung)
 {
@@ -46,5 +47,6 @@ void pace_apply(cvol_render_options *options, int rung)
 
 void pace_note(pace *p, int rung, double ms)
 {
-    p->ms[rung] = p->ms[rung] > 0 ? (1 - share) * p->ms[rung] + share * ms : ms;
+    p->ms[rung] = p->ms[rung] > ms || !(p->ms[rung] > 0) ? ms
+                                                         : (1 - share) * p->ms[rung] + share * ms;
 }

@@ -33,8 +33,8 @@ struct request {
 /* A parameter of the address, as ?name=value; NULL: not there. */
 const char *request_query(const request *r, const char *name);
 /* Hands the request to a job, which answers it; run, state and free_state as in jobs.h. The answer
- * to return from the handler. viewer: may be "". */
-answer request_later(request *r, const char *viewer, int64_t sequence,
+ * to return from the handler. who: a viewer, or "". */
+answer request_later(request *r, const char *who, int64_t sequence,
                      answer (*run)(job *j, cvol_context *context, void *state), void *state,
                      void (*free_state)(void *state));
 /* The volume that the path names, held, and ready; NULL: *refusal says why not. */

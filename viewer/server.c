@@ -159,7 +159,7 @@ static void on_done(void *user, answer a)
     MHD_resume_connection(e->connection);
 }
 
-answer request_later(request *r, const char *viewer, int64_t sequence,
+answer request_later(request *r, const char *who, int64_t sequence,
                      answer (*run)(job *j, cvol_context *context, void *state), void *state,
                      void (*free_state)(void *state))
 {
@@ -170,7 +170,7 @@ answer request_later(request *r, const char *viewer, int64_t sequence,
              .free_state = free_state,
              .done = on_done,
              .user = e};
-    snprintf(j.viewer, sizeof j.viewer, "%s", viewer);
+    snprintf(j.viewer, sizeof j.viewer, "%s", who);
     note_client(e->server, e->client, 0, 1);
     MHD_suspend_connection(e->connection);
     jobs_add(r->service->jobs, &j);
@@ -308,10 +308,10 @@ static server *fail(server *s, char *message, size_t message_bytes, const char *
     return NULL;
 }
 
-server *server_open(char *message, size_t message_bytes, service *service, const gate *g)
+server *server_open(char *message, size_t message_bytes, service *served, const gate *g)
 {
-    const char *listen = service->options->listen ? service->options->listen : "127.0.0.1";
-    const int port = service->options->port;
+    const char *listen = served->options->listen ? served->options->listen : "127.0.0.1";
+    const int port = served->options->port;
     char port_text[16];
     struct addrinfo hints = {.ai_socktype = SOCK_STREAM, .ai_flags = AI_PASSIVE}, *address = NULL;
     server *s = calloc(1, sizeof *s);
@@ -319,7 +319,7 @@ server *server_open(char *message, size_t message_bytes, service *service, const
         snprintf(message, message_bytes, "not enough memory");
         return NULL;
     }
-    s->service = service;
+    s->service = served;
     s->gate = g;
     pthread_mutex_init(&s->lock, NULL);
     snprintf(port_text, sizeof port_text, "%d", port);

@@ -236,11 +236,11 @@ static void forget(volumes *all, int place)
 }
 
 /* The one that matches, with the registry's hold on it passed to the caller; the list is locked. */
-static shown_volume *take_copy(volumes *all, const shown_volume *parent, const char *viewer)
+static shown_volume *take_copy(volumes *all, const shown_volume *parent, const char *who)
 {
     for (int i = 0; i < all->count; i++) {
         shown_volume *v = all->list[i];
-        if (v->parent == parent && viewer[0] && !strcmp(v->viewer, viewer)) {
+        if (v->parent == parent && who[0] && !strcmp(v->viewer, who)) {
             forget(all, i);
             return v;
         }
@@ -249,16 +249,16 @@ static shown_volume *take_copy(volumes *all, const shown_volume *parent, const c
 }
 
 shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compress_options *wanted,
-                           const char *viewer)
+                           const char *who)
 {
     shown_volume *v = new_volume(all, parent->path, parent->name), *old = NULL;
     if (!v)
         return NULL;
     v->state = VOLUME_COMPRESSING;
     v->wanted = *wanted;
-    snprintf(v->viewer, sizeof v->viewer, "%s", viewer);
+    snprintf(v->viewer, sizeof v->viewer, "%s", who);
     pthread_mutex_lock(&all->lock);
-    old = take_copy(all, parent, viewer);
+    old = take_copy(all, parent, who);
     int copies = 0;
     for (int i = 0; i < all->count; i++)
         copies += all->list[i]->parent != NULL;

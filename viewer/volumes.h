@@ -65,9 +65,9 @@ int volume_is_ready(shown_volume *v);
 json_t *volume_describe(shown_volume *v);
 json_t *volumes_describe(volumes *all);
 /* Begins to make a coarser copy of `parent` (which is ready), in the place of the one that
- * `viewer` has of it; held. NULL: there are too many, or no memory. */
+ * `who` (a viewer) has of it; held. NULL: there are too many, or no memory. */
 shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compress_options *wanted,
-                           const char *viewer);
+                           const char *who);
 /* Removes a copy, cancelling its making; 0 if it is one. */
 int volumes_remove(volumes *all, shown_volume *v);
 /* Bytes of memory that arrays and samples take. */
