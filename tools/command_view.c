@@ -10,7 +10,7 @@
 
 #include "cli.h"
 #ifdef CVOL_HAVE_VIEWER
-#include "viewer.h"
+#include "viewer/viewer.h"
 
 static const char description[] = "Shows volumes in a browser: turns, lights, colours and cuts "
                                   "them, straight from their compressed\n"

@@ -19,6 +19,7 @@ options_of() {
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;
     render) echo "$common $raw $look -o --depth --opacity --budget-ms --azimuth --elevation --perspective --eye --look-at --up --clip --clip-plane --view --annotate --turntable --fps --quality --bits --roll --psnr --ratio --progressive --poses --integrals --channel-colors --over-time --mirror" ;;
+    view) echo "$common $raw --port --listen --host --no-browser --once" ;;
     bake) echo "$common $raw -o --axis --transfer --shade --light --level --rho --spectrum --tile --footprint --footprint-size --sigma" ;;
     bench) echo "$common $raw $look --views --repeat" ;;
     add) echo "$common $operand $result $keep --alpha --beta" ;;
@@ -30,7 +31,7 @@ options_of() {
     esac | tr ' ' '\n' | sort
 }
 
-commands='compress decompress transcode info verify compare render bake bench add multiply convolve scale gradient stats'
+commands='compress decompress transcode info verify compare render view bake bench add multiply convolve scale gradient stats'
 
 # Of every help: status 0, nothing on stderr, lines that fit.
 expect_help() {
