@@ -2,76 +2,307 @@
 
 import { api } from "./api.js";
 import { homeCamera } from "./camera.js";
+import { FOV, mountCamera, VIEW_NAMES } from "./camera_panel.js";
+import { mountChooser } from "./chooser.js";
+import { mountClip } from "./clip_panel.js";
+import { mountCube } from "./cube.js";
+import { mountHelp } from "./help.js";
+import { listenToKeys } from "./keyboard.js";
+import { mountLight } from "./light_panel.js";
 import { hashOf, patchOf } from "./link.js";
+import { modeOf, modePatch, MODES, mountLook } from "./look_panel.js";
+import { mountNotice } from "./notice.js";
+import { mountOverlay } from "./overlay.js";
+import { mountPicked } from "./picked.js";
+import { mountQuality } from "./quality_panel.js";
+import { mountStatus } from "./status.js";
 import { store } from "./store.js";
-import { DEFAULT_VIEW } from "./view.js";
+import { applyTheme, toggleTheme } from "./theme.js";
+import { createTurntable } from "./turntable.js";
+import { DEFAULT_VIEW, same } from "./view.js";
 import { mountView3d } from "./view3d.js";
 import { volumes } from "./volumes.js";
 
 const $ = (id) => document.getElementById(id);
+const RETRY_MS = 2000;
+const LINK_MS = 200;
 
-// For tests, and for the curious.
-window.cvol = { store, volumes, api };
+applyTheme();
 
-const stage = { canvas: $("canvas"), slices: $("stage-slices"), compare: $("stage-compare") };
+let about = null;
+let linked = patchOf(location.hash); // what the address says, until a volume is seen
+let opened = null; // the volume that is seen
+const announce = (sentence) => ($("announce").textContent = sentence);
 
-async function mountPanels() {
-  const panels = { transfer: "transfer", slices: "slices", compare: "compare", exports: "export" };
-  for (const [module, name] of Object.entries(panels)) {
+// ---- the picture and what stands over it --------------------------------------------------------
+
+const status = mountStatus($("status"));
+const notice = mountNotice($("notice"), retry);
+const picked = mountPicked($("picked"));
+let drawOverlay = () => {};
+
+const turntable = createTurntable((on) => {
+  $("turn").setAttribute("aria-pressed", on);
+  store.set({}, { live: on });
+});
+
+const view3d = mountView3d($("canvas"), {
+  shown(frame) {
+    status.shown(frame);
+    drawOverlay();
+  },
+  busy: (yes) => status.state(yes ? "busy" : "idle"),
+  failed(sentence, code) {
+    if (sentence === null) showState();
+    else if (code !== 0 && volumes.current()?.state === "ready") notice.failed(sentence);
+  },
+  picked: picked.show,
+  touched: turntable.stop,
+});
+window.cvol = { store, volumes, api, view3d }; // for tests, and for the curious
+
+function named(name) {
+  const camera = volumes.current()?.views?.[name];
+  if (!camera) return;
+  turntable.stop();
+  view3d.fly({ ...store.state.view.camera, ...camera });
+  announce(`From the ${name}`);
+}
+
+drawOverlay = mountOverlay($("overlay"), $("scale"), view3d);
+const drawCube = mountCube($("cube"), named);
+
+function showState() {
+  const volume = volumes.current();
+  if (!reached) return notice.gone();
+  if (!volume || volume.state === "ready") return notice.clear();
+  if (volume.state === "failed") notice.failed(volume.error ?? `${volume.name} could not be read.`);
+  else notice.working(volume);
+}
+
+// ---- panels -------------------------------------------------------------------------------------
+
+const sections = [...document.querySelectorAll(".section")];
+const refreshers = [
+  mountLook($("panel-look")),
+  mountLight($("panel-light")),
+  mountClip($("panel-clip")),
+];
+mountCamera($("panel-camera"), { view3d, turntable, named });
+mountQuality($("panel-quality"));
+
+async function mountOthers() {
+  const others = { transfer: "transfer", slices: "slices", compare: "compare", exports: "export" };
+  const stage = { canvas: $("canvas"), slices: $("stage-slices"), compare: $("stage-compare") };
+  for (const [module, name] of Object.entries(others)) {
     try {
       const { mount } = await import(`./${module}.js`);
-      mount($(`panel-${name}`), { store, api, volumes, stage });
-    } catch {
+      mount($(`panel-${name}`), { store, api, volumes, stage, view3d });
+    } catch (error) {
+      console.warn(`${module}.js: ${error.message}`);
       document.querySelector(`[data-section="${name}"]`).hidden = true;
     }
   }
 }
 
-const view3d = mountView3d($("canvas"), {
-  shown: () => {},
-  busy: () => {},
-  failed: () => {},
-  picked: () => {},
-});
-window.cvol.view3d = view3d;
-
-function showLayout({ page }) {
-  $("stage").dataset.layout = page.layout;
-  $("stage-slices").hidden = page.layout !== "slices";
-  $("stage-compare").hidden = page.layout !== "compare";
+for (const section of sections) {
+  section.addEventListener("toggle", () => {
+    store.set({ page: { open: { [section.dataset.section]: section.open } } }, { undo: false });
+    drawOverlay();
+  });
 }
 
-let linked = patchOf(location.hash);
-let opened = null;
+const drawerOpen = (open) => {
+  document.body.dataset.drawer = open ? "open" : "closed";
+  $("drawer").setAttribute("aria-expanded", open);
+};
+drawerOpen(false);
+$("drawer").addEventListener("click", () => drawerOpen(document.body.dataset.drawer !== "open"));
 
-// The volume is first seen when it is ready: from its front, unless a link says from where.
+function togglePanel() {
+  const open = document.body.dataset.panel === "closed";
+  document.body.dataset.panel = open ? "open" : "closed";
+  $("panel-button").setAttribute("aria-expanded", open);
+}
+
+// ---- the bar and the keys -----------------------------------------------------------------------
+
+function stepBack() {
+  turntable.stop();
+  if (store.undo()) announce("Undone");
+}
+function stepForward() {
+  turntable.stop();
+  if (store.redo()) announce("Redone");
+}
+const reset = () => {
+  turntable.stop();
+  view3d.home();
+};
+const help = mountHelp($("help"), () => about);
+
+$("undo").addEventListener("click", stepBack);
+$("redo").addEventListener("click", stepForward);
+$("reset").addEventListener("click", reset);
+$("turn").addEventListener("click", turntable.toggle);
+$("theme").addEventListener("click", () => announce(`${toggleTheme()} page`));
+$("help-button").addEventListener("click", help);
+$("panel-button").addEventListener("click", togglePanel);
+
+listenToKeys({
+  hand: view3d.hand,
+  named: (index) => named(VIEW_NAMES[index]),
+  reset,
+  perspective: () => store.set({ view: { camera: { fov: store.state.view.camera.fov > 0 ? 0 : FOV } } }),
+  turntable: turntable.toggle,
+  mode() {
+    const now = MODES.findIndex(([name]) => name === modeOf(store.state.view));
+    const [name, text] = MODES[(now + 1) % MODES.length];
+    store.set(modePatch(name));
+    announce(text);
+  },
+  undo: stepBack,
+  redo: stepForward,
+  panel: togglePanel,
+  fullScreen: () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen?.())?.catch(() => {}),
+  help,
+});
+
+// ---- volumes ------------------------------------------------------------------------------------
+
+const firstLook = (volume) => ({
+  volume: volume.id,
+  mirror: volume.mirrored === true,
+  camera: homeCamera(volume, view3d.size.width, view3d.size.height),
+  window: null,
+  surface: { value: null },
+  clip: { box: null, planes: [] },
+});
+
+// Another volume keeps the look but not what is of the samples of the one before; a copy of it keeps all.
+function choose(id) {
+  const [before, next] = [volumes.current(), volumes.get(id)];
+  if (!next || next === before) return;
+  turntable.stop();
+  const kin = before && (next.parent === before.id || before.parent === next.id);
+  if (kin || next.state !== "ready") {
+    store.set({ view: { volume: id } });
+  } else {
+    const named = typeof store.state.view.transfer === "string" ? {} : { transfer: "auto" };
+    store.set({ view: { ...firstLook(next), ...named }, page: { sample: null } });
+  }
+  if (kin) opened = id;
+  else open();
+}
+
+// A volume is first seen when it is ready: from its front, unless a link says from where.
 function open() {
   const volume = volumes.current();
   if (volume?.state !== "ready" || opened === volume.id) return;
+  const first = opened === null;
   opened = volume.id;
-  const camera = homeCamera(volume, view3d.size.width, view3d.size.height);
-  const first = { volume: volume.id, mirror: volume.mirrored === true, camera };
-  store.set({ view: { ...first, ...(linked.view ?? {}), volume: volume.id } }, { undo: false });
-  linked = {};
+  if (first || same(store.state.view.camera, DEFAULT_VIEW.camera)) {
+    store.set({ view: firstLook(volume) }, { undo: false });
+    store.set({ view: { ...(linked.view ?? {}), volume: volume.id }, page: linked.page ?? {} }, { undo: false });
+    linked = {};
+    announce(`${volume.name} is ready`);
+  }
   view3d.refresh();
 }
 
-async function start() {
-  await volumes.refresh();
-  const wanted = linked.view?.volume;
-  const first = volumes.get(wanted) ?? volumes.list()[0];
-  store.set({ view: { ...DEFAULT_VIEW, volume: first?.id ?? null }, page: linked.page ?? {} }, { undo: false });
-  open();
-}
+const updateChooser = mountChooser($("chooser"), choose);
 
-volumes.subscribe(open);
-store.subscribe(showLayout);
+function volumesChanged() {
+  open();
+  updateChooser();
+  showState();
+  refreshers.forEach((refresh) => refresh(store.state));
+  drawCube();
+}
+volumes.subscribe(volumesChanged);
+
+// ---- the state, shown ---------------------------------------------------------------------------
+
 let linkTimer = 0;
 store.subscribe((state, previous, { live }) => {
-  if (live || !opened) return;
+  const { page, view } = state;
+  $("stage").dataset.layout = page.layout;
+  $("stage-slices").hidden = page.layout !== "slices";
+  $("stage-compare").hidden = page.layout !== "compare";
+  for (const section of sections) {
+    const open = page.open[section.dataset.section];
+    if (open !== undefined && section.open !== open) section.open = open;
+  }
+  $("undo").disabled = !store.canUndo;
+  $("redo").disabled = !store.canRedo;
+  if (view.volume !== previous.view.volume) {
+    updateChooser();
+    showState();
+    status.describe(volumes.current());
+    open();
+  }
+  if (view.background !== previous.view.background) showGround();
+  if (page.sample === null) picked.hide();
+  drawCube();
+  drawOverlay();
+  if (live || opened === null) return;
   clearTimeout(linkTimer);
-  linkTimer = setTimeout(() => history.replaceState(null, "", `#${hashOf(store.state)}`), 200);
+  linkTimer = setTimeout(() => history.replaceState(null, "", `#${hashOf(store.state)}`), LINK_MS);
 });
 
-mountPanels();
-start();
+// Marks over the picture are dark on a light ground.
+function showGround() {
+  const { background } = store.state.view;
+  const [r, g, b] = background;
+  $("stage-3d").style.backgroundColor = `rgb(${background.map((c) => Math.round(255 * c)).join(" ")})`;
+  $("stage-3d").dataset.ground = 0.3 * r + 0.6 * g + 0.1 * b > 0.45 ? "light" : "dark";
+}
+
+window.addEventListener("hashchange", () => {
+  const patch = patchOf(location.hash);
+  if (opened === null || hashOf(store.state) === location.hash.slice(1)) return;
+  if (patch.view?.volume && !volumes.get(patch.view.volume)) delete patch.view.volume;
+  store.set(patch);
+});
+
+// ---- whether the program is there ---------------------------------------------------------------
+
+let reached = true;
+let retryTimer = 0;
+
+async function retry() {
+  clearTimeout(retryTimer);
+  try {
+    about = await api.about();
+    if (!volumes.list().length) await start();
+    else await volumes.refresh();
+    view3d.refresh();
+  } catch (error) {
+    if (error.status === 0) retryTimer = setTimeout(retry, RETRY_MS);
+    else notice.failed(error.message);
+  }
+}
+
+api.onReach((yes) => {
+  reached = yes;
+  status.state(yes ? "idle" : "gone");
+  announce(yes ? "The program answers again" : "The program behind this page does not answer");
+  if (!yes) {
+    turntable.stop();
+    clearTimeout(retryTimer);
+    retryTimer = setTimeout(retry, RETRY_MS);
+  }
+  showState();
+});
+
+async function start() {
+  await volumes.refresh();
+  const first = volumes.get(linked.view?.volume) ?? volumes.list()[0];
+  store.set({ view: { volume: first?.id ?? null } }, { undo: false });
+  volumesChanged();
+  status.describe(volumes.current());
+}
+
+showGround();
+mountOthers();
+retry();

@@ -5,8 +5,8 @@
 //       layout   "single", "slices" (three slices beside the view) or "compare" (two views): what the stage shows
 //       sample   [x, y, z], fractions: the place of the linked cross-hair, or null
 //       open     {section: true}: which sections of the panel are open
-//       theme    "light", "dark", or "" (the system's)
 //       motion   {fps, size}: what is aimed for while something moves
+//       marks    whether orientation cube and scale bar are shown; turning: the turntable's degrees a second
 //   Panels keep what is theirs under a name of their own in state.page.
 //
 // States are never changed, only replaced: what is the same in two states is the same object.
@@ -101,7 +101,8 @@ export const store = createStore({
     layout: "single",
     sample: null,
     open: {},
-    theme: "",
     motion: { fps: 30, size: "auto" },
+    marks: true,
+    turning: 24,
   },
 });

@@ -5,10 +5,12 @@ import * as math from "./camera.js";
 import { createFrames } from "./frames.js";
 import { listenToGestures } from "./gestures.js";
 import { store } from "./store.js";
-import { requestView } from "./view.js";
+import { requestView, same } from "./view.js";
 import { volumes } from "./volumes.js";
 
-// canvas: where it is drawn; told: {shown(frame), busy(yes), failed(sentence or null), picked(answer)}.
+const FLIGHT_MS = 260;
+
+// canvas: where it is drawn; told: {shown(frame), busy(yes), failed(sentence or null, status), picked(answer), touched()}.
 export function mountView3d(canvas, told) {
   const context = canvas.getContext("2d", { alpha: false });
   const size = { width: 1, height: 1, ratio: 1 };
@@ -104,14 +106,42 @@ export function mountView3d(canvas, told) {
       if (!ready()) return;
       if (!answer?.hit) return home();
       const look_at = math.worldOf(volumes.current(), answer.sample);
-      store.set({ view: { camera: math.tidy({ ...current(), look_at }) } });
+      fly(math.tidy({ ...current(), look_at }));
     },
   };
   listenToGestures(canvas, hand);
 
+  // To another camera in FLIGHT_MS, one step of undoing; what is touched meanwhile ends it.
+  let flight = 0;
+  function fly(to) {
+    const from = current();
+    const start = performance.now();
+    const mine = ++flight;
+    if (matchMedia("(prefers-reduced-motion: reduce)").matches) return store.set({ view: { camera: to } });
+    const turned = (key, part) => from[key] + math.wrapDegrees(to[key] - from[key]) * part;
+    let last = from;
+    const step = (now) => {
+      if (mine !== flight || (current() !== last && !same(current(), last))) return;
+      const part = Math.min(1, (now - start) / FLIGHT_MS);
+      const eased = part * part * (3 - 2 * part);
+      if (part === 1) return store.set({ view: { camera: to } });
+      last = math.tidy({
+        ...to,
+        azimuth: turned("azimuth", eased),
+        elevation: from.elevation + (to.elevation - from.elevation) * eased,
+        roll: turned("roll", eased),
+        zoom: from.zoom * (to.zoom / from.zoom) ** eased,
+        look_at: math.sum([1 - eased, from.look_at], [eased, to.look_at]),
+      });
+      store.set({ view: { camera: last } }, { live: true });
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+
   function home() {
     const volume = volumes.current();
-    if (volume?.state === "ready") store.set({ view: { camera: math.homeCamera(volume, size.width, size.height) } });
+    if (volume?.state === "ready") fly(math.homeCamera(volume, size.width, size.height));
   }
 
   measure();
@@ -119,6 +149,7 @@ export function mountView3d(canvas, told) {
     size,
     hand,
     home,
+    fly,
     // The frame on the canvas: {view, width, height (of the page's pixels), timing}, or null.
     get frame() {
       return frame;

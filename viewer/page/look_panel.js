@@ -1,0 +1,49 @@
+// What is shown of the samples along a ray, and on which ground.
+
+import { bind, check, choice, colour } from "./controls.js";
+import { volumes } from "./volumes.js";
+
+export const MODES = [
+  ["composite", "Composite", "Colours and opacities along the ray, front to back"],
+  ["shaded", "Shaded", "The same, lit by the volume's gradients"],
+  ["iso", "Surface", "The first place along the ray that has a value"],
+  ["xray", "X-ray", "The mean along the ray"],
+  ["mip", "Maximum", "The largest value along the ray (MIP)"],
+  ["min", "Minimum", "The smallest value along the ray"],
+];
+
+export const modeOf = ({ mode, light }) => (mode === "composite" && light.on ? "shaded" : mode);
+export const modePatch = (name) => ({
+  view:
+    name === "composite" || name === "shaded"
+      ? { mode: "composite", light: { on: name === "shaded" } }
+      : { mode: name },
+});
+
+export function mountLook(panel) {
+  const mirror = check({
+    label: "Mirrored, as this volume's axes are left-handed",
+    read: (state) => state.view.mirror,
+    write: (on) => ({ view: { mirror: on } }),
+  });
+  const updateMirror = mirror.update;
+  mirror.update = (state) => {
+    updateMirror(state);
+    mirror.element.hidden = !volumes.current()?.mirrored && !state.view.mirror;
+  };
+  const update = bind(panel, [
+    choice({ label: "Mode", options: MODES, read: (state) => modeOf(state.view), write: modePatch }),
+    colour({
+      label: "Background",
+      read: (state) => state.view.background,
+      write: (background) => ({ view: { background } }),
+      ready: [
+        ["Black", [0, 0, 0]],
+        ["Grey", [0.22, 0.23, 0.25]],
+        ["White", [1, 1, 1]],
+      ],
+    }),
+    mirror,
+  ]);
+  return update;
+}

@@ -1,0 +1,51 @@
+// The line at the bottom: how long a picture took and how fine it is, how small the volume is, how far off.
+
+import { make } from "./controls.js";
+import { bytesText, lengthText } from "./units.js";
+import { volumes } from "./volumes.js";
+
+const ms = (value) => (value === undefined ? "?" : value < 9.95 ? value.toFixed(1) : value.toFixed(0));
+
+export function mountStatus(footer) {
+  const dot = make("span", { class: "dot", "data-state": "idle" });
+  const time = make("b");
+  const quality = make("span");
+  const size = make("span");
+  const error = make("span");
+  const kind = make("span", { class: "wide" });
+  const frame = make("span", { class: "frame" }, dot, time, quality);
+  footer.append(frame, size, error, kind);
+
+  function describe(volume) {
+    if (volume?.state !== "ready") {
+      size.replaceChildren();
+      error.replaceChildren();
+      kind.textContent = volume?.path ?? "";
+      return;
+    }
+    const { raw_bytes, compressed_bytes, ratio, psnr_db, max_error, dims, spacing, unit, type } = volume;
+    size.replaceChildren(make("b", {}, bytesText(compressed_bytes)), ` of ${bytesText(raw_bytes)}, 1/${Number(ratio.toPrecision(3))}`);
+    size.title = `Compressed: ${compressed_bytes} bytes; the samples: ${raw_bytes} bytes`;
+    if (psnr_db !== null) error.replaceChildren("PSNR ", make("b", {}, `${psnr_db.toFixed(1)} dB`));
+    else error.replaceChildren(max_error === 0 ? "without loss" : "error not known");
+    error.title = max_error === null ? "" : `Largest error of a sample: ${max_error}`;
+    kind.textContent = `${dims.join(" × ")} ${type}, ${spacing.map((s) => Number(s.toPrecision(4))).join(" × ")} ${unit}`.trim();
+    kind.title = `${lengthText((dims[0] - 1) * spacing[0], unit)} by ${lengthText((dims[1] - 1) * spacing[1], unit)} by ${lengthText((dims[2] - 1) * spacing[2], unit)}`;
+  }
+
+  volumes.subscribe(() => describe(volumes.current()));
+  return {
+    describe,
+    shown({ timing }) {
+      const { server } = timing;
+      time.textContent = `${ms(timing.shown - timing.requested)} ms`;
+      quality.textContent = ` ${server.quality ?? timing.quality}, ${timing.width} × ${timing.height}`;
+      frame.title = [
+        `Rendering ${ms(server.render_ms)} ms, encoding ${ms(server.encode_ms)} ms, waiting ${ms(server.queue_ms)} ms`,
+        `From request to screen ${ms(timing.shown - timing.requested)} ms`,
+        `${bytesText(server.bytes ?? 0)}, ${server.threads ?? "?"} threads`,
+      ].join("\n");
+    },
+    state: (name) => (dot.dataset.state = name),
+  };
+}
