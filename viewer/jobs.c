@@ -295,11 +295,11 @@ jobs *jobs_open(int threads)
         all->worker_count++;
     if (all->worker_count)
         return all;
-    jobs_close(all);
+    jobs_free(all);
     return NULL;
 }
 
-void jobs_close(jobs *all)
+void jobs_stop(jobs *all)
 {
     if (!all)
         return;
@@ -320,6 +320,14 @@ void jobs_close(jobs *all)
     }
     for (int i = 0; i < all->worker_count; i++)
         pthread_join(all->workers[i], NULL);
+    all->worker_count = 0;
+}
+
+void jobs_free(jobs *all)
+{
+    if (!all)
+        return;
+    jobs_stop(all);
     for (int i = 0; i < all->stream_count; i++)
         free(all->streams[i]);
     pthread_cond_destroy(&all->wake);

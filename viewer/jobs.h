@@ -15,7 +15,7 @@
 #include "pace.h"
 #include "viewer.h"
 
-enum { VIEWER_NAME_BYTES = 64, VIEWERS_MAX = 64, WAITING_MAX = 256 };
+enum { VIEWER_NAME_BYTES = 64, VIEWERS_MAX = 256, WAITING_MAX = 256 };
 
 typedef struct jobs jobs;
 typedef struct job job;
@@ -42,8 +42,10 @@ struct job {
 
 /* NULL: no memory, or no threads. */
 jobs *jobs_open(int threads);
-/* Answers what waits by 503, cancels what runs, and frees it. */
-void jobs_close(jobs *all);
+/* Answers what waits, and what comes from now on, by 503, and cancels what runs; NULL is allowed. */
+void jobs_stop(jobs *all);
+/* After nobody can add any more. */
+void jobs_free(jobs *all);
 /* Takes a copy of the job, and answers it in any case. */
 void jobs_add(jobs *all, const job *j);
 /* {"viewers", "waiting", "frames", "cancelled"}: a new object. */

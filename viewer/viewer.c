@@ -82,8 +82,9 @@ void viewer_close(viewer *v)
 {
     if (!v)
         return;
-    jobs_close(v->service.jobs);
+    jobs_stop(v->service.jobs);
     server_close(v->server);
+    jobs_free(v->service.jobs);
     volumes_close(v->service.volumes);
     free(v->address);
     free(v);
