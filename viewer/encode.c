@@ -4,7 +4,8 @@
 #include <stdlib.h>
 #include <turbojpeg.h>
 
-#include <png.h>
+/* Of zlib: quick. */
+enum { PNG_LEVEL = 1 };
 
 static void free_jpeg(void *bytes)
 {
@@ -32,17 +33,11 @@ static answer encode_jpeg(const cvol_image *image, int quality)
 
 static answer encode_png(cvol_context *context, const cvol_image *image)
 {
-    png_image png = {.version = PNG_IMAGE_VERSION,
-                     .width = (png_uint_32)image->width,
-                     .height = (png_uint_32)image->height,
-                     .format = PNG_FORMAT_RGBA,
-                     .flags = PNG_IMAGE_FLAG_FAST};
-    png_alloc_size_t size = 0;
-    (void)context;
-    png_image_write_to_memory(&png, NULL, &size, 0, image->rgba, 0, NULL);
-    void *bytes = malloc(size);
-    png_image_write_to_memory(&png, bytes, &size, 0, image->rgba, 0, NULL);
-    return answer_bytes("image/png", bytes, size, free);
+    void *bytes = NULL;
+    size_t size = 0;
+    const int code = cvol_image_encode_png(context, image, PNG_LEVEL, &bytes, &size);
+    return code ? answer_error(500, "%s", cvol_context_message(context))
+                : answer_bytes("image/png", bytes, size, free);
 }
 
 answer encode_picture(cvol_context *context, const cvol_image *image, int quality)

@@ -59,8 +59,11 @@ static int draw(cvol_context *context, cvol_image *image, frame_figures *figures
     if (!code)
         code = cvol_renderer_render(context, renderer->renderer, image, &options);
     figures->render_ms = jobs_now() - begin;
-    if (!code && times && asked->motion)
+    const unsigned level = 1u << options.level;
+    if (!code && times && asked->motion && renderer->drawn & level)
         pace_note(times, figures->rung, figures->render_ms);
+    if (!code)
+        renderer->drawn |= level;
     volume_return_renderer(v, renderer);
     return code;
 }

@@ -42,7 +42,8 @@ struct job {
 
 /* NULL: no memory, or no threads. */
 jobs *jobs_open(int threads);
-/* Answers what waits, and what comes from now on, by 503, and cancels what runs; NULL is allowed. */
+/* Answers what waits, and what comes from now on, by 503, and cancels what runs; NULL is allowed.
+ */
 void jobs_stop(jobs *all);
 /* After nobody can add any more. */
 void jobs_free(jobs *all);

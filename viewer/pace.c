@@ -7,6 +7,9 @@ static const double growth = 3;
 /* Of what a new frame took so much counts, all if it took less: the first frame of a rung makes
  * what the next ones have. */
 static const double share = 0.3;
+/* A finer one must have this much of the budget to be taken, so that frames do not go to and fro.
+ */
+static const double room = 0.85;
 /* Times grow old: a rung that was too slow is tried again after a while. */
 static const double ageing = 0.97;
 
@@ -20,17 +23,22 @@ int pace_choose(pace *p, const void *volume, const cvol_render_options *options,
 {
     if (p->volume != volume || p->width != options->width || p->height != options->height ||
         p->mode != (int)options->mode || p->lit != options->shading.on)
-        *p = (pace){
-            volume, options->width, options->height, (int)options->mode, options->shading.on, {0}};
-    int rung = RUNG_LEVEL_2;
-    while (rung < RUNG_LEVEL_3 && p->ms[rung] > budget_ms)
-        rung++;
-    for (int finer = rung - 1; finer >= 0 && p->ms[finer + 1] > 0; finer--) {
-        const double expected = p->ms[finer] > 0 ? p->ms[finer] : growth * p->ms[finer + 1];
-        if (!(expected <= budget_ms))
-            break;
-        rung = finer;
+        *p = (pace){volume,
+                    options->width,
+                    options->height,
+                    (int)options->mode,
+                    options->shading.on,
+                    RUNG_LEVEL_2,
+                    {0}};
+    while (p->rung < RUNG_LEVEL_3 && p->ms[p->rung] > budget_ms)
+        p->rung++;
+    const int finer_one = p->rung - 1;
+    if (finer_one >= RUNG_FULL && p->ms[p->rung] > 0) {
+        const double expected = p->ms[finer_one] > 0 ? p->ms[finer_one] : growth * p->ms[p->rung];
+        if (expected <= room * budget_ms)
+            p->rung--;
     }
+    const int rung = p->rung;
     for (int finer = 0; finer < rung; finer++)
         p->ms[finer] *= ageing;
     return rung;

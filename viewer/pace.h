@@ -10,12 +10,14 @@ enum { RUNG_FULL, RUNG_SOFT, RUNG_LEVEL_1, RUNG_LEVEL_2, RUNG_LEVEL_3, RUNG_COUN
 typedef struct pace {
     const void *volume; /* what it was measured on: times of another are forgotten */
     int width, height, mode, lit;
+    int rung;              /* of the last frame */
     double ms[RUNG_COUNT]; /* 0: not known */
 } pace;
 
 /* "full", "soft", "level 1", ... */
 const char *pace_name(int rung);
-/* The finest rung that is known, or may be expected, to take no longer than the budget. */
+/* The rung of the next frame: the last one's, a coarser one if that is known to take longer than
+ * the budget, or the next finer one if it is known, or may be expected, not to. */
 int pace_choose(pace *p, const void *volume, const cvol_render_options *options, double budget_ms);
 /* Makes the options those of a rung. */
 void pace_apply(cvol_render_options *options, int rung);

@@ -99,3 +99,23 @@ int volume_make_copy(cvol_context *context, shown_volume *v)
     note_report(v, &report);
     return finish(context, v);
 }
+
+void volume_warm(cvol_context *context, shown_volume *v)
+{
+    cvol_render_options options = cvol_render_options_defaults();
+    cvol_image *image = NULL;
+    cvol_transfer *transfer = NULL;
+    idle_renderer *r = volume_take_renderer(context, v);
+    options.width = options.height = 16;
+    int code = !r || cvol_image_create(context, &image, options.width, options.height) ||
+               cvol_transfer_create_named(context, &transfer, "auto", &v->histogram) ||
+               cvol_renderer_set_transfer(context, r->renderer, transfer);
+    for (options.level = 3; !code && options.level >= 0; options.level--) {
+        code = cvol_renderer_render(context, r->renderer, image, &options);
+        if (!code)
+            r->drawn |= 1u << options.level;
+    }
+    cvol_transfer_free(transfer);
+    cvol_image_free(image);
+    volume_return_renderer(v, r);
+}

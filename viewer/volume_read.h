@@ -8,6 +8,8 @@
 int volume_read(cvol_context *context, shown_volume *v, const viewer_options *options);
 /* The same of a copy: from its parent. */
 int volume_make_copy(cvol_context *context, shown_volume *v);
+/* Draws small pictures of all levels, so that the first ones that somebody sees need not wait. */
+void volume_warm(cvol_context *context, shown_volume *v);
 /* Says what it is at. */
 void volume_set_state(shown_volume *v, volume_state state);
 

@@ -53,6 +53,8 @@ static void make(shown_volume *v, const viewer_options *options)
     v->error = sentence;
     v->state = code ? VOLUME_FAILED : VOLUME_READY;
     pthread_mutex_unlock(&v->all->lock);
+    if (!code)
+        volume_warm(context, v);
     cvol_context_destroy(context);
 }
 

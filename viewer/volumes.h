@@ -79,6 +79,7 @@ uint64_t volumes_resident_bytes(volumes *all);
 struct idle_renderer {
     cvol_renderer *renderer;
     uint64_t transfer; /* hash of the transfer function that it has; 0: none yet */
+    unsigned drawn;    /* bit L: level L, whose first picture takes longer */
     idle_renderer *next;
 };
 /* NULL: the context says why. */
