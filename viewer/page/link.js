@@ -17,7 +17,7 @@ export function carryInLink(name, initial) {
 const isPlain = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
 
 function* differences(value, initial, path) {
-  if (same(value, initial)) return;
+  if (value === undefined || same(value, initial)) return;
   if (isPlain(value) && isPlain(initial))
     for (const key of Object.keys(value)) yield* differences(value[key], initial[key], [...path, key]);
   else yield [path.join("."), value];
