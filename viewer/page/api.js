@@ -85,7 +85,7 @@ function sliceAddress(id, axis, index, window) {
 
 export const api = {
   onReach,
-  about: () => json("./"),
+  about: () => json("../1"),
   volumes: async () => (await json("volumes")).volumes,
   volume: (id) => json(one(id)),
   frame: (request, options) => picture("frame", request, options),

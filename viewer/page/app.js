@@ -158,7 +158,7 @@ listenToKeys({
   mode() {
     const now = MODES.findIndex(([name]) => name === modeOf(store.state.view));
     const [name, text] = MODES[(now + 1) % MODES.length];
-    store.set(modePatch(name));
+    store.set(modePatch(name, store.state.view));
     announce(text);
   },
   undo: stepBack,

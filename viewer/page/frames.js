@@ -7,13 +7,16 @@ const TIMINGS_MAX = 2000;
 const SIZE_MAX = 8192;
 const MOTION_SIZE_MAX = 4096;
 const SCALES = [1, 0.8, 0.64, 0.5, 0.4, 0.32, 0.25];
+const SMALLEST = 0.4; // of the page's pixels, which may be more than one of the screen
+const SETTLED = 12;
 
 // What each picture took: {requested, shown, quality, width, height, server: {...}}, for tests and the status line.
 export const timings = (window.cvolTimings = []);
 
-// How large pictures in motion are (a part of the canvas' pixels) and what the server may take for one.
+// How large pictures in motion are (a part of the canvas' pixels) and what the server may take for one. The server
+// chooses how coarse they are by that time; where they come out coarse or late, fewer pixels help.
 export function createPace() {
-  let place = 3;
+  let place = 2;
   let elapsed = 0; // of recent pictures, from request to canvas
   let overhead = 8; // of that, what was not spent rendering
   let settled = 0; // pictures since the size changed
@@ -21,17 +24,19 @@ export function createPace() {
     get scale() {
       return SCALES[place];
     },
-    budget: (period) => Math.round(Math.min(period * 0.8, Math.max(4, period * 0.92 - overhead))),
-    record(total, info, period) {
-      const weight = settled < 3 ? 0.6 : 0.2;
-      elapsed = elapsed ? elapsed + weight * (total - elapsed) : total;
-      overhead += 0.2 * (Math.max(1, total - (info.render_ms ?? 0)) - overhead);
-      if (++settled < 6) return;
+    budget: (period) => Math.round(Math.min(period * 0.85, Math.max(8, period * 0.95 - overhead))),
+    record(total, info, period, smallest) {
+      if (settled < 2) elapsed = total;
+      else elapsed += 0.2 * (total - elapsed);
+      overhead += 0.15 * (Math.max(1, total - (info.render_ms ?? 0)) - overhead);
+      if (++settled < SETTLED) return;
       const coarse = info.level > 0;
       let next = place;
-      if (elapsed > period || (coarse && place < 3)) next = Math.min(SCALES.length - 1, place + 1);
-      else if (elapsed < period * 0.6 && !coarse) next = Math.max(0, place - 1);
-      if (next !== place) settled = 0;
+      if (elapsed > period * (coarse ? 1.1 : 1.5) || (coarse && SCALES[place] > 0.5)) next++;
+      else if (elapsed < period * 0.6 && !coarse) next--;
+      next = Math.max(0, Math.min(SCALES.length - 1, next));
+      if (next === place || (next > place && SCALES[next] < smallest)) return;
+      settled = 0;
       place = next;
     },
   };
@@ -39,9 +44,11 @@ export function createPace() {
 
 const sized = (length, scale, limit) => Math.max(1, Math.min(limit, Math.round(length * scale)));
 
-// show(bitmap, frame) gets each picture (and owns the bitmap); fail(error) a sentence; busy(true or false) whether
-// something is on its way. request(): {view, width, height, motion: {fps, size}} as it is now, in the screen's pixels,
-// or null where there is nothing to show. picture(request) asks the server: api.frame, or api.difference.
+// picture(request, {signal}) asks the server: api.frame, or api.difference. request() says what is to be seen now, or null
+// where there is nothing: {view, width, height (the screen's pixels), ratio (of them to one of the page),
+// build(width, height): the view as a request has it, motion: {fps, size}, more: further fields}. show(bitmap, frame)
+// gets each picture and owns the bitmap; frame is {view, timing, blob}. fail(error, quality); busy(whether something is
+// on its way).
 export function createFrames({ picture, request, show, fail, busy = () => {} }) {
   const viewer = [...crypto.getRandomValues(new Uint8Array(9))].map((byte) => byte.toString(36)).join("");
   const pace = createPace();
@@ -69,7 +76,7 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
     };
     const period = 1000 / now.motion.fps;
     if (moving) body.budget_ms = pace.budget(period);
-    return { body, period, quality, view: now.view };
+    return { body, period, quality, view: now.view, smallest: SMALLEST / (now.ratio ?? 1), stop: new AbortController() };
   }
 
   async function send() {
@@ -77,6 +84,7 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
     waiting = null;
     const mine = nextRequest(quality);
     if (!mine) return;
+    flight?.stop.abort(); // the server hears it from the newer request; the browser need not wait for its answer
     flight = mine;
     busy(true);
     const requested = performance.now();
@@ -88,7 +96,7 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
       return true;
     };
     try {
-      const { blob, info } = await picture(mine.body);
+      const { blob, info } = await picture(mine.body, { signal: mine.stop.signal });
       const received = performance.now();
       landed();
       const bitmap = await createImageBitmap(blob);
@@ -102,7 +110,7 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
       const timing = { requested, received, shown, quality, width, height, server: info };
       timings.push(timing);
       if (timings.length > TIMINGS_MAX) timings.splice(0, timings.length - TIMINGS_MAX);
-      if (quality === "motion") pace.record(shown - requested, info, mine.period);
+      if (quality === "motion") pace.record(shown - requested, info, mine.period, mine.smallest);
       show(bitmap, { view: mine.view, timing, blob });
     } catch (error) {
       const newest = landed();

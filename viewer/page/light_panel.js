@@ -3,6 +3,7 @@
 import { ball } from "./ball.js";
 import { directions } from "./camera.js";
 import { bind, check, group, hint, make, slider } from "./controls.js";
+import { modePatch } from "./look_panel.js";
 import { store } from "./store.js";
 import { volumes } from "./volumes.js";
 
@@ -19,7 +20,7 @@ export function mountLight(panel) {
   const on = check({
     label: "Light surfaces",
     read: lit,
-    write: (value) => ({ view: { light: { on: value } } }),
+    write: (value) => modePatch(value ? "shaded" : "composite", store.state.view),
     enabled: ({ view }) => view.mode === "composite",
   });
   const eye = check({

@@ -1,6 +1,7 @@
 // What is shown of the samples along a ray, and on which ground.
 
 import { bind, check, choice, colour } from "./controls.js";
+import { store } from "./store.js";
 import { volumes } from "./volumes.js";
 
 export const MODES = [
@@ -13,12 +14,16 @@ export const MODES = [
 ];
 
 export const modeOf = ({ mode, light }) => (mode === "composite" && light.on ? "shaded" : mode);
-export const modePatch = (name) => ({
-  view:
-    name === "composite" || name === "shaded"
-      ? { mode: "composite", light: { on: name === "shaded" } }
-      : { mode: name },
-});
+// Surfaces are lit better where they are dense: a density that nobody chose is LIT_DENSITY under light.
+const LIT_DENSITY = 6;
+
+export function modePatch(name, { opacity_scale }) {
+  if (name !== "composite" && name !== "shaded") return { view: { mode: name } };
+  const on = name === "shaded";
+  const patch = { mode: "composite", light: { on } };
+  if (opacity_scale === (on ? 1 : LIT_DENSITY)) patch.opacity_scale = on ? LIT_DENSITY : 1;
+  return { view: patch };
+}
 
 export function mountLook(panel) {
   const mirror = check({
@@ -32,7 +37,7 @@ export function mountLook(panel) {
     mirror.element.hidden = !volumes.current()?.mirrored && !state.view.mirror;
   };
   const update = bind(panel, [
-    choice({ label: "Mode", options: MODES, read: (state) => modeOf(state.view), write: modePatch }),
+    choice({ label: "Mode", options: MODES, read: (state) => modeOf(state.view), write: (name) => modePatch(name, store.state.view) }),
     colour({
       label: "Background",
       read: (state) => state.view.background,

@@ -28,6 +28,7 @@ export function mountView3d(canvas, told) {
         motion: page.motion,
         width: size.width * size.ratio,
         height: size.height * size.ratio,
+        ratio: size.ratio,
         build: (width, height) => requestView(view, width, height),
       };
     },
@@ -111,9 +112,9 @@ export function mountView3d(canvas, told) {
   };
   listenToGestures(canvas, hand);
 
-  // To another camera in FLIGHT_MS, one step of undoing; what is touched meanwhile ends it.
+  // To another camera in FLIGHT_MS, one step of undoing; whoever moves the camera meanwhile ends it.
   let flight = 0;
-  function fly(to) {
+  function fly({ fov, ...to }) {
     const from = current();
     const start = performance.now();
     const mine = ++flight;
@@ -121,12 +122,11 @@ export function mountView3d(canvas, told) {
     const turned = (key, part) => from[key] + math.wrapDegrees(to[key] - from[key]) * part;
     let last = from;
     const step = (now) => {
-      if (mine !== flight || (current() !== last && !same(current(), last))) return;
-      const part = Math.min(1, (now - start) / FLIGHT_MS);
-      const eased = part * part * (3 - 2 * part);
+      if (mine !== flight || Object.keys(to).some((key) => !same(current()[key], last[key]))) return;
+      const part = Math.min(1, Math.max(0, (now - start) / FLIGHT_MS));
       if (part === 1) return store.set({ view: { camera: to } });
+      const eased = part * part * (3 - 2 * part);
       last = math.tidy({
-        ...to,
         azimuth: turned("azimuth", eased),
         elevation: from.elevation + (to.elevation - from.elevation) * eased,
         roll: turned("roll", eased),
