@@ -209,7 +209,7 @@ static void test_nifti_dims(void **state)
         read_fails(DIMS(-3, 2, 3, 2, 1), CVOL_ERROR_FORMAT, "dim[0] is -3", "");
         read_fails(DIMS(3, 2, 0, 2, 1), CVOL_ERROR_FORMAT, "dim[2] is 0", "");
         read_fails(DIMS(3, 2, 3, -2, 1), CVOL_ERROR_FORMAT, "dim[3] is -2", "");
-        read_fails(DIMS(4, 2, 3, 2, 7), CVOL_ERROR_ARGUMENT, "has 7 volumes", "--index 0 to 6");
+        read_fails(DIMS(4, 2, 3, 2, 7), CVOL_ERROR_ARGUMENT, "has 7 volumes", "--time 0 to 6");
         read_fails(DIMS(3, 2, 3, 3, 1), CVOL_ERROR_FORMAT, "12 of the 18 bytes", "");
         read_fails(DIMS(3, 2, 3, 1, 1), CVOL_ERROR_FORMAT, "6 bytes more", "");
         read_fails(DIMS(3, 30000, 30000, 70, 1), CVOL_ERROR_FORMAT, "12 of the 63000000000", "");

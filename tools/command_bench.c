@@ -152,6 +152,8 @@ int command_bench(int argc, char **argv)
     scene s;
     memset(&s, 0, sizeof s);
     int status = parse_command_line(&line, argc, argv);
+    if (status < 0)
+        choose_default_engine(&a, line.positionals[1]);
     if (status >= 0 || (status = check_render_arguments(&s, &a)))
         return status;
     if (strcmp(line.positionals[0], "render"))

@@ -32,7 +32,8 @@ static const char examples[] =
     "  cvol compress wave.nrrd w.cvol --transform dft --block 0 --keep 16,1000\n"
     "  cvol compress 'run_*.nrrd' -o run.cvol --time-step 2.5  a time series\n"
     "  cvol compress dapi.tif gfp.tif -o cell.cvol --as channels --channel-names DAPI,GFP\n"
-    "  cvol compress ct.mha ct.cvol --bricks 32,32,16          a plane reads 7 % of the file, not 26 to 100;\n"
+    "  cvol compress ct.mha ct.cvol --bricks 32,32,16          a plane reads 7 % of the file, not "
+    "26 to 100;\n"
     "                                                          1.5 to 7.5 % more bytes\n"
     "  cvol compress brain.png brain.cvi --psnr 40             a picture\n";
 
@@ -304,8 +305,14 @@ int compress_to_array(cvol_context *context, compress_arguments *arguments, cons
     int status = open_input(context, &in, in_path, &arguments->common);
     if (!status)
         status = find_attributes(&attributes, &in, arguments->attributes);
-    if (!status && in.array)
+    if (!status && in.array) {
+        clear_progress();
+        fprintf(stderr,
+                "cvol: %s: is compressed already; what follows is measured against what it decodes "
+                "to\n",
+                in_path);
         status = need_volume(context, &in);
+    }
     int code = 0;
     if (!status)
         code = m->truncate ? truncate_samples(context, array, in.volume, m)

@@ -166,6 +166,8 @@ int command_render(int argc, char **argv)
     scene s;
     memset(&s, 0, sizeof s);
     int status = parse_command_line(&line, argc, argv);
+    if (status < 0)
+        choose_default_engine(&a, inputs[0]);
     if (status < 0 && !(status = check_render_arguments(&s, &a)) && !(status = check_view(&a)) &&
         !(status = check_many(&a, inputs, line.all_count)) &&
         !(status = check_maps(&s, &a, line.all_count)) && !(status = check_over_time(&a)) &&

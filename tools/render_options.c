@@ -266,6 +266,12 @@ static int choose_ground(render_arguments *a)
     return EXIT_DONE;
 }
 
+void choose_default_engine(render_arguments *a, const char *path)
+{
+    if (!a->engine_name)
+        a->engine_name = cvol_file_kind_of(path) == CVOL_FILE_BAKED ? "transform" : "sheet";
+}
+
 int check_render_arguments(scene *s, render_arguments *a)
 {
     s->options = cvol_render_options_defaults();

@@ -60,7 +60,7 @@ typedef struct render_arguments {
 
 #define RENDER_ARGUMENTS_DEFAULTS                                                         \
     {                                                                                     \
-        .engine_name = "sheet", .transfer_name = "auto", .size = {512, 512}, .zoom = 1,   \
+        .transfer_name = "auto", .size = {512, 512}, .zoom = 1,                           \
         .views = 12, .repeat = 3, .opacity_scale = 1, .bits = 8, .quality = 90, .fps = 25 \
     }
 
@@ -294,6 +294,8 @@ static inline int is_grey_mode(cvol_mode mode)
     return mode == CVOL_MODE_XRAY || mode == CVOL_MODE_MIP || mode == CVOL_MODE_MIN;
 }
 
+/* What engine it is unless one was given: the one that can draw the file. */
+void choose_default_engine(render_arguments *a, const char *path);
 /* Checks the names and numbers of the options, and sets the mode's where it was not given. Exit
  * status. */
 int check_render_arguments(scene *s, render_arguments *arguments);

@@ -119,6 +119,19 @@ static const double *window_of(double window[2], const scene *s, const render_ar
     return window;
 }
 
+/* A window that no sample lies in leaves nothing to be seen, or one grey: that is said. */
+static void note_empty_window(cvol_context *context, const scene *s, const double window[2],
+                              const char *path)
+{
+    cvol_histogram h;
+    if (find_histogram(context, &h, s) || (window[1] >= h.min && window[0] <= h.max))
+        return;
+    clear_progress();
+    fprintf(stderr, "cvol: %s: the window, %g to %g, holds no sample: they are %g to %g\n", path,
+            s->rescale[0] * window[0] + s->rescale[1], s->rescale[0] * window[1] + s->rescale[1],
+            s->rescale[0] * h.min + s->rescale[1], s->rescale[0] * h.max + s->rescale[1]);
+}
+
 /* Mode composite. Exit status. */
 static int set_transfer(cvol_context *context, scene *s, const render_arguments *a,
                         const char *path)
@@ -129,6 +142,8 @@ static int set_transfer(cvol_context *context, scene *s, const render_arguments 
     if (status)
         return status;
     const double *window = window_of(ends, s, a);
+    if (window)
+        note_empty_window(context, s, window, path);
     int code = cvol_transfer_create_adjusted(context, &s->transfer, named, window,
                                              a->opacity_scale);
     cvol_transfer_free(named);
@@ -180,7 +195,7 @@ int choose_values(cvol_context *context, scene *s, const render_arguments *a, co
     if (a->window_auto)
         return fit_window(context, s);
     if (a->window_text)
-        window_of(s->options.window, s, a);
+        note_empty_window(context, s, window_of(s->options.window, s, a), path);
     else if (s->shared && is_grey_mode(s->options.mode)) {
         s->options.window[0] = s->shared->min;
         s->options.window[1] = s->shared->max;

@@ -61,7 +61,7 @@ int cvol_axes_choose(cvol_context *context, cvol_axes *axes, cvol_grid *grid, co
     int code = choose(context, axes, l.channel, path, "channel", "--channel", options->has_channel,
                       options->channel);
     if (!code)
-        code = choose(context, axes, l.index, path, "volume", "--index", options->has_index,
+        code = choose(context, axes, l.index, path, "volume", "--time", options->has_index,
                       options->index);
     return code;
 }

@@ -293,7 +293,7 @@ static int choose_time(cvol_context *context, cvol_dicom_series *s, const char *
                              path, times, cvol_input_name(s->heads[s->slices[0].head].path), here,
                              cvol_input_name(s->heads[s->slices[at].head].path));
     }
-    int code = cvol_format_choose(context, &time, path, "volume", "--index", times,
+    int code = cvol_format_choose(context, &time, path, "volume", "--time", times,
                                   options->has_index, options->index);
     for (size_t at = 0; !code && at < s->count; at += times)
         s->slices[kept++] = s->slices[at + time];

@@ -339,7 +339,7 @@ static int choose_volume(nifti *n, cvol_stored *stored, const cvol_read_options 
     int code = cvol_format_choose(n->context, &channel, n->path, "channel", "--channel",
                                   n->channels, options->has_channel, options->channel);
     if (!code)
-        code = cvol_format_choose(n->context, &index, n->path, "volume", "--index", n->volumes,
+        code = cvol_format_choose(n->context, &index, n->path, "volume", "--time", n->volumes,
                                   options->has_index, options->index);
     if (!code) /* or products below might overflow */
         code = cvol_grid_check_within(n->context, &n->grid, n->path, UINT64_MAX);

@@ -129,7 +129,7 @@ int cvol_format_choose(cvol_context *context, size_t *out, const char *path, con
                        const char *option, size_t count, int has_choice, int choice)
 {
     *out = has_choice && choice >= 0 ? (size_t)choice : 0;
-    if (!strcmp(option, "--index"))
+    if (!strcmp(option, "--time"))
         context->found_times = count;
     if (!strcmp(option, "--channel"))
         context->found_channels = count;

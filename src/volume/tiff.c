@@ -213,7 +213,7 @@ static int choose_slices(cvol_context *context, stack *s, cvol_tiff_stack *said,
     int code = cvol_format_choose(context, &channel, path, "channel", "--channel",
                                   said->channels * samples, options->has_channel, options->channel);
     if (!code)
-        code = cvol_format_choose(context, &time, path, "volume", "--index", said->times,
+        code = cvol_format_choose(context, &time, path, "volume", "--time", said->times,
                                   options->has_index, options->index);
     if (code)
         return code;

@@ -108,7 +108,10 @@ expect_failure 2 'keeps rho 0.3, 0.5 is asked for' cvol render baked.cvol -o c.p
 expect_failure 2 'was baked unlit' cvol render baked.cvol -o c.png $size --shade
 expect_failure 2 'light at 1,-2,3' cvol render lit.cvol -o c.png $size --shade --light 3,2,1
 expect_failure 2 'under dct with tiles of 16' cvol render baked.cvol -o c.png $size --spectrum dft
-expect_failure 2 'engine sheet cannot draw' cvol render baked.cvol -o c.png
+expect_failure 2 'engine sheet cannot draw' cvol render baked.cvol -o c.png --engine sheet
+expect_done cvol render baked.cvol -o alone.png --size 40x30
+expect_done cvol render baked.cvol -o told.png --size 40x30 --engine transform
+expect_same_file alone.png told.png
 expect_failure 2 'engine ray cannot draw' cvol render baked.cvol -o c.png --engine ray
 expect_failure 2 '--level is for others' cvol render baked.cvol -o c.png $size --level 1
 expect_failure 1 'is a baked volume' cvol decompress baked.cvol c.nrrd

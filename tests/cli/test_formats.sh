@@ -40,7 +40,7 @@ check_kind hdf5 .h5
 
 if [ -e tiff/imagej.tif ]; then
     expect_failure 2 'imagej.tif: has 3 channels; choose one with --channel 0 to 2' cvol info tiff/imagej.tif
-    expect_failure 2 'imagej.tif: has 2 volumes; choose one with --index 0 to 1' \
+    expect_failure 2 'imagej.tif: has 2 volumes; choose one with --time 0 to 1' \
         cvol info tiff/imagej.tif --channel 0
     expect_failure 2 'imagej.tif: channel 3 was asked for, but it has 3' \
         cvol render tiff/imagej.tif -o x.png --channel 3
@@ -69,7 +69,7 @@ if [ -e dicom/series ]; then
     expect_failure 2 "two: has 2 series, of which '7' is none or several; choose one" \
         cvol info dicom/two --series 7
     expect_status 0 cvol render dicom/two --series 2 -o two.png --size 32
-    expect_failure 2 'times: has 2 volumes; choose one with --index 0 to 1' cvol info dicom/times
+    expect_failure 2 'times: has 2 volumes; choose one with --time 0 to 1' cvol info dicom/times
     expect_failure 1 'gap: slices are missing, 1 as it seems: behind 1.dcm the next one is 3 mm away, others are 1.5' \
         cvol info dicom/gap
     expect_done cvol info dicom/gap --spacing 1,1,1
@@ -81,7 +81,7 @@ fi
 # ---- NumPy, MRC ---------------------------------------------------------------------------------
 
 if [ -e npy/four.npy ]; then
-    expect_failure 2 'four.npy: has 3 volumes; choose one with --index 0 to 2' cvol info npy/four.npy
+    expect_failure 2 'four.npy: has 3 volumes; choose one with --time 0 to 2' cvol info npy/four.npy
     expect_failure 1 "long.npy: 'descr' is '<i8'" cvol info npy/long.npy
     head -c 200 npy/lu2.npy >cut.npy
     expect_failure 1 'cut.npy: holds 72 bytes of samples' cvol info cut.npy
@@ -110,12 +110,12 @@ if [ -e hdf5/many.h5 ]; then
     expect_failure 1 "many.h5:/long: its dataset's type is not supported" cvol info hdf5/many.h5:/long
     expect_failure 2 'arrays.h5:/five: has 3 channels; choose one with --channel 0 to 2' \
         cvol info hdf5/arrays.h5:/five
-    expect_failure 2 'arrays.h5:/five: has 2 volumes; choose one with --index 0 to 1' \
+    expect_failure 2 'arrays.h5:/five: has 2 volumes; choose one with --time 0 to 1' \
         cvol info hdf5/arrays.h5:/five --channel 0
     expect_failure 2 'arrays.h5:/colours: has 3 channels' cvol info hdf5/arrays.h5:/colours
     expect_failure 1 'arrays.h5:/seven: its array has 7 axes, and axis 0 has 2 places; five can be read' \
         cvol info hdf5/arrays.h5:/seven
-    expect_failure 2 'four.h5: has 3 volumes; choose one with --index 0 to 2' cvol info hdf5/four.h5
+    expect_failure 2 'four.h5: has 3 volumes; choose one with --time 0 to 2' cvol info hdf5/four.h5
     head -c 3000 hdf5/one.h5 >cut.h5
     expect_failure 1 'cut.h5: ' cvol info cut.h5
 fi
