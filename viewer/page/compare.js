@@ -10,127 +10,127 @@ const NONE = { mode: "side", other: null, gain: 8 };
 carryInLink("compare", NONE);
 
 export function mount(panel, { store, api, volumes, stage, view3d }) {
-    if (!store.state.page.compare) store.set({ page: { compare: NONE } }, { undo: false });
-    const compare = () => store.state.page.compare;
-    const set = (patch, how) => store.set({ page: patch }, { undo: false, ...how });
-    const status = statusLine();
+  store.set({ page: { compare: { ...NONE, ...store.state.page.compare } } }, { undo: false });
+  const compare = () => store.state.page.compare;
+  const set = (patch, how) => store.set({ page: patch }, { undo: false, ...how });
+  const status = statusLine();
 
-    // ---- on the stage ----------------------------------------------------------------------------
+  // ---- on the stage ----------------------------------------------------------------------------
 
-    const label = element("p", { class: "second-label" });
-    const notice = element("p", { class: "second-notice", role: "status" });
-    const second = createSecondView(stage.compare, {
-        hand: (view3d || window.cvol?.view3d)?.hand,
-        shown: showFigures,
-        failed: (sentence) => (notice.textContent = sentence || ""),
-    });
-    stage.compare.append(label, notice);
+  const label = element("p", { class: "second-label" });
+  const notice = element("p", { class: "second-notice", role: "status" });
+  const second = createSecondView(stage.compare, {
+    hand: (view3d || window.cvol?.view3d)?.hand,
+    shown: showFigures,
+    failed: (sentence) => (notice.textContent = sentence || ""),
+  });
+  stage.compare.append(label, notice);
 
-    // ---- in the panel ----------------------------------------------------------------------------
+  // ---- in the panel ----------------------------------------------------------------------------
 
-    const choices = { off: "Off", side: "Side by side", difference: "Difference" };
-    const radios = Object.entries(choices).map(([value, text]) =>
-        element(
-            "label",
-            {},
-            element("input", { type: "radio", name: "compare-mode", value, onchange: () => choose(value) }),
-            text,
-        ),
+  const choices = { off: "Off", side: "Side by side", difference: "Difference" };
+  const radios = Object.entries(choices).map(([value, text]) =>
+    element(
+      "label",
+      {},
+      element("input", { type: "radio", name: "compare-mode", value, onchange: () => choose(value) }),
+      text,
+    ),
+  );
+  const other = field(
+    "With",
+    element("select", { onchange: () => set({ compare: { other: other.input.value || null } }) }),
+  );
+  const gain = logSlider(1, 100, { oninput: () => amplify(true), onchange: () => amplify(false) });
+  const gainOut = element("output", {});
+  const gainField = field("Gain", gain.input, gainOut);
+  const smaller = createSmallerCopy({ api, volumes, viewer: second.viewer, made: madeCopy });
+  panel.classList.add("panel-compare");
+  panel.append(
+    element("div", { class: "choice", role: "radiogroup", "aria-label": "Comparing" }, ...radios),
+    other.node,
+    gainField.node,
+    status.node,
+    smaller.node,
+  );
+
+  function choose(mode) {
+    if (mode === "off") return set({ layout: "single" });
+    const chosen = volumes.get(compare().other) ? compare().other : (others()[0]?.id ?? null);
+    set({ layout: "compare", compare: { mode, other: chosen } });
+    if (!chosen) status.say("Choose how small, below: the copy is then seen beside this volume.");
+  }
+
+  function madeCopy(volume) {
+    if (volume) set({ layout: "compare", compare: { other: volume.id } });
+    else set({ layout: "single", compare: { other: null } });
+  }
+
+  function amplify(live) {
+    set({ compare: { gain: Number(gain.get().toPrecision(2)) } }, { live });
+  }
+
+  // ---- showing ---------------------------------------------------------------------------------
+
+  const others = () => volumes.list().filter(({ id }) => id !== store.state.view.volume);
+
+  function nameOf(volume) {
+    if (volume.state === "failed") return `${volume.name}: failed`;
+    if (volume.state !== "ready") return `${volume.name}: ${volume.doing?.what || volume.state}`;
+    return `${volume.name}, ${bytesText(volume.compressed_bytes)}`;
+  }
+
+  function showFigures({ server }) {
+    if (server.psnr_db === undefined) return;
+    const parts = [
+      `PSNR ${decibels(server.psnr_db)}`,
+      server.psnr_foreground_db !== undefined && `foreground ${decibels(server.psnr_foreground_db)}`,
+      server.ssim !== undefined && `SSIM ${server.ssim.toFixed(4)}`,
+    ];
+    const text = parts.filter(Boolean).join(" · ");
+    status.say(text);
+    label.textContent = `Difference × ${compare().gain} · ${text}`;
+  }
+
+  const decibels = (value) => (value === null || value > 200 ? "no difference" : `${value.toFixed(1)} dB`);
+
+  function show() {
+    const { mode, other: id, gain: times } = compare();
+    const on = store.state.page.layout === "compare";
+    for (const radio of radios) radio.firstChild.checked = radio.firstChild.value === (on ? mode : "off");
+    options(
+      other.input,
+      others().length ? others().map((volume) => [volume.id, nameOf(volume)]) : [["", "no other volume yet"]],
+      id ?? "",
     );
-    const other = field(
-        "With",
-        element("select", { onchange: () => set({ compare: { other: other.input.value || null } }) }),
-    );
-    const gain = logSlider(1, 100, { oninput: () => amplify(true), onchange: () => amplify(false) });
-    const gainOut = element("output", {});
-    const gainField = field("Gain", gain.input, gainOut);
-    const smaller = createSmallerCopy({ api, volumes, viewer: second.viewer, made: madeCopy });
-    panel.classList.add("panel-compare");
-    panel.append(
-        element("div", { class: "choice", role: "radiogroup", "aria-label": "Comparing" }, ...radios),
-        other.node,
-        gainField.node,
-        status.node,
-        smaller.node,
-    );
-
-    function choose(mode) {
-        if (mode === "off") return set({ layout: "single" });
-        const chosen = volumes.get(compare().other) ? compare().other : (others()[0]?.id ?? null);
-        set({ layout: "compare", compare: { mode, other: chosen } });
-        if (!chosen) status.say("Choose how small, below: the copy is then seen beside this volume.");
+    other.input.disabled = !others().length;
+    if (!volumes.get(id) && others().length && on) return set({ compare: { other: others()[0].id } });
+    gainField.node.hidden = !on || mode !== "difference";
+    gain.set(times, `${times} times`);
+    gainOut.value = `× ${times}`;
+    const volume = volumes.get(id);
+    const facts = volume?.state === "ready" && [
+      volume.name,
+      `1/${volume.ratio.toPrecision(3)}`,
+      bytesText(volume.compressed_bytes),
+      volume.psnr_db !== null && `PSNR ${volume.psnr_db.toFixed(1)} dB`,
+    ];
+    if (mode === "side" || !volume) {
+      label.textContent = facts ? facts.filter(Boolean).join(" · ") : "";
+      if (volume && on) status.say("");
     }
+    if (on) notice.textContent = volume ? notice.textContent : "No other volume yet: make a smaller copy.";
+    second.canvas.hidden = !volume;
+  }
 
-    function madeCopy(volume) {
-        if (volume) set({ layout: "compare", compare: { other: volume.id } });
-        else set({ layout: "single", compare: { other: null } });
-    }
-
-    function amplify(live) {
-        set({ compare: { gain: Number(gain.get().toPrecision(2)) } }, { live });
-    }
-
-    // ---- showing ---------------------------------------------------------------------------------
-
-    const others = () => volumes.list().filter(({ id }) => id !== store.state.view.volume);
-
-    function nameOf(volume) {
-        if (volume.state === "failed") return `${volume.name}: failed`;
-        if (volume.state !== "ready") return `${volume.name}: ${volume.doing?.what || volume.state}`;
-        return `${volume.name}, ${bytesText(volume.compressed_bytes)}`;
-    }
-
-    function showFigures({ server }) {
-        if (server.psnr_db === undefined) return;
-        const parts = [
-            `PSNR ${decibels(server.psnr_db)}`,
-            server.psnr_foreground_db !== undefined && `foreground ${decibels(server.psnr_foreground_db)}`,
-            server.ssim !== undefined && `SSIM ${server.ssim.toFixed(4)}`,
-        ];
-        const text = parts.filter(Boolean).join(" · ");
-        status.say(text);
-        label.textContent = `Difference × ${compare().gain} · ${text}`;
-    }
-
-    const decibels = (value) => (value === null || value > 200 ? "no difference" : `${value.toFixed(1)} dB`);
-
-    function show() {
-        const { mode, other: id, gain: times } = compare();
-        const on = store.state.page.layout === "compare";
-        for (const radio of radios) radio.firstChild.checked = radio.firstChild.value === (on ? mode : "off");
-        options(
-            other.input,
-            others().length ? others().map((volume) => [volume.id, nameOf(volume)]) : [["", "no other volume yet"]],
-            id ?? "",
-        );
-        other.input.disabled = !others().length;
-        if (!volumes.get(id) && others().length && on) return set({ compare: { other: others()[0].id } });
-        gainField.node.hidden = !on || mode !== "difference";
-        gain.set(times, `${times} times`);
-        gainOut.value = `× ${times}`;
-        const volume = volumes.get(id);
-        const facts = volume?.state === "ready" && [
-            volume.name,
-            `1/${volume.ratio.toPrecision(3)}`,
-            bytesText(volume.compressed_bytes),
-            volume.psnr_db !== null && `PSNR ${volume.psnr_db.toFixed(1)} dB`,
-        ];
-        if (mode === "side" || !volume) {
-            label.textContent = facts ? facts.filter(Boolean).join(" · ") : "";
-            if (volume && on) status.say("");
-        }
-        if (on) notice.textContent = volume ? notice.textContent : "No other volume yet: make a smaller copy.";
-        second.canvas.hidden = !volume;
-    }
-
-    volumes.subscribe(show);
-    store.subscribe((state, previous) => {
-        if (
-            state.page.compare !== previous.page.compare ||
-            state.page.layout !== previous.page.layout ||
-            state.view.volume !== previous.view.volume
-        )
-            show();
-    });
-    show();
+  volumes.subscribe(show);
+  store.subscribe((state, previous) => {
+    if (
+      state.page.compare !== previous.page.compare ||
+      state.page.layout !== previous.page.layout ||
+      state.view.volume !== previous.view.volume
+    )
+      show();
+  });
+  show();
 }

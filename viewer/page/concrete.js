@@ -2,24 +2,24 @@
 
 /** resolve(view, volume): as it is seen of `volume`, with points for a transfer function's name and so on. */
 export function createResolver(api) {
-    const known = new Map();
+  const known = new Map();
 
-    async function pointsOf(id, name) {
-        const key = `${id} ${name}`;
-        if (!known.has(key)) {
-            if (known.size > 50) known.clear();
-            known.set(key, (await api.transfer(id, name)).points);
-        }
-        return known.get(key);
+  async function pointsOf(id, name) {
+    const key = `${id} ${name}`;
+    if (!known.has(key)) {
+      if (known.size > 50) known.clear();
+      known.set(key, (await api.transfer(id, name)).points);
     }
+    return known.get(key);
+  }
 
-    return async function resolve(view, volume) {
-        const out = { ...view };
-        if (view.mode === "composite" && typeof view.transfer === "string")
-            out.transfer = await pointsOf(volume.id, view.transfer).catch(() => view.transfer);
-        if (["xray", "mip", "min"].includes(view.mode) && !view.window) out.window = [volume.min, volume.max];
-        if (view.mode === "iso" && view.surface.value === null)
-            out.surface = { ...view.surface, value: (volume.min + volume.max) / 2 };
-        return out;
-    };
+  return async function resolve(view, volume) {
+    const out = { ...view };
+    if (view.mode === "composite" && typeof view.transfer === "string")
+      out.transfer = await pointsOf(volume.id, view.transfer).catch(() => view.transfer);
+    if (["xray", "mip", "min"].includes(view.mode) && !view.window) out.window = [volume.min, volume.max];
+    if (view.mode === "iso" && view.surface.value === null)
+      out.surface = { ...view.surface, value: (volume.min + volume.max) / 2 };
+    return out;
+  };
 }

@@ -8,142 +8,142 @@ import { requestView } from "./view.js";
 
 const SIZE_MAX = 8192;
 const SIZES = {
-    screen: "As on the screen",
-    "1024x1024": "1024 × 1024",
-    "1920x1080": "1920 × 1080",
-    "2048x2048": "2048 × 2048",
-    "3840x2160": "3840 × 2160",
-    "8192x8192": "8192 × 8192",
-    own: "Own",
+  screen: "As on the screen",
+  "1024x1024": "1024 × 1024",
+  "1920x1080": "1920 × 1080",
+  "2048x2048": "2048 × 2048",
+  "3840x2160": "3840 × 2160",
+  "8192x8192": "8192 × 8192",
+  own: "Own",
 };
 
 export function mount(panel, { store, api, volumes, stage }) {
-    // ---- size ------------------------------------------------------------------------------------
+  // ---- size ------------------------------------------------------------------------------------
 
-    const number = (value) =>
-        element("input", {
-            type: "number",
-            min: 1,
-            max: SIZE_MAX,
-            step: 1,
-            value,
-            oninput: typeSize,
-            onchange: checkSize,
-        });
-    const choice = field("Size", element("select", { onchange: chooseSize }));
-    const width = field("Width", number(1024));
-    const height = field("Height", number(1024));
-    choice.node.classList.add("whole");
-    options(choice.input, Object.entries(SIZES), "screen");
+  const number = (value) =>
+    element("input", {
+      type: "number",
+      min: 1,
+      max: SIZE_MAX,
+      step: 1,
+      value,
+      oninput: typeSize,
+      onchange: checkSize,
+    });
+  const choice = field("Size", element("select", { onchange: chooseSize }));
+  const width = field("Width", number(1024));
+  const height = field("Height", number(1024));
+  choice.node.classList.add("whole");
+  options(choice.input, Object.entries(SIZES), "screen");
 
-    const size = () => [width.input, height.input].map((input) => Math.round(Number(input.value)) || 1);
+  const size = () => [width.input, height.input].map((input) => Math.round(Number(input.value)) || 1);
 
-    function chooseSize() {
-        const screen = [stage.canvas.clientWidth, stage.canvas.clientHeight].map((n) =>
-            Math.min(SIZE_MAX, Math.max(1, Math.round(n * (devicePixelRatio || 1)))),
-        );
-        if (choice.input.value === "own") return;
-        const wanted = choice.input.value === "screen" ? screen : choice.input.value.split("x");
-        [width.input.value, height.input.value] = wanted;
-        sizeChanged();
-    }
-
-    function typeSize() {
-        choice.input.value = "own";
-        sizeChanged();
-    }
-
-    function checkSize() {
-        for (const { input } of [width, height])
-            input.value = Math.min(SIZE_MAX, Math.max(1, Math.round(Number(input.value)) || 1));
-        sizeChanged();
-    }
-
-    function sizeChanged() {
-        film.tell();
-        command.later();
-    }
-
-    // ---- picture ---------------------------------------------------------------------------------
-
-    const pictureStatus = statusLine();
-    const pictureButton = button("Save PNG", savePicture);
-    const picture = element(
-        "fieldset",
-        { class: "panel-group" },
-        element("legend", {}, "Picture"),
-        element("div", { class: "field-grid pairs" }, choice.node, width.node, height.node),
-        element("div", { class: "buttons" }, pictureButton),
-        pictureStatus.node,
+  function chooseSize() {
+    const screen = [stage.canvas.clientWidth, stage.canvas.clientHeight].map((n) =>
+      Math.min(SIZE_MAX, Math.max(1, Math.round(n * (devicePixelRatio || 1)))),
     );
-    let pictures = 0;
+    if (choice.input.value === "own") return;
+    const wanted = choice.input.value === "screen" ? screen : choice.input.value.split("x");
+    [width.input.value, height.input.value] = wanted;
+    sizeChanged();
+  }
 
-    async function savePicture() {
-        const [w, h] = size();
-        pictureButton.disabled = true;
-        pictureStatus.say(`Rendering ${w} × ${h}…`);
-        try {
-            const { blob } = await api.frame({
-                view: requestView(store.state.view, w, h),
-                quality: "still",
-                format: "png",
-                viewer: `export-${Math.random().toString(36).slice(2)}`,
-                sequence: ++pictures,
-            });
-            const name = `${stem(volumes.current())}-${w}x${h}.png`;
-            download(blob, name);
-            pictureStatus.say(`${name}: ${bytesText(blob.size)}.`);
-        } catch (error) {
-            pictureStatus.say(error.message, true);
-        }
-        pictureButton.disabled = false;
+  function typeSize() {
+    choice.input.value = "own";
+    sizeChanged();
+  }
+
+  function checkSize() {
+    for (const { input } of [width, height])
+      input.value = Math.min(SIZE_MAX, Math.max(1, Math.round(Number(input.value)) || 1));
+    sizeChanged();
+  }
+
+  function sizeChanged() {
+    film.tell();
+    command.later();
+  }
+
+  // ---- picture ---------------------------------------------------------------------------------
+
+  const pictureStatus = statusLine();
+  const pictureButton = button("Save PNG", savePicture);
+  const picture = element(
+    "fieldset",
+    { class: "panel-group" },
+    element("legend", {}, "Picture"),
+    element("div", { class: "field-grid pairs" }, choice.node, width.node, height.node),
+    element("div", { class: "buttons" }, pictureButton),
+    pictureStatus.node,
+  );
+  let pictures = 0;
+
+  async function savePicture() {
+    const [w, h] = size();
+    pictureButton.disabled = true;
+    pictureStatus.say(`Rendering ${w} × ${h}…`);
+    try {
+      const { blob } = await api.frame({
+        view: requestView(store.state.view, w, h),
+        quality: "still",
+        format: "png",
+        viewer: `export-${Math.random().toString(36).slice(2)}`,
+        sequence: ++pictures,
+      });
+      const name = `${stem(volumes.current())}-${w}x${h}.png`;
+      download(blob, name);
+      pictureStatus.say(`${name}: ${bytesText(blob.size)}.`);
+    } catch (error) {
+      pictureStatus.say(error.message, true);
     }
+    pictureButton.disabled = false;
+  }
 
-    // ---- film, command, link ---------------------------------------------------------------------
+  // ---- film, command, link ---------------------------------------------------------------------
 
-    const film = createFilm({ store, api, volumes, size });
-    const command = createCommandLine({ store, api, volumes, size });
+  const film = createFilm({ store, api, volumes, size });
+  const command = createCommandLine({ store, api, volumes, size });
 
-    const linkStatus = statusLine();
-    const linkText = field(
-        "Opens this view again, while the program runs",
-        element("input", { type: "text", readonly: true }),
-    );
-    const link = element(
-        "fieldset",
-        { class: "panel-group" },
-        element("legend", {}, "Link"),
-        linkText.node,
-        element(
-            "div",
-            { class: "buttons" },
-            button("Copy", () => {
-                linkText.input.value = linkOf(store.state);
-                copyFrom(linkText.input, linkStatus, "Link");
-            }),
-        ),
-        linkStatus.node,
-    );
-
-    panel.classList.add("panel-export");
-    panel.append(picture, film.node, command.node, link);
-
-    let sized = false;
-    function show() {
+  const linkStatus = statusLine();
+  const linkText = field(
+    "Opens this view again, while the program runs",
+    element("input", { type: "text", readonly: true }),
+  );
+  const link = element(
+    "fieldset",
+    { class: "panel-group" },
+    element("legend", {}, "Link"),
+    linkText.node,
+    element(
+      "div",
+      { class: "buttons" },
+      button("Copy", () => {
         linkText.input.value = linkOf(store.state);
-        if (!sized && stage.canvas.clientWidth > 1) {
-            sized = true;
-            chooseSize();
-        }
+        copyFrom(linkText.input, linkStatus, "Link");
+      }),
+    ),
+    linkStatus.node,
+  );
+
+  panel.classList.add("panel-export");
+  panel.append(picture, film.node, command.node, link);
+
+  let sized = false;
+  function show() {
+    linkText.input.value = linkOf(store.state);
+    if (!sized && stage.canvas.clientWidth > 1) {
+      sized = true;
+      chooseSize();
     }
-    new ResizeObserver(() => {
-        if (choice.input.value === "screen") chooseSize();
-        show();
-    }).observe(stage.canvas);
-    store.subscribe((state, previous, { live } = {}) => !live && show());
-    api.about().then(
-        ({ film_formats: formats }) => film.offer(formats?.length ? formats : ["png"]),
-        () => film.offer(["png"]),
-    );
+  }
+  new ResizeObserver(() => {
+    if (choice.input.value === "screen") chooseSize();
     show();
+  }).observe(stage.canvas);
+  store.subscribe((state, previous, { live } = {}) => !live && show());
+  api.about().then(
+    ({ film_formats: formats }) => film.offer(formats?.length ? formats : ["png"]),
+    () => film.offer(["png"]),
+  );
+  show();
 }

@@ -9,107 +9,106 @@ const WORDS = { gif: "GIF", webp: "WebP", png: "PNG, numbered", mp4: "MP4" };
 
 /** `size()`: [width, height] as the panel has them. */
 export function createFilm({ store, api, volumes, size }) {
-    const status = statusLine();
-    const number = (value, min, max, oninput) =>
-        element("input", { type: "number", value, min, max, step: 1, oninput });
-    const frames = field("Pictures", number(72, 1, 10000, tell));
-    const fps = field("Pictures a second", number(25, 1, 100, tell));
-    const degrees = field("Degrees", element("input", { type: "number", value: 360, step: "any" }));
-    const format = field("Format", element("select"));
-    const progress = element("progress", { max: 1, value: 0, hidden: true, "aria-label": "Film" });
-    const start = button("Make the film", make);
-    const cancel = button("Cancel", stop, { hidden: true });
-    const save = element("a", { class: "button", hidden: true }, "Save the film");
-    const length = element("p", { class: "hint" });
-    const node = element(
-        "fieldset",
-        { class: "panel-group" },
-        element("legend", {}, "Film"),
-        element("div", { class: "field-grid pairs" }, frames.node, fps.node, degrees.node, format.node),
-        length,
-        progress,
-        status.node,
-        element("div", { class: "buttons" }, start, cancel, save),
-    );
-    let running = null;
+  const status = statusLine();
+  const number = (value, min, max, oninput) => element("input", { type: "number", value, min, max, step: 1, oninput });
+  const frames = field("Pictures", number(72, 1, 10000, tell));
+  const fps = field("Pictures a second", number(25, 1, 100, tell));
+  const degrees = field("Degrees", element("input", { type: "number", value: 360, step: "any" }));
+  const format = field("Format", element("select"));
+  const progress = element("progress", { max: 1, value: 0, hidden: true, "aria-label": "Film" });
+  const start = button("Make the film", make);
+  const cancel = button("Cancel", stop, { hidden: true });
+  const save = element("a", { class: "button", hidden: true }, "Save the film");
+  const length = element("p", { class: "hint" });
+  const node = element(
+    "fieldset",
+    { class: "panel-group" },
+    element("legend", {}, "Film"),
+    element("div", { class: "field-grid pairs" }, frames.node, fps.node, degrees.node, format.node),
+    length,
+    progress,
+    status.node,
+    element("div", { class: "buttons" }, start, cancel, save),
+  );
+  let running = null;
 
-    function tell() {
-        const seconds = Number(frames.input.value) / Number(fps.input.value);
-        length.textContent = Number.isFinite(seconds)
-            ? `${Number(seconds.toPrecision(3))} seconds of ${size().join(" × ")} pixels, from where the camera is.`
-            : "";
+  function tell() {
+    const seconds = Number(frames.input.value) / Number(fps.input.value);
+    length.textContent = Number.isFinite(seconds)
+      ? `${Number(seconds.toPrecision(3))} seconds of ${size().join(" × ")} pixels, from where the camera is.`
+      : "";
+  }
+
+  function showRunning(yes) {
+    progress.hidden = !yes;
+    cancel.hidden = !yes;
+    start.disabled = yes;
+  }
+
+  async function make() {
+    save.hidden = true;
+    if (running) await api.removeFilm(running).catch(() => {});
+    running = null;
+    try {
+      const film = await api.film({
+        view: requestView(store.state.view, ...size()),
+        frames: Number(frames.input.value),
+        fps: Number(fps.input.value),
+        degrees: Number(degrees.input.value),
+        format: format.input.value,
+      });
+      running = film.id;
+      showRunning(true);
+      status.say("Making the film…");
+      await follow(film.id, format.input.value);
+    } catch (error) {
+      showRunning(false);
+      status.say(error.message, true);
     }
+  }
 
-    function showRunning(yes) {
-        progress.hidden = !yes;
-        cancel.hidden = !yes;
-        start.disabled = yes;
-    }
-
-    async function make() {
-        save.hidden = true;
-        if (running) await api.removeFilm(running).catch(() => {});
-        running = null;
-        try {
-            const film = await api.film({
-                view: requestView(store.state.view, ...size()),
-                frames: Number(frames.input.value),
-                fps: Number(fps.input.value),
-                degrees: Number(degrees.input.value),
-                format: format.input.value,
-            });
-            running = film.id;
-            showRunning(true);
-            status.say("Making the film…");
-            await follow(film.id, format.input.value);
-        } catch (error) {
-            showRunning(false);
-            status.say(error.message, true);
-        }
-    }
-
-    async function follow(id, kind) {
-        while (running === id) {
-            const film = await api.filmState(id);
-            if (running !== id) return;
-            progress.value = film.fraction;
-            if (film.state === "failed") throw new Error(film.error);
-            if (film.state === "done") {
-                showRunning(false);
-                status.say(`The film is ready${film.bytes ? `: ${bytesText(film.bytes)}` : ""}.`);
-                save.href = api.filmAddress(id);
-                save.download = `${stem(volumes.current())}.${ENDINGS[kind] || kind}`;
-                save.hidden = false;
-                save.focus();
-                return;
-            }
-            await new Promise((resolve) => setTimeout(resolve, POLL_MS));
-        }
-    }
-
-    async function stop() {
-        const id = running;
-        running = null;
+  async function follow(id, kind) {
+    while (running === id) {
+      const film = await api.filmState(id);
+      if (running !== id) return;
+      progress.value = film.fraction;
+      if (film.state === "failed") throw new Error(film.error);
+      if (film.state === "done") {
         showRunning(false);
-        status.say("Cancelled.");
-        start.focus();
-        try {
-            await api.removeFilm(id);
-        } catch (error) {
-            status.say(error.message, true);
-        }
+        status.say(`The film is ready${film.bytes ? `: ${bytesText(film.bytes)}` : ""}.`);
+        save.href = api.filmAddress(id);
+        save.download = `${stem(volumes.current())}.${ENDINGS[kind] || kind}`;
+        save.hidden = false;
+        save.focus();
+        return;
+      }
+      await new Promise((resolve) => setTimeout(resolve, POLL_MS));
     }
+  }
 
-    tell();
-    return {
-        node,
-        tell,
-        offer(formats) {
-            options(
-                format.input,
-                formats.map((name) => [name, WORDS[name] || name.toUpperCase()]),
-                formats.includes("webp") ? "webp" : formats[0],
-            );
-        },
-    };
+  async function stop() {
+    const id = running;
+    running = null;
+    showRunning(false);
+    status.say("Cancelled.");
+    start.focus();
+    try {
+      await api.removeFilm(id);
+    } catch (error) {
+      status.say(error.message, true);
+    }
+  }
+
+  tell();
+  return {
+    node,
+    tell,
+    offer(formats) {
+      options(
+        format.input,
+        formats.map((name) => [name, WORDS[name] || name.toUpperCase()]),
+        formats.includes("webp") ? "webp" : formats[0],
+      );
+    },
+  };
 }

@@ -3,39 +3,34 @@
 const RADIANS = Math.PI / 180;
 
 function eyeOf({ azimuth, elevation }) {
-    const [a, e] = [azimuth * RADIANS, elevation * RADIANS];
-    return [Math.cos(e) * Math.sin(a), -Math.cos(e) * Math.cos(a), Math.sin(e)];
+  const [a, e] = [azimuth * RADIANS, elevation * RADIANS];
+  return [Math.cos(e) * Math.sin(a), -Math.cos(e) * Math.cos(a), Math.sin(e)];
 }
 
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-
 /**
- * [[at the low end, at the high end] of x, y, z] as letters R L A P I S; null where it is not known: volumes that do not
- * say how they lie have left and right as one sees the picture, a patient's are the patient's own.
+ * [[at the low end, at the high end] of x, y, z] as letters R L A P I S; null where the file does not say how the volume
+ * lies in a patient.
  */
 export function lettersOf(volume) {
-    const { left, front, top } = volume.views || {};
-    if (!left || !front || !top) return null;
-    const eyes = [left, front, top].map(eyeOf);
-    const handed = dot(eyes[0], cross(eyes[1], eyes[2]));
-    if (Math.abs(handed) < 0.5 || (handed > 0 && !volume.mirrored)) return null;
-    const names = [
-        ["L", "R"],
-        ["A", "P"],
-        ["S", "I"],
-    ];
-    return [0, 1, 2].map((axis) => {
-        const along = eyes.map((eye) => eye[axis]);
-        const k = along.map(Math.abs).indexOf(Math.max(...along.map(Math.abs)));
-        const [at, opposite] = names[k];
-        return along[k] > 0 ? [opposite, at] : [at, opposite];
-    });
+  const { left, front, top } = volume.views || {};
+  if (!volume.patient || !left || !front || !top) return null;
+  const eyes = [left, front, top].map(eyeOf);
+  const names = [
+    ["L", "R"],
+    ["A", "P"],
+    ["S", "I"],
+  ];
+  return [0, 1, 2].map((axis) => {
+    const along = eyes.map((eye) => eye[axis]);
+    const k = along.map(Math.abs).indexOf(Math.max(...along.map(Math.abs)));
+    const [at, opposite] = names[k];
+    return along[k] > 0 ? [opposite, at] : [at, opposite];
+  });
 }
 
 /** What a slice across an axis is called. */
 export function planeName(letters, axis) {
-    if (!letters) return "xyz"[axis].toUpperCase();
-    const word = { L: "Sagittal", R: "Sagittal", A: "Coronal", P: "Coronal", S: "Axial", I: "Axial" };
-    return word[letters[axis][0]];
+  if (!letters) return "xyz"[axis].toUpperCase();
+  const word = { L: "Sagittal", R: "Sagittal", A: "Coronal", P: "Coronal", S: "Axial", I: "Axial" };
+  return word[letters[axis][0]];
 }

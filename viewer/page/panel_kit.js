@@ -3,127 +3,127 @@
 const SVG = "http://www.w3.org/2000/svg";
 
 function fill(node, attributes, children) {
-    for (const [name, value] of Object.entries(attributes)) {
-        if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
-        else if (value === true) node.setAttribute(name, "");
-        else if (value !== false && value !== null && value !== undefined) node.setAttribute(name, value);
-    }
-    node.append(...children.filter((child) => child !== null && child !== undefined));
-    return node;
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name.startsWith("on")) node.addEventListener(name.slice(2), value);
+    else if (value === true) node.setAttribute(name, "");
+    else if (value !== false && value !== null && value !== undefined) node.setAttribute(name, value);
+  }
+  node.append(...children.filter((child) => child !== null && child !== undefined));
+  return node;
 }
 
 /** An element with attributes ("onclick" and so on: listeners) and children. */
 export function element(name, attributes = {}, ...children) {
-    return fill(document.createElement(name), attributes, children);
+  return fill(document.createElement(name), attributes, children);
 }
 
 /** The same of SVG. */
 export function shape(name, attributes = {}, ...children) {
-    return fill(document.createElementNS(SVG, name), attributes, children);
+  return fill(document.createElementNS(SVG, name), attributes, children);
 }
 
 export function button(text, onclick, attributes = {}) {
-    return element("button", { type: "button", class: "button", onclick, ...attributes }, text);
+  return element("button", { type: "button", class: "button", onclick, ...attributes }, text);
 }
 
 let fields = 0;
 
 /** A label above what it names: {node, input}. */
 export function field(label, input, after = null) {
-    input.id ||= `panel-field-${++fields}`;
-    const row = after === null ? [input] : [element("span", { class: "field-row" }, input, after)];
-    return { node: element("div", { class: "field" }, element("label", { for: input.id }, label), ...row), input };
+  input.id ||= `panel-field-${++fields}`;
+  const row = after === null ? [input] : [element("span", { class: "field-row" }, input, after)];
+  return { node: element("div", { class: "field" }, element("label", { for: input.id }, label), ...row), input };
 }
 
 export function options(select, choices, chosen) {
-    select.replaceChildren(
-        ...choices.map(([value, text]) => element("option", { value, selected: value === chosen }, text)),
-    );
+  select.replaceChildren(
+    ...choices.map(([value, text]) => element("option", { value, selected: value === chosen }, text)),
+  );
 }
 
 /** A slider of a quantity's logarithm between two bounds: {input, get(), set(value)}. */
 export function logSlider(low, high, attributes = {}) {
-    const input = element("input", { type: "range", min: 0, max: 1000, step: 1, ...attributes });
-    return {
-        input,
-        get: () => low * (high / low) ** (Number(input.value) / 1000),
-        set: (value, said) => {
-            const clamped = Math.min(high, Math.max(low, value));
-            input.value = Math.round((1000 * Math.log(clamped / low)) / Math.log(high / low));
-            input.setAttribute("aria-valuetext", said);
-        },
-    };
+  const input = element("input", { type: "range", min: 0, max: 1000, step: 1, ...attributes });
+  return {
+    input,
+    get: () => low * (high / low) ** (Number(input.value) / 1000),
+    set: (value, said) => {
+      const clamped = Math.min(high, Math.max(low, value));
+      input.value = Math.round((1000 * Math.log(clamped / low)) / Math.log(high / low));
+      input.setAttribute("aria-valuetext", said);
+    },
+  };
 }
 
 /** Runs one job at a time; of those asked for meanwhile, the newest alone. */
 export function newestOnly(job) {
-    let running = false;
-    let next = null;
-    return async function ask(...wanted) {
-        next = wanted;
-        if (running) return;
-        running = true;
-        try {
-            while (next) {
-                const now = next;
-                next = null;
-                await job(...now);
-            }
-        } finally {
-            running = false;
-        }
-    };
+  let running = false;
+  let next = null;
+  return async function ask(...wanted) {
+    next = wanted;
+    if (running) return;
+    running = true;
+    try {
+      while (next) {
+        const now = next;
+        next = null;
+        await job(...now);
+      }
+    } finally {
+      running = false;
+    }
+  };
 }
 
 /** A line that says what happened, read out when it changes. */
 export function statusLine() {
-    const node = element("p", { class: "panel-status", role: "status" });
-    return {
-        node,
-        say(text, bad = false) {
-            node.textContent = text;
-            node.classList.toggle("bad", bad);
-        },
-    };
+  const node = element("p", { class: "panel-status", role: "status" });
+  return {
+    node,
+    say(text, bad = false) {
+      node.textContent = text;
+      node.classList.toggle("bad", bad);
+    },
+  };
 }
 
 export function download(content, name, type = "application/json") {
-    const address = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type }));
-    const link = element("a", { href: address, download: name });
-    document.body.append(link);
-    link.click();
-    link.remove();
-    setTimeout(() => URL.revokeObjectURL(address), 60000);
+  const address = URL.createObjectURL(content instanceof Blob ? content : new Blob([content], { type }));
+  const link = element("a", { href: address, download: name });
+  document.body.append(link);
+  link.click();
+  link.remove();
+  setTimeout(() => URL.revokeObjectURL(address), 60000);
 }
 
 /** Copies text from a text field: by the clipboard where the browser lets us, else by selecting it. */
 export async function copyFrom(area, status, what) {
-    area.select();
-    try {
-        await navigator.clipboard.writeText(area.value);
-        status.say(`${what} copied.`);
-    } catch {
-        const done = document.execCommand && document.execCommand("copy");
-        status.say(done ? `${what} copied.` : `${what} selected: copy it with Ctrl+C.`, !done);
-    }
+  area.select();
+  try {
+    await navigator.clipboard.writeText(area.value);
+    status.say(`${what} copied.`);
+  } catch {
+    const done = document.execCommand && document.execCommand("copy");
+    status.say(done ? `${what} copied.` : `${what} selected: copy it with Ctrl+C.`, !done);
+  }
 }
 
 /** The name of a volume's file without its endings. */
 export function stem(volume) {
-    return (volume?.name || "volume").replace(
-        /\.(cvol|nii\.gz|nii|nrrd|nhdr|mha|mhd|tiff?|npy|vti|raw|dcm|mrc|vtk|h5)$/i,
-        "",
-    );
+  return (volume?.name || "volume").replace(
+    /\.(cvol|nii\.gz|nii|nrrd|nhdr|mha|mhd|tiff?|npy|vti|raw|dcm|mrc|vtk|h5)$/i,
+    "",
+  );
 }
 
 export function bytesText(bytes) {
-    const units = ["bytes", "kB", "MB", "GB", "TB"];
-    let unit = 0;
-    while (bytes >= 999.5 && unit < units.length - 1) {
-        bytes /= 1000;
-        unit++;
-    }
-    return `${unit === 0 ? bytes : bytes.toPrecision(3)} ${units[unit]}`;
+  const units = ["bytes", "kB", "MB", "GB", "TB"];
+  let unit = 0;
+  while (bytes >= 999.5 && unit < units.length - 1) {
+    bytes /= 1000;
+    unit++;
+  }
+  return `${unit === 0 ? bytes : bytes.toPrecision(3)} ${units[unit]}`;
 }
 
 export const clamp = (value, low, high) => Math.min(high, Math.max(low, value));

@@ -18,78 +18,75 @@ function sameValues(a, b) {
 
 /** `hand`: what the first view does with gestures. told: {shown(info), failed(sentence or null)}. */
 export function createSecondView(box, { hand, shown, failed }) {
-    const canvas = element("canvas", {
-        class: "second-canvas",
-        width: 1,
-        height: 1,
-        tabindex: hand ? 0 : null,
-        role: hand ? "application" : "img",
-        "aria-label": "Second 3-D view. Arrow keys turn both.",
-    });
-    box.append(canvas);
-    const context = canvas.getContext("2d", { alpha: false });
-    const resolve = createResolver(api);
-    const comparison = () => store.state.page.compare;
-    let view = null; // what is asked for: the first view's, all of it told
-    let resolving = 0;
+  const canvas = element("canvas", {
+    class: "second-canvas",
+    width: 1,
+    height: 1,
+    tabindex: hand ? 0 : null,
+    role: hand ? "application" : "img",
+    "aria-label": "Second 3-D view. Arrow keys turn both.",
+  });
+  box.append(canvas);
+  const context = canvas.getContext("2d", { alpha: false });
+  const resolve = createResolver(api);
+  const comparison = () => store.state.page.compare;
+  let view = null; // what is asked for: the first view's, all of it told
+  let resolving = 0;
 
-    function ready() {
-        const other = volumes.get(comparison().other);
-        return (
-            store.state.page.layout === "compare" && other?.state === "ready" && volumes.current()?.state === "ready"
-        );
-    }
+  function ready() {
+    const other = volumes.get(comparison().other);
+    return store.state.page.layout === "compare" && other?.state === "ready" && volumes.current()?.state === "ready";
+  }
 
-    const frames = createFrames({
-        picture: (request, options) =>
-            comparison().mode === "difference" ? api.difference(request, options) : api.frame(request, options),
-        request() {
-            if (!ready() || !view || document.hidden || box.clientWidth < 2) return null;
-            const { mode, other, gain } = comparison();
-            const ratio = devicePixelRatio || 1;
-            return {
-                view,
-                motion: store.state.page.motion,
-                width: box.clientWidth * ratio,
-                height: box.clientHeight * ratio,
-                build: (width, height) =>
-                    requestView(mode === "difference" ? view : { ...view, volume: other }, width, height),
-                more: mode === "difference" ? { other, gain } : {},
-            };
-        },
-        show(bitmap, frame) {
-            if (canvas.width !== bitmap.width) canvas.width = bitmap.width;
-            if (canvas.height !== bitmap.height) canvas.height = bitmap.height;
-            context.drawImage(bitmap, 0, 0);
-            bitmap.close();
-            canvas.dataset.quality = frame.timing.quality;
-            failed(null);
-            shown(frame.timing);
-        },
-        fail: (error) => failed(error.message),
-    });
+  const frames = createFrames({
+    picture: (request, options) =>
+      comparison().mode === "difference" ? api.difference(request, options) : api.frame(request, options),
+    request() {
+      if (!ready() || !view || document.hidden || box.clientWidth < 2) return null;
+      const { mode, other, gain } = comparison();
+      const ratio = devicePixelRatio || 1;
+      return {
+        view,
+        motion: store.state.page.motion,
+        width: box.clientWidth * ratio,
+        height: box.clientHeight * ratio,
+        build: (width, height) => requestView(mode === "difference" ? view : { ...view, volume: other }, width, height),
+        more: mode === "difference" ? { other, gain } : {},
+      };
+    },
+    show(bitmap, frame) {
+      if (canvas.width !== bitmap.width) canvas.width = bitmap.width;
+      if (canvas.height !== bitmap.height) canvas.height = bitmap.height;
+      context.drawImage(bitmap, 0, 0);
+      bitmap.close();
+      canvas.dataset.quality = frame.timing.quality;
+      failed(null);
+      shown(frame.timing);
+    },
+    fail: (error) => failed(error.message),
+  });
 
-    async function refresh() {
-        if (!ready()) return;
-        const mine = ++resolving;
-        const now = store.state.view;
-        const alike = comparison().mode === "difference" || sameValues(volumes.current(), volumes.get(comparison().other));
+  async function refresh() {
+    if (!ready()) return;
+    const mine = ++resolving;
+    const now = store.state.view;
+    const alike = comparison().mode === "difference" || sameValues(volumes.current(), volumes.get(comparison().other));
     const told = alike ? await resolve(now, volumes.current()) : now;
-        if (mine !== resolving) return;
-        view = told;
-        frames.moved();
-    }
+    if (mine !== resolving) return;
+    view = told;
+    frames.moved();
+  }
 
-    new ResizeObserver(refresh).observe(box);
-    store.subscribe((state, previous) => {
-        if (
-            state.view !== previous.view ||
-            state.page.compare !== previous.page.compare ||
-            state.page.layout !== previous.page.layout
-        )
-            refresh();
-    });
-    volumes.subscribe(refresh);
-    if (hand) listenToGestures(canvas, hand);
-    return { canvas, refresh, viewer: frames.viewer };
+  new ResizeObserver(refresh).observe(box);
+  store.subscribe((state, previous) => {
+    if (
+      state.view !== previous.view ||
+      state.page.compare !== previous.page.compare ||
+      state.page.layout !== previous.page.layout
+    )
+      refresh();
+  });
+  volumes.subscribe(refresh);
+  if (hand) listenToGestures(canvas, hand);
+  return { canvas, refresh, viewer: frames.viewer };
 }

@@ -4,89 +4,89 @@ import { bytesText, button, element, field, logSlider, statusLine } from "./pane
 
 /** `made(volume)` is called with each copy that became ready. */
 export function createSmallerCopy({ api, volumes, viewer, made }) {
-    const status = statusLine();
-    const progress = element("progress", { max: 1, hidden: true, "aria-label": "Compressing" });
-    const out = element("output", {});
-    const ratio = logSlider(5, 500, { oninput: preview, onchange: ask });
-    const ratioField = field("Ratio of what is kept", ratio.input, out);
-    const drop = button("Remove the copy", remove, { hidden: true });
-    const node = element(
-        "fieldset",
-        { class: "panel-group" },
-        element("legend", {}, "How small can I go?"),
-        ratioField.node,
-        progress,
-        status.node,
-        element("div", { class: "buttons" }, drop),
-    );
-    let copy = null; // its id
-    let told = false; // whether made() heard of it
+  const status = statusLine();
+  const progress = element("progress", { max: 1, hidden: true, "aria-label": "Compressing" });
+  const out = element("output", {});
+  const ratio = logSlider(5, 500, { oninput: preview, onchange: ask });
+  const ratioField = field("Ratio of what is kept", ratio.input, out);
+  const drop = button("Remove the copy", remove, { hidden: true });
+  const node = element(
+    "fieldset",
+    { class: "panel-group" },
+    element("legend", {}, "How small can I go?"),
+    ratioField.node,
+    progress,
+    status.node,
+    element("div", { class: "buttons" }, drop),
+  );
+  let copy = null; // its id
+  let told = false; // whether made() heard of it
 
-    const wanted = () => Number(ratio.get().toPrecision(2));
+  const wanted = () => Number(ratio.get().toPrecision(2));
 
-    function base() {
-        const current = volumes.current();
-        return volumes.get(current?.parent) || current;
+  function base() {
+    const current = volumes.current();
+    return volumes.get(current?.parent) || current;
+  }
+
+  function preview() {
+    const { raw_bytes: raw } = base() || {};
+    ratio.set(ratio.get(), `one ${wanted()}th`);
+    out.value = `1/${wanted()}`;
+    if (raw) status.say(`About ${bytesText(Math.round(raw / wanted()))} of ${bytesText(raw)}. Let go to see it.`);
+  }
+
+  async function ask() {
+    preview();
+    const from = base();
+    if (from?.state !== "ready") return;
+    try {
+      const begun = await api.copy(from.id, { ratio: wanted(), viewer });
+      copy = begun.id;
+      told = false;
+      progress.hidden = false;
+      progress.removeAttribute("value");
+      status.say(`Compressing to 1/${wanted()}…`);
+      await volumes.refresh();
+    } catch (error) {
+      status.say(error.message, true);
     }
+  }
 
-    function preview() {
-        const { raw_bytes: raw } = base() || {};
-        ratio.set(ratio.get(), `one ${wanted()}th`);
-        out.value = `1/${wanted()}`;
-        if (raw) status.say(`About ${bytesText(Math.round(raw / wanted()))} of ${bytesText(raw)}. Let go to see it.`);
+  async function remove() {
+    const id = copy;
+    copy = null;
+    made(null);
+    try {
+      await api.remove(id);
+      status.say("");
+      await volumes.refresh();
+    } catch (error) {
+      status.say(error.message, true);
     }
+  }
 
-    async function ask() {
-        preview();
-        const from = base();
-        if (from?.state !== "ready") return;
-        try {
-            const begun = await api.copy(from.id, { ratio: wanted(), viewer });
-            copy = begun.id;
-            told = false;
-            progress.hidden = false;
-            progress.removeAttribute("value");
-            status.say(`Compressing to 1/${wanted()}…`);
-            await volumes.refresh();
-        } catch (error) {
-            status.say(error.message, true);
-        }
-    }
+  function follow() {
+    const volume = copy && volumes.get(copy);
+    drop.hidden = !volume;
+    progress.hidden = !volume || volume.state === "ready" || volume.state === "failed";
+    if (!volume) return;
+    if (volume.doing?.fraction > 0) progress.value = volume.doing.fraction;
+    if (volume.state === "failed") status.say(volume.error, true);
+    if (volume.state !== "ready" || told) return;
+    told = true;
+    const parts = [
+      `1/${volume.ratio.toPrecision(3)}`,
+      bytesText(volume.compressed_bytes),
+      volume.psnr_db !== null ? `PSNR ${volume.psnr_db.toFixed(1)} dB` : null,
+      volume.max_error !== null ? `largest error ${Number(volume.max_error.toPrecision(3))}` : null,
+    ];
+    status.say(parts.filter(Boolean).join(" · "));
+    made(volume);
+  }
 
-    async function remove() {
-        const id = copy;
-        copy = null;
-        made(null);
-        try {
-            await api.remove(id);
-            status.say("");
-            await volumes.refresh();
-        } catch (error) {
-            status.say(error.message, true);
-        }
-    }
-
-    function follow() {
-        const volume = copy && volumes.get(copy);
-        drop.hidden = !volume;
-        progress.hidden = !volume || volume.state === "ready" || volume.state === "failed";
-        if (!volume) return;
-        if (volume.doing?.fraction > 0) progress.value = volume.doing.fraction;
-        if (volume.state === "failed") status.say(volume.error, true);
-        if (volume.state !== "ready" || told) return;
-        told = true;
-        const parts = [
-            `1/${volume.ratio.toPrecision(3)}`,
-            bytesText(volume.compressed_bytes),
-            volume.psnr_db !== null ? `PSNR ${volume.psnr_db.toFixed(1)} dB` : null,
-            volume.max_error !== null ? `largest error ${Number(volume.max_error.toPrecision(3))}` : null,
-        ];
-        status.say(parts.filter(Boolean).join(" · "));
-        made(volume);
-    }
-
-    volumes.subscribe(follow);
-    ratio.set(60, "one 60th");
-    out.value = "1/60";
-    return { node };
+  volumes.subscribe(follow);
+  ratio.set(60, "one 60th");
+  out.value = "1/60";
+  return { node };
 }

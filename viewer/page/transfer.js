@@ -11,412 +11,414 @@ import { CT_WINDOWS, presetGroups, presetWord } from "./transfer_presets.js";
 const PROJECTIONS = ["xray", "mip", "min"];
 const OWN = "(own)";
 
+/** To begin with where no fitted function can be had. */
+function plainRamp({ min, max }) {
+  return [
+    [min, 0.1, 0.1, 0.1, 0],
+    [max, 1, 1, 1, 0.3],
+  ];
+}
+
 export function mount(panel, { store, api, volumes }) {
-    let about = { transfers: ["auto"], ct_transfers: [] };
-    let fitted = [[0, 0, 0, 0, 0]]; // the points of the named function, as they are fitted to this volume
-    let fittedOf = ""; // of which volume and name
-    let histogram = null;
-    let histogramOf = null;
-    let range = null; // the values shown
-    let logarithmic = true;
-    let whole = false; // whether all values are shown, not those that matter
-    const status = statusLine();
+  let about = { transfers: ["auto"], ct_transfers: [] };
+  let fitted = [[0, 0, 0, 0, 0]]; // the points of the named function, as they are fitted to this volume
+  let fittedOf = ""; // of which volume and name
+  let histogram = null;
+  let histogramOf = null;
+  let range = null; // the values shown
+  let logarithmic = true;
+  let whole = false; // whether all values are shown, not those that matter
+  const status = statusLine();
 
-    // ---- what is edited --------------------------------------------------------------------------
+  // ---- what is edited --------------------------------------------------------------------------
 
-    const volume = () => volumes.current();
-    const view = () => store.state.view;
-    const kind = () => (PROJECTIONS.includes(view().mode) ? "window" : view().mode === "iso" ? "surface" : "points");
+  const volume = () => volumes.current();
+  const view = () => store.state.view;
+  const kind = () => (PROJECTIONS.includes(view().mode) ? "window" : view().mode === "iso" ? "surface" : "points");
 
-    function points() {
-        const { transfer, window, surface } = view();
-        const bounds = histogram || { min: volume()?.min ?? 0, max: volume()?.max ?? 1 };
-        if (kind() === "window") {
-            const [black, white] = window || [bounds.min, bounds.max];
-            return [
-                [black, 0, 0, 0, 0],
-                [white, 1, 1, 1, 1],
-            ];
-        }
-        if (kind() === "surface") {
-            return [[surface.value ?? (bounds.min + bounds.max) / 2, ...surface.colour, 1]];
-        }
-        return typeof transfer === "string" ? fitted : transfer;
+  function points() {
+    const { transfer, window, surface } = view();
+    const bounds = histogram || { min: volume()?.min ?? 0, max: volume()?.max ?? 1 };
+    if (kind() === "window") {
+      const [black, white] = window || [bounds.min, bounds.max];
+      return [
+        [black, 0, 0, 0, 0],
+        [white, 1, 1, 1, 1],
+      ];
     }
-
-    function change(next, live) {
-        if (kind() === "window") store.set({ view: { window: [next[0][0], next[1][0]] } }, { live });
-        else if (kind() === "surface")
-            store.set({ view: { surface: { value: next[0][0], colour: next[0].slice(1, 4) } } }, { live });
-        else store.set({ view: { transfer: next } }, { live });
+    if (kind() === "surface") {
+      return [[surface.value ?? (bounds.min + bounds.max) / 2, ...surface.colour, 1]];
     }
+    return typeof transfer === "string" ? fitted : transfer;
+  }
 
-    // ---- elements --------------------------------------------------------------------------------
+  function change(next, live) {
+    if (kind() === "window") store.set({ view: { window: [next[0][0], next[1][0]] } }, { live });
+    else if (kind() === "surface")
+      store.set({ view: { surface: { value: next[0][0], colour: next[0].slice(1, 4) } } }, { live });
+    else store.set({ view: { transfer: next } }, { live });
+  }
 
-    const editor = createEditor({ changed: change, selected: showChosen });
+  // ---- elements --------------------------------------------------------------------------------
 
-    const preset = element("select", {
-        onchange: () => {
-            if (preset.value !== OWN) store.set({ view: { transfer: preset.value } });
-        },
-    });
-    const presetField = field("Preset", preset);
+  const editor = createEditor({ changed: change, selected: showChosen });
 
-    const toggle = (text, title, onclick) => button(text, onclick, { "aria-pressed": "false", title });
-    const logButton = toggle("Log", "Heights of the histogram: logarithms of the counts", () => {
-        logarithmic = !logarithmic;
-        show();
-    });
-    const wholeButton = toggle("All values", "Show all values there are, not those that matter", () => {
-        whole = !whole;
-        range = null;
-        show();
-    });
+  const preset = element("select", {
+    onchange: () => {
+      if (preset.value !== OWN) store.set({ view: { transfer: preset.value } });
+    },
+  });
+  const presetField = field("Preset", preset);
 
-    const valueInput = element("input", { type: "number", step: "any", onchange: typeValue });
-    const opacityInput = element("input", { type: "number", min: 0, max: 100, step: "any", onchange: typeOpacity });
-    const colourInput = element("input", {
-        type: "color",
-        oninput: () => paint(true),
-        onchange: () => paint(false),
-    });
-    const valueField = field("Value", valueInput);
-    const opacityField = field("Opacity, %", opacityInput);
-    const colourField = field("Colour", colourInput);
-    const addButton = button("Add", addAfter, { title: "Add a point after this one (Insert)" });
-    const deleteButton = button("Delete", () => editor.remove(editor.chosen), { title: "Delete this point (Delete)" });
-    const chosenTitle = element("legend", {}, "Point");
-    const chosenBox = element(
-        "fieldset",
-        { class: "panel-group chosen-point" },
-        chosenTitle,
-        element("div", { class: "field-grid" }, valueField.node, opacityField.node, colourField.node),
-        element("div", { class: "buttons" }, addButton, deleteButton),
+  const toggle = (text, title, onclick) => button(text, onclick, { "aria-pressed": "false", title });
+  const logButton = toggle("Log", "Heights of the histogram: logarithms of the counts", () => {
+    logarithmic = !logarithmic;
+    show();
+  });
+  const wholeButton = toggle("All values", "Show all values there are, not those that matter", () => {
+    whole = !whole;
+    range = null;
+    show();
+  });
+
+  const valueInput = element("input", { type: "number", step: "any", onchange: typeValue });
+  const opacityInput = element("input", { type: "number", min: 0, max: 100, step: "any", onchange: typeOpacity });
+  const colourInput = element("input", {
+    type: "color",
+    oninput: () => paint(true),
+    onchange: () => paint(false),
+  });
+  const valueField = field("Value", valueInput);
+  const opacityField = field("Opacity, %", opacityInput);
+  const colourField = field("Colour", colourInput);
+  const addButton = button("Add", addAfter, { title: "Add a point after this one (Insert)" });
+  const deleteButton = button("Delete", () => editor.remove(editor.chosen), { title: "Delete this point (Delete)" });
+  const chosenTitle = element("legend", {}, "Point");
+  const chosenBox = element(
+    "fieldset",
+    { class: "panel-group chosen-point" },
+    chosenTitle,
+    element("div", { class: "field-grid" }, valueField.node, opacityField.node, colourField.node),
+    element("div", { class: "buttons" }, addButton, deleteButton),
+  );
+
+  const levelInput = element("input", { type: "number", step: "any", onchange: typeWindow });
+  const widthInput = element("input", { type: "number", step: "any", onchange: typeWindow });
+  const levelField = field("Level", levelInput);
+  const widthField = field("Width", widthInput);
+  const windowButtons = element("div", { class: "buttons" });
+  const levelBox = element(
+    "fieldset",
+    { class: "panel-group" },
+    element("legend", {}, "Window"),
+    element("div", { class: "field-grid" }, levelField.node, widthField.node),
+    windowButtons,
+  );
+
+  const swatches = element("div", { class: "map-swatches" }, ...colourMaps.map(swatch));
+  const coloursBox = element("fieldset", { class: "panel-group" }, element("legend", {}, "Colour map"), swatches);
+
+  const density = logSlider(0.02, 50, {
+    oninput: () => scaleOpacity(true),
+    onchange: () => scaleOpacity(false),
+    ondblclick: () => store.set({ view: { opacity_scale: 1 } }),
+  });
+  const densityOut = element("output", {});
+  const densityField = field("Density", density.input, densityOut);
+
+  const fileInput = element("input", {
+    type: "file",
+    accept: ".json,application/json",
+    class: "unseen",
+    onchange: load,
+    tabindex: -1,
+    "aria-label": "Transfer function file",
+  });
+  const filesRow = element(
+    "div",
+    { class: "buttons" },
+    button("Save", save, { title: "A JSON file for cvol render --transfer" }),
+    button("Load…", () => fileInput.click(), { title: "A JSON file of cvol's or ParaView's" }),
+    fileInput,
+  );
+
+  const hint = element("p", { class: "hint" });
+  panel.classList.add("panel-transfer");
+  panel.append(
+    presetField.node,
+    element("div", { class: "editor-bar buttons" }, logButton, wholeButton),
+    editor.node,
+    hint,
+    chosenBox,
+    levelBox,
+    densityField.node,
+    coloursBox,
+    filesRow,
+    status.node,
+  );
+
+  function swatch(name) {
+    const stops = Array.from({ length: 9 }, (_, k) => hexOf(colourAt(name, k / 8)));
+    const bar = element("span", { class: "swatch-bar" });
+    bar.style.backgroundImage = `linear-gradient(to right, ${stops.join(", ")})`;
+    return button("", () => applyMap(name), {
+      class: "button swatch",
+      title: `${name}: these colours, opacities as they are`,
+    })
+      .appendChild(bar)
+      .parentNode.appendChild(element("span", {}, name)).parentNode;
+  }
+
+  // ---- doing -----------------------------------------------------------------------------------
+
+  function applyMap(name) {
+    store.set({ view: { transfer: coloured(points(), name) } });
+    status.say(`Colours of ${name}.`);
+  }
+
+  function addAfter() {
+    const all = points();
+    const [from, to] = [all[editor.chosen], all[editor.chosen + 1]];
+    editor.add(to ? (from[0] + to[0]) / 2 : from[0] + (range[1] - range[0]) / 20);
+  }
+
+  function typeValue() {
+    const value = meaningOf(volume()).from(Number(valueInput.value));
+    const all = points();
+    if (valueInput.value === "" || !Number.isFinite(value)) return showChosen();
+    return change(moved(all, editor.chosen, value, all[editor.chosen][4]), false);
+  }
+
+  function typeOpacity() {
+    const all = points();
+    if (opacityInput.value === "") return showChosen();
+    return change(moved(all, editor.chosen, all[editor.chosen][0], Number(opacityInput.value) / 100), false);
+  }
+
+  function paint(live) {
+    change(recoloured(points(), editor.chosen, rgbOf(colourInput.value)), live);
+  }
+
+  function setWindow(low, high) {
+    const all = points();
+    change(stretched(all, Math.min(low, high), Math.max(low, high)), false);
+  }
+
+  function typeWindow() {
+    const meaning = meaningOf(volume());
+    const [level, span] = [Number(levelInput.value), Math.abs(Number(widthInput.value))];
+    if (levelInput.value === "" || !(span > 0)) return showWindow();
+    return setWindow(meaning.from(level - span / 2), meaning.from(level + span / 2));
+  }
+
+  function scaleOpacity(live) {
+    const value = density.get();
+    // Near 1 it is 1: the way back without a double click
+    store.set(
+      { view: { opacity_scale: Math.abs(Math.log(value)) < 0.03 ? 1 : Number(value.toPrecision(3)) } },
+      { live },
     );
+  }
 
-    const levelInput = element("input", { type: "number", step: "any", onchange: typeWindow });
-    const widthInput = element("input", { type: "number", step: "any", onchange: typeWindow });
-    const levelField = field("Level", levelInput);
-    const widthField = field("Width", widthInput);
-    const windowButtons = element("div", { class: "buttons" });
-    const levelBox = element(
-        "fieldset",
-        { class: "panel-group" },
-        element("legend", {}, "Window"),
-        element("div", { class: "field-grid" }, levelField.node, widthField.node),
-        windowButtons,
+  function save() {
+    const rounded = points().map((point) => point.map((x) => Number(x.toPrecision(8))));
+    const lines = rounded.map((point) => `    ${JSON.stringify(point)}`);
+    download(`{\n  "points": [\n${lines.join(",\n")}\n  ]\n}\n`, `${stem(volume())}-transfer.json`);
+    status.say("Saved: cvol render --transfer takes it.");
+  }
+
+  async function load() {
+    const [file] = fileInput.files;
+    fileInput.value = "";
+    if (!file || !volume()) return;
+    try {
+      if (file.size > 1 << 20) throw new Error(`${file.name} has ${file.size} bytes, more than 1 MiB.`);
+      const { points: read } = await api.readTransfer(volume().id, await file.text());
+      store.set({ view: { transfer: read } });
+      range = null;
+      status.say(`${file.name}: ${read.length} points.`);
+    } catch (error) {
+      status.say(error.message, true);
+    }
+  }
+
+  // ---- showing ---------------------------------------------------------------------------------
+
+  function fit() {
+    const all = points();
+    const bounds = histogram || { min: volume()?.min ?? 0, max: volume()?.max ?? 1 };
+    let [low, high] = whole || !histogram ? [bounds.min, bounds.max] : robustRange(histogram, 0.0005, 0.0005);
+    const [first, last] = extent(all);
+    low = Math.min(low, first);
+    high = Math.max(high, last);
+    const air = 0.02 * (high - low || 1);
+    range = [low - air, high + air];
+  }
+
+  function showChosen() {
+    const meaning = meaningOf(volume());
+    const all = points();
+    const index = clamp(editor.chosen, 0, all.length - 1);
+    const point = all[index];
+    chosenTitle.textContent =
+      kind() === "points"
+        ? `Point ${index + 1} of ${all.length}`
+        : kind() === "window"
+          ? index
+            ? "White"
+            : "Black"
+          : "Surface";
+    valueField.node.firstChild.textContent = meaning.unit ? `Value, ${meaning.unit}` : "Value";
+    valueInput.value = Number(meaning.to(point[0]).toFixed(Math.min(meaning.digits + 1, 12)));
+    valueInput.step = meaning.step;
+    opacityInput.value = Number((point[4] * 100).toFixed(2));
+    colourInput.value = hexOf(point.slice(1, 4));
+    deleteButton.disabled = all.length < 2;
+  }
+
+  function showWindow() {
+    const meaning = meaningOf(volume());
+    const [low, high] = extent(points()).map(meaning.to);
+    const digits = Math.min(meaning.digits + 1, 12);
+    levelInput.value = Number(((low + high) / 2).toFixed(digits));
+    widthInput.value = Number(Math.abs(high - low).toFixed(digits));
+    levelField.node.firstChild.textContent = meaning.unit ? `Level, ${meaning.unit}` : "Level";
+    widthField.node.firstChild.textContent = meaning.unit ? `Width, ${meaning.unit}` : "Width";
+  }
+
+  function showWindowButtons() {
+    const named = volume()?.rescale && kind() === "window" ? CT_WINDOWS : [];
+    const meaning = meaningOf(volume());
+    const plain = [
+      [
+        "All values",
+        () => (kind() === "window" ? store.set({ view: { window: null } }) : setWindow(histogram.min, histogram.max)),
+      ],
+      ["Fit", () => setWindow(...robustRange(histogram))],
+    ];
+    windowButtons.replaceChildren(
+      ...(histogram ? plain.map(([text, act]) => button(text, act)) : []),
+      ...named.map(([text, level, span]) =>
+        button(text, () => setWindow(meaning.from(level - span / 2), meaning.from(level + span / 2))),
+      ),
     );
+  }
 
-    const swatches = element("div", { class: "map-swatches" }, ...colourMaps.map(swatch));
-    const coloursBox = element("fieldset", { class: "panel-group" }, element("legend", {}, "Colour map"), swatches);
+  function showPresets() {
+    const { transfer } = view();
+    const groups = presetGroups(about, volume()).map(([label, names]) =>
+      element("optgroup", { label }, ...names.map((name) => element("option", { value: name }, presetWord(name)))),
+    );
+    const own = element("option", { value: OWN, disabled: true, hidden: true }, "Edited");
+    preset.replaceChildren(own, ...groups);
+    preset.value = typeof transfer === "string" ? transfer : OWN;
+  }
 
-    const density = logSlider(0.02, 50, {
-        oninput: () => scaleOpacity(true),
-        onchange: () => scaleOpacity(false),
-        ondblclick: () => store.set({ view: { opacity_scale: 1 } }),
+  const HINTS = {
+    points:
+      "Drag points; click the line or double-click to add, drag out or press Delete to remove. Drag beside them: window and level.",
+    window: "Drag black and white, or beside them: across for the level, up and down for the width.",
+    surface: "Drag the line to the value whose surface is to be seen.",
+  };
+
+  function show() {
+    if (!range) fit();
+    editor.show({
+      kind: kind(),
+      points: points(),
+      histogram,
+      meaning: meaningOf(volume()),
+      logarithmic,
+      low: range[0],
+      high: range[1],
     });
-    const densityOut = element("output", {});
-    const densityField = field("Density", density.input, densityOut);
+    logButton.setAttribute("aria-pressed", logarithmic);
+    wholeButton.setAttribute("aria-pressed", whole);
+    hint.textContent = HINTS[kind()];
+    presetField.node.hidden = kind() !== "points";
+    densityField.node.hidden = kind() !== "points";
+    coloursBox.hidden = kind() !== "points";
+    filesRow.hidden = kind() !== "points";
+    levelBox.hidden = kind() === "surface";
+    opacityField.node.hidden = kind() !== "points";
+    colourField.node.hidden = kind() === "window";
+    addButton.parentNode.hidden = kind() !== "points";
+    preset.value = typeof view().transfer === "string" ? view().transfer : OWN;
+    const { opacity_scale: scale } = view();
+    density.set(scale, `${shortNumber(scale, 2)} times`);
+    densityOut.value = `× ${shortNumber(scale, 2)}`;
+    showChosen();
+    showWindow();
+  }
 
-    const fileInput = element("input", {
-        type: "file",
-        accept: ".json,application/json",
-        class: "unseen",
-        onchange: load,
-        tabindex: -1,
-        "aria-label": "Transfer function file",
-    });
-    const filesRow = element(
-        "div",
-        { class: "buttons" },
-        button("Save", save, { title: "A JSON file for cvol render --transfer" }),
-        button("Load…", () => fileInput.click(), { title: "A JSON file of cvol's or ParaView's" }),
-        fileInput,
-    );
+  // ---- fetching --------------------------------------------------------------------------------
 
-    const hint = element("p", { class: "hint" });
-    panel.classList.add("panel-transfer");
-    panel.append(
-        presetField.node,
-        element("div", { class: "editor-bar buttons" }, logButton, wholeButton),
-        editor.node,
-        hint,
-        chosenBox,
-        levelBox,
-        densityField.node,
-        coloursBox,
-        filesRow,
-        status.node,
-    );
-
-    function swatch(name) {
-        const stops = Array.from({ length: 9 }, (_, k) => hexOf(colourAt(name, k / 8)));
-        const bar = element("span", { class: "swatch-bar" });
-        bar.style.backgroundImage = `linear-gradient(to right, ${stops.join(", ")})`;
-        return button("", () => applyMap(name), {
-            class: "button swatch",
-            title: `${name}: these colours, opacities as they are`,
-        })
-            .appendChild(bar)
-            .parentNode.appendChild(element("span", {}, name)).parentNode;
+  async function fetchHistogram() {
+    const at = volume();
+    if (at?.state !== "ready" || histogramOf === at.id) return;
+    histogramOf = at.id;
+    histogram = null;
+    range = null;
+    try {
+      const read = await api.histogram(at.id);
+      if (histogramOf === at.id) histogram = read;
+    } catch (error) {
+      if (histogramOf === at.id) status.say(error.message, true);
     }
+    range = null;
+    showWindowButtons();
+    show();
+  }
 
-    // ---- doing -----------------------------------------------------------------------------------
-
-    function applyMap(name) {
-        store.set({ view: { transfer: coloured(points(), name) } });
-        status.say(`Colours of ${name}.`);
+  async function fetchFitted() {
+    const at = volume();
+    const { transfer } = view();
+    const wanted = `${at?.id} ${transfer}`;
+    if (at?.state !== "ready" || typeof transfer !== "string" || fittedOf === wanted) return;
+    fittedOf = wanted;
+    try {
+      const { points: read } = await api.transfer(at.id, transfer);
+      if (fittedOf !== wanted) return;
+      fitted = simplified(read);
+      range = null;
+      status.say("");
+    } catch (error) {
+      if (fittedOf !== wanted) return;
+      fittedOf = "";
+      status.say(error.message, true);
     }
+    show();
+  }
 
-    function addAfter() {
-        const all = points();
-        const [from, to] = [all[editor.chosen], all[editor.chosen + 1]];
-        editor.add(to ? (from[0] + to[0]) / 2 : from[0] + (range[1] - range[0]) / 20);
+  function refresh() {
+    showPresets();
+    showWindowButtons();
+    show();
+    fetchHistogram();
+    fetchFitted();
+  }
+
+  api.about().then(
+    (answer) => {
+      about = answer;
+      refresh();
+    },
+    (error) => status.say(error.message, true),
+  );
+  volumes.subscribe(refresh);
+  store.subscribe((state, previous, { live } = {}) => {
+    const changed = state.view.volume !== previous.view.volume || state.view.mode !== previous.view.mode;
+    if (changed) {
+      range = null;
+      refresh();
+    } else if (
+      ["transfer", "window", "surface", "opacity_scale"].some((name) => state.view[name] !== previous.view[name])
+    ) {
+      const [first, last] = extent(points());
+      if (!live && range && (first < range[0] || last > range[1])) range = null;
+      show();
+      if (!live) fetchFitted();
     }
-
-    function typeValue() {
-        const value = meaningOf(volume()).from(Number(valueInput.value));
-        const all = points();
-        if (valueInput.value === "" || !Number.isFinite(value)) return showChosen();
-        return change(moved(all, editor.chosen, value, all[editor.chosen][4]), false);
-    }
-
-    function typeOpacity() {
-        const all = points();
-        if (opacityInput.value === "") return showChosen();
-        return change(moved(all, editor.chosen, all[editor.chosen][0], Number(opacityInput.value) / 100), false);
-    }
-
-    function paint(live) {
-        change(recoloured(points(), editor.chosen, rgbOf(colourInput.value)), live);
-    }
-
-    function setWindow(low, high) {
-        const all = points();
-        change(stretched(all, Math.min(low, high), Math.max(low, high)), false);
-    }
-
-    function typeWindow() {
-        const meaning = meaningOf(volume());
-        const [level, span] = [Number(levelInput.value), Math.abs(Number(widthInput.value))];
-        if (levelInput.value === "" || !(span > 0)) return showWindow();
-        return setWindow(meaning.from(level - span / 2), meaning.from(level + span / 2));
-    }
-
-    function scaleOpacity(live) {
-        const value = density.get();
-        // Near 1 it is 1: the way back without a double click
-        store.set(
-            { view: { opacity_scale: Math.abs(Math.log(value)) < 0.03 ? 1 : Number(value.toPrecision(3)) } },
-            { live },
-        );
-    }
-
-    function save() {
-        const rounded = points().map((point) => point.map((x) => Number(x.toPrecision(8))));
-        const lines = rounded.map((point) => `    ${JSON.stringify(point)}`);
-        download(`{\n  "points": [\n${lines.join(",\n")}\n  ]\n}\n`, `${stem(volume())}-transfer.json`);
-        status.say("Saved: cvol render --transfer takes it.");
-    }
-
-    async function load() {
-        const [file] = fileInput.files;
-        fileInput.value = "";
-        if (!file || !volume()) return;
-        try {
-            if (file.size > 1 << 20) throw new Error(`${file.name} has ${file.size} bytes, more than 1 MiB.`);
-            const { points: read } = await api.readTransfer(volume().id, await file.text());
-            store.set({ view: { transfer: read } });
-            range = null;
-            status.say(`${file.name}: ${read.length} points.`);
-        } catch (error) {
-            status.say(error.message, true);
-        }
-    }
-
-    // ---- showing ---------------------------------------------------------------------------------
-
-    function fit() {
-        const all = points();
-        const bounds = histogram || { min: volume()?.min ?? 0, max: volume()?.max ?? 1 };
-        let [low, high] = whole || !histogram ? [bounds.min, bounds.max] : robustRange(histogram, 0.0005, 0.0005);
-        const [first, last] = extent(all);
-        low = Math.min(low, first);
-        high = Math.max(high, last);
-        const air = 0.02 * (high - low || 1);
-        range = [low - air, high + air];
-    }
-
-    function showChosen() {
-        const meaning = meaningOf(volume());
-        const all = points();
-        const index = clamp(editor.chosen, 0, all.length - 1);
-        const point = all[index];
-        chosenTitle.textContent =
-            kind() === "points"
-                ? `Point ${index + 1} of ${all.length}`
-                : kind() === "window"
-                  ? index
-                      ? "White"
-                      : "Black"
-                  : "Surface";
-        valueField.node.firstChild.textContent = meaning.unit ? `Value, ${meaning.unit}` : "Value";
-        valueInput.value = Number(meaning.to(point[0]).toFixed(Math.min(meaning.digits + 1, 12)));
-        valueInput.step = meaning.step;
-        opacityInput.value = Number((point[4] * 100).toFixed(2));
-        colourInput.value = hexOf(point.slice(1, 4));
-        deleteButton.disabled = all.length < 2;
-    }
-
-    function showWindow() {
-        const meaning = meaningOf(volume());
-        const [low, high] = extent(points()).map(meaning.to);
-        const digits = Math.min(meaning.digits + 1, 12);
-        levelInput.value = Number(((low + high) / 2).toFixed(digits));
-        widthInput.value = Number(Math.abs(high - low).toFixed(digits));
-        levelField.node.firstChild.textContent = meaning.unit ? `Level, ${meaning.unit}` : "Level";
-        widthField.node.firstChild.textContent = meaning.unit ? `Width, ${meaning.unit}` : "Width";
-    }
-
-    function showWindowButtons() {
-        const named = volume()?.rescale && kind() === "window" ? CT_WINDOWS : [];
-        const meaning = meaningOf(volume());
-        const plain = [
-            [
-                "All values",
-                () =>
-                    kind() === "window"
-                        ? store.set({ view: { window: null } })
-                        : setWindow(histogram.min, histogram.max),
-            ],
-            ["Fit", () => setWindow(...robustRange(histogram))],
-        ];
-        windowButtons.replaceChildren(
-            ...(histogram ? plain.map(([text, act]) => button(text, act)) : []),
-            ...named.map(([text, level, span]) =>
-                button(text, () => setWindow(meaning.from(level - span / 2), meaning.from(level + span / 2))),
-            ),
-        );
-    }
-
-    function showPresets() {
-        const { transfer } = view();
-        const groups = presetGroups(about, volume()).map(([label, names]) =>
-            element(
-                "optgroup",
-                { label },
-                ...names.map((name) => element("option", { value: name }, presetWord(name))),
-            ),
-        );
-        const own = element("option", { value: OWN, disabled: true, hidden: true }, "Edited");
-        preset.replaceChildren(own, ...groups);
-        preset.value = typeof transfer === "string" ? transfer : OWN;
-    }
-
-    const HINTS = {
-        points: "Drag points; click the line or double-click to add, drag out or press Delete to remove. Drag beside them: window and level.",
-        window: "Drag black and white, or beside them: across for the level, up and down for the width.",
-        surface: "Drag the line to the value whose surface is to be seen.",
-    };
-
-    function show() {
-        if (!range) fit();
-        editor.show({
-            kind: kind(),
-            points: points(),
-            histogram,
-            meaning: meaningOf(volume()),
-            logarithmic,
-            low: range[0],
-            high: range[1],
-        });
-        logButton.setAttribute("aria-pressed", logarithmic);
-        wholeButton.setAttribute("aria-pressed", whole);
-        hint.textContent = HINTS[kind()];
-        presetField.node.hidden = kind() !== "points";
-        densityField.node.hidden = kind() !== "points";
-        coloursBox.hidden = kind() !== "points";
-        filesRow.hidden = kind() !== "points";
-        levelBox.hidden = kind() === "surface";
-        opacityField.node.hidden = kind() !== "points";
-        colourField.node.hidden = kind() === "window";
-        addButton.parentNode.hidden = kind() !== "points";
-        preset.value = typeof view().transfer === "string" ? view().transfer : OWN;
-        const { opacity_scale: scale } = view();
-        density.set(scale, `${shortNumber(scale, 2)} times`);
-        densityOut.value = `× ${shortNumber(scale, 2)}`;
-        showChosen();
-        showWindow();
-    }
-
-    // ---- fetching --------------------------------------------------------------------------------
-
-    async function fetchHistogram() {
-        const at = volume();
-        if (at?.state !== "ready" || histogramOf === at.id) return;
-        histogramOf = at.id;
-        histogram = null;
-        range = null;
-        try {
-            const read = await api.histogram(at.id);
-            if (histogramOf === at.id) histogram = read;
-        } catch (error) {
-            if (histogramOf === at.id) status.say(error.message, true);
-        }
-        range = null;
-        showWindowButtons();
-        show();
-    }
-
-    async function fetchFitted() {
-        const at = volume();
-        const { transfer } = view();
-        const wanted = `${at?.id} ${transfer}`;
-        if (at?.state !== "ready" || typeof transfer !== "string" || fittedOf === wanted) return;
-        fittedOf = wanted;
-        try {
-            const { points: read } = await api.transfer(at.id, transfer);
-            if (fittedOf !== wanted) return;
-            fitted = simplified(read);
-            range = null;
-            status.say("");
-        } catch (error) {
-            if (fittedOf !== wanted) return;
-            fittedOf = "";
-            status.say(error.message, true);
-        }
-        show();
-    }
-
-    function refresh() {
-        showPresets();
-        showWindowButtons();
-        show();
-        fetchHistogram();
-        fetchFitted();
-    }
-
-    api.about().then(
-        (answer) => {
-            about = answer;
-            refresh();
-        },
-        (error) => status.say(error.message, true),
-    );
-    volumes.subscribe(refresh);
-    store.subscribe((state, previous, { live } = {}) => {
-        const changed = state.view.volume !== previous.view.volume || state.view.mode !== previous.view.mode;
-        if (changed) {
-            range = null;
-            refresh();
-        } else if (
-            ["transfer", "window", "surface", "opacity_scale"].some((name) => state.view[name] !== previous.view[name])
-        ) {
-            const [first, last] = extent(points());
-            if (!live && range && (first < range[0] || last > range[1])) range = null;
-            show();
-            if (!live) fetchFitted();
-        }
-    });
-    refresh();
+  });
+  refresh();
 }
