@@ -171,6 +171,25 @@ static cvol_transfer *read_text(fixture *f, const char *text)
     int code = cvol_transfer_read(f->context, &t, f->path);
     if (code)
         fail_msg("%s", cvol_context_message(f->context));
+    /* The text itself reads the same; what stands behind it is not looked at. */
+    cvol_transfer *parsed;
+    const size_t size = strlen(text);
+    char *longer = malloc(size + 1);
+    assert_non_null(longer);
+    memcpy(longer, text, size);
+    longer[size] = '!';
+    assert_int_equal(cvol_transfer_parse(f->context, &parsed, longer, size, "text"), CVOL_OK);
+    assert_int_equal(cvol_transfer_count(parsed), cvol_transfer_count(t));
+    for (size_t i = 0; i < cvol_transfer_count(t); i++) {
+        const cvol_transfer_point a = cvol_transfer_get(t, i), b = cvol_transfer_get(parsed, i);
+        assert_memory_equal(&a, &b, sizeof a);
+    }
+    cvol_transfer_free(parsed);
+    assert_int_equal(cvol_transfer_parse(f->context, &parsed, longer, size - 1, "my text"),
+                     CVOL_ERROR_FORMAT);
+    assert_null(parsed);
+    assert_non_null(strstr(cvol_context_message(f->context), "my text: "));
+    free(longer);
     return t;
 }
 

@@ -32,6 +32,9 @@ struct request {
 
 /* A parameter of the address, as ?name=value; NULL: not there. */
 const char *request_query(const request *r, const char *name);
+/* Whether the address has no other parameters than these, with spaces between; else *refusal names
+ * one. */
+int request_knows(const request *r, const char *names, answer *refusal);
 /* Hands the request to a job, which answers it; run, state and free_state as in jobs.h. The answer
  * to return from the handler. who: a viewer, or "". */
 answer request_later(request *r, const char *who, int64_t sequence,

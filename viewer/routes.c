@@ -2,9 +2,12 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "copy.h"
 #include "frame.h"
 #include "page.h"
 #include "request.h"
+#include "slice.h"
+#include "transfer.h"
 
 static answer service_get(request *r)
 {
@@ -84,9 +87,18 @@ typedef struct route_entry {
 } route_entry;
 
 static const route_entry entries[] = {
-    {"GET", "api/1", service_get},          {"GET", "api/1/volumes", volumes_get},
-    {"GET", "api/1/volumes/*", volume_get}, {"GET", "api/1/volumes/*/histogram", histogram_get},
-    {"POST", "api/1/frame", frame_post},    {"GET", "api/1/status", status_get},
+    {"GET", "api/1", service_get},
+    {"GET", "api/1/volumes", volumes_get},
+    {"GET", "api/1/volumes/*", volume_get},
+    {"GET", "api/1/volumes/*/histogram", histogram_get},
+    {"DELETE", "api/1/volumes/*", volume_delete},
+    {"GET", "api/1/volumes/*/transfer", transfer_get},
+    {"POST", "api/1/volumes/*/transfer", transfer_post},
+    {"GET", "api/1/volumes/*/slice", slice_get},
+    {"GET", "api/1/volumes/*/value", value_get},
+    {"POST", "api/1/volumes/*/copy", copy_post},
+    {"POST", "api/1/frame", frame_post},
+    {"GET", "api/1/status", status_get},
     {"POST", "api/1/end", end_post},
 };
 

@@ -183,6 +183,39 @@ const char *request_query(const request *r, const char *name)
     return MHD_lookup_connection_value(e->connection, MHD_GET_ARGUMENT_KIND, name);
 }
 
+/* The first name that is not among those known. */
+typedef struct name_check {
+    const char *known, *unknown;
+} name_check;
+
+static enum MHD_Result check_name(void *user, enum MHD_ValueKind kind, const char *name,
+                                  const char *value)
+{
+    name_check *check = user;
+    const size_t length = strlen(name);
+    (void)kind;
+    (void)value;
+    for (const char *known = check->known; *known;) {
+        const size_t size = strcspn(known, " ");
+        if (size == length && !strncmp(known, name, size))
+            return MHD_YES;
+        known += size + strspn(known + size, " ");
+    }
+    check->unknown = name;
+    return MHD_NO;
+}
+
+int request_knows(const request *r, const char *names, answer *refusal)
+{
+    const exchange *e = r->connection;
+    name_check check = {names, NULL};
+    MHD_get_connection_values(e->connection, MHD_GET_ARGUMENT_KIND, check_name, &check);
+    if (check.unknown)
+        *refusal = answer_error(400, "%.60s is no parameter that is known here: %s", check.unknown,
+                                names);
+    return !check.unknown;
+}
+
 shown_volume *request_ready_volume(const request *r, answer *refusal)
 {
     shown_volume *v = volumes_hold(r->service->volumes, r->name);

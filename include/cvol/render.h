@@ -34,6 +34,9 @@ CVOL_API int cvol_transfer_create(cvol_context *context, cvol_transfer **out,
 /* Reads {"points": [[value, r, g, b, opacity], ...]} or ParaView's colour-map JSON.
  * Errors: IO, FORMAT, MEMORY. */
 CVOL_API int cvol_transfer_read(cvol_context *context, cvol_transfer **out, const char *path);
+/* The same of such a file's text; `name` begins the message of an error. Errors: FORMAT, MEMORY. */
+CVOL_API int cvol_transfer_parse(cvol_context *context, cvol_transfer **out, const char *text,
+                                 size_t size, const char *name);
 /* Frees a transfer function; NULL is allowed. */
 CVOL_API void cvol_transfer_free(cvol_transfer *transfer);
 /* How many points it has. */

@@ -479,6 +479,7 @@ FUNCTIONS = {
     "picture_read": "i * * s",
     "transfer_create": "i * * * z",
     "transfer_read": "i * * s",
+    "transfer_parse": "i * * s z s",
     "transfer_free": "v *",
     "transfer_count": "z *",
     "transfer_get": "cvol_transfer_point * z",

@@ -293,9 +293,10 @@ static int read_json(cvol_context *context, cvol_transfer **out, const json_t *r
                      "%s: has neither \"points\" nor ParaView's \"RGBPoints\"", path);
 }
 
-static int parse(cvol_context *context, cvol_transfer **out, const uint8_t *data, size_t size,
-                 const char *path)
+int cvol_transfer_parse(cvol_context *context, cvol_transfer **out, const char *text, size_t size,
+                        const char *path)
 {
+    *out = NULL;
     static const uint8_t byte_order_mark[3] = {0xef, 0xbb, 0xbf};
     if (size == 0)
         return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: is empty", path);
@@ -303,12 +304,12 @@ static int parse(cvol_context *context, cvol_transfer **out, const uint8_t *data
         return cvol_fail(context, CVOL_ERROR_FORMAT,
                          "%s: is larger than the %zu bytes that a transfer function may have", path,
                          FILE_BYTES_MAX);
-    if (size >= 3 && !memcmp(data, byte_order_mark, 3)) {
-        data += 3;
+    if (size >= 3 && !memcmp(text, byte_order_mark, 3)) {
+        text += 3;
         size -= 3;
     }
     json_error_t error;
-    json_t *root = json_loadb((const char *)data, size, JSON_DECODE_INT_AS_REAL, &error);
+    json_t *root = json_loadb(text, size, JSON_DECODE_INT_AS_REAL, &error);
     if (!root)
         return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: line %d, column %d: %s", path, error.line,
                          error.column, error.text);
@@ -325,7 +326,7 @@ int cvol_transfer_read(cvol_context *context, cvol_transfer **out, const char *p
     int code = cvol_file_read(context, &data, &size, path, 0, FILE_BYTES_MAX + 1);
     if (code)
         return code;
-    code = parse(context, out, data, size, path);
+    code = cvol_transfer_parse(context, out, (const char *)data, size, path);
     free(data);
     return code;
 }

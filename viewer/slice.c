@@ -1,0 +1,192 @@
+/* Slices as pictures, a pixel a sample; and single samples. */
+#include "slice.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "encode.h"
+#include "samples.h"
+#include "view.h"
+
+typedef struct slice {
+    shown_volume *volume; /* held */
+    int axis;
+    size_t index;
+    double window[2]; /* what is black, what is white */
+} slice;
+
+/* ---- parameters -------------------------------------------------------------------------------
+ */
+
+/* A whole number from 0 to below `end`; -1: it is none. */
+static long long take_index(const request *r, const char *name, size_t end, answer *refusal)
+{
+    const char *text = request_query(r, name);
+    if (!text) {
+        *refusal = answer_error(400, "%s is missing", name);
+        return -1;
+    }
+    char *rest;
+    const long long index = strtoll(text, &rest, 10);
+    if (rest == text || *rest || text[0] < '0' || text[0] > '9') {
+        *refusal = answer_error(400, "%s is '%.40s', must be a whole number", name, text);
+        return -1;
+    }
+    if ((unsigned long long)index >= end) {
+        *refusal = answer_error(400, "%s is %lld, must be 0 to %zu", name, index, end - 1);
+        return -1;
+    }
+    return index;
+}
+
+/* "LO,HI". 1 if it was good, or not there. */
+static int take_window(const request *r, double window[2], answer *refusal)
+{
+    const char *text = request_query(r, "window");
+    if (!text)
+        return 1;
+    char *rest;
+    window[0] = strtod(text, &rest);
+    int good = rest != text && *rest == ',';
+    if (good) {
+        const char *second = rest + 1;
+        window[1] = strtod(second, &rest);
+        good = rest != second && !*rest && isfinite(window[0]) && isfinite(window[1]);
+    }
+    if (!good)
+        *refusal = answer_error(400, "window is '%.60s', must be LO,HI: two numbers", text);
+    else if (!(window[0] < window[1]))
+        *refusal = answer_error(400, "window is '%.60s': the second value must be larger", text);
+    return good && window[0] < window[1];
+}
+
+/* Of a volume that is ready. 1 if all is good. */
+static int take_slice(slice *out, const request *r, answer *refusal)
+{
+    const cvol_grid *g = &out->volume->grid;
+    const char *axis = request_query(r, "axis");
+    if (!axis || strlen(axis) != 1 || !strchr("xyz", *axis)) {
+        *refusal = answer_error(400, "axis is '%.40s', must be x, y or z", axis ? axis : "");
+        return 0;
+    }
+    out->axis = *axis - 'x';
+    const long long index = take_index(r, "index", g->dims[out->axis], refusal);
+    if (index < 0)
+        return 0;
+    out->index = (size_t)index;
+    out->window[0] = out->volume->histogram.min;
+    out->window[1] = out->volume->histogram.max;
+    for (int a = 0; a < 3; a++)
+        if (a != out->axis && g->dims[a] > VIEW_SIZE_MAX) {
+            *refusal = answer_error(400, "slices of %zu samples along %c are too large: %d at most",
+                                    g->dims[a], "xyz"[a], VIEW_SIZE_MAX);
+            return 0;
+        }
+    return take_window(r, out->window, refusal);
+}
+
+/* ---- pictures ---------------------------------------------------------------------------------
+ */
+
+static uint8_t grey_of(double value, const double window[2])
+{
+    const double share = (value - window[0]) / (window[1] - window[0]);
+    return (uint8_t)(share >= 1 ? 255 : share > 0 ? 255 * share + 0.5 : 0);
+}
+
+/* x to the right; z upwards, y of slices across z downwards. */
+static void paint(cvol_image *image, const double *values, const slice *s)
+{
+    for (int row = 0; row < image->height; row++) {
+        const int line = s->axis == 2 ? row : image->height - 1 - row;
+        const double *from = values + (size_t)line * (size_t)image->width;
+        uint8_t *to = image->rgba + 4 * (size_t)row * (size_t)image->width;
+        for (int i = 0; i < image->width; i++, to += 4) {
+            memset(to, grey_of(from[i], s->window), 3);
+            to[3] = 255;
+        }
+    }
+}
+
+static answer run(job *j, cvol_context *context, void *state)
+{
+    const slice *s = state;
+    const size_t *dims = s->volume->grid.dims;
+    size_t begin[3] = {0}, end[3] = {dims[0], dims[1], dims[2]};
+    double *values;
+    cvol_image *image;
+    begin[s->axis] = s->index;
+    end[s->axis] = s->index + 1;
+    int code = samples_read(context, &values, s->volume, begin, end);
+    if (code)
+        return jobs_failed(j, context, code);
+    code = cvol_image_create(context, &image, (int)dims[s->axis == 0 ? 1 : 0],
+                             (int)dims[s->axis == 2 ? 1 : 2]);
+    if (!code)
+        paint(image, values, s);
+    free(values);
+    if (code)
+        return jobs_failed(j, context, code);
+    const answer a = encode_picture(context, image, 0);
+    cvol_image_free(image);
+    return a;
+}
+
+static void free_slice(void *state)
+{
+    slice *s = state;
+    volume_release(s->volume);
+    free(s);
+}
+
+answer slice_get(request *r)
+{
+    answer refusal = {0};
+    if (!request_knows(r, "axis index window", &refusal))
+        return refusal;
+    slice *s = calloc(1, sizeof *s);
+    if (!s)
+        return answer_error(500, "not enough memory for a request");
+    s->volume = request_ready_volume(r, &refusal);
+    if (s->volume && take_slice(s, r, &refusal))
+        return request_later(r, "", -1, run, s, free_slice);
+    free_slice(s);
+    return refusal;
+}
+
+/* ---- single samples ---------------------------------------------------------------------------
+ */
+
+answer value_get(request *r)
+{
+    answer refusal = {0};
+    double place[3];
+    if (!request_knows(r, "x y z", &refusal))
+        return refusal;
+    shown_volume *v = request_ready_volume(r, &refusal);
+    if (!v)
+        return refusal;
+    for (int a = 0; a < 3; a++) {
+        const long long index = take_index(r, (const char *[]){"x", "y", "z"}[a], v->grid.dims[a],
+                                           &refusal);
+        if (index < 0) {
+            volume_release(v);
+            return refusal;
+        }
+        place[a] = (double)index;
+    }
+    cvol_context *context = cvol_context_create();
+    json_t *object = context ? samples_describe(context, v, place) : NULL;
+    if (object)
+        json_object_set_new(object, "sample",
+                            json_pack("[I, I, I]", (json_int_t)place[0], (json_int_t)place[1],
+                                      (json_int_t)place[2]));
+    const answer a = object ? answer_json(200, object)
+                            : answer_error(500, "the sample cannot be told: %s",
+                                           context ? cvol_context_message(context) : "no memory");
+    cvol_context_destroy(context);
+    volume_release(v);
+    return a;
+}
