@@ -209,6 +209,9 @@ int view_take(view *out, volumes *all, fields *f)
     cvol_render_options *options = &out->options;
     take_integer(f, "width", &options->width, 1, VIEW_SIZE_MAX);
     take_integer(f, "height", &options->height, 1, VIEW_SIZE_MAX);
+    if ((size_t)options->width * (size_t)options->height > VIEW_PIXELS_MAX)
+        fields_fail(f, "%swidth and height are %d and %d: at most %d pixels together", f->within,
+                    options->width, options->height, VIEW_PIXELS_MAX);
     take_mode(out, f);
     take_camera(out, f);
     take_bool(f, "mirror", &out->mirror);

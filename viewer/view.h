@@ -5,7 +5,7 @@
 #include "fields.h"
 #include "volumes.h"
 
-enum { VIEW_SIZE_MAX = 8192, VIEW_POINTS_MAX = 1024 };
+enum { VIEW_SIZE_MAX = 8192, VIEW_PIXELS_MAX = 1 << 25, VIEW_POINTS_MAX = 1024 };
 
 typedef struct view {
     shown_volume *volume; /* held */
