@@ -3,8 +3,10 @@
 #include <string.h>
 
 #include "copy.h"
+#include "difference.h"
 #include "frame.h"
 #include "page.h"
+#include "pick.h"
 #include "request.h"
 #include "slice.h"
 #include "transfer.h"
@@ -98,6 +100,8 @@ static const route_entry entries[] = {
     {"GET", "api/1/volumes/*/value", value_get},
     {"POST", "api/1/volumes/*/copy", copy_post},
     {"POST", "api/1/frame", frame_post},
+    {"POST", "api/1/pick", pick_post},
+    {"POST", "api/1/difference", difference_post},
     {"GET", "api/1/status", status_get},
     {"POST", "api/1/end", end_post},
 };

@@ -1,0 +1,183 @@
+/* How far the pictures of two volumes are apart: both are drawn as the first one is, with its
+ * colours, its window and its fineness. */
+#include "difference.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "frame.h"
+
+typedef struct difference {
+    frame_request frame; /* of the first */
+    shown_volume *other; /* held */
+    double gain;
+} difference;
+
+/* ---- both alike -------------------------------------------------------------------------------
+ */
+
+/* The transfer function as it is for the first volume, as points. */
+static int settle_colours(cvol_context *context, view *v)
+{
+    cvol_transfer *transfer = NULL;
+    uint64_t hash;
+    const int code = view_make_transfer(context, &transfer, &hash, v);
+    if (code)
+        return code;
+    const size_t count = cvol_transfer_count(transfer);
+    cvol_transfer_point *points = calloc(count, sizeof *points);
+    for (size_t i = 0; i < count && points; i++)
+        points[i] = cvol_transfer_get(transfer, i);
+    cvol_transfer_free(transfer);
+    if (!points)
+        return CVOL_ERROR_MEMORY;
+    free(v->points);
+    v->points = points;
+    v->point_count = count;
+    v->transfer_name[0] = 0;
+    v->opacity_scale = 1;
+    return CVOL_OK;
+}
+
+/* The first volume's values, where no window was given. */
+static int settle_window(cvol_context *context, view *v)
+{
+    double *window = v->options.window;
+    if (window[0] < window[1])
+        return CVOL_OK;
+    idle_renderer *renderer = volume_take_renderer(context, v->volume);
+    const int code = renderer ? cvol_renderer_range(context, renderer->renderer, window)
+                              : CVOL_ERROR_MEMORY;
+    volume_return_renderer(v->volume, renderer);
+    return code;
+}
+
+static int settle(cvol_context *context, view *v)
+{
+    switch (v->options.mode) {
+    case CVOL_MODE_COMPOSITE:
+        return settle_colours(context, v);
+    case CVOL_MODE_ISO:
+        return CVOL_OK;
+    default:
+        return settle_window(context, v);
+    }
+}
+
+/* ---- pictures ---------------------------------------------------------------------------------
+ */
+
+/* Into the first one. */
+static void subtract(cvol_image *a, const cvol_image *b, double gain)
+{
+    const size_t bytes = 4 * (size_t)a->width * (size_t)a->height;
+    for (size_t i = 0; i < bytes; i++)
+        if (i % 4 != 3)
+            a->rgba[i] = (uint8_t)fmin(255, abs(a->rgba[i] - b->rgba[i]) * gain + 0.5);
+}
+
+/* The second picture: as fine as the first one was. */
+static int draw_other(cvol_context *context, cvol_image **out, double *ms, const difference *d,
+                      int rung)
+{
+    frame_request other = d->frame;
+    frame_figures figures;
+    other.view.volume = d->other;
+    other.motion = 0;
+    pace_apply(&other.view.options, rung);
+    const int code = frame_draw(context, out, &figures, &other, NULL);
+    *ms = figures.render_ms;
+    return code;
+}
+
+static answer run(job *j, cvol_context *context, void *state)
+{
+    difference *d = state;
+    frame_figures figures;
+    cvol_image *image = NULL, *other = NULL;
+    cvol_image_difference apart;
+    double ms = 0;
+    d->frame.budget_ms /= 2;
+    int code = settle(context, &d->frame.view);
+    if (!code)
+        code = frame_draw(context, &image, &figures, &d->frame, j->pace);
+    if (!code)
+        code = draw_other(context, &other, &ms, d, figures.rung);
+    if (!code)
+        code = cvol_image_compare(context, &apart, image, other);
+    if (code) {
+        cvol_image_free(image);
+        cvol_image_free(other);
+        return jobs_failed(j, context, code);
+    }
+    figures.render_ms += ms;
+    subtract(image, other, d->gain);
+    cvol_image_free(other);
+    json_t *more = json_pack("{s:o, s:o, s:o}", "psnr_db", answer_number(apart.psnr_db),
+                             "psnr_foreground_db", answer_number(apart.psnr_foreground_db), "ssim",
+                             answer_number(apart.ssim));
+    const answer a = frame_answer(context, j, image, &figures, &d->frame, more);
+    cvol_image_free(image);
+    return a;
+}
+
+/* ---- requests ---------------------------------------------------------------------------------
+ */
+
+static void free_difference(void *state)
+{
+    difference *d = state;
+    view_free(&d->frame.view);
+    volume_release(d->other);
+    free(d);
+}
+
+/* Another volume of the same shape. 0, or a status. */
+static int take_other(difference *d, volumes *all, const char *id, fields *f)
+{
+    const shown_volume *v = d->frame.view.volume;
+    d->other = volumes_hold(all, id);
+    if (!d->other) {
+        fields_fail(f, "other is '%s', and there is none of that id", id);
+        return 404;
+    }
+    if (!volume_is_ready(d->other)) {
+        fields_fail(f, "volume '%s' is not ready; api/1/volumes/%s says what it is at", id, id);
+        return 409;
+    }
+    const size_t *a = v->grid.dims, *b = d->other->grid.dims;
+    if (memcmp(a, b, sizeof v->grid.dims))
+        fields_fail(f, "volume '%s' has %zu x %zu x %zu samples, and '%s' has %zu x %zu x %zu",
+                    v->id, a[0], a[1], a[2], id, b[0], b[1], b[2]);
+    return fields_ok(f) ? 0 : 400;
+}
+
+static int take(difference *out, volumes *all, fields *f)
+{
+    char id[VOLUME_ID_BYTES] = "";
+    out->gain = 8;
+    if (!take_text(f, "other", id, sizeof id))
+        fields_fail(f, "other is missing: which volume is compared?");
+    take_number(f, "gain", &out->gain, 0, 255);
+    const int status = fields_ok(f) ? frame_take(&out->frame, all, f) : 400;
+    fields_end(f);
+    return status ? status : !fields_ok(f) ? 400 : take_other(out, all, id, f);
+}
+
+answer difference_post(request *r)
+{
+    char error[512] = "";
+    json_t *body;
+    fields_parse(&body, r->body, r->body_bytes, error, sizeof error);
+    fields f = {body, NULL, "", error, sizeof error};
+    difference *d = body ? calloc(1, sizeof *d) : NULL;
+    const int status = d ? take(d, r->service->volumes, &f) : 400;
+    json_decref(body);
+    if (!status)
+        return request_later(r, d->frame.viewer, d->frame.sequence, run, d, free_difference);
+    if (d)
+        free_difference(d);
+    return answer_error(status, "%s", error[0] ? error : "not enough memory for a request");
+}

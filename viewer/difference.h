@@ -1,0 +1,10 @@
+/* How far the pictures of two volumes are apart. */
+#ifndef CVOL_VIEWER_DIFFERENCE_H
+#define CVOL_VIEWER_DIFFERENCE_H
+
+#include "request.h"
+
+/* POST api/1/difference */
+answer difference_post(request *r);
+
+#endif

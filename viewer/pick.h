@@ -1,0 +1,10 @@
+/* What is at a place of a picture. */
+#ifndef CVOL_VIEWER_PICK_H
+#define CVOL_VIEWER_PICK_H
+
+#include "request.h"
+
+/* POST api/1/pick */
+answer pick_post(request *r);
+
+#endif
