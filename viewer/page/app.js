@@ -39,7 +39,9 @@ const announce = (sentence) => ($("announce").textContent = sentence);
 const status = mountStatus($("status"));
 const notice = mountNotice($("notice"), retry);
 const picked = mountPicked($("picked"));
-let drawOverlay = () => {};
+let drawMarks = () => {};
+let drawing = 0;
+const drawSoon = () => (drawing ||= requestAnimationFrame(() => ((drawing = 0), drawMarks())));
 
 const turntable = createTurntable((on) => {
   $("turn").setAttribute("aria-pressed", on);
@@ -49,7 +51,8 @@ const turntable = createTurntable((on) => {
 const view3d = mountView3d($("canvas"), {
   shown(frame) {
     status.shown(frame);
-    drawOverlay();
+    drawSoon();
+    turntable.next();
   },
   busy: (yes) => status.state(yes ? "busy" : "idle"),
   failed(sentence, code) {
@@ -69,8 +72,12 @@ function named(name) {
   announce(`From the ${name}`);
 }
 
-drawOverlay = mountOverlay($("overlay"), $("scale"), view3d);
+const drawOverlay = mountOverlay($("overlay"), $("scale"), view3d);
 const drawCube = mountCube($("cube"), named);
+drawMarks = () => {
+  drawOverlay();
+  drawCube();
+};
 
 function showState() {
   const volume = volumes.current();
@@ -108,7 +115,6 @@ async function mountOthers() {
 for (const section of sections) {
   section.addEventListener("toggle", () => {
     store.set({ page: { open: { [section.dataset.section]: section.open } } }, { undo: false });
-    drawOverlay();
   });
 }
 
@@ -217,7 +223,7 @@ function volumesChanged() {
   updateChooser();
   showState();
   refreshers.forEach((refresh) => refresh(store.state));
-  drawCube();
+  drawSoon();
 }
 volumes.subscribe(volumesChanged);
 
@@ -243,8 +249,7 @@ store.subscribe((state, previous, { live }) => {
   }
   if (view.background !== previous.view.background) showGround();
   if (page.sample === null) picked.hide();
-  drawCube();
-  drawOverlay();
+  drawSoon();
   if (live || opened === null) return;
   clearTimeout(linkTimer);
   linkTimer = setTimeout(() => history.replaceState(null, "", `#${hashOf(store.state)}`), LINK_MS);

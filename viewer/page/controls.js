@@ -22,9 +22,13 @@ export function make(tag, attributes = {}, ...children) {
 }
 
 export function bind(panel, controls) {
-  panel.append(...controls.map((control) => control.element));
+  const section = panel.closest("details");
   const update = (state) => controls.forEach((control) => control.update?.(state));
-  store.subscribe(update);
+  panel.append(...controls.map((control) => control.element));
+  // A panel that is not seen is brought up to date when it is opened.
+  const seen = (state) => (!section || section.open) && update(state);
+  store.subscribe(seen);
+  section?.addEventListener("toggle", () => seen(store.state));
   update(store.state);
   return update;
 }

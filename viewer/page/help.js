@@ -5,13 +5,13 @@ import { KEYS } from "./keyboard.js";
 
 const GESTURES = [
   ["Turn", "drag"],
-  ["Move", "shift drag, right drag, two fingers"],
+  ["Move", "shift or right drag, two fingers"],
   ["Closer, farther", "wheel, pinch"],
-  ["Roll", "alt drag, two fingers turned"],
+  ["Roll", "alt drag, two fingers"],
   ["Value and place", "click"],
   ["To the middle", "double click"],
-  ["Fit", "double click beside the volume"],
-  ["A slider's default", "double click on it"],
+  ["Reset", "double click on the ground"],
+  ["A slider's default", "double click it"],
 ];
 
 function list(rows, keys) {

@@ -51,9 +51,10 @@ export function mountOverlay(svg, scaleBar, view3d) {
   let volume = null;
 
   const box = make("svg:path", { class: "clip-edges" });
+  const farBox = make("svg:path", { class: "clip-edges far" });
   const cut = make("svg:path", { class: "clip-plane" });
   const arrow = make("svg:line", { class: "clip-arrow" });
-  const cross = make("svg:path", { class: "cross" });
+  const cross = make("svg:g", { class: "cross" }, make("svg:path", { class: "cross-edge" }), make("svg:path"));
   const handle = (title, style = "") =>
     make(
       "svg:g",
@@ -66,7 +67,7 @@ export function mountOverlay(svg, scaleBar, view3d) {
     handle(`${AXIS_NAMES[face >> 1]}, ${face % 2 ? "to" : "from"}`, `axis-${AXIS_NAMES[face >> 1]}`),
   );
   const planeHandle = handle("Plane", "plane");
-  svg.append(box, cut, arrow, cross, ...handles, planeHandle);
+  svg.append(farBox, box, cut, arrow, cross, ...handles, planeHandle);
 
   const faces = () => facesOf(store.state.view.clip.box, volume.dims);
 
@@ -130,7 +131,12 @@ export function mountOverlay(svg, scaleBar, view3d) {
     const f = faces();
     const corner = (c) => project(worldOf(volume, c.map((end, a) => f[2 * a + end])));
     const lines = EDGES.map(([from, to]) => [corner(from), corner(to)]).filter(([a, b]) => a && b);
-    box.setAttribute("d", lines.map((line) => `M${points(line).join("L")}`).join(""));
+    // The edges that meet in the farthest corner lie behind the volume.
+    const farthest = Math.min(...lines.flat().map(({ depth }) => depth));
+    const isFar = (line) => line.some(({ depth }) => depth - farthest < 1e-6 * diagonal(volume));
+    const path = (which) => which.map((line) => `M${points(line).join("L")}`).join("");
+    box.setAttribute("d", path(lines.filter((line) => !isFar(line))));
+    farBox.setAttribute("d", path(lines.filter(isFar)));
     handles.forEach((node, face) => {
       const at = faceDirection(face);
       const length = at ? Math.hypot(at.dx, at.dy) : 0;
@@ -179,7 +185,7 @@ export function mountOverlay(svg, scaleBar, view3d) {
     if (!at) return;
     const arms = [[-1, 0], [1, 0], [0, -1], [0, 1]];
     const arm = ([x, y]) => `M${at.x + x * 5} ${at.y + y * 5}l${x * 9} ${y * 9}`;
-    cross.setAttribute("d", arms.map(arm).join(""));
+    for (const path of cross.children) path.setAttribute("d", arms.map(arm).join(""));
   }
 
   function drawScale(frame) {
@@ -200,7 +206,7 @@ export function mountOverlay(svg, scaleBar, view3d) {
     svg.setAttribute("viewBox", `0 0 ${frame.width} ${frame.height}`);
     project = projector(frame.view, volume, frame.width, frame.height);
     const clipping = store.state.page.open.clip === true && store.state.view.volume === volume.id;
-    for (const node of [box, ...handles]) node.toggleAttribute("hidden", !clipping);
+    for (const node of [box, farBox, ...handles]) node.toggleAttribute("hidden", !clipping);
     for (const node of [cut, arrow, planeHandle]) node.toggleAttribute("hidden", !clipping || !plane());
     if (clipping) drawBox();
     if (clipping && plane()) drawPlane();

@@ -6,7 +6,10 @@ import { volumes } from "./volumes.js";
 
 const ms = (value) => (value === undefined ? "?" : value < 9.95 ? value.toFixed(1) : value.toFixed(0));
 
+const BUSY_MS = 200;
+
 export function mountStatus(footer) {
+  let timer = 0;
   const dot = make("span", { class: "dot", "data-state": "idle" });
   const time = make("b");
   const quality = make("span");
@@ -46,6 +49,11 @@ export function mountStatus(footer) {
         `${bytesText(server.bytes ?? 0)}, ${server.threads ?? "?"} threads`,
       ].join("\n");
     },
-    state: (name) => (dot.dataset.state = name),
+    // Busy is shown where it lasts.
+    state(name) {
+      clearTimeout(timer);
+      if (name === "busy") timer = setTimeout(() => (dot.dataset.state = name), BUSY_MS);
+      else if (dot.dataset.state !== name) dot.dataset.state = name;
+    },
   };
 }

@@ -85,6 +85,13 @@ export function createStore(first) {
       }
       replace(next, live);
     },
+    // Makes all states, those of steps too, what fn makes of each: for what is no change but another way to say it.
+    rewrite(fn) {
+      past = past.map(fn);
+      future = future.map(fn);
+      if (gestureStart) gestureStart = fn(gestureStart);
+      replace(fn(state), false);
+    },
     // fn(state, previous, {live}), after each set, undo and redo; returns what ends it.
     subscribe(fn) {
       listeners.add(fn);

@@ -3,18 +3,24 @@
 import { tidy } from "./camera.js";
 import { store } from "./store.js";
 
+const LATEST_MS = 250; // it goes on if a picture stays away
+
 export function createTurntable(changed) {
   let on = false;
   let before = 0;
+  let timer = 0;
 
-  function turn(now) {
+  // At the pace of the pictures: what is not seen need not be asked for.
+  function turn() {
+    clearTimeout(timer);
     if (!on) return;
+    const now = performance.now();
+    timer = setTimeout(turn, LATEST_MS);
     const { camera, mirror } = store.state.view;
     const degrees = (Math.min(200, now - before) / 1000) * store.state.page.turning;
     before = now;
     const azimuth = camera.azimuth + (mirror ? -degrees : degrees);
     store.set({ view: { camera: tidy({ ...camera, azimuth }) } }, { live: true });
-    requestAnimationFrame(turn);
   }
 
   function set(value) {
@@ -22,8 +28,9 @@ export function createTurntable(changed) {
     on = value;
     if (on) {
       before = performance.now();
-      requestAnimationFrame(turn);
+      turn();
     } else {
+      clearTimeout(timer);
       store.set({});
     }
     changed(on);
@@ -32,6 +39,8 @@ export function createTurntable(changed) {
     get on() {
       return on;
     },
+    // A picture was shown.
+    next: () => on && requestAnimationFrame(turn),
     toggle: () => set(!on),
     stop: () => set(false),
   };

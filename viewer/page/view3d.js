@@ -4,7 +4,7 @@ import { api } from "./api.js";
 import * as math from "./camera.js";
 import { createFrames } from "./frames.js";
 import { listenToGestures } from "./gestures.js";
-import { store } from "./store.js";
+import { merge, store } from "./store.js";
 import { requestView, same } from "./view.js";
 import { volumes } from "./volumes.js";
 
@@ -52,8 +52,23 @@ export function mountView3d(canvas, told) {
     const box = canvas.parentElement.getBoundingClientRect();
     const now = { width: Math.round(box.width), height: Math.round(box.height), ratio: devicePixelRatio || 1 };
     if (now.width === size.width && now.height === size.height && now.ratio === size.ratio) return;
+    const before = { ...size };
     Object.assign(size, now);
+    if (before.width > 1) refit(before);
     frames.moved();
+  }
+
+  // The volume keeps its share of the stage: a zoom is of the picture's height, whatever its width.
+  function refit(before) {
+    const volume = volumes.current();
+    if (volume?.state !== "ready" || size.width < 2 || size.height < 2) return;
+    const fit = ({ width, height }) => math.fittingZoom(math.homeCamera(volume, width, height), volume, width, height);
+    const factor = fit(size) / fit(before);
+    if (Math.abs(factor - 1) < 1e-6) return;
+    store.rewrite((state) => {
+      const camera = math.tidy({ ...state.view.camera, zoom: state.view.camera.zoom * factor });
+      return merge(state, { view: { camera } });
+    });
   }
   new ResizeObserver(measure).observe(canvas.parentElement);
 
