@@ -9,6 +9,7 @@ const MOTION_SIZE_MAX = 4096;
 const SCALES = [1, 0.8, 0.64, 0.5, 0.4, 0.32, 0.25];
 const SMALLEST = 0.4; // of the page's pixels, which may be more than one of the screen
 const SETTLED = 12;
+const OVERHEAD_MAX = 40; // ms: a hitch of the browser is not how long a picture takes
 
 // What each picture took: {requested, shown, quality, width, height, server: {...}}, for tests and the status line.
 export const timings = (window.cvolTimings = []);
@@ -28,7 +29,7 @@ export function createPace() {
     record(total, info, period, smallest) {
       if (settled < 2) elapsed = total;
       else elapsed += 0.2 * (total - elapsed);
-      overhead += 0.15 * (Math.max(1, total - (info.render_ms ?? 0)) - overhead);
+      overhead += 0.15 * (Math.min(OVERHEAD_MAX, Math.max(1, total - (info.render_ms ?? 0))) - overhead);
       if (++settled < SETTLED) return;
       const coarse = info.level > 0;
       let next = place;
