@@ -24,7 +24,7 @@ export function createCommandLine({ store, api, volumes, size }) {
   let stale = true;
 
   async function ask() {
-    if (!area.clientWidth || volumes.current()?.state !== "ready") return;
+    if (!area.checkVisibility() || volumes.current()?.state !== "ready") return;
     const mine = ++asked;
     stale = false;
     try {
@@ -51,7 +51,7 @@ export function createCommandLine({ store, api, volumes, size }) {
     timer = setTimeout(ask, WAIT_MS);
   }
 
-  new ResizeObserver(() => stale && ask()).observe(area);
+  new IntersectionObserver(() => stale && ask()).observe(area);
   store.subscribe((state, previous, { live } = {}) => !live && later());
   volumes.subscribe(later);
   return { node, later };

@@ -77,7 +77,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
   function nameOf(volume) {
     if (volume.state === "failed") return `${volume.name}: failed`;
     if (volume.state !== "ready") return `${volume.name}: ${volume.doing?.what || volume.state}`;
-    return `${volume.name}, ${bytesText(volume.compressed_bytes)}`;
+    return `${volume.name}, 1/${volume.ratio.toPrecision(3)}, ${bytesText(volume.compressed_bytes)}`;
   }
 
   function showFigures({ server }) {

@@ -14,11 +14,13 @@ export function histogramPath({ min, max, bins }, { width, height, low, high, lo
   return `${path}L${x(from + counts.length * size).toFixed(2)} ${height}Z`;
 }
 
-/** Bars: the bins, or one for each integer where there are fewer of these, which would leave bins empty. */
+/** Bars: the bins, or one for each integer where there are fewer of these, which leaves gaps between bins. */
 function bars({ min, max, bins }) {
   const span = max - min;
   const size = span / bins.length;
-  if (!Number.isInteger(min) || !Number.isInteger(max) || span >= bins.length || span === 0)
+  const filled = bins.filter((count) => count > 0).length;
+  const gaps = bins.filter((count, i) => count === 0 && bins[i - 1] > 0 && bins[i + 1] > 0).length;
+  if (!Number.isInteger(min) || !Number.isInteger(max) || span >= bins.length || gaps < 0.1 * filled)
     return { from: min, size: size || 1, counts: bins };
   const counts = new Array(span + 1).fill(0);
   bins.forEach((count, i) => (counts[Math.min(span, Math.ceil(i * size))] += count));

@@ -2,11 +2,11 @@
 
 import { clamp, element, newestOnly } from "./panel_kit.js";
 
-// Axes across and down each slice as the server draws it; `flip`: the lowest sample is at the bottom
+// Axes across and down each slice as the server draws it; `up`: the lowest sample is at the bottom
 const PLANES = {
-  x: { axis: 0, across: 1, down: 2, flip: true },
-  y: { axis: 1, across: 0, down: 2, flip: true },
-  z: { axis: 2, across: 0, down: 1, flip: false },
+  x: { axis: 0, across: 1, down: 2, up: true },
+  y: { axis: 1, across: 0, down: 2, up: true },
+  z: { axis: 2, across: 0, down: 1, up: false },
 };
 
 /**
@@ -37,7 +37,7 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
   let sample = [0, 0, 0];
   let drawn = "";
   let drag = null;
-  let letterPairs = null;
+  let turned = [false, plane.up]; // whether the lowest sample is on the right, at the bottom
 
   // ---- the picture -----------------------------------------------------------------------------
 
@@ -72,6 +72,13 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     return `${100 * (flip ? 1 - at : at)}%`;
   };
 
+  // A patient's slices lie as radiologists look: right on the left, front or head at the top
+  function turn(pairs) {
+    const low = (axis) => pairs?.[axis][0];
+    turned = [low(plane.across) === "L", pairs ? "AS".includes(pairs[plane.down][1]) : plane.up];
+    canvas.style.transform = `scale(${turned[0] ? -1 : 1}, ${turned[1] === plane.up ? 1 : -1})`;
+  }
+
   function show(nextVolume, nextSample, window, pairs, word) {
     if (nextVolume !== volume) {
       volume = nextVolume;
@@ -79,7 +86,7 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
       fitFrame();
     }
     sample = nextSample;
-    letterPairs = pairs;
+    turn(pairs);
     const index = clamp(Math.round(sample[plane.axis]), 0, volume.dims[plane.axis] - 1);
     const count = volume.dims[plane.axis];
     title.textContent = word;
@@ -90,11 +97,12 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
       "aria-label",
       `${word} slice, ${name} ${index} of ${count - 1}: arrows move the cross-hair, Page Up and Page Down the slice`,
     );
-    lineDown.style.left = part(plane.across, false);
-    lineAcross.style.top = part(plane.down, plane.flip);
-    const [low, high] = pairs ? pairs[plane.across] : ["", ""];
-    const ends = pairs ? pairs[plane.down] : ["", ""];
-    [low, high, ...(plane.flip ? [ends[1], ends[0]] : ends)].forEach((text, k) => (letters[k].textContent = text));
+    lineDown.style.left = part(plane.across, turned[0]);
+    lineAcross.style.top = part(plane.down, turned[1]);
+    [plane.across, plane.down].forEach((axis, side) => {
+      const ends = pairs ? pairs[axis] : ["", ""];
+      (turned[side] ? [...ends].reverse() : ends).forEach((text, k) => (letters[2 * side + k].textContent = text));
+    });
     const key = `${volume.id} ${index} ${window}`;
     if (!area.clientWidth || key === drawn) return;
     drawn = key;
@@ -110,8 +118,8 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     const inside = across >= 0 && across <= 1 && down >= 0 && down <= 1;
     const at = [...sample];
     const place = (axis, share) => clamp(Math.floor(share * volume.dims[axis]), 0, volume.dims[axis] - 1);
-    at[plane.across] = place(plane.across, across);
-    at[plane.down] = place(plane.down, plane.flip ? 1 - down : down);
+    at[plane.across] = place(plane.across, turned[0] ? 1 - across : across);
+    at[plane.down] = place(plane.down, turned[1] ? 1 - down : down);
     return { at, inside };
   }
 
@@ -166,10 +174,11 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
   area.addEventListener("keydown", (event) => {
     if (!volume || event.ctrlKey || event.metaKey || event.altKey) return;
     const size = event.shiftKey ? 10 : 1;
-    const down = plane.flip ? -1 : 1;
+    const right = turned[0] ? -1 : 1;
+    const down = turned[1] ? -1 : 1;
     const step = {
-      ArrowLeft: [plane.across, -1],
-      ArrowRight: [plane.across, 1],
+      ArrowLeft: [plane.across, -right],
+      ArrowRight: [plane.across, right],
       ArrowUp: [plane.down, -down],
       ArrowDown: [plane.down, down],
       PageUp: [plane.axis, 1],
@@ -193,8 +202,5 @@ export function createSlice(name, { fetchSlice, moved, hovered, windowed, window
     show,
     /** Its size changed, or it came into sight. */
     resized: fitFrame,
-    get letters() {
-      return letterPairs;
-    },
   };
 }

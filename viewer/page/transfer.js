@@ -1,9 +1,10 @@
 // The panel of colours and opacities: presets, the editor over the histogram, the chosen point, colour maps, files.
 
-import { button, clamp, download, element, field, logSlider, options, statusLine, stem } from "./panel_kit.js";
+import { button, clamp, element, field, logSlider, statusLine } from "./panel_kit.js";
 import { colourAt, colourMaps, hexOf, rgbOf } from "./colour_maps.js";
 import { robustRange } from "./histogram.js";
 import { meaningOf, shortNumber } from "./meaning.js";
+import { transferFiles } from "./transfer_files.js";
 import { createEditor } from "./transfer_editor.js";
 import { coloured, extent, moved, recoloured, simplified, stretched } from "./transfer_points.js";
 import { CT_WINDOWS, presetGroups, presetWord } from "./transfer_presets.js";
@@ -126,21 +127,17 @@ export function mount(panel, { store, api, volumes }) {
   const densityOut = element("output", {});
   const densityField = field("Density", density.input, densityOut);
 
-  const fileInput = element("input", {
-    type: "file",
-    accept: ".json,application/json",
-    class: "unseen",
-    onchange: load,
-    tabindex: -1,
-    "aria-label": "Transfer function file",
+  const filesRow = transferFiles({
+    api,
+    volumes,
+    status,
+    points: () => points(),
+    loaded(read) {
+      store.set({ view: { transfer: read } });
+      range = null;
+      show();
+    },
   });
-  const filesRow = element(
-    "div",
-    { class: "buttons" },
-    button("Save", save, { title: "A JSON file for cvol render --transfer" }),
-    button("Load…", () => fileInput.click(), { title: "A JSON file of cvol's or ParaView's" }),
-    fileInput,
-  );
 
   const hint = element("p", { class: "hint" });
   panel.classList.add("panel-transfer");
@@ -218,28 +215,6 @@ export function mount(panel, { store, api, volumes }) {
       { view: { opacity_scale: Math.abs(Math.log(value)) < 0.03 ? 1 : Number(value.toPrecision(3)) } },
       { live },
     );
-  }
-
-  function save() {
-    const rounded = points().map((point) => point.map((x) => Number(x.toPrecision(8))));
-    const lines = rounded.map((point) => `    ${JSON.stringify(point)}`);
-    download(`{\n  "points": [\n${lines.join(",\n")}\n  ]\n}\n`, `${stem(volume())}-transfer.json`);
-    status.say("Saved: cvol render --transfer takes it.");
-  }
-
-  async function load() {
-    const [file] = fileInput.files;
-    fileInput.value = "";
-    if (!file || !volume()) return;
-    try {
-      if (file.size > 1 << 20) throw new Error(`${file.name} has ${file.size} bytes, more than 1 MiB.`);
-      const { points: read } = await api.readTransfer(volume().id, await file.text());
-      store.set({ view: { transfer: read } });
-      range = null;
-      status.say(`${file.name}: ${read.length} points.`);
-    } catch (error) {
-      status.say(error.message, true);
-    }
   }
 
   // ---- showing ---------------------------------------------------------------------------------
@@ -410,6 +385,7 @@ export function mount(panel, { store, api, volumes }) {
     const changed = state.view.volume !== previous.view.volume || state.view.mode !== previous.view.mode;
     if (changed) {
       range = null;
+      status.say("");
       refresh();
     } else if (
       ["transfer", "window", "surface", "opacity_scale"].some((name) => state.view[name] !== previous.view[name])
