@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "command.h"
 #include "copy.h"
 #include "difference.h"
 #include "frame.h"
@@ -102,6 +103,7 @@ static const route_entry entries[] = {
     {"POST", "api/1/frame", frame_post},
     {"POST", "api/1/pick", pick_post},
     {"POST", "api/1/difference", difference_post},
+    {"POST", "api/1/command", command_post},
     {"GET", "api/1/status", status_get},
     {"POST", "api/1/end", end_post},
 };

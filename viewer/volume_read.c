@@ -84,13 +84,16 @@ int volume_make_copy(cvol_context *context, shown_volume *v)
     cvol_compress_report report;
     int code;
     if (parent->dense) {
-        cvol_compress_options options = v->wanted;
-        options.fast = 1;
-        options.background = CVOL_BACKGROUND_FIND;
-        options.has_fill = parent->histogram.mark_count > 0;
-        options.fill = parent->histogram.mark;
+        cvol_histogram histogram; /* of the array, marked samples are no more */
+        code = cvol_volume_histogram(context, &histogram, parent->dense);
+        if (code)
+            return code;
+        v->wanted.fast = 1;
+        v->wanted.background = CVOL_BACKGROUND_FIND;
+        v->wanted.has_fill = histogram.mark_count > 0;
+        v->wanted.fill = histogram.mark;
         code = cvol_compress(context, &v->array, &report, parent->dense->data, &parent->grid,
-                             &options);
+                             &v->wanted);
     } else {
         code = cvol_array_transcode(context, &v->array, &report, parent->array, &v->wanted);
     }

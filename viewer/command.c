@@ -1,0 +1,375 @@
+/* The command that makes a picture again, to the byte, for a shell: of a copy, first those that
+ * make it. Options that say what goes without saying are left out. */
+#include "command.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "view.h"
+
+/* ---- words ------------------------------------------------------------------------------------
+ */
+
+/* The shortest digits that are this number. */
+static void put_number(FILE *out, double value)
+{
+    char text[40];
+    for (int digits = 6; digits <= 17; digits++) {
+        snprintf(text, sizeof text, "%.*g", digits, value);
+        const double back = strtod(text, NULL);
+        if (!(back < value) && !(back > value))
+            break;
+    }
+    fputs(text, out);
+}
+
+/* " --name a,b,c" */
+static void put_numbers(FILE *out, const char *name, const double *values, int count)
+{
+    fprintf(out, " %s ", name);
+    for (int i = 0; i < count; i++) {
+        if (i)
+            putc(',', out);
+        put_number(out, values[i]);
+    }
+}
+
+/* The same unless that is what the command takes anyway. */
+static void put_other(FILE *out, const char *name, const double *values, const double *usual,
+                      int count)
+{
+    int same = 1;
+    for (int i = 0; i < count; i++)
+        same = same && !(values[i] < usual[i]) && !(values[i] > usual[i]);
+    if (!same)
+        put_numbers(out, name, values, count);
+}
+
+/* A word as a shell reads it, whatever letters it has. */
+static void put_word(FILE *out, const char *word)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                                "_./:+-,@%=";
+    if (word[0] == '-') /* no option, but a file */
+        fputs("./", out);
+    if (*word && strspn(word, plain) == strlen(word)) {
+        fputs(word, out);
+        return;
+    }
+    putc('\'', out);
+    for (; *word; word++)
+        if (*word == '\'')
+            fputs("'\\''", out);
+        else
+            putc(*word, out);
+    putc('\'', out);
+}
+
+/* ---- volumes ----------------------------------------------------------------------------------
+ */
+
+/* The letters of a file's name that are not its ending. */
+static int base_length(const char *name)
+{
+    const size_t length = strlen(name);
+    if (length > 7 && !strcmp(name + length - 7, ".nii.gz"))
+        return (int)length - 7;
+    const char *dot = strrchr(name, '.');
+    return dot && dot > name ? (int)(dot - name) : (int)length;
+}
+
+/* How many channels a compressed file has. */
+static int channels_of(const char *path)
+{
+    int channels = 1;
+    cvol_context *context = cvol_context_create();
+    cvol_series *series = NULL;
+    if (context && !cvol_series_read(context, &series, path))
+        channels = cvol_series_channels(series);
+    cvol_series_free(series);
+    cvol_context_destroy(context);
+    return channels;
+}
+
+/* What the viewer was told of files that do not say it themselves. */
+static void put_reading(FILE *out, const char *path, const viewer_options *options)
+{
+    const cvol_read_options *read = &options->read;
+    const int compressed = cvol_file_is_cvol(path);
+    if (read->has_index)
+        fprintf(out, " --time %d", read->index);
+    if (read->has_channel || (compressed && channels_of(path) > 1))
+        fprintf(out, " --channel %d", read->has_channel ? read->channel : 0);
+    if (compressed)
+        return;
+    if (read->dims[0])
+        fprintf(out, " --dims %zux%zux%zu", read->dims[0], read->dims[1], read->dims[2]);
+    if (read->type)
+        fprintf(out, " --type %s", cvol_type_name(read->type));
+    if (read->big_endian)
+        fputs(" --big-endian", out);
+    if (read->spacing[0] > 0)
+        put_numbers(out, "--spacing", read->spacing, 3);
+    if (read->series) {
+        fputs(" --series ", out);
+        put_word(out, read->series);
+    }
+    if (options->has_fill)
+        put_numbers(out, "--fill", &options->fill, 1);
+}
+
+/* The file that a copy has when its command has run: NAME-ratio-60.cvol. */
+static char *copy_name(const shown_volume *v)
+{
+    char *name = NULL;
+    size_t size;
+    FILE *out = open_memstream(&name, &size);
+    if (!out)
+        return NULL;
+    fprintf(out, "%.*s", base_length(v->name), v->name);
+    for (; v->parent; v = v->parent) {
+        fputs(v->wanted.target == CVOL_TARGET_PSNR ? "-psnr-" : "-ratio-", out);
+        put_number(out, v->wanted.target_value);
+    }
+    fputs(".cvol", out);
+    return fclose(out) ? NULL : name;
+}
+
+/* The file of a volume; the caller frees it. */
+static char *file_of(const shown_volume *v)
+{
+    return v->parent ? copy_name(v) : strdup(v->path);
+}
+
+/* Commands that make a copy, each with " && " behind it. 0: no memory. */
+static int put_making(FILE *out, const shown_volume *v, const viewer_options *options)
+{
+    const shown_volume *parent = v->parent;
+    if (!parent)
+        return 1;
+    char *from = file_of(parent), *to = file_of(v);
+    const int good = from && to && put_making(out, parent, options);
+    if (good) {
+        fputs(parent->dense ? "cvol compress " : "cvol transcode ", out);
+        put_word(out, from);
+        putc(' ', out);
+        put_word(out, to);
+        put_numbers(out, v->wanted.target == CVOL_TARGET_PSNR ? "--psnr" : "--ratio",
+                    &v->wanted.target_value, 1);
+        if (parent->dense)
+            fputs(" --fast --background auto", out);
+        if (parent->dense && v->wanted.has_fill)
+            put_numbers(out, "--fill", &v->wanted.fill, 1);
+        if (!parent->parent)
+            put_reading(out, from, options);
+        fputs(" && ", out);
+    }
+    free(from);
+    free(to);
+    return good;
+}
+
+/* ---- what is seen -----------------------------------------------------------------------------
+ */
+
+static const double none[4] = {0, 0, 0, 0};
+
+static void put_camera(FILE *out, const view *v)
+{
+    const cvol_camera *c = &v->options.camera;
+    const double one = 1;
+    fprintf(out, " --size %dx%d", v->options.width, v->options.height);
+    put_other(out, "--azimuth", &c->azimuth_deg, none, 1);
+    put_other(out, "--elevation", &c->elevation_deg, none, 1);
+    put_other(out, "--roll", &c->roll_deg, none, 1);
+    put_other(out, "--zoom", &c->zoom, &one, 1);
+    put_other(out, "--perspective", &c->fov_deg, none, 1);
+    put_other(out, "--look-at", c->look_at, none, 3);
+    if (v->mirror)
+        fputs(" --mirror", out);
+}
+
+static void put_light(FILE *out, const view *v)
+{
+    const cvol_shading *s = &v->options.shading;
+    const cvol_render_options usual = cvol_render_options_defaults();
+    const int iso = v->options.mode == CVOL_MODE_ISO;
+    const double shininess = s->shininess, usual_shininess = usual.shading.shininess;
+    if (!iso && (v->options.mode != CVOL_MODE_COMPOSITE || !s->on))
+        return;
+    if (!iso)
+        fputs(" --shade", out);
+    put_other(out, "--light", s->light, none, 3);
+    put_other(out, "--ambient", &s->ambient, &usual.shading.ambient, 1);
+    put_other(out, "--diffuse", &s->diffuse, &usual.shading.diffuse, 1);
+    put_other(out, "--specular", &s->specular, &usual.shading.specular, 1);
+    put_other(out, "--shininess", &shininess, &usual_shininess, 1);
+    if (!iso)
+        put_other(out, "--gradient-opacity", &s->gradient_opacity, none, 1);
+}
+
+static void put_colours(FILE *out, const view *v)
+{
+    static const double as_stored[2] = {1, 0};
+    const double one = 1, *rescale = v->volume->rescale;
+    if (!v->transfer_name[0])
+        fputs(" --transfer transfer.json", out);
+    else if (strcmp(v->transfer_name, "auto")) {
+        fputs(" --transfer ", out);
+        put_word(out, v->transfer_name);
+    }
+    if (v->transfer_name[0] && cvol_transfer_is_ct(v->transfer_name))
+        put_numbers(out, "--rescale", fabs(rescale[0]) > 0 ? rescale : as_stored, 2);
+    put_other(out, "--opacity-scale", &v->opacity_scale, &one, 1);
+}
+
+/* Values of windows and surfaces are samples', whatever the file says that these mean. */
+static void put_values(FILE *out, const view *v)
+{
+    static const double as_stored[2] = {1, 0};
+    const cvol_render_options *o = &v->options, usual = cvol_render_options_defaults();
+    const double means[2] = {v->volume->grid.value_scale, v->volume->grid.value_offset};
+    const double *w = o->window, window[2] = {w[0] + (w[1] - w[0]) / 2, w[1] - w[0]};
+    static const char *const modes[] = {[CVOL_MODE_XRAY] = "xray",
+                                        [CVOL_MODE_MIP] = "mip",
+                                        [CVOL_MODE_MIN] = "min",
+                                        [CVOL_MODE_ISO] = "iso"};
+    fprintf(out, " --mode %s", modes[o->mode]);
+    const int windowed = o->mode != CVOL_MODE_ISO && w[0] < w[1];
+    if (windowed)
+        put_numbers(out, "--window", window, 2);
+    if (o->mode == CVOL_MODE_ISO) {
+        put_numbers(out, "--iso", &o->surface.value, 1);
+        put_other(out, "--iso-colour", o->surface.colour, usual.surface.colour, 3);
+    }
+    if (fabs(means[0]) > 0 && (windowed || o->mode == CVOL_MODE_ISO)) {
+        const int told = means[0] < 1 || means[0] > 1 || means[1] < 0 || means[1] > 0;
+        if (told)
+            put_numbers(out, "--rescale", as_stored, 2);
+    }
+}
+
+/* --clip 10:,:20, and planes */
+static void put_clip(FILE *out, const cvol_clip *clip)
+{
+    if (clip->axes)
+        fputs(" --clip ", out);
+    for (int a = 0; a < 3 && clip->axes; a++) {
+        const int lower = clip->axes >> a & 1 && clip->from[a] > -1e29;
+        const int upper = clip->axes >> a & 1 && clip->to[a] < 1e29;
+        if (a)
+            putc(',', out);
+        if (lower)
+            put_number(out, clip->from[a]);
+        if (lower || upper)
+            putc(':', out);
+        if (upper)
+            put_number(out, clip->to[a]);
+    }
+    for (int k = 0; k < clip->planes; k++)
+        put_numbers(out, "--clip-plane", clip->plane[k], 4);
+}
+
+static void put_look(FILE *out, const view *v)
+{
+    const cvol_render_options *o = &v->options;
+    const int composite = o->mode == CVOL_MODE_COMPOSITE, iso = o->mode == CVOL_MODE_ISO;
+    const double usual_rays = cvol_render_options_defaults().oversample;
+    put_camera(out, v);
+    if (composite)
+        put_colours(out, v);
+    else
+        put_values(out, v);
+    put_light(out, v);
+    put_clip(out, &o->clip);
+    put_other(out, "--background", o->background, none, 3);
+    if (composite || iso || o->step_voxels >= 1) /* finer steps are of these modes */
+        put_other(out, "--step", &o->step_voxels, none, 1);
+    put_other(out, "--oversample", &o->oversample, &usual_rays, 1);
+}
+
+/* NULL: no memory. */
+static char *describe(const view *v, const viewer_options *options)
+{
+    char *text = NULL, *file = file_of(v->volume), *picture = NULL;
+    size_t size, picture_size;
+    FILE *name = open_memstream(&picture, &picture_size);
+    if (name)
+        fprintf(name, "%.*s.png", base_length(v->volume->name), v->volume->name);
+    const int named = name && !fclose(name);
+    FILE *out = open_memstream(&text, &size);
+    int good = file && named && out && put_making(out, v->volume, options);
+    if (good) {
+        fputs("cvol render ", out);
+        put_word(out, file);
+        if (!v->volume->parent)
+            put_reading(out, file, options);
+        fputs(" -o ", out);
+        put_word(out, picture);
+        put_look(out, v);
+    }
+    good = out && !fclose(out) && good;
+    free(file);
+    free(picture);
+    if (good)
+        return text;
+    free(text);
+    return NULL;
+}
+
+/* The points that were given, as a file of them. */
+static json_t *files_of(const view *v)
+{
+    if (v->options.mode != CVOL_MODE_COMPOSITE || v->transfer_name[0])
+        return json_object();
+    json_t *points = json_array();
+    for (size_t i = 0; i < v->point_count; i++) {
+        const cvol_transfer_point *p = &v->points[i];
+        json_array_append_new(points,
+                              json_pack("[f, f, f, f, f]", p->value, p->r, p->g, p->b, p->opacity));
+    }
+    return json_pack("{s:{s:o}}", "transfer.json", "points", points);
+}
+
+/* All digits of all numbers. */
+static answer exact_json(json_t *object)
+{
+    char *text = object ? json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
+    json_decref(object);
+    return text ? answer_bytes("application/json", text, strlen(text), free)
+                : answer_error(500, "the command cannot be told: not enough memory, or a name that "
+                                    "is not UTF-8");
+}
+
+answer command_post(request *r)
+{
+    char error[512] = "";
+    json_t *body;
+    view v = {0};
+    fields_parse(&body, r->body, r->body_bytes, error, sizeof error);
+    fields f = {body, NULL, "", error, sizeof error};
+    int status = 400;
+    if (body) {
+        fields inner = take_object(&f, "view", "view.");
+        if (!inner.object)
+            fields_fail(&f, "view is missing: which picture?");
+        status = fields_ok(&f) ? view_take(&v, r->service->volumes, &inner) : 400;
+        fields_end(&inner);
+        fields_end(&f);
+        if (!status && !fields_ok(&f))
+            status = 400;
+    }
+    json_decref(body);
+    answer a = answer_error(status ? status : 500, "%s", error);
+    if (!status) {
+        char *text = describe(&v, r->service->options);
+        answer_free(&a);
+        a = exact_json(text ? json_pack("{s:s, s:o}", "command", text, "files", files_of(&v))
+                            : NULL);
+        free(text);
+    }
+    view_free(&v);
+    return a;
+}

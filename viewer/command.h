@@ -1,0 +1,10 @@
+/* The command that makes a picture again. */
+#ifndef CVOL_VIEWER_COMMAND_H
+#define CVOL_VIEWER_COMMAND_H
+
+#include "request.h"
+
+/* POST api/1/command */
+answer command_post(request *r);
+
+#endif
