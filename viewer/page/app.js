@@ -32,6 +32,7 @@ applyTheme();
 let about = null;
 let linked = patchOf(location.hash); // what the address says, until a volume is seen
 let opened = null; // the volume that is seen
+let reached = true; // whether the program answers
 const announce = (sentence) => ($("announce").textContent = sentence);
 
 // ---- the picture and what stands over it --------------------------------------------------------
@@ -54,7 +55,7 @@ const view3d = mountView3d($("canvas"), {
     drawSoon();
     turntable.next();
   },
-  busy: (yes) => status.state(yes ? "busy" : "idle"),
+  busy: (yes) => reached && status.state(yes ? "busy" : "idle"),
   failed(sentence, code) {
     if (sentence === null) showState();
     else if (code !== 0 && volumes.current()?.state === "ready") notice.failed(sentence);
@@ -272,7 +273,6 @@ window.addEventListener("hashchange", () => {
 
 // ---- whether the program is there ---------------------------------------------------------------
 
-let reached = true;
 let retryTimer = 0;
 
 async function retry() {
