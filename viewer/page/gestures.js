@@ -69,7 +69,6 @@ export function listenToGestures(element, on) {
     if (pointers.size === 1) travelled = 0;
     else travelled = Infinity;
     on.start?.();
-    element.focus({ preventScroll: true });
   });
 
   element.addEventListener("pointermove", (event) => {
