@@ -19,10 +19,14 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
 
   const label = element("p", { class: "second-label" });
   const notice = element("p", { class: "second-notice", role: "status" });
+  let failure = "";
   const second = createSecondView(stage.compare, {
     hand: (view3d || window.cvol?.view3d)?.hand,
     shown: showFigures,
-    failed: (sentence) => (notice.textContent = sentence || ""),
+    failed(sentence) {
+      failure = sentence || "";
+      show();
+    },
   });
   stage.compare.append(label, notice);
 
@@ -44,7 +48,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
   const gain = logSlider(1, 100, { oninput: () => amplify(true), onchange: () => amplify(false) });
   const gainOut = element("output", {});
   const gainField = field("Gain", gain.input, gainOut);
-  const smaller = createSmallerCopy({ api, volumes, viewer: second.viewer, made: madeCopy });
+  const smaller = createSmallerCopy({ api, volumes, viewer: second.viewer, chosen: copyChosen });
   panel.classList.add("panel-compare");
   panel.append(
     element("div", { class: "choice", role: "radiogroup", "aria-label": "Comparing" }, ...radios),
@@ -56,14 +60,13 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
 
   function choose(mode) {
     if (mode === "off") return set({ layout: "single" });
-    const chosen = volumes.get(compare().other) ? compare().other : (others()[0]?.id ?? null);
+    const chosen = isThere(compare().other) ? compare().other : likely();
     set({ layout: "compare", compare: { mode, other: chosen } });
     if (!chosen) status.say("Choose how small, below: the copy is then seen beside this volume.");
   }
 
-  function madeCopy(volume) {
-    if (volume) set({ layout: "compare", compare: { other: volume.id } });
-    else set({ layout: "single", compare: { other: null } });
+  function copyChosen(id) {
+    set(id ? { layout: "compare", compare: { other: id } } : { layout: "single", compare: { other: null } });
   }
 
   function amplify(live) {
@@ -74,6 +77,15 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
 
   const others = () => volumes.list().filter(({ id }) => id !== store.state.view.volume);
 
+  const isThere = (id) => id !== null && (id === smaller.id || others().some((volume) => volume.id === id));
+
+  /** What one would compare with first: what this is a copy of, or a copy of this. */
+  function likely() {
+    const current = volumes.current();
+    const kin = others().find(({ id, parent }) => id === current?.parent || parent === current?.id);
+    return (kin || others()[0])?.id ?? null;
+  }
+
   function nameOf(volume) {
     if (volume.state === "failed") return `${volume.name}: failed`;
     if (volume.state !== "ready") return `${volume.name}: ${volume.doing?.what || volume.state}`;
@@ -83,7 +95,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
   function showFigures({ server }) {
     if (server.psnr_db === undefined) return;
     const parts = [
-      `PSNR ${decibels(server.psnr_db)}`,
+      `PSNR of the pictures ${decibels(server.psnr_db)}`,
       server.psnr_foreground_db !== undefined && `foreground ${decibels(server.psnr_foreground_db)}`,
       server.ssim !== undefined && `SSIM ${server.ssim.toFixed(4)}`,
     ];
@@ -104,7 +116,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
       id ?? "",
     );
     other.input.disabled = !others().length;
-    if (!volumes.get(id) && others().length && on) return set({ compare: { other: others()[0].id } });
+    if (on && !isThere(id) && likely()) return set({ compare: { other: likely() } });
     gainField.node.hidden = !on || mode !== "difference";
     gain.set(times, `${times} times`);
     gainOut.value = `× ${times}`;
@@ -119,8 +131,16 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
       label.textContent = facts ? facts.filter(Boolean).join(" · ") : "";
       if (volume && on) status.say("");
     }
-    if (on) notice.textContent = volume ? notice.textContent : "No other volume yet: make a smaller copy.";
-    second.canvas.hidden = !volume;
+    if (on) showNotice(id, volume);
+  }
+
+  function showNotice(id, volume) {
+    const working = volume ? volume.state !== "ready" && volume.state !== "failed" : id !== null && id === smaller.id;
+    second.canvas.hidden = !volume && !working;
+    second.canvas.classList.toggle("stale", working);
+    if (working) notice.textContent = `Compressing… ${Math.round(100 * (volume?.doing?.fraction || 0))} %`;
+    else if (!volume) notice.textContent = "No other volume yet: make a smaller copy.";
+    else notice.textContent = volume.error || failure;
   }
 
   volumes.subscribe(show);

@@ -2,12 +2,14 @@
 
 import { bytesText, button, element, field, logSlider, statusLine } from "./panel_kit.js";
 
-/** `made(volume)` is called with each copy that became ready. */
-export function createSmallerCopy({ api, volumes, viewer, made }) {
+const WAIT_MS = 350; // after the last movement of the slider: keys move it step by step
+
+/** `chosen(id)` is called with each copy that is being made, and with null when there is none any more. */
+export function createSmallerCopy({ api, volumes, viewer, chosen }) {
   const status = statusLine();
   const progress = element("progress", { max: 1, hidden: true, "aria-label": "Compressing" });
   const out = element("output", {});
-  const ratio = logSlider(5, 500, { oninput: preview, onchange: ask });
+  const ratio = logSlider(5, 500, { oninput: preview, onchange: later });
   const ratioField = field("Ratio of what is kept", ratio.input, out);
   const drop = button("Remove the copy", remove, { hidden: true });
   const node = element(
@@ -20,7 +22,9 @@ export function createSmallerCopy({ api, volumes, viewer, made }) {
     element("div", { class: "buttons" }, drop),
   );
   let copy = null; // its id
-  let told = false; // whether made() heard of it
+  let told = false; // whether its figures were
+  let asked = 0; // its ratio
+  let timer = 0;
 
   const wanted = () => Number(ratio.get().toPrecision(2));
 
@@ -36,17 +40,24 @@ export function createSmallerCopy({ api, volumes, viewer, made }) {
     if (raw) status.say(`About ${bytesText(Math.round(raw / wanted()))} of ${bytesText(raw)}. Let go to see it.`);
   }
 
-  async function ask() {
+  function later() {
     preview();
+    clearTimeout(timer);
+    timer = setTimeout(ask, WAIT_MS);
+  }
+
+  async function ask() {
     const from = base();
     if (from?.state !== "ready") return;
     try {
       const begun = await api.copy(from.id, { ratio: wanted(), viewer });
       copy = begun.id;
+      asked = wanted();
       told = false;
       progress.hidden = false;
       progress.removeAttribute("value");
       status.say(`Compressing to 1/${wanted()}…`);
+      chosen(copy);
       await volumes.refresh();
     } catch (error) {
       status.say(error.message, true);
@@ -56,7 +67,7 @@ export function createSmallerCopy({ api, volumes, viewer, made }) {
   async function remove() {
     const id = copy;
     copy = null;
-    made(null);
+    chosen(null);
     try {
       await api.remove(id);
       status.say("");
@@ -81,12 +92,18 @@ export function createSmallerCopy({ api, volumes, viewer, made }) {
       volume.psnr_db !== null ? `PSNR ${volume.psnr_db.toFixed(1)} dB` : null,
       volume.max_error !== null ? `largest error ${Number(volume.max_error.toPrecision(3))}` : null,
     ];
-    status.say(parts.filter(Boolean).join(" · "));
-    made(volume);
+    const short = volume.ratio < 0.95 * asked ? " It does not get smaller than that." : "";
+    status.say(`${parts.filter(Boolean).join(" · ")}.${short}`);
   }
 
   volumes.subscribe(follow);
   ratio.set(60, "one 60th");
   out.value = "1/60";
-  return { node };
+  return {
+    node,
+    /** The copy's id, which the list of volumes may not have yet. */
+    get id() {
+      return copy;
+    },
+  };
 }
