@@ -10,12 +10,14 @@
 #include "volumes.h"
 
 typedef struct request request;
+typedef struct films films;
 
 /* What handlers work on. */
 typedef struct service {
     const viewer_options *options;
     volumes *volumes;
     jobs *jobs;
+    films *films;
     int threads;
     volatile int end_asked;
 } service;

@@ -5,6 +5,8 @@
 #include "command.h"
 #include "copy.h"
 #include "difference.h"
+#include "film_out.h"
+#include "films.h"
 #include "frame.h"
 #include "page.h"
 #include "pick.h"
@@ -15,7 +17,7 @@
 static answer service_get(request *r)
 {
     const service *s = r->service;
-    json_t *transfers = json_array(), *ct = json_array(), *films = json_array();
+    json_t *transfers = json_array(), *ct = json_array(), *formats = json_array();
     const struct {
         json_t *list;
         const char *names;
@@ -26,14 +28,14 @@ static answer service_get(request *r)
             json_array_append_new(lists[i].list, json_stringn(name, length));
             name += length + strspn(name + length, " ");
         }
-    json_array_append_new(films, json_string("gif"));
-    if (strstr(cvol_film_formats(), ".webp"))
-        json_array_append_new(films, json_string("webp"));
+    const film_format *format;
+    for (int i = 0; (format = film_format_at(i, s->options->movies)); i++)
+        json_array_append_new(formats, json_string(format->name));
     return answer_json(200, json_pack("{s:i, s:s, s:i, s:b, s:{s:i, s:i, s:i}, s:o, s:o, s:o}",
                                       "api", 1, "program", cvol_version(), "threads", s->threads,
                                       "once", s->options->once, "limits", "size", VIEW_SIZE_MAX,
                                       "viewers", VIEWERS_MAX, "copies", COPIES_MAX, "transfers",
-                                      transfers, "ct_transfers", ct, "film_formats", films));
+                                      transfers, "ct_transfers", ct, "film_formats", formats));
 }
 
 static answer volumes_get(request *r)
@@ -104,6 +106,10 @@ static const route_entry entries[] = {
     {"POST", "api/1/pick", pick_post},
     {"POST", "api/1/difference", difference_post},
     {"POST", "api/1/command", command_post},
+    {"POST", "api/1/films", film_post},
+    {"GET", "api/1/films/*", film_get},
+    {"DELETE", "api/1/films/*", film_delete},
+    {"GET", "api/1/films/*/file", film_file_get},
     {"GET", "api/1/status", status_get},
     {"POST", "api/1/end", end_post},
 };

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "films.h"
 #include "server.h"
 
 struct viewer {
@@ -55,6 +56,9 @@ int viewer_open(viewer **out, char *message, size_t message_bytes, const viewer_
     v->service.volumes = volumes_open(&v->options);
     if (!v->service.volumes)
         return fail(v, message, message_bytes, "not enough memory for the volumes");
+    v->service.films = films_open(&v->options, v->service.threads);
+    if (!v->service.films)
+        return fail(v, message, message_bytes, "not enough memory");
     v->server = server_open(message, message_bytes, &v->service, &v->gate);
     if (!v->server) {
         viewer_close(v);
@@ -85,6 +89,7 @@ void viewer_close(viewer *v)
     jobs_stop(v->service.jobs);
     server_close(v->server);
     jobs_free(v->service.jobs);
+    films_close(v->service.films);
     volumes_close(v->service.volumes);
     free(v->address);
     free(v);

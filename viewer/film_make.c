@@ -1,0 +1,84 @@
+/* Films: a view, turned about the vertical; by a renderer of their own, so that those who look on
+ * keep theirs. */
+#include "film_make.h"
+
+#include <stdio.h>
+
+/* Pictures that a film's colours are chosen from. */
+enum { LEARNT = 8 };
+
+typedef struct making {
+    cvol_context *context;
+    const film_wanted *wanted;
+    idle_renderer renderer;
+    cvol_image *image;
+    film_out *out;
+    char *sentence;
+} making;
+
+static int failed(const making *m)
+{
+    snprintf(m->sentence, FILM_SENTENCE_BYTES, "%s", cvol_context_message(m->context));
+    return -1;
+}
+
+static int begin(making *m, const viewer_movies *movies, const char *path)
+{
+    const view *v = &m->wanted->view;
+    const int size[2] = {v->options.width, v->options.height};
+    int code = cvol_image_create(m->context, &m->image, size[0], size[1]);
+    if (!code)
+        code = cvol_renderer_create_sheet(m->context, &m->renderer.renderer, v->volume->array);
+    if (!code)
+        code = view_set_transfer(m->context, &m->renderer, v);
+    if (code)
+        return failed(m);
+    return film_out_open(m->context, &m->out, m->wanted->format, movies, path, size,
+                         &m->wanted->options, m->sentence);
+}
+
+static int draw(making *m, double share)
+{
+    const view *v = &m->wanted->view;
+    cvol_render_options options = v->options;
+    options.camera.azimuth_deg += m->wanted->degrees * share;
+    const int code = cvol_renderer_render(m->context, m->renderer.renderer, m->image, &options);
+    if (code)
+        return failed(m);
+    if (v->mirror)
+        cvol_image_mirror(m->image);
+    return 0;
+}
+
+/* Some frames from all around. */
+static int learn(making *m)
+{
+    const int count = m->wanted->frames < LEARNT ? m->wanted->frames : LEARNT;
+    for (int k = 0; k < count; k++)
+        if (draw(m, (double)k / count) || film_out_learn(m->context, m->out, m->image, m->sentence))
+            return -1;
+    return 0;
+}
+
+int film_make(cvol_context *context, const film_wanted *wanted, const viewer_movies *movies,
+              const char *path, void (*told)(void *user, double fraction), void *user,
+              char sentence[FILM_SENTENCE_BYTES])
+{
+    making m = {.context = context, .wanted = wanted, .sentence = sentence};
+    int code = begin(&m, movies, path);
+    if (!code && film_out_learns(m.out))
+        code = learn(&m);
+    for (int i = 0; i < wanted->frames && !code; i++) {
+        code = draw(&m, (double)i / wanted->frames);
+        if (!code)
+            code = film_out_add(context, m.out, m.image, sentence);
+        told(user, (double)(i + 1) / wanted->frames);
+    }
+    if (code)
+        film_out_abandon(m.out);
+    else
+        code = film_out_commit(context, m.out, sentence);
+    cvol_renderer_free(m.renderer.renderer);
+    cvol_image_free(m.image);
+    return code;
+}

@@ -1,0 +1,176 @@
+/* A film that is being written: by the library, as numbered pictures in an archive, or by whoever
+ * started the viewer. */
+#define _POSIX_C_SOURCE 200809L
+#include "film_out.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "tar.h"
+
+struct film_out {
+    cvol_film *film;             /* one of these three is there */
+    FILE *archive;               /* of pictures */
+    void *movie;                 /* of `movies` */
+    const viewer_movies *movies; /* NULL: none */
+    char *path;
+    int pictures;
+};
+
+static const film_format formats[] = {{"gif", "image/gif", ".gif"},
+                                      {"webp", "image/webp", ".webp"},
+                                      {"png", "application/x-tar", ".tar"},
+                                      {"mp4", "video/mp4", ".mp4"}};
+
+static int is_there(const film_format *f, const viewer_movies *movies)
+{
+    return !strcmp(f->name, "mp4")   ? movies && movies->is_there()
+           : !strcmp(f->name, "png") ? 1
+                                     : strstr(cvol_film_formats(), f->ending) != NULL;
+}
+
+const film_format *film_format_at(int i, const viewer_movies *movies)
+{
+    for (size_t k = 0; k < sizeof formats / sizeof *formats; k++)
+        if (is_there(&formats[k], movies) && !i--)
+            return &formats[k];
+    return NULL;
+}
+
+const film_format *film_format_find(const char *name, const viewer_movies *movies)
+{
+    const film_format *f;
+    for (int i = 0; (f = film_format_at(i, movies)); i++)
+        if (!strcmp(f->name, name))
+            return f;
+    return NULL;
+}
+
+/* Says what the library said, if it failed. */
+static int tell(const cvol_context *context, int code, char *sentence)
+{
+    if (code)
+        snprintf(sentence, FILM_SENTENCE_BYTES, "%s", cvol_context_message(context));
+    return code ? -1 : 0;
+}
+
+static int tell_system(const film_out *f, char *sentence)
+{
+    snprintf(sentence, FILM_SENTENCE_BYTES, "%s cannot be written: %s", f->path,
+             errno ? strerror(errno) : "the disk may be full");
+    return -1;
+}
+
+int film_out_open(cvol_context *context, film_out **out, const film_format *format,
+                  const viewer_movies *movies, const char *path, const int size[2],
+                  const cvol_film_options *options, char sentence[FILM_SENTENCE_BYTES])
+{
+    film_out *f = calloc(1, sizeof *f);
+    *out = NULL;
+    if (f)
+        f->path = strdup(path);
+    int failed = 0;
+    if (!f || !f->path) {
+        snprintf(sentence, FILM_SENTENCE_BYTES, "not enough memory for a film");
+        failed = 1;
+    } else if (!strcmp(format->name, "png")) {
+        f->archive = fopen(path, "wbx");
+        failed = f->archive ? 0 : tell_system(f, sentence);
+    } else if (!strcmp(format->name, "mp4")) {
+        f->movies = movies;
+        f->movie = movies->open(path, size[0], size[1], options, sentence, FILM_SENTENCE_BYTES);
+        failed = !f->movie;
+    } else {
+        failed = tell(context, cvol_film_open(context, &f->film, path, size[0], size[1], options),
+                      sentence);
+    }
+    if (failed)
+        film_out_abandon(f);
+    else
+        *out = f;
+    return failed ? -1 : 0;
+}
+
+int film_out_learns(const film_out *f)
+{
+    return f->film && cvol_film_learns(f->film);
+}
+
+int film_out_learn(cvol_context *context, film_out *f, const cvol_image *image,
+                   char sentence[FILM_SENTENCE_BYTES])
+{
+    return tell(context, cvol_film_learn(context, f->film, image), sentence);
+}
+
+/* As a file of the archive: 0001.png, ... */
+static int add_picture(cvol_context *context, film_out *f, const cvol_image *image, char *sentence)
+{
+    char name[32];
+    void *bytes;
+    size_t size;
+    if (tell(context, cvol_image_encode_png(context, image, CVOL_PNG_QUICK, &bytes, &size),
+             sentence))
+        return -1;
+    snprintf(name, sizeof name, "%04d.png", ++f->pictures);
+    errno = 0;
+    const int failed = tar_add(f->archive, name, bytes, size);
+    free(bytes);
+    return failed ? tell_system(f, sentence) : 0;
+}
+
+int film_out_add(cvol_context *context, film_out *f, const cvol_image *image,
+                 char sentence[FILM_SENTENCE_BYTES])
+{
+    if (f->movie)
+        return f->movies->add(f->movie, image, sentence, FILM_SENTENCE_BYTES);
+    return f->archive ? add_picture(context, f, image, sentence)
+                      : tell(context, cvol_film_add(context, f->film, image), sentence);
+}
+
+/* 0 if all of it is on the disk. */
+static int end_archive(film_out *f, char *sentence)
+{
+    errno = 0;
+    const int ended = !tar_end(f->archive);
+    const int closed = !fclose(f->archive);
+    f->archive = NULL;
+    if (ended && closed)
+        return 0;
+    tell_system(f, sentence);
+    unlink(f->path);
+    return -1;
+}
+
+int film_out_commit(cvol_context *context, film_out *f, char sentence[FILM_SENTENCE_BYTES])
+{
+    int failed = 0;
+    if (f->archive) {
+        failed = end_archive(f, sentence);
+    } else if (f->movie) {
+        failed = f->movies->commit(f->movie, sentence, FILM_SENTENCE_BYTES);
+        f->movie = NULL;
+    } else {
+        failed = tell(context, cvol_film_commit(context, f->film), sentence);
+        f->film = NULL;
+    }
+    film_out_abandon(f);
+    return failed;
+}
+
+void film_out_abandon(film_out *f)
+{
+    if (!f)
+        return;
+    cvol_film_abandon(f->film);
+    if (f->movie)
+        f->movies->abandon(f->movie);
+    if (f->archive) {
+        fclose(f->archive);
+        unlink(f->path);
+    }
+    free(f->path);
+    free(f);
+}
