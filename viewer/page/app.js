@@ -309,5 +309,7 @@ async function start() {
 }
 
 showGround();
+// The stage has the link's shape before the link's zoom is set: a zoom follows the stage's shape.
+store.set({ page: linked.page ?? {} }, { undo: false });
 mountOthers();
 retry();
