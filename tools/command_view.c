@@ -10,6 +10,7 @@
 
 #include "cli.h"
 #ifdef CVOL_HAVE_VIEWER
+#include "ffmpeg.h"
 #include "viewer/viewer.h"
 
 static const char description[] = "Shows volumes in a browser: turns, lights, colours and cuts "
@@ -53,6 +54,30 @@ static void open_browser(const char *address)
     _exit(127);
 }
 
+/* Films through ffmpeg, where it is installed. */
+static void *start_movie(const char *path, int width, int height, const cvol_film_options *options,
+                         char *sentence, size_t bytes)
+{
+    return open_ffmpeg(path, width, height, options, sentence, bytes);
+}
+
+static int feed_movie(void *movie, const cvol_image *image, char *sentence, size_t bytes)
+{
+    return add_to_ffmpeg(movie, image, sentence, bytes);
+}
+
+static int end_movie(void *movie, char *sentence, size_t bytes)
+{
+    return commit_ffmpeg(movie, sentence, bytes);
+}
+
+static void drop_movie(void *movie)
+{
+    abandon_ffmpeg(movie);
+}
+
+static const viewer_movies movies = {has_ffmpeg, start_movie, feed_movie, end_movie, drop_movie};
+
 static int tell_address(const view_arguments *a, const viewer *v)
 {
     if (a->common.json) {
@@ -95,7 +120,8 @@ static viewer_options make_options(const view_arguments *a, const command_line *
                               .port = a->port,
                               .host_count = a->hosts.count,
                               .once = a->once,
-                              .threads = a->common.threads};
+                              .threads = a->common.threads,
+                              .movies = &movies};
     for (int i = 0; i < a->hosts.count; i++)
         options.hosts[i] = a->hosts.texts[i];
     return options;

@@ -4,12 +4,14 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "movie.h"
+#include "ffmpeg.h"
 
 #define WORDS_MAX 300 /* of what ffmpeg says */
 
@@ -48,9 +50,10 @@ static char *hidden_name(const char *path)
 }
 
 /* What ffmpeg is told; before there is a child, which may do little. */
-static void describe(ffmpeg *f, const movie_options *options)
+static void describe(ffmpeg *f, const cvol_film_options *options)
 {
-    f->vp9 = has_ending(f->path, ".webm");
+    const char *ending = strrchr(f->path, '.');
+    f->vp9 = ending && !strcasecmp(ending, ".webm");
     snprintf(f->size, sizeof f->size, "%dx%d", f->width, f->height);
     snprintf(f->rate, sizeof f->rate, "%.6g", options->frames_per_second);
     /* 90 is 18 and 27, which are thought good. */
@@ -117,8 +120,22 @@ static int start(ffmpeg *f)
     return reason;
 }
 
-ffmpeg *open_ffmpeg(const char *path, int width, int height, const movie_options *options,
-                    int *status)
+int has_ffmpeg(void)
+{
+    const char *folder = getenv("PATH");
+    char path[4096];
+    while (folder && *folder) {
+        const size_t length = strcspn(folder, ":");
+        const int size = snprintf(path, sizeof path, "%.*s/ffmpeg", (int)length, folder);
+        if (size < (int)sizeof path && !access(path, X_OK))
+            return 1;
+        folder += length + (folder[length] == ':');
+    }
+    return 0;
+}
+
+ffmpeg *open_ffmpeg(const char *path, int width, int height, const cvol_film_options *options,
+                    char *sentence, size_t sentence_bytes)
 {
     ffmpeg *f = calloc(1, sizeof *f);
     if (f) {
@@ -128,7 +145,7 @@ ffmpeg *open_ffmpeg(const char *path, int width, int height, const movie_options
         f->row = malloc(3 * (size_t)width);
     }
     if (!f || !f->path || !f->hidden || !f->row) {
-        *status = complain(EXIT_FAILED, "not enough memory");
+        snprintf(sentence, sentence_bytes, "not enough memory");
         if (f)
             free_ffmpeg(f);
         return NULL;
@@ -137,14 +154,14 @@ ffmpeg *open_ffmpeg(const char *path, int width, int height, const movie_options
     const int reason = start(f);
     if (!reason)
         return f;
-    *status = reason == ENOENT
-                  ? complain(
-                        EXIT_FAILED,
-                        "%s: such films are made by ffmpeg, which is not installed; .gif%s and "
-                        "numbered pictures (-o 'turn-{n}.png') need none",
-                        path, strstr(cvol_film_formats(), ".webp") ? ", .webp" : "")
-                  : complain(EXIT_FAILED, "%s: ffmpeg cannot be started: %s", path,
-                             strerror(reason));
+    if (reason == ENOENT)
+        snprintf(sentence, sentence_bytes,
+                 "%s: such films are made by ffmpeg, which is not installed; .gif%s and numbered "
+                 "pictures (-o 'turn-{n}.png') need none",
+                 path, strstr(cvol_film_formats(), ".webp") ? ", .webp" : "");
+    else
+        snprintf(sentence, sentence_bytes, "%s: ffmpeg cannot be started: %s", path,
+                 strerror(reason));
     free_ffmpeg(f);
     return NULL;
 }
@@ -178,12 +195,11 @@ static int finish(ffmpeg *f, char words[WORDS_MAX])
     return !WIFEXITED(result) || WEXITSTATUS(result) != 0;
 }
 
-/* After it broke off. */
-static int complain_of(ffmpeg *f)
+/* After it broke off, or at its end. */
+static int tell(ffmpeg *f, const char words[WORDS_MAX], char *sentence, size_t sentence_bytes)
 {
-    char words[WORDS_MAX];
-    finish(f, words);
-    return complain(EXIT_FAILED, "%s: ffmpeg failed: %s", f->path, words);
+    snprintf(sentence, sentence_bytes, "%s: ffmpeg failed: %s", f->path, words);
+    return -1;
 }
 
 static int write_all(int to, const uint8_t *data, size_t size)
@@ -200,31 +216,36 @@ static int write_all(int to, const uint8_t *data, size_t size)
     return 1;
 }
 
-int add_to_ffmpeg(ffmpeg *f, const cvol_image *image)
+int add_to_ffmpeg(ffmpeg *f, const cvol_image *image, char *sentence, size_t sentence_bytes)
 {
     const size_t width = (size_t)f->width;
     for (int y = 0; y < f->height; y++) {
         const uint8_t *rgba = image->rgba + 4 * width * (size_t)y;
         for (size_t x = 0; x < width; x++)
             memcpy(f->row + 3 * x, rgba + 4 * x, 3);
-        if (!write_all(f->to, f->row, 3 * width))
-            return complain_of(f);
+        if (!write_all(f->to, f->row, 3 * width)) {
+            char words[WORDS_MAX];
+            finish(f, words);
+            return tell(f, words, sentence, sentence_bytes);
+        }
     }
-    return EXIT_DONE;
+    return 0;
 }
 
-int commit_ffmpeg(ffmpeg *f)
+int commit_ffmpeg(ffmpeg *f, char *sentence, size_t sentence_bytes)
 {
     char words[WORDS_MAX];
-    int status = EXIT_DONE;
-    if (finish(f, words))
-        status = complain(EXIT_FAILED, "%s: ffmpeg failed: %s", f->path, words);
-    else if (rename(f->hidden, f->path))
-        status = complain(EXIT_FAILED, "%s: cannot be written: %s", f->path, strerror(errno));
-    if (status)
+    int failed = 0;
+    if (finish(f, words)) {
+        failed = tell(f, words, sentence, sentence_bytes);
+    } else if (rename(f->hidden, f->path)) {
+        snprintf(sentence, sentence_bytes, "%s: cannot be written: %s", f->path, strerror(errno));
+        failed = -1;
+    }
+    if (failed)
         unlink(f->hidden);
     free_ffmpeg(f);
-    return status;
+    return failed;
 }
 
 void abandon_ffmpeg(ffmpeg *f)

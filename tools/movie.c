@@ -3,6 +3,11 @@
 
 #include <stdlib.h>
 
+#include "ffmpeg.h"
+
+/* Of sentences: names of files may be long. */
+#define SENTENCE_BYTES 4608
+
 struct movie {
     cvol_film *film;
     ffmpeg *pipe;
@@ -20,7 +25,7 @@ int is_movie(const char *name)
 }
 
 movie *open_movie(cvol_context *context, const char *path, int width, int height,
-                  const movie_options *options, int *status)
+                  const cvol_film_options *options, int *status)
 {
     movie *m = calloc(1, sizeof *m);
     if (!m) {
@@ -28,10 +33,12 @@ movie *open_movie(cvol_context *context, const char *path, int width, int height
         return NULL;
     }
     if (is_ffmpeg_movie(path)) {
-        m->pipe = open_ffmpeg(path, width, height, options, status);
+        char sentence[SENTENCE_BYTES];
+        m->pipe = open_ffmpeg(path, width, height, options, sentence, sizeof sentence);
+        if (!m->pipe)
+            *status = complain(EXIT_FAILED, "%s", sentence);
     } else {
-        const cvol_film_options film = {options->frames_per_second, options->quality};
-        const int code = cvol_film_open(context, &m->film, path, width, height, &film);
+        const int code = cvol_film_open(context, &m->film, path, width, height, options);
         if (code)
             *status = complain_context(context, code, NULL);
     }
@@ -54,18 +61,22 @@ int show_movie(cvol_context *context, movie *m, const cvol_image *image)
 
 int add_to_movie(cvol_context *context, movie *m, const cvol_image *image)
 {
+    char sentence[SENTENCE_BYTES];
     if (m->pipe)
-        return add_to_ffmpeg(m->pipe, image);
+        return add_to_ffmpeg(m->pipe, image, sentence, sizeof sentence)
+                   ? complain(EXIT_FAILED, "%s", sentence)
+                   : EXIT_DONE;
     const int code = cvol_film_add(context, m->film, image);
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 
 int commit_movie(cvol_context *context, movie *m)
 {
+    char sentence[SENTENCE_BYTES];
     int status = EXIT_DONE, code = CVOL_OK;
-    if (m->pipe)
-        status = commit_ffmpeg(m->pipe);
-    else if ((code = cvol_film_commit(context, m->film)))
+    if (m->pipe && commit_ffmpeg(m->pipe, sentence, sizeof sentence))
+        status = complain(EXIT_FAILED, "%s", sentence);
+    else if (!m->pipe && (code = cvol_film_commit(context, m->film)))
         status = complain_context(context, code, NULL);
     free(m);
     return status;

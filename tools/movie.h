@@ -3,11 +3,7 @@
 #define CVOL_TOOLS_MOVIE_H
 
 #include "cli.h"
-
-typedef struct movie_options {
-    double frames_per_second;
-    int quality; /* 0 to 100 */
-} movie_options;
+#include "cvol/film.h"
 
 /* Whether the name is a film's: .gif .webp, or .mp4 .mov .mkv .webm through ffmpeg. */
 int is_movie(const char *name);
@@ -18,7 +14,7 @@ typedef struct movie movie;
 
 /* NULL after a sentence, and then *status is the exit status. */
 movie *open_movie(cvol_context *context, const char *path, int width, int height,
-                  const movie_options *options, int *status);
+                  const cvol_film_options *options, int *status);
 /* Whether its colours are chosen from pictures that it is shown first. */
 int movie_learns(const movie *m);
 int show_movie(cvol_context *context, movie *m, const cvol_image *image);
@@ -27,13 +23,5 @@ int add_to_movie(cvol_context *context, movie *m, const cvol_image *image);
 /* Gives the film its name and frees it, also when it fails. */
 int commit_movie(cvol_context *context, movie *m);
 void abandon_movie(movie *m);
-
-/* ffmpeg.c: a child that is fed raw pictures. NULL and exit statuses as above. */
-typedef struct ffmpeg ffmpeg;
-ffmpeg *open_ffmpeg(const char *path, int width, int height, const movie_options *options,
-                    int *status);
-int add_to_ffmpeg(ffmpeg *f, const cvol_image *image);
-int commit_ffmpeg(ffmpeg *f);
-void abandon_ffmpeg(ffmpeg *f);
 
 #endif
