@@ -107,4 +107,6 @@ export const api = {
   command: (view) => json("command", { method: "POST", body: { view } }),
   status: () => json("status"),
   end: () => json("end", { method: "POST", body: {} }),
+  // The same from a page that is being closed.
+  endLater: () => navigator.sendBeacon(new URL("end", BASE), new Blob(["{}"], { type: "application/json" })),
 };

@@ -50,9 +50,10 @@ const turntable = createTurntable((on) => {
 });
 
 const view3d = mountView3d($("canvas"), {
-  shown(frame) {
-    status.shown(frame);
+  shown(frame, again) {
     drawSoon();
+    if (again) return;
+    status.shown(frame);
     turntable.next();
   },
   busy: (yes) => reached && status.state(yes ? "busy" : "idle"),
@@ -263,6 +264,11 @@ function showGround() {
   $("stage-3d").style.backgroundColor = `rgb(${background.map((c) => Math.round(255 * c)).join(" ")})`;
   $("stage-3d").dataset.ground = 0.3 * r + 0.6 * g + 0.1 * b > 0.45 ? "light" : "dark";
 }
+
+// A program that was started for one page ends with it.
+window.addEventListener("pagehide", (event) => {
+  if (about?.once && !event.persisted) api.endLater();
+});
 
 window.addEventListener("hashchange", () => {
   const patch = patchOf(location.hash);

@@ -16,7 +16,7 @@ export function mountCamera(panel, { view3d, turntable, named }) {
   const views = VIEW_NAMES.map((name, index) =>
     button({
       label: name[0].toUpperCase() + name.slice(1),
-      title: `From the ${name === "front" || name === "back" ? name : `${name}`} (${index + 1})`,
+      title: `From the ${name} (${index + 1})`,
       press: () => named(name),
     }),
   );

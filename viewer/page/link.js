@@ -51,15 +51,35 @@ function put(target, path, value) {
   target[last] = value;
 }
 
-// Whether the default has such a field, and a value of this kind.
+const numbers = (value, count) => Array.isArray(value) && value.length === count && value.every(Number.isFinite);
+
+// Fields that may be of another kind than their default is.
+const kinds = {
+  volume: (value) => typeof value === "string",
+  transfer: (value) => typeof value === "string" || (Array.isArray(value) && value.every((point) => numbers(point, 5))),
+  window: (value) => value === null || numbers(value, 2),
+  "surface.value": Number.isFinite,
+  "clip.box": (value) => value === null || (Array.isArray(value) && value.length === 6 && value.every((face) => face === null || Number.isFinite(face))),
+  "clip.planes": (value) => Array.isArray(value) && value.every((plane) => numbers(plane, 4)),
+};
+
+function fits(value, initial) {
+  if (Array.isArray(initial)) return numbers(value, initial.length);
+  return typeof initial === "number" ? Number.isFinite(value) : typeof value === typeof initial;
+}
+
+// Whether the view has such a field, and this may be its value.
 function known(path, value) {
-  let initial = { view: DEFAULT_VIEW, page: Object.fromEntries(carried) };
-  for (const key of path) {
-    if (initial === null || Array.isArray(initial) || typeof initial !== "object") return path[0] === "page";
-    if (!Object.hasOwn(initial, key)) return path[0] === "page" && path.length > 2;
-    initial = initial[key];
+  const [where, ...names] = path;
+  if (where === "page") return carried.has(names[0]);
+  const kind = kinds[names.join(".")];
+  if (kind) return kind(value);
+  let initial = DEFAULT_VIEW;
+  for (const name of names) {
+    if (!isPlain(initial) || !Object.hasOwn(initial, name)) return false;
+    initial = initial[name];
   }
-  return !isPlain(initial) || isPlain(value);
+  return !isPlain(initial) && fits(value, initial);
 }
 
 // A patch for the store from the part of an address after #; what is no field of ours is left out.

@@ -188,11 +188,11 @@ export function mountOverlay(svg, scaleBar, view3d) {
     for (const path of cross.children) path.setAttribute("d", arms.map(arm).join(""));
   }
 
-  function drawScale(frame) {
-    const parallel = frame.view.camera.fov === 0 && store.state.page.marks;
+  function drawScale(frame, view) {
+    const parallel = view.camera.fov === 0 && store.state.page.marks;
     scaleBar.hidden = !parallel;
     if (!parallel) return;
-    const pixel = pixelLength(frame.view.camera, volume, frame.height);
+    const pixel = pixelLength(view.camera, volume, frame.height);
     const length = roundLength(pixel * Math.min(260, Math.max(90, frame.width * 0.2)));
     scaleBar.style.width = `${Math.max(30, length / pixel)}px`;
     scaleBar.firstElementChild.textContent = lengthText(length, volume.unit);
@@ -200,17 +200,18 @@ export function mountOverlay(svg, scaleBar, view3d) {
 
   return function draw() {
     const { frame } = view3d;
-    volume = frame && volumes.get(frame.view.volume);
+    const view = frame && (frame.seen ?? frame.view);
+    volume = frame && volumes.get(view.volume);
     svg.toggleAttribute("hidden", !volume);
     if (!volume) return;
     svg.setAttribute("viewBox", `0 0 ${frame.width} ${frame.height}`);
-    project = projector(frame.view, volume, frame.width, frame.height);
+    project = projector(view, volume, frame.width, frame.height);
     const clipping = store.state.page.open.clip === true && store.state.view.volume === volume.id;
     for (const node of [box, farBox, ...handles]) node.toggleAttribute("hidden", !clipping);
     for (const node of [cut, arrow, planeHandle]) node.toggleAttribute("hidden", !clipping || !plane());
     if (clipping) drawBox();
     if (clipping && plane()) drawPlane();
     drawCross();
-    drawScale(frame);
+    drawScale(frame, view);
   };
 }

@@ -4,17 +4,21 @@ import { api } from "./api.js";
 import * as math from "./camera.js";
 import { createFrames } from "./frames.js";
 import { listenToGestures } from "./gestures.js";
+import { drawMoved, isIdentity, reprojection } from "./reproject.js";
 import { merge, store } from "./store.js";
 import { requestView, same } from "./view.js";
 import { volumes } from "./volumes.js";
 
 const FLIGHT_MS = 260;
+const LATE_MS = 50;
 
-// canvas: where it is drawn; told: {shown(frame), busy(yes), failed(sentence or null, status), picked(answer), touched()}.
+// canvas: where it is drawn; told: {shown(frame, whether it was only moved), busy(yes), failed(sentence or null, status), picked(answer), touched()}.
 export function mountView3d(canvas, told) {
   const context = canvas.getContext("2d", { alpha: false });
   const size = { width: 1, height: 1, ratio: 1 };
   let frame = null; // what is on the canvas
+  let kept = null; // its pixels
+  let moved = 0; // the next frame of the screen that shows them moved
 
   const ready = () => volumes.current()?.state === "ready";
 
@@ -37,7 +41,8 @@ export function mountView3d(canvas, told) {
       if (canvas.width !== bitmap.width) canvas.width = bitmap.width;
       if (canvas.height !== bitmap.height) canvas.height = bitmap.height;
       context.drawImage(bitmap, 0, 0);
-      bitmap.close();
+      kept?.close();
+      kept = bitmap;
       frame = { ...shown, width: size.width, height: size.height };
       canvas.dataset.quality = shown.timing.quality;
       canvas.dataset.sequence = shown.timing.server.sequence;
@@ -47,6 +52,20 @@ export function mountView3d(canvas, told) {
     fail: (error) => told.failed(error.message, error.status),
     busy: told.busy,
   });
+
+  // Where pictures come late, the last one follows the hand as far as it can.
+  function follow() {
+    moved = 0;
+    const { view } = store.state;
+    if (!frame || frame.view === view || performance.now() - frame.timing.shown < LATE_MS) return;
+    const volume = volumes.get(frame.view.volume);
+    const motion = volume && reprojection(frame.view, view, volume, frame.width, frame.height);
+    if (!motion || isIdentity(motion)) return;
+    const ground = `rgb(${frame.view.background.map((part) => Math.round(255 * part)).join(" ")})`;
+    drawMoved(context, kept, motion, frame.width, frame.height, ground);
+    frame.seen = { ...frame.view, camera: view.camera };
+    told.shown(frame, true);
+  }
 
   function measure() {
     const box = canvas.parentElement.getBoundingClientRect();
@@ -79,6 +98,7 @@ export function mountView3d(canvas, told) {
       return;
     }
     frames.moved();
+    if (live) moved ||= requestAnimationFrame(follow);
   });
   document.addEventListener("visibilitychange", () => document.hidden || frames.moved());
 
@@ -165,7 +185,8 @@ export function mountView3d(canvas, told) {
     hand,
     home,
     fly,
-    // The frame on the canvas: {view, width, height (of the page's pixels), timing}, or null.
+    // The frame on the canvas: {view, width, height (of the page's pixels), timing}, or null; `seen`: the view that it
+    // was moved to.
     get frame() {
       return frame;
     },
