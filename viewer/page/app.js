@@ -93,7 +93,7 @@ function showState() {
 
 const sections = [...document.querySelectorAll(".section")];
 const refreshers = [
-  mountLook($("panel-look")),
+  mountLook($("panel-look"), { first: allAsAtFirst }),
   mountLight($("panel-light")),
   mountClip($("panel-clip")),
 ];
@@ -186,6 +186,14 @@ const firstLook = (volume) => ({
   surface: { value: null },
   clip: { box: null, planes: [] },
 });
+
+function allAsAtFirst() {
+  const volume = volumes.current();
+  if (volume?.state !== "ready") return;
+  turntable.stop();
+  store.set({ view: { ...DEFAULT_VIEW, ...firstLook(volume) }, page: { sample: null } });
+  announce("All settings are as they were at first");
+}
 
 // Another volume keeps the look but not what is of the samples of the one before; a copy of it keeps all.
 function choose(id) {

@@ -1,6 +1,6 @@
 // What is shown of the samples along a ray, and on which ground.
 
-import { bind, check, choice, colour } from "./controls.js";
+import { bind, button, check, choice, colour, group, make } from "./controls.js";
 import { store } from "./store.js";
 import { volumes } from "./volumes.js";
 
@@ -25,7 +25,8 @@ export function modePatch(name, { opacity_scale }) {
   return { view: patch };
 }
 
-export function mountLook(panel) {
+// first(): makes all settings those of the volume when it is opened.
+export function mountLook(panel, { first }) {
   const mirror = check({
     label: "Mirrored, as this volume's axes are left-handed",
     read: (state) => state.view.mirror,
@@ -36,7 +37,7 @@ export function mountLook(panel) {
     updateMirror(state);
     mirror.element.hidden = !volumes.current()?.mirrored && !state.view.mirror;
   };
-  const update = bind(panel, [
+  return bind(panel, [
     choice({ label: "Mode", options: MODES, read: (state) => modeOf(state.view), write: (name) => modePatch(name, store.state.view) }),
     colour({
       label: "Background",
@@ -49,6 +50,8 @@ export function mountLook(panel) {
       ],
     }),
     mirror,
+    group(make("div", { class: "buttons" }), [
+      button({ label: "All as at first", title: "Every setting as it was when the volume was opened; undo brings them back", press: first }),
+    ]),
   ]);
-  return update;
 }
