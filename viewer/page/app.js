@@ -83,8 +83,12 @@ drawMarks = () => {
 
 function showState() {
   const volume = volumes.current();
+  const ready = volume?.state === "ready";
+  $("panel-sections").inert = !ready;
+  // Another volume's picture is not this one's.
+  $("stage-3d").dataset.empty = !ready && view3d.frame?.view.volume !== volume?.id;
   if (!reached) return notice.gone();
-  if (!volume || volume.state === "ready") return notice.clear();
+  if (!volume || ready) return notice.clear();
   if (volume.state === "failed") notice.failed(volume.error ?? `${volume.name} could not be read.`);
   else notice.working(volume);
 }

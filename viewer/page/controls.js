@@ -103,7 +103,7 @@ export function slider({ label, title, read, write, limits, min, max, step, log,
   };
 }
 
-export const shownNumber = (value) => String(Number(Number(value).toPrecision(4)));
+export const shownNumber = (value) => String(Number(Number(value).toPrecision(5)));
 
 export function check({ label, title, read, write, undo = true, enabled }) {
   const input = make("input", {

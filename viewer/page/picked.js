@@ -1,7 +1,9 @@
 // The value and the place that were clicked on, at the picture's corner.
 
-import { make, shownNumber } from "./controls.js";
+import { make } from "./controls.js";
 import { volumes } from "./volumes.js";
+
+const valueText = (value) => String(Number(value.toPrecision(7)));
 
 export function mountPicked(box) {
   return {
@@ -11,7 +13,7 @@ export function mountPicked(box) {
       if (!answer.hit) return;
       const volume = volumes.current();
       const known = answer.meaning !== null && answer.meaning !== undefined;
-      const value = known ? `${shownNumber(answer.meaning)} HU` : shownNumber(answer.value);
+      const value = known ? `${valueText(answer.meaning)} HU` : valueText(answer.value);
       const sample = answer.sample.map((s) => s.toFixed(1)).join(", ");
       const world = answer.world.map((w) => Number(w.toFixed(2))).join(", ");
       box.replaceChildren(make("b", {}, value), " ", make("span", {}, `at ${sample} · ${world} ${volume?.unit ?? ""}`.trim()));
