@@ -20,15 +20,26 @@ static answer no_answer(void)
         500, "application/json", content.bytes, sizeof no_memory - 1, NULL, 0, {NULL}, {NULL}, 0};
 }
 
-answer answer_json(int status, json_t *object)
+/* Takes the object. */
+static answer answer_digits(int status, json_t *object, size_t digits)
 {
-    char *text = object ? json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(10)) : NULL;
+    char *text = object ? json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(digits)) : NULL;
     json_decref(object);
     if (!text)
         return no_answer();
     answer a = answer_bytes("application/json", text, strlen(text), free);
     a.status = status;
     return a;
+}
+
+answer answer_json(int status, json_t *object)
+{
+    return answer_digits(status, object, 10);
+}
+
+answer answer_exact_json(int status, json_t *object)
+{
+    return answer_digits(status, object, 17);
 }
 
 answer answer_error(int status, const char *format, ...)

@@ -23,6 +23,8 @@ typedef struct answer {
 answer answer_error(int status, const char *format, ...) __attribute__((format(printf, 2, 3)));
 /* Takes the object; NULL: there was no memory for it. */
 answer answer_json(int status, json_t *object);
+/* The same with all digits of all numbers, of what is to give the same picture again. */
+answer answer_exact_json(int status, json_t *object);
 /* Takes the bytes. */
 answer answer_bytes(const char *type, void *bytes, size_t size, void (*release)(void *));
 /* Adds a header; what it says is copied. */

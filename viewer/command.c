@@ -333,16 +333,6 @@ static json_t *files_of(const view *v)
     return json_pack("{s:{s:o}}", "transfer.json", "points", points);
 }
 
-/* All digits of all numbers. */
-static answer exact_json(json_t *object)
-{
-    char *text = object ? json_dumps(object, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
-    json_decref(object);
-    return text ? answer_bytes("application/json", text, strlen(text), free)
-                : answer_error(500, "the command cannot be told: not enough memory, or a name that "
-                                    "is not UTF-8");
-}
-
 answer command_post(request *r)
 {
     char error[512] = "";
@@ -366,8 +356,11 @@ answer command_post(request *r)
     if (!status) {
         char *text = describe(&v, r->service->options);
         answer_free(&a);
-        a = exact_json(text ? json_pack("{s:s, s:o}", "command", text, "files", files_of(&v))
-                            : NULL);
+        json_t *object = text ? json_pack("{s:s, s:o}", "command", text, "files", files_of(&v))
+                              : NULL;
+        a = object ? answer_exact_json(200, object)
+                   : answer_error(500, "the command cannot be told: not enough memory, or a name "
+                                       "that is not UTF-8");
         free(text);
     }
     view_free(&v);

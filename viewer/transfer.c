@@ -30,7 +30,7 @@ static answer tell(cvol_context *context, cvol_transfer *transfer, int code)
         a = answer_error(400, "the transfer function has %zu points, must have %d at most", count,
                          VIEW_POINTS_MAX);
     else
-        a = answer_json(200, transfer_describe(transfer));
+        a = answer_exact_json(200, transfer_describe(transfer));
     cvol_transfer_free(transfer);
     cvol_context_destroy(context);
     return a;
