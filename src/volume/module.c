@@ -7,6 +7,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __linux__
+#include <sys/auxv.h>
+#endif
 
 #ifndef CVOL_MODULE_FOLDER
 #define CVOL_MODULE_FOLDER "/usr/local/lib/cvol"
@@ -21,6 +24,10 @@ static int own_folder(char out[PATH_MAX])
     char *path = dladdr(&here, &info) && info.dli_fname ? realpath(info.dli_fname, NULL) : NULL;
     if (!path) /* programs are known by the name that they were called by */
         path = realpath("/proc/self/exe", NULL);
+#ifdef __linux__
+    if (!path) /* where /proc is not mounted */
+        path = realpath((const char *)getauxval(AT_EXECFN), NULL);
+#endif
     char *slash = path ? strrchr(path, '/') : NULL;
     if (slash)
         slash[1] = '\0';
