@@ -1,0 +1,183 @@
+// The page's modules that need no browser: camera, store, links, units.
+//     node page_modules.mjs
+
+import assert from "node:assert/strict";
+
+import * as camera from "../../viewer/page/camera.js";
+import { carryInLink, hashOf, patchOf } from "../../viewer/page/link.js";
+import { reprojection } from "../../viewer/page/reproject.js";
+import { createStore, merge } from "../../viewer/page/store.js";
+import { bytesText, lengthText, roundLength } from "../../viewer/page/units.js";
+import { DEFAULT_VIEW, requestView } from "../../viewer/page/view.js";
+
+const volume = { dims: [301, 370, 316], spacing: [0.5, 0.5, 0.8] };
+const [WIDTH, HEIGHT] = [900, 700];
+const near = (a, b, slack = 1e-6) => assert.ok(Math.abs(a - b) <= slack, `${a} is not ${b}`);
+
+let seed = 1;
+function random(from, to) {
+  seed = (seed * 48271) % 2147483647;
+  return from + ((to - from) * seed) / 2147483647;
+}
+const anyCamera = (fov) => ({
+  azimuth: random(-180, 180),
+  elevation: random(-80, 80),
+  roll: random(-180, 180),
+  zoom: random(0.5, 4),
+  fov,
+  look_at: [random(-30, 30), random(-30, 30), random(-30, 30)],
+});
+const seen = (c, mirror) => camera.projector({ camera: c, mirror }, volume, WIDTH, HEIGHT);
+
+// From the front x is to the right and z upwards; what is twice as close is twice as large.
+{
+  const front = { ...DEFAULT_VIEW.camera };
+  const pixel = camera.diagonal(volume) / HEIGHT;
+  const at = seen(front, false)([10, 0, 20]);
+  near(at.x, WIDTH / 2 + 10 / pixel);
+  near(at.y, HEIGHT / 2 - 20 / pixel);
+  near(seen(front, true)([10, 0, 20]).x, WIDTH / 2 - 10 / pixel);
+  near(seen({ ...front, zoom: 2 }, false)([10, 0, 20]).x, WIDTH / 2 + 20 / pixel);
+  assert.ok(seen(front, false)([0, -1, 0]).depth > 0, "the eye is at -y");
+}
+
+for (let round = 0; round < 200; round++) {
+  const mirror = round % 2 === 1;
+  const c = anyCamera(round % 3 ? 0 : 40);
+  const place = [random(-40, 40), random(-40, 40), random(-40, 40)];
+  const before = seen(c, mirror)(place);
+
+  // Samples and places are each other's.
+  camera.sampleOf(volume, camera.worldOf(volume, place)).forEach((s, a) => near(s, place[a], 1e-9));
+
+  // What is at the depth that is looked at goes with the hand; in parallel all of it does.
+  const held = c.fov ? c.look_at : place;
+  const [from, to] = [seen(c, mirror)(held), seen(camera.panned(c, mirror, volume, 30, -20, HEIGHT), mirror)(held)];
+  near(to.x - from.x, 30);
+  near(to.y - from.y, -20);
+
+  // What is under the pointer stays there when it is zoomed at.
+  if (!c.fov) {
+    const closer = camera.zoomed(c, mirror, volume, 1.7, before.x - WIDTH / 2, before.y - HEIGHT / 2, HEIGHT);
+    const after = seen(closer, mirror)(place);
+    near(after.x, before.x);
+    near(after.y, before.y);
+  }
+
+  // A roll turns the picture clockwise about its middle, mirrored or not.
+  const turned = seen(camera.rolled({ ...c, fov: 0 }, mirror, 25), mirror)(place);
+  const plain = seen({ ...c, fov: 0 }, mirror)(place);
+  const [dx, dy] = [plain.x - WIDTH / 2, plain.y - HEIGHT / 2];
+  const [cosine, sine] = [Math.cos((25 * Math.PI) / 180), Math.sin((25 * Math.PI) / 180)];
+  near(turned.x - WIDTH / 2, dx * cosine - dy * sine);
+  near(turned.y - HEIGHT / 2, dx * sine + dy * cosine);
+
+  // What is nearest to the eye goes where the hand goes.
+  const small = { ...c, fov: 0, elevation: Math.max(-60, Math.min(60, c.elevation)) };
+  const top = camera.sum([1, c.look_at], [60, camera.directions(small, mirror).eye]); // towards the eye
+  const right = seen(camera.orbited(small, mirror, 2, 0, HEIGHT), mirror)(top);
+  const down = seen(camera.orbited(small, mirror, 0, 2, HEIGHT), mirror)(top);
+  const angle = (small.roll * Math.PI) / 180;
+  // Drags along the picture's own horizontal are turns about the volume's vertical only where it is not rolled.
+  if (Math.abs(Math.cos(angle)) > 0.9 && Math.cos(angle) > 0) {
+    assert.ok(right.x > WIDTH / 2, "to the right");
+    assert.ok(down.y > HEIGHT / 2, "downwards");
+  }
+
+  // A picture that was only moved, turned and enlarged is that of the camera that did it.
+  const later = { ...c, fov: 0, roll: c.roll + 15, zoom: c.zoom * 1.4, look_at: camera.sum([1, c.look_at], [1, [3, -4, 5]]) };
+  const drawn = { volume: "0", mirror, camera: { ...c, fov: 0 } };
+  const motion = reprojection(drawn, { ...drawn, camera: later }, volume, WIDTH, HEIGHT);
+  const moved = seen(later, mirror)(place);
+  const x = motion.scale * (dx * Math.cos(motion.angle) - dy * Math.sin(motion.angle)) + motion.x;
+  const y = motion.scale * (dx * Math.sin(motion.angle) + dy * Math.cos(motion.angle)) + motion.y;
+  near(x, moved.x - WIDTH / 2, 1e-5);
+  near(y, moved.y - HEIGHT / 2, 1e-5);
+  assert.equal(reprojection(drawn, { ...drawn, camera: { ...later, azimuth: c.azimuth + 1 } }, volume, WIDTH, HEIGHT), null);
+}
+
+// All of the volume is in the picture that fits, and nearly fills it.
+for (const [width, height] of [[900, 700], [360, 600], [2000, 500]]) {
+  const home = camera.homeCamera({ ...volume, views: {} }, width, height);
+  const project = camera.projector({ camera: home, mirror: false }, volume, width, height);
+  let reach = 0;
+  for (const corner of [0, 1, 2, 3, 4, 5, 6, 7]) {
+    const at = project(camera.worldOf(volume, volume.dims.map((n, a) => ((corner >> a) & 1) * (n - 1))));
+    reach = Math.max(reach, Math.abs(at.x / width - 0.5) * 2, Math.abs(at.y / height - 0.5) * 2);
+  }
+  assert.ok(reach > 0.85 && reach < 0.95, `${width} x ${height}: ${reach}`);
+}
+
+// The store: gestures are one step, quiet changes none, what is the same stays the same object.
+{
+  const store = createStore({ view: { a: 1, b: { c: [1, 2] } }, page: { open: 0 } });
+  const first = store.state;
+  assert.equal(merge(first, { view: { b: { c: [1, 2] } } }), first);
+  let calls = 0;
+  const end = store.subscribe((state, previous, { live }) => calls++ && assert.equal(typeof live, "boolean"));
+  for (let a = 2; a < 9; a++) store.set({ view: { a } }, { live: true });
+  assert.equal(store.canUndo, false);
+  store.set({});
+  assert.equal(store.canUndo, true);
+  store.set({ page: { open: 1 } }, { undo: false });
+  assert.ok(store.undo());
+  assert.deepEqual(store.state, { view: { a: 1, b: { c: [1, 2] } }, page: { open: 1 } });
+  assert.equal(store.undo(), false);
+  assert.ok(store.redo());
+  assert.equal(store.state.view.a, 8);
+  assert.equal(store.state.view.b, first.view.b);
+  store.set({ view: { a: 8 } });
+  assert.ok(store.undo());
+  assert.equal(store.state.view.a, 1, "a set that changes nothing is no step");
+  store.rewrite((state) => merge(state, { view: { a: state.view.a * 10 } }));
+  assert.ok(store.redo());
+  assert.equal(store.state.view.a, 80);
+  end();
+  const before = calls;
+  store.set({ view: { a: 0 } });
+  assert.equal(calls, before);
+}
+
+// Links: back to the same, only what differs, nothing that is not ours.
+{
+  const view = merge(DEFAULT_VIEW, {
+    volume: "0",
+    camera: { azimuth: 30.5, look_at: [1, 2, 3] },
+    transfer: [[0, 0, 0, 0, 0], [1, 0.5, 0.25, 0.5, 0.5]],
+    window: [1, 2],
+    surface: { value: 3 },
+    clip: { box: [null, 3, null, null, null, null], planes: [[1, 0, 0, 4]] },
+  });
+  carryInLink("compare", null);
+  const page = { layout: "slices", sample: [1, 2, 3.5], compare: { with: "it's 1 & 2" }, theme: "dark" };
+  const patch = patchOf(`#${hashOf({ view, page })}`);
+  assert.deepEqual(merge(DEFAULT_VIEW, patch.view), view);
+  assert.deepEqual(patch.page, { layout: "slices", sample: [1, 2, 3.5], compare: { with: "it's 1 & 2" } });
+  assert.equal(hashOf({ view: DEFAULT_VIEW, page: { layout: "single", sample: null, compare: null } }), "");
+  const hostile =
+    "#camera.zoom='x'&camera.azimuth=5&mode=7&foo=1&camera={}&camera.look_at=[1,2]&__proto__.x=1" +
+    "&.page.__proto__.z=1&constructor.x=1&clip.planes=[[1,2]]&light.on=1&transfer=[1]&broken=%&=&&window=[1]";
+  assert.deepEqual(patchOf(hostile), { view: { camera: { azimuth: 5 } } });
+  assert.equal({}.x, undefined);
+}
+
+// Requests say nothing that is null.
+{
+  const request = requestView(merge(DEFAULT_VIEW, { volume: "0" }), 10, 20);
+  assert.deepEqual([request.width, request.height, "clip" in request, "window" in request, "value" in request.surface], [10, 20, false, false, false]);
+  const box = [null, 5, null, null, null, null];
+  assert.deepEqual(requestView(merge(DEFAULT_VIEW, { clip: { box } }), 1, 1).clip, { box });
+}
+
+assert.equal(bytesText(1171145), "1.17 MB");
+assert.equal(bytesText(999), "999 bytes");
+assert.equal(bytesText(999600), "1.00 MB");
+assert.equal(lengthText(50, "mm"), "50 mm");
+assert.equal(lengthText(0.02, "mm"), "20 µm");
+assert.equal(lengthText(2000, "um"), "2 mm");
+assert.equal(lengthText(20, ""), "20");
+assert.equal(roundLength(0.07), 0.05);
+assert.equal(roundLength(50), 50);
+assert.equal(roundLength(199), 100);
+
+console.log("the page's modules hold");
