@@ -9,11 +9,12 @@ import { requestView } from "./view.js";
 const SIZE_MAX = 8192;
 const SIZES = {
   screen: "As on the screen",
+  double: "Twice the screen's",
   "1024x1024": "1024 × 1024",
   "1920x1080": "1920 × 1080",
   "2048x2048": "2048 × 2048",
   "3840x2160": "3840 × 2160",
-  "8192x8192": "8192 × 8192",
+  "7680x4320": "7680 × 4320",
   own: "Own",
 };
 
@@ -39,12 +40,13 @@ export function mount(panel, { store, api, volumes, stage }) {
   const size = () => [width.input, height.input].map((input) => Math.round(Number(input.value)) || 1);
 
   function chooseSize() {
+    const chosen = choice.input.value;
+    if (chosen === "own") return;
+    const scale = (devicePixelRatio || 1) * (chosen === "double" ? 2 : 1);
     const screen = [stage.canvas.clientWidth, stage.canvas.clientHeight].map((n) =>
-      Math.min(SIZE_MAX, Math.max(1, Math.round(n * (devicePixelRatio || 1)))),
+      Math.min(SIZE_MAX, Math.max(1, Math.round(n * scale))),
     );
-    if (choice.input.value === "own") return;
-    const wanted = choice.input.value === "screen" ? screen : choice.input.value.split("x");
-    [width.input.value, height.input.value] = wanted;
+    [width.input.value, height.input.value] = chosen.includes("x") ? chosen.split("x") : screen;
     sizeChanged();
   }
 
@@ -137,7 +139,7 @@ export function mount(panel, { store, api, volumes, stage }) {
     }
   }
   new ResizeObserver(() => {
-    if (choice.input.value === "screen") chooseSize();
+    if (["screen", "double"].includes(choice.input.value)) chooseSize();
     show();
   }).observe(stage.canvas);
   store.subscribe((state, previous, { live } = {}) => !live && show());
