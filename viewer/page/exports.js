@@ -132,6 +132,7 @@ export function mount(panel, { store, api, volumes, stage }) {
 
   let sized = false;
   function show() {
+    panel.inert = volumes.current()?.state !== "ready";
     linkText.input.value = linkOf(store.state);
     if (!sized && stage.canvas.clientWidth > 1) {
       sized = true;
@@ -147,5 +148,6 @@ export function mount(panel, { store, api, volumes, stage }) {
     ({ film_formats: formats }) => film.offer(formats?.length ? formats : ["png"]),
     () => film.offer(["png"]),
   );
+  volumes.subscribe(show);
   show();
 }

@@ -35,14 +35,9 @@ export function mount(panel, { store, api, volumes, stage }) {
   const windowOut = element("span", { class: "slices-window" });
   const trouble = element("span", { class: "slices-trouble", role: "status" });
   const grid = element("div", { class: "slices-grid" }, ...slices.map((slice) => slice.node));
-  stage.slices.append(
-    element(
-      "div",
-      { class: "slices-box" },
-      grid,
-      element("div", { class: "slices-line" }, readout, windowOut, trouble),
-    ),
-  );
+  const line = element("div", { class: "slices-line" }, readout, windowOut, trouble);
+  const box = element("div", { class: "slices-box" }, grid, line);
+  stage.slices.append(box);
 
   // ---- in the panel ----------------------------------------------------------------------------
 
@@ -194,7 +189,10 @@ export function mount(panel, { store, api, volumes, stage }) {
     showBox.checked = store.state.page.layout === "slices";
     modeButton.setAttribute("aria-pressed", windowMode);
     grid.classList.toggle("windowing", windowMode);
-    if (volume?.state !== "ready") return;
+    const ready = volume?.state === "ready";
+    panel.inert = !ready;
+    box.inert = !ready;
+    if (!ready) return;
     const window = windows.get();
     const meaning = meaningOf(volume);
     const at = sample();

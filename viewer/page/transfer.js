@@ -140,12 +140,17 @@ export function mount(panel, { store, api, volumes }) {
   });
 
   const hint = element("p", { class: "hint" });
+  const keys =
+    "Keys: Tab goes from point to point, arrows move it, with Shift further; Insert adds one, Delete removes it.";
+  const keysHint = element("p", { class: "unseen", id: "transfer-keys" }, keys);
+  editor.node.setAttribute("aria-describedby", keysHint.id);
   panel.classList.add("panel-transfer");
   panel.append(
     presetField.node,
     element("div", { class: "editor-bar buttons" }, logButton, wholeButton),
     editor.node,
     hint,
+    keysHint,
     chosenBox,
     levelBox,
     densityField.node,
@@ -297,6 +302,7 @@ export function mount(panel, { store, api, volumes }) {
   };
 
   function show() {
+    panel.inert = volume()?.state !== "ready";
     if (!range) fit();
     editor.show({
       kind: kind(),
