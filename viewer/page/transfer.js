@@ -76,7 +76,7 @@ export function mount(panel, { store, api, volumes }) {
     logarithmic = !logarithmic;
     show();
   });
-  const wholeButton = toggle("All values", "Show all values there are, not those that matter", () => {
+  const wholeButton = toggle("Show all", "Show all values there are, not those that matter", () => {
     whole = !whole;
     range = null;
     show();
