@@ -1,7 +1,8 @@
 // Comparing: another volume, or a smaller copy, beside the first by one camera, or how far their pictures are apart.
 
 import { carryInLink } from "./link.js";
-import { bytesText, element, field, logSlider, options, statusLine } from "./panel_kit.js";
+import { element, field, logSlider, options, statusLine } from "./panel_kit.js";
+import { bytesText } from "./units.js";
 import { createSecondView } from "./second_view.js";
 import { createSmallerCopy } from "./smaller_copy.js";
 

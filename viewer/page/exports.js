@@ -3,7 +3,8 @@
 import { createCommandLine } from "./command_line.js";
 import { createFilm } from "./film.js";
 import { linkOf } from "./link.js";
-import { bytesText, button, copyFrom, download, element, field, options, statusLine, stem } from "./panel_kit.js";
+import { button, copyFrom, download, element, field, options, statusLine, stem } from "./panel_kit.js";
+import { bytesText } from "./units.js";
 import { requestView } from "./view.js";
 
 const SIZE_MAX = 8192;

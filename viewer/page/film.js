@@ -1,6 +1,7 @@
 // Films: a turn of the camera as a file, made by the server; progress, cancelling, saving.
 
-import { bytesText, button, element, field, options, statusLine, stem } from "./panel_kit.js";
+import { button, element, field, options, statusLine, stem } from "./panel_kit.js";
+import { bytesText } from "./units.js";
 import { requestView } from "./view.js";
 
 const POLL_MS = 400;

@@ -57,6 +57,6 @@ export function ticks(low, high, count) {
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 5, 10].map((k) => k * power).find((s) => s >= rough);
   const result = [];
-  for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k++) result.push(k * step);
+  for (let k = Math.ceil(low / step); k * step <= high + 1e-9 * step; k++) result.push(k * step + 0); // -0 is 0
   return result;
 }

@@ -116,14 +116,4 @@ export function stem(volume) {
   );
 }
 
-export function bytesText(bytes) {
-  const units = ["bytes", "kB", "MB", "GB", "TB"];
-  let unit = 0;
-  while (bytes >= 999.5 && unit < units.length - 1) {
-    bytes /= 1000;
-    unit++;
-  }
-  return `${unit === 0 ? bytes : bytes.toPrecision(3)} ${units[unit]}`;
-}
-
 export const clamp = (value, low, high) => Math.min(high, Math.max(low, value));

@@ -1,6 +1,7 @@
 // "How small can I go?": a slider of the ratio; letting go makes a copy of that ratio, and tells what it costs.
 
-import { bytesText, button, element, field, logSlider, statusLine } from "./panel_kit.js";
+import { button, element, field, logSlider, statusLine } from "./panel_kit.js";
+import { bytesText } from "./units.js";
 
 const WAIT_MS = 350; // after the last movement of the slider: keys move it step by step
 

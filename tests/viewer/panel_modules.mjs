@@ -1,0 +1,139 @@
+// The panels' modules that need no browser: points of transfer functions, histograms, meanings, orientation.
+//     node panel_modules.mjs
+
+import assert from "node:assert/strict";
+
+import { colourAt, colourMaps, hexOf, rgbOf } from "../../viewer/page/colour_maps.js";
+import { createResolver } from "../../viewer/page/concrete.js";
+import { histogramPath, robustRange, ticks } from "../../viewer/page/histogram.js";
+import { meaningOf, shortNumber } from "../../viewer/page/meaning.js";
+import { lettersOf, planeName } from "../../viewer/page/orientation.js";
+import * as transfer from "../../viewer/page/transfer_points.js";
+import { presetGroups } from "../../viewer/page/transfer_presets.js";
+import { DEFAULT_VIEW } from "../../viewer/page/view.js";
+
+const near = (a, b, slack = 1e-9) => assert.ok(Math.abs(a - b) <= slack, `${a} is not ${b}`);
+const points = [
+  [10, 0, 0, 0, 0],
+  [20, 1, 0.5, 0, 0.1],
+  [40, 1, 1, 1, 0.9],
+];
+const untouched = JSON.stringify(points);
+
+// Between points functions are linear, outside constant.
+assert.deepEqual(transfer.pointAt(points, 15), [15, 0.5, 0.25, 0, 0.05]);
+assert.deepEqual(transfer.pointAt(points, -5), [-5, 0, 0, 0, 0]);
+assert.deepEqual(transfer.pointAt(points, 99), [99, 1, 1, 1, 0.9]);
+
+// A point that is added on the function changes none of it; points do not pass each other.
+{
+  const { points: more, index } = transfer.insert(points, transfer.pointAt(points, 33));
+  assert.equal(index, 2);
+  for (let value = 0; value < 50; value += 0.7)
+    transfer.pointAt(more, value).forEach((part, k) => near(part, transfer.pointAt(points, value)[k], 1e-12));
+  assert.deepEqual(transfer.without(more, index), points);
+  assert.equal(transfer.moved(points, 1, 500, 2)[1][0], 40);
+  assert.equal(transfer.moved(points, 1, -500, 2)[1][0], 10);
+  assert.equal(transfer.moved(points, 1, 30, 2)[1][4], 1);
+}
+
+// Window and level move all points and keep their distances' proportions.
+assert.deepEqual(
+  transfer.stretched(points, 100, 160).map(([value]) => value),
+  [100, 120, 160],
+);
+assert.deepEqual(transfer.extent(transfer.stretched([[5, 1, 1, 1, 1]], 3, 7)), [5, 5]);
+
+// A colour map keeps opacities at all values, has its own colours at its ends, and does not add points again and again.
+for (const name of colourMaps) {
+  const once = transfer.coloured(points, name);
+  for (let value = 0; value < 50; value += 0.7)
+    near(transfer.pointAt(once, value)[4], transfer.pointAt(points, value)[4], 1e-12);
+  assert.deepEqual(once[0].slice(1, 4), colourAt(name, 0));
+  assert.deepEqual(once.at(-1).slice(1, 4), colourAt(name, 1));
+  assert.deepEqual(transfer.coloured(once, name), once);
+  assert.deepEqual(rgbOf(hexOf(colourAt(name, 0))), colourAt(name, 0));
+}
+
+// Of many points few are left, which say nearly the same.
+{
+  const many = Array.from({ length: 33 }, (_, k) => [k, k / 32, k / 32, 0, k < 16 ? 0 : (k - 16) / 32]);
+  const few = transfer.simplified(many);
+  assert.ok(few.length < 14 && few.length >= 3, `${few.length} points`);
+  for (const point of many) {
+    const said = transfer.pointAt(few, point[0]);
+    near(transfer.heightOf(said[4]), transfer.heightOf(point[4]), 0.021);
+    [1, 2, 3].forEach((k) => near(said[k], point[k], 0.041));
+  }
+}
+assert.equal(JSON.stringify(points), untouched, "points were changed in place");
+near(transfer.opacityAt(transfer.heightOf(0.037)), 0.037);
+
+// Integers that leave gaps between bins get a bar each; decoded samples keep their bins.
+{
+  const combed = { min: 0, max: 127, bins: new Array(256).fill(0) };
+  for (let k = 0; k <= 127; k++) combed.bins[Math.min(255, Math.floor((k * 256) / 127))] += 5;
+  const box = { width: 256, height: 100, low: 0, high: 127, logarithmic: true };
+  const path = histogramPath(combed, box);
+  assert.equal([...path.matchAll(/L/g)].length, 2 * 128 + 1);
+  assert.equal([...path.matchAll(/ 100(?:\.00)?(?=[LZ])/g)].length, 2, "empty but where it begins and ends");
+  const full = { min: 0, max: 127, bins: new Array(256).fill(3) };
+  assert.equal([...histogramPath(full, box).matchAll(/L/g)].length, 2 * 256 + 1);
+}
+{
+  const bins = new Array(256).fill(0);
+  bins[0] = 1000;
+  bins[100] = 900;
+  bins[255] = 1;
+  const [low, high] = robustRange({ min: 0, max: 256, bins }, 0.01, 0.01);
+  assert.deepEqual([low, high], [0, 101]);
+}
+assert.deepEqual(ticks(0, 100, 5), [0, 20, 40, 60, 80, 100]);
+assert.deepEqual(ticks(-1024, 3000, 4), [0, 2000]);
+
+// Samples and what they mean are each other's.
+{
+  const head = { type: "int16", min: 0, max: 4087, rescale: [1, -1024], value_scale: 1, value_offset: 0 };
+  const meaning = meaningOf(head);
+  assert.equal(meaning.text(1064), "40 HU");
+  assert.equal(meaning.text(0), "\u22121024 HU");
+  assert.equal(meaning.from(meaning.to(77)), 77);
+  assert.equal(meaningOf({ type: "float32", min: 0, max: 1, rescale: null }).text(0.25), "0.25");
+  assert.equal(shortNumber(1e-9), "1.000e\u22129");
+}
+
+// Letters: as stored in LPS and in RAS, and none where it is not known.
+{
+  const views = (left, front) => ({
+    left: { azimuth: left, elevation: 0, roll: 0 },
+    front: { azimuth: front, elevation: 0, roll: 0 },
+    top: { azimuth: 0, elevation: 90, roll: 0 },
+  });
+  const lps = lettersOf({ patient: true, views: views(90, 0) });
+  assert.deepEqual(lps, [["R", "L"], ["A", "P"], ["I", "S"]]);
+  const ras = lettersOf({ patient: true, views: views(-90, 180) });
+  assert.deepEqual(ras, [["L", "R"], ["P", "A"], ["I", "S"]]);
+  assert.deepEqual([0, 1, 2].map((axis) => planeName(lps, axis)), ["Sagittal", "Coronal", "Axial"]);
+  assert.equal(lettersOf({ patient: false, views: views(90, 0) }), null);
+  assert.equal(planeName(null, 1), "Y");
+}
+
+// Functions in Hounsfield units are offered where values are such; each name once.
+{
+  const about = { transfers: ["auto", "bone", "new-one"], ct_transfers: ["ct-bone"] };
+  const names = (volume) => presetGroups(about, volume).flatMap(([, group]) => group).sort();
+  assert.deepEqual(names({ rescale: null }), ["auto", "bone", "new-one"]);
+  assert.deepEqual(names({ rescale: [1, 0] }), ["auto", "bone", "ct-bone", "new-one"]);
+}
+
+// Another volume is seen as the first one is: what is automatic is told.
+{
+  let asked = 0;
+  const resolve = createResolver({ transfer: async () => (asked++, { points }) });
+  const volume = { id: "0", min: -10, max: 30 };
+  assert.deepEqual((await resolve(DEFAULT_VIEW, volume)).transfer, points);
+  await resolve(DEFAULT_VIEW, volume);
+  assert.equal(asked, 1);
+  assert.deepEqual((await resolve({ ...DEFAULT_VIEW, mode: "mip" }, volume)).window, [-10, 30]);
+  assert.equal((await resolve({ ...DEFAULT_VIEW, mode: "iso" }, volume)).surface.value, 10);
+}
