@@ -60,7 +60,7 @@ export function mountCamera(panel, { view3d, turntable, named }) {
       button({ label: "Turntable", title: "Turn it round and round (t)", press: turntable.toggle, pressed: () => turntable.on }),
     ]),
     slider({
-      label: "Turning",
+      label: "Turning, °/s",
       title: "Degrees a second",
       min: 4,
       max: 120,

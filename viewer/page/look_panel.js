@@ -51,7 +51,7 @@ export function mountLook(panel, { first }) {
     }),
     mirror,
     group(make("div", { class: "buttons" }), [
-      button({ label: "All as at first", title: "Every setting as it was when the volume was opened; undo brings them back", press: first }),
+      button({ label: "Reset all settings", title: "Every setting as it was when the volume was opened; undo brings them back", press: first }),
     ]),
   ]);
 }
