@@ -8,6 +8,8 @@ import { createResolver } from "../../viewer/page/concrete.js";
 import { histogramPath, robustRange, ticks } from "../../viewer/page/histogram.js";
 import { meaningOf, shortNumber } from "../../viewer/page/meaning.js";
 import { lettersOf, planeName } from "../../viewer/page/orientation.js";
+import { hashOf, patchOf } from "../../viewer/page/link.js";
+import { COMPARE, SLICES } from "../../viewer/page/panel_state.js";
 import * as transfer from "../../viewer/page/transfer_points.js";
 import { presetGroups } from "../../viewer/page/transfer_presets.js";
 import { DEFAULT_VIEW } from "../../viewer/page/view.js";
@@ -136,4 +138,31 @@ assert.deepEqual(ticks(-1024, 3000, 4), [0, 2000]);
   assert.equal(asked, 1);
   assert.deepEqual((await resolve({ ...DEFAULT_VIEW, mode: "mip" }, volume)).window, [-10, 30]);
   assert.equal((await resolve({ ...DEFAULT_VIEW, mode: "iso" }, volume)).surface.value, 10);
+}
+
+// Links carry what panels keep, and nothing that does not fit.
+{
+  const page = {
+    layout: "compare",
+    sample: [1, 2.5, 3],
+    compare: { ...COMPARE, mode: "difference", other: "3" },
+    slices: { ...SLICES, windows: { 1: [-160, 240] } },
+  };
+  const back = patchOf(`#${hashOf({ view: DEFAULT_VIEW, page })}`).page;
+  assert.deepEqual({ ...back.compare, gain: 8 }, page.compare);
+  assert.deepEqual(back.slices.windows, page.slices.windows);
+  assert.deepEqual([back.layout, back.sample], [page.layout, page.sample]);
+  for (const wrong of [
+    ".page.layout='upside'",
+    ".page.sample=[1,2]",
+    ".page.compare=5",
+    ".page.compare.mode='x'",
+    ".page.compare.gain='8'",
+    ".page.compare.constructor=1",
+    ".page.slices.windows=[1]",
+    ".page.slices.windows.1=[3,2]",
+    ".page.slices.windows.1.2=[2,3]",
+    ".page.other=1",
+  ])
+    assert.deepEqual(patchOf(`#${wrong}`), {}, wrong);
 }

@@ -13,6 +13,7 @@ import { hashOf, patchOf } from "./link.js";
 import { modeOf, modePatch, MODES, mountLook } from "./look_panel.js";
 import { mountNotice } from "./notice.js";
 import { mountOverlay } from "./overlay.js";
+import "./panel_state.js";
 import { mountPicked } from "./picked.js";
 import { mountQuality } from "./quality_panel.js";
 import { mountStatus } from "./status.js";

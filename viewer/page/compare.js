@@ -1,17 +1,13 @@
 // Comparing: another volume, or a smaller copy, beside the first by one camera, or how far their pictures are apart.
 
-import { carryInLink } from "./link.js";
 import { element, field, logSlider, options, statusLine } from "./panel_kit.js";
 import { bytesText } from "./units.js";
+import { COMPARE } from "./panel_state.js";
 import { createSecondView } from "./second_view.js";
 import { createSmallerCopy } from "./smaller_copy.js";
 
-const NONE = { mode: "side", other: null, gain: 8 };
-
-carryInLink("compare", NONE);
-
 export function mount(panel, { store, api, volumes, stage, view3d }) {
-  store.set({ page: { compare: { ...NONE, ...store.state.page.compare } } }, { undo: false });
+  store.set({ page: { compare: { ...COMPARE, ...store.state.page.compare } } }, { undo: false });
   const compare = () => store.state.page.compare;
   const set = (patch, how) => store.set({ page: patch }, { undo: false, ...how });
   const status = statusLine();

@@ -5,14 +5,17 @@
 import { DEFAULT_VIEW, same } from "./view.js";
 
 // Fields of state.page that belong to what is seen; the panels' own are added by carryInLink.
-const carried = new Map([
-  ["layout", "single"],
-  ["sample", null],
-]);
+const carried = new Map();
 
-export function carryInLink(name, initial) {
-  carried.set(name, initial);
+// fits(names, value): whether the field that these names lead to, from there on, may be this.
+export function carryInLink(name, initial, fits = () => true) {
+  carried.set(name, { initial, fits });
 }
+
+const numbers = (value, count) => Array.isArray(value) && value.length === count && value.every(Number.isFinite);
+const layouts = ["single", "slices", "compare"];
+carryInLink("layout", "single", (names, value) => !names.length && layouts.includes(value));
+carryInLink("sample", null, (names, value) => !names.length && (value === null || numbers(value, 3)));
 
 const isPlain = (value) => typeof value === "object" && value !== null && !Array.isArray(value);
 
@@ -35,7 +38,7 @@ function plainText(value) {
 
 export function hashOf({ view, page }) {
   const parts = [...differences(view, DEFAULT_VIEW, [])];
-  for (const [name, initial] of carried) parts.push(...differences(page[name], initial, ["", "page", name]));
+  for (const [name, { initial }] of carried) parts.push(...differences(page[name], initial, ["", "page", name]));
   return parts.map(([path, value]) => `${path}=${escaped(plainText(value))}`).join("&");
 }
 
@@ -50,8 +53,6 @@ function put(target, path, value) {
   for (const key of path) target = Object.hasOwn(target, key) && isPlain(target[key]) ? target[key] : (target[key] = {});
   target[last] = value;
 }
-
-const numbers = (value, count) => Array.isArray(value) && value.length === count && value.every(Number.isFinite);
 
 // Fields that may be of another kind than their default is.
 const kinds = {
@@ -71,7 +72,7 @@ function fits(value, initial) {
 // Whether the view has such a field, and this may be its value.
 function known(path, value) {
   const [where, ...names] = path;
-  if (where === "page") return carried.has(names[0]);
+  if (where === "page") return carried.get(names[0])?.fits(names.slice(1), value) ?? false;
   const kind = kinds[names.join(".")];
   if (kind) return kind(value);
   let initial = DEFAULT_VIEW;

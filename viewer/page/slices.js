@@ -1,19 +1,17 @@
 // Three orthogonal slices on the stage with one cross-hair, the value under the pointer, and the window they have.
 
-import { carryInLink } from "./link.js";
 import { button, element, field, newestOnly } from "./panel_kit.js";
 import { meaningOf, shortNumber } from "./meaning.js";
 import { lettersOf, planeName } from "./orientation.js";
+import { SLICES } from "./panel_state.js";
 import { createSlice } from "./slice_view.js";
 import { sliceWindows } from "./slice_window.js";
 import { CT_WINDOWS } from "./transfer_presets.js";
 
 const VALUE_EVERY_MS = 60;
 
-carryInLink("slices", { windows: {} });
-
 export function mount(panel, { store, api, volumes, stage }) {
-  store.set({ page: { slices: { windows: {}, ...store.state.page.slices } } }, { undo: false });
+  store.set({ page: { slices: { ...SLICES, ...store.state.page.slices } } }, { undo: false });
   const windows = sliceWindows({ store, api, volumes });
   let windowMode = false;
   let windowStart = null;
