@@ -10,7 +10,7 @@ import { mountHelp } from "./help.js";
 import { listenToKeys } from "./keyboard.js";
 import { mountLight } from "./light_panel.js";
 import { hashOf, patchOf } from "./link.js";
-import { modeOf, modePatch, MODES, mountLook } from "./look_panel.js";
+import { modeOf, MODES, mountLook, setMode } from "./look_panel.js";
 import { mountNotice } from "./notice.js";
 import { mountOverlay } from "./overlay.js";
 import "./panel_state.js";
@@ -171,7 +171,7 @@ listenToKeys({
   mode() {
     const now = MODES.findIndex(([name]) => name === modeOf(store.state.view));
     const [name, text] = MODES[(now + 1) % MODES.length];
-    store.set(modePatch(name, store.state.view));
+    setMode(name);
     announce(text);
   },
   undo: stepBack,
@@ -250,9 +250,11 @@ store.subscribe((state, previous, { live }) => {
   $("stage").dataset.layout = page.layout;
   $("stage-slices").hidden = page.layout !== "slices";
   $("stage-compare").hidden = page.layout !== "compare";
-  for (const section of sections) {
-    const open = page.open[section.dataset.section];
-    if (open !== undefined && section.open !== open) section.open = open;
+  if (page.open !== previous.page.open) {
+    for (const section of sections) {
+      const open = page.open[section.dataset.section];
+      if (open !== undefined && section.open !== open) section.open = open;
+    }
   }
   $("undo").disabled = !store.canUndo;
   $("redo").disabled = !store.canRedo;

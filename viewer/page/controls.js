@@ -119,12 +119,13 @@ export function check({ label, title, read, write, undo = true, enabled }) {
   };
 }
 
-// One of several: options are [value, text, title].
-export function choice({ label, options, read, write, style = "", undo = true }) {
+// One of several: options are [value, text, title]. choose(value) does what there is to do, or write(value) is a patch.
+export function choice({ label, options, read, write, choose, style = "", undo = true }) {
+  choose ??= (value) => store.set(write(value), { undo });
   const name = freshId();
   const inputs = new Map();
   const labels = options.map(([value, text, title]) => {
-    const input = make("input", { type: "radio", name, value, onchange: () => store.set(write(value), { undo }) });
+    const input = make("input", { type: "radio", name, value, onchange: () => choose(value) });
     inputs.set(value, input);
     return make("label", { title }, input, make("span", {}, text));
   });

@@ -1,5 +1,6 @@
 // What is shown of the samples along a ray, and on which ground.
 
+import { autoWindow, wantsWindow } from "./auto_window.js";
 import { bind, button, check, choice, colour, group, make } from "./controls.js";
 import { store } from "./store.js";
 import { volumes } from "./volumes.js";
@@ -25,6 +26,17 @@ export function modePatch(name, { opacity_scale }) {
   return { view: patch };
 }
 
+// A mode that needs a window comes with one, in one step.
+export async function setMode(name) {
+  const patch = modePatch(name, store.state.view);
+  const { volume } = store.state.view;
+  if (wantsWindow(patch.view.mode, store.state.view)) {
+    patch.view.window = await autoWindow(patch.view.mode).catch(() => null);
+    if (store.state.view.volume !== volume) return;
+  }
+  store.set(patch);
+}
+
 // first(): makes all settings those of the volume when it is opened.
 export function mountLook(panel, { first }) {
   const mirror = check({
@@ -38,7 +50,7 @@ export function mountLook(panel, { first }) {
     mirror.element.hidden = !volumes.current()?.mirrored && !state.view.mirror;
   };
   return bind(panel, [
-    choice({ label: "Mode", options: MODES, read: (state) => modeOf(state.view), write: (name) => modePatch(name, store.state.view) }),
+    choice({ label: "Mode", options: MODES, read: (state) => modeOf(state.view), choose: setMode }),
     colour({
       label: "Background",
       read: (state) => state.view.background,

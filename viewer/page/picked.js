@@ -14,9 +14,12 @@ export function mountPicked(box) {
       const volume = volumes.current();
       const known = answer.meaning !== null && answer.meaning !== undefined;
       const value = known ? `${valueText(answer.meaning)} HU` : valueText(answer.value);
-      const sample = answer.sample.map((s) => s.toFixed(1)).join(", ");
+      const sample = answer.sample.map((s) => s.toFixed(0)).join(", ");
       const world = answer.world.map((w) => Number(w.toFixed(2))).join(", ");
-      box.replaceChildren(make("b", {}, value), " ", make("span", {}, `at ${sample} · ${world} ${volume?.unit ?? ""}`.trim()));
+      box.replaceChildren(
+        make("b", {}, value),
+        make("span", {}, ` sample ${sample} at ${world} ${volume?.unit ?? ""}`.trimEnd()),
+      );
     },
   };
 }

@@ -134,7 +134,7 @@ export function mountView3d(canvas, told) {
       const answer = await placeAt(x, y);
       if (!answer) return;
       told.picked(answer);
-      store.set({ page: { sample: answer.hit ? answer.sample : null } }, { undo: false });
+      store.set({ page: { sample: answer.hit ? answer.sample.map((s) => Number(s.toFixed(2))) : null } }, { undo: false });
     },
     // What was hit comes to the middle; beside the volume, all of it.
     async doubleTap(x, y) {

@@ -1,0 +1,49 @@
+// The window of an X-ray, or of largest or smallest values, in which all that is in the picture can be told apart: from
+// a small picture in a window of all values.
+
+import { api } from "./api.js";
+import { store } from "./store.js";
+import { requestView, same } from "./view.js";
+import { volumes } from "./volumes.js";
+
+const SIZE = 128;
+const LOW = 0.01;
+const HIGH = 0.998;
+const PROJECTIONS = ["xray", "mip", "min"];
+
+let chosen = null; // the window that was chosen here last
+
+// Whether a mode shows values in a window that nobody has set.
+export const wantsWindow = (mode, { window }) =>
+  PROJECTIONS.includes(mode) && (window === null || same(window, chosen));
+
+async function greys(blob) {
+  const bitmap = await createImageBitmap(blob);
+  const canvas = document.createElement("canvas");
+  canvas.width = canvas.height = SIZE;
+  const context = canvas.getContext("2d", { willReadFrequently: true });
+  context.drawImage(bitmap, 0, 0, SIZE, SIZE);
+  bitmap.close();
+  const { data } = context.getImageData(0, 0, SIZE, SIZE);
+  return data.filter((_, at) => at % 4 === 0 && data[at] > 0).sort();
+}
+
+// [black, white], rounded; null where a picture does not tell.
+export async function autoWindow(mode) {
+  const volume = volumes.current();
+  if (volume?.state !== "ready" || !(volume.min < volume.max)) return null;
+  const zoom = 1;
+  const view = { ...store.state.view, mode, background: [0, 0, 0], window: [volume.min, volume.max] };
+  const asked = requestView({ ...view, camera: { ...view.camera, zoom, look_at: [0, 0, 0], fov: 0 } }, SIZE, SIZE);
+  const { blob } = await api.frame({ view: asked, quality: "still", format: "png", viewer: "window", sequence: Date.now() });
+  const sorted = await greys(blob);
+  if (sorted.length < 16) return null;
+  const value = (part, more) => {
+    const grey = sorted[Math.min(sorted.length - 1, Math.floor(part * sorted.length))] + more;
+    return volume.min + (Math.max(0, Math.min(255, grey)) / 255) * (volume.max - volume.min);
+  };
+  const window = [value(LOW, -1), value(HIGH, 1)].map((v) => Number(v.toPrecision(4)));
+  if (!(window[0] < window[1])) return null;
+  chosen = window;
+  return window;
+}
