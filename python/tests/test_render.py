@@ -42,7 +42,7 @@ def test_looks_differ(volume):
     for look in (
         dict(shade=True), dict(iso=300), dict(zoom=2), dict(perspective=60), dict(level=2), dict(roll=40),
         dict(view="top"), dict(opacity_scale=3), dict(clip_planes=[(0, 1, 0, 0)]), dict(mode="xray"),
-        dict(perspective=60, eye=(0, -90, 0)), dict(transfer="hot"),
+        dict(perspective=60, eye=(0, -90, 0)), dict(look_at=(3, 0, -2)), dict(transfer="hot"),
         dict(transfer=[[0, 0, 0, 0, 0], [400, 1, 0, 0, 0.5]]),
     ):  # fmt: skip
         assert not np.array_equal(volume.render(30, 20, size=48, **look), plain), look
