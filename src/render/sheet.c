@@ -217,12 +217,18 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
 
 static cvol_sheet_kernel *choose_kernel(cvol_mode mode, int lit, int extras)
 {
+#ifndef CVOL_ONLY_EXTRAS /* src/CMakeLists.txt */
+    if (!extras && lit)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_shade);
+    if (!extras && mode == CVOL_MODE_COMPOSITE)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_composite);
+#else
+    (void)extras;
+#endif
     if (lit)
-        return extras ? CVOL_SIMD_CHOOSE(cvol_sheet_shade_extra)
-                      : CVOL_SIMD_CHOOSE(cvol_sheet_shade);
+        return CVOL_SIMD_CHOOSE(cvol_sheet_shade_extra);
     if (mode == CVOL_MODE_COMPOSITE)
-        return extras ? CVOL_SIMD_CHOOSE(cvol_sheet_composite_extra)
-                      : CVOL_SIMD_CHOOSE(cvol_sheet_composite);
+        return CVOL_SIMD_CHOOSE(cvol_sheet_composite_extra);
     if (mode == CVOL_MODE_MIN)
         return CVOL_SIMD_CHOOSE(cvol_sheet_min);
     return mode == CVOL_MODE_MIP ? CVOL_SIMD_CHOOSE(cvol_sheet_max)
