@@ -17,7 +17,7 @@ import "./panel_state.js";
 import { mountPicked } from "./picked.js";
 import { mountQuality } from "./quality_panel.js";
 import { mountStatus } from "./status.js";
-import { store } from "./store.js";
+import { merge, store } from "./store.js";
 import { applyTheme, toggleTheme } from "./theme.js";
 import { createTurntable } from "./turntable.js";
 import { DEFAULT_VIEW, same } from "./view.js";
@@ -285,11 +285,14 @@ window.addEventListener("pagehide", (event) => {
   if (about?.once && !event.persisted) api.endLater();
 });
 
+// Another link in the address bar: all that it does not say is as at first.
 window.addEventListener("hashchange", () => {
-  const patch = patchOf(location.hash);
   if (opened === null || hashOf(store.state) === location.hash.slice(1)) return;
-  if (patch.view?.volume && !volumes.get(patch.view.volume)) delete patch.view.volume;
-  store.set(patch);
+  const { view = {}, page } = patchOf(location.hash);
+  const volume = volumes.get(view.volume) ?? volumes.current();
+  const first = volume?.state === "ready" ? firstLook(volume) : {};
+  opened = volume?.id ?? opened;
+  store.set({ view: merge(merge(DEFAULT_VIEW, first), { ...view, volume: volume?.id ?? null }), page: page ?? {} });
 });
 
 // ---- whether the program is there ---------------------------------------------------------------
