@@ -207,6 +207,7 @@ int view_take(view *out, volumes *all, fields *f)
     if (status)
         return status;
     cvol_render_options *options = &out->options;
+    options->level = out->volume->level;
     take_integer(f, "width", &options->width, 1, VIEW_SIZE_MAX);
     take_integer(f, "height", &options->height, 1, VIEW_SIZE_MAX);
     if ((size_t)options->width * (size_t)options->height > VIEW_PIXELS_MAX)

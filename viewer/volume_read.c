@@ -37,6 +37,7 @@ static int read_compressed(cvol_context *context, shown_volume *v, const cvol_re
     if (code)
         return code;
     cvol_array_get_info(v->array, &info);
+    v->level = report.level;
     v->compressed_bytes = report.file_bytes;
     v->psnr_db = info.psnr_db;
     v->max_error = info.max_error;
@@ -99,6 +100,7 @@ int volume_make_copy(cvol_context *context, shown_volume *v)
     }
     if (code)
         return code;
+    v->level = parent->level;
     note_report(v, &report);
     return finish(context, v);
 }

@@ -38,6 +38,7 @@ typedef struct shown_volume {
     cvol_volume *dense; /* the samples of a file that was not compressed; of a copy NULL */
     cvol_grid grid;
     cvol_histogram histogram;
+    int level; /* of a file that ends early: which one is whole; else 0 */
     uint64_t raw_bytes, compressed_bytes;
     double psnr_db, max_error; /* NaN: not known */
     double rescale[2];         /* to Hounsfield units; 0, 0: it is not known what samples mean */

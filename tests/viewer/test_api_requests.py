@@ -239,8 +239,9 @@ class Places(unittest.TestCase):
 
 
 class Commands(unittest.TestCase):
-    def check(self, view):
-        told = viewer.post("command", {"view": view}).json
+    def check(self, view, asked=None):
+        asked = asked or viewer
+        told = asked.post("command", {"view": view}).json
         for name, content in told["files"].items():
             with open(os.path.join(folder.name, name), "w") as file:
                 json.dump(content, file)
@@ -248,7 +249,7 @@ class Commands(unittest.TestCase):
         name = re.search(r" -o ('(?:[^']|'\\'')*'|\S+)", told["command"])[1]
         name = name.strip("'").replace("'\\''", "'")
         with open(os.path.join(folder.name, name), "rb") as file:
-            self.assertEqual(read_png(file.read()), viewer.frame(**view), told["command"])
+            self.assertEqual(read_png(file.read()), asked.frame(**view), told["command"])
         return told
 
     def test_pictures(self):
@@ -267,6 +268,24 @@ class Commands(unittest.TestCase):
     def test_nothing_goes_with_saying(self):
         told = self.check({"volume": "0"})
         self.assertEqual(told, {"command": "cvol render ball.cvol -o ball.png --size 512x512", "files": {}})
+
+    def test_files_of_other_kinds(self):
+        raw = "--dims 35x41x28 --type float32"
+        write_floats(os.path.join(folder.name, "hole.raw"), (v if v > -9 else 1e35 for v in ball()))
+        run(folder.name, f"cvol compress ball.raw hole.raw -o both.cvol --as channels --fill 1e35 {raw}")
+        with open(os.path.join(folder.name, "ball.cvol"), "rb") as file:
+            whole = file.read()
+        with open(os.path.join(folder.name, "cut.cvol"), "wb") as file:
+            file.write(whole[:len(whole) // 2])  # the viewer, too, draws the level that is whole
+        with Viewer(folder.name, "both.cvol", "cut.cvol", "hole.raw", *raw.split()) as other:
+            for volume in "0", "1", "2":
+                self.check({"volume": volume, "transfer": "bone", **SMALL}, other)
+            copy = other.post("volumes/2/copy", {"ratio": 50}).json["id"]
+            other.wait_for(copy)
+            self.check({"volume": copy, "transfer": "bone", **SMALL}, other)
+            self.assertIsNone(other.get(f"volumes/{copy}/value?x=0&y=0&z=0").json["value"])
+        with Viewer(folder.name, "both.cvol", "--channel", "1") as other:
+            self.check({"volume": "0", **SMALL}, other)
 
     def test_copies(self):
         for parent, wanted in ("0", {"ratio": 90}), ("1", {"psnr": 45.5}):
