@@ -1,5 +1,5 @@
 /* cvol view: volumes in a browser. */
-#define _POSIX_C_SOURCE 200809L
+#define _XOPEN_SOURCE 700
 #include <errno.h>
 #include <fcntl.h>
 #include <stdlib.h>
@@ -127,6 +127,28 @@ static viewer_options make_options(const view_arguments *a, const command_line *
     return options;
 }
 
+/* Threads that wait for work would keep the cores busy for some milliseconds each time, which the
+ * browser beside them needs; OpenMP asks the environment about that when a program begins. */
+static void begin_again_passively(int argc, char **argv)
+{
+    if (getenv("OMP_WAIT_POLICY") || setenv("OMP_WAIT_POLICY", "passive", 1))
+        return;
+    char *program = realpath("/proc/self/exe", NULL);
+    char **again = program ? calloc((size_t)argc + 2, sizeof *again) : NULL;
+    if (!again) {
+        free(program);
+        return;
+    }
+    char name[] = "cvol", command[] = "view";
+    again[0] = name;
+    again[1] = command;
+    for (int i = 1; i < argc; i++)
+        again[i + 1] = argv[i];
+    execv(program, again); /* returns only where that cannot be done */
+    free(again);
+    free(program);
+}
+
 static int show(const view_arguments *a, const command_line *line)
 {
     char message[512];
@@ -149,6 +171,7 @@ static int show(const view_arguments *a, const command_line *line)
 
 int command_view(int argc, char **argv)
 {
+    begin_again_passively(argc, argv);
     view_arguments a = {0};
     const option_spec specs[] = {
         {"--port", "P", "where it listens (default: a free one)", OPTION_INTEGER, &a.port, 0, NULL},
