@@ -276,7 +276,7 @@ static void put_look(FILE *out, const view *v)
 {
     const cvol_render_options *o = &v->options;
     const int composite = o->mode == CVOL_MODE_COMPOSITE, iso = o->mode == CVOL_MODE_ISO;
-    const double usual_rays = cvol_render_options_defaults().oversample;
+    const double one = 1;
     put_camera(out, v);
     if (composite)
         put_colours(out, v);
@@ -287,7 +287,8 @@ static void put_look(FILE *out, const view *v)
     put_other(out, "--background", o->background, none, 3);
     if (composite || iso || o->step_voxels >= 1) /* finer steps are of these modes */
         put_other(out, "--step", &o->step_voxels, none, 1);
-    put_other(out, "--oversample", &o->oversample, &usual_rays, 1);
+    if (o->oversample > 0)
+        put_other(out, "--oversample", &o->oversample, &one, 1);
 }
 
 /* NULL: no memory. */

@@ -149,8 +149,10 @@ static int take_other(difference *d, volumes *all, const char *id, fields *f)
     }
     const size_t *a = v->grid.dims, *b = d->other->grid.dims;
     if (memcmp(a, b, sizeof v->grid.dims))
-        fields_fail(f, "volume '%s' has %zu x %zu x %zu samples, and '%s' has %zu x %zu x %zu",
-                    v->id, a[0], a[1], a[2], id, b[0], b[1], b[2]);
+        fields_fail(f,
+                    "differences are of volumes of one shape: %.80s has %zu x %zu x %zu samples, "
+                    "%.80s has %zu x %zu x %zu",
+                    v->name, a[0], a[1], a[2], d->other->name, b[0], b[1], b[2]);
     return fields_ok(f) ? 0 : 400;
 }
 

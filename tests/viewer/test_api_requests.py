@@ -266,7 +266,7 @@ class Commands(unittest.TestCase):
                 self.check({"volume": volume, **view, **SMALL})
 
     def test_nothing_goes_with_saying(self):
-        told = self.check({"volume": "0"})
+        told = self.check({"volume": "0", "oversample": 1, "camera": {"zoom": 1, "look_at": [0, 0, 0]}})
         self.assertEqual(told, {"command": "cvol render ball.cvol -o ball.png --size 512x512", "files": {}})
 
     def test_files_of_other_kinds(self):
