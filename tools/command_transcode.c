@@ -1,5 +1,6 @@
 /* cvol transcode: a .cvol file made coarser. */
 #include <math.h>
+#include <string.h>
 
 #include "cli.h"
 
@@ -19,7 +20,7 @@ typedef struct transcode_arguments {
     common_options common;
     double ratio, bits, psnr;
     int ratio_given, bits_given, psnr_given;
-    const char *bricks;
+    const char *bricks, *background;
 } transcode_arguments;
 
 static int choose_target(cvol_compress_options *options, const transcode_arguments *a)
@@ -29,6 +30,11 @@ static int choose_target(cvol_compress_options *options, const transcode_argumen
     const int status = parse_bricks(options->brick, a->bricks);
     if (status)
         return status;
+    if (a->background && strcmp(a->background, "none"))
+        return complain(EXIT_MISUSED, "--background is '%s', must be none: %s", a->background,
+                        "without it a background stays as it is");
+    if (a->background && !targets)
+        return complain(EXIT_MISUSED, "--background needs --ratio, --bpv or --psnr");
     if (targets > 1 || (!targets && !chosen && !a->bricks))
         return complain(EXIT_MISUSED, "give one of --ratio, --bpv and --psnr, or only --bricks");
     options->target = a->ratio_given  ? CVOL_TARGET_RATIO
@@ -78,6 +84,27 @@ static int extract(cvol_context *context, const transcode_arguments *a, const cv
     return EXIT_DONE;
 }
 
+/* Puts the background that an array keeps apart, if it does, among the other samples. */
+static int flatten(cvol_context *context, cvol_array **array)
+{
+    cvol_array_info info;
+    cvol_array *flat = NULL;
+    cvol_array_get_info(*array, &info);
+    if (!info.background_samples)
+        return CVOL_OK;
+    const char *attributes = cvol_array_attributes(*array);
+    int code = cvol_array_flatten(context, &flat, *array);
+    if (!code && attributes)
+        code = cvol_array_set_attributes(context, flat, attributes);
+    if (code) {
+        cvol_array_free(flat);
+        return code;
+    }
+    cvol_array_free(*array);
+    *array = flat;
+    return CVOL_OK;
+}
+
 static int transcode(cvol_context *context, transcode_arguments *a,
                      const cvol_compress_options *options, const char *in_path,
                      const char *out_path)
@@ -93,8 +120,12 @@ static int transcode(cvol_context *context, transcode_arguments *a,
     if (!a->ratio_given && !a->bits_given && !a->psnr_given && !a->bricks)
         return extract(context, a, &part, in_path, out_path);
     int code = cvol_array_read_part(context, &from, NULL, in_path, &part);
-    if (code)
+    if (!code && a->background)
+        code = flatten(context, &from);
+    if (code) {
+        cvol_array_free(from);
         return complain_context(context, code, NULL);
+    }
     if (a->ratio_given + a->bits_given + a->psnr_given) {
         code = cvol_array_transcode(context, &array, &r, from, options);
         cvol_array_free(from);
@@ -125,6 +156,8 @@ int command_transcode(int argc, char **argv)
          &a.bits_given},
         {"--psnr", "DB", "at least so many dB, certified", OPTION_NUMBER, &a.psnr, 0,
          &a.psnr_given},
+        {"--background", "none", "a background is not kept apart: its mask may be too large",
+         OPTION_TEXT, &a.background, 0, NULL},
         {NULL, NULL, "Random access (without a target terms stay as they are):", OPTION_HEADING,
          NULL, 0, NULL},
         {"--bricks", "B or X,Y,Z",

@@ -160,6 +160,8 @@ static int put_making(FILE *out, const shown_volume *v, const viewer_options *op
                     &v->wanted.target_value, 1);
         if (parent->dense)
             fputs(" --fast --background auto", out);
+        if (v->flattened)
+            fputs(" --background none", out);
         if (parent->dense && v->wanted.has_fill)
             put_numbers(out, "--fill", &v->wanted.fill, 1);
         if (!parent->parent)

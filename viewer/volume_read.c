@@ -6,6 +6,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
+static const double poor_psnr_db = 30;
+
 /* Of a copy, or of a file that is not compressed: what its file would have. */
 static void note_report(shown_volume *v, const cvol_compress_report *report)
 {
@@ -79,6 +81,37 @@ int volume_read(cvol_context *context, shown_volume *v, const viewer_options *op
     return code ? code : finish(context, v);
 }
 
+/* From the compressed volume. Its background's mask is copied as it is: where that takes most of
+ * the bytes asked for, or more than these, there is more to see without. */
+static int transcode(cvol_context *context, shown_volume *v, cvol_compress_report *report)
+{
+    const cvol_array *from = v->parent->array;
+    cvol_array *flat = NULL, *smaller = NULL;
+    cvol_compress_report without;
+    cvol_array_info info;
+    int code = cvol_array_transcode(context, &v->array, report, from, &v->wanted);
+    cvol_array_get_info(from, &info);
+    if (code || !info.background_samples || v->wanted.target != CVOL_TARGET_RATIO ||
+        (report->target_met && report->psnr_db >= poor_psnr_db))
+        return code;
+    code = cvol_array_flatten(context, &flat, from);
+    if (!code)
+        code = cvol_array_transcode(context, &smaller, &without, flat, &v->wanted);
+    if (!code &&
+        (without.target_met > report->target_met ||
+         (without.target_met == report->target_met && without.psnr_db > report->psnr_db))) {
+        cvol_array_free(v->array);
+        v->array = smaller;
+        smaller = NULL;
+        v->flattened = 1;
+        *report = without;
+        report->max_error = NAN; /* a bound so wide that it tells nothing */
+    }
+    cvol_array_free(smaller);
+    cvol_array_free(flat);
+    return code;
+}
+
 int volume_make_copy(cvol_context *context, shown_volume *v)
 {
     const shown_volume *parent = v->parent;
@@ -96,7 +129,7 @@ int volume_make_copy(cvol_context *context, shown_volume *v)
         code = cvol_compress(context, &v->array, &report, parent->dense->data, &parent->grid,
                              &v->wanted);
     } else {
-        code = cvol_array_transcode(context, &v->array, &report, parent->array, &v->wanted);
+        code = transcode(context, v, &report);
     }
     if (code)
         return code;

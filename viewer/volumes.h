@@ -46,6 +46,7 @@ typedef struct shown_volume {
     struct shown_volume *parent; /* held; NULL: it is none */
     char viewer[64];             /* who it was made for; "": nobody in particular */
     cvol_compress_options wanted;
+    int flattened; /* its parent keeps a background apart, and it does not */
     /* renderers that nobody uses, under a lock of their own */
     pthread_mutex_t idle_lock;
     idle_renderer *idle;

@@ -14,7 +14,7 @@ options_of() {
     case $1 in
     compress) echo "$common $raw --ratio --bpv --psnr --max-error --lossless --keep --attributes --transform --block --no-lap --fast --stream --background --bricks -o --as --time-step --channel-names --channel-colors" ;;
     decompress) echo "$common --box --level --time --channel" ;;
-    transcode) echo "$common --ratio --bpv --psnr --bricks --time --channel" ;;
+    transcode) echo "$common --ratio --bpv --psnr --background --bricks --time --channel" ;;
     info) echo "$common $raw --build --layout" ;;
     verify) echo "$common" ;;
     compare) echo "$common $raw" ;;

@@ -4,6 +4,7 @@ import io
 import json
 import math
 import os
+import random
 import re
 import stat
 import struct
@@ -294,6 +295,17 @@ class Commands(unittest.TestCase):
             self.assertEqual((state["state"], state["error"]), ("ready", None))
             self.check({"volume": copy, "transfer": POINTS, **SMALL})
             viewer.delete("volumes/" + copy)
+
+    def test_a_copy_smaller_than_its_background(self):
+        grains = random.Random(1)  # strewn over everything: where none are, a mask tells, a bit a sample
+        values = (grains.choice((0, grains.uniform(5, 9))) for _ in range(math.prod(DIMS)))
+        write_floats(os.path.join(folder.name, "grains.raw"), values)
+        run(folder.name, "cvol compress grains.raw grains.cvol --dims 35x41x28 --type float32 --psnr 40 --background 0")
+        with Viewer(folder.name, "grains.cvol") as asked:
+            copy = asked.wait_for(asked.post("volumes/0/copy", {"ratio": 60}).json["id"])
+            self.assertGreater(copy["ratio"], 55, copy)
+            told = self.check({"volume": copy["id"], "transfer": POINTS, **SMALL}, asked)
+            self.assertIn("--background none", told["command"])
 
 
 class Copies(unittest.TestCase):
