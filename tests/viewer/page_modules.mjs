@@ -85,7 +85,13 @@ for (let round = 0; round < 200; round++) {
   }
 
   // A picture that was only moved, turned and enlarged is that of the camera that did it.
-  const later = { ...c, fov: 0, roll: c.roll + 15, zoom: c.zoom * 1.4, look_at: camera.sum([1, c.look_at], [1, [3, -4, 5]]) };
+  const later = {
+    ...c,
+    fov: 0,
+    roll: c.roll + 15,
+    zoom: c.zoom * 1.4,
+    look_at: camera.sum([1, c.look_at], [1, [3, -4, 5]]),
+  };
   const drawn = { volume: "0", mirror, camera: { ...c, fov: 0 } };
   const motion = reprojection(drawn, { ...drawn, camera: later }, volume, WIDTH, HEIGHT);
   const moved = seen(later, mirror)(place);
@@ -93,16 +99,28 @@ for (let round = 0; round < 200; round++) {
   const y = motion.scale * (dx * Math.sin(motion.angle) + dy * Math.cos(motion.angle)) + motion.y;
   near(x, moved.x - WIDTH / 2, 1e-5);
   near(y, moved.y - HEIGHT / 2, 1e-5);
-  assert.equal(reprojection(drawn, { ...drawn, camera: { ...later, azimuth: c.azimuth + 1 } }, volume, WIDTH, HEIGHT), null);
+  assert.equal(
+    reprojection(drawn, { ...drawn, camera: { ...later, azimuth: c.azimuth + 1 } }, volume, WIDTH, HEIGHT),
+    null,
+  );
 }
 
 // All of the volume is in the picture that fits, and nearly fills it.
-for (const [width, height] of [[900, 700], [360, 600], [2000, 500]]) {
+for (const [width, height] of [
+  [900, 700],
+  [360, 600],
+  [2000, 500],
+]) {
   const home = camera.homeCamera({ ...volume, views: {} }, width, height);
   const project = camera.projector({ camera: home, mirror: false }, volume, width, height);
   let reach = 0;
   for (const corner of [0, 1, 2, 3, 4, 5, 6, 7]) {
-    const at = project(camera.worldOf(volume, volume.dims.map((n, a) => ((corner >> a) & 1) * (n - 1))));
+    const at = project(
+      camera.worldOf(
+        volume,
+        volume.dims.map((n, a) => ((corner >> a) & 1) * (n - 1)),
+      ),
+    );
     reach = Math.max(reach, Math.abs(at.x / width - 0.5) * 2, Math.abs(at.y / height - 0.5) * 2);
   }
   assert.ok(reach > 0.85 && reach < 0.95, `${width} x ${height}: ${reach}`);
@@ -143,7 +161,10 @@ for (const [width, height] of [[900, 700], [360, 600], [2000, 500]]) {
   const view = merge(DEFAULT_VIEW, {
     volume: "0",
     camera: { azimuth: 30.5, look_at: [1, 2, 3] },
-    transfer: [[0, 0, 0, 0, 0], [1, 0.5, 0.25, 0.5, 0.5]],
+    transfer: [
+      [0, 0, 0, 0, 0],
+      [1, 0.5, 0.25, 0.5, 0.5],
+    ],
     window: [1, 2],
     surface: { value: 3 },
     clip: { box: [null, 3, null, null, null, null], planes: [[1, 0, 0, 4]] },
@@ -164,7 +185,10 @@ for (const [width, height] of [[900, 700], [360, 600], [2000, 500]]) {
 // Requests say nothing that is null.
 {
   const request = requestView(merge(DEFAULT_VIEW, { volume: "0" }), 10, 20);
-  assert.deepEqual([request.width, request.height, "clip" in request, "window" in request, "value" in request.surface], [10, 20, false, false, false]);
+  assert.deepEqual(
+    [request.width, request.height, "clip" in request, "window" in request, "value" in request.surface],
+    [10, 20, false, false, false],
+  );
   const box = [null, 5, null, null, null, null];
   assert.deepEqual(requestView(merge(DEFAULT_VIEW, { clip: { box } }), 1, 1).clip, { box });
 }

@@ -177,7 +177,10 @@ listenToKeys({
   undo: stepBack,
   redo: stepForward,
   panel: togglePanel,
-  fullScreen: () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen?.())?.catch(() => {}),
+  fullScreen: () =>
+    (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen?.())?.catch(
+      () => {},
+    ),
   help,
 });
 

@@ -35,7 +35,13 @@ export async function autoWindow(mode) {
   const zoom = 1;
   const view = { ...store.state.view, mode, background: [0, 0, 0], window: [volume.min, volume.max] };
   const asked = requestView({ ...view, camera: { ...view.camera, zoom, look_at: [0, 0, 0], fov: 0 } }, SIZE, SIZE);
-  const { blob } = await api.frame({ view: asked, quality: "still", format: "png", viewer: "window", sequence: Date.now() });
+  const { blob } = await api.frame({
+    view: asked,
+    quality: "still",
+    format: "png",
+    viewer: "window",
+    sequence: Date.now(),
+  });
   const sorted = await greys(blob);
   if (sorted.length < 16) return null;
   const value = (part, more) => {

@@ -6,8 +6,7 @@ export const ZOOM_MIN = 0.05;
 export const ZOOM_MAX = 500;
 
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-export const sum = (...terms) =>
-  [0, 1, 2].map((i) => terms.reduce((total, [weight, v]) => total + weight * v[i], 0));
+export const sum = (...terms) => [0, 1, 2].map((i) => terms.reduce((total, [weight, v]) => total + weight * v[i], 0));
 export const unit = (v) => {
   const length = Math.hypot(...v);
   return length > 0 ? v.map((part) => part / length) : [0, 0, 1];
@@ -40,10 +39,8 @@ export function diagonal(volume) {
   return length > 0 ? length : Math.max(...volume.spacing);
 }
 
-export const worldOf = (volume, sample) =>
-  sample.map((s, a) => (s - (volume.dims[a] - 1) / 2) * volume.spacing[a]);
-export const sampleOf = (volume, world) =>
-  world.map((w, a) => w / volume.spacing[a] + (volume.dims[a] - 1) / 2);
+export const worldOf = (volume, sample) => sample.map((s, a) => (s - (volume.dims[a] - 1) / 2) * volume.spacing[a]);
+export const sampleOf = (volume, world) => world.map((w, a) => w / volume.spacing[a] + (volume.dims[a] - 1) / 2);
 
 // Directions of the picture: right and up as they are on the screen, a mirrored picture's turned round.
 export function directions(camera, mirror) {

@@ -57,7 +57,12 @@ export function mountCamera(panel, { view3d, turntable, named }) {
     group(make("div", { class: "buttons even" }), [
       button({ label: "Fit", title: "All of the volume, in the middle", press: fit }),
       button({ label: "Reset", title: "As the volume was first seen (r)", press: view3d.home }),
-      button({ label: "Turntable", title: "Turn it round and round (t)", press: turntable.toggle, pressed: () => turntable.on }),
+      button({
+        label: "Turntable",
+        title: "Turn it round and round (t)",
+        press: turntable.toggle,
+        pressed: () => turntable.on,
+      }),
     ]),
     slider({
       label: "Turning, °/s",

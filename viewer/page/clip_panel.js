@@ -19,8 +19,7 @@ export function tidyBox(box, dims) {
   return faces.some((face) => face !== null) ? faces : null;
 }
 
-export const facesOf = (box, dims) =>
-  (box ?? UNCLIPPED).map((face, i) => face ?? (i % 2 ? dims[i >> 1] - 1 : 0));
+export const facesOf = (box, dims) => (box ?? UNCLIPPED).map((face, i) => face ?? (i % 2 ? dims[i >> 1] - 1 : 0));
 
 // The first plane with what is to be changed; the others stay.
 export const planePatch = (planes, plane) => ({ view: { clip: { planes: [plane, ...planes.slice(1)] } } });
@@ -63,8 +62,18 @@ export function mountClip(panel) {
   const turns = group(make("div"), [
     cut,
     group(make("div", { class: "buttons" }), [
-      button({ label: "Face me", title: "Cut straight across the view", enabled: has, press: () => set((p) => [...facing(), p[3]]) }),
-      button({ label: "Flip", title: "Keep the other side", enabled: has, press: () => set((p) => p.map((part) => -part || 0)) }),
+      button({
+        label: "Face me",
+        title: "Cut straight across the view",
+        enabled: has,
+        press: () => set((p) => [...facing(), p[3]]),
+      }),
+      button({
+        label: "Flip",
+        title: "Keep the other side",
+        enabled: has,
+        press: () => set((p) => p.map((part) => -part || 0)),
+      }),
     ]),
     hint("The spot is the side that stays."),
   ]);
@@ -92,7 +101,10 @@ export function mountClip(panel) {
       read: (state) => plane(state)?.[3] ?? 0,
       write(d) {
         const now = plane(store.state);
-        return planePatch(store.state.view.clip.planes, [...unit(now.slice(0, 3)).map((n) => Number(n.toFixed(3))), Number(d.toPrecision(4))]);
+        return planePatch(store.state.view.clip.planes, [
+          ...unit(now.slice(0, 3)).map((n) => Number(n.toFixed(3))),
+          Number(d.toPrecision(4)),
+        ]);
       },
       enabled: has,
     }),

@@ -147,12 +147,7 @@ export function select({ label, options, read, write, undo = true }) {
   });
   list.append(...options.map(([, text]) => make("option", {}, text)));
   return {
-    element: make(
-      "div",
-      { class: "row" },
-      make("label", { for: id }, label),
-      make("div", { class: "rest" }, list),
-    ),
+    element: make("div", { class: "row" }, make("label", { for: id }, label), make("div", { class: "rest" }, list)),
     update: (state) => (list.selectedIndex = options.findIndex(([value]) => value === read(state))),
   };
 }
@@ -171,9 +166,14 @@ export function button({ label, title, press, pressed, enabled }) {
 export const hint = (text) => ({ element: make("p", { class: "hint" }, text) });
 
 const hexOf = (colour) =>
-  `#${colour.map((c) => Math.round(255 * c).toString(16).padStart(2, "0")).join("")}`;
-const colourOf = (hex) =>
-  [1, 3, 5].map((at) => Number((parseInt(hex.slice(at, at + 2), 16) / 255).toFixed(4)));
+  `#${colour
+    .map((c) =>
+      Math.round(255 * c)
+        .toString(16)
+        .padStart(2, "0"),
+    )
+    .join("")}`;
+const colourOf = (hex) => [1, 3, 5].map((at) => Number((parseInt(hex.slice(at, at + 2), 16) / 255).toFixed(4)));
 
 // A colour, with some to choose from: [[name, [r, g, b]], ...].
 export function colour({ label, read, write, ready = [] }) {

@@ -15,7 +15,13 @@ export function mountCube(svg, named) {
   }));
   const faces = Object.keys(LETTERS).map((name) => {
     const text = make("svg:text", { class: "cube-name" });
-    const square = make("svg:rect", { x: -HALF, y: -HALF, width: 2 * HALF, height: 2 * HALF, class: "cube-square" });
+    const square = make("svg:rect", {
+      x: -HALF,
+      y: -HALF,
+      width: 2 * HALF,
+      height: 2 * HALF,
+      class: "cube-square",
+    });
     const element = make("svg:g", { class: "cube-face", onclick: () => named(name) }, square, text);
     return { name, element, text };
   });

@@ -77,7 +77,14 @@ export function createFrames({ picture, request, show, fail, busy = () => {} }) 
     };
     const period = 1000 / now.motion.fps;
     if (moving) body.budget_ms = pace.budget(period);
-    return { body, period, quality, view: now.view, smallest: SMALLEST / (now.ratio ?? 1), stop: new AbortController() };
+    return {
+      body,
+      period,
+      quality,
+      view: now.view,
+      smallest: SMALLEST / (now.ratio ?? 1),
+      stop: new AbortController(),
+    };
   }
 
   async function send() {

@@ -24,7 +24,11 @@ function list(rows, keys) {
 }
 
 export function mountHelp(dialog, about) {
-  const close = make("button", { type: "button", class: "icon", "aria-label": "Close", onclick: () => dialog.close() }, "✕");
+  const close = make(
+    "button",
+    { type: "button", class: "icon", "aria-label": "Close", onclick: () => dialog.close() },
+    "✕",
+  );
   const version = make("p", { class: "hint" });
   dialog.append(
     make("div", { class: "top" }, make("h2", { id: "help-title" }, "Keys and gestures"), close),
@@ -40,7 +44,9 @@ export function mountHelp(dialog, about) {
   return () => {
     if (dialog.open) return dialog.close();
     const { program, threads } = about() ?? {};
-    version.textContent = program ? `cvol ${program}, ${threads} threads. The link in the address bar restores what is seen.` : "";
+    version.textContent = program
+      ? `cvol ${program}, ${threads} threads. The link in the address bar restores what is seen.`
+      : "";
     dialog.showModal();
   };
 }

@@ -22,7 +22,9 @@ export const KEYS = [
 ];
 
 const typing = (target) =>
-  target.closest?.("input:not([type=checkbox], [type=radio], [type=range], [type=color]), textarea, select, [contenteditable], dialog");
+  target.closest?.(
+    "input:not([type=checkbox], [type=radio], [type=range], [type=color]), textarea, select, [contenteditable], dialog",
+  );
 const usesArrows = (target) => target.closest?.("input, select, textarea, [role=slider], [data-arrows]");
 
 // actions: {hand, named(index), reset, perspective, turntable, mode, undo, redo, panel, fullScreen, help}.

@@ -41,10 +41,31 @@ export function mountLight(panel) {
   const beside = group(make("div"), [on, eye, hint("Drag the spot to where the light is.")]);
   return bind(panel, [
     group(make("div", { class: "ball-row" }), [from, beside]),
-    light("ambient", { label: "Ambient", title: "Light from everywhere", min: 0, max: 1, step: 0.01, initial: 0.1 }),
-    light("diffuse", { label: "Diffuse", title: "Of what faces the light", min: 0, max: 2, step: 0.01, initial: 0.7 }),
+    light("ambient", {
+      label: "Ambient",
+      title: "Light from everywhere",
+      min: 0,
+      max: 1,
+      step: 0.01,
+      initial: 0.1,
+    }),
+    light("diffuse", {
+      label: "Diffuse",
+      title: "Of what faces the light",
+      min: 0,
+      max: 2,
+      step: 0.01,
+      initial: 0.7,
+    }),
     light("specular", { label: "Specular", title: "Of highlights", min: 0, max: 2, step: 0.01, initial: 0.2 }),
-    light("shininess", { label: "Shininess", title: "The more, the smaller are highlights", min: 1, max: 256, step: 1, initial: 10 }),
+    light("shininess", {
+      label: "Shininess",
+      title: "The more, the smaller are highlights",
+      min: 1,
+      max: 256,
+      step: 1,
+      initial: 10,
+    }),
     light("gradient_opacity", {
       label: "Gradient opacity",
       title: "Matter whose values rise by less than this a sample is thinner",

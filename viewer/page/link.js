@@ -50,7 +50,8 @@ export function linkOf(state) {
 
 function put(target, path, value) {
   const last = path.pop();
-  for (const key of path) target = Object.hasOwn(target, key) && isPlain(target[key]) ? target[key] : (target[key] = {});
+  for (const key of path)
+    target = Object.hasOwn(target, key) && isPlain(target[key]) ? target[key] : (target[key] = {});
   target[last] = value;
 }
 
@@ -60,7 +61,9 @@ const kinds = {
   transfer: (value) => typeof value === "string" || (Array.isArray(value) && value.every((point) => numbers(point, 5))),
   window: (value) => value === null || numbers(value, 2),
   "surface.value": Number.isFinite,
-  "clip.box": (value) => value === null || (Array.isArray(value) && value.length === 6 && value.every((face) => face === null || Number.isFinite(face))),
+  "clip.box": (value) =>
+    value === null ||
+    (Array.isArray(value) && value.length === 6 && value.every((face) => face === null || Number.isFinite(face))),
   "clip.planes": (value) => Array.isArray(value) && value.every((plane) => numbers(plane, 4)),
 };
 

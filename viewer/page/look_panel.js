@@ -63,7 +63,11 @@ export function mountLook(panel, { first }) {
     }),
     mirror,
     group(make("div", { class: "buttons" }), [
-      button({ label: "Reset all settings", title: "Every setting as it was when the volume was opened; undo brings them back", press: first }),
+      button({
+        label: "Reset all settings",
+        title: "Every setting as it was when the volume was opened; undo brings them back",
+        press: first,
+      }),
     ]),
   ]);
 }

@@ -35,7 +35,11 @@ export function mountNotice(box, again) {
       show(
         "gone",
         make("p", {}, "The program behind this page does not answer any more."),
-        make("p", { class: "quiet" }, "The picture stays as it was. If cvol view was ended, start it again and open the address it prints."),
+        make(
+          "p",
+          { class: "quiet" },
+          "The picture stays as it was. If cvol view was ended, start it again and open the address it prints.",
+        ),
         make("p", {}, make("button", { type: "button", class: "button", onclick: again }, "Try again")),
       ),
   };

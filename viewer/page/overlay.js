@@ -129,7 +129,13 @@ export function mountOverlay(svg, scaleBar, view3d) {
 
   function drawBox() {
     const f = faces();
-    const corner = (c) => project(worldOf(volume, c.map((end, a) => f[2 * a + end])));
+    const corner = (c) =>
+      project(
+        worldOf(
+          volume,
+          c.map((end, a) => f[2 * a + end]),
+        ),
+      );
     const lines = EDGES.map(([from, to]) => [corner(from), corner(to)]).filter(([a, b]) => a && b);
     // The edges that meet in the farthest corner lie behind the volume.
     const farthest = Math.min(...lines.flat().map(({ depth }) => depth));
@@ -153,7 +159,12 @@ export function mountOverlay(svg, scaleBar, view3d) {
     const height = (p) => p[0] * n[0] + p[1] * n[1] + p[2] * n[2] - plane()[3];
     const corners = [];
     for (const [from, to] of EDGES) {
-      const [a, b] = [from, to].map((c) => worldOf(volume, c.map((end, axis) => end * last[axis])));
+      const [a, b] = [from, to].map((c) =>
+        worldOf(
+          volume,
+          c.map((end, axis) => end * last[axis]),
+        ),
+      );
       const [ha, hb] = [height(a), height(b)];
       if (ha * hb > 0 || ha === hb) continue;
       corners.push(sum([hb / (hb - ha), a], [-ha / (hb - ha), b]));
@@ -174,7 +185,12 @@ export function mountOverlay(svg, scaleBar, view3d) {
     if (!usable) return;
     planeHandle.setAttribute("transform", `translate(${at.x.toFixed(1)} ${at.y.toFixed(1)})`);
     const reach = Math.min(46, length * diagonal(volume) * 0.2) / length;
-    for (const [name, value] of Object.entries({ x1: at.x, y1: at.y, x2: at.x + at.dx * reach, y2: at.y + at.dy * reach }))
+    for (const [name, value] of Object.entries({
+      x1: at.x,
+      y1: at.y,
+      x2: at.x + at.dx * reach,
+      y2: at.y + at.dy * reach,
+    }))
       arrow.setAttribute(name, value.toFixed(1));
   }
 
@@ -183,7 +199,12 @@ export function mountOverlay(svg, scaleBar, view3d) {
     const at = sample && project(worldOf(volume, sample));
     cross.toggleAttribute("hidden", !at);
     if (!at) return;
-    const arms = [[-1, 0], [1, 0], [0, -1], [0, 1]];
+    const arms = [
+      [-1, 0],
+      [1, 0],
+      [0, -1],
+      [0, 1],
+    ];
     const arm = ([x, y]) => `M${at.x + x * 5} ${at.y + y * 5}l${x * 9} ${y * 9}`;
     for (const path of cross.children) path.setAttribute("d", arms.map(arm).join(""));
   }

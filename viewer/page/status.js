@@ -27,13 +27,17 @@ export function mountStatus(footer) {
       return;
     }
     const { raw_bytes, compressed_bytes, ratio, psnr_db, max_error, dims, spacing, unit, type } = volume;
-    size.replaceChildren(make("b", {}, bytesText(compressed_bytes)), ` of ${bytesText(raw_bytes)}, 1/${Number(ratio.toPrecision(3))}`);
+    size.replaceChildren(
+      make("b", {}, bytesText(compressed_bytes)),
+      ` of ${bytesText(raw_bytes)}, 1/${Number(ratio.toPrecision(3))}`,
+    );
     size.title = `Compressed: ${compressed_bytes} bytes; the samples: ${raw_bytes} bytes`;
     if (psnr_db !== null) error.replaceChildren("PSNR ", make("b", {}, `${psnr_db.toFixed(1)} dB`));
     else error.replaceChildren(max_error === 0 ? "without loss" : "error not known");
     error.title = max_error === null ? "" : `Largest error of a sample: ${max_error}`;
-    kind.textContent = `${dims.join(" × ")} ${type}, ${spacing.map((s) => Number(s.toPrecision(4))).join(" × ")} ${unit}`.trim();
-    kind.title = `${lengthText((dims[0] - 1) * spacing[0], unit)} by ${lengthText((dims[1] - 1) * spacing[1], unit)} by ${lengthText((dims[2] - 1) * spacing[2], unit)}`;
+    kind.textContent =
+      `${dims.join(" × ")} ${type}, ${spacing.map((s) => Number(s.toPrecision(4))).join(" × ")} ${unit}`.trim();
+    kind.title = dims.map((n, a) => lengthText((n - 1) * spacing[a], unit)).join(" by ");
   }
 
   volumes.subscribe(() => describe(volumes.current()));

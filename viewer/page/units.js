@@ -12,8 +12,14 @@ export function bytesText(bytes) {
   return `${name ? size.toPrecision(3) : size} ${BYTES[name]}`;
 }
 
-const METRES = { nm: 1e-9, um: 1e-6, "µm": 1e-6, mm: 1e-3, cm: 1e-2, m: 1, km: 1e3 };
-const LENGTHS = [["nm", 1e-9], ["µm", 1e-6], ["mm", 1e-3], ["m", 1], ["km", 1e3]];
+const METRES = { nm: 1e-9, um: 1e-6, µm: 1e-6, mm: 1e-3, cm: 1e-2, m: 1, km: 1e3 };
+const LENGTHS = [
+  ["nm", 1e-9],
+  ["µm", 1e-6],
+  ["mm", 1e-3],
+  ["m", 1],
+  ["km", 1e3],
+];
 
 // A length in its own unit, unless that needs a thousand of it, or a tenth.
 export function lengthText(length, unit) {

@@ -12,7 +12,8 @@ import { volumes } from "./volumes.js";
 const FLIGHT_MS = 260;
 const LATE_MS = 50;
 
-// canvas: where it is drawn; told: {shown(frame, whether it was only moved), busy(yes), failed(sentence or null, status), picked(answer), touched()}.
+// canvas: where it is drawn; told: {shown(frame, whether it was only moved), busy(yes), failed(sentence or null, status),
+// picked(answer), touched()}.
 export function mountView3d(canvas, told) {
   const context = canvas.getContext("2d", { alpha: false });
   const size = { width: 1, height: 1, ratio: 1 };
@@ -134,7 +135,10 @@ export function mountView3d(canvas, told) {
       const answer = await placeAt(x, y);
       if (!answer) return;
       told.picked(answer);
-      store.set({ page: { sample: answer.hit ? answer.sample.map((s) => Number(s.toFixed(2))) : null } }, { undo: false });
+      store.set(
+        { page: { sample: answer.hit ? answer.sample.map((s) => Number(s.toFixed(2))) : null } },
+        { undo: false },
+      );
     },
     // What was hit comes to the middle; beside the volume, all of it.
     async doubleTap(x, y) {
