@@ -4,8 +4,8 @@
 /* A rung takes at most so many times as long as the next coarser one; until it was tried, that is
  * what it is expected to take. */
 static const double growth = 3;
-/* Of what a new frame took so much counts, all if it took less: the first frame of a rung makes
- * what the next ones have. */
+/* Of what a new frame took so much counts, all if it took less. The first frame of a rung does not
+ * count at all: it makes what the next ones have, and would keep them from being tried for long. */
 static const double share = 0.3;
 /* A finer one must have this much of the budget to be taken, so that frames do not go to and fro.
  */
@@ -29,6 +29,7 @@ int pace_choose(pace *p, const void *volume, const cvol_render_options *options,
                     (int)options->mode,
                     options->shading.on,
                     RUNG_LEVEL_2,
+                    {0},
                     {0}};
     while (p->rung < RUNG_LEVEL_3 && p->ms[p->rung] > budget_ms)
         p->rung++;
@@ -56,6 +57,10 @@ void pace_apply(cvol_render_options *options, int rung)
 
 void pace_note(pace *p, int rung, double ms)
 {
+    if (!p->tried[rung]) {
+        p->tried[rung] = 1;
+        return;
+    }
     p->ms[rung] = p->ms[rung] > ms || !(p->ms[rung] > 0) ? ms
                                                          : (1 - share) * p->ms[rung] + share * ms;
 }

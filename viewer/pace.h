@@ -12,6 +12,7 @@ typedef struct pace {
     int width, height, mode, lit;
     int rung;              /* of the last frame */
     double ms[RUNG_COUNT]; /* 0: not known */
+    int tried[RUNG_COUNT]; /* a frame was drawn */
 } pace;
 
 /* "full", "soft", "level 1", ... */
