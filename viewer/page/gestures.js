@@ -6,6 +6,7 @@ const WHEEL_REST_MS = 160;
 const ZOOM_PER_PIXEL = 0.0018;
 
 const LINE_PIXELS = 16;
+const TWIST_DEGREES = 12; // that two fingers turn before it is a roll: a pinch is never quite straight
 
 // on: {turn(dx, dy), pan(dx, dy), zoom(factor, x, y), roll(degrees), finish(), tap(x, y), doubleTap(x, y), start()};
 // pixels of the page, places from the element's top left.
@@ -14,6 +15,7 @@ export function listenToGestures(element, on) {
   let kind = null;
   let travelled = 0;
   let lastTap = { time: -Infinity, x: 0, y: 0 };
+  let twist = 0;
   let wheelTimer = 0;
 
   const place = (event) => {
@@ -66,8 +68,8 @@ export function listenToGestures(element, on) {
     element.setPointerCapture(event.pointerId);
     pointers.set(event.pointerId, place(event));
     kind = pointers.size > 1 ? "two" : kindOf(event);
-    if (pointers.size === 1) travelled = 0;
-    else travelled = Infinity;
+    travelled = pointers.size === 1 ? 0 : Infinity;
+    twist = 0;
     on.start?.();
   });
 
@@ -82,7 +84,9 @@ export function listenToGestures(element, on) {
       const is = pair();
       on.pan(is.x - was.x, is.y - was.y);
       on.zoom(is.length / was.length, is.x, is.y);
-      on.roll(degreesBetween(was.angle, is.angle));
+      const turned = degreesBetween(was.angle, is.angle);
+      twist += turned;
+      if (Math.abs(twist) > TWIST_DEGREES) on.roll(turned);
       return;
     }
     if (travelled < CLICK_SLACK) return;

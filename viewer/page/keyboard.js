@@ -11,6 +11,7 @@ export const KEYS = [
   ["Roll", [",", "."]],
   ["Closer, farther", ["+", "-"]],
   ["Front, back, left, right, top, bottom", ["1 … 6"]],
+  ["Value in the picture's middle", ["enter"]],
   ["Reset the view", ["r"]],
   ["Perspective on or off", ["p"]],
   ["Turntable", ["t"]],
@@ -71,6 +72,7 @@ export function listenToKeys(actions) {
     else if (command) return;
     else if (ways[key] && !usesArrows(event.target)) arrow(event);
     else if (/^[1-6]$/.test(key)) actions.named(Number(key) - 1);
+    else if (key === "Enter" && event.target.matches("canvas")) hand.tap();
     else if (Object.hasOwn(plain, key)) plain[key]();
     else return;
     event.preventDefault();

@@ -131,7 +131,7 @@ export function mountView3d(canvas, told) {
     roll: (degrees) => ready() && move(math.rolled(current(), mirror(), degrees)),
     finish: () => store.set({}),
     start: () => told.touched?.(),
-    async tap(x, y) {
+    async tap(x = size.width / 2, y = size.height / 2) {
       const answer = await placeAt(x, y);
       if (!answer) return;
       told.picked(answer);
