@@ -55,6 +55,7 @@ static int draw(cvol_context *context, cvol_image *image, frame_figures *figures
     if (asked->motion)
         figures->rung = times ? pace_choose(times, v, &options, asked->budget_ms) : RUNG_LEVEL_1;
     pace_apply(&options, figures->rung);
+    figures->level = options.level;
     int code = view_set_transfer(context, renderer, &asked->view);
     if (!code)
         code = cvol_renderer_render(context, renderer->renderer, image, &options);
@@ -92,12 +93,12 @@ answer frame_answer(cvol_context *context, const job *j, const cvol_image *image
     const double begin = jobs_now();
     answer a = encode_picture(context, image, asked->quality);
     figures->encode_ms = jobs_now() - begin;
-    json_t *object = json_pack("{s:I, s:i, s:s, s:f, s:f, s:f, s:I, s:i}", "sequence",
-                               (json_int_t)(j->sequence > 0 ? j->sequence : 0), "level",
-                               figures->rung > RUNG_SOFT ? figures->rung - RUNG_SOFT : 0, "quality",
-                               pace_name(figures->rung), "queue_ms", j->queue_ms, "render_ms",
-                               figures->render_ms, "encode_ms", figures->encode_ms, "bytes",
-                               (json_int_t)a.size, "threads", j->threads);
+    json_t *object = json_pack(
+        "{s:I, s:i, s:s, s:f, s:f, s:f, s:I, s:i}", "sequence",
+        (json_int_t)(j->sequence > 0 ? j->sequence : 0), "level", figures->level, "quality",
+        pace_name(figures->level ? RUNG_SOFT + figures->level : figures->rung), "queue_ms",
+        j->queue_ms, "render_ms", figures->render_ms, "encode_ms", figures->encode_ms, "bytes",
+        (json_int_t)a.size, "threads", j->threads);
     if (object && more)
         json_object_update(object, more);
     json_decref(more);

@@ -16,7 +16,7 @@ typedef struct frame_request {
 
 /* What a frame was, for its headers. */
 typedef struct frame_figures {
-    int rung;
+    int rung, level; /* level: coarser than the rung's where the file ends early */
     double render_ms, encode_ms;
 } frame_figures;
 

@@ -281,6 +281,8 @@ class Commands(unittest.TestCase):
         with Viewer(folder.name, "both.cvol", "cut.cvol", "hole.raw", *raw.split()) as other:
             for volume in "0", "1", "2":
                 self.check({"volume": volume, "transfer": "bone", **SMALL}, other)
+            self.assertEqual(other.get("volumes/0").json["whole_level"], 0)
+            self.assertGreater(other.get("volumes/1").json["whole_level"], 0)
             copy = other.post("volumes/2/copy", {"ratio": 50}).json["id"]
             other.wait_for(copy)
             self.check({"volume": copy, "transfer": "bone", **SMALL}, other)

@@ -34,6 +34,7 @@ export function mountStatus(footer) {
     size.title = `Compressed: ${compressed_bytes} bytes; the samples: ${raw_bytes} bytes`;
     if (psnr_db !== null) error.replaceChildren("PSNR ", make("b", {}, `${psnr_db.toFixed(1)} dB`));
     else error.replaceChildren(max_error === 0 ? "without loss" : "error not known");
+    if (volume.whole_level) error.replaceChildren(make("b", {}, "ends early"), `: level ${volume.whole_level} is whole`);
     error.title = max_error === null ? "" : `Largest error of a sample: ${max_error}`;
     kind.textContent =
       `${dims.join(" × ")} ${type}, ${spacing.map((s) => Number(s.toPrecision(4))).join(" × ")} ${unit}`.trim();
