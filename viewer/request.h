@@ -9,6 +9,8 @@
 #include "jobs.h"
 #include "volumes.h"
 
+#include <stdint.h>
+
 typedef struct request request;
 typedef struct films films;
 
@@ -20,6 +22,8 @@ typedef struct service {
     films *films;
     int threads;
     volatile int end_asked;
+    /* It ends at end_ms, by jobs_now, unless it is asked for something from stay_ms on; 0: no. */
+    _Atomic int64_t end_ms, stay_ms;
 } service;
 
 struct request {

@@ -77,13 +77,43 @@ static answer status_get(request *r)
     return answer_json(200, object);
 }
 
+/* So long a page that is loaded again may stay away. */
+#define END_WAIT_MAX_MS 60000
+/* So much later what a page asked before it was closed may come in. */
+#define END_LATE_MS 100
+
 static answer end_post(request *r)
 {
     if (!r->service->options->once)
         return answer_error(
             403, "the viewer ends when a page asks it to only if it was started with --once");
-    r->service->end_asked = 1;
+    int wait_ms = 0;
+    char error[256] = "";
+    if (r->body_bytes) {
+        json_t *body;
+        fields_parse(&body, r->body, r->body_bytes, error, sizeof error);
+        fields f = {body, NULL, "", error, sizeof error};
+        if (body) {
+            take_integer(&f, "unless_asked_ms", &wait_ms, 0, END_WAIT_MAX_MS);
+            fields_end(&f);
+        }
+        json_decref(body);
+    }
+    if (*error)
+        return answer_error(400, "%s", error);
+    if (wait_ms) {
+        r->service->stay_ms = (int64_t)jobs_now() + END_LATE_MS;
+        r->service->end_ms = (int64_t)jobs_now() + wait_ms;
+    } else {
+        r->service->end_asked = 1;
+    }
     return answer_json(200, json_pack("{s:b}", "ending", 1));
+}
+
+static void stay(service *s)
+{
+    if (s->end_ms && (int64_t)jobs_now() >= s->stay_ms)
+        s->end_ms = 0;
 }
 
 typedef struct route_entry {
@@ -133,6 +163,8 @@ static int matches(const char *pattern, const char *path, char *name, size_t nam
 answer route(request *r)
 {
     const char *other = NULL;
+    if (strcmp(r->path, "api/1/end"))
+        stay(r->service);
     for (size_t i = 0; i < sizeof entries / sizeof *entries; i++) {
         if (!matches(entries[i].pattern, r->path, r->name, sizeof r->name))
             continue;

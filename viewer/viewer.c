@@ -79,7 +79,8 @@ const char *viewer_address(const viewer *v)
 int viewer_tick(viewer *v)
 {
     server_sweep(v->server);
-    return v->service.end_asked;
+    const int64_t end_ms = v->service.end_ms;
+    return v->service.end_asked || (end_ms && jobs_now() >= (double)end_ms);
 }
 
 void viewer_close(viewer *v)

@@ -449,6 +449,18 @@ class End(Test):
             self.assertEqual(viewer.post("api/1/end", {}).status, 200)
             self.assertEqual(viewer.process.wait(60), 0)
 
+    def test_once_unless_asked(self):
+        with Viewer(folder / "a.cvol", "--once") as viewer:
+            self.refuse(400, viewer.post("api/1/end", {"unless_asked_ms": -1}), "unless_asked_ms")
+            self.refuse(400, viewer.post("api/1/end", {"unless": 1}), "unless")
+            self.assertEqual(viewer.post("api/1/end", {"unless_asked_ms": 4000}).status, 200)
+            time.sleep(0.3)
+            self.assertEqual(viewer.get("api/1").status, 200)
+            time.sleep(4)
+            self.assertEqual(viewer.get("api/1").status, 200, "it was asked, and stays")
+            self.assertEqual(viewer.post("api/1/end", {"unless_asked_ms": 1}).status, 200)
+            self.assertEqual(viewer.process.wait(60), 0)
+
     def test_nothing_is_left(self):
         place = folder / "left"
         os.makedirs(place)

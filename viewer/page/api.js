@@ -2,6 +2,7 @@
 // server's sentence and whose `status` is that of the answer, 0 if none came.
 
 const BASE = new URL("api/1/", document.baseURI);
+const RELOAD_MS = 3000;
 export const GONE = "The program behind this page does not answer.";
 
 const listeners = new Set();
@@ -107,6 +108,10 @@ export const api = {
   command: (view) => json("command", { method: "POST", body: { view } }),
   status: () => json("status"),
   end: () => json("end", { method: "POST", body: {} }),
-  // The same from a page that is being closed.
-  endLater: () => navigator.sendBeacon(new URL("end", BASE), new Blob(["{}"], { type: "application/json" })),
+  // The same from a page that is being closed, unless it is only loaded again.
+  endLater: () =>
+    navigator.sendBeacon(
+      new URL("end", BASE),
+      new Blob([JSON.stringify({ unless_asked_ms: RELOAD_MS })], { type: "application/json" }),
+    ),
 };
