@@ -118,6 +118,7 @@ export function rolled(camera, mirror, clockwise) {
 
 // The zoom at which all of the volume is in the picture, from this direction, with a margin.
 export function fittingZoom(camera, volume, width, height) {
+  if (!(width > 1 && height > 1)) return 1; // a stage that is not there yet
   const { right, up } = directions(camera, false);
   const size = extent(volume);
   const spans = [right, up].map((axis) => size.reduce((total, s, a) => total + s * Math.abs(axis[a]), 0));
