@@ -61,6 +61,7 @@ const view3d = mountView3d($("canvas"), {
   failed(sentence, code) {
     if (sentence === null) showState();
     else if (code !== 0 && volumes.current()?.state === "ready") notice.failed(sentence);
+    if (code === 503) retryTimer = setTimeout(retry, RETRY_MS); // the program is ending: soon it does not answer
   },
   picked: picked.show,
   touched: turntable.stop,
