@@ -14,6 +14,7 @@ static void note_report(shown_volume *v, const cvol_compress_report *report)
     v->compressed_bytes = report->file_bytes;
     v->psnr_db = report->psnr_db;
     v->max_error = report->max_error;
+    v->measured = !v->parent || v->parent->dense;
 }
 
 static int finish(cvol_context *context, shown_volume *v)
@@ -43,6 +44,7 @@ static int read_compressed(cvol_context *context, shown_volume *v, const cvol_re
     v->compressed_bytes = report.file_bytes;
     v->psnr_db = info.psnr_db;
     v->max_error = info.max_error;
+    v->measured = info.measured;
     return CVOL_OK;
 }
 

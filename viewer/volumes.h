@@ -41,6 +41,7 @@ typedef struct shown_volume {
     int level; /* of a file that ends early: which one is whole; else 0 */
     uint64_t raw_bytes, compressed_bytes;
     double psnr_db, max_error; /* NaN: not known */
+    int measured;              /* else the PSNR is at least that, the error at most */
     double rescale[2];         /* to Hounsfield units; 0, 0: it is not known what samples mean */
     /* a copy's */
     struct shown_volume *parent; /* held; NULL: it is none */

@@ -122,7 +122,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
       volume.name,
       `1/${volume.ratio.toPrecision(3)}`,
       bytesText(volume.compressed_bytes),
-      volume.psnr_db !== null && `PSNR ${volume.psnr_db.toFixed(1)} dB`,
+      volume.psnr_db !== null && `PSNR ${volume.measured ? "" : "≥ "}${volume.psnr_db.toFixed(1)} dB`,
     ];
     if (mode === "side" || !volume) {
       label.textContent = facts ? facts.filter(Boolean).join(" · ") : "";

@@ -12,8 +12,8 @@ const WORDS = { gif: "GIF", webp: "WebP", png: "PNG, numbered", mp4: "MP4" };
 export function createFilm({ store, api, volumes, size }) {
   const status = statusLine();
   const number = (value, min, max, oninput) => element("input", { type: "number", value, min, max, step: 1, oninput });
-  const frames = field("Pictures", number(72, 1, 10000, tell));
-  const fps = field("Pictures a second", number(25, 1, 100, tell));
+  const frames = field("Pictures", number(72, 1, 3600, tell));
+  const fps = field("Pictures a second", number(25, 1, 50, tell));
   const degrees = field("Degrees", element("input", { type: "number", value: 360, step: "any" }));
   const format = field("Format", element("select"));
   const progress = element("progress", { max: 1, value: 0, hidden: true, "aria-label": "Film" });
