@@ -9,3 +9,4 @@ echo 'A brain scan of 35 million samples, to a thirtieth of its size:'
 echo 'A picture straight from those bytes:'
 "$cvol" render demo/brain.cvol -o demo/brain.png --azimuth 30 --elevation 20 --zoom 1.6
 echo "The picture: $(pwd)/demo/brain.png"
+echo "To turn it in a browser: $cvol view demo/brain.cvol"
