@@ -149,14 +149,31 @@ static void begin_again_passively(int argc, char **argv)
     free(program);
 }
 
-static int show(const view_arguments *a, const command_line *line)
+/* What can be told of a file before it is read: that it is none that a reader knows. */
+static int check_file(cvol_context *context, const char *path, const cvol_read_options *read)
+{
+    cvol_volume_stream *stream;
+    if (access(path, R_OK) && !strchr(path, ':'))
+        return complain(EXIT_FAILED, "%s: %s", path, strerror(errno));
+    if (cvol_file_is_cvol(path))
+        return EXIT_DONE;
+    const int code = cvol_volume_stream_open(context, &stream, path, read);
+    cvol_volume_stream_close(stream);
+    if (code)
+        complain_context(context, code, NULL);
+    return code ? EXIT_FAILED : EXIT_DONE;
+}
+
+static int show(cvol_context *context, const view_arguments *a, const command_line *line)
 {
     char message[512];
     viewer *v;
     const viewer_options options = make_options(a, line);
-    for (int i = 0; i < line->all_count; i++)
-        if (access(line->all[i], R_OK) && !strchr(line->all[i], ':'))
-            return complain(EXIT_FAILED, "%s: %s", line->all[i], strerror(errno));
+    for (int i = 0; i < line->all_count; i++) {
+        const int status = check_file(context, line->all[i], &options.read);
+        if (status)
+            return status;
+    }
     if (viewer_open(&v, message, sizeof message, &options))
         return complain(EXIT_FAILED, "%s", message);
     const int status = tell_address(a, v);
@@ -199,7 +216,7 @@ int command_view(int argc, char **argv)
         status = check_arguments(&a);
         cvol_context *context = status ? NULL : begin_command(&a.common); /* for its signals */
         if (context)
-            status = end_command(context, show(&a, &line));
+            status = end_command(context, show(context, &a, &line));
         else if (!status)
             status = EXIT_FAILED;
     }

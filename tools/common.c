@@ -71,9 +71,11 @@ cvol_context *begin_command(const common_options *common)
         return NULL;
     }
     cvol_context_set_threads(context, common->threads);
-    struct sigaction action = {.sa_handler = on_interrupt};
+    struct sigaction action = {.sa_handler = on_interrupt}, before;
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
+    if (!sigaction(SIGHUP, NULL, &before) && before.sa_handler != SIG_IGN) /* as under nohup */
+        sigaction(SIGHUP, &action, NULL);
     signal(SIGPIPE, SIG_IGN);
     progress_state.on_terminal = isatty(STDERR_FILENO);
     progress_state.shown_at = milliseconds() + 200; /* what is quick says nothing */

@@ -41,6 +41,12 @@ int viewer_open(viewer **out, char *message, size_t message_bytes, const viewer_
     *out = NULL;
     if (!v)
         return fail(v, message, message_bytes, "not enough memory");
+    if (options->path_count > VOLUMES_MAX) {
+        char why[96];
+        snprintf(why, sizeof why, "%d volumes are too many: %d at most", options->path_count,
+                 VOLUMES_MAX);
+        return fail(v, message, message_bytes, why);
+    }
     v->options = *options;
     v->service.options = &v->options;
     if (gate_make(&v->gate, &v->options))

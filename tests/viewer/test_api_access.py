@@ -368,6 +368,24 @@ class Volumes(Test):
         self.assertRegex(done.stderr, r"^cvol: .*none\.cvol: .*\n$")
         self.assertEqual(done.stdout, "")
 
+    def test_files_that_no_reader_knows(self):
+        text, none, raw = folder / "text.txt", folder / "nothing", folder / "samples.raw"
+        os.makedirs(none)
+        for path in (text, raw):
+            with open(path, "w") as out:
+                out.write("no volume at all\n")
+        for path in (text, none, raw):
+            told = subprocess.run([CVOL, "info", path], capture_output=True, text=True, env=environment(), timeout=60)
+            done = subprocess.run([CVOL, "view", "--no-browser", folder / "a.cvol", path], capture_output=True, text=True,
+                                  env=environment(), timeout=60)
+            self.assertEqual((done.returncode, done.stdout, done.stderr), (1, "", told.stderr), path)
+
+    def test_too_many_of_them(self):
+        done = subprocess.run([CVOL, "view", "--no-browser", *[folder / "a.cvol"] * 300], capture_output=True, text=True,
+                              env=environment(), timeout=60)
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn("300 volumes", done.stderr)
+
 
 class Clients(Test):
     def test_slow_ones_stop_nobody(self):
@@ -419,7 +437,7 @@ class Clients(Test):
 
 class End(Test):
     def test_signals(self):
-        for how in (signal.SIGINT, signal.SIGTERM):
+        for how in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             viewer = Viewer(folder / "a.cvol")
             viewer.wait()
             self.assertEqual(viewer.frame().status, 200)
