@@ -178,7 +178,8 @@ answer difference_post(request *r)
     const int status = d ? take(d, r->service->volumes, &f) : 400;
     json_decref(body);
     if (!status)
-        return request_later(r, d->frame.viewer, d->frame.sequence, run, d, free_difference);
+        return request_later(r, d->frame.viewer, d->frame.sequence, frame_is_large(&d->frame), run,
+                             d, free_difference);
     if (d)
         free_difference(d);
     return answer_error(status, "%s", error[0] ? error : "not enough memory for a request");

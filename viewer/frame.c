@@ -1,6 +1,7 @@
 /* Frames. */
 #include "frame.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,6 +11,8 @@
 enum { MOTION_SIZE_MAX = 4096, MOTION_JPEG = 85 };
 
 static const double motion_budget_ms = 20;
+/* Stills of more rays are saved rather than looked at. */
+static const double large_rays = 2e6;
 
 int frame_take(frame_request *out, volumes *all, fields *f)
 {
@@ -41,6 +44,13 @@ int frame_take(frame_request *out, volumes *all, fields *f)
     if (out->motion && (o->width > MOTION_SIZE_MAX || o->height > MOTION_SIZE_MAX))
         fields_fail(f, "view.width and view.height must be at most %d in motion", MOTION_SIZE_MAX);
     return status ? status : fields_ok(f) ? 0 : 400;
+}
+
+int frame_is_large(const frame_request *asked)
+{
+    const cvol_render_options *o = &asked->view.options;
+    const double rays = asked->motion ? 0.25 : fmax(o->oversample * o->oversample, 1);
+    return rays * o->width * o->height > large_rays;
 }
 
 static int draw(cvol_context *context, cvol_image *image, frame_figures *figures,
@@ -142,7 +152,8 @@ answer frame_post(request *r)
     if (!status && error[0])
         status = 400;
     if (!status)
-        return request_later(r, frame->viewer, frame->sequence, run, frame, free_frame);
+        return request_later(r, frame->viewer, frame->sequence, frame_is_large(frame), run, frame,
+                             free_frame);
     if (frame)
         free_frame(frame);
     return answer_error(status, "%s", error[0] ? error : "not enough memory for a request");

@@ -22,6 +22,8 @@ typedef struct frame_figures {
 
 /* Takes the fields that frames have. 0, or the status of HTTP whose sentence f->error then is. */
 int frame_take(frame_request *out, volumes *all, fields *f);
+/* Whether it is so large that others should not have to wait for it. */
+int frame_is_large(const frame_request *asked);
 /* Draws it, mirrored if the view is, within the budget in motion; the caller frees *out. */
 int frame_draw(cvol_context *context, cvol_image **out, frame_figures *figures,
                const frame_request *asked, pace *times);

@@ -7,6 +7,8 @@
 #include <string.h>
 #include <time.h>
 
+#include "behind.h"
+
 enum { WORKERS_MAX = 16 };
 
 /* A viewer that nothing was heard of for so long makes room for others. */
@@ -24,8 +26,10 @@ typedef struct stream {
 struct jobs {
     pthread_mutex_t lock;
     pthread_cond_t wake;
-    pthread_t workers[WORKERS_MAX];
-    int worker_count, cores, running, closing;
+    pthread_t workers[WORKERS_MAX + WORKERS_MAX / 2];
+    int worker_count, begun, cores, closing;
+    int running[2];    /* small ones, large ones */
+    int large_workers; /* the first of them do large jobs alone, behind the others */
     stream *streams[VIEWERS_MAX];
     int stream_count;
     uint64_t served_at; /* of jobs without a viewer */
@@ -58,12 +62,12 @@ static uint64_t served_at(const jobs *all, const job *j)
 }
 
 /* Takes it out of the line; NULL: nobody whose turn it could be. */
-static job *take_next(jobs *all)
+static job *take_next(jobs *all, int large)
 {
     job **best = NULL;
     for (job **place = &all->first; *place; place = &(*place)->next) {
         const job *j = *place;
-        if (j->stream && j->stream->running)
+        if ((j->stream && j->stream->running) || j->large != large)
             continue;
         if (!best || served_at(all, j) < served_at(all, *best))
             best = place;
@@ -82,23 +86,26 @@ static int is_cancelled(void *user, const char *what, double fraction)
     (void)what;
     (void)fraction;
     pthread_mutex_lock(&j->all->lock);
-    const int cancelled = j->cancelled;
+    const int cancelled = j->cancelled || j->all->closing;
     pthread_mutex_unlock(&j->all->lock);
     return cancelled;
 }
 
-/* What can run beside it shares the cores. */
-static int share_cores(const jobs *all)
+/* What can run beside it shares the cores; large ones do not count for small ones, to which they
+ * give way. */
+static int share_cores(const jobs *all, const job *j)
 {
-    const int beside = all->running + all->waiting;
+    int beside = all->running[0] + (j->large ? all->running[1] : 0);
+    for (const job *other = all->first; other; other = other->next)
+        beside += other->large <= j->large;
     const int share = all->cores / (beside > 1 ? beside : 1);
     return share > 1 ? share : 1;
 }
 
 static void run_job(jobs *all, cvol_context *context, job *j)
 {
-    all->running++;
-    j->threads = share_cores(all);
+    all->running[j->large]++;
+    j->threads = share_cores(all, j);
     j->queue_ms = jobs_now() - j->queued_at;
     all->served++;
     if (j->stream) {
@@ -113,7 +120,7 @@ static void run_job(jobs *all, cvol_context *context, job *j)
     cvol_context_set_progress(context, is_cancelled, j);
     const answer a = j->run(j, context, j->state);
     pthread_mutex_lock(&all->lock);
-    all->running--;
+    all->running[j->large]--;
     all->cancelled += j->cancelled != 0;
     if (j->stream)
         j->stream->running = NULL;
@@ -126,10 +133,15 @@ static void run_job(jobs *all, cvol_context *context, job *j)
 static void *work(void *argument)
 {
     jobs *all = argument;
+    pthread_mutex_lock(&all->lock);
+    const int large = all->begun++ < all->large_workers;
+    pthread_mutex_unlock(&all->lock);
+    if (large)
+        work_behind();
     cvol_context *context = cvol_context_create();
     pthread_mutex_lock(&all->lock);
     while (!all->closing) {
-        job *j = take_next(all);
+        job *j = take_next(all, large);
         if (!j)
             pthread_cond_wait(&all->wake, &all->lock);
         else if (context)
@@ -224,7 +236,7 @@ static answer line_up(jobs *all, job *j, job **older)
         place = &(*place)->next;
     *place = j;
     all->waiting++;
-    pthread_cond_signal(&all->wake);
+    pthread_cond_broadcast(&all->wake); /* there are two kinds of those that wait */
     return (answer){0};
 }
 
@@ -255,7 +267,10 @@ void jobs_add(jobs *all, const job *given)
 
 answer jobs_failed(const job *j, const cvol_context *context, int code)
 {
-    if (code == CVOL_ERROR_CANCELLED && j->all->closing)
+    pthread_mutex_lock(&j->all->lock);
+    const int closing = j->all->closing;
+    pthread_mutex_unlock(&j->all->lock);
+    if (code == CVOL_ERROR_CANCELLED && closing)
         return answer_error(503, "the viewer is ending");
     if (code == CVOL_ERROR_CANCELLED)
         return answer_error(409, "a newer request of this viewer came after it");
@@ -290,10 +305,11 @@ jobs *jobs_open(int threads)
     pthread_cond_init(&all->wake, NULL);
     all->cores = threads;
     const int wanted = threads < 2 ? 2 : threads > WORKERS_MAX ? WORKERS_MAX : threads;
-    while (all->worker_count < wanted &&
+    all->large_workers = wanted / 2;
+    while (all->worker_count < wanted + all->large_workers &&
            !pthread_create(&all->workers[all->worker_count], NULL, work, all))
         all->worker_count++;
-    if (all->worker_count)
+    if (all->worker_count > all->large_workers)
         return all;
     jobs_free(all);
     return NULL;
@@ -305,9 +321,6 @@ void jobs_stop(jobs *all)
         return;
     pthread_mutex_lock(&all->lock);
     all->closing = 1;
-    for (int i = 0; i < all->stream_count; i++)
-        if (all->streams[i]->running)
-            all->streams[i]->running->cancelled = 1;
     job *waiting = all->first;
     all->first = NULL;
     all->waiting = 0;

@@ -4,7 +4,8 @@
  * Jobs belong to viewers, by name. Of each viewer one waits at most and one runs at most: a newer
  * one takes the place of the one that waits and cancels the one that runs. Whoever was served
  * longest ago is next, so that nobody starves. Jobs without a viewer's name wait in line, and are
- * served in turn with the viewers.
+ * served in turn with the viewers. Large ones have threads of their own, which give way, so that
+ * small ones need not wait for them.
  */
 #ifndef CVOL_VIEWER_JOBS_H
 #define CVOL_VIEWER_JOBS_H
@@ -23,6 +24,7 @@ typedef struct job job;
 struct job {
     char viewer[VIEWER_NAME_BYTES]; /* "": nobody's */
     int64_t sequence;               /* -1: one more than the viewer's last */
+    int large;                      /* it takes many times as long as a frame in motion */
     answer (*run)(job *j, cvol_context *context, void *state); /* on a thread of its own */
     void *state;
     void (*free_state)(void *state);

@@ -192,7 +192,7 @@ answer pick_post(request *r)
     const int status = p ? take(p, r->service->volumes, &f) : 400;
     json_decref(body);
     if (!status)
-        return request_later(r, "", -1, run, p, free_pick);
+        return request_later(r, "", -1, 0, run, p, free_pick);
     if (p)
         free_pick(p);
     return answer_error(status, "%s", error[0] ? error : "not enough memory for a request");

@@ -4,12 +4,13 @@
 #ifndef CVOL_VIEWER_REQUEST_H
 #define CVOL_VIEWER_REQUEST_H
 
+#include <stdatomic.h>
+#include <stdint.h>
+
 #include "answer.h"
 #include "fields.h"
 #include "jobs.h"
 #include "volumes.h"
-
-#include <stdint.h>
 
 typedef struct request request;
 typedef struct films films;
@@ -21,7 +22,7 @@ typedef struct service {
     jobs *jobs;
     films *films;
     int threads;
-    volatile int end_asked;
+    atomic_int end_asked;
     /* It ends at end_ms, by jobs_now, unless it is asked for something from stay_ms on; 0: no. */
     _Atomic int64_t end_ms, stay_ms;
 } service;
@@ -42,8 +43,8 @@ const char *request_query(const request *r, const char *name);
  * one. */
 int request_knows(const request *r, const char *names, answer *refusal);
 /* Hands the request to a job, which answers it; run, state and free_state as in jobs.h. The answer
- * to return from the handler. who: a viewer, or "". */
-answer request_later(request *r, const char *who, int64_t sequence,
+ * to return from the handler. who: a viewer, or ""; large: as of a job. */
+answer request_later(request *r, const char *who, int64_t sequence, int large,
                      answer (*run)(job *j, cvol_context *context, void *state), void *state,
                      void (*free_state)(void *state));
 /* The volume that the path names, held, and ready; NULL: *refusal says why not. */

@@ -159,12 +159,13 @@ static void on_done(void *user, answer a)
     MHD_resume_connection(e->connection);
 }
 
-answer request_later(request *r, const char *who, int64_t sequence,
+answer request_later(request *r, const char *who, int64_t sequence, int large,
                      answer (*run)(job *j, cvol_context *context, void *state), void *state,
                      void (*free_state)(void *state))
 {
     exchange *e = r->connection;
     job j = {.sequence = sequence,
+             .large = large,
              .run = run,
              .state = state,
              .free_state = free_state,

@@ -151,7 +151,7 @@ answer slice_get(request *r)
         return answer_error(500, "not enough memory for a request");
     s->volume = request_ready_volume(r, &refusal);
     if (s->volume && take_slice(s, r, &refusal))
-        return request_later(r, "", -1, run, s, free_slice);
+        return request_later(r, "", -1, 0, run, s, free_slice);
     free_slice(s);
     return refusal;
 }
@@ -178,6 +178,8 @@ answer value_get(request *r)
         place[a] = (double)index;
     }
     cvol_context *context = cvol_context_create();
+    if (context) /* a single sample, on a thread that all connections share */
+        cvol_context_set_threads(context, 1);
     json_t *object = context ? samples_describe(context, v, place) : NULL;
     if (object)
         json_object_set_new(object, "sample",

@@ -304,6 +304,24 @@ class Frames(Test):
         self.refuse(409, shared.frame(viewer="hasty", sequence=3), str(count - 1))
         self.assertEqual(shared.frame(viewer="hasty", sequence=count).status, 200)
 
+    def test_large_ones_let_others_pass(self):
+        large, answers = {"width": 8000, "height": 4000}, []
+        with Viewer(folder / "a.cvol", "--threads", 2) as viewer:
+            viewer.wait()
+            asking = [threading.Thread(target=lambda: answers.append(viewer.frame(large).status)) for _ in range(4)]
+            for thread in asking:
+                thread.start()
+            for _ in range(6000):
+                if viewer.get("api/1/status").json["waiting"] == 3:
+                    break
+                time.sleep(0.01)
+            for i in range(5):
+                self.assertEqual(viewer.frame(viewer="small").status, 200)
+            self.assertEqual(viewer.end(), 0, viewer.said())
+            for thread in asking:
+                thread.join()
+        self.assertIn(503, answers)  # the end waits for none of them
+
     def test_viewers_do_not_cancel_each_other(self):
         for sequence in range(5):
             for viewer in ("left", "right"):

@@ -1,0 +1,18 @@
+/* Work that gives way. */
+#define _GNU_SOURCE
+#include "behind.h"
+
+#ifdef __linux__
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+enum { NICE = 15 };
+#endif
+
+void work_behind(void)
+{
+#ifdef __linux__ /* whose threads each have a niceness of their own */
+    setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), NICE);
+#endif
+}
