@@ -77,7 +77,7 @@ int film_out_open(cvol_context *context, film_out **out, const film_format *form
         snprintf(sentence, FILM_SENTENCE_BYTES, "not enough memory for a film");
         failed = 1;
     } else if (!strcmp(format->name, "png")) {
-        f->archive = fopen(path, "wbx");
+        f->archive = fopen(path, "wbxe");
         failed = f->archive ? 0 : tell_system(f, sentence);
     } else if (!strcmp(format->name, "mp4")) {
         f->movies = movies;

@@ -11,7 +11,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "behind.h"
 #include "film_make.h"
+
+/* As many as an hour of small pictures, or three minutes of large ones: no disk is filled. */
+#define FILM_PIXELS_MAX 1e10
 
 typedef enum film_state { FILM_RUNNING, FILM_DONE, FILM_FAILED } film_state;
 
@@ -31,10 +35,10 @@ struct films {
     const viewer_options *options;
     int threads;
     pthread_mutex_t lock;
-    pthread_cond_t ended; /* a maker has */
+    pthread_cond_t ended; /* a maker has, or has no need to go on */
     char *folder;         /* NULL: none was needed yet */
     film *list[FILMS_MAX];
-    int count, next_id, makers, closing;
+    int count, next_id, makers, drawing, closing; /* one is drawn at a time */
 };
 
 /* ---- making -----------------------------------------------------------------------------------
@@ -74,13 +78,29 @@ static void note_fraction(void *user, double fraction)
     pthread_mutex_unlock(&f->all->lock);
 }
 
+/* Waits until no other film is drawn; 0: this one need not be any more. */
+static int take_turn(film *f)
+{
+    films *all = f->all;
+    pthread_mutex_lock(&all->lock);
+    while (all->drawing && !f->removed && !all->closing)
+        pthread_cond_wait(&all->ended, &all->lock);
+    const int wanted = !f->removed && !all->closing;
+    if (wanted)
+        all->drawing = 1;
+    pthread_mutex_unlock(&all->lock);
+    return wanted;
+}
+
 static void *make(void *argument)
 {
     film *f = argument;
     films *all = f->all;
     char sentence[FILM_SENTENCE_BYTES] = "not enough memory for a film";
     struct stat file = {0};
-    cvol_context *context = cvol_context_create();
+    work_behind();
+    const int turn = take_turn(f);
+    cvol_context *context = turn ? cvol_context_create() : NULL;
     int code = -1;
     if (context) {
         cvol_context_set_threads(context, all->threads > 1 ? all->threads / 2 : 1);
@@ -101,6 +121,7 @@ static void *make(void *argument)
     release(f);
     pthread_mutex_lock(&all->lock);
     all->makers--;
+    all->drawing -= turn;
     pthread_cond_broadcast(&all->ended);
     pthread_mutex_unlock(&all->lock);
     return NULL;
@@ -128,6 +149,7 @@ void films_close(films *all)
         return;
     pthread_mutex_lock(&all->lock);
     all->closing = 1;
+    pthread_cond_broadcast(&all->ended);
     while (all->makers)
         pthread_cond_wait(&all->ended, &all->lock);
     pthread_mutex_unlock(&all->lock);
@@ -169,6 +191,7 @@ static film *forget(films *all, int place)
 {
     film *f = all->list[place];
     f->removed = 1;
+    pthread_cond_broadcast(&all->ended);
     memmove(all->list + place, all->list + place + 1,
             (size_t)(all->count - place - 1) * sizeof *all->list);
     all->count--;
@@ -255,6 +278,11 @@ static int take(film_wanted *out, const service *s, fields *f)
     take_number(f, "degrees", &out->degrees, -36000, 36000);
     take_integer(f, "quality", &out->options.quality, 0, 100);
     take_format(out, movies, f);
+    const double pixels = (double)out->view.options.width * out->view.options.height * out->frames;
+    if (pixels > FILM_PIXELS_MAX)
+        fields_fail(f,
+                    "frames of view.width and view.height have %.3g pixels together, at most %.3g",
+                    pixels, FILM_PIXELS_MAX);
     fields_end(f);
     return fields_ok(f) ? 0 : 400;
 }

@@ -7,14 +7,16 @@
 #include <string.h>
 
 #include "answer.h"
+#include "behind.h"
 #include "volume_read.h"
 
 struct volumes {
     const viewer_options *options;
     pthread_mutex_t lock;
-    pthread_cond_t ended; /* a thread that made something is about to */
+    pthread_cond_t ended; /* a thread that made something is about to, or a copy is not wanted */
     shown_volume *list[VOLUMES_MAX + COPIES_MAX];
-    int count, next_id, makers, closing;
+    int count, next_id, makers, copying, closing; /* one copy is made at a time */
+    int copies;                                   /* that somebody still holds, too */
 };
 
 /* ---- making --------------------------------------------------------------------------------- */
@@ -58,11 +60,19 @@ static void make(shown_volume *v, const viewer_options *options)
     cvol_context_destroy(context);
 }
 
+static int is_closing(volumes *all)
+{
+    pthread_mutex_lock(&all->lock);
+    const int closing = all->closing;
+    pthread_mutex_unlock(&all->lock);
+    return closing;
+}
+
 /* One thread for all volumes of the command line. */
 static void *make_all(void *argument)
 {
     volumes *all = argument;
-    for (int i = 0; i < all->options->path_count; i++)
+    for (int i = 0; i < all->options->path_count && !is_closing(all); i++)
         make(all->list[i], all->options);
     return NULL;
 }
@@ -82,11 +92,32 @@ static void *run_reader(void *all)
     return NULL;
 }
 
+/* Waits until no other copy is made; 0: this one need not be any more. */
+static int take_turn(shown_volume *copy)
+{
+    volumes *all = copy->all;
+    pthread_mutex_lock(&all->lock);
+    while (all->copying && !copy->removed && !all->closing)
+        pthread_cond_wait(&all->ended, &all->lock);
+    const int wanted = !copy->removed && !all->closing;
+    if (wanted)
+        all->copying = 1;
+    pthread_mutex_unlock(&all->lock);
+    return wanted;
+}
+
 static void *run_copier(void *copy)
 {
     shown_volume *v = copy;
     volumes *all = v->all;
-    make(v, all->options);
+    work_behind();
+    if (take_turn(v)) {
+        make(v, all->options);
+        pthread_mutex_lock(&all->lock);
+        all->copying = 0;
+        pthread_cond_broadcast(&all->ended);
+        pthread_mutex_unlock(&all->lock);
+    }
     volume_release(v);
     end_maker(all);
     return NULL;
@@ -122,6 +153,11 @@ static void free_volume(shown_volume *v)
     cvol_array_free(v->array);
     cvol_volume_free(v->dense);
     pthread_mutex_destroy(&v->idle_lock);
+    if (v->parent) {
+        pthread_mutex_lock(&v->all->lock);
+        v->all->copies--;
+        pthread_mutex_unlock(&v->all->lock);
+    }
     volume_release(v->parent);
     free(v->path);
     free(v->name);
@@ -184,6 +220,7 @@ void volumes_close(volumes *all)
         return;
     pthread_mutex_lock(&all->lock);
     all->closing = 1;
+    pthread_cond_broadcast(&all->ended);
     while (all->makers)
         pthread_cond_wait(&all->ended, &all->lock);
     pthread_mutex_unlock(&all->lock);
@@ -232,6 +269,7 @@ static void forget(volumes *all, int place)
 {
     shown_volume *v = all->list[place];
     v->removed = 1;
+    pthread_cond_broadcast(&all->ended);
     memmove(all->list + place, all->list + place + 1,
             (size_t)(all->count - place - 1) * sizeof *all->list);
     all->count--;
@@ -264,8 +302,10 @@ shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compre
     int copies = 0;
     for (int i = 0; i < all->count; i++)
         copies += all->list[i]->parent != NULL;
-    const int room = copies < COPIES_MAX && !all->closing;
+    /* Of those that were removed, some are still held: by a copy of theirs, or by a picture. */
+    const int room = copies < COPIES_MAX && all->copies < 2 * COPIES_MAX && !all->closing;
     if (room) {
+        all->copies++;
         snprintf(v->id, sizeof v->id, "%d", all->next_id++);
         v->parent = parent;
         parent->holders++;

@@ -333,6 +333,27 @@ class Copies(unittest.TestCase):
             self.assertEqual(viewer.wait_for(copy)["state"], "ready")
             viewer.delete("volumes/" + copy)
 
+    def test_copies_of_copies_that_are_removed(self):
+        made = ["0"]
+        for _ in range(40):
+            answer = viewer.post(f"volumes/{made[-1]}/copy", {"ratio": 50})
+            if answer.status != 202:
+                break
+            made.append(answer.json["id"])
+            self.assertEqual(viewer.wait_for(made[-1])["state"], "ready")
+            if len(made) > 2:
+                self.assertEqual(viewer.delete("volumes/" + made[-2]).status, 200)
+        self.assertEqual(answer.status, 429)
+        self.assertLessEqual(len(made), 33)
+        self.assertEqual(viewer.delete("volumes/" + made[-1]).status, 200)
+        for _ in range(600):  # all of them are gone, as soon as the last one's thread is
+            answer = viewer.post("volumes/0/copy", {"ratio": 50})
+            if answer.status == 202:
+                break
+            time.sleep(0.05)
+        self.assertEqual(answer.status, 202)
+        self.assertEqual(viewer.delete("volumes/" + answer.json["id"]).status, 200)
+
     def test_what_cannot_be(self):
         copy = viewer.post("volumes/0/copy", {"psnr": 150}).json["id"]
         state = viewer.wait_for(copy)
@@ -408,6 +429,11 @@ class Films(unittest.TestCase):
         view = {"volume": "0", "transfer": "bone", "camera": {"azimuth": 10}, **SMALL}
         self.assertEqual(len(movie.content), 6 * 64 * 48 * 3)
         self.assertEqual(movie.content[:64 * 48 * 3], viewer.frame(**view).rgb)
+
+    def test_no_disk_is_filled(self):
+        answer = viewer.post("films", {"view": {"volume": "0", "width": 4096, "height": 4096}, "frames": 3600})
+        self.assertEqual(answer.status, 400)
+        self.assertIn("frames", answer.error)
 
     def test_four_at_most(self):
         large = {"view": {"volume": "0", "width": 1500, "height": 1500}, "frames": 3600, "format": "png"}
