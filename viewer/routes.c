@@ -162,7 +162,7 @@ static int matches(const char *pattern, const char *path, char *name, size_t nam
 
 answer route(request *r)
 {
-    const char *other = NULL;
+    char allowed[32] = ""; /* GET, DELETE */
     if (strcmp(r->path, "api/1/end"))
         stay(r->service);
     for (size_t i = 0; i < sizeof entries / sizeof *entries; i++) {
@@ -170,16 +170,18 @@ answer route(request *r)
             continue;
         if (!strcmp(entries[i].method, r->method))
             return entries[i].handle(r);
-        other = entries[i].method;
+        const size_t length = strlen(allowed);
+        snprintf(allowed + length, sizeof allowed - length, "%s%s", length ? ", " : "",
+                 entries[i].method);
     }
     const answer page = page_file(r->path);
     if (page.status && !strcmp(r->method, "GET"))
         return page;
     if (page.status)
-        other = "GET";
-    if (other) {
-        answer a = answer_error(405, "%.100s is for %s, not %.16s", r->path, other, r->method);
-        answer_header(&a, "Allow", other);
+        snprintf(allowed, sizeof allowed, "GET");
+    if (allowed[0]) {
+        answer a = answer_error(405, "%.100s is for %s, not %.16s", r->path, allowed, r->method);
+        answer_header(&a, "Allow", allowed);
         return a;
     }
     return answer_error(404, "there is nothing at '%.200s'", r->path);

@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/socket.h>
 
 enum { IDLE_S = 20, THREADS = 2, CONNECTION_MEMORY = 64 << 10 };
@@ -238,6 +239,42 @@ static const char *header(struct MHD_Connection *connection, const char *name)
     return MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
 }
 
+/* Whether it is there more than once, so that others may take another than we do. */
+typedef struct header_count {
+    const char *name;
+    int count;
+} header_count;
+
+static enum MHD_Result count_header(void *user, enum MHD_ValueKind kind, const char *name,
+                                    const char *value)
+{
+    header_count *c = user;
+    (void)kind;
+    (void)value;
+    c->count += !strcasecmp(name, c->name);
+    return MHD_YES;
+}
+
+static int is_repeated(struct MHD_Connection *connection, const char *name)
+{
+    header_count c = {name, 0};
+    MHD_get_connection_values(connection, MHD_HEADER_KIND, count_header, &c);
+    return c.count > 1;
+}
+
+/* Letters of addresses that were written as %41. A zero byte would hide what follows it: it becomes
+ * a letter that no name here has. */
+static size_t unescape(void *user, struct MHD_Connection *connection, char *text)
+{
+    const size_t length = MHD_http_unescape(text);
+    (void)user;
+    (void)connection;
+    for (size_t i = 0; i < length; i++)
+        if (!text[i])
+            text[i] = 1;
+    return length;
+}
+
 /* The first time that a request is heard of: its headers are there. An answer now means that its
  * body is not waited for. */
 static answer begin(exchange *e, const char *path, const char *method)
@@ -249,6 +286,8 @@ static answer begin(exchange *e, const char *path, const char *method)
         header(e->connection, "Origin"), header(e->connection, "Sec-Fetch-Site"));
     if (!behind)
         return refusal;
+    if (is_repeated(e->connection, MHD_HTTP_HEADER_HOST) || is_repeated(e->connection, "Origin"))
+        return answer_error(403, "the request has more than one Host, or Origin");
     if (length && strtoull(length, NULL, 10) > BODY_MAX)
         return answer_error(413, "the request's body has %.20s bytes, must have %d at most", length,
                             BODY_MAX);
@@ -368,7 +407,8 @@ server *server_open(char *message, size_t message_bytes, service *served, const 
         MHD_OPTION_CONNECTION_LIMIT, (unsigned)CONNECTIONS_MAX, MHD_OPTION_CONNECTION_TIMEOUT,
         (unsigned)IDLE_S, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY,
         MHD_OPTION_THREAD_POOL_SIZE, (unsigned)THREADS, MHD_OPTION_NOTIFY_COMPLETED, on_completed,
-        s, MHD_OPTION_NOTIFY_CONNECTION, on_connection, s, MHD_OPTION_END);
+        s, MHD_OPTION_NOTIFY_CONNECTION, on_connection, s, MHD_OPTION_UNESCAPE_CALLBACK, unescape,
+        NULL, MHD_OPTION_END);
     freeaddrinfo(address);
     if (!s->daemon)
         return fail(s, message, message_bytes, listen, port,

@@ -74,6 +74,13 @@ class Gate(Test):
             self.refuse(403, shared.get("", headers={"Host": host}), "Host")
             self.refuse(403, shared.post("api/1/frame", {}, headers={"Host": host}), "Host")
 
+    def test_two_hosts(self):
+        for twice in ("Host: localhost\r\nHost: localhost", "Host: localhost\r\nHost: evil.example",
+                      f"Host: localhost:{shared.port}\r\nOrigin: http://localhost:{shared.port}\r\nOrigin: http://evil.example"):
+            with socket.create_connection((shared.host, shared.port), timeout=60) as s:
+                s.sendall(f"GET {shared.root}api/1 HTTP/1.1\r\n{twice}\r\nConnection: close\r\n\r\n".encode())
+                self.assertIn(b" 403 ", s.recv(100), twice)
+
     def test_no_host_at_all(self):
         with socket.create_connection((shared.host, shared.port), timeout=60) as s:
             s.sendall(f"GET {shared.root}api/1 HTTP/1.0\r\n\r\n".encode())
@@ -133,6 +140,15 @@ class Paths(Test):
             self.refuse(404, shared.get(path))
         self.refuse(404, shared.ask("DELETE", "api/1/volumes/9"))
         self.refuse(404, shared.frame({"volume": "9"}), "'9'")
+
+    def test_names_with_zero_bytes(self):
+        for path in ("api/1%00", "api/1%00/x", "api/1/volumes/0%00", "index.html%00.png"):
+            self.refuse(404, shared.get(path))
+        self.refuse(400, shared.get("api/1/volumes/0/transfer?name=auto%00x"))
+        self.refuse(400, shared.get("api/1/volumes/0/value?x=1%00&y=1&z=1"))
+
+    def test_all_that_is_allowed(self):
+        self.assertEqual(shared.ask("PUT", "api/1/films/f1").headers["Allow"], "GET, DELETE")
 
     def test_other_methods(self):
         for method, path, right in (("POST", "api/1/volumes", "GET"), ("GET", "api/1/frame", "POST"), ("PUT", "api/1/frame", "POST"),
