@@ -3,6 +3,8 @@
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
+#include <limits.h>
+#include <poll.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,9 +13,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "cli.h"
 #include "ffmpeg.h"
 
 #define WORDS_MAX 300 /* of what ffmpeg says */
+/* So long it may take nothing, before it is thought to hang. */
+enum { LOOK_MS = 200, HANG_MS = 60000 };
 
 struct ffmpeg {
     pid_t child;
@@ -110,6 +115,8 @@ static int start(ffmpeg *f)
         if (unused[i] >= 0)
             close(unused[i]);
     f->to = in[1];
+    if (f->to >= 0)
+        fcntl(f->to, F_SETFL, O_NONBLOCK);
     f->from = out[0];
     if (!reason && read(failed[0], &reason, sizeof reason) != sizeof reason)
         reason = 0; /* closed when ffmpeg took over */
@@ -166,6 +173,25 @@ ffmpeg *open_ffmpeg(const char *path, int width, int height, const cvol_film_opt
     return NULL;
 }
 
+/* Waits until the pipe can be used, or it is closed. 0: somebody interrupts us, or nothing happens.
+ */
+static int wait_for(int fd, short what, int most_ms)
+{
+    for (int left = most_ms; left > 0 && !was_interrupted(); left -= LOOK_MS) {
+        struct pollfd p = {.fd = fd, .events = what};
+        const int ready = poll(&p, 1, LOOK_MS);
+        if (ready > 0 || (ready < 0 && errno != EINTR))
+            return 1;
+    }
+    return 0;
+}
+
+/* It and what it has started. */
+static void kill_ffmpeg(const ffmpeg *f)
+{
+    kill(-f->child, SIGKILL);
+}
+
 /* Waits for the end; 0 if all went well. `words`: the last line that ffmpeg said. */
 static int finish(ffmpeg *f, char words[WORDS_MAX])
 {
@@ -179,6 +205,8 @@ static int finish(ffmpeg *f, char words[WORDS_MAX])
             memmove(text, text + size / 2, size - size / 2);
             size -= size / 2;
         }
+        if (!wait_for(f->from, POLLIN, INT_MAX))
+            kill_ffmpeg(f);
         const ssize_t got = read(f->from, text + size, sizeof text - 1 - size);
         if (got == 0 || (got < 0 && errno != EINTR))
             break;
@@ -202,11 +230,14 @@ static int tell(ffmpeg *f, const char words[WORDS_MAX], char *sentence, size_t s
     return -1;
 }
 
+/* 1: all of it; 0: it takes no more; -1: it hangs, or is not to go on. */
 static int write_all(int to, const uint8_t *data, size_t size)
 {
     while (size) {
         const ssize_t written = write(to, data, size);
-        if (written < 0 && errno == EINTR)
+        if (written < 0 && errno == EAGAIN && !wait_for(to, POLLOUT, HANG_MS))
+            return -1;
+        if (written < 0 && (errno == EINTR || errno == EAGAIN))
             continue;
         if (written <= 0)
             return 0;
@@ -223,7 +254,13 @@ int add_to_ffmpeg(ffmpeg *f, const cvol_image *image, char *sentence, size_t sen
         const uint8_t *rgba = image->rgba + 4 * width * (size_t)y;
         for (size_t x = 0; x < width; x++)
             memcpy(f->row + 3 * x, rgba + 4 * x, 3);
-        if (!write_all(f->to, f->row, 3 * width)) {
+        const int written = write_all(f->to, f->row, 3 * width);
+        if (written < 0) {
+            snprintf(sentence, sentence_bytes, "%s: %s", f->path,
+                     was_interrupted() ? "interrupted" : "ffmpeg takes no more pictures");
+            return -1;
+        }
+        if (!written) {
             char words[WORDS_MAX];
             finish(f, words);
             return tell(f, words, sentence, sentence_bytes);
@@ -251,7 +288,7 @@ int commit_ffmpeg(ffmpeg *f, char *sentence, size_t sentence_bytes)
 void abandon_ffmpeg(ffmpeg *f)
 {
     if (f->to >= 0) { /* it still runs */
-        kill(f->child, SIGKILL);
+        kill_ffmpeg(f);
         waitpid(f->child, NULL, 0);
     }
     unlink(f->hidden);

@@ -529,6 +529,23 @@ class End(Test):
                 os.environ["TMPDIR"] = before
         self.assertEqual(os.listdir(place), [])
 
+    def test_an_ffmpeg_that_hangs(self):
+        program = folder / "ffmpeg"
+        with open(program, "w") as file:
+            file.write("#!/bin/sh\nsleep 1000\n")
+        os.chmod(program, 0o755)
+        path = os.environ["PATH"]
+        os.environ["PATH"] = folder.path + ":" + path
+        try:
+            with Viewer(folder / "a.cvol") as viewer:
+                viewer.wait()
+                film = viewer.post("api/1/films", {"view": {"volume": "0"}, "frames": 500, "format": "mp4"})
+                self.assertEqual(film.status, 202)
+                time.sleep(0.5)  # the pipe is full by then
+        finally:
+            os.environ["PATH"] = path
+            os.remove(program)
+
     def test_a_port_that_is_taken(self):
         done = subprocess.run([CVOL, "view", "--no-browser", "--port", str(shared.port), folder / "a.cvol"], capture_output=True, text=True,
                               env=environment(), timeout=60)
