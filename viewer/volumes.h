@@ -64,6 +64,16 @@ shown_volume *volumes_hold(volumes *all, const char *id);
 void volume_release(shown_volume *v);
 /* Whether its array, grid and histogram are there. */
 int volume_is_ready(shown_volume *v);
+/* What it is at: `error` stays as long as the volume is held. */
+typedef struct volume_look {
+    volume_state state;
+    char doing[64];
+    double fraction;
+    const char *error;
+} volume_look;
+volume_look volume_look_at(shown_volume *v);
+/* All of them, held; how many. */
+int volumes_hold_all(volumes *all, shown_volume *held[VOLUMES_MAX + COPIES_MAX]);
 /* What the interface tells of one, and of all: new objects. */
 json_t *volume_describe(shown_volume *v);
 json_t *volumes_describe(volumes *all);
@@ -88,5 +98,7 @@ struct idle_renderer {
 /* NULL: the context says why. */
 idle_renderer *volume_take_renderer(cvol_context *context, shown_volume *v);
 void volume_return_renderer(shown_volume *v, idle_renderer *renderer);
+/* Frees them: nobody holds the volume any more. */
+void volume_free_renderers(shown_volume *v);
 
 #endif

@@ -1,0 +1,83 @@
+/* What the interface tells of volumes. */
+#include <math.h>
+
+#include "answer.h"
+#include "volumes.h"
+
+static json_t *text_or_null(const char *text)
+{
+    json_t *string = text ? json_string(text) : json_null();
+    return string ? string : json_string("(a name that is not UTF-8)");
+}
+
+static json_t *triple(const double v[3])
+{
+    return json_pack("[f, f, f]", v[0], v[1], v[2]);
+}
+
+/* The six named views, and whether they are to be mirrored. */
+static json_t *describe_views(const cvol_grid *grid, int *mirrored)
+{
+    static const char *const names[] = {"front", "back", "left", "right", "top", "bottom"};
+    json_t *views = json_object();
+    cvol_context *context = cvol_context_create();
+    for (size_t i = 0; context && i < sizeof names / sizeof *names; i++) {
+        cvol_camera camera = cvol_render_options_defaults().camera;
+        if (!cvol_camera_named(context, &camera, mirrored, names[i], grid, 0))
+            json_object_set_new(views, names[i],
+                                json_pack("{s:f, s:f, s:f}", "azimuth", camera.azimuth_deg,
+                                          "elevation", camera.elevation_deg, "roll",
+                                          camera.roll_deg));
+    }
+    cvol_context_destroy(context);
+    return views;
+}
+
+static void describe_ready(json_t *object, const shown_volume *v)
+{
+    const cvol_grid *g = &v->grid;
+    int mirrored = 0;
+    const double ratio = (double)v->raw_bytes / (double)v->compressed_bytes;
+    json_t *more = json_pack(
+        "{s:[I,I,I], s:o, s:s, s:s, s:f, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:o, s:o}", "dims",
+        (json_int_t)g->dims[0], (json_int_t)g->dims[1], (json_int_t)g->dims[2], "spacing",
+        triple(g->spacing), "unit", g->unit, "type", cvol_type_name(g->type), "min",
+        v->histogram.min, "max", v->histogram.max, "value_scale", g->value_scale, "value_offset",
+        g->value_offset, "raw_bytes", (json_int_t)v->raw_bytes, "compressed_bytes",
+        (json_int_t)v->compressed_bytes, "ratio", answer_number(ratio), "psnr_db",
+        answer_number(v->psnr_db), "max_error", answer_number(v->max_error), "rescale",
+        fabs(v->rescale[0]) > 0 ? json_pack("[f, f]", v->rescale[0], v->rescale[1]) : json_null());
+    json_object_update(object, more);
+    json_decref(more);
+    json_object_set_new(object, "views", describe_views(g, &mirrored));
+    json_object_set_new(object, "mirrored", json_boolean(mirrored));
+    json_object_set_new(object, "measured", json_boolean(v->measured));
+    json_object_set_new(object, "whole_level", json_integer(v->level));
+    json_object_set_new(object, "patient", json_boolean(g->space != CVOL_SPACE_UNKNOWN));
+}
+
+json_t *volume_describe(shown_volume *v)
+{
+    static const char *const names[] = {"reading", "compressing", "ready", "failed"};
+    const volume_look look = volume_look_at(v);
+    json_t *object = json_pack("{s:s, s:o, s:o, s:s, s:{s:s, s:f}, s:o, s:o}", "id", v->id, "name",
+                               text_or_null(v->name), "path", text_or_null(v->path), "state",
+                               names[look.state], "doing", "what", look.doing, "fraction",
+                               look.fraction, "error", text_or_null(look.error), "parent",
+                               text_or_null(v->parent ? v->parent->id : NULL));
+    if (object && look.state == VOLUME_READY)
+        describe_ready(object, v);
+    return object;
+}
+
+json_t *volumes_describe(volumes *all)
+{
+    shown_volume *held[VOLUMES_MAX + COPIES_MAX];
+    json_t *list = json_array();
+    const int count = volumes_hold_all(all, held);
+    for (int i = 0; i < count; i++) {
+        json_array_append_new(list, volume_describe(held[i]));
+        volume_release(held[i]);
+    }
+    return json_pack("{s:o}", "volumes", list);
+}
