@@ -305,14 +305,9 @@ int compress_to_array(cvol_context *context, compress_arguments *arguments, cons
     int status = open_input(context, &in, in_path, &arguments->common);
     if (!status)
         status = find_attributes(&attributes, &in, arguments->attributes);
-    if (!status && in.array) {
-        clear_progress();
-        fprintf(stderr,
-                "cvol: %s: is compressed already; what follows is measured against what it decodes "
-                "to\n",
-                in_path);
+    arguments->was_compressed = !status && in.array;
+    if (arguments->was_compressed)
         status = need_volume(context, &in);
-    }
     int code = 0;
     if (!status)
         code = m->truncate ? truncate_samples(context, array, in.volume, m)
@@ -345,6 +340,8 @@ static int compress_in_memory(cvol_context *context, compress_arguments *argumen
             status = report_json(grid, &info, &report, 0);
         else
             report_text(out_path, m, &report, bits_a_voxel(grid, &report));
+        if (arguments->was_compressed && !arguments->common.json)
+            printf("(%s is compressed already: errors are against what it decodes to)\n", in_path);
     }
     cvol_array_free(array);
     return status;

@@ -24,6 +24,7 @@ typedef struct compress_arguments {
     const char *output, *as, *channel_names, *channel_colours; /* NULL: not given */
     double time_step;
     int time_step_given;
+    int was_compressed; /* what compress_to_array found */
 } compress_arguments;
 
 /* command_compress.c: one volume compressed, in memory, with its attributes; the caller frees
