@@ -211,6 +211,7 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
     if (block)
         options.block = block;
     options.background = background;
+    options.fast = background == CVOL_BACKGROUND_FIND; /* a picture, which somebody waits for */
     options.has_fill = in->has_fill;
     options.fill = in->fill;
     int code = cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid,

@@ -48,8 +48,8 @@ static int read_compressed(cvol_context *context, shown_volume *v, const cvol_re
     return CVOL_OK;
 }
 
-/* As cvol render does: at ratio 30, a background apart, samples that are far from all others
- * without a value. */
+/* As cvol render does: in haste, at ratio 30, a background apart, samples that are far from all
+ * others without a value. */
 static int compress(cvol_context *context, shown_volume *v)
 {
     cvol_compress_options options = cvol_compress_options_defaults();
@@ -59,6 +59,7 @@ static int compress(cvol_context *context, shown_volume *v)
     if (code)
         return code;
     options.background = CVOL_BACKGROUND_FIND;
+    options.fast = 1;
     options.has_fill = histogram.mark_count > 0;
     options.fill = histogram.mark;
     code = cvol_compress(context, &v->array, &report, v->dense->data, &v->dense->grid, &options);
