@@ -129,6 +129,11 @@ expect_failure 2 'is for cvol render' cvol bench render a.cvol --background tran
 # A window of what samples mean.
 expect_done cvol render a.cvol -o meant.png $some --mode mip --rescale 2,-100 --window 140,120
 expect_same_file mip.png meant.png
+# One that no sample lies in is told, and no failure.
+for mode in mip composite; do
+    expect_status 0 cvol render a.cvol -o empty.png $some --mode $mode --window 1e6,10
+    expect_sentence 'holds no sample'
+done
 expect_done cvol render a.cvol -o thin.png $some --opacity-scale 0
 expect_done cvol render a.cvol -o none.png $some --zoom 0.001
 expect_done cvol compare thin.png none.png --json

@@ -159,6 +159,7 @@ done
 expect_same_file threads1.cvol threads2.cvol
 expect_same_file threads1.cvol threads3.cvol
 expect_done cvol compress threads1.cvol again.cvol --ratio 10
+grep -q 'threads1.cvol is compressed already' "$out" || fail 'must say what errors are measured against'
 expect_done cvol decompress threads1.cvol t1.raw --threads 1
 expect_done cvol decompress threads1.cvol t3.raw --threads 3
 expect_same_file t1.raw t3.raw
