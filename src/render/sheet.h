@@ -77,6 +77,14 @@ typedef enum cvol_sheet_masked {
     CVOL_SHEET_SOME_BACKGROUND /* of the background's value */
 } cvol_sheet_masked;
 
+/* Samples of a layer may be kept in 16 bits, which kernels that classify by pieces read: a value v,
+ * less the array's offset, as v scale + offset, rounded, at least 0 and at most CVOL_COMPACT_MOST.
+ * scale 0: they are floats. */
+#define CVOL_COMPACT_MOST 32767
+typedef struct cvol_sheet_compact {
+    float scale, offset;
+} cvol_sheet_compact;
+
 typedef struct cvol_sheet_plan {
     int axis_lane, axis_row, axis_sheet;
     size_t lanes, rows, sheets; /* the volume's samples along each */
@@ -87,6 +95,7 @@ typedef struct cvol_sheet_plan {
     int level;  /* what is drawn is a level of the volume (sheet_level.h); 0: itself */
     int lapped; /* the array is, and not a level of it */
     int lit;    /* samples one point further are looked at */
+    cvol_sheet_compact compact;
     cvol_sheet_masked masked;
     int ascending; /* sheets are met in rising order */
     double shear_lane, shear_row;
@@ -226,7 +235,8 @@ typedef struct cvol_sheet_cut {
 
 /* What a line kernel needs to know of one sheet. */
 typedef struct cvol_sheet_view {
-    const float *samples; /* sample s of row r: samples[first + r row_stride + s] */
+    const float *samples;   /* sample s of row r: samples[first + r row_stride + s] */
+    const int16_t *compact; /* the same, if they are kept in 16 bits; the other is NULL then */
     long first;
     int ordinal;       /* in the order in which rays meet the sheets */
     float front, back; /* of what is drawn, in sheets from this one, the way that rays take */
@@ -241,6 +251,7 @@ typedef struct cvol_sheet_view {
 
 typedef struct cvol_layer {
     int sheet_count;
+    cvol_sheet_compact compact;
     cvol_sheet_view sheets[CVOL_BLOCK_MAX]; /* front to back */
     long row_stride;
     long
