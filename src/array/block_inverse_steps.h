@@ -28,6 +28,15 @@ typedef struct cvol_block_work {
     float second[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
 } cvol_block_work;
 
+/* Where samples go: sample i of row j in sheet z to at[z sheet_stride + j row_stride + i]. Whether
+ * they are words is known when this is compiled. */
+typedef struct cvol_block_out {
+    void *at;
+    long row_stride, sheet_stride;
+    int are_words; /* of 16 bits (sample_words.h); 0: floats */
+    float start;   /* added to each, where they are */
+} cvol_block_out;
+
 /* How many rows of each sheet of frequencies have terms. */
 typedef struct cvol_block_rows {
     uint8_t count[CVOL_BLOCK_MAX];

@@ -43,14 +43,15 @@ static __attribute__((noinline)) void inverse_of(float *out, long row_stride, lo
                                                  const cvol_block_axes *axes, int block_log2,
                                                  float step, cvol_block_work *work)
 {
+    const cvol_block_out to = {out, row_stride, sheet_stride, 0, 0};
     if (block->split)
-        cvol_split_inverse(out, row_stride, sheet_stride, block, axes, step, work);
+        cvol_split_inverse(&to, block, axes, step, work);
     else if (block_log2 == 4)
-        cvol_block_inverse_of(out, row_stride, sheet_stride, block, axes, 4, step, work, 0, 1, 2);
+        cvol_block_inverse_of(&to, block, axes, 4, step, work, 0, 1, 2);
     else if (block_log2 == 3)
-        cvol_block_inverse_of(out, row_stride, sheet_stride, block, axes, 3, step, work, 0, 1, 2);
+        cvol_block_inverse_of(&to, block, axes, 3, step, work, 0, 1, 2);
     else
-        cvol_block_inverse_of(out, row_stride, sheet_stride, block, axes, 5, step, work, 0, 1, 2);
+        cvol_block_inverse_of(&to, block, axes, 5, step, work, 0, 1, 2);
 }
 
 CVOL_INLINE void product(float *out, int box[3], const cvol_product_factor *a,

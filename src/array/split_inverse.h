@@ -12,6 +12,7 @@
 
 #include "array/block_batch.h"
 #include "array/block_inverse_steps.h"
+#include "array/sample_words.h"
 
 /* How the octants of two halves of an axis are split: 0 into nothing (8), 1 into fours. */
 typedef struct cvol_split_halves {
@@ -55,12 +56,33 @@ CVOL_INLINE void cvol_split_gather_lanes(float *first, cvol_block_rows *rows,
     }
 }
 
+/* Lines that a step puts out: line i of vector j goes to at + i stride + j vector_stride (floats or
+ * words), `lanes` lanes of it. */
+typedef struct cvol_split_out {
+    void *at;
+    long stride, vector_stride;
+    int are_words, lanes; /* see cvol_block_out */
+    float start;
+} cvol_split_out;
+
+CVOL_INLINE void cvol_split_store(const cvol_split_out *out, long i, long j, cvol_vf v)
+{
+    const long at = i * out->stride + j * out->vector_stride;
+    if (out->are_words)
+        cvol_store_words((int16_t *)out->at + at, v, out->lanes);
+    else if (out->lanes == CVOL_LANES)
+        cvol_store((float *)out->at + at, v);
+    else
+        cvol_store_first((float *)out->at + at, v, out->lanes);
+}
+
 /* `tile` outputs from i on: the sums over places v = first, first + step, ... below K. */
-CVOL_INLINE void cvol_split_sums(cvol_vf *sums, const float *in, long in_stride, int first,
-                                 int step, int K, const float *basis, int M, int i, int tile)
+CVOL_INLINE void cvol_split_sums(cvol_vf *sums, cvol_vf start, const float *in, long in_stride,
+                                 int first, int step, int K, const float *basis, int M, int i,
+                                 int tile)
 {
     for (int t = 0; t < tile; t++)
-        sums[t] = (cvol_vf){0};
+        sums[t] = start;
     for (int v = first; v < K; v += step) {
         const cvol_vf line = cvol_load(in + v * in_stride);
         for (int t = 0; t < tile; t++)
@@ -90,44 +112,45 @@ CVOL_INLINE cvol_split_reach cvol_split_reach_of(const float *const parts[2],
     return reach;
 }
 
-CVOL_INLINE void cvol_split_tile(float *out, long out_stride, const float *in, long in_stride,
-                                 const cvol_split_reach *r, int i, int tile, int lanes)
+CVOL_INLINE void cvol_split_tile(const cvol_split_out *out, long j, const float *in, long in_stride,
+                                 const cvol_split_reach *r, int i, int tile)
 {
+    const cvol_vf start = cvol_splat(out->start);
     cvol_vf sums[4], others[4];
-    cvol_split_sums(sums, in, in_stride, r->first[0], r->step[0], r->K, r->bases[0], r->M, i, tile);
+    cvol_split_sums(sums, start, in, in_stride, r->first[0], r->step[0], r->K, r->bases[0], r->M, i,
+                    tile);
     if (r->mixed) {
-        cvol_split_sums(others, in, in_stride, r->first[1], r->step[1], r->K, r->bases[1], r->M, i,
-                        tile);
+        cvol_split_sums(others, start, in, in_stride, r->first[1], r->step[1], r->K, r->bases[1],
+                        r->M, i, tile);
         for (int t = 0; t < tile; t++)
             sums[t] = (cvol_vf)(((cvol_vi)sums[t] & r->own) | ((cvol_vi)others[t] & ~r->own));
     }
     for (int t = 0; t < tile; t++)
-        if (lanes == CVOL_LANES)
-            cvol_store(out + (i + t) * out_stride, sums[t]);
-        else
-            cvol_store_first(out + (i + t) * out_stride, sums[t], lanes);
+        cvol_split_store(out, i + t, j, sums[t]);
 }
 
-CVOL_INLINE void cvol_split_lines(float *out, long out_stride, const float *in, long in_stride,
-                                  const cvol_split_reach *reach, int begin, int end, int lanes)
+CVOL_INLINE void cvol_split_lines(const cvol_split_out *out, long j, const float *in,
+                                  long in_stride, const cvol_split_reach *reach, int begin, int end)
 {
     int i = begin;
     for (; i + 4 <= end; i += 4)
-        cvol_split_tile(out, out_stride, in, in_stride, reach, i, 4, lanes);
+        cvol_split_tile(out, j, in, in_stride, reach, i, 4);
     for (; i < end; i++)
-        cvol_split_tile(out, out_stride, in, in_stride, reach, i, 1, lanes);
+        cvol_split_tile(out, j, in, in_stride, reach, i, 1);
 }
 
 /* ---- at all 16 samples: the basis' symmetry within each part halves the work -------------------
  */
 
 /* Half c of an axis whose octant is not split, from the places below K. */
-CVOL_INLINE void cvol_split_eights(cvol_vf out[8], const float *in, long in_stride, int K, int c,
-                                   const float *basis)
+CVOL_INLINE void cvol_split_eights(cvol_vf out[8], cvol_vf start, const float *in, long in_stride,
+                                   int K, int c, const float *basis)
 {
     cvol_vf even[4], odd[4];
-    for (int t = 0; t < 4; t++)
-        even[t] = odd[t] = (cvol_vf){0};
+    for (int t = 0; t < 4; t++) {
+        even[t] = start;
+        odd[t] = (cvol_vf){0};
+    }
     for (int v = c; v < K; v += 4) {
         const cvol_vf line = cvol_load(in + v * in_stride);
         for (int t = 0; t < 4; t++)
@@ -145,11 +168,11 @@ CVOL_INLINE void cvol_split_eights(cvol_vf out[8], const float *in, long in_stri
 }
 
 /* The same where it is. */
-CVOL_INLINE void cvol_split_fours(cvol_vf out[8], const float *in, long in_stride, int K, int c,
-                                  const float *basis)
+CVOL_INLINE void cvol_split_fours(cvol_vf out[8], cvol_vf start, const float *in, long in_stride,
+                                  int K, int c, const float *basis)
 {
     for (int q = 0; q < 2; q++) {
-        cvol_vf even[2] = {{0}, {0}}, odd[2] = {{0}, {0}};
+        cvol_vf even[2] = {start, start}, odd[2] = {{0}, {0}};
         const float *at = basis + 8 * c + 4 * q;
         for (int v = c + 2 * q; v < K; v += 8) {
             const cvol_vf line = cvol_load(in + v * in_stride);
@@ -172,32 +195,49 @@ CVOL_INLINE void cvol_split_fours(cvol_vf out[8], const float *in, long in_strid
  * first ones (`own`) of one kind, the others of the other. */
 enum { CVOL_SPLIT_EIGHTS, CVOL_SPLIT_FOURS, CVOL_SPLIT_MIXED };
 
-CVOL_INLINE void cvol_split_half_of(float *out, long out_stride, const float *in, long in_stride,
-                                    int K, int c, const float *const parts[2], int kind,
-                                    cvol_vi eights, int lanes)
+CVOL_INLINE void cvol_split_half_of(cvol_vf samples[8], cvol_vf start, const float *in,
+                                    long in_stride, int K, int c, const float *const parts[2],
+                                    int kind, cvol_vi eights)
 {
-    cvol_vf samples[8], others[8];
+    cvol_vf others[8];
     if (kind != CVOL_SPLIT_FOURS)
-        cvol_split_eights(samples, in, in_stride, K, c, parts[0]);
+        cvol_split_eights(samples, start, in, in_stride, K, c, parts[0]);
     if (kind == CVOL_SPLIT_FOURS)
-        cvol_split_fours(samples, in, in_stride, K, c, parts[1]);
+        cvol_split_fours(samples, start, in, in_stride, K, c, parts[1]);
     if (kind == CVOL_SPLIT_MIXED) {
-        cvol_split_fours(others, in, in_stride, K, c, parts[1]);
+        cvol_split_fours(others, start, in, in_stride, K, c, parts[1]);
         for (int t = 0; t < 8; t++)
             samples[t] = cvol_select(eights, samples[t], others[t]);
     }
-    for (int t = 0; t < 8; t++)
-        if (lanes == CVOL_LANES)
-            cvol_store(out + (8 * c + t) * out_stride, samples[t]);
-        else
-            cvol_store_first(out + (8 * c + t) * out_stride, samples[t], lanes);
 }
 
-/* Half c of an axis, for `count` vectors `line` floats apart. */
-CVOL_INLINE void cvol_split_half(float *out, long out_line, long out_stride, const float *in,
-                                 long in_line, long in_stride, int K, int c,
-                                 const float *const parts[2], cvol_split_halves kinds, cvol_vi own,
-                                 int count, int lanes)
+/* Half c of an axis, for `count` vectors, which `in` has in_line floats apart. */
+CVOL_INLINE void cvol_split_half_kind(const cvol_split_out *out, const float *in, long in_line,
+                                      long in_stride, int K, int c, const float *const parts[2],
+                                      int kind, cvol_vi eights, int count)
+{
+    const cvol_vf start = cvol_splat(out->start);
+    cvol_vf samples[8], next[8];
+    int j = 0;
+    for (; j + 1 < count && out->are_words; j += 2) {
+        cvol_split_half_of(samples, start, in + j * in_line, in_stride, K, c, parts, kind, eights);
+        cvol_split_half_of(next, start, in + (j + 1) * in_line, in_stride, K, c, parts, kind,
+                           eights);
+        for (int t = 0; t < 8; t++) {
+            int16_t *at = (int16_t *)out->at + (8 * c + t) * out->stride + j * out->vector_stride;
+            cvol_store_words_of_two(at, at + out->vector_stride, samples[t], next[t], out->lanes);
+        }
+    }
+    for (; j < count; j++) {
+        cvol_split_half_of(samples, start, in + j * in_line, in_stride, K, c, parts, kind, eights);
+        for (int t = 0; t < 8; t++)
+            cvol_split_store(out, 8 * c + t, j, samples[t]);
+    }
+}
+
+CVOL_INLINE void cvol_split_half(const cvol_split_out *out, const float *in, long in_line,
+                                 long in_stride, int K, int c, const float *const parts[2],
+                                 cvol_split_halves kinds, cvol_vi own, int count)
 {
     int kind = CVOL_SPLIT_MIXED;
     if (kinds.of[0] == kinds.of[1] || !cvol_any(~own))
@@ -205,17 +245,14 @@ CVOL_INLINE void cvol_split_half(float *out, long out_line, long out_stride, con
     else if (!cvol_any(own))
         kind = kinds.of[1];
     if (kind == CVOL_SPLIT_EIGHTS)
-        for (int j = 0; j < count; j++)
-            cvol_split_half_of(out + j * out_line, out_stride, in + j * in_line, in_stride, K, c,
-                               parts, CVOL_SPLIT_EIGHTS, own, lanes);
+        cvol_split_half_kind(out, in, in_line, in_stride, K, c, parts, CVOL_SPLIT_EIGHTS, own,
+                             count);
     else if (kind == CVOL_SPLIT_FOURS)
-        for (int j = 0; j < count; j++)
-            cvol_split_half_of(out + j * out_line, out_stride, in + j * in_line, in_stride, K, c,
-                               parts, CVOL_SPLIT_FOURS, own, lanes);
+        cvol_split_half_kind(out, in, in_line, in_stride, K, c, parts, CVOL_SPLIT_FOURS, own,
+                             count);
     else
-        for (int j = 0; j < count; j++)
-            cvol_split_half_of(out + j * out_line, out_stride, in + j * in_line, in_stride, K, c,
-                               parts, CVOL_SPLIT_MIXED, kinds.of[0] ? ~own : own, lanes);
+        cvol_split_half_kind(out, in, in_line, in_stride, K, c, parts, CVOL_SPLIT_MIXED,
+                             kinds.of[0] ? ~own : own, count);
 }
 
 /* The first of M points across a cell that lies in quarter q. */
@@ -230,13 +267,74 @@ CVOL_INLINE int cvol_split_wants(const cvol_block_axes *axes, int half)
     return !axes->sheet_ends || axes->sheet_ends >> half & 1;
 }
 
-static void cvol_split_inverse(float *out, long row_stride, long sheet_stride,
-                               const cvol_block *block, const cvol_block_axes *axes, float step,
-                               cvol_block_work *work)
+/* Where lanes from `part` on of sheets go, from row `row` on. */
+CVOL_INLINE cvol_split_out cvol_split_out_of(const cvol_block_out *out, int part, int row,
+                                             int lanes)
+{
+    const long at = part + row * out->row_stride;
+    return (cvol_split_out){out->are_words ? (void *)((int16_t *)out->at + at)
+                                           : (void *)((float *)out->at + at),
+                            out->sheet_stride,
+                            out->row_stride,
+                            out->are_words,
+                            lanes,
+                            out->start};
+}
+
+/* Step 2, of a vector of lanes. */
+CVOL_INLINE void cvol_split_rows(float *second, const float *first, const cvol_block *block,
+                                 const cvol_block_axes *axes, const cvol_block_rows *low_rows,
+                                 cvol_vi own)
 {
     enum { B = 16 };
-    const int low_sheet = block->low[axes->sheet];
-    const int rows = axes->row_points, sheets = axes->sheet_points;
+    const int rows = axes->row_points;
+    for (int s = 0; s < block->low[axes->sheet]; s++) {
+        const cvol_split_out out = {second + (long)s * rows * B, B, 0, 0, CVOL_LANES, 0};
+        const float *in = first + (long)s * B * B;
+        const int K = low_rows->count[s], half = s & 1;
+        if (!cvol_split_wants(axes, half))
+            continue;
+        for (int c = 0; c < 2 && rows == B; c++)
+            cvol_split_half(&out, in, 0, B, K, c, axes->row_parts,
+                            cvol_split_lanes(block->split, axes, c, half), own, 1);
+        for (int q = 0; q < 4 && rows != B; q++) {
+            const cvol_split_reach reach = cvol_split_reach_of(
+                axes->row_parts, cvol_split_lanes(block->split, axes, q >> 1, half), q, rows, K,
+                own);
+            cvol_split_lines(&out, 0, in, B, &reach, cvol_split_point(rows, q),
+                             cvol_split_point(rows, q + 1));
+        }
+    }
+}
+
+/* Step 3, of a vector of lanes. */
+CVOL_INLINE void cvol_split_sheets(const cvol_block_out *to, int part, int lanes,
+                                   const float *second, const cvol_block *block,
+                                   const cvol_block_axes *axes, cvol_vi own)
+{
+    enum { B = 16 };
+    const int rows = axes->row_points, sheets = axes->sheet_points, K = block->low[axes->sheet];
+    for (int half = 0; half < 2; half++) {
+        const cvol_split_out out = cvol_split_out_of(to, part, half * rows / 2, lanes);
+        const float *in = second + half * rows / 2 * B;
+        for (int c = 0; c < 2 && sheets == B; c++)
+            if (cvol_split_wants(axes, c))
+                cvol_split_half(&out, in, B, (long)rows * B, K, c, axes->sheet_parts,
+                                cvol_split_lanes(block->split, axes, half, c), own, rows / 2);
+        for (int q = 0; q < 4 && sheets != B; q++) {
+            const cvol_split_reach reach = cvol_split_reach_of(
+                axes->sheet_parts, cvol_split_lanes(block->split, axes, half, q >> 1), q, sheets, K,
+                own);
+            for (int j = 0; j < rows / 2; j++)
+                cvol_split_lines(&out, j, in + j * B, (long)rows * B, &reach,
+                                 cvol_split_point(sheets, q), cvol_split_point(sheets, q + 1));
+        }
+    }
+}
+
+CVOL_INLINE void cvol_split_inverse(const cvol_block_out *out, const cvol_block *block,
+                                    const cvol_block_axes *axes, float step, cvol_block_work *work)
+{
     cvol_block_rows low_rows;
     if (axes->lane == 1)
         cvol_split_gather_lanes(work->first, &low_rows, block, axes, step, 1, 2, 0);
@@ -250,41 +348,8 @@ static void cvol_split_inverse(float *out, long row_stride, long sheet_stride,
         cvol_vi own;
         for (int i = 0; i < CVOL_LANES; i++)
             own[i] = part + i < axes->lane_points / 2 ? -1 : 0;
-        for (int s = 0; s < low_sheet && rows == B; s++)
-            for (int c = 0; c < 2 && cvol_split_wants(axes, s & 1); c++)
-                cvol_split_half(work->second + (long)s * B * B + part, 0, B,
-                                work->first + (long)s * B * B + part, 0, B, low_rows.count[s], c,
-                                axes->row_parts, cvol_split_lanes(block->split, axes, c, s & 1),
-                                own, 1, CVOL_LANES);
-        for (int s = 0; s < low_sheet && rows != B; s++)
-            for (int q = 0; q < 4 && cvol_split_wants(axes, s & 1); q++) {
-                const cvol_split_reach reach = cvol_split_reach_of(
-                    axes->row_parts, cvol_split_lanes(block->split, axes, q >> 1, s & 1), q, rows,
-                    low_rows.count[s], own);
-                cvol_split_lines(work->second + (long)s * rows * B + part, B,
-                                 work->first + (long)s * B * B + part, B, &reach,
-                                 cvol_split_point(rows, q), cvol_split_point(rows, q + 1),
-                                 CVOL_LANES);
-            }
-        for (int half = 0; half < 2 && sheets == B; half++)
-            for (int c = 0; c < 2; c++)
-                if (cvol_split_wants(axes, c))
-                    cvol_split_half(out + half * rows / 2 * row_stride + part, row_stride,
-                                    sheet_stride, work->second + half * rows / 2 * B + part, B,
-                                    (long)rows * B, low_sheet, c, axes->sheet_parts,
-                                    cvol_split_lanes(block->split, axes, half, c), own, rows / 2,
-                                    lanes);
-        for (int half = 0; half < 2 && sheets != B; half++)
-            for (int q = 0; q < 4; q++) {
-                const cvol_split_reach reach = cvol_split_reach_of(
-                    axes->sheet_parts, cvol_split_lanes(block->split, axes, half, q >> 1), q,
-                    sheets, low_sheet, own);
-                for (int j = half * rows / 2; j < (half + 1) * rows / 2; j++)
-                    cvol_split_lines(out + j * row_stride + part, sheet_stride,
-                                     work->second + j * B + part, (long)rows * B, &reach,
-                                     cvol_split_point(sheets, q), cvol_split_point(sheets, q + 1),
-                                     lanes);
-            }
+        cvol_split_rows(work->second + part, work->first + part, block, axes, &low_rows, own);
+        cvol_split_sheets(out, part, lanes, work->second + part, block, axes, own);
     }
 }
 

@@ -85,6 +85,12 @@ typedef struct cvol_sheet_compact {
     float scale, offset;
 } cvol_sheet_compact;
 
+static inline int16_t cvol_sheet_compact_of(const cvol_sheet_compact *compact, float value)
+{
+    const float word = value * compact->scale + compact->offset + 0.5f;
+    return (int16_t)(word > 0 ? word < CVOL_COMPACT_MOST ? word : CVOL_COMPACT_MOST : 0);
+}
+
 typedef struct cvol_sheet_plan {
     int axis_lane, axis_row, axis_sheet;
     size_t lanes, rows, sheets; /* the volume's samples along each */
@@ -305,6 +311,14 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_evaluate,
 typedef void cvol_sheet_evaluator(float *out, long row_stride, long sheet_stride,
                                   const cvol_block *block, const cvol_block_axes *axes,
                                   int block_log2, float step, cvol_block_work *work);
+/* The same onto samples of 16 bits; and 16^3 samples that are kept as floats. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_evaluate_compact,
+                  (int16_t * out, long row_stride, long sheet_stride, const cvol_block *block,
+                   const cvol_block_axes *axes, int block_log2, float step,
+                   const cvol_sheet_compact *compact, cvol_block_work *work));
+CVOL_SIMD_DECLARE(void, cvol_sheet_copy_compact,
+                  (int16_t * out, long row_stride, long sheet_stride, const float *in,
+                   long in_row_stride, long in_sheet_stride, const cvol_sheet_compact *compact));
 
 /* Filters the four samples nearest to faces in place (transform/lap.h), a0 a1 | a2 a3:
  *     d = h (a1 - a2, a0 - a3),  a1 += d0,  a2 -= d0,  a0 += d1,  a3 -= d1.
@@ -315,16 +329,29 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_lap_lanes,
 /* Others: of each of the four, `lines` lines of `columns` samples, which lie `stride` apart. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_lap_across,
                   (float *const a[4], long stride, int columns, int lines, const float h[4]));
+/* The same on samples of 16 bits. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_lap_lanes_compact,
+                  (int16_t * a2, long row_stride, long sheet_stride, int rows, int sheets,
+                   const float h[4]));
+CVOL_SIMD_DECLARE(void, cvol_sheet_lap_across_compact,
+                  (int16_t *const a[4], long stride, int columns, int lines, const float h[4]));
 /* Puts `background` where bits are set: row y of sheet z has bits[z sheet_step + y row_step + ...],
  * 16 samples a word. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_lay,
                   (float *samples, long row_stride, long sheet_stride, int rows, int sheets,
                    int lanes, const uint16_t *bits, int row_step, int sheet_step,
                    float background));
+CVOL_SIMD_DECLARE(void, cvol_sheet_lay_compact,
+                  (int16_t * samples, long row_stride, long sheet_stride, int rows, int sheets,
+                   int lanes, const uint16_t *bits, int row_step, int sheet_step,
+                   int16_t background));
 /* Bounds samples from below and above. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_clamp,
                   (float *samples, long row_stride, long sheet_stride, int columns, int rows,
                    int sheets, float lo, float hi));
+CVOL_SIMD_DECLARE(void, cvol_sheet_clamp_compact,
+                  (int16_t * samples, long row_stride, long sheet_stride, int columns, int rows,
+                   int sheets, int16_t lo, int16_t hi));
 
 /* Draws the picture from the intermediate image's colour and transmittance by Catmull-Rom
  * interpolation, over the background. The lines are used up: they are turned into pixels in place.

@@ -36,7 +36,8 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
                 most = last - first + 1;
         }
     const size_t lanes = plan->blocks_lane * (size_t)plan->points_lane;
-    const size_t row_stride = (lanes + 2 * CVOL_SHEET_PAD + 15) / 16 * 16;
+    const size_t line = CVOL_ALIGNMENT / cvol_sample_size(plan); /* rows begin on those of caches */
+    const size_t row_stride = (lanes + 2 * CVOL_SHEET_PAD + line - 1) / line * line;
     const size_t rows = most * (size_t)plan->points_row + 2 + 2 * (size_t)plan->lit;
     const size_t sheets = (size_t)plan->points_sheet + (plan->lapped ? 2 : 0);
     memory->row_stride = (long)row_stride;
@@ -44,9 +45,12 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
     const size_t samples = rows * row_stride * sheets;
     const int covered = plan->masked == CVOL_SHEET_SOME_VOID;
     memory->cover_at = covered ? (long)samples : 0;
-    const size_t before = plan->lit ? row_stride : 0; /* a row more at either end */
+    const size_t before = plan->lit ? row_stride : 0;     /* a row more at either end */
+    if (memory->are_compact != (plan->compact.scale > 0)) /* its words might be no numbers */
+        memory->sample_capacity = 0;
+    memory->are_compact = plan->compact.scale > 0;
     if (!cvol_ensure(&memory->allocated, &memory->sample_capacity, before + (samples << covered),
-                     sizeof(float)) ||
+                     cvol_sample_size(plan)) ||
         !cvol_layer_skip_prepare(&memory->skip[0], plan) ||
         !cvol_layer_skip_prepare(&memory->skip[1], plan) ||
         !cvol_ensure(&memory->seen, &memory->seen_capacity, plan->blocks_row, 1) ||
@@ -54,7 +58,7 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
                      (size_t)(lines + CVOL_TILE - 1) / CVOL_TILE, 1) ||
         !cvol_ensure(&memory->work, &memory->work_capacity, 1, sizeof *memory->work))
         return 0;
-    memory->samples = memory->allocated + before;
+    memory->samples = cvol_sample_at(plan, memory->allocated, (long)before);
     return !plan->lapped || cvol_lapped_prepare(&memory->lapped, plan);
 }
 
@@ -71,26 +75,40 @@ void cvol_band_memory_free(cvol_band_memory *memory)
 
 /* ---- evaluating a layer ---------------------------------------------------------------------- */
 
+void cvol_sample_repeat(const cvol_sheet_plan *plan, void *sample, int way, int times)
+{
+    for (int i = 1; i <= times; i++)
+        if (plan->compact.scale > 0)
+            ((int16_t *)sample)[i * way] = *(int16_t *)sample;
+        else
+            ((float *)sample)[i * way] = *(float *)sample;
+}
+
 /* Repeats the outermost samples, twice to the left and once elsewhere, since rays are followed a
  * little beyond the faces; light looks at rows further. */
-static void extend_faces(float *at, const cvol_band_memory *memory, const cvol_sheet_plan *plan,
+static void extend_faces(void *at, const cvol_band_memory *memory, const cvol_sheet_plan *plan,
                          size_t lane, size_t row)
 {
     const int points_lane = plan->points_lane, points_row = plan->points_row;
     const int left = lane == 0, right = lane + 1 == plan->blocks_lane;
     const long row_stride = memory->row_stride;
-    const size_t bytes = sizeof(float) * (size_t)(points_lane + 2 * left + right);
+    const size_t size = cvol_sample_size(plan),
+                 bytes = size * (size_t)(points_lane + 2 * left + right);
     for (int z = 0; z < plan->points_sheet; z++) {
-        float *sheet = at + z * memory->sheet_stride;
-        for (int r = 0; r < points_row && left; r++)
-            sheet[r * row_stride - 2] = sheet[r * row_stride - 1] = sheet[r * row_stride];
-        for (int r = 0; r < points_row && right; r++)
-            sheet[r * row_stride + points_lane] = sheet[r * row_stride + points_lane - 1];
-        float *above = sheet - 2 * left, *below = above + (points_row - 1) * row_stride;
+        void *sheet = cvol_sample_at(plan, at, z * memory->sheet_stride);
+        for (int r = 0; r < points_row; r++) {
+            void *line = cvol_sample_at(plan, sheet, r * row_stride);
+            if (left)
+                cvol_sample_repeat(plan, line, -1, 2);
+            if (right)
+                cvol_sample_repeat(plan, cvol_sample_at(plan, line, points_lane - 1), 1, 1);
+        }
+        void *above = cvol_sample_at(plan, sheet, -2 * left),
+             *below = cvol_sample_at(plan, above, (points_row - 1) * row_stride);
         for (int r = 1; r <= 1 + plan->lit && row == 0; r++)
-            memcpy(above - r * row_stride, above, bytes);
+            memcpy(cvol_sample_at(plan, above, -r * row_stride), above, bytes);
         for (int r = 1; r <= 1 + plan->lit && row + 1 == plan->blocks_row; r++)
-            memcpy(below + r * row_stride, below, bytes);
+            memcpy(cvol_sample_at(plan, below, r * row_stride), below, bytes);
     }
 }
 
@@ -115,10 +133,30 @@ void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *sk
         __builtin_prefetch(block->terms + word);
 }
 
-static void copy_level(float *out, const cvol_band_memory *memory, const cvol_sheet_frame *frame,
+void cvol_band_evaluate(cvol_band_memory *memory, const cvol_sheet_frame *frame, void *out,
+                        long sheet_stride, size_t index, const cvol_block_axes *axes)
+{
+    const cvol_array *array = frame->array;
+    const cvol_block *block = &array->block_table[index];
+    cvol_band_count_block(memory, frame, index);
+    if (frame->plan->compact.scale > 0)
+        CVOL_SIMD_CHOOSE(cvol_sheet_evaluate_compact)
+    (out, memory->row_stride, sheet_stride, block, axes, array->block_log2, (float)array->step,
+     &frame->plan->compact, memory->work);
+    else frame->evaluate(out, memory->row_stride, sheet_stride, block, axes, array->block_log2,
+                         (float)array->step, memory->work);
+}
+
+static void copy_level(void *samples, const cvol_band_memory *memory, const cvol_sheet_frame *frame,
                        size_t index)
 {
     const cvol_sheet_level *level = frame->level;
+    if (frame->plan->compact.scale > 0) {
+        cvol_sheet_level_copy_compact(samples, memory->row_stride, memory->sheet_stride,
+                                      level->samples, index, frame->plan);
+        return;
+    }
+    float *out = samples;
     cvol_sheet_level_copy(out, memory->row_stride, memory->sheet_stride, level->samples, index,
                           frame->plan);
     if (memory->cover_at)
@@ -132,20 +170,19 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
     const cvol_sheet_plan *plan = frame->plan;
     const cvol_array *array = frame->array;
     const size_t index = cvol_sheet_block_index(plan, array, lane, row, at->layer);
-    float *out = memory->samples + CVOL_SHEET_PAD + (long)lane * plan->points_lane +
-                 (1 + (long)(row - at->first_row) * plan->points_row) * memory->row_stride;
-    if (frame->level) {
+    void *out = cvol_sample_at(plan, memory->samples,
+                               CVOL_SHEET_PAD + (long)lane * plan->points_lane +
+                                   (1 + (long)(row - at->first_row) * plan->points_row) *
+                                       memory->row_stride);
+    void *cover = cvol_sample_at(plan, out, memory->cover_at);
+    if (frame->level)
         copy_level(out, memory, frame, index);
-    } else {
-        cvol_band_count_block(memory, frame, index);
-        frame->evaluate(out, memory->row_stride, memory->sheet_stride, &array->block_table[index],
-                        &frame->axes, array->block_log2, (float)array->step, memory->work);
-    }
+    else
+        cvol_band_evaluate(memory, frame, out, memory->sheet_stride, index, &frame->axes);
     if (frame->mask && !frame->level) {
-        cvol_sheet_piece piece = {out + memory->cover_at, memory->row_stride,
-                                  memory->sheet_stride,   0,
-                                  plan->points_row,       0,
-                                  plan->points_sheet};
+        cvol_sheet_piece piece = {
+            cover, memory->row_stride, memory->sheet_stride, 0, plan->points_row,
+            0,     plan->points_sheet};
         if (memory->cover_at)
             cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
         else
@@ -156,7 +193,7 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
         return;
     extend_faces(out, memory, plan, lane, row);
     if (memory->cover_at)
-        extend_faces(out + memory->cover_at, memory, plan, lane, row);
+        extend_faces(cover, memory, plan, lane, row);
 }
 
 /* Evaluates those blocks of a row that can be seen through the transfer function and past what is

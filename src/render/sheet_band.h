@@ -35,8 +35,9 @@ struct cvol_sheet_frame {
 
 /* One thread's working memory; all zero is empty. */
 struct cvol_band_memory {
-    float *allocated;
-    float *samples; /* of one layer: [sheets][rows + 2][row_stride]; lapped: two sheets more */
+    void *allocated;
+    void *samples; /* of one layer: [sheets][rows + 2][row_stride]; lapped: two sheets more */
+    int are_compact;
     long row_stride, sheet_stride;
     long cover_at;           /* see cvol_layer */
     cvol_layer_skip skip[2]; /* of layers in turn */
@@ -57,6 +58,21 @@ void cvol_band_memory_free(cvol_band_memory *memory);
 int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_sheet_frame *frame,
                    int begin, int end, double progress, double share);
 
+/* How large samples of a plan's layers are: floats, or as plan->compact says. */
+static inline size_t cvol_sample_size(const cvol_sheet_plan *plan)
+{
+    return plan->compact.scale > 0 ? sizeof(int16_t) : sizeof(float);
+}
+
+/* The one that lies `at` samples behind that one. */
+static inline void *cvol_sample_at(const cvol_sheet_plan *plan, void *samples, long at)
+{
+    return (char *)samples + at * (long)cvol_sample_size(plan);
+}
+
+/* Copies a sample to the next `times` samples before (`way` -1) or behind it (1). */
+void cvol_sample_repeat(const cvol_sheet_plan *plan, void *sample, int way, int times);
+
 /* ---- what drawing lapped layers shares ------------------------------------------------------ */
 
 /* The sheets of a layer: *begin .. *end - 1. */
@@ -68,7 +84,7 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
                     int line_begin, int line_end);
 
 /* `before`: of the layer that rays met before this one, NULL if it is not known. */
-void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride, long sheet_stride,
+void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, long sheet_stride,
                          const cvol_layer_skip *skip, const cvol_layer_skip *before,
                          const cvol_sheet_plan *plan, const cvol_band_layer *at);
 /* Asks for the first terms of a block that will be evaluated soon, if it is: they lie elsewhere in
@@ -81,6 +97,10 @@ cvol_line cvol_band_line(const cvol_intermediate *image, int j);
 cvol_line cvol_band_line_of(cvol_band_memory *memory, const cvol_sheet_frame *frame, int j);
 /* Counts what evaluating a block takes. */
 void cvol_band_count_block(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t index);
+
+/* Evaluates a block onto samples; sheets as axes->sheet_ends says. */
+void cvol_band_evaluate(cvol_band_memory *memory, const cvol_sheet_frame *frame, void *out,
+                        long sheet_stride, size_t index, const cvol_block_axes *axes);
 
 /* Grows *memory (a pointer to any object pointer) to `count` elements, zeroed; what it held is
  * lost. 0 without memory. */

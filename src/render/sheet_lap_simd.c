@@ -4,6 +4,7 @@
  * What becomes of a sample does not depend on which others are filtered with it: vectors that
  * reach beyond a line's end are computed alike, and not stored there.
  */
+#include "array/sample_words.h"
 #include "render/sheet.h"
 
 typedef float quad __attribute__((vector_size(16)));
@@ -71,4 +72,82 @@ void CVOL_SIMD(cvol_sheet_clamp)(float *samples, long row_stride, long sheet_str
                 const cvol_vf v = cvol_min(cvol_max(cvol_load(at), cvol_splat(lo)), cvol_splat(hi));
                 store_up_to(at, v, columns - i);
             }
+}
+
+/* ---- samples of 16 bits, rounded once ----------------------------------------------------------
+ */
+
+#if CVOL_LANES == 16
+/* Four rows at once, of four samples each. */
+CVOL_INLINE __m512 lap_four_rows(__m512 a, __m512 near, __m512 far)
+{
+    const __m512 own = _mm512_sub_ps(a, _mm512_permute_ps(a, 0x1b));
+    const __m512 other = _mm512_permute_ps(own, 0xb1);
+    return _mm512_fmadd_ps(near, own, _mm512_fmadd_ps(far, other, a));
+}
+#endif
+
+CVOL_INLINE void lap_row(int16_t *a2, const float h[4])
+{
+    const float w0 = (float)(a2[-1] - a2[0]), w1 = (float)(a2[-2] - a2[1]);
+    const float d0 = h[0] * w0 + h[1] * w1, d1 = h[2] * w0 + h[3] * w1;
+    const cvol_vf done = {a2[-2] + d1, a2[-1] + d0, a2[0] - d0, a2[1] - d1};
+    cvol_store_words(a2 - 2, done, 4);
+}
+
+void CVOL_SIMD(cvol_sheet_lap_lanes_compact)(int16_t *a2, long row_stride, long sheet_stride,
+                                             int rows, int sheets, const float h[4])
+{
+#if CVOL_LANES == 16
+    const __m512 near = _mm512_broadcast_f32x4(_mm_setr_ps(h[3], h[0], h[0], h[3])),
+                 far = _mm512_broadcast_f32x4(_mm_setr_ps(h[2], h[1], h[1], h[2]));
+#endif
+    for (int z = 0; z < sheets; z++) {
+        int16_t *at = a2 + z * sheet_stride - 2;
+        int r = 0;
+#if CVOL_LANES == 16
+        for (; r + 4 <= rows; r += 4, at += 4 * row_stride) {
+            int64_t quads[4];
+            for (int k = 0; k < 4; k++)
+                memcpy(&quads[k], at + k * row_stride, sizeof quads[k]);
+            const __m256i words = _mm256_setr_epi64x(quads[0], quads[1], quads[2], quads[3]);
+            const __m512 a = _mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(words));
+            int16_t done[16];
+            cvol_store_words(done, (cvol_vf)lap_four_rows(a, near, far), 16);
+            for (int k = 0; k < 4; k++)
+                memcpy(at + k * row_stride, done + 4 * k, sizeof quads[k]);
+        }
+#endif
+        for (; r < rows; r++, at += row_stride)
+            lap_row(at + 2, h);
+    }
+}
+
+void CVOL_SIMD(cvol_sheet_lap_across_compact)(int16_t *const a[4], long stride, int columns,
+                                              int lines, const float h[4])
+{
+    for (long line = 0; line < lines; line++)
+        for (int i = 0; i < columns; i += CVOL_LANES) {
+            int16_t *at[4];
+            for (int k = 0; k < 4; k++)
+                at[k] = a[k] + line * stride + i;
+            const int lanes = columns - i < CVOL_LANES ? columns - i : CVOL_LANES;
+            const cvol_vf a0 = cvol_load_words(at[0]), a1 = cvol_load_words(at[1]),
+                          a2 = cvol_load_words(at[2]), a3 = cvol_load_words(at[3]);
+            const cvol_vf w0 = a1 - a2, w1 = a0 - a3;
+            const cvol_vf d0 = h[0] * w0 + h[1] * w1, d1 = h[2] * w0 + h[3] * w1;
+            cvol_store_words_of_two(at[0], at[1], a0 + d1, a1 + d0, lanes);
+            cvol_store_words_of_two(at[2], at[3], a2 - d0, a3 - d1, lanes);
+        }
+}
+
+void CVOL_SIMD(cvol_sheet_clamp_compact)(int16_t *samples, long row_stride, long sheet_stride,
+                                         int columns, int rows, int sheets, int16_t lo, int16_t hi)
+{
+    for (int z = 0; z < sheets; z++)
+        for (int r = 0; r < rows; r++) {
+            int16_t *at = samples + z * sheet_stride + r * row_stride;
+            for (int i = 0; i < columns; i++)
+                at[i] = at[i] < lo ? lo : at[i] > hi ? hi : at[i];
+        }
 }

@@ -44,8 +44,8 @@ static void place_sheets(cvol_lapped_layer *layer, const cvol_band_memory *memor
     const long stride = memory->sheet_stride, way = step % 2 ? -1 : 1;
     const long first_met = step % 2 ? points - 1 : 2;
     layer->sheet_stride = ascending ? way * stride : -way * stride;
-    layer->samples = memory->samples +
-                     (ascending ? first_met : first_met + way * (points - 1)) * stride;
+    layer->samples = cvol_sample_at(
+        plan, memory->samples, (ascending ? first_met : first_met + way * (points - 1)) * stride);
 }
 
 /* What is known of a layer before its first cell is evaluated. Cells are looked at two rows beyond
@@ -99,22 +99,25 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
 {
     const cvol_band_layer *at = &layer->at;
     const cvol_sheet_plan *plan = frame->plan;
-    const cvol_array *array = frame->array;
-    float *out = layer->samples + CVOL_SHEET_PAD + (long)lane * plan->points_lane +
-                 (1 + (long)(row - at->first_row) * plan->points_row) * memory->row_stride;
+    void *out = cvol_sample_at(plan, layer->samples,
+                               CVOL_SHEET_PAD + (long)lane * plan->points_lane +
+                                   (1 + (long)(row - at->first_row) * plan->points_row) *
+                                       memory->row_stride);
     cvol_block_axes axes = frame->axes;
-    const size_t index = cvol_sheet_block_index(plan, array, lane, row, at->layer);
+    const size_t index = cvol_sheet_block_index(plan, frame->array, lane, row, at->layer);
     if (memory->cover_at &&
         layer->skip.touched[row * plan->blocks_lane + lane] == CVOL_TOUCHED_DRAWN) {
-        const cvol_sheet_piece piece = {
-            out + memory->cover_at, memory->row_stride, layer->sheet_stride, 0, plan->points_row, 0,
-            plan->points_sheet};
+        const cvol_sheet_piece piece = {cvol_sample_at(plan, out, memory->cover_at),
+                                        memory->row_stride,
+                                        layer->sheet_stride,
+                                        0,
+                                        plan->points_row,
+                                        0,
+                                        plan->points_sheet};
         cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
     }
     axes.sheet_ends = what == CVOL_HAVE_ALL ? 0 : what;
-    cvol_band_count_block(memory, frame, index);
-    frame->evaluate(out, memory->row_stride, layer->sheet_stride, &array->block_table[index], &axes,
-                    array->block_log2, (float)array->step, memory->work);
+    cvol_band_evaluate(memory, frame, out, layer->sheet_stride, index, &axes);
 }
 
 static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,

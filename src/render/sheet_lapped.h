@@ -32,7 +32,7 @@ typedef struct cvol_lapped_layer {
     cvol_layer_skip skip; /* its `touched` are the cells whose samples are drawn */
     uint8_t *have;        /* [blocks_row][blocks_lane]: what of a cell has been evaluated */
     uint8_t *seen;        /* for each row of cells: whether that is anything at all */
-    float *samples;       /* of its lowest sheet, in the band's; the next is */
+    void *samples;        /* of its lowest sheet, in the band's; the next is */
     long sheet_stride;    /* before or behind it */
     cvol_layer drawn;     /* the view of the sheets held */
     size_t have_capacity, seen_capacity;

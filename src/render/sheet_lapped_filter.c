@@ -63,13 +63,19 @@ typedef struct piece {
     int begin, count;
 } piece;
 
-/* The first sample of a cell's row `within`, in the layer's lowest sheet. */
-static float *find_samples(const work *w, const cvol_lapped_layer *layer, size_t lane, size_t row,
-                           int within)
+/* The first sample of a cell's row `within`, in a sheet of the layer. */
+static void *find_samples(const work *w, const cvol_lapped_layer *layer, size_t lane, size_t row,
+                          int within, int sheet)
 {
     const long line = 1 + (long)(row - layer->at.first_row) * w->plan->points_row + within;
-    return layer->samples + CVOL_SHEET_PAD + (long)lane * w->plan->points_lane +
-           line * w->memory->row_stride;
+    return cvol_sample_at(w->plan, layer->samples,
+                          CVOL_SHEET_PAD + (long)lane * w->plan->points_lane +
+                              line * w->memory->row_stride + sheet * layer->sheet_stride);
+}
+
+static int is_compact(const work *w)
+{
+    return w->plan->compact.scale > 0;
 }
 
 /* The first run of cells from *begin on in which a[i] & b[i] & mask is the same and not 0: that
@@ -124,18 +130,35 @@ void cvol_lapped_filter_lane(cvol_band_memory *memory, const cvol_sheet_frame *f
         return;
     sheet_span spans[2];
     const int count = find_spans(spans, both, layer->count, w.plan->points_sheet);
-    float *a2 = find_samples(&w, layer, lane, row, 0);
-    for (int i = 0; i < count; i++)
-        CVOL_SIMD_CHOOSE(cvol_sheet_lap_lanes)
-    (a2 + spans[i].begin * layer->sheet_stride, memory->row_stride, layer->sheet_stride,
-     w.plan->points_row, spans[i].count, frame->filters.lane);
+    for (int i = 0; i < count; i++) {
+        void *a2 = find_samples(&w, layer, lane, row, 0, spans[i].begin);
+        if (is_compact(&w))
+            CVOL_SIMD_CHOOSE(cvol_sheet_lap_lanes_compact)
+        (a2, memory->row_stride, layer->sheet_stride, w.plan->points_row, spans[i].count,
+         frame->filters.lane);
+        else CVOL_SIMD_CHOOSE(cvol_sheet_lap_lanes)(a2, memory->row_stride, layer->sheet_stride,
+                                                    w.plan->points_row, spans[i].count,
+                                                    frame->filters.lane);
+    }
+}
+
+static void filter_across(const work *w, void *const a[4], long stride, size_t cells, int lines,
+                          const float h[4])
+{
+    const int columns = (int)cells * w->plan->points_lane;
+    if (is_compact(w)) {
+        int16_t *const words[4] = {a[0], a[1], a[2], a[3]};
+        CVOL_SIMD_CHOOSE(cvol_sheet_lap_across_compact)(words, stride, columns, lines, h);
+    } else {
+        float *const floats[4] = {a[0], a[1], a[2], a[3]};
+        CVOL_SIMD_CHOOSE(cvol_sheet_lap_across)(floats, stride, columns, lines, h);
+    }
 }
 
 /* The face between this row of cells and the one before. */
 static void filter_rows(const work *w, size_t row)
 {
     const cvol_sheet_plan *plan = w->plan;
-    const long row_stride = w->memory->row_stride, sheet_stride = w->layer->sheet_stride;
     size_t begin = 0, end;
     int both;
     if (!cvol_lapped_face(row, plan->rows))
@@ -146,11 +169,11 @@ static void filter_rows(const work *w, size_t row)
         sheet_span spans[2];
         const int count = find_spans(spans, both, w->layer->count, plan->points_sheet);
         for (int i = 0; i < count; i++) {
-            float *a2 = find_samples(w, w->layer, begin, row, 0) + spans[i].begin * sheet_stride;
-            float *const a[4] = {a2 - 2 * row_stride, a2 - row_stride, a2, a2 + row_stride};
-            CVOL_SIMD_CHOOSE(cvol_sheet_lap_across)
-            (a, sheet_stride, (int)(end - begin) * plan->points_lane, spans[i].count,
-             w->frame->filters.row);
+            void *a[4];
+            for (int k = 0; k < 4; k++)
+                a[k] = find_samples(w, w->layer, begin, row, k - 2, spans[i].begin);
+            filter_across(w, a, w->layer->sheet_stride, end - begin, spans[i].count,
+                          w->frame->filters.row);
         }
     }
 }
@@ -182,10 +205,16 @@ static void bound_cells(const work *w, const cvol_lapped_layer *layer, piece p, 
             continue;
         double lo, hi;
         cvol_array_range(array, index, &lo, &hi);
-        CVOL_SIMD_CHOOSE(cvol_sheet_clamp)
-        (find_samples(w, layer, lane, p.row, p.begin) + sheets.begin * layer->sheet_stride,
-         w->memory->row_stride, layer->sheet_stride, w->plan->points_lane, p.count, sheets.count,
-         (float)(lo - array->offset), (float)(hi - array->offset));
+        const float least = (float)(lo - array->offset), most = (float)(hi - array->offset);
+        const cvol_sheet_compact *compact = &w->plan->compact;
+        void *first = find_samples(w, layer, lane, p.row, p.begin, sheets.begin);
+        if (is_compact(w))
+            CVOL_SIMD_CHOOSE(cvol_sheet_clamp_compact)
+        (first, w->memory->row_stride, layer->sheet_stride, w->plan->points_lane, p.count,
+         sheets.count, cvol_sheet_compact_of(compact, least), cvol_sheet_compact_of(compact, most));
+        else CVOL_SIMD_CHOOSE(cvol_sheet_clamp)(first, w->memory->row_stride, layer->sheet_stride,
+                                                w->plan->points_lane, p.count, sheets.count, least,
+                                                most);
     }
 }
 
@@ -197,7 +226,7 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
     const cvol_sheet_plan *plan = w->plan;
     const long row_stride = w->memory->row_stride,
                lanes = (long)plan->blocks_lane * plan->points_lane;
-    const size_t bytes = sizeof(float) * (size_t)(lanes + 3);
+    const size_t bytes = cvol_sample_size(plan) * (size_t)(lanes + 3);
     const uint8_t *drawn = row_of(layer->skip.touched, plan, p.row);
     const int left = drawn[0], right = drawn[plan->blocks_lane - 1];
     const int above = p.row == 0 && p.begin == 0;
@@ -205,18 +234,20 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
     if (!left && !right && !above && !below)
         return;
     for (int z = sheets.begin; z < sheets.begin + sheets.count; z++) {
-        float *first = find_samples(w, layer, 0, p.row, p.begin) + z * layer->sheet_stride + offset;
-        for (int r = 0; r < p.count && left; r++)
-            first[r * row_stride - 1] = first[r * row_stride - 2] = first[r * row_stride];
-        for (int r = 0; r < p.count && right; r++)
-            first[r * row_stride + lanes] = first[r * row_stride + lanes - 1];
-        float *last = first + (p.count - 1) * row_stride;
-        if (above)
-            for (int r = 1; r <= 1 + plan->lit; r++)
-                memcpy(first - 2 - r * row_stride, first - 2, bytes);
-        if (below)
-            for (int r = 1; r <= 1 + plan->lit; r++)
-                memcpy(last - 2 + r * row_stride, last - 2, bytes);
+        void *first = cvol_sample_at(plan, find_samples(w, layer, 0, p.row, p.begin, z), offset);
+        for (int r = 0; r < p.count; r++) {
+            void *line = cvol_sample_at(plan, first, r * row_stride);
+            if (left)
+                cvol_sample_repeat(plan, line, -1, 2);
+            if (right)
+                cvol_sample_repeat(plan, cvol_sample_at(plan, line, lanes - 1), 1, 1);
+        }
+        void *top = cvol_sample_at(plan, first, -2),
+             *bottom = cvol_sample_at(plan, top, (p.count - 1) * row_stride);
+        for (int r = 1; r <= 1 + plan->lit && above; r++)
+            memcpy(cvol_sample_at(plan, top, -r * row_stride), top, bytes);
+        for (int r = 1; r <= 1 + plan->lit && below; r++)
+            memcpy(cvol_sample_at(plan, bottom, r * row_stride), bottom, bytes);
     }
 }
 
@@ -231,8 +262,7 @@ static void lay_background(const work *w, const cvol_lapped_layer *layer, piece 
             continue;
         const size_t index = cvol_sheet_block_index(w->plan, frame->array, lane, p.row,
                                                     layer->at.layer);
-        const cvol_sheet_piece at = {find_samples(w, layer, lane, p.row, p.begin) +
-                                         sheets.begin * layer->sheet_stride,
+        const cvol_sheet_piece at = {find_samples(w, layer, lane, p.row, p.begin, sheets.begin),
                                      w->memory->row_stride,
                                      layer->sheet_stride,
                                      p.begin,
@@ -277,15 +307,13 @@ static void filter_sheets(const work *w, piece p)
             continue;
         while (end < plan->blocks_lane && have[0][end] & side[0] && have[1][end] & side[1])
             end++;
-        float *a[4];
+        void *a[4];
         for (int i = 0; i < 4; i++) {
             const cvol_lapped_layer *of = i < 2 ? w->before : w->layer;
             const int slice = slice_met(plan, of, i < 2 ? of->count - 2 + i : i - 2);
-            a[i] = find_samples(w, of, begin, p.row, p.begin) + slice * of->sheet_stride;
+            a[i] = find_samples(w, of, begin, p.row, p.begin, slice);
         }
-        CVOL_SIMD_CHOOSE(cvol_sheet_lap_across)
-        (a, w->memory->row_stride, (int)(end - begin) * plan->points_lane, p.count,
-         w->frame->filters.sheet);
+        filter_across(w, a, w->memory->row_stride, end - begin, p.count, w->frame->filters.sheet);
     }
 }
 

@@ -171,7 +171,7 @@ static cvol_windows windows_of(const cvol_layer_skip *skip, const cvol_sheet_pla
                           .spread_at = (int)(2 * plan->blocks_row * (size_t)skip->windows)};
 }
 
-void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride, long sheet_stride,
+void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, long sheet_stride,
                          const cvol_layer_skip *skip, const cvol_layer_skip *before,
                          const cvol_sheet_plan *plan, const cvol_band_layer *at)
 {
@@ -179,6 +179,7 @@ void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride,
     const int is_last = plan->ascending ? at->layer + 1 == plan->layers : at->layer == 0;
     out->sheet_count = count + (is_last && plan->beyond);
     out->row_stride = row_stride;
+    out->compact = plan->compact;
     out->cover_at = 0;
     describe_rays(out, plan);
     out->row_points = plan->points_row;
@@ -202,7 +203,8 @@ void cvol_layer_describe(cvol_layer *out, const float *samples, long row_stride,
         sheet->front = (float)-(plan->ascending ? below : above);
         sheet->back = (float)(plan->ascending ? above : below);
         sheet->is_first = s == 0;
-        sheet->samples = samples;
+        sheet->samples = plan->compact.scale > 0 ? NULL : samples;
+        sheet->compact = plan->compact.scale > 0 ? samples : NULL;
         sheet->first = CVOL_SHEET_PAD + row_0 * row_stride + slice * sheet_stride;
         describe_sheet(sheet, plan, z, next);
         find_groups(sheet, out, plan, z, next);

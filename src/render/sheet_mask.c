@@ -273,9 +273,21 @@ static cvol_mask_grid find_grid(const cvol_sheet_plan *plan, const cvol_mask_poi
 static void fill(const cvol_sheet_piece *p, const cvol_sheet_plan *plan, float value)
 {
     for (int z = 0; z < p->sheets; z++)
-        for (int y = 0; y < p->rows; y++)
+        for (int y = 0; y < p->rows; y++) {
+            float *at = (float *)p->at + z * p->sheet_stride + y * p->row_stride;
             for (int x = 0; x < plan->points_lane; x++)
-                p->at[z * p->sheet_stride + y * p->row_stride + x] = value;
+                at[x] = value;
+        }
+}
+
+static void fill_compact(const cvol_sheet_piece *p, const cvol_sheet_plan *plan, int16_t value)
+{
+    for (int z = 0; z < p->sheets; z++)
+        for (int y = 0; y < p->rows; y++) {
+            int16_t *at = (int16_t *)p->at + z * p->sheet_stride + y * p->row_stride;
+            for (int x = 0; x < plan->points_lane; x++)
+                at[x] = value;
+        }
 }
 
 void cvol_sheet_mask_cover(const cvol_sheet_piece *piece, const cvol_sheet_plan *plan,
@@ -294,20 +306,32 @@ void cvol_sheet_mask_lay(const cvol_sheet_piece *p, const cvol_sheet_plan *plan,
                          const cvol_mask_points points[3], const cvol_sheet_mask *mask,
                          size_t index, float background)
 {
+    const int is_compact = plan->compact.scale > 0;
+    const int16_t word = is_compact ? cvol_sheet_compact_of(&plan->compact, background) : 0;
     if (mask->states[index] == CVOL_MASK_NONE)
         return;
     if (mask->states[index] == CVOL_MASK_ALL) {
-        fill(p, plan, background);
+        if (is_compact)
+            fill_compact(p, plan, word);
+        else
+            fill(p, plan, background);
         return;
     }
     if (!points[0].are_samples || !points[1].are_samples || !points[2].are_samples) {
         const cvol_mask_grid grid = find_grid(plan, points, mask, index);
-        CVOL_SIMD_CHOOSE(cvol_sheet_lay_points)(p, &grid, background);
+        if (is_compact)
+            CVOL_SIMD_CHOOSE(cvol_sheet_lay_points_compact)(p, &grid, word);
+        else
+            CVOL_SIMD_CHOOSE(cvol_sheet_lay_points)(p, &grid, background);
         return;
     }
-    const block_bits bits = find_bits(plan, mask, index);
-    CVOL_SIMD_CHOOSE(cvol_sheet_lay)
-    (p->at, p->row_stride, p->sheet_stride, p->rows, p->sheets, mask->block,
-     bits.first + p->row * bits.row_step + p->sheet * bits.sheet_step, bits.row_step,
-     bits.sheet_step, background);
+    block_bits bits = find_bits(plan, mask, index);
+    bits.first += p->row * bits.row_step + p->sheet * bits.sheet_step;
+    if (is_compact)
+        CVOL_SIMD_CHOOSE(cvol_sheet_lay_compact)
+    (p->at, p->row_stride, p->sheet_stride, p->rows, p->sheets, mask->block, bits.first,
+     bits.row_step, bits.sheet_step, word);
+    else CVOL_SIMD_CHOOSE(cvol_sheet_lay)(p->at, p->row_stride, p->sheet_stride, p->rows, p->sheets,
+                                          mask->block, bits.first, bits.row_step, bits.sheet_step,
+                                          background);
 }

@@ -32,7 +32,7 @@ float cvol_sheet_background(const cvol_array *array, const cvol_mask *mask);
 /* Some samples of a block as a layer has them: `rows` rows from `row` on of `sheets` sheets from
  * `sheet` on, the first of them at `at`. */
 typedef struct cvol_sheet_piece {
-    float *at;
+    void *at; /* floats, or what plan->compact says */
     long row_stride, sheet_stride;
     int row, rows, sheet, sheets;
 } cvol_sheet_piece;
@@ -57,6 +57,8 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_cover,
                   (const cvol_sheet_piece *piece, const cvol_mask_grid *grid));
 CVOL_SIMD_DECLARE(void, cvol_sheet_lay_points,
                   (const cvol_sheet_piece *piece, const cvol_mask_grid *grid, float background));
+CVOL_SIMD_DECLARE(void, cvol_sheet_lay_points_compact,
+                  (const cvol_sheet_piece *piece, const cvol_mask_grid *grid, int16_t background));
 
 /* The points of a plan along lane, row and sheet. */
 void cvol_mask_points_find(cvol_mask_points points[3], const cvol_sheet_plan *plan, int block);

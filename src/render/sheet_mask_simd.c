@@ -1,6 +1,8 @@
 /* Puts a background where its samples are (sheet_mask.h). */
 #include "render/sheet_mask.h"
 
+#include "array/sample_words.h"
+
 /* 1 << lane, of the lanes from `first` on. */
 CVOL_INLINE cvol_vi lane_bits(int first)
 {
@@ -31,6 +33,26 @@ void CVOL_SIMD(cvol_sheet_lay)(float *samples, long row_stride, long sheet_strid
                     else
                         cvol_store_first(at + i, v, lanes - x - i);
                 }
+            }
+}
+
+void CVOL_SIMD(cvol_sheet_lay_compact)(int16_t *samples, long row_stride, long sheet_stride,
+                                       int rows, int sheets, int lanes, const uint16_t *bits,
+                                       int row_step, int sheet_step, int16_t background)
+{
+    for (int z = 0; z < sheets; z++)
+        for (int y = 0; y < rows; y++)
+            for (int x = 0; x < lanes; x += 16) {
+                const int row = bits[z * sheet_step + y * row_step + x / 16];
+                int16_t *at = samples + z * sheet_stride + y * row_stride + x;
+#if CVOL_LANES == 16
+                if (row)
+                    _mm256_mask_storeu_epi16(at, (__mmask16)row, _mm256_set1_epi16(background));
+#else
+                for (int i = 0; i < 16 && row; i++)
+                    if (row >> i & 1)
+                        at[i] = background;
+#endif
             }
 }
 
@@ -112,7 +134,7 @@ void CVOL_SIMD(cvol_sheet_cover)(const cvol_sheet_piece *p, const cvol_mask_grid
         for (int y = 0; y < p->rows; y++) {
             find_rows(&around, g, p->sheet + z, p->row + y);
             cover_row(cover, &around, g);
-            memcpy(p->at + z * p->sheet_stride + y * p->row_stride, cover,
+            memcpy((float *)p->at + z * p->sheet_stride + y * p->row_stride, cover,
                    sizeof *cover * (size_t)g->lane->count);
         }
 }
@@ -129,7 +151,7 @@ void CVOL_SIMD(cvol_sheet_lay_points)(const cvol_sheet_piece *p, const cvol_mask
             if (is_covered(&around, words))
                 continue;
             cover_row(cover, &around, g);
-            float *at = p->at + z * p->sheet_stride + y * p->row_stride;
+            float *at = (float *)p->at + z * p->sheet_stride + y * p->row_stride;
             for (int x = 0; x < count; x += CVOL_LANES) {
                 const cvol_vf v = background +
                                   cvol_load(cover + x) * (cvol_load(at + x) - background);
@@ -137,6 +159,27 @@ void CVOL_SIMD(cvol_sheet_lay_points)(const cvol_sheet_piece *p, const cvol_mask
                     cvol_store(at + x, v);
                 else
                     cvol_store_first(at + x, v, count - x);
+            }
+        }
+}
+
+void CVOL_SIMD(cvol_sheet_lay_points_compact)(const cvol_sheet_piece *p, const cvol_mask_grid *g,
+                                              int16_t background)
+{
+    const int words = (g->block + 15) / 16, count = g->lane->count;
+    float cover[CVOL_BLOCK_MAX];
+    rows_around around;
+    for (int z = 0; z < p->sheets; z++)
+        for (int y = 0; y < p->rows; y++) {
+            find_rows(&around, g, p->sheet + z, p->row + y);
+            if (is_covered(&around, words))
+                continue;
+            cover_row(cover, &around, g);
+            int16_t *at = (int16_t *)p->at + z * p->sheet_stride + y * p->row_stride;
+            for (int x = 0; x < count; x += CVOL_LANES) {
+                const cvol_vf v = background +
+                                  cvol_load(cover + x) * (cvol_load_words(at + x) - background);
+                cvol_store_words(at + x, v, count - x);
             }
         }
 }

@@ -20,14 +20,16 @@
 #define CVOL_LINES_TILE 2
 #endif
 
-/* `tile` outputs from i0 on and their mirror images. Vectors of in lie in_stride floats apart,
- * those of out out_stride; `lanes` of each are stored. */
-CVOL_INLINE void cvol_lines_tile(float *out, long out_stride, const float *in, long in_stride,
-                                 int K, const float *basis, int M, int i0, int tile, int lanes)
+/* `tile` outputs from i0 on and their mirror images: `start` and the sums. Vectors of in lie
+ * in_stride floats apart. */
+CVOL_INLINE void cvol_lines_sums(cvol_vf *near, cvol_vf *far, cvol_vf start, const float *in,
+                                 long in_stride, int K, const float *basis, int M, int i0, int tile)
 {
     cvol_vf even[CVOL_LINES_TILE], odd[CVOL_LINES_TILE];
-    for (int t = 0; t < tile; t++)
-        even[t] = odd[t] = (cvol_vf){0};
+    for (int t = 0; t < tile; t++) {
+        even[t] = start;
+        odd[t] = (cvol_vf){0};
+    }
     int v = 0;
     for (; v + 1 < K; v += 2) {
         cvol_vf a = cvol_load(in + v * in_stride), b = cvol_load(in + (v + 1) * in_stride);
@@ -42,14 +44,25 @@ CVOL_INLINE void cvol_lines_tile(float *out, long out_stride, const float *in, l
             even[t] += basis[v * M + i0 + t] * a;
     }
     for (int t = 0; t < tile; t++) {
-        cvol_vf near = even[t] + odd[t], far = even[t] - odd[t];
+        near[t] = even[t] + odd[t];
+        far[t] = even[t] - odd[t];
+    }
+}
+
+/* The same, stored: vectors of out lie out_stride floats apart, `lanes` of each are stored. */
+CVOL_INLINE void cvol_lines_tile(float *out, long out_stride, const float *in, long in_stride,
+                                 int K, const float *basis, int M, int i0, int tile, int lanes)
+{
+    cvol_vf near[CVOL_LINES_TILE], far[CVOL_LINES_TILE];
+    cvol_lines_sums(near, far, (cvol_vf){0}, in, in_stride, K, basis, M, i0, tile);
+    for (int t = 0; t < tile; t++) {
         float *near_at = out + (i0 + t) * out_stride, *far_at = out + (M - 1 - i0 - t) * out_stride;
         if (lanes == CVOL_LANES) {
-            cvol_store(near_at, near);
-            cvol_store(far_at, far);
+            cvol_store(near_at, near[t]);
+            cvol_store(far_at, far[t]);
         } else {
-            cvol_store_first(near_at, near, lanes);
-            cvol_store_first(far_at, far, lanes);
+            cvol_store_first(near_at, near[t], lanes);
+            cvol_store_first(far_at, far[t], lanes);
         }
     }
 }
