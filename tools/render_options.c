@@ -67,6 +67,29 @@ static int choose_footprint(cvol_splat_options *splat, const render_arguments *a
     return EXIT_DONE;
 }
 
+/* Those of engine sheet. */
+static int choose_sheet(cvol_sheet_options *sheet, const render_arguments *a)
+{
+    static const char *const names[] = {"linear", "catmull-rom", "b-spline", "gaussian"};
+    const char *name = a->footprint_name ? a->footprint_name : names[0];
+    int k = 0;
+    while (k < 4 && strcmp(name, names[k]))
+        k++;
+    if (k == 4)
+        return complain(EXIT_MISUSED,
+                        "--footprint is '%s', must be linear, catmull-rom, b-spline or gaussian "
+                        "with engine sheet",
+                        name);
+    sheet->footprint = (cvol_sheet_footprint)(CVOL_SHEET_LINEAR + k);
+    if (a->sigma_given && sheet->footprint != CVOL_SHEET_GAUSSIAN)
+        return complain(EXIT_MISUSED, "--sigma is for --footprint gaussian, this is %s", name);
+    if (a->sigma_given && !(a->sigma >= 0.5 && a->sigma <= 1))
+        return complain(EXIT_MISUSED, "--sigma is %g, must be 0.5 to 1 samples with engine sheet",
+                        a->sigma);
+    sheet->sigma = a->sigma;
+    return EXIT_DONE;
+}
+
 /* The surface of mode iso. */
 static int choose_surface(scene *s, const render_arguments *a)
 {
@@ -150,21 +173,24 @@ static int has_splats(const scene *s)
     return s->engine == CVOL_ENGINE_SPLAT || s->engine == CVOL_ENGINE_TRANSFORM;
 }
 
-/* The options that only engines splat and transform have. */
+/* Footprints, and the options that only engines splat and transform have. */
 static int choose_splat(scene *s, const render_arguments *a)
 {
     cvol_splat_options *splat = &s->options.splat;
     const struct {
         const char *name;
         int given;
-    } own[] = {{"--footprint", a->footprint_name != NULL},
-               {"--footprint-size", a->footprint_given},
-               {"--sigma", a->sigma_given},
+    } own[] = {{"--footprint-size", a->footprint_given},
                {"--order", a->order_name != NULL},
-               {"--footprint-plane", a->plane_name != NULL}};
+               {"--footprint-plane", a->plane_name != NULL},
+               {"--footprint", a->footprint_name != NULL},
+               {"--sigma", a->sigma_given}};
     for (int k = 0; k < 5 && !has_splats(s); k++)
-        if (own[k].given)
-            return complain(EXIT_MISUSED, "%s is for engines splat and transform", own[k].name);
+        if (own[k].given && (k < 3 || s->engine != CVOL_ENGINE_SHEET))
+            return complain(EXIT_MISUSED, "%s is for engines %ssplat and transform", own[k].name,
+                            k < 3 ? "" : "sheet, ");
+    if (s->engine == CVOL_ENGINE_SHEET)
+        return choose_sheet(&s->options.sheet, a);
     if (!has_splats(s))
         return EXIT_DONE;
     if (s->options.mode != CVOL_MODE_COMPOSITE)

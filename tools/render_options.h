@@ -187,19 +187,19 @@ typedef struct render_arguments {
          NULL},                                                                                  \
         {"--footprint",                                                                          \
          "NAME",                                                                                 \
-         "of splat and transform: gaussian (default) sinc box, or splat's cone",                 \
+         "sheet: linear, catmull-rom, b-spline, gaussian; splat: gaussian, sinc, box, cone",     \
          OPTION_TEXT,                                                                            \
          &(a).footprint_name,                                                                    \
          0,                                                                                      \
          NULL},                                                                                  \
         {"--footprint-size",                                                                     \
          "N",                                                                                    \
-         "samples that it spans, 3 to 31 (default 5)",                                           \
+         "samples that it spans, of splat and transform: 3 to 31 (default 5)",                   \
          OPTION_INTEGER,                                                                         \
          &(a).footprint_size,                                                                    \
          0,                                                                                      \
          &(a).footprint_given},                                                                  \
-        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6)",               \
+        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6; sheet 5 / 6)",  \
          OPTION_NUMBER,   &(a).sigma, 0,                                                         \
          &(a).sigma_given},                                                                      \
         {"--order",                                                                              \

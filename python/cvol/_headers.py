@@ -246,6 +246,10 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("value", "d", ()),
         ("colour", "d", (3,)),
     ],
+    "cvol_sheet_options": [
+        ("footprint", "i", ()),
+        ("sigma", "d", ()),
+    ],
     "cvol_transform_options": [
         ("transform", "i", ()),
         ("tile", "i", ()),
@@ -269,6 +273,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("window", "d", (2,)),
         ("shading", "cvol_shading", ()),
         ("surface", "cvol_surface", ()),
+        ("sheet", "cvol_sheet_options", ()),
         ("splat", "cvol_splat_options", ()),
         ("transform", "cvol_transform_options", ()),
         ("fourier", "cvol_fourier_options", ()),

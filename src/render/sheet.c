@@ -37,7 +37,8 @@ typedef struct sheet_state {
     float *bases;            /* bases of lane, row and sheet of the frame; those of parts */
     cvol_band_memory *bands; /* one for each thread */
     int band_count;
-    int counts; /* multiply-adds, of all plans of a picture together */
+    cvol_sheet_wide wide; /* the footprint of the picture */
+    int counts;           /* multiply-adds, of all plans of a picture together */
     uint64_t multiply_adds;
 } sheet_state;
 
@@ -334,10 +335,12 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     plan->masked = cvol_sheet_subject_masked(subject, array->mask);
     const int is_surface = options->mode == CVOL_MODE_ISO;
     plan->lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
+    plan->wide = state->wide.reach ? &state->wide : NULL;
+    plan->reach = plan->lit + state->wide.reach;
     plan->parts = is_surface || options->mode == CVOL_MODE_COMPOSITE
                       ? choose_parts(plan, options->step_voxels)
                       : 1;
-    const int extras = image->depth != NULL || plan->parts > 1 || state->counts;
+    const int extras = image->depth != NULL || plan->parts > 1 || plan->wide || state->counts;
     const int band_lines = choose_band_lines(plan, threads);
     if (!prepare_image(state, plan, image->depth != NULL, threads) ||
         !prepare_bands(state, plan, threads, band_lines))
@@ -428,6 +431,19 @@ static int draw_all_along(cvol_context *context, sheet_state *state,
     return CVOL_OK;
 }
 
+static int check_footprint(cvol_context *context, const cvol_sheet_options *options)
+{
+    const int kind = (int)options->footprint;
+    const double sigma = options->sigma;
+    if (kind < CVOL_SHEET_LINEAR || kind > CVOL_SHEET_GAUSSIAN)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no footprint of engine sheet", kind);
+    if (sigma != 0 && !(sigma >= CVOL_WIDE_SIGMA_MIN && sigma <= CVOL_WIDE_SIGMA_MAX))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "sigma %g: engine sheet has Gaussians of %g to %g samples", sigma,
+                         CVOL_WIDE_SIGMA_MIN, CVOL_WIDE_SIGMA_MAX);
+    return CVOL_OK;
+}
+
 static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *image,
                       const cvol_view *view, const cvol_render_options *options)
 {
@@ -435,9 +451,12 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     const double progress[2] = {0, 1};
     cvol_sheet_subject *subject;
     cvol_sheet_plan plan;
-    int code = find_subject(context, &subject, state, options->level);
+    int code = check_footprint(context, &options->sheet);
+    if (!code)
+        code = find_subject(context, &subject, state, options->level);
     if (code)
         return code;
+    cvol_sheet_wide_make(&state->wide, &options->sheet);
     if (view->perspective)
         return draw_all_along(context, state, subject, image, view, options);
     code = cvol_sheet_plan_make(context, &plan, state->array,
@@ -458,9 +477,11 @@ int cvol_renderer_sheet_multiply_adds(cvol_context *context, cvol_renderer *rend
 {
     if (renderer->engine != &cvol_sheet_engine)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "this renderer is not of engine sheet");
-    if (options->mode != CVOL_MODE_COMPOSITE || options->shading.on || options->level)
+    if (options->mode != CVOL_MODE_COMPOSITE || options->shading.on || options->level ||
+        options->sheet.footprint != CVOL_SHEET_LINEAR)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "multiply-adds are counted in mode composite, unlit and at level 0");
+                         "multiply-adds are counted in mode composite, unlit, at level 0 and of "
+                         "linear footprints");
     sheet_state *state = renderer->state;
     state->counts = 1;
     state->multiply_adds = 0;

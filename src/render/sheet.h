@@ -28,6 +28,7 @@
 #include "base/vector.h"
 #include "render/engine.h"
 #include "render/light.h"
+#include "render/sheet_wide.h"
 
 #define CVOL_TABLE_SIZE 2048
 /* The most samples from one sheet to the next. */
@@ -101,6 +102,9 @@ typedef struct cvol_sheet_plan {
     int level;  /* what is drawn is a level of the volume (sheet_level.h); 0: itself */
     int lapped; /* the array is, and not a level of it */
     int lit;    /* samples one point further are looked at */
+    const cvol_sheet_wide *wide; /* the footprint, where it is not linear; else NULL */
+    int reach; /* how many points further than a linear footprint's samples are looked at, for light
+                  and the footprint */
     cvol_sheet_compact compact;
     cvol_sheet_masked masked;
     int ascending; /* sheets are met in rising order */
@@ -265,6 +269,8 @@ typedef struct cvol_layer {
     int unit;     /* in parallel projection, pixels and samples lie equally far apart */
     int parts;    /* samples from sheet to sheet */
     int only;     /* the volume is one sheet */
+    const cvol_sheet_wide *wide; /* of plans, */
+    int reach;                   /* whose windows are of so many samples more; 0: linear */
     int perspective;
     /* Sample coordinates of the faces, a little outwards. In parallel projection also of those
      * through which rays would enter and leave, and in how many sheets a ray moves by one sample;

@@ -38,15 +38,15 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
     const size_t lanes = plan->blocks_lane * (size_t)plan->points_lane;
     const size_t line = CVOL_ALIGNMENT / cvol_sample_size(plan); /* rows begin on those of caches */
     const size_t row_stride = (lanes + 2 * CVOL_SHEET_PAD + line - 1) / line * line;
-    const size_t rows = most * (size_t)plan->points_row + 2 + 2 * (size_t)plan->lit;
+    const size_t rows = most * (size_t)plan->points_row + 2 + 2 * (size_t)plan->reach;
     const size_t sheets = (size_t)plan->points_sheet + (plan->lapped ? 2 : 0);
     memory->row_stride = (long)row_stride;
     memory->sheet_stride = (long)(rows * row_stride);
     const size_t samples = rows * row_stride * sheets;
     const int covered = plan->masked == CVOL_SHEET_SOME_VOID;
     memory->cover_at = covered ? (long)samples : 0;
-    const size_t before = plan->lit ? row_stride : 0;     /* a row more at either end */
-    if (memory->are_compact != (plan->compact.scale > 0)) /* its words might be no numbers */
+    const size_t before = (size_t)plan->reach * row_stride; /* rows more at either end */
+    if (memory->are_compact != (plan->compact.scale > 0))   /* its words might be no numbers */
         memory->sample_capacity = 0;
     memory->are_compact = plan->compact.scale > 0;
     if (!cvol_ensure(&memory->allocated, &memory->sample_capacity, before + (samples << covered),
@@ -85,29 +85,31 @@ void cvol_sample_repeat(const cvol_sheet_plan *plan, void *sample, int way, int 
 }
 
 /* Repeats the outermost samples, twice to the left and once elsewhere, since rays are followed a
- * little beyond the faces; light looks at rows further. */
+ * little beyond the faces; light looks at rows further, wide footprints at lanes too. */
 static void extend_faces(void *at, const cvol_band_memory *memory, const cvol_sheet_plan *plan,
                          size_t lane, size_t row)
 {
     const int points_lane = plan->points_lane, points_row = plan->points_row;
     const int left = lane == 0, right = lane + 1 == plan->blocks_lane;
     const long row_stride = memory->row_stride;
+    const cvol_lane_copies copies = cvol_lane_copies_of(plan);
     const size_t size = cvol_sample_size(plan),
-                 bytes = size * (size_t)(points_lane + 2 * left + right);
+                 bytes = size * (size_t)(points_lane + copies.left * left + copies.right * right);
     for (int z = 0; z < plan->points_sheet; z++) {
         void *sheet = cvol_sample_at(plan, at, z * memory->sheet_stride);
         for (int r = 0; r < points_row; r++) {
             void *line = cvol_sample_at(plan, sheet, r * row_stride);
             if (left)
-                cvol_sample_repeat(plan, line, -1, 2);
+                cvol_sample_repeat(plan, line, -1, copies.left);
             if (right)
-                cvol_sample_repeat(plan, cvol_sample_at(plan, line, points_lane - 1), 1, 1);
+                cvol_sample_repeat(plan, cvol_sample_at(plan, line, points_lane - 1), 1,
+                                   copies.right);
         }
-        void *above = cvol_sample_at(plan, sheet, -2 * left),
+        void *above = cvol_sample_at(plan, sheet, -copies.left * left),
              *below = cvol_sample_at(plan, above, (points_row - 1) * row_stride);
-        for (int r = 1; r <= 1 + plan->lit && row == 0; r++)
+        for (int r = 1; r <= 1 + plan->reach && row == 0; r++)
             memcpy(cvol_sample_at(plan, above, -r * row_stride), above, bytes);
-        for (int r = 1; r <= 1 + plan->lit && row + 1 == plan->blocks_row; r++)
+        for (int r = 1; r <= 1 + plan->reach && row + 1 == plan->blocks_row; r++)
             memcpy(cvol_sample_at(plan, below, r * row_stride), below, bytes);
     }
 }

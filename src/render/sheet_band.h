@@ -73,6 +73,17 @@ static inline void *cvol_sample_at(const cvol_sheet_plan *plan, void *samples, l
 /* Copies a sample to the next `times` samples before (`way` -1) or behind it (1). */
 void cvol_sample_repeat(const cvol_sheet_plan *plan, void *sample, int way, int times);
 
+/* How often a row's first and last sample are repeated beyond the volume's faces. */
+typedef struct cvol_lane_copies {
+    int left, right;
+} cvol_lane_copies;
+
+static inline cvol_lane_copies cvol_lane_copies_of(const cvol_sheet_plan *plan)
+{
+    return plan->wide ? (cvol_lane_copies){2 + plan->reach, 2 + plan->reach}
+                      : (cvol_lane_copies){2, 1};
+}
+
 /* ---- what drawing lapped layers shares ------------------------------------------------------ */
 
 /* The sheets of a layer: *begin .. *end - 1. */

@@ -187,7 +187,13 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
     for (int k = 0; k < PARTS; k++) {
         const double position = sheet->lane_at + (group * CVOL_GROUP + k * CVOL_LANES) * step;
         cvol_vf cover = cvol_splat(1), value;
-        if (masked)
+#if SHEET_EXTRAS
+        if (layer->wide)
+            value = masked ? reconstruct_widely_masked(&cover, job, sheet, 0, group, k, unit)
+                           : reconstruct_widely(job, sheet, sheet->view.near, group, k);
+        else
+#endif
+            if (masked)
             value = unit ? reconstruct_unit_masked(&cover, &sheet->view, &sheet->footprint,
                                                    x + k * CVOL_LANES, layer->cover_at)
                          : reconstruct_finer_masked(&cover, &sheet->view, position, step,

@@ -34,7 +34,8 @@ CVOL_INLINE const uint8_t *find_windows(const float **levels, long *y, const cvo
 {
     const int last = layer->block_rows * layer->row_points - 1;
     *y = r < last + 1 ? (long)floor(r) : last;
-    int low = *y < 0 ? 0 : (int)*y, high = *y + 1 > last ? last : (int)*y + 1;
+    const long from = *y - layer->reach, to = *y + 1 + layer->reach;
+    int low = from < 0 ? 0 : (int)from, high = to > last ? last : (int)to;
     low = low > last ? last : low;
     const int block_row = (int)((uint64_t)low * layer->row_points_inverse >> 32);
     const int across = high >= (block_row + 1) * layer->row_points;

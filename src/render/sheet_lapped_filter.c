@@ -226,7 +226,8 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
     const cvol_sheet_plan *plan = w->plan;
     const long row_stride = w->memory->row_stride,
                lanes = (long)plan->blocks_lane * plan->points_lane;
-    const size_t bytes = cvol_sample_size(plan) * (size_t)(lanes + 3);
+    const cvol_lane_copies copies = cvol_lane_copies_of(plan);
+    const size_t bytes = cvol_sample_size(plan) * (size_t)(copies.left + lanes + copies.right);
     const uint8_t *drawn = row_of(layer->skip.touched, plan, p.row);
     const int left = drawn[0], right = drawn[plan->blocks_lane - 1];
     const int above = p.row == 0 && p.begin == 0;
@@ -238,15 +239,15 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
         for (int r = 0; r < p.count; r++) {
             void *line = cvol_sample_at(plan, first, r * row_stride);
             if (left)
-                cvol_sample_repeat(plan, line, -1, 2);
+                cvol_sample_repeat(plan, line, -1, copies.left);
             if (right)
-                cvol_sample_repeat(plan, cvol_sample_at(plan, line, lanes - 1), 1, 1);
+                cvol_sample_repeat(plan, cvol_sample_at(plan, line, lanes - 1), 1, copies.right);
         }
-        void *top = cvol_sample_at(plan, first, -2),
+        void *top = cvol_sample_at(plan, first, -copies.left),
              *bottom = cvol_sample_at(plan, top, (p.count - 1) * row_stride);
-        for (int r = 1; r <= 1 + plan->lit && above; r++)
+        for (int r = 1; r <= 1 + plan->reach && above; r++)
             memcpy(cvol_sample_at(plan, top, -r * row_stride), top, bytes);
-        for (int r = 1; r <= 1 + plan->lit && below; r++)
+        for (int r = 1; r <= 1 + plan->reach && below; r++)
             memcpy(cvol_sample_at(plan, bottom, r * row_stride), bottom, bytes);
     }
 }

@@ -33,12 +33,12 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
     if (from.scale <= 0 && to.scale <= 0) /* behind the eye */
         return 0;
     const double top = plan->v0 + line_begin * plan->dv,
-                 reach = (1 + around + plan->lit) * plan->pitch_row,
+                 reach = (1 + around + plan->reach) * plan->pitch_row,
                  bottom = plan->v0 + (line_end - 1) * plan->dv;
     double lo = fmin(find_row(plan, &from, top), find_row(plan, &to, top)) - reach;
     double hi = fmax(find_row(plan, &from, bottom), find_row(plan, &to, bottom)) + reach;
     const double rows = (double)(plan->rows - 1);
-    const double beyond = fmax(2, 2 * plan->pitch_sheet) + plan->lit * fmax(1, plan->pitch_row);
+    const double beyond = fmax(2, 2 * plan->pitch_sheet) + plan->reach * fmax(1, plan->pitch_row);
     if (hi < -beyond || lo > rows + beyond) /* rays may enter or leave half way to the next sheet */
         return 0;
     *first = (size_t)fmin(fmax(lo, 0), rows) / (size_t)plan->block_row;
@@ -144,6 +144,8 @@ static void describe_rays(cvol_layer *out, const cvol_sheet_plan *plan)
     out->unit = !plan->perspective && plan->du / plan->pitch_lane == 1;
     out->only = plan->sheets == 1;
     out->parts = plan->parts;
+    out->wide = plan->wide;
+    out->reach = plan->wide ? plan->reach : 0;
     out->cuts = plan->planes;
     out->lane_lo = (plan->lo[0] - plan->first_lane) / plan->pitch_lane - tolerance;
     out->lane_hi = (plan->hi[0] - plan->first_lane) / plan->pitch_lane + tolerance;

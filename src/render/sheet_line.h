@@ -7,6 +7,9 @@
 #define CVOL_RENDER_SHEET_LINE_H
 
 #include "render/sheet_footprint.h"
+#if SHEET_EXTRAS
+#include "render/sheet_footprint_wide.h"
+#endif
 
 /* Vectors of a group. */
 #define PARTS (CVOL_GROUP / CVOL_LANES)
@@ -22,6 +25,9 @@ typedef struct sheet_line {
     double lane_at, lane_step;
     line_view view;
     unit_footprint footprint;
+#if SHEET_EXTRAS
+    wide_view wide; /* where the layer has a wide footprint */
+#endif
     int begin, end;               /* groups that the line has something of, and those that */
     int inside_begin, inside_end; /* lie within, and did from two sheets before on */
 } sheet_line;
@@ -60,6 +66,10 @@ CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_she
     out->weights[1] = view->near_weight * right * scale;
     out->weights[2] = view->far_weight * left * scale;
     out->weights[3] = view->far_weight * right * scale;
+#if SHEET_EXTRAS
+    if (layer->wide)
+        make_wide_view(&out->wide, layer, view, sheet);
+#endif
     /* A sheet before the rays enter has nothing, but its values may be needed. */
     const float begin = layer->only ? -0.5f : -1, end = layer->only ? 0.5f : 1;
     const int met = view->enter < end && view->leave > begin + LEAST_WEIGHT &&
@@ -155,12 +165,49 @@ CVOL_INLINE int find_level_before(float *level, float *spread, const line_job *j
     return !bits[window_of(x)];
 }
 
+#if SHEET_EXTRAS
+/* Part k of a group by a wide footprint; `near`: sample 0 of the row before the line. */
+CVOL_INLINE cvol_vf reconstruct_widely(const line_job *job, const sheet_line *sheet,
+                                       const float *near, int group, int k)
+{
+    const double i = group * CVOL_GROUP + k * CVOL_LANES;
+    const wide_place place = find_wide_place(
+        job->layer, near, sheet->lane_at + i * sheet->lane_step, sheet->lane_step);
+    return reconstruct_wide(job->layer->wide, &sheet->wide, &place);
+}
+
+/* The same where samples may have no value, `offset` before or behind the sheet's in memory. */
+CVOL_INLINE cvol_vf reconstruct_widely_masked(cvol_vf *cover, const line_job *job,
+                                              const sheet_line *sheet, long offset, int group,
+                                              int k, int unit)
+{
+    const cvol_layer *layer = job->layer;
+    const long i = group * CVOL_GROUP + k * CVOL_LANES;
+    const double step = sheet->lane_step, position = sheet->lane_at + (double)i * step;
+    line_view view = sheet->view;
+    view.near += offset;
+    view.far += offset;
+    const cvol_vf mean = unit ? reconstruct_unit_masked(cover, &view, &sheet->footprint,
+                                                        sheet->footprint.x + i, layer->cover_at)
+                              : reconstruct_finer_masked(cover, &view, position, step,
+                                                         layer->cover_at);
+    const wide_place place = find_wide_place(layer, view.near, position, step);
+    return reconstruct_wide_masked(cover, layer->wide, &sheet->wide, &place, mean);
+}
+#endif
+
 /* Table coordinates of part k of a group. */
 CVOL_INLINE cvol_vf reconstruct(const line_job *job, const sheet_line *sheet, int group, int k,
                                 int unit)
 {
     const long i = group * CVOL_GROUP + k * CVOL_LANES;
     const float *w = sheet->weights;
+#if SHEET_EXTRAS
+    if (job->layer->wide)
+        return to_table(job, reconstruct_widely(job, sheet,
+                                                sheet->near - (unit ? sheet->footprint.x : 0),
+                                                group, k));
+#endif
     if (unit)
         return job->table_offset + w[0] * cvol_load(sheet->near + i) +
                w[1] * cvol_load(sheet->near + i + 1) + w[2] * cvol_load(sheet->far + i) +

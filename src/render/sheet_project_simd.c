@@ -1,5 +1,5 @@
 /* Modes xray, mip and min: sums, maxima and minima of the samples along the rays. */
-#include "render/sheet_footprint.h"
+#include "render/sheet_footprint_wide.h"
 
 enum { SUM, LARGEST, SMALLEST };
 
@@ -23,7 +23,7 @@ CVOL_INLINE void project(float *first, float *second, cvol_vf value, cvol_vf wei
 
 /* A sheet stands for the slab of half an interval before and behind it. */
 CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *sheet,
-                               const cvol_line *line, int unit, int what, int has_void)
+                               const cvol_line *line, int unit, int what, int has_void, int wide)
 {
     line_view view;
     view_line(&view, layer, sheet, line->number);
@@ -32,6 +32,9 @@ CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *s
         return;
     const double step = sheet->lane_step;
     const unit_footprint footprint = make_unit_footprint(&view, sheet);
+    wide_view by;
+    if (wide)
+        make_wide_view(&by, layer, &view, sheet);
     group_range range = {sheet->begin, sheet->end, 0, 0};
     if (layer->cuts)
         cut_groups(&range, layer, sheet, line->number, line->width / CVOL_GROUP);
@@ -39,14 +42,19 @@ CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *s
         double position = sheet->lane_at + i * step;
         const long x = unit ? footprint.x + i : (long)floor(position);
         cvol_vf weight = weigh(layer, sheet, &view, position, i, line->number, -0.5f, 0.5f);
+        const wide_place place = find_wide_place(layer, view.near, position, step);
         cvol_vf value, cover;
         if (has_void) {
             if (!(view.windows[window_of(x)] & CVOL_WINDOW_SEEN)) /* no sample has a value */
                 continue;
             value = unit ? reconstruct_unit_masked(&cover, &view, &footprint, x, layer->cover_at)
                          : reconstruct_finer_masked(&cover, &view, position, step, layer->cover_at);
+            if (wide)
+                value = reconstruct_wide_masked(&cover, layer->wide, &by, &place, value);
             weight = what != SUM ? cvol_select(cover >= 0.5f, weight, cvol_splat(0))
                                  : weight * cover;
+        } else if (wide) {
+            value = reconstruct_wide(layer->wide, &by, &place);
         } else {
             value = unit ? reconstruct_unit(&view, &footprint, x)
                          : reconstruct_finer(&view, position, step);
@@ -60,12 +68,14 @@ CVOL_INLINE void project_layer(const cvol_layer *layer, const cvol_line *line, i
     const int unit = layer->unit;
     for (int s = 0; s < layer->sheet_count; s++) {
         const cvol_sheet_view *sheet = &layer->sheets[s];
-        if (layer->cover_at)
-            project_sheet(layer, sheet, line, unit, what, 1);
+        if (layer->wide)
+            project_sheet(layer, sheet, line, unit, what, layer->cover_at != 0, 1);
+        else if (layer->cover_at)
+            project_sheet(layer, sheet, line, unit, what, 1, 0);
         else if (unit)
-            project_sheet(layer, sheet, line, 1, what, 0);
+            project_sheet(layer, sheet, line, 1, what, 0, 0);
         else
-            project_sheet(layer, sheet, line, 0, what, 0);
+            project_sheet(layer, sheet, line, 0, what, 0, 0);
     }
 }
 

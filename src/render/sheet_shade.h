@@ -175,6 +175,10 @@ CVOL_INLINE cvol_vf value_at(cvol_vf *cover, const line_job *job, const sheet_li
                              long offset, int group, int k, int unit, int masked)
 {
     sheet_line sheet = *place;
+#if SHEET_EXTRAS
+    if (job->layer->wide && masked)
+        return to_table(job, reconstruct_widely_masked(cover, job, &sheet, offset, group, k, unit));
+#endif
     if (masked) {
         const cvol_layer *layer = job->layer;
         const long i = group * CVOL_GROUP + k * CVOL_LANES;

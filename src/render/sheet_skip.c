@@ -78,10 +78,17 @@ size_t cvol_sheet_block_index(const cvol_sheet_plan *plan, const cvol_array *arr
     return place[0] + array->blocks[0] * (place[1] + array->blocks[1] * place[2]);
 }
 
-/* Blocks of a row that window c overlaps: *first .. *last. */
+/* How many samples further than a window's own are looked at from it. */
+static int reach_of(const cvol_sheet_plan *plan)
+{
+    return plan->wide ? plan->reach : 0;
+}
+
+/* Blocks of a row that window c, and what is looked at from it, overlaps: *first .. *last. */
 static void window_blocks(size_t *first, size_t *last, const cvol_sheet_plan *plan, int c)
 {
-    long points = plan->points_lane, begin = 16L * (c - 1), end = begin + 31;
+    long points = plan->points_lane, begin = 16L * (c - 1) - reach_of(plan),
+         end = begin + 31 + 2 * reach_of(plan);
     long final = (long)plan->blocks_lane - 1;
     *first = begin <= 0 ? 0 : (size_t)(begin / points > final ? final : begin / points);
     *last = (size_t)(end / points > final ? final : end / points);
@@ -174,7 +181,7 @@ static int is_clipped(const cvol_sheet_plan *plan, size_t lane, size_t row, size
     for (int k = 0; k < 3; k++) {
         const double lo = (double)(place[k] * (size_t)block[k]);
         centre[k] = lo + (block[k] - 1) / 2.0;
-        half[k] = (block[k] - 1) / 2.0 + plan->pitch_sheet + (1 + around + plan->lit) * pitch[k] +
+        half[k] = (block[k] - 1) / 2.0 + plan->pitch_sheet + (1 + around + plan->reach) * pitch[k] +
                   0.1;
         if (centre[k] + half[k] < plan->lo[k] || centre[k] - half[k] > plan->hi[k])
             return 1;
@@ -217,6 +224,24 @@ static void clip_layer(const cvol_layer_skip *skip, const cvol_sheet_plan *plan,
         }
 }
 
+/* Whether the rows that a line looks at lie in two rows of blocks at most. */
+static int spans_two_rows(const cvol_sheet_plan *plan)
+{
+    return 1 + 2 * reach_of(plan) <= plan->points_row;
+}
+
+/* Everything is to be looked at. */
+static void open_all(const cvol_layer_skip *skip, const cvol_skip_source *source, size_t first_row,
+                     size_t last_row)
+{
+    const size_t windows = (size_t)skip->windows, lanes = source->plan->blocks_lane,
+                 rows = last_row - first_row + 1;
+    const int bits = CVOL_WINDOW_SEEN | (source->masked ? CVOL_WINDOW_MASKED : 0);
+    memset(skip->within + first_row * windows, bits, rows * windows);
+    memset(skip->across + first_row * windows, bits, rows * windows);
+    memset(skip->touched + first_row * lanes, CVOL_TOUCHED_DRAWN, rows * lanes);
+}
+
 void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_skip_source *source, size_t layer,
                           size_t first_row, size_t last_row)
 {
@@ -250,6 +275,8 @@ void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_skip_source *s
                     skip->touched[(row + 1) * lanes + lane] |= (uint8_t)across;
             }
         }
+    if (!spans_two_rows(plan))
+        open_all(skip, source, first_row, last_row);
     if (plan->clipped)
         clip_layer(skip, plan, layer, first_row, last_row);
 }
@@ -297,7 +324,8 @@ int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, siz
                        size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end)
 {
     int left, right, top, bottom;
-    const double beyond = plan->lapped ? 2 : 0; /* points that the block's own reach */
+    /* Points that the block's own reach. */
+    const double beyond = (plan->lapped ? 2 : 0) + reach_of(plan);
     cvol_sheet_crossing from = cvol_sheet_cross(plan, cvol_sheet_place(plan, z_begin)),
                         to = cvol_sheet_cross(plan, cvol_sheet_place(plan, z_end - 1));
     if (from.scale <= 0 && to.scale <= 0) /* behind the eye */

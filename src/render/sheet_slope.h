@@ -23,6 +23,16 @@ CVOL_INLINE slope find_slope(const line_job *job, const sheet_line *sheet, int g
     const long i = group * CVOL_GROUP + k * CVOL_LANES, row = job->layer->row_stride;
     const float *w = sheet->weights;
     slope out;
+#if SHEET_EXTRAS
+    if (job->layer->wide) {
+        const float *at = sheet->view.near;
+        out.lane = reconstruct_widely(job, sheet, at + 1, group, k) -
+                   reconstruct_widely(job, sheet, at - 1, group, k);
+        out.row = reconstruct_widely(job, sheet, at + row, group, k) -
+                  reconstruct_widely(job, sheet, at - row, group, k);
+        return (slope){out.lane * job->table->scale, out.row * job->table->scale};
+    }
+#endif
     if (unit) {
         const float *near = sheet->near + i, *far = sheet->far + i;
         const float *above = near - row, *below = far + row;
@@ -79,10 +89,16 @@ CVOL_COLD slope find_slope_masked(const line_job *job, const sheet_line *sheet, 
         line_view view = sheet->view;
         view.near += row * layer->row_stride;
         view.far += row * layer->row_stride;
-        value[n] = unit ? reconstruct_unit_masked(&cover[n], &view, &sheet->footprint, x + lane,
-                                                  layer->cover_at)
-                        : reconstruct_finer_masked(&cover[n], &view, position + lane, step,
-                                                   layer->cover_at);
+#if SHEET_EXTRAS
+        if (layer->wide)
+            value[n] = reconstruct_widely_masked(&cover[n], job, sheet,
+                                                 lane + row * layer->row_stride, group, k, unit);
+        else
+#endif
+            value[n] = unit ? reconstruct_unit_masked(&cover[n], &view, &sheet->footprint, x + lane,
+                                                      layer->cover_at)
+                            : reconstruct_finer_masked(&cover[n], &view, position + lane, step,
+                                                       layer->cover_at);
         value[n] *= job->table->scale;
     }
     return (slope){weigh_differences(value[1] - value[0], value[0] - value[2], cover[1], cover[2]),

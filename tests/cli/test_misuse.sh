@@ -157,9 +157,15 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     expect_failure 2 'modes composite and iso, not mip' $command --mode mip --step 0.5
     expect_failure 2 '--oversample is 5' $command --oversample 5
     expect_failure 2 '--oversample is for engine sheet' $command --engine ray --oversample 2
-    for option in '--footprint box' '--footprint-size 5' '--sigma 1' '--order back'; do
+    for option in '--footprint-size 5' '--footprint-plane view' '--order back'; do
         expect_failure 2 "${option%% *} is for engines splat and transform" $command $option
     done
+    for option in '--footprint box' '--sigma 1'; do
+        expect_failure 2 "${option%% *} is for engines sheet, splat and transform" $command --engine ray $option
+    done
+    expect_failure 2 'must be linear, catmull-rom, b-spline or gaussian' $command --footprint box
+    expect_failure 2 '--sigma is for --footprint gaussian, this is linear' $command --sigma 1
+    refuse $command --footprint gaussian --sigma -- '' $number 0.4 1.1
     refuse $command --engine splat --footprint -- '' x Box gauss
     refuse $command --engine splat --footprint-size -- '' x 2 32 0 -5 3.5 5x5
     refuse $command --engine splat --sigma -- '' $number 0 -1 0.1 32

@@ -209,6 +209,14 @@ for option in '--footprint cone' '--footprint sinc' '--footprint box' '--footpri
     expect_done cvol render a.cvol -o after.png $view --engine splat $option
     expect_other_file splat.png after.png
 done
+expect_done cvol render a.cvol -o linear.png $view --footprint linear
+expect_same_file linear.png sheet.png
+for option in catmull-rom b-spline gaussian 'gaussian --sigma 0.6'; do
+    expect_done cvol render a.cvol -o after.png $view --footprint $option --json
+    expect_other_file sheet.png after.png
+    expect_done cvol compare sheet.png after.png --json
+    expect_number "$(value_of psnr_db)" '>=' 25
+done
 for threads in 1 2 3; do
     expect_done cvol render a.cvol -o threads$threads.png $view --engine splat --shade --threads $threads
 done
