@@ -72,4 +72,27 @@ for file in tiff/rows.tif tiff/deflate.tif tiff/tiles.tif tiff/big.tif tiff/stac
     cp "$file" "$out/../volume/$(echo "$file" | tr / _)"
 done
 
+/usr/bin/python3 - "$out/../volume" <<'END'
+import sys
+
+import h5py
+import numpy as np
+
+def samples(kind, shape=(4, 5, 6)):
+    return (np.arange(np.prod(shape)).reshape(shape) * 7 % 251).astype(kind)
+
+def write(name, volume, libver="earliest", **options):
+    with h5py.File(f"{sys.argv[1]}/hdf5_{name}.h5", "w", libver=libver) as file:
+        file.create_dataset("d", data=volume, **options)
+
+write("contiguous", samples(">i2"))
+write("chunks", samples("u2", (5, 6, 7)), chunks=(2, 3, 4))
+write("latest", samples("f4"), "latest", chunks=(2, 5, 6), compression="gzip", fletcher32=True)
+with h5py.File(f"{sys.argv[1]}/hdf5_group.h5", "w", userblock_size=512) as file:
+    data = file.create_dataset("g/d", data=samples("u1", (2, 3, 4, 5, 3)), chunks=(1, 2, 4, 5, 3),
+                               compression="gzip", shuffle=True)
+    data.attrs["element_size_um"] = [3.0, 2.0, 1.0]
+    file["g/line"] = np.zeros(3, "f8")
+END
+
 for file in "$out"/*.cvol; do "$tools/cvol" verify "$file"; done

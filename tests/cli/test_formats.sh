@@ -116,6 +116,8 @@ if [ -e hdf5/many.h5 ]; then
     expect_failure 1 'arrays.h5:/seven: its array has 7 axes, and axis 0 has 2 places; five can be read' \
         cvol info hdf5/arrays.h5:/seven
     expect_failure 2 'four.h5: has 3 volumes; choose one with --time 0 to 2' cvol info hdf5/four.h5
+    expect_failure 1 'its dataset is larger than what the file has of it' \
+        cvol info "$(dirname "$CVOL_DOC")/tests/crashers/hdf5_header_ends_early.h5"
     head -c 3000 hdf5/one.h5 >cut.h5
     expect_failure 1 'cut.h5: ' cvol info cut.h5
 fi

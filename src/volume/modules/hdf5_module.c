@@ -174,17 +174,36 @@ static void read_spacing(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape)
         H5Aclose(attribute);
 }
 
-/* Raw samples lie within the file. */
-static int check_storage(const cvol_hdf5_dataset *d)
+/* Bytes of all samples as the file has them; 0 if nothing can count them. */
+static uint64_t samples_bytes(const cvol_hdf5_dataset *d, const cvol_hdf5_shape *shape)
 {
+    hid_t type = H5Dget_type(d->dataset);
+    uint64_t bytes = type >= 0 ? H5Tget_size(type) : 0;
+    if (type >= 0)
+        H5Tclose(type);
+    for (int i = 0; i < shape->rank; i++)
+        if (__builtin_mul_overflow(bytes, shape->dims[i], &bytes))
+            return 0;
+    return bytes;
+}
+
+/* Samples that are no chunks are all there: raw ones within the file (none, where they were never
+ * written), and those in the dataset's header, behind whose end libhdf5 1.10 reads on. */
+static int check_storage(const cvol_hdf5_dataset *d, const cvol_hdf5_shape *shape)
+{
+    const uint64_t bytes = samples_bytes(d, shape), stored = H5Dget_storage_size(d->dataset);
     hsize_t size = 0;
     hid_t plan = H5Dget_create_plist(d->dataset);
-    const int raw = plan >= 0 && H5Pget_layout(plan) == H5D_CONTIGUOUS &&
-                    H5Pget_external_count(plan) == 0;
+    const H5D_layout_t layout = plan >= 0 ? H5Pget_layout(plan) : H5D_LAYOUT_ERROR;
+    const int elsewhere = plan >= 0 && H5Pget_external_count(plan) != 0;
     if (plan >= 0)
         H5Pclose(plan);
-    return !raw ||
-           (H5Fget_filesize(d->file, &size) >= 0 && H5Dget_storage_size(d->dataset) <= size);
+    if (layout == H5D_COMPACT)
+        return bytes && stored >= bytes;
+    if (layout != H5D_CONTIGUOUS || elsewhere)
+        return 1;
+    return H5Fget_filesize(d->file, &size) >= 0 && stored <= size &&
+           (!stored || (bytes && stored >= bytes));
 }
 
 /* Once more, with room for all chunks that a sheet touches: else each would be unpacked for every
@@ -259,8 +278,8 @@ static int open_unlocked(cvol_hdf5_dataset *d, cvol_hdf5_shape *shape, const cha
                  "floats, are)");
         return 0;
     }
-    if (!check_storage(d)) {
-        snprintf(message, room, "its dataset is larger than the file");
+    if (!check_storage(d, shape)) {
+        snprintf(message, room, "its dataset is larger than what the file has of it");
         return 0;
     }
     read_spacing(d, shape);
