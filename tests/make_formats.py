@@ -69,13 +69,15 @@ def make_tiff():
     # ImageJ: times, slices, channels, y, x
     many = samples("u2", (2, 5, 3, 7, 9))
     tifffile.imwrite("imagej.tif", many, imagej=True, resolution=(1 / 0.25, 1 / 0.25),
-                     metadata={"axes": "TZCYX", "spacing": 1.5, "unit": "um"})
+                     metadata={"axes": "TZCYX", "spacing": 1.5, "unit": "um", "finterval": 0.5})
     announce("imagej.tif", many[1, :, 2], (0.25, 0.25, 1.5, "um"), "index=1", "channel=2")
     one = samples("u1")
     tifffile.imwrite("stack.tif", one, imagej=True, resolution=(2, 4), metadata={"axes": "ZYX", "spacing": 3, "unit": "um"})
     announce("stack.tif", one, (0.5, 0.25, 3))
     tifffile.imwrite("ome.ome.tif", many, photometric="minisblack",
-                     metadata={"axes": "TZCYX", "PhysicalSizeX": 0.1, "PhysicalSizeY": 0.2, "PhysicalSizeZ": 0.4})
+                     metadata={"axes": "TZCYX", "PhysicalSizeX": 0.1, "PhysicalSizeY": 0.2, "PhysicalSizeZ": 0.4,
+                               "TimeIncrement": 250.0, "TimeIncrementUnit": "ms",
+                               "Channel": {"Name": ["DAPI", "a & <b>", "\u03b1-tubulin"], "Color": [65535, 16711935, -1]}})
     announce("ome.ome.tif", many[0, :, 1], (0.1, 0.2, 0.4, "um"), "index=0", "channel=1")
     colours = samples("u1", (5, 7, 9, 3))
     tifffile.imwrite("rgb.tif", colours, photometric="rgb")

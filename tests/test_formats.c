@@ -78,6 +78,45 @@ static void test_descriptions(void **state)
     assert_true(s.slice_step == 1 && s.channel_step == 5 && s.time_step == 10);
 }
 
+/* Of one channel, whose element says this of its name and colour. */
+static cvol_channel_label label_of(const char *attributes)
+{
+    char text[400];
+    snprintf(text, sizeof text,
+             "<?xml version=\"1.0\"?><!-- > --><OME><Image Name=\"no\"><Pixels SizeC=\"1\" "
+             "TimeIncrement=\"nan\"><Channel ID=\"a>b\" %s><Name/></Channel><Channel "
+             "Name=\"second\"/></Pixels><Pixels><Channel Name=\"third\"/></Pixels></Image></OME>",
+             attributes);
+    cvol_labels labels = {.channels = 0};
+    assert_true(cvol_tiff_read_labels(&labels, text, 1, 1));
+    assert_true(labels.channels == 1 && labels.time_step == 0);
+    const cvol_channel_label label = labels.channel[0];
+    free(labels.channel);
+    return label;
+}
+
+static void test_labels(void **state)
+{
+    (void)state;
+    assert_string_equal(label_of("").name, "");
+    assert_string_equal(label_of("Name='&lt;&amp;lt;&gt;'").name, "<&lt;>");
+    assert_string_equal(label_of("Name=\"a\nb\"").name, ""); /* no line of its own */
+    assert_string_equal(label_of("Name=\"\xff\"").name, "");
+    assert_string_equal(label_of("Name=\"\xed\xa0\x80\"").name, "");
+    assert_string_equal(label_of("Name=\"\xce\"").name, "");
+    char name[64 + 3 * 30] = "Name=\"x";
+    for (int i = 0; i < 30; i++)
+        strcat(name, "\xe2\x82\xac");
+    assert_int_equal(strlen(label_of(strcat(name, "\"")).name), 61); /* 20 of three bytes */
+    const cvol_channel_label red = label_of("Color=\"-16776961\"");
+    assert_true(red.has_colour && red.colour[0] == 1 && red.colour[1] == 0 && red.colour[2] == 0);
+    assert_false(label_of("Color=\"99999999999\"").has_colour);
+    cvol_labels labels = {.channels = 0};
+    assert_true(cvol_tiff_read_labels(&labels, "ImageJ=1\nfinterval=2\ntunit=min\n", 3, 1));
+    assert_true(labels.time_step == 2 && labels.channels == 0);
+    assert_string_equal(labels.time_unit, "min");
+}
+
 static void test_base64(void **state)
 {
     (void)state;
@@ -308,10 +347,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_natural_order), cmocka_unit_test(test_descriptions),
-        cmocka_unit_test(test_base64),        cmocka_unit_test(test_xml),
-        cmocka_unit_test(test_half),          cmocka_unit_test(test_names_inside),
-        cmocka_unit_test(test_round_trip),    cmocka_unit_test(test_tiff_spacing),
-        cmocka_unit_test(test_damage),        cmocka_unit_test(test_lies),
+        cmocka_unit_test(test_labels),        cmocka_unit_test(test_base64),
+        cmocka_unit_test(test_xml),           cmocka_unit_test(test_half),
+        cmocka_unit_test(test_names_inside),  cmocka_unit_test(test_round_trip),
+        cmocka_unit_test(test_tiff_spacing),  cmocka_unit_test(test_damage),
+        cmocka_unit_test(test_lies),
     };
     return cmocka_run_group_tests(tests, open_all, close_all);
 }

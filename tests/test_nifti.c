@@ -151,6 +151,48 @@ static void test_nifti_series(void **state)
                     "11 of the 12 bytes", "");
 }
 
+/* How far the volumes of a series are apart, where the header says it and where it does not. */
+static void expect_step(const header *h, const char *file, size_t length, double step,
+                        const char *unit)
+{
+    uint8_t bytes[544 + 36];
+    memcpy(bytes, h->bytes, length);
+    memcpy(bytes + length, counting, 36);
+    const cvol_read_options first = {.has_index = 1};
+    cvol_volume_stream *s;
+    check_ok(cvol_volume_stream_open(context, &s, write_bytes(file, bytes, length + 36), &first));
+    const char *found;
+    assert_true(cvol_volume_stream_time_step(s, &found) == step);
+    assert_string_equal(found, unit);
+    assert_string_equal(cvol_volume_stream_channel_name(s, 0), "");
+    double rgb[3];
+    assert_int_equal(cvol_volume_stream_channel_colour(s, 0, rgb), 0);
+    cvol_volume_stream_close(s);
+}
+
+static void test_nifti_time_step(void **state)
+{
+    (void)state;
+    for (int swapped = 0; swapped < 2; swapped++) {
+        header h = nifti1(swapped);
+        set_dims(&h, 4, 2, 3, 2, 3);
+        set_float(&h, 76 + 16, 2.5);
+        h.bytes[123] = 2 | 8; /* mm, s */
+        expect_step(&h, "t.nii", 352, 2.5, "s");
+        h.bytes[123] = 2 | 16;
+        expect_step(&h, "t.nii", 352, 2.5, "ms");
+        h.bytes[123] = 32;
+        expect_step(&h, "t.nii", 352, 2.5, "Hz");
+        h.bytes[123] = 2;
+        expect_step(&h, "t.nii", 352, 2.5, "");
+        h.bytes[123] = 2 | 8;
+        set_float(&h, 76 + 16, 0);
+        expect_step(&h, "t.nii", 352, 0, "");
+        set_float(&h, 76 + 16, -1);
+        expect_step(&h, "t.nii", 352, 0, "");
+    }
+}
+
 /* Reads `paths`, one packed, and compares with sample i at first + i step of those that count. */
 static void expect_channel(const char *const paths[2], int index, int channel, int first, int step)
 {
@@ -289,11 +331,11 @@ static void test_nifti_gzip(void **state)
 int main(void)
 {
     const struct CMUnitTest reading[] = {
-        cmocka_unit_test(test_nifti_plain),    cmocka_unit_test(test_nifti_affine),
-        cmocka_unit_test(test_nifti_wide),     cmocka_unit_test(test_nifti_pair),
-        cmocka_unit_test(test_nifti_dims),     cmocka_unit_test(test_nifti_series),
-        cmocka_unit_test(test_nifti_lies),     cmocka_unit_test(test_nifti_gzip),
-        cmocka_unit_test(test_nifti_channels),
+        cmocka_unit_test(test_nifti_plain),     cmocka_unit_test(test_nifti_affine),
+        cmocka_unit_test(test_nifti_wide),      cmocka_unit_test(test_nifti_pair),
+        cmocka_unit_test(test_nifti_dims),      cmocka_unit_test(test_nifti_series),
+        cmocka_unit_test(test_nifti_time_step), cmocka_unit_test(test_nifti_lies),
+        cmocka_unit_test(test_nifti_gzip),      cmocka_unit_test(test_nifti_channels),
     };
     return cmocka_run_group_tests(reading, open_all, close_all) != 0;
 }

@@ -197,6 +197,19 @@ int choose_volume(cvol_context *context, common_options *common, const char *pat
 /* How many times and channels a file of any kind has that the options leave open. Exit status. */
 int count_volumes(cvol_context *context, common_options *common, const char *path, int *times,
                   int *channels);
+/* What a file of any kind says of its times and channels. */
+typedef struct volume_labels {
+    double *times;   /* [times]; NULL: it does not say it */
+    char *unit;      /* of these */
+    char **names;    /* [channels], "" where there is none */
+    double *colours; /* [3 channels] */
+    int channels;
+} volume_labels;
+/* Of a file that has as many of both as count_volumes says; the caller frees it, after a failure
+ * too. Exit status. */
+int find_labels(cvol_context *context, volume_labels *out, common_options *common, const char *path,
+                int times, int channels);
+void free_labels(volume_labels *labels);
 /* Colours of channels, between commas; as many as there are. Exit status. */
 int parse_colours(double *out, int count, const char *text);
 /* Refuses an output that is the input, or whose folder takes no files. Exit status. */

@@ -15,6 +15,7 @@ typedef struct series_job {
     const char *out_path;
     int times, channels, times_inside, channels_inside; /* in all; in each file */
     int by_channel;                                     /* files are channels, not times */
+    volume_labels said;
     cvol_series_options options;
     cvol_series_writer *writer;
     double least_psnr, most_psnr, max_error, raw_bytes;
@@ -233,16 +234,47 @@ static int write_series(series_job *job)
     return EXIT_DONE;
 }
 
-/* Times, names and colours. */
+/* Of many files the first one's channels, or of files that are channels each one's; times only if
+ * one file has them all: how far files are apart none of them knows. */
+static int find_said(series_job *job)
+{
+    const volume_list *inputs = job->inputs;
+    common_options *common = &job->a->common;
+    if (!job->by_channel || inputs->count == 1)
+        return find_labels(job->context, &job->said, common, inputs->paths[0], job->times_inside,
+                           job->channels_inside);
+    job->said.channels = job->channels;
+    job->said.names = calloc((size_t)job->channels, sizeof *job->said.names);
+    int status = job->said.names ? EXIT_DONE : complain(EXIT_FAILED, "not enough memory");
+    for (int c = 0; c < job->channels && !status; c++) {
+        volume_labels one;
+        status = find_labels(job->context, &one, common, inputs->paths[c], job->times_inside, 1);
+        if (!status) {
+            job->said.names[c] = one.names[0];
+            one.names[0] = NULL;
+        }
+        free_labels(&one);
+    }
+    return status;
+}
+
+/* Times, names and colours: what was asked for, else what the files say. */
 static int describe_and_write(series_job *job)
 {
     const compress_arguments *a = job->a;
     const char **names = NULL;
+    const volume_labels *said = &job->said;
     char *names_text = NULL;
     double *times = calloc((size_t)job->times, sizeof *times);
     double *colours = calloc(3 * (size_t)job->channels, sizeof *colours);
     int status = times && colours ? EXIT_DONE : complain(EXIT_FAILED, "not enough memory");
     job->options = (cvol_series_options){.times = job->times, .channels = job->channels};
+    if (!status)
+        status = find_said(job);
+    if (!status && said->times && job->times == job->times_inside) {
+        job->options.time_values = said->times;
+        job->options.time_unit = said->unit;
+    }
     for (int t = 0; !status && a->time_step_given && t < job->times; t++)
         times[t] = t * a->time_step;
     if (a->time_step_given) {
@@ -251,7 +283,8 @@ static int describe_and_write(series_job *job)
     }
     if (!status && a->channel_names)
         status = split_names(&names, &names_text, a->channel_names, job->channels);
-    job->options.channel_names = names;
+    job->options.channel_names = names ? names : (const char *const *)said->names;
+    job->options.channel_colours = said->colours;
     if (!status && a->channel_colours) {
         status = parse_colours(colours, job->channels, a->channel_colours);
         job->options.channel_colours = colours;
@@ -262,6 +295,7 @@ static int describe_and_write(series_job *job)
     free(names_text);
     free(times);
     free(colours);
+    free_labels(&job->said);
     return status;
 }
 

@@ -19,23 +19,17 @@ static int can_be_added(const scene *s, const render_arguments *a)
 }
 
 /* Colours as they were given, as the file has them, or the usual ones. */
-static int find_colours(cvol_context *context, double *colours, int channels,
-                        const render_arguments *a, const char *path)
+static int find_colours(cvol_context *context, double *colours, int channels, render_arguments *a,
+                        const char *path)
 {
     if (a->channel_colours)
         return parse_colours(colours, channels, a->channel_colours);
-    for (int c = 0; c < channels; c++)
-        cvol_series_default_colour(colours + 3 * c, c, channels);
-    if (!cvol_file_is_cvol(path))
-        return EXIT_DONE;
-    cvol_series *series;
-    const int code = cvol_series_read(context, &series, path);
-    if (code)
-        return complain_context(context, code, NULL);
-    for (int c = 0; c < channels; c++)
-        cvol_series_channel_colour(series, c, colours + 3 * c);
-    cvol_series_free(series);
-    return EXIT_DONE;
+    volume_labels said;
+    const int status = find_labels(context, &said, &a->common, path, 1, channels);
+    if (!status)
+        memcpy(colours, said.colours, 3 * (size_t)channels * sizeof *colours);
+    free_labels(&said);
+    return status;
 }
 
 /* Of mode composite: the colours of what is seen become the channel's, as bright as they were. */

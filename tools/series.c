@@ -1,4 +1,5 @@
-/* Files of many volumes: which one is meant, and how many there are. */
+/* Files of many volumes: which one is meant, how many there are, and what the file says of them. */
+#define _GNU_SOURCE
 #include <stdlib.h>
 #include <string.h>
 
@@ -64,6 +65,97 @@ int count_volumes(cvol_context *context, common_options *common, const char *pat
         code = cvol_volume_contents(context, times, channels, path, read);
     }
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
+/* ---- labels --------------------------------------------------------------------------------- */
+
+void free_labels(volume_labels *labels)
+{
+    for (int c = 0; labels->names && c < labels->channels; c++)
+        free(labels->names[c]);
+    free(labels->names);
+    free(labels->unit);
+    free(labels->times);
+    free(labels->colours);
+    *labels = (volume_labels){0};
+}
+
+static int labels_of_series(cvol_context *context, volume_labels *out,
+                            const cvol_read_options *read, const char *path, int times)
+{
+    cvol_series *series;
+    const int code = cvol_series_read(context, &series, path);
+    if (code)
+        return complain_context(context, code, NULL);
+    const int time = read->has_index ? read->index : 0,
+              channel = read->has_channel ? read->channel : 0;
+    if (time < 0 || time > cvol_series_times(series) - times || channel < 0 ||
+        channel > cvol_series_channels(series) - out->channels) {
+        cvol_series_free(series);
+        return complain(EXIT_MISUSED, "%s: has no time %d of channel %d", path, time, channel);
+    }
+    for (int t = 0; t < times; t++)
+        out->times[t] = cvol_series_time(series, time + t);
+    out->unit = strdup(cvol_series_time_unit(series));
+    for (int c = 0; c < out->channels; c++) {
+        out->names[c] = strdup(cvol_series_channel_name(series, channel + c));
+        cvol_series_channel_colour(series, channel + c, out->colours + 3 * c);
+    }
+    cvol_series_free(series);
+    return EXIT_DONE;
+}
+
+static int labels_of_stream(cvol_context *context, volume_labels *out,
+                            const cvol_read_options *read, const char *path, int times)
+{
+    cvol_volume_stream *stream;
+    cvol_read_options first = *read;
+    int all_times, all_channels;
+    int code = cvol_volume_contents(context, &all_times, &all_channels, path, read);
+    first.has_index = first.has_index || all_times > 1;
+    first.has_channel = first.has_channel || all_channels > 1;
+    if (!code)
+        code = cvol_volume_stream_open(context, &stream, path, &first);
+    if (code)
+        return complain_context(context, code, NULL);
+    const char *unit;
+    const double step = cvol_volume_stream_time_step(stream, &unit);
+    for (int t = 0; t < times; t++)
+        out->times[t] = t * step;
+    if (!(step > 0)) {
+        free(out->times);
+        out->times = NULL;
+    }
+    out->unit = strdup(unit);
+    for (int c = 0; c < out->channels; c++) {
+        const int from = read->has_channel ? read->channel : c;
+        out->names[c] = strdup(cvol_volume_stream_channel_name(stream, from));
+        cvol_volume_stream_channel_colour(stream, from, out->colours + 3 * c);
+    }
+    cvol_volume_stream_close(stream);
+    return EXIT_DONE;
+}
+
+int find_labels(cvol_context *context, volume_labels *out, common_options *common, const char *path,
+                int times, int channels)
+{
+    *out = (volume_labels){.times = calloc((size_t)times, sizeof *out->times),
+                           .names = calloc((size_t)channels, sizeof *out->names),
+                           .colours = calloc(3 * (size_t)channels, sizeof *out->colours),
+                           .channels = channels};
+    int status = read_type_name(common);
+    if (!out->times || !out->names || !out->colours)
+        return complain(EXIT_FAILED, "not enough memory");
+    for (int c = 0; c < channels; c++)
+        cvol_series_default_colour(out->colours + 3 * c, c, channels);
+    if (!status)
+        status = cvol_file_is_cvol(path)
+                     ? labels_of_series(context, out, &common->read, path, times)
+                     : labels_of_stream(context, out, &common->read, path, times);
+    for (int c = 0; !status && c < channels; c++)
+        if (!out->names[c])
+            status = complain(EXIT_FAILED, "not enough memory");
+    return !status && !out->unit ? complain(EXIT_FAILED, "not enough memory") : status;
 }
 
 /* ---- colours -------------------------------------------------------------------------------- */

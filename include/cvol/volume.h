@@ -90,6 +90,16 @@ CVOL_API int cvol_volume_stream_open(cvol_context *context, cvol_volume_stream *
                                      const char *path, const cvol_read_options *options);
 /* The file's grid, as long as the stream is open. */
 CVOL_API const cvol_grid *cvol_volume_stream_grid(const cvol_volume_stream *stream);
+/* How far apart the volumes of the file's time series are, 0 if it does not say it (NIfTI's pixdim,
+ * OME's TimeIncrement and ImageJ's finterval do), and in which unit: "s", "ms", ..., or "". */
+CVOL_API double cvol_volume_stream_time_step(const cvol_volume_stream *stream, const char **unit);
+/* What the file calls one of its channels, counted from 0 (OME's Name): UTF-8, at most 63 bytes, ""
+ * if it does not say it; as long as the stream is open. */
+CVOL_API const char *cvol_volume_stream_channel_name(const cvol_volume_stream *stream, int channel);
+/* A channel's colour, each 0 to 1 (OME's Color). 1, or 0 if the file does not say it, and rgb stays
+ * as it is. */
+CVOL_API int cvol_volume_stream_channel_colour(const cvol_volume_stream *stream, int channel,
+                                               double rgb[3]);
 /* Sheets first_sheet .. first_sheet + sheets - 1 into `out`, in the machine's byte order: sheets nx
  * ny samples, x fastest. Calls may come in any order, also after one that failed. Cost: one pass
  * over these samples; in compressed files (NRRD gzip, MetaImage zlib, .nii.gz) also over all that

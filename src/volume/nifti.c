@@ -40,6 +40,8 @@ static const struct {
 #define UNITS (sizeof units / sizeof units[0])
 /* Of xyzt_units, the bits that speak of space. */
 #define SPACE_UNITS 7
+/* And of time, or of what the fourth axis is else. */
+#define TIME_UNITS 0x38
 
 typedef struct nifti {
     cvol_context *context;
@@ -361,6 +363,25 @@ static int choose_volume(nifti *n, cvol_stored *stored, const cvol_read_options 
     return CVOL_OK;
 }
 
+/* The fourth axis's step, if there is one; some are of frequencies. */
+static void read_labels(const nifti *n, cvol_labels *labels)
+{
+    static const struct {
+        int code;
+        const char *name;
+    } names[] = {{NIFTI_UNITS_SEC, "s"}, {NIFTI_UNITS_MSEC, "ms"}, {NIFTI_UNITS_USEC, "us"},
+                 {NIFTI_UNITS_HZ, "Hz"}, {NIFTI_UNITS_PPM, "ppm"}, {NIFTI_UNITS_RADS, "rad/s"}};
+    const double step = get_real(n, n->header.at->pixdim, 4);
+    const int code = (int)get_integer(n, n->header.at->xyzt_units, n->header.at->units_width) &
+                     TIME_UNITS;
+    if (n->volumes < 2 || !(step > 0) || !isfinite(step))
+        return;
+    labels->time_step = step;
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (names[i].code == code)
+            snprintf(labels->time_unit, sizeof labels->time_unit, "%s", names[i].name);
+}
+
 static int find_nifti(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                       const cvol_read_options *options)
 {
@@ -381,6 +402,7 @@ static int find_nifti(cvol_context *context, cvol_grid *grid, cvol_stored *store
     if (code)
         return code;
     read_values(&n);
+    read_labels(&n, &stored->labels);
     if (n.is_pair)
         code = find_pair(&n, &stored->data_path, &n.is_gzip);
     stored->encoding = n.is_gzip ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;

@@ -13,6 +13,27 @@ typedef enum cvol_encoding {
     CVOL_ENCODING_TEXT /* decimal numbers between blanks, line ends or commas; reading only */
 } cvol_encoding;
 
+/* What a channel is called and drawn in; name "": the file does not say it. */
+typedef struct cvol_channel_label {
+    char name[64]; /* UTF-8, and nothing that is not printed */
+    int has_colour;
+    double colour[3];
+} cvol_channel_label;
+
+/* What a file says of the volumes that it has, beside their samples. */
+typedef struct cvol_labels {
+    double time_step;   /* positive and finite; 0: not said */
+    char time_unit[16]; /* "s", "ms", ..., or "" */
+    size_t channels;    /* of which something is said */
+    cvol_channel_label *channel;
+} cvol_labels;
+
+/* The file's text of `size` bytes as a channel's name: bytes that are no UTF-8, or are not printed,
+ * give none. What is too long is cut between letters. */
+void cvol_labels_set_name(cvol_channel_label *channel, const char *text, size_t size);
+/* A unit of time by one of its names; "" if it is none. */
+void cvol_labels_set_unit(cvol_labels *labels, const char *text, size_t size);
+
 /* Sheets that a format's reader makes itself, from many files or with a library's help. */
 typedef struct cvol_sheets {
     void *state;
@@ -35,6 +56,7 @@ typedef struct cvol_stored {
     int may_go_on;        /* other bytes may follow raw samples: a detached file is cut from */
     int others_follow;    /* other volumes: of compressed samples too the end is not theirs */
     int undescribed;      /* the grid is the caller's word for a file of nothing but samples */
+    cvol_labels labels;   /* the list is freed by whoever called the reader */
     cvol_sheets sheets;   /* closed by whoever called the reader */
 } cvol_stored;
 

@@ -278,6 +278,7 @@ void cvol_volume_stream_close(cvol_volume_stream *stream)
     cvol_input_close(&stream->input);
     if (stream->stored.sheets.close)
         stream->stored.sheets.close(stream->stored.sheets.state);
+    free(stream->stored.labels.channel);
     free(stream->sheet);
     free(stream->stored.data_path);
     free(stream->name);
@@ -289,6 +290,27 @@ void cvol_volume_stream_close(cvol_volume_stream *stream)
 const cvol_grid *cvol_volume_stream_grid(const cvol_volume_stream *stream)
 {
     return &stream->grid;
+}
+
+double cvol_volume_stream_time_step(const cvol_volume_stream *stream, const char **unit)
+{
+    *unit = stream->stored.labels.time_unit;
+    return stream->stored.labels.time_step;
+}
+
+const char *cvol_volume_stream_channel_name(const cvol_volume_stream *stream, int channel)
+{
+    const cvol_labels *labels = &stream->stored.labels;
+    return channel >= 0 && (size_t)channel < labels->channels ? labels->channel[channel].name : "";
+}
+
+int cvol_volume_stream_channel_colour(const cvol_volume_stream *stream, int channel, double rgb[3])
+{
+    const cvol_labels *labels = &stream->stored.labels;
+    if (channel < 0 || (size_t)channel >= labels->channels || !labels->channel[channel].has_colour)
+        return 0;
+    memcpy(rgb, labels->channel[channel].colour, sizeof labels->channel[channel].colour);
+    return 1;
 }
 
 cvol_volume *cvol_stream_take_whole(cvol_volume_stream *stream)

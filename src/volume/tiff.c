@@ -296,9 +296,12 @@ static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored
         cvol_tiff_read_description(&said, description, s->first.samples);
         code = find_raw_pages(context, s, &said);
     }
-    free(description);
     if (!code)
         code = choose_slices(context, s, &said, path, options);
+    if (!code && said.known &&
+        !cvol_tiff_read_labels(&stored->labels, description, said.channels, s->first.samples))
+        code = cvol_fail_memory(context, said.channels * sizeof(cvol_channel_label), path);
+    free(description);
     if (code)
         return code;
     *grid = cvol_grid_make(s->first.width, s->first.height, s->count, s->first.type);

@@ -3,15 +3,18 @@
  * ImageJ: lines "key=value" behind "ImageJ=VERSION"; channels run fastest, then slices, then times;
  * x and y resolution are tags, in pixels per unit (imagej.net, ij.io.TiffEncoder).
  * OME: XML, whose first Pixels element has SizeZ, SizeC, SizeT, DimensionOrder and PhysicalSizeX..Z
- * (docs.openmicroscopy.org/ome-model). Only these attributes are looked for. */
+ * (docs.openmicroscopy.org/ome-model). Only these attributes are looked for; and for labels
+ * TimeIncrement, and Name and Color of the Channel elements within. */
 #define _GNU_SOURCE
 #include "volume/tiff_stack.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "volume/text.h"
+#include "volume/xml.h"
 
 /* ---- values -------------------------------------------------------------------------- */
 
@@ -175,4 +178,100 @@ void cvol_tiff_read_description(cvol_tiff_stack *stack, const char *text, size_t
         read_imagej(stack, text);
     else if (strstr(text, "<OME") && (pixels = strstr(text, "<Pixels")))
         read_ome(stack, pixels, samples);
+}
+
+/* ---- labels -------------------------------------------------------------------------- */
+
+/* ImageJ: seconds unless tunit says something else. */
+static void read_imagej_labels(cvol_labels *labels, const char *text)
+{
+    snprintf(labels->time_unit, sizeof labels->time_unit, "s");
+    while (*text) {
+        const size_t size = strcspn(text, "\r\n");
+        if (size > 10 && !memcmp(text, "finterval=", 10))
+            labels->time_step = read_length(text + 10, size - 10);
+        else if (size > 6 && !memcmp(text, "tunit=", 6))
+            cvol_labels_set_unit(labels, text + 6, size - 6);
+        text += size;
+        text += strspn(text, "\r\n");
+    }
+}
+
+/* An attribute's text, what stands for letters of markup put back. */
+static void read_name(cvol_channel_label *channel, const char *text, size_t size)
+{
+    static const struct {
+        const char *code;
+        char letter;
+    } codes[] = {{"&amp;", '&'}, {"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&apos;", '\''}};
+    char plain[256];
+    size_t length = 0;
+    for (size_t at = 0; at < size && length < sizeof plain; length++) {
+        plain[length] = text[at];
+        size_t step = 1;
+        for (size_t i = 0; i < sizeof codes / sizeof *codes; i++) {
+            const size_t code = strlen(codes[i].code);
+            if (size - at >= code && !memcmp(text + at, codes[i].code, code)) {
+                plain[length] = codes[i].letter;
+                step = code;
+            }
+        }
+        at += step;
+    }
+    cvol_labels_set_name(channel, plain, length);
+}
+
+/* Red, green, blue and opacity as the bytes of one signed number. */
+static void read_colour(cvol_channel_label *channel, const char *text, size_t size)
+{
+    int64_t value;
+    if (!cvol_text_integer(text, size, &value) || value < INT32_MIN || value > UINT32_MAX)
+        return;
+    channel->has_colour = 1;
+    for (int k = 0; k < 3; k++)
+        channel->colour[k] = (double)((uint32_t)value >> (24 - 8 * k) & 255) / 255;
+}
+
+/* Channel elements of the first Pixels; those that are samples of one pixel share a name. */
+static void read_ome_labels(cvol_labels *labels, const char *text, size_t samples)
+{
+    cvol_xml_tag tag;
+    size_t size, next = 0;
+    const char *value;
+    int within = 0;
+    for (; cvol_xml_next(&tag, text); text = tag.end + 1) {
+        if (cvol_xml_is(&tag, "Pixels")) {
+            if (within || tag.closes)
+                return;
+            within = 1;
+            value = cvol_xml_attribute(&tag, "TimeIncrement", &size);
+            labels->time_step = value ? read_length(value, size) : 0;
+            value = cvol_xml_attribute(&tag, "TimeIncrementUnit", &size);
+            cvol_labels_set_unit(labels, value ? value : "s", value ? size : 1);
+        } else if (within && cvol_xml_is(&tag, "Channel") && !tag.closes) {
+            if (samples == 1 && next < labels->channels) {
+                cvol_channel_label *channel = &labels->channel[next++];
+                if ((value = cvol_xml_attribute(&tag, "Name", &size)))
+                    read_name(channel, value, size);
+                if ((value = cvol_xml_attribute(&tag, "Color", &size)))
+                    read_colour(channel, value, size);
+            }
+        }
+    }
+}
+
+int cvol_tiff_read_labels(cvol_labels *labels, const char *text, size_t channels, size_t samples)
+{
+    if (!text)
+        return 1;
+    if (!strncmp(text, "ImageJ=", 7)) {
+        read_imagej_labels(labels, text);
+        return 1;
+    }
+    if (!strstr(text, "<OME"))
+        return 1;
+    labels->channel = calloc(channels, sizeof *labels->channel);
+    labels->channels = labels->channel ? channels : 0;
+    read_ome_labels(labels, text, samples);
+    return labels->channel != NULL;
 }

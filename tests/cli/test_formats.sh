@@ -46,6 +46,26 @@ if [ -e tiff/imagej.tif ]; then
         cvol render tiff/imagej.tif -o x.png --channel 3
     expect_done cvol info tiff/imagej.tif --channel 2 --index 1
 
+    # Times and channels keep what the file says of them.
+    expect_done cvol compress tiff/ome.ome.tif -o ome.cvol --psnr 20
+    expect_done cvol info ome.cvol --json
+    expect_equal "$(value_of time_values)" '[0.0,250.0]'
+    expect_equal "$(value_of time_unit)" ms
+    expect_equal "$(value_of channel.0.name)" DAPI
+    expect_equal "$(value_of channel.0.colour)" '[0.0,0.0,1.0]'
+    expect_equal "$(value_of channel.1.name)" 'a & <b>'
+    expect_equal "$(value_of channel.1.colour)" '[0.0,1.0,0.0]'
+    expect_equal "$(value_of channel.2.name)" 'α-tubulin'
+    expect_done cvol compress ome.cvol -o same.cvol --psnr 15 --channel-names A,B,C
+    expect_done cvol info same.cvol --json
+    expect_equal "$(value_of time_values)" '[0.0,250.0]'
+    expect_equal "$(value_of channel.2.name)" C
+    expect_done cvol compress tiff/imagej.tif -o imagej.cvol --psnr 20 --channel 0 --time-step 3
+    expect_done cvol compress tiff/imagej.tif -o imagej.cvol --psnr 20 --channel 0
+    expect_done cvol info imagej.cvol --json
+    expect_equal "$(value_of time_values)" '[0.0,0.5]'
+    expect_equal "$(value_of time_unit)" s
+
     head -c 500 tiff/u2.tif >cut.tif
     expect_failure 1 'cut.tif:' cvol info cut.tif
     expect_done cvol compress tiff/slices out.cvol --spacing 2,3,4

@@ -1,0 +1,57 @@
+/* Names of channels and units of time as files spell them. */
+#include <string.h>
+
+#include "volume/stored.h"
+
+/* Bytes of the letter that begins here and ends before `size`; 0: it is none that is printed. */
+static size_t letter_bytes(const uint8_t *text, size_t size)
+{
+    const uint8_t first = text[0];
+    if (first < 0x80)
+        return first >= ' ' && first != 0x7f;
+    const size_t bytes = first >= 0xc2 && first < 0xe0   ? 2
+                         : first >= 0xe0 && first < 0xf0 ? 3
+                         : first >= 0xf0 && first < 0xf5 ? 4
+                                                         : 0;
+    if (!bytes || bytes > size)
+        return 0;
+    for (size_t i = 1; i < bytes; i++)
+        if ((text[i] & 0xc0) != 0x80)
+            return 0;
+    /* Too long for what they say, halves of pairs, beyond the last letter; and control codes. */
+    const unsigned two = (unsigned)first << 8 | text[1];
+    const int odd = (two >= 0xe080 && two < 0xe0a0) || (two >= 0xeda0 && two < 0xee00) ||
+                    (two >= 0xf080 && two < 0xf090) || two >= 0xf490 ||
+                    (two >= 0xc280 && two < 0xc2a0);
+    return odd ? 0 : bytes;
+}
+
+void cvol_labels_set_name(cvol_channel_label *channel, const char *text, size_t size)
+{
+    size_t kept = 0;
+    memset(channel->name, 0, sizeof channel->name);
+    for (size_t at = 0, bytes; at < size; at += bytes) {
+        bytes = letter_bytes((const uint8_t *)text + at, size - at);
+        if (!bytes)
+            return;
+        if (at + bytes < sizeof channel->name)
+            kept = at + bytes;
+        else
+            break;
+    }
+    memcpy(channel->name, text, kept);
+}
+
+void cvol_labels_set_unit(cvol_labels *labels, const char *text, size_t size)
+{
+    static const char *const names[][2] = {
+        {"s", "s"},          {"sec", "s"},   {"seconds", "s"}, {"second", "s"},
+        {"ms", "ms"},        {"msec", "ms"}, {"us", "us"},     {"\xc2\xb5s", "us"},
+        {"\xce\xbcs", "us"}, {"ns", "ns"},   {"min", "min"},   {"minutes", "min"},
+        {"h", "h"},          {"hour", "h"},  {"hours", "h"},   {"d", "d"},
+        {"day", "d"},        {"days", "d"},  {"minute", "min"}};
+    memset(labels->time_unit, 0, sizeof labels->time_unit);
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (strlen(names[i][0]) == size && !memcmp(names[i][0], text, size))
+            memcpy(labels->time_unit, names[i][1], strlen(names[i][1]));
+}
