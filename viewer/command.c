@@ -291,6 +291,8 @@ static void put_look(FILE *out, const view *v)
         put_other(out, "--step", &o->step_voxels, none, 1);
     if (o->oversample > 0)
         put_other(out, "--oversample", &o->oversample, &one, 1);
+    if (o->sheet.footprint != CVOL_SHEET_LINEAR)
+        fprintf(out, " --footprint %s", view_footprints[o->sheet.footprint]);
 }
 
 /* NULL: no memory. */

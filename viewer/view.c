@@ -12,6 +12,8 @@ static const char *const mode_names[] = {[CVOL_MODE_COMPOSITE] = "composite",
                                          [CVOL_MODE_MIN] = "min",
                                          [CVOL_MODE_ISO] = "iso"};
 
+const char *const view_footprints[] = {"linear", "catmull-rom", "b-spline", "gaussian"};
+
 static void take_mode(view *v, fields *f)
 {
     char name[16] = "composite";
@@ -22,6 +24,19 @@ static void take_mode(view *v, fields *f)
             return;
         }
     fields_fail(f, "%smode is '%s', must be composite, xray, mip, min or iso", f->within, name);
+}
+
+static void take_footprint(view *v, fields *f)
+{
+    char name[16] = "linear";
+    take_text(f, "footprint", name, sizeof name);
+    for (int k = CVOL_SHEET_LINEAR; k <= CVOL_SHEET_GAUSSIAN; k++)
+        if (!strcmp(view_footprints[k], name)) {
+            v->options.sheet.footprint = (cvol_sheet_footprint)k;
+            return;
+        }
+    fields_fail(f, "%sfootprint is '%s', must be linear, catmull-rom, b-spline or gaussian",
+                f->within, name);
 }
 
 static void take_camera(view *v, fields *f)
@@ -227,6 +242,7 @@ int view_take(view *out, volumes *all, fields *f)
         fields_fail(f, "%sbackground must be three numbers within 0 and 1", f->within);
     take_number(f, "step", &options->step_voxels, 0, 64);
     take_number(f, "oversample", &options->oversample, 0.25, 4);
+    take_footprint(out, f);
     fields_end(f);
     const cvol_histogram *h = &out->volume->histogram;
     if (!out->has_surface_value)

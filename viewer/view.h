@@ -18,6 +18,9 @@ typedef struct view {
     int has_surface_value;
 } view;
 
+/* Names of cvol_sheet_footprint. */
+extern const char *const view_footprints[];
+
 /* Takes the fields of a view. 0, or the status of HTTP whose sentence f->error then is. */
 int view_take(view *out, volumes *all, fields *f);
 /* Frees what it holds. */

@@ -9,6 +9,7 @@ from . import _abi
 
 _MODES = {"composite": 1, "xray": 2, "mean": 2, "mip": 3, "min": 4, "iso": 5}
 _FOOTPRINTS = {"gaussian": 1, "cone": 2, "sinc": 3, "box": 4}
+_SHEET_FOOTPRINTS = {"linear": 0, "catmull-rom": 1, "b-spline": 2, "gaussian": 3}
 _COLOURS = {"black": (0.0, 0.0, 0.0), "white": (1.0, 1.0, 1.0), "transparent": (0.0, 0.0, 0.0)}
 
 
@@ -108,7 +109,10 @@ def make_options(azimuth: float, elevation: float, look: dict[str, Any], engine:
     options.background[:] = colour(look["background"], "background")
     if look["window"] is not None and options.mode in (2, 3, 4):
         options.window[:] = numbers(look["window"], 2, "window")
-    options.splat.footprint = _one_of(look["footprint"], _FOOTPRINTS, "footprint")
+    if look["footprint"] is not None and engine == "sheet":
+        options.sheet.footprint = _one_of(look["footprint"], _SHEET_FOOTPRINTS, "footprint")
+    elif look["footprint"] is not None:
+        options.splat.footprint = _one_of(look["footprint"], _FOOTPRINTS, "footprint")
     options.splat.size = look["footprint_size"]
     options.fourier.depth_cue = look["depth_cue"]
     return options

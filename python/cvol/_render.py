@@ -143,7 +143,7 @@ class Renderer:
         budget_ms: Optional[float] = None,
         annotate: bool = False,
         step: float = 0,
-        footprint: str = "gaussian",
+        footprint: Optional[str] = None,
         footprint_size: int = 5,
         depth_cue: float = 0,
     ) -> NDArray[Any]:
@@ -169,7 +169,9 @@ class Renderer:
         level: 1, 2, 3: every 2nd, 4th, 8th sample, for quick pictures. budget_ms: the finest level that a time
             allows. (Engine sheet.)
         annotate: scale bar, axes, and a bar of colours or greys.
-        step: of engine ray, in samples. footprint, footprint_size: of engines splat and transform.
+        step: of engine ray, in samples. footprint: of engine sheet, "linear" (if none is given),
+            "catmull-rom", "b-spline" or "gaussian"; of engines splat and transform, "gaussian" (the same), "sinc",
+            "box" or, splat only, "cone". footprint_size: of these two.
         depth_cue: of engine fourier, 0 to 1.
         """
         look = {name: value for name, value in locals().items() if name not in ("self", "azimuth", "elevation")}

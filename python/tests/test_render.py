@@ -37,6 +37,17 @@ def test_engines_agree(volume):
     assert volume.render(engine="fourier", size=64).max() > 0
 
 
+def test_footprints(volume):
+    look = dict(azimuth=30, elevation=20, size=64, zoom=3)
+    plain = volume.render(**look)
+    assert (volume.render(footprint="linear", **look) == plain).all()
+    for footprint in ("catmull-rom", "b-spline", "gaussian"):
+        assert (volume.render(footprint=footprint, **look) != plain).any(), footprint
+    for engine, footprint in (("sheet", "box"), ("splat", "linear")):
+        with pytest.raises(ValueError, match="footprint is"):
+            volume.render(engine=engine, footprint=footprint, **look)
+
+
 def test_looks_differ(volume):
     plain = volume.render(30, 20, size=48)
     for look in (

@@ -29,7 +29,7 @@ VIEW = {"volume": "0", "width": 40, "height": 30, "mode": "composite",
         "transfer": [[0, 0, 0, 0, 0], [120, 1, 0.5, 0, 0.4], [255, 1, 1, 1, 1]], "opacity_scale": 1, "window": [0, 200],
         "light": {"on": True, "direction": [0, 0, 1], "ambient": 0.1, "diffuse": 0.7, "specular": 0.2, "shininess": 10, "gradient_opacity": 0},
         "surface": {"value": 100, "colour": [1, 1, 1]}, "clip": {"box": [1, 30, None, None, 2, 30], "planes": [[1, 0, 0, 3]]},
-        "background": [0, 0, 0], "step": 0, "oversample": 1}
+        "background": [0, 0, 0], "step": 0, "oversample": 1, "footprint": "b-spline"}
 POSTS = {
     "api/1/frame": {"view": VIEW, "quality": "still", "format": "png", "viewer": "a", "sequence": 5},
     "api/1/pick": {"view": VIEW, "x": 0.5, "y": 0.5},

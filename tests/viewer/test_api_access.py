@@ -207,6 +207,7 @@ class Requests(Test):
             "clip": [{"box": [1, 2]}, {"box": "all"}, {"planes": 1}, {"planes": [[1, 2, 3]]}, {"planes": [[0, 0, 1, 0]] * 7}, {"planes": [[1, 0, 0, "a"]]}, 1],
             "background": [[1, 1], [2, 0, 0], "black", [0, 0, -1], None],
             "step": [-1, "a", 1e9], "oversample": [0, 1e9, "a"],
+            "footprint": ["", "Linear", "box", 1, None, long],
         }
         for name, values in wrong.items():
             for value in values:
@@ -273,6 +274,7 @@ class Frames(Test):
             ({"clip": {"box": [5, None, None, 20, 3, 30]}, "opacity_scale": 2}, "--clip 5:,:20,3:30 --opacity-scale 2"),
             ({"clip": {"planes": [[1, 1, 0, 4]]}}, "--clip-plane 1,1,0,4"),
             ({"step": 2, "oversample": 2}, "--step 2 --oversample 2"),
+            ({"footprint": "catmull-rom"}, "--footprint catmull-rom"),
         ]
         for view, options in cases:
             options = options if isinstance(options, tuple) else tuple(options.split())

@@ -33,6 +33,17 @@ export function mountQuality(panel) {
       read: (state) => state.view.oversample,
       write: (oversample) => ({ view: { oversample } }),
     }),
+    select({
+      label: "Between samples",
+      options: [
+        ["linear", "Straight lines"],
+        ["catmull-rom", "Catmull-Rom, cubic"],
+        ["b-spline", "B-spline, smoothest"],
+        ["gaussian", "Gaussian, blurred"],
+      ],
+      read: (state) => state.view.footprint,
+      write: (footprint) => ({ view: { footprint } }),
+    }),
     heading("While it moves"),
     select({
       label: "At least",

@@ -23,6 +23,7 @@ export const DEFAULT_VIEW = {
   background: [0, 0, 0],
   step: 0,
   oversample: 1,
+  footprint: "linear",
 };
 
 // The view as a request has it: what is null or empty stays away.
