@@ -32,6 +32,13 @@ def test_turn(tmp_path, path):
     assert len(list(tmp_path.glob("turn-?.png"))) == 4
 
 
+def test_planes(tmp_path, path):
+    text = run(HERE / "examples" / "planes.py", path, tmp_path, cwd=tmp_path)
+    assert " in bricks of (64, 64, 64) " in text
+    assert "z = 40: decodes 3 of 15 bricks (1/5); in usual ones 2 of 4" in text
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["planes.cvol", "planes.png"]
+
+
 @pytest.mark.parametrize("readme", [HERE / "README.md", HERE.parent / "README.md"], ids=["package", "project"])
 def test_readme(readme, tmp_path, path):
     """All Python blocks, one after the other."""
