@@ -236,6 +236,23 @@ static cvol_sheet_kernel *choose_kernel(cvol_mode mode, int lit, int extras)
                                  : CVOL_SIMD_CHOOSE(cvol_sheet_sum);
 }
 
+/* How samples are kept: in 16 bits where there are kernels that read these, and the table can be
+ * told apart in them. */
+static cvol_sheet_compact choose_compact(cvol_sheet_table *table, const cvol_sheet_plan *plan,
+                                         const cvol_array *array, cvol_mode mode, int extras)
+{
+    const double least = 64, most = CVOL_COMPACT_MOST - 64;
+    const double range = array->range_max - array->range_min;
+    if (mode != CVOL_MODE_COMPOSITE || extras || plan->lit || plan->perspective ||
+        plan->masked == CVOL_SHEET_SOME_VOID || cvol_cpu_best() != CVOL_CPU_AVX512 || !(range > 0))
+        return (cvol_sheet_compact){0, 0};
+    const double scale = (most - least) / range;
+    const cvol_sheet_compact compact = {
+        (float)scale, (float)(least - scale * (array->range_min - array->offset))};
+    cvol_sheet_words_fill(&table->words, table, compact.scale, compact.offset);
+    return table->words.usable ? compact : (cvol_sheet_compact){0, 0};
+}
+
 /* How many lines a band has: all of them for one thread; for more, about four bands each, so that
  * uneven volumes spread, but none so low that bands share most of their blocks. */
 static int choose_band_lines(const cvol_sheet_plan *plan, int threads)
@@ -325,6 +342,23 @@ static int choose_parts(const cvol_sheet_plan *plan, double step_voxels)
     return parts < 1 ? 1 : parts > CVOL_PARTS ? CVOL_PARTS : (int)parts;
 }
 
+/* The table of a frame; of a surface its visibility, too. How samples are kept follows from it. */
+static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan *plan,
+                     const cvol_sheet_subject *subject, cvol_visibility *by_surface,
+                     const cvol_render_options *options, int extras)
+{
+    cvol_sheet_table *table = state->table;
+    table->is_surface = options->mode == CVOL_MODE_ISO;
+    plan->compact = (cvol_sheet_compact){0, 0};
+    if (table->is_surface)
+        return set_surface(context, table, by_surface, subject->array, &options->surface);
+    if (cvol_mode_is_grey(options->mode))
+        return CVOL_OK;
+    cvol_sheet_table_fill(table, subject->array, state->transfer, plan->distance / plan->parts);
+    plan->compact = choose_compact(table, plan, subject->array, options->mode, extras);
+    return CVOL_OK;
+}
+
 /* Draws the pixels of a plan. */
 static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet_subject *subject,
                      cvol_image *image, cvol_sheet_plan *plan, const cvol_view *view,
@@ -342,21 +376,17 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
                       : 1;
     const int extras = image->depth != NULL || plan->parts > 1 || plan->wide || state->counts;
     const int band_lines = choose_band_lines(plan, threads);
+    const int colour = !cvol_mode_is_grey(options->mode);
+    cvol_visibility by_surface;
+    const int code_of_table = set_table(context, state, plan, subject, &by_surface, options,
+                                        extras);
+    if (code_of_table)
+        return code_of_table;
     if (!prepare_image(state, plan, image->depth != NULL, threads) ||
         !prepare_bands(state, plan, threads, band_lines))
         return cvol_fail(context, CVOL_ERROR_MEMORY,
                          "not enough memory to render into an intermediate image of %d x %d",
                          plan->width, plan->height);
-    const int colour = !cvol_mode_is_grey(options->mode);
-    cvol_visibility by_surface;
-    int code;
-    state->table->is_surface = is_surface;
-    if (is_surface &&
-        (code = set_surface(context, state->table, &by_surface, subject->array, &options->surface)))
-        return code;
-    if (colour && !is_surface)
-        cvol_sheet_table_fill(state->table, subject->array, state->transfer,
-                              plan->distance / plan->parts);
     cvol_light light;
     state->table->light = NULL;
     if (plan->lit) {
@@ -375,7 +405,8 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
                                  : &subject->everything,
         .mask = cvol_sheet_subject_mask(subject),
         .background = cvol_sheet_background(array, array->mask),
-        .kernel = choose_kernel(options->mode, plan->lit, extras),
+        .kernel = plan->compact.scale > 0 ? CVOL_SIMD_CHOOSE(cvol_sheet_compact)
+                                          : choose_kernel(options->mode, plan->lit, extras),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,
@@ -385,7 +416,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     };
     if (frame.mask && !plan->level)
         cvol_mask_points_find(frame.mask_points, plan, frame.mask->block);
-    code = draw_bands(context, state, &frame, band_lines, threads);
+    const int code = draw_bands(context, state, &frame, band_lines, threads);
     for (int i = 0; i < state->band_count; i++) {
         state->multiply_adds += state->bands[i].multiply_adds;
         state->bands[i].multiply_adds = 0;

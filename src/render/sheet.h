@@ -29,6 +29,7 @@
 #include "render/engine.h"
 #include "render/light.h"
 #include "render/sheet_wide.h"
+#include "render/sheet_words.h"
 
 #define CVOL_TABLE_SIZE 2048
 /* The most samples from one sheet to the next. */
@@ -69,6 +70,7 @@ typedef struct cvol_sheet_table {
     float piece_rise[4][CVOL_PIECES] __attribute__((aligned(64)));
     int16_t piece_of[CVOL_PIECE_BINS] __attribute__((aligned(64)));
     cvol_pair entries[CVOL_TABLE_SIZE] __attribute__((aligned(64)));
+    cvol_sheet_words words; /* of frames whose samples are kept in 16 bits */
 } cvol_sheet_table;
 
 /* What samples that are no part of the transform are (array/mask.h). */
@@ -291,6 +293,9 @@ typedef struct cvol_layer {
  * weighted sum of the samples, line 1 their weight; `max` and `min`: line 0 the largest or
  * smallest, line 1 becomes 1. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+/* The same where samples are kept in 16 bits, without what is asked for seldom. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_compact,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 /* The same with light, or a surface. A layer without sheets, whose sheets[0].ordinal would be the
  * next, is what rays end with. */

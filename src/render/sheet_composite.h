@@ -201,7 +201,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
         else
             value = unit ? reconstruct_unit(&sheet->view, &sheet->footprint, x + k * CVOL_LANES)
                          : reconstruct_finer(&sheet->view, position, step);
-        value = to_table(job, value);
+        value = sample_to_table(job, value);
         cvol_vf from = known ? g->value[k] : value, to = value, weight = g->length[k];
         if (has_void) { /* where an end has no value, the other's holds */
             const cvol_vf before = known ? g->cover[k] : cover;

@@ -19,6 +19,13 @@ CVOL_INLINE void begin_line(line_job *job, const cvol_layer *layer, const cvol_s
     job->table = table;
     job->line = line;
     job->table_offset = -table->from * table->scale;
+#ifdef SHEET_COMPACT
+    job->sample_scale = table->scale / layer->compact.scale;
+    job->sample_offset = job->table_offset - layer->compact.offset * job->sample_scale;
+#else
+    job->sample_scale = table->scale;
+    job->sample_offset = job->table_offset;
+#endif
 }
 
 CVOL_INLINE void draw_line_of_kind(line_job *job)

@@ -14,12 +14,40 @@
 #include "base/vector.h"
 #include "render/sheet.h"
 
+/* Kernels are compiled for samples of either kind, see cvol_sheet_compact. */
+#ifdef SHEET_COMPACT
+typedef int16_t sheet_sample;
+#else
+typedef float sheet_sample;
+#endif
+
+CVOL_INLINE const sheet_sample *samples_of(const cvol_sheet_view *sheet)
+{
+#ifdef SHEET_COMPACT
+    return sheet->compact;
+#else
+    return sheet->samples;
+#endif
+}
+
+/* CVOL_LANES samples, as they are kept. */
+CVOL_INLINE cvol_vf load_samples(const sheet_sample *from)
+{
+#ifdef SHEET_COMPACT
+    int16_t words __attribute__((vector_size(2 * CVOL_LANES)));
+    memcpy(&words, from, sizeof words);
+    return __builtin_convertvector(words, cvol_vf);
+#else
+    return cvol_load(from);
+#endif
+}
+
 /* Less weight than this is none. */
 #define LEAST_WEIGHT 1e-4f
 
 /* One sheet as one line of the image sees it. */
 typedef struct line_view {
-    const float *near, *far; /* the two rows of samples */
+    const sheet_sample *near, *far; /* the two rows of samples */
     float near_weight, far_weight;
     float enter, leave; /* between which the line's rays are within sheets' and rows' faces, in */
                         /* sheets from this one */
@@ -74,7 +102,7 @@ CVOL_INLINE void view_line(line_view *view, const cvol_layer *layer, const cvol_
     view->windows = find_windows(&view->levels, &y, layer, &layer->windows, r);
     view->far_weight = (float)(r - (double)y);
     view->near_weight = 1 - view->far_weight;
-    view->near = sheet->samples + (sheet->first + y * layer->row_stride);
+    view->near = samples_of(sheet) + (sheet->first + y * layer->row_stride);
     view->far = view->near + layer->row_stride;
 }
 
@@ -163,20 +191,20 @@ CVOL_INLINE unit_footprint make_unit_footprint(const line_view *view, const cvol
 
 CVOL_INLINE cvol_vf reconstruct_unit(const line_view *view, const unit_footprint *footprint, long x)
 {
-    return footprint->near_left * cvol_load(view->near + x) +
-           footprint->near_right * cvol_load(view->near + x + 1) +
-           footprint->far_left * cvol_load(view->far + x) +
-           footprint->far_right * cvol_load(view->far + x + 1);
+    return footprint->near_left * load_samples(view->near + x) +
+           footprint->near_right * load_samples(view->near + x + 1) +
+           footprint->far_left * load_samples(view->far + x) +
+           footprint->far_right * load_samples(view->far + x + 1);
 }
 
 /* The same where pixels lie closer than samples: CVOL_LANES pixels from `position` on. */
 CVOL_INLINE cvol_vf reconstruct_finer(const line_view *view, double position, double step)
 {
     double whole = floor(position);
-    const float *near = view->near + (long)whole, *far = view->far + (long)whole;
-    cvol_vf low = view->near_weight * cvol_load(near) + view->far_weight * cvol_load(far);
-    cvol_vf high = view->near_weight * cvol_load(near + CVOL_LANES) +
-                   view->far_weight * cvol_load(far + CVOL_LANES);
+    const sheet_sample *near = view->near + (long)whole, *far = view->far + (long)whole;
+    cvol_vf low = view->near_weight * load_samples(near) + view->far_weight * load_samples(far);
+    cvol_vf high = view->near_weight * load_samples(near + CVOL_LANES) +
+                   view->far_weight * load_samples(far + CVOL_LANES);
     cvol_vf at = (float)(position - whole) + cvol_iota() * (float)step;
     cvol_vi index = cvol_to_int(at);
     cvol_vf fraction = at - cvol_to_float(index);
@@ -194,13 +222,13 @@ CVOL_INLINE cvol_vf mean_of(cvol_vf sum, cvol_vf cover)
 CVOL_INLINE cvol_vf reconstruct_unit_masked(cvol_vf *cover, const line_view *view,
                                             const unit_footprint *footprint, long x, long cover_at)
 {
-    const cvol_vf a = footprint->near_left * cvol_load(view->near + cover_at + x),
-                  b = footprint->near_right * cvol_load(view->near + cover_at + x + 1),
-                  c = footprint->far_left * cvol_load(view->far + cover_at + x),
-                  d = footprint->far_right * cvol_load(view->far + cover_at + x + 1);
+    const cvol_vf a = footprint->near_left * load_samples(view->near + cover_at + x),
+                  b = footprint->near_right * load_samples(view->near + cover_at + x + 1),
+                  c = footprint->far_left * load_samples(view->far + cover_at + x),
+                  d = footprint->far_right * load_samples(view->far + cover_at + x + 1);
     *cover = a + b + c + d;
-    return mean_of(a * cvol_load(view->near + x) + b * cvol_load(view->near + x + 1) +
-                       c * cvol_load(view->far + x) + d * cvol_load(view->far + x + 1),
+    return mean_of(a * load_samples(view->near + x) + b * load_samples(view->near + x + 1) +
+                       c * load_samples(view->far + x) + d * load_samples(view->far + x + 1),
                    *cover);
 }
 
@@ -208,17 +236,17 @@ CVOL_INLINE cvol_vf reconstruct_finer_masked(cvol_vf *cover, const line_view *vi
                                              double step, long cover_at)
 {
     const double whole = floor(position);
-    const float *near = view->near + (long)whole, *far = view->far + (long)whole;
+    const sheet_sample *near = view->near + (long)whole, *far = view->far + (long)whole;
     const cvol_vf at = (float)(position - whole) + cvol_iota() * (float)step;
     const cvol_vi index = cvol_to_int(at);
     const cvol_vf fraction = at - cvol_to_float(index);
     cvol_vf sums[2], covers[2];
     for (int k = 0; k < 2; k++) {
         const long i = k * CVOL_LANES;
-        const cvol_vf a = view->near_weight * cvol_load(near + cover_at + i),
-                      b = view->far_weight * cvol_load(far + cover_at + i);
+        const cvol_vf a = view->near_weight * load_samples(near + cover_at + i),
+                      b = view->far_weight * load_samples(far + cover_at + i);
         covers[k] = a + b;
-        sums[k] = a * cvol_load(near + i) + b * cvol_load(far + i);
+        sums[k] = a * load_samples(near + i) + b * load_samples(far + i);
     }
     const cvol_vf left = cvol_shuffle(covers[0], covers[1], index),
                   right = cvol_shuffle(covers[0], covers[1], index + 1);

@@ -20,8 +20,9 @@
 
 /* One sheet as a line sees it. */
 typedef struct sheet_line {
-    const float *near, *far; /* rows of samples; of unit footprints, at the line's first pixel */
-    float weights[4];        /* of near, its next sample, far, its next, for table coordinates */
+    const sheet_sample *near,
+        *far;         /* rows of samples; of unit footprints, at the line's first pixel */
+    float weights[4]; /* of near, its next sample, far, its next, for table coordinates */
     double lane_at, lane_step;
     line_view view;
     unit_footprint footprint;
@@ -38,12 +39,13 @@ typedef struct line_job {
     const cvol_sheet_table *table;
     const cvol_line *line;
     sheet_line sheets[CVOL_BLOCK_MAX];
-    sheet_line before, after;      /* of lit frames: see sheet_shade.h */
-    struct between_views *between; /* an extra: see sheet_between.h */
-    float table_offset;            /* table coordinate = value * table->scale + table_offset */
-    int first_group;               /* the run's */
-    uint32_t met[RUN], seen[RUN];  /* sheets that each group crosses, and sees something in, */
-    uint32_t inside[RUN];          /* and those whose intervals lie within, and no face near */
+    sheet_line before, after;          /* of lit frames: see sheet_shade.h */
+    struct between_views *between;     /* an extra: see sheet_between.h */
+    float table_offset;                /* table coordinate = value * table->scale + table_offset, */
+    float sample_scale, sample_offset; /* of samples as they are kept */
+    int first_group;                   /* the run's */
+    uint32_t met[RUN], seen[RUN];      /* sheets that each group crosses, and sees something in, */
+    uint32_t inside[RUN];              /* and those whose intervals lie within, and no face near */
 } line_job;
 
 /* ---- what a line is to the sheets ---------------------------------------------------------------
@@ -59,7 +61,7 @@ CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_she
     out->lane_at = sheet->lane_at;
     out->lane_step = sheet->lane_step;
     const float right = unit ? (float)(sheet->lane_at - floor(sheet->lane_at)) : 0,
-                left = 1 - right, scale = job->table->scale;
+                left = 1 - right, scale = job->sample_scale;
     out->near = view->near + (unit ? out->footprint.x : 0);
     out->far = view->far + (unit ? out->footprint.x : 0);
     out->weights[0] = view->near_weight * left * scale;
@@ -142,6 +144,11 @@ CVOL_INLINE cvol_vf to_table(const line_job *job, cvol_vf value)
     return value * job->table->scale + job->table_offset;
 }
 
+CVOL_INLINE cvol_vf sample_to_table(const line_job *job, cvol_vf sample)
+{
+    return sample * job->sample_scale + job->sample_offset;
+}
+
 /* The value at which the group met the sheet before sheet `s` of the layer, which was skipped:
  * about the level of the window there, at most `spread` from it. 0 if it is not known. */
 CVOL_INLINE int find_level_before(float *level, float *spread, const line_job *job, int s,
@@ -209,19 +216,20 @@ CVOL_INLINE cvol_vf reconstruct(const line_job *job, const sheet_line *sheet, in
                                                 group, k));
 #endif
     if (unit)
-        return job->table_offset + w[0] * cvol_load(sheet->near + i) +
-               w[1] * cvol_load(sheet->near + i + 1) + w[2] * cvol_load(sheet->far + i) +
-               w[3] * cvol_load(sheet->far + i + 1);
+        return job->sample_offset + w[0] * load_samples(sheet->near + i) +
+               w[1] * load_samples(sheet->near + i + 1) + w[2] * load_samples(sheet->far + i) +
+               w[3] * load_samples(sheet->far + i + 1);
     const double step = sheet->lane_step, position = sheet->lane_at + (double)i * step;
     const double whole = floor(position);
-    const float *near = sheet->near + (long)whole, *far = sheet->far + (long)whole;
-    const cvol_vf low = w[0] * cvol_load(near) + w[2] * cvol_load(far);
-    const cvol_vf high = w[0] * cvol_load(near + CVOL_LANES) + w[2] * cvol_load(far + CVOL_LANES);
+    const sheet_sample *near = sheet->near + (long)whole, *far = sheet->far + (long)whole;
+    const cvol_vf low = w[0] * load_samples(near) + w[2] * load_samples(far);
+    const cvol_vf high = w[0] * load_samples(near + CVOL_LANES) +
+                         w[2] * load_samples(far + CVOL_LANES);
     const cvol_vf at = (float)(position - whole) + cvol_iota() * (float)step;
     const cvol_vi index = cvol_to_int(at);
-    const cvol_vf left = cvol_shuffle(low, high, index) + job->table_offset;
+    const cvol_vf left = cvol_shuffle(low, high, index) + job->sample_offset;
     return left + (at - cvol_to_float(index)) *
-                      (cvol_shuffle(low, high, index + 1) + job->table_offset - left);
+                      (cvol_shuffle(low, high, index + 1) + job->sample_offset - left);
 }
 
 /* How long the intervals of pixels i .. are, see cvol_layer: in perspective only. */
