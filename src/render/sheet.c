@@ -241,8 +241,10 @@ static cvol_sheet_kernel *choose_kernel(cvol_mode mode, int lit, int extras)
 static cvol_sheet_compact choose_compact(cvol_sheet_table *table, const cvol_sheet_plan *plan,
                                          const cvol_array *array, cvol_mode mode, int extras)
 {
-    const double least = 64, most = CVOL_COMPACT_MOST - 64;
+    /* What the filter across faces is yet to mix may lie outside of the range. */
     const double range = array->range_max - array->range_min;
+    const double beyond = plan->lapped ? CVOL_COMPACT_MOST / 2.8 : 64;
+    const double least = beyond, most = CVOL_COMPACT_MOST - beyond;
     if (mode != CVOL_MODE_COMPOSITE || extras || plan->lit || plan->perspective ||
         plan->masked == CVOL_SHEET_SOME_VOID || cvol_cpu_best() != CVOL_CPU_AVX512 || !(range > 0))
         return (cvol_sheet_compact){0, 0};

@@ -46,11 +46,13 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
     const int covered = plan->masked == CVOL_SHEET_SOME_VOID;
     memory->cover_at = covered ? (long)samples : 0;
     const size_t before = (size_t)plan->reach * row_stride; /* rows more at either end */
-    if (memory->are_compact != (plan->compact.scale > 0))   /* its words might be no numbers */
+    /* 32 pixels at once reach beyond the last row's end. */
+    const size_t after = plan->compact.scale > 0 ? 2 * CVOL_SHEET_PAD : 0;
+    if (memory->are_compact != (plan->compact.scale > 0)) /* its words might be no numbers */
         memory->sample_capacity = 0;
     memory->are_compact = plan->compact.scale > 0;
-    if (!cvol_ensure(&memory->allocated, &memory->sample_capacity, before + (samples << covered),
-                     cvol_sample_size(plan)) ||
+    if (!cvol_ensure(&memory->allocated, &memory->sample_capacity,
+                     before + (samples << covered) + after, cvol_sample_size(plan)) ||
         !cvol_layer_skip_prepare(&memory->skip[0], plan) ||
         !cvol_layer_skip_prepare(&memory->skip[1], plan) ||
         !cvol_ensure(&memory->seen, &memory->seen_capacity, plan->blocks_row, 1) ||

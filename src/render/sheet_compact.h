@@ -19,6 +19,8 @@
 /* Transmittance below which nothing is seen, see OPAQUE_BELOW. */
 #define OPAQUE_WORD 64
 
+#define ONE_WORD 32767
+
 /* What a line is to the sheets, in words. */
 typedef struct compact_job {
     line_job *job;
@@ -51,7 +53,7 @@ typedef struct words_pixels {
 CVOL_INLINE int32_t double_word(float weight)
 {
     int word = (int)(weight * 32768 + 0.5f);
-    word = word > 32767 ? 32767 : word;
+    word = word > ONE_WORD ? ONE_WORD : word;
     return word << 16 | word;
 }
 
@@ -174,7 +176,8 @@ CVOL_INLINE words_matter matter_of_words(const cvol_sheet_words *w, __m512i q)
 CVOL_INLINE __m512i half_of_opacity(const cvol_sheet_words *w, __m512i opacity)
 {
     const __m512i i = _mm512_srli_epi16(opacity, 10);
-    const __m512i part = _mm512_and_si512(_mm512_slli_epi16(opacity, 5), _mm512_set1_epi16(32767));
+    const __m512i part = _mm512_and_si512(_mm512_slli_epi16(opacity, 5),
+                                          _mm512_set1_epi16(ONE_WORD));
     return _mm512_adds_epi16(of_pieces(w->half_start, i),
                              _mm512_mulhrs_epi16(part, of_pieces(w->half_rise, i)));
 }
@@ -229,32 +232,39 @@ CVOL_INLINE int is_open(__m512i through, int half)
 #define TURN 4
 typedef struct words_turn {
     words_matter ends[TURN + 1], middle[TURN], quarter[TURN][2];
-    words_parts parts[TURN];
+    __m512i rise[TURN];
 } words_turn;
+
+/* As much as light still comes through: the less, the fewer, for the less an error is seen. */
+CVOL_INLINE words_parts find_parts(const cvol_sheet_words *w, __m512i rise, __m512i through)
+{
+    const int coarse = 4 * w->flat;
+    const __m512i seen = _mm512_mulhrs_epi16(rise, through);
+    return (words_parts){
+        _mm512_cmpgt_epi16_mask(seen, _mm512_set1_epi16(w->flat)),
+        _mm512_cmpgt_epi16_mask(
+            seen, _mm512_set1_epi16((int16_t)(coarse > ONE_WORD ? ONE_WORD : coarse)))};
+}
 
 /* Of the `live` intervals between `values`. */
 CVOL_INLINE void find_turn(words_turn *turn, const cvol_sheet_words *w, const __m512i *values,
                            unsigned live, __m512i through)
 {
-    const __m512i flat = _mm512_set1_epi16(w->flat);
-    const __m512i coarse = _mm512_set1_epi16((int16_t)(4 * w->flat > 32767 ? 32767 : 4 * w->flat));
     const unsigned ends = live | live << 1;
     for (int i = 0; i <= TURN; i++)
         if (ends >> i & 1)
             turn->ends[i] = matter_of_words(w, values[i]);
     for (int i = 0; i < TURN; i++) {
         const __m512i a = values[i], b = values[i + 1];
-        const __m512i rise = _mm512_mulhrs_epi16(_mm512_abs_epi16(_mm512_sub_epi16(b, a)), through);
-        words_parts *parts = &turn->parts[i];
         if (!(live >> i & 1))
             continue;
-        parts->halves = _mm512_cmpgt_epi16_mask(rise, flat);
-        parts->quarters = _mm512_cmpgt_epi16_mask(rise, coarse);
-        if (!parts->halves)
+        turn->rise[i] = _mm512_abs_epi16(_mm512_sub_epi16(b, a));
+        const words_parts parts = find_parts(w, turn->rise[i], through);
+        if (!parts.halves)
             continue;
         const __m512i middle = _mm512_avg_epu16(a, b);
         turn->middle[i] = matter_of_words(w, middle);
-        if (parts->quarters) {
+        if (parts.quarters) {
             turn->quarter[i][0] = matter_of_words(w, _mm512_avg_epu16(a, middle));
             turn->quarter[i][1] = matter_of_words(w, _mm512_avg_epu16(middle, b));
         }
@@ -262,9 +272,8 @@ CVOL_INLINE void find_turn(words_turn *turn, const cvol_sheet_words *w, const __
 }
 
 CVOL_INLINE void composite_divided(words_pixels *p, const cvol_sheet_words *w,
-                                   const words_turn *turn, int i)
+                                   const words_turn *turn, int i, const words_parts *parts)
 {
-    const words_parts *parts = &turn->parts[i];
     words_matter last = turn->ends[i];
     if (parts->quarters) {
         composite_words(p, w, &last, &turn->quarter[i][0], parts, parts->quarters);
@@ -291,10 +300,11 @@ CVOL_INLINE void draw_intervals(words_pixels *p, const cvol_sheet_words *w, cons
         for (int i = 0; i < TURN; i++) {
             if (!(now >> i & 1))
                 continue;
-            if (!turn.parts[i].halves)
+            const words_parts parts = find_parts(w, turn.rise[i], p->through);
+            if (!parts.halves)
                 composite_words(p, w, &turn.ends[i], &turn.ends[i + 1], NULL, 0);
             else
-                composite_divided(p, w, &turn, i);
+                composite_divided(p, w, &turn, i, &parts);
         }
         live &= ~((UINT64_C(1) << TURN) - 1) << first;
         if (!_mm512_cmpge_epi16_mask(p->through, _mm512_set1_epi16(OPAQUE_WORD)))
