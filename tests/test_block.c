@@ -96,11 +96,12 @@ static cvol_block random_block(uint32_t *words, int block_log2, float step, rand
     int low[3];
     for (int a = 0; a < 3; a++)
         low[a] = 1 + (int)random_below(r, (uint32_t)B);
+    const uint32_t one_of = random_below(r, 2) ? 4 : 1; /* many terms are taken another way */
     memset(in, 0, sizeof in);
     cvol_block block = {.terms = words};
     for (int i = 0; i < count; i++) {
         int u = i % B, v = i / B % B, w = i / B / B;
-        if (u >= low[0] || v >= low[1] || w >= low[2] || random_below(r, 4))
+        if (u >= low[0] || v >= low[1] || w >= low[2] || random_below(r, one_of))
             continue;
         int32_t value = (int32_t)(random_signed(r) * 50);
         if (random_below(r, 50) == 0)

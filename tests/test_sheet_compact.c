@@ -60,12 +60,13 @@ static cvol_block random_block(random_state *r, int block_log2, int is_split)
     cvol_block block = {.terms = words};
     for (int a = 0; a < 3; a++)
         low[a] = 1 + random_below(r, (uint32_t)B);
+    const uint32_t one_of = random_below(r, 2) ? 5 : 1; /* many terms are taken another way */
     if (is_split)
         block.split = (uint16_t)(1 | (random_below(r, 4) ? random_below(r, 256) << 1 : 0x1fe));
     for (uint32_t i = 0; i < (uint32_t)(B * B * B); i++) {
         const uint32_t u = i % (uint32_t)B, v = i / (uint32_t)B % (uint32_t)B,
                        w = i / (uint32_t)(B * B);
-        if (u >= low[0] || v >= low[1] || w >= low[2] || random_below(r, 5))
+        if (u >= low[0] || v >= low[1] || w >= low[2] || random_below(r, one_of))
             continue;
         const int32_t value = (int32_t)(random_signed(r) * 30000 / (3 + u + v + w));
         block.words += value ? cvol_term_pack(words + block.words, i, value,

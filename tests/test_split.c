@@ -40,11 +40,12 @@ static cvol_block random_cell(random_state *r, float step)
     int low[3];
     for (int a = 0; a < 3; a++)
         low[a] = 1 + (int)random_below(r, CELL);
+    const uint32_t one_of = random_below(r, 2) ? 4 : 1; /* many terms are taken another way */
     memset(in, 0, sizeof in);
     cvol_block block = {.terms = words, .split = random_split(r)};
     for (uint32_t i = 0; i < COUNT; i++) {
         const int u = i % CELL, v = i / CELL % CELL, w = (int)i / CELL / CELL;
-        if (u >= low[0] || v >= low[1] || w >= low[2] || random_below(r, 4))
+        if (u >= low[0] || v >= low[1] || w >= low[2] || random_below(r, one_of))
             continue;
         const int32_t value = (int32_t)(random_signed(r) * (random_below(r, 50) ? 50 : 5e7));
         if (!value)

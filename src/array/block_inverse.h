@@ -13,6 +13,7 @@
 #define CVOL_ARRAY_BLOCK_INVERSE_H
 
 #include "array/block_batch.h"
+#include "array/block_dense.h"
 #include "array/block_inverse_steps.h"
 #include "array/sample_words.h"
 #include "array/split_inverse.h"
@@ -102,8 +103,15 @@ CVOL_INLINE void cvol_block_inverse_of(const cvol_block_out *out, const cvol_blo
     const int B = 1 << block_log2, width = B < 16 ? 16 : B;
     const int low_sheet = block->low[sheet], rows = axes->row_points;
     cvol_block_rows low_rows;
-    cvol_block_gather_lanes(work->first, &low_rows, block, axes->lane_basis, block_log2, step,
-                            width, lane, row, sheet);
+    if (block_log2 == CVOL_DENSE_LOG2 && cvol_dense_pays(block, lane, row, sheet)) {
+        const float *const of = axes->lane_basis;
+        const float *const bases[2][2][2] = {{{of, of}, {of, of}}, {{of, of}, {of, of}}};
+        cvol_dense_lanes(work->first, (int32_t *)work->second, &low_rows, block, bases, 1, step,
+                         lane, row, sheet);
+    } else {
+        cvol_block_gather_lanes(work->first, &low_rows, block, axes->lane_basis, block_log2, step,
+                                width, lane, row, sheet);
+    }
     for (int part = 0; part < width; part += CVOL_LANES) {
         int lanes = axes->lane_points - part < CVOL_LANES ? axes->lane_points - part : CVOL_LANES;
         if (lanes <= 0)

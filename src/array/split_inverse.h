@@ -11,6 +11,7 @@
 #define CVOL_ARRAY_SPLIT_INVERSE_H
 
 #include "array/block_batch.h"
+#include "array/block_dense.h"
 #include "array/block_inverse_steps.h"
 #include "array/sample_words.h"
 
@@ -332,16 +333,34 @@ CVOL_INLINE void cvol_split_sheets(const cvol_block_out *to, int part, int lanes
     }
 }
 
+CVOL_INLINE void cvol_split_step_lanes(cvol_block_work *work, cvol_block_rows *rows,
+                                       const cvol_block *block, const cvol_block_axes *axes,
+                                       float step, int lane, int row, int sheet)
+{
+    if (cvol_dense_pays(block, lane, row, sheet)) {
+        const float *bases[2][2][2];
+        for (int half = 0; half < 4; half++) {
+            const cvol_split_halves kinds = cvol_split_lanes(block->split, axes, half & 1,
+                                                             half >> 1);
+            for (int f = 0; f < 2; f++)
+                bases[half >> 1][half & 1][f] = axes->lane_parts[kinds.of[f]];
+        }
+        cvol_dense_lanes(work->first, (int32_t *)work->second, rows, block,
+                         (const float *const(*)[2][2])bases, 2, step, lane, row, sheet);
+    } else
+        cvol_split_gather_lanes(work->first, rows, block, axes, step, lane, row, sheet);
+}
+
 CVOL_INLINE void cvol_split_inverse(const cvol_block_out *out, const cvol_block *block,
                                     const cvol_block_axes *axes, float step, cvol_block_work *work)
 {
     cvol_block_rows low_rows;
     if (axes->lane == 1)
-        cvol_split_gather_lanes(work->first, &low_rows, block, axes, step, 1, 2, 0);
+        cvol_split_step_lanes(work, &low_rows, block, axes, step, 1, 2, 0);
     else if (axes->sheet == 1)
-        cvol_split_gather_lanes(work->first, &low_rows, block, axes, step, 0, 2, 1);
+        cvol_split_step_lanes(work, &low_rows, block, axes, step, 0, 2, 1);
     else
-        cvol_split_gather_lanes(work->first, &low_rows, block, axes, step, 0, 1, 2);
+        cvol_split_step_lanes(work, &low_rows, block, axes, step, 0, 1, 2);
     for (int part = 0; part < axes->lane_points; part += CVOL_LANES) {
         const int lanes = axes->lane_points - part < CVOL_LANES ? axes->lane_points - part
                                                                 : CVOL_LANES;
