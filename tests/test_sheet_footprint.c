@@ -387,6 +387,43 @@ static void test_holes(void **state)
     free(volume.data);
 }
 
+/* Volumes of few samples along an axis: nothing is drawn but what there is. (The warp is cubic,
+ * too, and floats may overshoot.) */
+static void test_thin(void **state)
+{
+    (void)state;
+    static const size_t shapes[][3] = {
+        {1, 20, 20}, {20, 1, 5}, {2, 2, 2}, {17, 3, 40}, {33, 18, 1}};
+    for (size_t s = 0; s < sizeof shapes / sizeof *shapes; s++) {
+        cvol_volume volume = noise(shapes[s][0], shapes[s][1], shapes[s][2]);
+        cvol_array *array = support_compress(context, &volume, s % 2 ? 8 : 16, 60);
+        cvol_renderer *renderer;
+        cvol_image *image;
+        assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+        support_set_transfer(context, renderer, soft, 3);
+        assert_int_equal(cvol_image_create_float(context, &image, 40, 40), CVOL_OK);
+        for (int k = 0; k < 12; k++) {
+            cvol_render_options options = support_square(
+                40, k % 2 ? CVOL_MODE_COMPOSITE : CVOL_MODE_MIP, 90 * (k % 4) + k / 4,
+                40 * (k % 3));
+            options.sheet = kinds[k % 3];
+            options.shading.on = k % 4 == 1;
+            options.camera.zoom = k % 5 ? 1 : 4;
+            options.camera.fov_deg = k > 8 ? 60 : 0;
+            if (cvol_renderer_render(context, renderer, image, &options))
+                fail_msg("%s", cvol_context_message(context));
+            for (int i = 0; i < 4 * 40 * 40; i++)
+                if (!(image->values[i] > -0.2f && image->values[i] < 1.5f))
+                    fail_msg("shape %zu, request %d, value %d: %g", s, k, i,
+                             (double)image->values[i]);
+        }
+        cvol_image_free(image);
+        cvol_renderer_free(renderer);
+        cvol_array_free(array);
+        free(volume.data);
+    }
+}
+
 static void test_refused(void **state)
 {
     (void)state;
@@ -414,6 +451,7 @@ int main(void)
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {TEST(test_weights),     TEST(test_frequencies),
                                        TEST(test_direct_sums), TEST(test_nothing_else_matters),
-                                       TEST(test_holes),       TEST(test_refused)};
+                                       TEST(test_holes),       TEST(test_thin),
+                                       TEST(test_refused)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

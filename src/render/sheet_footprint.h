@@ -1,8 +1,9 @@
 /* Reconstruction: what a line of the intermediate image sees of one sheet.
  *
- * Each sheet's samples are reconstructed by the linear footprint on the sheet's own grid: two rows,
- * two lanes. All pixels of a line share the row weights, and, under parallel projection, where
- * intermediate image and samples have one pitch, the lane weights too.
+ * Each sheet's samples are reconstructed on the sheet's own grid by the linear footprint, two rows,
+ * two lanes; or, where that is asked for, by a wider one (sheet_footprint_wide.h). All pixels of a
+ * line share the row weights, and, under parallel projection, where intermediate image and samples
+ * have one pitch, the lane weights too.
  *
  * To be included by kernel files only: each compiles it for its instruction set.
  */

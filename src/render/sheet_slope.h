@@ -1,4 +1,4 @@
-/* Slopes within sheets: how a sheet's values, reconstructed by the linear footprint, rise from one
+/* Slopes within sheets: how a sheet's values, reconstructed by its footprint, rise from one
  * point before to one behind, along lanes and along rows. In units of the table's coordinates.
  *
  * Reconstruction does not depend on where the points lie, so that the difference of what is
