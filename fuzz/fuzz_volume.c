@@ -10,9 +10,9 @@
 #include "volume/format.h"
 
 static const cvol_format *const formats[] = {
-    &cvol_format_dicom, &cvol_format_metaimage, &cvol_format_mrc,  &cvol_format_nifti,
-    &cvol_format_npy,   &cvol_format_nrrd,      &cvol_format_tiff, &cvol_format_vti,
-    &cvol_format_vtk,   &cvol_format_hdf5,
+    &cvol_format_nrrd,  &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,
+    &cvol_format_dicom, &cvol_format_npy,   &cvol_format_mrc,       &cvol_format_vtk,
+    &cvol_format_vti,   &cvol_format_hdf5, /* in the order of reader.c */
 };
 
 static const char *wanted;
@@ -37,12 +37,18 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
     return 0;
 }
 
-/* 1 if the file, which is begun like this, is not what the run is for. */
+/* 1 if the file, which is begun like this, is not what the run is for. HDF5 may stand behind what
+ * others take for theirs. */
 static int is_other(const uint8_t *data, size_t size)
 {
     const size_t head = size < CVOL_FORMAT_HEAD_BYTES ? size : CVOL_FORMAT_HEAD_BYTES;
-    return only ? only->recognise && !only->recognise(data, head)
-                : cvol_format_hdf5.recognise(data, head);
+    const cvol_format *first = NULL;
+    if (only && !only->recognise)
+        return 0;
+    for (size_t f = 0; f < sizeof formats / sizeof *formats && !first; f++)
+        if (formats[f]->recognise && formats[f]->recognise(data, head))
+            first = formats[f];
+    return only ? first != only : first == &cvol_format_hdf5;
 }
 
 /* Of raw samples: up to 255 places each, any type and order of bytes. */
