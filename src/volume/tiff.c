@@ -275,6 +275,24 @@ static int read_sheets(cvol_context *context, void *state, void *out, size_t fir
     return code;
 }
 
+/* The sentence that asks for a channel, with what the file calls them. */
+static int say_names(cvol_context *context, const cvol_labels *labels, int code)
+{
+    char asks[CVOL_MESSAGE_BYTES], names[300];
+    size_t length = 0;
+    for (size_t c = 0; c < labels->channels; c++) {
+        const char *name = labels->channel[c].name;
+        if (!name[0] || length + strlen(name) + 16 > sizeof names)
+            return code;
+        length += (size_t)snprintf(names + length, sizeof names - length, "%s%zu: %s",
+                                   c ? ", " : "", c, name);
+    }
+    if (!length)
+        return code;
+    snprintf(asks, sizeof asks, "%s", cvol_context_message(context));
+    return cvol_fail(context, code, "%s (%s)", asks, names);
+}
+
 static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                      const cvol_read_options *options)
 {
@@ -298,9 +316,12 @@ static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     }
     if (!code)
         code = choose_slices(context, s, &said, path, options);
-    if (!code && said.known &&
+    const int was_asked = code == CVOL_ERROR_ARGUMENT; /* and the counts are the pages' */
+    if ((!code || was_asked) && said.known &&
         !cvol_tiff_read_labels(&stored->labels, description, said.channels, s->first.samples))
         code = cvol_fail_memory(context, said.channels * sizeof(cvol_channel_label), path);
+    else if (was_asked && !options->has_channel)
+        code = say_names(context, &stored->labels, code);
     free(description);
     if (code)
         return code;

@@ -47,6 +47,8 @@ if [ -e tiff/imagej.tif ]; then
     expect_done cvol info tiff/imagej.tif --channel 2 --index 1
 
     # Times and channels keep what the file says of them.
+    expect_failure 2 'ome.ome.tif: has 3 channels; choose one with --channel 0 to 2 (0: DAPI, 1: a & <b>, 2: α-tubulin)' \
+        cvol info tiff/ome.ome.tif
     expect_done cvol compress tiff/ome.ome.tif -o ome.cvol --psnr 20
     expect_done cvol info ome.cvol --json
     expect_equal "$(value_of time_values)" '[0.0,250.0]'
