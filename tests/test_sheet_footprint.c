@@ -147,7 +147,11 @@ static double reconstruct(const cvol_volume *volume, const cvol_sheet_wide *wide
                           double u, double v)
 {
     const int a = c == 0, b = c == 2 ? 1 : 2, x = (int)floor(u), y = (int)floor(v);
-    double sum = 0, lo = INFINITY, hi = -INFINITY;
+    double sum = 0, lo = INFINITY, hi = -INFINITY, across[CVOL_WIDE_TAPS], down[CVOL_WIDE_TAPS];
+    for (int i = -wide->reach; i <= wide->reach + 1; i++) {
+        across[i + wide->reach] = weight(wide, i, u - x);
+        down[i + wide->reach] = weight(wide, i, v - y);
+    }
     for (int j = -wide->reach; j <= wide->reach + 1; j++)
         for (int i = -wide->reach; i <= wide->reach + 1; i++) {
             int place[3];
@@ -155,7 +159,7 @@ static double reconstruct(const cvol_volume *volume, const cvol_sheet_wide *wide
             place[b] = y + j;
             place[c] = slice;
             const double f = sample(volume, place);
-            sum += weight(wide, i, u - x) * weight(wide, j, v - y) * f;
+            sum += across[i + wide->reach] * down[j + wide->reach] * f;
             if (i >= -1 && i <= 2 && j >= -1 && j <= 2) {
                 lo = fmin(lo, f);
                 hi = fmax(hi, f);
@@ -274,7 +278,7 @@ static cvol_volume islands(void)
 #define REQUESTS 8
 static cvol_render_options request(int k)
 {
-    cvol_render_options options = support_square(k % 2 ? 64 : 150, CVOL_MODE_COMPOSITE, 47 * k + 12,
+    cvol_render_options options = support_square(k % 2 ? 64 : 110, CVOL_MODE_COMPOSITE, 47 * k + 12,
                                                  31 * (k % 5) - 60);
     options.camera.zoom = k % 2 ? 5 : 1;
     options.camera.fov_deg = k == 3 || k == 6 ? 60 : 0;
