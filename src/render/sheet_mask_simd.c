@@ -46,8 +46,12 @@ void CVOL_SIMD(cvol_sheet_lay_compact)(int16_t *samples, long row_stride, long s
                 const int row = bits[z * sheet_step + y * row_step + x / 16];
                 int16_t *at = samples + z * sheet_stride + y * row_stride + x;
 #if CVOL_LANES == 16
+                /* Blended and stored whole: words that are stored by a mask take twice as long. */
+                const __m256i before = _mm256_loadu_si256((const __m256i *)at);
                 if (row)
-                    _mm256_mask_storeu_epi16(at, (__mmask16)row, _mm256_set1_epi16(background));
+                    _mm256_storeu_si256((__m256i *)at,
+                                        _mm256_mask_mov_epi16(before, (__mmask16)row,
+                                                              _mm256_set1_epi16(background)));
 #else
                 for (int i = 0; i < 16 && row; i++)
                     if (row >> i & 1)
