@@ -63,9 +63,7 @@ CVOL_INLINE void cvol_block_words_tile(int16_t *out, long row_stride, long sheet
                                        int K, const float *basis, int M, int i, int tile, int lanes)
 {
     cvol_vf near[2][CVOL_LINES_TILE], far[2][CVOL_LINES_TILE];
-    for (int j = 0; j < 2; j++)
-        cvol_lines_sums(near[j], far[j], cvol_splat(start), in + j * width, in_stride, K, basis, M,
-                        i, tile);
+    cvol_lines_sums(near, far, 2, width, cvol_splat(start), in, in_stride, K, basis, M, i, tile);
     for (int t = 0; t < tile; t++) {
         int16_t *near_at = out + (i + t) * sheet_stride,
                 *far_at = out + (M - 1 - i - t) * sheet_stride;

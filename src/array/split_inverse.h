@@ -143,52 +143,58 @@ CVOL_INLINE void cvol_split_lines(const cvol_split_out *out, long j, const float
 /* ---- at all 16 samples: the basis' symmetry within each part halves the work -------------------
  */
 
-/* Half c of an axis whose octant is not split, from the places below K. */
-CVOL_INLINE void cvol_split_eights(cvol_vf out[8], cvol_vf start, const float *in, long in_stride,
-                                   int K, int c, const float *basis)
+/* Half c of an axis whose octant is not split, from the places below K; of `lines` lines (1 or 2),
+ * `apart` floats apart, as in cvol_lines_sums. */
+CVOL_INLINE void cvol_split_eights(cvol_vf out[][8], int lines, long apart, cvol_vf start,
+                                   const float *in, long in_stride, int K, int c,
+                                   const float *basis)
 {
-    cvol_vf even[4], odd[4];
-    for (int t = 0; t < 4; t++) {
-        even[t] = start;
-        odd[t] = (cvol_vf){0};
-    }
+    cvol_vf even[2][4], odd[2][4];
+    for (int n = 0; n < lines; n++)
+        for (int t = 0; t < 4; t++) {
+            even[n][t] = start;
+            odd[n][t] = (cvol_vf){0};
+        }
     for (int v = c; v < K; v += 4) {
-        const cvol_vf line = cvol_load(in + v * in_stride);
+        const float *at = in + v * in_stride, *of = basis + v * 16 + 8 * c;
         for (int t = 0; t < 4; t++)
-            even[t] += basis[v * 16 + 8 * c + t] * line;
+            for (int n = 0; n < lines; n++)
+                even[n][t] += of[t] * cvol_load(at + n * apart);
         if (v + 2 >= K)
             break;
-        const cvol_vf next = cvol_load(in + (v + 2) * in_stride);
         for (int t = 0; t < 4; t++)
-            odd[t] += basis[(v + 2) * 16 + 8 * c + t] * next;
+            for (int n = 0; n < lines; n++)
+                odd[n][t] += of[32 + t] * cvol_load(at + 2 * in_stride + n * apart);
     }
-    for (int t = 0; t < 4; t++) {
-        out[t] = even[t] + odd[t];
-        out[7 - t] = even[t] - odd[t];
-    }
+    for (int n = 0; n < lines; n++)
+        for (int t = 0; t < 4; t++) {
+            out[n][t] = even[n][t] + odd[n][t];
+            out[n][7 - t] = even[n][t] - odd[n][t];
+        }
 }
 
 /* The same where it is. */
-CVOL_INLINE void cvol_split_fours(cvol_vf out[8], cvol_vf start, const float *in, long in_stride,
-                                  int K, int c, const float *basis)
+CVOL_INLINE void cvol_split_fours(cvol_vf out[][8], int lines, long apart, cvol_vf start,
+                                  const float *in, long in_stride, int K, int c, const float *basis)
 {
     for (int q = 0; q < 2; q++) {
-        cvol_vf even[2] = {start, start}, odd[2] = {{0}, {0}};
-        const float *at = basis + 8 * c + 4 * q;
+        cvol_vf even[2][2] = {{start, start}, {start, start}}, odd[2][2] = {{{0}, {0}}, {{0}, {0}}};
         for (int v = c + 2 * q; v < K; v += 8) {
-            const cvol_vf line = cvol_load(in + v * in_stride);
+            const float *at = in + v * in_stride, *of = basis + v * 16 + 8 * c + 4 * q;
             for (int t = 0; t < 2; t++)
-                even[t] += at[v * 16 + t] * line;
+                for (int n = 0; n < lines; n++)
+                    even[n][t] += of[t] * cvol_load(at + n * apart);
             if (v + 4 >= K)
                 break;
-            const cvol_vf next = cvol_load(in + (v + 4) * in_stride);
             for (int t = 0; t < 2; t++)
-                odd[t] += at[(v + 4) * 16 + t] * next;
+                for (int n = 0; n < lines; n++)
+                    odd[n][t] += of[64 + t] * cvol_load(at + 4 * in_stride + n * apart);
         }
-        for (int t = 0; t < 2; t++) {
-            out[4 * q + t] = even[t] + odd[t];
-            out[4 * q + 3 - t] = even[t] - odd[t];
-        }
+        for (int n = 0; n < lines; n++)
+            for (int t = 0; t < 2; t++) {
+                out[n][4 * q + t] = even[n][t] + odd[n][t];
+                out[n][4 * q + 3 - t] = even[n][t] - odd[n][t];
+            }
     }
 }
 
@@ -196,19 +202,20 @@ CVOL_INLINE void cvol_split_fours(cvol_vf out[8], cvol_vf start, const float *in
  * first ones (`own`) of one kind, the others of the other. */
 enum { CVOL_SPLIT_EIGHTS, CVOL_SPLIT_FOURS, CVOL_SPLIT_MIXED };
 
-CVOL_INLINE void cvol_split_half_of(cvol_vf samples[8], cvol_vf start, const float *in,
-                                    long in_stride, int K, int c, const float *const parts[2],
-                                    int kind, cvol_vi eights)
+CVOL_INLINE void cvol_split_half_of(cvol_vf samples[][8], int lines, long apart, cvol_vf start,
+                                    const float *in, long in_stride, int K, int c,
+                                    const float *const parts[2], int kind, cvol_vi eights)
 {
-    cvol_vf others[8];
+    cvol_vf others[2][8];
     if (kind != CVOL_SPLIT_FOURS)
-        cvol_split_eights(samples, start, in, in_stride, K, c, parts[0]);
+        cvol_split_eights(samples, lines, apart, start, in, in_stride, K, c, parts[0]);
     if (kind == CVOL_SPLIT_FOURS)
-        cvol_split_fours(samples, start, in, in_stride, K, c, parts[1]);
+        cvol_split_fours(samples, lines, apart, start, in, in_stride, K, c, parts[1]);
     if (kind == CVOL_SPLIT_MIXED) {
-        cvol_split_fours(others, start, in, in_stride, K, c, parts[1]);
-        for (int t = 0; t < 8; t++)
-            samples[t] = cvol_select(eights, samples[t], others[t]);
+        cvol_split_fours(others, lines, apart, start, in, in_stride, K, c, parts[1]);
+        for (int n = 0; n < lines; n++)
+            for (int t = 0; t < 8; t++)
+                samples[n][t] = cvol_select(eights, samples[n][t], others[n][t]);
     }
 }
 
@@ -218,21 +225,22 @@ CVOL_INLINE void cvol_split_half_kind(const cvol_split_out *out, const float *in
                                       int kind, cvol_vi eights, int count)
 {
     const cvol_vf start = cvol_splat(out->start);
-    cvol_vf samples[8], next[8];
+    cvol_vf samples[2][8];
     int j = 0;
     for (; j + 1 < count && out->are_words; j += 2) {
-        cvol_split_half_of(samples, start, in + j * in_line, in_stride, K, c, parts, kind, eights);
-        cvol_split_half_of(next, start, in + (j + 1) * in_line, in_stride, K, c, parts, kind,
-                           eights);
+        cvol_split_half_of(samples, 2, in_line, start, in + j * in_line, in_stride, K, c, parts,
+                           kind, eights);
         for (int t = 0; t < 8; t++) {
             int16_t *at = (int16_t *)out->at + (8 * c + t) * out->stride + j * out->vector_stride;
-            cvol_store_words_of_two(at, at + out->vector_stride, samples[t], next[t], out->lanes);
+            cvol_store_words_of_two(at, at + out->vector_stride, samples[0][t], samples[1][t],
+                                    out->lanes);
         }
     }
     for (; j < count; j++) {
-        cvol_split_half_of(samples, start, in + j * in_line, in_stride, K, c, parts, kind, eights);
+        cvol_split_half_of(samples, 1, 0, start, in + j * in_line, in_stride, K, c, parts, kind,
+                           eights);
         for (int t = 0; t < 8; t++)
-            cvol_split_store(out, 8 * c + t, j, samples[t]);
+            cvol_split_store(out, 8 * c + t, j, samples[0][t]);
     }
 }
 
