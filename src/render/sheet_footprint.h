@@ -176,7 +176,7 @@ CVOL_INLINE long window_of(long x)
 /* The linear footprint where pixels and samples have one pitch: four weights for all pixels. */
 typedef struct unit_footprint {
     long x; /* sample left of pixel 0 */
-    cvol_vf near_left, near_right, far_left, far_right;
+    float near_left, near_right, far_left, far_right;
 } unit_footprint;
 
 CVOL_INLINE unit_footprint make_unit_footprint(const line_view *view, const cvol_sheet_view *sheet)
@@ -184,10 +184,10 @@ CVOL_INLINE unit_footprint make_unit_footprint(const line_view *view, const cvol
     double whole = floor(sheet->lane_at);
     float right = (float)(sheet->lane_at - whole), left = 1 - right;
     return (unit_footprint){.x = (long)whole,
-                            .near_left = cvol_splat(view->near_weight * left),
-                            .near_right = cvol_splat(view->near_weight * right),
-                            .far_left = cvol_splat(view->far_weight * left),
-                            .far_right = cvol_splat(view->far_weight * right)};
+                            .near_left = view->near_weight * left,
+                            .near_right = view->near_weight * right,
+                            .far_left = view->far_weight * left,
+                            .far_right = view->far_weight * right};
 }
 
 CVOL_INLINE cvol_vf reconstruct_unit(const line_view *view, const unit_footprint *footprint, long x)
