@@ -258,6 +258,7 @@ typedef struct cvol_sheet_view {
     int begin, end;                   /* groups that lie within, one sheet before or behind */
     int inside_begin, inside_end;     /* those that do, and did from two sheets before on */
     int is_first;                     /* of its layer: the sheet before it lies in another */
+    int is_of_before;                 /* it is one of the layer before, whose windows it has */
     cvol_sheet_cut cuts[CVOL_VIEW_PLANES];
 } cvol_sheet_view;
 

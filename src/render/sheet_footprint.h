@@ -100,7 +100,8 @@ CVOL_INLINE void view_line(line_view *view, const cvol_layer *layer, const cvol_
     /* Rows -1 and one past the last exist as copies. */
     r = r < -1 ? -1 : r > last + 1 ? last + 1 : r;
     long y;
-    view->windows = find_windows(&view->levels, &y, layer, &layer->windows, r);
+    view->windows = find_windows(&view->levels, &y, layer,
+                                 sheet->is_of_before ? &layer->windows_before : &layer->windows, r);
     view->far_weight = (float)(r - (double)y);
     view->near_weight = 1 - view->far_weight;
     view->near = samples_of(sheet) + (sheet->first + y * layer->row_stride);

@@ -158,6 +158,19 @@ static void describe(cvol_layer *now, const cvol_band_memory *memory, const cvol
         layer->drawn.sheets[i] = now->sheets[now->sheet_count + i];
 }
 
+/* The sheets that the layer before held, and those of `now`: a line takes all of them at once. */
+static void join(cvol_layer *out, const cvol_layer *held, const cvol_layer *now)
+{
+    *out = *now;
+    out->sheet_count = held->sheet_count + now->sheet_count;
+    for (int i = 0; i < held->sheet_count; i++) {
+        out->sheets[i] = held->sheets[i];
+        out->sheets[i].is_of_before = 1;
+    }
+    for (int i = 0; i < now->sheet_count; i++)
+        out->sheets[held->sheet_count + i] = now->sheets[i];
+}
+
 void cvol_lapped_draw(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
                       int begin, int end)
 {
@@ -171,10 +184,16 @@ void cvol_lapped_draw(cvol_band_memory *memory, const cvol_sheet_frame *frame, s
     open_layer(memory, frame, step + 1, begin, end);
     if (!layer->reached)
         return;
-    cvol_layer now, first_sheet;
+    cvol_layer now, first_sheet, all, all_and_first;
     describe(&now, memory, frame, layer, before);
     first_sheet = now;
     first_sheet.sheet_count = 1;
+    /* Those that read samples of 16 bits look at nothing but a sheet itself. */
+    const int joins = plan->compact.scale > 0 && before->reached;
+    if (joins) {
+        join(&all, &before->drawn, &now);
+        join(&all_and_first, &before->drawn, &first_sheet);
+    }
     size_t next_row = layer->at.first_row;
     for (int from = begin; from < end; from += CVOL_TILE) {
         const int to = from + CVOL_TILE < end ? from + CVOL_TILE : end;
@@ -190,6 +209,10 @@ void cvol_lapped_draw(cvol_band_memory *memory, const cvol_sheet_frame *frame, s
         const int here = memchr(layer->seen + first, 1, rows) != NULL;
         for (int j = from; j < to && (drawn || here); j++) {
             const cvol_line line = cvol_band_line_of(memory, frame, j);
+            if (drawn && joins) {
+                frame->kernel(here ? &all : &all_and_first, frame->table, &line);
+                continue;
+            }
             if (drawn)
                 frame->kernel(&before->drawn, frame->table, &line);
             frame->kernel(here ? &now : &first_sheet, frame->table, &line);

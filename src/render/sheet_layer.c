@@ -205,6 +205,7 @@ void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, 
         sheet->front = (float)-(plan->ascending ? below : above);
         sheet->back = (float)(plan->ascending ? above : below);
         sheet->is_first = s == 0;
+        sheet->is_of_before = 0;
         sheet->samples = plan->compact.scale > 0 ? NULL : samples;
         sheet->compact = plan->compact.scale > 0 ? samples : NULL;
         sheet->first = CVOL_SHEET_PAD + row_0 * row_stride + slice * sheet_stride;

@@ -159,8 +159,9 @@ CVOL_INLINE int find_level_before(float *level, float *spread, const line_job *j
     const int i = group * CVOL_GROUP, j = job->line->number;
     const double position = sheet->lane_at + i * sheet->lane_step;
     const long x = (long)floor(position - (sheet->lane_rate[0] + i * sheet->lane_rate[1]));
-    const cvol_windows *windows = sheet->is_first ? &layer->windows_before : &layer->windows;
-    if (!windows->count)
+    const cvol_windows *windows = sheet->is_first || sheet->is_of_before ? &layer->windows_before
+                                                                         : &layer->windows;
+    if (!windows->count || (sheet->is_first && sheet->is_of_before))
         return 0;
     const float *levels;
     long y;
