@@ -82,7 +82,12 @@ static void find_values(cvol_sheet_words *words, const cvol_sheet_table *table,
                          slope = (double)table->piece_rise[k][i];
             words->start[k][i] = (int16_t)clamp(
                 one * ((double)table->piece_start[k][i] + slope * t), 0, MATTER_ONE);
-            words->rise[k][i] = (int16_t)clamp(one * slope * c->rate * (32768 >> up), -ONE, ONE);
+            /* No further than from start to 0 or to one: sums must neither sink nor run over. */
+            const int start = words->start[k][i], farthest = length << up;
+            const double rise = one * slope * c->rate * (32768 >> up);
+            words->rise[k][i] = (int16_t)clamp(
+                rise, (int)fmax(-ONE, ceil(-32768.0 * start / farthest)),
+                (int)fmin(ONE, floor(32768.0 * (MATTER_ONE - start) / farthest)));
         }
     }
 }
@@ -108,8 +113,9 @@ void cvol_sheet_words_fill(cvol_sheet_words *words, const cvol_sheet_table *tabl
                            .offset = -(double)table->from * (double)table->scale -
                                      (double)offset * (double)table->scale / (double)scale};
     /* What lies outside of the entries is what is at their ends. */
-    words->from = (int16_t)clamp(sample_at(&c, 0.5), 0, CVOL_COMPACT_MOST - 1);
-    words->to = (int16_t)clamp(sample_at(&c, CVOL_TABLE_SIZE - 0.5), 0, CVOL_COMPACT_MOST - 1);
+    words->from = (int16_t)clamp(ceil(sample_at(&c, 0.5)), 0, CVOL_COMPACT_MOST - 1);
+    words->to = (int16_t)clamp(floor(sample_at(&c, CVOL_TABLE_SIZE - 0.5)), 0,
+                               CVOL_COMPACT_MOST - 1);
     const int span = words->to - words->from;
     if (span < LEAST_SPAN)
         return;

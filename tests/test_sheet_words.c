@@ -1,0 +1,118 @@
+/* Classification in whole numbers (render/sheet_words.h) says of every sample what the table's own
+ * pieces say, and where it steps it steps at the right sample. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "random.h"
+#include "render/sheet.h"
+#include "render/sheet_table.h"
+#include "render/transfer.h"
+
+static cvol_sheet_table table;
+
+static double random_uniform(random_state *r)
+{
+    return 0.5 + 0.5 * random_signed(r);
+}
+
+/* What kernels make of a sample, one at a time. */
+static void classify(double out[4], const cvol_sheet_words *w, int q)
+{
+    q = q < w->from ? w->from : q > w->to ? w->to : q;
+    const int bin = (int)((unsigned)(q - w->from) * w->bins >> 16);
+    int piece = w->piece_of[bin];
+    assert_in_range(bin, 0, CVOL_WORDS_BINS - 1);
+    for (int step = 0; step < w->steps; step++)
+        piece += q >= w->end[piece];
+    assert_true(q < w->end[piece] && (piece == 0 || q >= w->end[piece - 1]));
+    const int part = (q - w->begin[piece]) << w->up[piece];
+    assert_in_range(part, 0, CVOL_COMPACT_MOST);
+    for (int k = 0; k < 4; k++) {
+        const int value = w->start[k][piece] + ((part * w->rise[k][piece] + 16384) >> 15);
+        assert_in_range(value, 0, 16383);
+        out[k] = value / (16384.0 * (1 << w->shift));
+    }
+}
+
+/* The same of the table: the first piece that ends beyond a coordinate. */
+static void look_up(double out[4], double t)
+{
+    int piece = 0;
+    while ((double)table.piece_end[piece] <= t)
+        piece++;
+    for (int k = 0; k < 4; k++)
+        out[k] = (double)table.piece_start[k][piece] + t * (double)table.piece_rise[k][piece];
+}
+
+static cvol_transfer *random_function(random_state *r, double most)
+{
+    cvol_transfer_point points[6];
+    cvol_transfer *transfer;
+    const int count = 2 + (int)(random_uniform(r) * 4.99);
+    double at = 20 + 40 * random_uniform(r);
+    for (int i = 0; i < count; i++) {
+        points[i] = (cvol_transfer_point){at, random_uniform(r), random_uniform(r),
+                                          random_uniform(r),
+                                          random_uniform(r) < 0.3 ? 0 : most * random_uniform(r)};
+        at += random_uniform(r) < 0.2 ? 0 : 5 + 60 * random_uniform(r);
+    }
+    assert_int_equal(cvol_transfer_create(NULL, &transfer, points, (size_t)count), CVOL_OK);
+    return transfer;
+}
+
+static void words_are_the_pieces(void **state)
+{
+    (void)state;
+    int usable = 0;
+    for (uint64_t seed = 1; seed <= 120; seed++) {
+        random_state r = {seed};
+        const double most = seed % 3 == 0 ? 1 : seed % 3 == 1 ? 0.2 : 0.002;
+        const cvol_array array = {.range_min = -50, .range_max = 300, .offset = 40};
+        cvol_transfer *transfer = random_function(&r, most);
+        const float scale = 32000.0f / (seed % 2 ? 350 : 1000), offset = seed % 2 ? 9000 : 14000;
+        cvol_sheet_table_fill(&table, &array, transfer, 0.7 + random_uniform(&r));
+        cvol_sheet_words_fill(&table.words, &table, scale, offset);
+        const cvol_sheet_words *w = &table.words;
+        usable += w->usable;
+        for (int q = 0; q <= CVOL_COMPACT_MOST && w->usable; q++) {
+            double got[4], wanted[4], near[4];
+            const double value = (q - (double)offset) / (double)scale,
+                         t = (value - (double)table.from) * (double)table.scale,
+                         apart = 1.0 * (double)table.scale / (double)scale;
+            classify(got, w, q);
+            for (int k = 0; k < 4; k++)
+                wanted[k] = INFINITY, near[k] = -INFINITY;
+            for (int side = -1; side <= 1; side++) { /* a step may lie within a sample */
+                double at[4];
+                look_up(at, fmin(fmax(t, 0.5), CVOL_TABLE_SIZE - 0.5) + side * apart);
+                for (int k = 0; k < 4; k++) {
+                    wanted[k] = fmin(wanted[k], at[k]);
+                    near[k] = fmax(near[k], at[k]);
+                }
+            }
+            const double least = 3 / (16384.0 * (1 << w->shift));
+            for (int k = 0; k < 4; k++)
+                if (got[k] < wanted[k] - least || got[k] > near[k] + least) {
+                    print_message("seed %llu, sample %d, %d: %g, not %g to %g\n",
+                                  (unsigned long long)seed, q, k, got[k], wanted[k], near[k]);
+                    fail();
+                }
+        }
+        cvol_transfer_free(transfer);
+    }
+    print_message("%d of 120 functions fit\n", usable);
+    assert_true(usable > 60);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(words_are_the_pieces)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
