@@ -85,7 +85,7 @@ static void words_are_the_pieces(void **state)
             double got[4], wanted[4], near[4];
             const double value = (q - (double)offset) / (double)scale,
                          t = (value - (double)table.from) * (double)table.scale,
-                         apart = 1.0 * (double)table.scale / (double)scale;
+                         apart = 1.5 * (double)table.scale / (double)scale;
             classify(got, w, q);
             for (int k = 0; k < 4; k++)
                 wanted[k] = INFINITY, near[k] = -INFINITY;

@@ -78,7 +78,8 @@ static void find_values(cvol_sheet_words *words, const cvol_sheet_table *table,
             up++;
         words->up[i] = (int16_t)up;
         for (int k = 0; k < 4; k++) {
-            const double t = words->begin[i] * c->rate + c->offset,
+            const double at = words->begin[i] * c->rate + c->offset,
+                         t = fmin(fmax(at, 0.5), CVOL_TABLE_SIZE - 0.5),
                          slope = (double)table->piece_rise[k][i];
             words->start[k][i] = (int16_t)clamp(
                 one * ((double)table->piece_start[k][i] + slope * t), 0, MATTER_ONE);
@@ -112,9 +113,10 @@ void cvol_sheet_words_fill(cvol_sheet_words *words, const cvol_sheet_table *tabl
     const coordinates c = {.rate = (double)table->scale / (double)scale,
                            .offset = -(double)table->from * (double)table->scale -
                                      (double)offset * (double)table->scale / (double)scale};
-    /* What lies outside of the entries is what is at their ends. */
-    words->from = (int16_t)clamp(ceil(sample_at(&c, 0.5)), 0, CVOL_COMPACT_MOST - 1);
-    words->to = (int16_t)clamp(floor(sample_at(&c, CVOL_TABLE_SIZE - 0.5)), 0,
+    /* What lies outside of the entries is what is at their ends, be these narrower than a sample.
+     */
+    words->from = (int16_t)clamp(floor(sample_at(&c, 0.5)), 0, CVOL_COMPACT_MOST - 1);
+    words->to = (int16_t)clamp(ceil(sample_at(&c, CVOL_TABLE_SIZE - 0.5)), 0,
                                CVOL_COMPACT_MOST - 1);
     const int span = words->to - words->from;
     if (span < LEAST_SPAN)
