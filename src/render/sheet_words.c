@@ -77,18 +77,23 @@ static void find_values(cvol_sheet_words *words, const cvol_sheet_table *table,
         while (length << (up + 1) <= CVOL_COMPACT_MOST)
             up++;
         words->up[i] = (int16_t)up;
+        /* From where it begins to where it ends, but not beyond the table's piece: so nothing sinks
+         * below 0 or rises above one. */
+        const double first = i ? (double)table->piece_end[i - 1] : 0.5,
+                     most = fmin((double)table->piece_end[i], CVOL_TABLE_SIZE - 0.5);
+        double t[2] = {words->begin[i] * c->rate + c->offset, last * c->rate + c->offset};
+        for (int side = 0; side < 2; side++)
+            t[side] = fmin(fmax(t[side], first), most);
         for (int k = 0; k < 4; k++) {
-            const double at = words->begin[i] * c->rate + c->offset,
-                         t = fmin(fmax(at, 0.5), CVOL_TABLE_SIZE - 0.5),
-                         slope = (double)table->piece_rise[k][i];
-            words->start[k][i] = (int16_t)clamp(
-                one * ((double)table->piece_start[k][i] + slope * t), 0, MATTER_ONE);
-            /* No further than from start to 0 or to one: sums must neither sink nor run over. */
-            const int start = words->start[k][i], farthest = length << up;
-            const double rise = one * slope * c->rate * (32768 >> up);
+            double value[2];
+            for (int side = 0; side < 2; side++)
+                value[side] = fmin(fmax(one * ((double)table->piece_start[k][i] +
+                                               (double)table->piece_rise[k][i] * t[side]),
+                                        0),
+                                   MATTER_ONE);
+            words->start[k][i] = (int16_t)clamp(value[0], 0, MATTER_ONE);
             words->rise[k][i] = (int16_t)clamp(
-                rise, (int)fmax(-ONE, ceil(-32768.0 * start / farthest)),
-                (int)fmin(ONE, floor(32768.0 * (MATTER_ONE - start) / farthest)));
+                32768 * (value[1] - words->start[k][i]) / (length << up), -ONE, ONE);
         }
     }
 }
