@@ -372,6 +372,10 @@ def make_hdf5():
         data.attrs["element_size_um"] = [3.0, 2.0, 1.0]
         file["line"] = np.zeros(5)
     announce("one.h5", volume, (1, 2, 3, "um"))
+    chopped = samples("u1", (2, 161, 190))  # a sheet of more chunks than are asked for at once
+    with h5py.File("chopped.h5", "w") as file:
+        file.create_dataset("data", data=chopped, chunks=(2, 1, 6))
+    announce("chopped.h5", chopped)
     many = samples("f4", (3, 4, 5, 6))
     with h5py.File("four.h5", "w") as file:
         file["a:b"] = many

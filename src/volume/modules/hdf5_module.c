@@ -14,6 +14,7 @@
 struct cvol_hdf5_dataset {
     hid_t file, dataset, memory_type;
     int rank;
+    hsize_t chunk[CVOL_HDF5_RANK]; /* chunk[0] 0: it has none */
 };
 
 static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
@@ -218,6 +219,7 @@ static void make_room(cvol_hdf5_dataset *d, const char *name, const cvol_hdf5_sh
         H5Pclose(plan);
     if (!chunked)
         return;
+    memcpy(d->chunk, chunk, sizeof *chunk * (size_t)shape->rank);
     double bytes = 8;
     const int colours = shape->rank > 3 && shape->dims[shape->rank - 1] <= 4; /* behind a sheet */
     for (int i = 0; i < shape->rank; i++)
@@ -330,6 +332,44 @@ static int read_unlocked(cvol_hdf5_dataset *d, void *out, const hsize_t *begin,
     return done;
 }
 
+/* libhdf5 keeps some kilobytes for each chunk that it is asked for at once. */
+#define MOST_CHUNKS 4096
+
+/* How many a box touches, about. */
+static double count_chunks(const cvol_hdf5_dataset *d, const hsize_t *count)
+{
+    double chunks = 1;
+    for (int i = 0; i < d->rank; i++)
+        chunks *= d->chunk[i] ? 1 + (double)(count[i] / d->chunk[i]) : 1;
+    return chunks;
+}
+
+/* A box of more chunks in halves of its slowest axis, which follow one another in `out`; where that
+ * has more than one chunk, at the beginning of one. begin and count come back as they were. */
+static int read_parts(cvol_hdf5_dataset *d, char *out, hsize_t *begin, hsize_t *count,
+                      char *message, size_t room)
+{
+    int axis = 0;
+    while (axis < d->rank && count[axis] <= 1)
+        axis++;
+    if (!d->chunk[0] || axis == d->rank || count_chunks(d, count) <= MOST_CHUNKS)
+        return read_unlocked(d, out, begin, count, message, room);
+    const hsize_t from = begin[axis], all = count[axis], middle = from + all / 2;
+    const hsize_t aligned = middle - middle % d->chunk[axis];
+    const hsize_t first = (aligned > from ? aligned : middle) - from;
+    size_t bytes = H5Tget_size(d->memory_type);
+    for (int i = axis + 1; i < d->rank; i++)
+        bytes *= (size_t)count[i];
+    count[axis] = first;
+    int done = read_parts(d, out, begin, count, message, room);
+    begin[axis] = from + first;
+    count[axis] = all - first;
+    done = done && read_parts(d, out + first * bytes, begin, count, message, room);
+    begin[axis] = from;
+    count[axis] = all;
+    return done;
+}
+
 static int read_box(cvol_hdf5_dataset *dataset, void *out, const uint64_t *begin,
                     const uint64_t *count, char *message, size_t room)
 {
@@ -342,7 +382,7 @@ static int read_box(cvol_hdf5_dataset *dataset, void *out, const uint64_t *begin
     pthread_mutex_lock(&mutex);
     H5E_BEGIN_TRY
     {
-        done = read_unlocked(dataset, out, b, c, message, room);
+        done = read_parts(dataset, out, b, c, message, room);
     }
     H5E_END_TRY
     pthread_mutex_unlock(&mutex);
