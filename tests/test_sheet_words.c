@@ -37,7 +37,7 @@ static void classify(double out[4], const cvol_sheet_words *w, int q)
     for (int k = 0; k < 4; k++) {
         const int value = w->start[k][piece] + ((part * w->rise[k][piece] + 16384) >> 15);
         assert_in_range(value, 0, 16383);
-        out[k] = value / (16384.0 * (1 << w->shift));
+        out[k] = value / (16384.0 * (1 << (w->shift + w->fine)));
     }
 }
 
@@ -97,7 +97,7 @@ static void words_are_the_pieces(void **state)
                     near[k] = fmax(near[k], at[k]);
                 }
             }
-            const double least = 3 / (16384.0 * (1 << w->shift));
+            const double least = 4 / (16384.0 * (1 << (w->shift + w->fine)));
             for (int k = 0; k < 4; k++)
                 if (got[k] < wanted[k] - least || got[k] > near[k] + least) {
                     print_message("seed %llu, sample %d, %d: %g, not %g to %g\n",

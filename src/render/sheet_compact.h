@@ -196,7 +196,7 @@ CVOL_INLINE void composite_words(words_pixels *p, const cvol_sheet_words *w,
     const __m512i opacity = _mm512_adds_epi16(from->v[3], to->v[3]);
     __m512i share = p->through;
     if (parts) {
-        const __m512i whole = _mm512_srl_epi16(opacity, shift);
+        const __m512i whole = _mm512_srl_epi16(opacity, _mm_cvtsi32_si128(w->shift + w->fine));
         const __m512i half = half_of_opacity(w, whole);
         share = _mm512_mask_mulhrs_epi16(share, parts->halves, share, half);
         if (parts->quarters) {
@@ -205,6 +205,8 @@ CVOL_INLINE void composite_words(words_pixels *p, const cvol_sheet_words *w,
         }
         share = _mm512_maskz_mov_epi16(mask, share);
     }
+    if (w->fine)
+        share = _mm512_mulhrs_epi16(share, _mm512_set1_epi16((int16_t)(32768 >> w->fine)));
     for (int k = 0; k < 3; k++)
         p->gained[k] = _mm512_adds_epi16(
             p->gained[k], _mm512_mulhrs_epi16(share, _mm512_adds_epi16(from->v[k], to->v[k])));

@@ -11,6 +11,8 @@
 /* Of 2^15, what is added up over a layer's sheets stays below this. */
 #define ONE 32767
 #define MATTER_ONE 16383
+/* That a line meets at once: a layer's, those held by the one before, and one behind. */
+#define MOST_SHEETS (CVOL_BLOCK_MAX + 3)
 
 static int clamp(double value, int least, int most)
 {
@@ -27,16 +29,19 @@ static double sample_at(const coordinates *c, double t)
     return (t - c->offset) / c->rate;
 }
 
-/* Opacities of functions that are thin everywhere use the bits that they would leave. */
-static int find_shift(const cvol_sheet_table *table)
+/* Opacities of functions that are thin everywhere use the bits that they would leave: `shift` of
+ * what a layer's sheets add up to, and `fine` more of each sheet's. */
+static void find_shifts(cvol_sheet_words *words, const cvol_sheet_table *table)
 {
-    double most = 0;
+    double most = 1e-6;
     for (int t = 0; t < CVOL_TABLE_SIZE; t++)
-        most = fmax(most, table->entries[t].first);
-    int shift = 0;
-    while (shift < 8 && most * (CVOL_BLOCK_MAX + 1) * (2 << shift) < 1)
-        shift++;
-    return shift;
+        most = fmax(most, (double)table->entries[t].first);
+    int all = 0;
+    while (all < 10 && most * (2 << all) < 1)
+        all++;
+    while (words->shift < all && most * MOST_SHEETS * (2 << words->shift) < 1)
+        words->shift++;
+    words->fine = all - words->shift;
 }
 
 /* Ends and beginnings; where the bins begin, and how many steps they take. */
@@ -69,7 +74,7 @@ static void find_places(cvol_sheet_words *words, const cvol_sheet_table *table,
 static void find_values(cvol_sheet_words *words, const cvol_sheet_table *table,
                         const coordinates *c)
 {
-    const double one = 16384.0 * (1 << words->shift);
+    const double one = 16384.0 * (1 << (words->shift + words->fine));
     for (int i = 0; i < CVOL_WORDS_PIECES; i++) {
         const int last = words->end[i] < words->to ? words->end[i] : words->to;
         int length = last - words->begin[i], up = 0;
@@ -132,7 +137,7 @@ void cvol_sheet_words_fill(cvol_sheet_words *words, const cvol_sheet_table *tabl
     words->visible_to = (int16_t)clamp(ceil(sample_at(&c, (double)table->visible_to)), 0,
                                        CVOL_COMPACT_MOST);
     words->flat = (int16_t)clamp((double)table->flat / c.rate, 1, CVOL_COMPACT_MOST);
-    words->shift = find_shift(table);
+    find_shifts(words, table);
     find_places(words, table, &c);
     find_values(words, table, &c);
     find_halves(words);

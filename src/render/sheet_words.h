@@ -5,7 +5,7 @@
  * `steps` steps at most lead to its piece i, the first with q < end[i]. What its matter has is
  *     start[k][i] + ((q - begin[i]) 2^up[i]) rise[k][i] / 2^15,
  * colour times opacity (k 0 to 2) and opacity (3), over the distance of two sheets, times
- * 2^(14 + shift).
+ * 2^(14 + shift + fine). Of these, shares are taken and added up times 2^(15 + shift).
  */
 #ifndef CVOL_RENDER_SHEET_WORDS_H
 #define CVOL_RENDER_SHEET_WORDS_H
@@ -19,7 +19,7 @@
 
 typedef struct cvol_sheet_words {
     int usable;
-    int steps, shift;
+    int steps, shift, fine;
     int16_t from, to, visible_from, visible_to;
     int16_t flat; /* over so much both colour and opacity are as good as linear */
     uint16_t bins;
