@@ -140,7 +140,11 @@ def measure(arguments, cvol, vtk, name):
 
 
 def plot(rows, path):
-    import matplotlib
+    try:
+        import matplotlib
+    except ImportError:
+        say('no plot: this Python has no matplotlib (Debian: python3-matplotlib)')
+        return
     matplotlib.use('Agg')
     from matplotlib import pyplot
     kinds = list(dict.fromkeys((row['volume'], row['look']) for row in rows))
