@@ -464,6 +464,25 @@ static int draw_all_along(cvol_context *context, sheet_state *state,
     return CVOL_OK;
 }
 
+/* A picture in parallel projection. What is drawn from samples of 16 bits stays the same picture
+ * where its depth is asked for, too, which is found from floats: it is drawn after that. */
+static int draw_parallel(cvol_context *context, sheet_state *state,
+                         const cvol_sheet_subject *subject, cvol_image *image,
+                         cvol_sheet_plan *plan, const cvol_view *view,
+                         const cvol_render_options *options)
+{
+    const int both = image->depth && options->mode == CVOL_MODE_COMPOSITE && !options->shading.on;
+    const double share = both ? 0.5 : 1, whole[2] = {0, share}, rest[2] = {share, 1 - share};
+    int code = draw_plan(context, state, subject, image, plan, view, options, whole);
+    if (code || !both)
+        return code;
+    float *const depth = image->depth;
+    image->depth = NULL;
+    code = draw_plan(context, state, subject, image, plan, view, options, rest);
+    image->depth = depth;
+    return code;
+}
+
 static int check_footprint(cvol_context *context, const cvol_sheet_options *options)
 {
     const int kind = (int)options->footprint;
@@ -481,7 +500,6 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
                       const cvol_view *view, const cvol_render_options *options)
 {
     sheet_state *state = opaque_state;
-    const double progress[2] = {0, 1};
     cvol_sheet_subject *subject;
     cvol_sheet_plan plan;
     int code = check_footprint(context, &options->sheet);
@@ -494,7 +512,7 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
         return draw_all_along(context, state, subject, image, view, options);
     code = cvol_sheet_plan_make(context, &plan, state->array,
                                 subject->level.samples ? options->level : 0, view);
-    return code ? code : draw_plan(context, state, subject, image, &plan, view, options, progress);
+    return code ? code : draw_parallel(context, state, subject, image, &plan, view, options);
 }
 
 const cvol_engine_table cvol_sheet_engine = {.free = sheet_free,

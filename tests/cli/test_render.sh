@@ -151,11 +151,9 @@ expect_failure 2 "along x it goes from 5 to 3" cvol render a.cvol -o x.png --cli
 
 expect_done cvol render a.cvol -o plain.png $view
 expect_done cvol render a.cvol -o after.png $view --depth depth.pfm --opacity opacity.pfm --json
+expect_same_file plain.png after.png
 expect_equal "$(value_of depth)" depth.pfm
 expect_equal "$(value_of opacity)" opacity.pfm
-# Pictures without more to find are drawn from samples of 16 bits: no channel may differ by much.
-expect_done cvol compare plain.png after.png --json
-expect_number "$(value_of psnr_db)" '>=' 58
 for map in depth opacity; do
     expect_equal "$(head -n 1 $map.pfm)" Pf
     expect_equal "$(wc -c <$map.pfm)" $((16 + 128 * 128 * 4))
