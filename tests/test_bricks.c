@@ -12,6 +12,7 @@
 #include "array/array.h"
 #include "base/bytes.h"
 #include "codec/brick_index.h"
+#include "codec/brick_shape.h"
 #include "codec/container.h"
 #include "codec/header.h"
 #include "codec/layout.h"
@@ -27,6 +28,52 @@ static void check_ok(int code)
 {
     if (code)
         fail_msg("%d: %s", code, cvol_context_message(context));
+}
+
+/* What a compression that says nothing gets: planes of what is large need less than an eighth. */
+static void shapes_that_nobody_asked_for(void **state)
+{
+    (void)state;
+    static const struct {
+        size_t dims[3];
+        cvol_type type;
+        cvol_target target;
+        double value;
+        size_t side[3], run;
+    } is[] = {
+        {{512, 512, 234}, CVOL_INT16, CVOL_TARGET_RATIO, 30, {48, 48, 16}, 1},
+        {{512, 512, 234}, CVOL_FLOAT32, CVOL_TARGET_RATIO, 30, {48, 48, 16}, 1},
+        {{512, 512, 234}, CVOL_UINT8, CVOL_TARGET_RATIO, 20, {48, 48, 32}, 1},
+        {{512, 512, 234}, CVOL_INT16, CVOL_TARGET_RATIO, 50, {48, 48, 32}, 1}, /* 2 kB a brick */
+        {{512, 512, 234}, CVOL_INT16, CVOL_TARGET_BITS, 0.5, {48, 48, 16}, 1},
+        {{512, 512, 234}, CVOL_INT16, CVOL_TARGET_PSNR, 30, {64, 64, 64}, 16},
+        {{301, 370, 316}, CVOL_UINT8, CVOL_TARGET_RATIO, 30, {64, 64, 64}, 16}, /* 1.2 MB */
+        {{512, 512, 512}, CVOL_UINT8, CVOL_TARGET_RATIO, 30, {48, 48, 48}, 1},
+        {{2048, 2048, 2048}, CVOL_UINT8, CVOL_TARGET_RATIO, 30, {64, 64, 64}, 1},
+        {{4096, 4096, 10}, CVOL_UINT16, CVOL_TARGET_RATIO, 30, {64, 64, 16}, 1},
+        {{40000, 40000, 1}, CVOL_UINT8, CVOL_TARGET_RATIO, 30, {64, 64, 64}, 1},
+    };
+    cvol_compress_options options = cvol_compress_options_defaults();
+    for (size_t i = 0; i < sizeof is / sizeof *is; i++) {
+        const size_t *n = is[i].dims;
+        const cvol_grid grid = cvol_grid_make(n[0], n[1], n[2], is[i].type);
+        options.target = is[i].target;
+        options.target_value = is[i].value;
+        const cvol_brick_shape got = cvol_brick_shape_choose(&grid, &options);
+        if (memcmp(got.side, is[i].side, sizeof got.side) || got.run != is[i].run)
+            fail_msg("%zu: bricks of %zu x %zu x %zu in runs of %zu", i, got.side[0], got.side[1],
+                     got.side[2], got.run);
+    }
+    const cvol_grid grid = cvol_grid_make(512, 512, 234, CVOL_INT16);
+    options = cvol_compress_options_defaults();
+    options.lossless = 1;
+    assert_true(cvol_brick_shape_is_usual(&(cvol_brick_shape){{64, 64, 64}, 16}));
+    cvol_brick_shape got = cvol_brick_shape_choose(&grid, &options);
+    assert_true(cvol_brick_shape_is_usual(&got));
+    options.lossless = 0;
+    options.block = 32;
+    got = cvol_brick_shape_choose(&grid, &options);
+    assert_true(cvol_brick_shape_is_usual(&got));
 }
 
 /* Waves with noise, an empty half, and a value that samples without one have. */
@@ -440,6 +487,7 @@ int main(void)
                                        cmocka_unit_test(shapes_are_kept_and_changed),
                                        cmocka_unit_test(streams_have_shapes),
                                        cmocka_unit_test(hostile_shapes_are_refused),
+                                       cmocka_unit_test(shapes_that_nobody_asked_for),
                                        cmocka_unit_test(shapes_that_cannot_be_asked_for)};
     return cmocka_run_group_tests(tests, container_start, container_stop);
 }

@@ -32,9 +32,11 @@ static const char examples[] =
     "  cvol compress wave.nrrd w.cvol --transform dft --block 0 --keep 16,1000\n"
     "  cvol compress 'run_*.nrrd' -o run.cvol --time-step 2.5  a time series\n"
     "  cvol compress dapi.tif gfp.tif -o cell.cvol --as channels --channel-names DAPI,GFP\n"
-    "  cvol compress ct.mha ct.cvol --bricks 32,32,16          a plane reads 7 % of the file, not "
+    "  cvol compress ct.mha ct.cvol --psnr 60 --bricks 48,48,16\n"
+    "                                                          a plane reads 4 to 7 % of the file, "
+    "not "
     "26 to 100;\n"
-    "                                                          1.5 to 7.5 % more bytes\n"
+    "                                                          0.5 to 1 % more bytes\n"
     "  cvol compress brain.png brain.cvi --psnr 40             a picture\n";
 
 /* The value that marks samples without one: a number, which then stands for NaN and infinite
@@ -494,8 +496,8 @@ int command_compress(int argc, char **argv)
         {"--block", "B", "side of the blocks: 8, 16 (default) or 32; 0: the whole volume at once",
          OPTION_INTEGER, &a.block, 0, NULL},
         {"--bricks", "B or X,Y,Z",
-         "what is read alone: samples a side, 16 to 64 (default 64; less: more bits)", OPTION_TEXT,
-         &a.bricks, 0, NULL},
+         "what is read alone: samples a side, 16 to 64 (default: 64; files from 2 MB: less)",
+         OPTION_TEXT, &a.bricks, 0, NULL},
         {"--transform", "NAME", "dct (default), dht or dft", OPTION_TEXT, &a.transform, 0, NULL},
         {"--no-lap", NULL, "no filter across cells: multiplying and convolving are faster then",
          OPTION_FLAG, &a.no_lap, 0, NULL},

@@ -45,8 +45,9 @@ typedef struct cvol_compress_options {
                                is met to within 0.1 dB below and 0.4 dB above */
     int brick[3];           /* samples along x, y, z that are coded together, and read alone where a
                                part of the file is asked for: 16, 32, 48 or 64, multiples of the
-                               block. 0, 0, 0: 64, 64, 64; transcoding: as the array has them.
-                               Smaller ones take more bits (doc/format.md, section 6) */
+                               block. 0, 0, 0: 64, 64, 64, and less for planes of files of 2 MB and more
+                               that are made to a ratio or to bits a sample (doc/format.md, section
+                               6); transcoding: as the array has them. Smaller ones take more bits */
 } cvol_compress_options;
 
 /* DCT blocks of 16^3 at ratio 30. */

@@ -102,7 +102,8 @@ def compress(
     lap: whether blocks overlap through filters; False: for volumes that will be multiplied or convolved.
     fast: less than half the time, 3 to 9 % more bits.
     bricks: samples that are coded together, and read alone where a part of a file is sliced: 16, 32, 48 or 64,
-        one number, or one for each axis in the array's order (None: 64). Smaller ones take more bits.
+        one number, or one for each axis in the array's order. None: 64, and less for planes of files of 2 MB and
+        more that are made to a ratio or to bits. Smaller ones take more bits.
     attributes: anything that JSON can hold; the file keeps it.
 
     Of a volume (three axes, DCT blocks) the error is measured by decoding what the file would hold.

@@ -1,7 +1,7 @@
 """Where a volume's coefficients are: in memory, or in a file of which only what is asked for is read.
 
 Of a .cvol file of rank 3 in DCT blocks any box of samples is read and decoded without the rest, in bricks of
-64^3 samples, or as the file has them. The bricks that the last box needed stay in memory, so that neighbouring
+64^3 samples or as the file has them. The bricks that the last box needed stay in memory, so that neighbouring
 slices are read once.
 """
 

@@ -1,4 +1,4 @@
-"""Planes of a file that stays where it is: smaller bricks, and what a plane then reads of them.
+"""Planes of a file that stays where it is: bricks of 64 samples a side, smaller ones, and what a plane reads of them.
 
 usage: planes.py SCAN [FOLDER]      SCAN: a .cvol file, or a dense volume; writes planes.cvol and planes.png
 """
@@ -23,15 +23,18 @@ def bricks_of(v, axis, k):
     return needed * math.prod(counts) // counts[axis], math.prod(counts)
 
 
-# z, y, x: thin slabs. The usual bricks are of 64 samples along each axis; at the same ratio these cost some quality.
+# z, y, x: thin slabs. Files of 2 MB and more have such bricks, or flatter ones, without being asked; small ones, and those
+# that are made to an error, are of 64 samples along each axis. At the same ratio small bricks cost some quality.
 shape = (16, 32, 32)
 if scan.endswith(".cvol"):
     with cvol.open(scan) as v:
         samples, geometry = v.to_numpy(), v.geometry
 else:
     samples, geometry = cvol.read(scan)
-usual = cvol.compress(samples, geometry=geometry)
-small = cvol.compress(samples, geometry=geometry, bricks=shape)
+usual = cvol.compress(samples, geometry=geometry, bricks=64)
+small = cvol.compress(samples, geometry=geometry)
+if small.info.bricks == usual.info.bricks:
+    small = cvol.compress(samples, geometry=geometry, bricks=shape)
 usual.save(folder / "usual.cvol")
 small.save(folder / "planes.cvol")
 files = [folder / "usual.cvol", folder / "planes.cvol"]
@@ -47,7 +50,7 @@ for axis, name in enumerate("zyx"):
             plane = v[tuple(k if a == axis else slice(None) for a in range(3))]
             shares.append(bricks_of(v, axis, k))
     (needs, of), (usually, all_) = shares[1], shares[0]
-    print(f"{name} = {k}: decodes {needs} of {of} bricks (1/{of / needs:.0f}); in usual ones {usually} of {all_}")
+    print(f"{name} = {k}: decodes {needs} of {of} bricks (1/{of / needs:.0f}); in those of 64 {usually} of {all_}")
     shown.append(plane)
 
 low, high = (f(p.min() if f is min else p.max() for p in shown) for f in (min, max))

@@ -35,7 +35,7 @@ def test_turn(tmp_path, path):
 def test_planes(tmp_path, path):
     text = run(HERE / "examples" / "planes.py", path, tmp_path, cwd=tmp_path)
     assert " in bricks of (64, 64, 64) " in text
-    assert "z = 40: decodes 3 of 15 bricks (1/5); in usual ones 2 of 4" in text
+    assert "z = 40: decodes 3 of 15 bricks (1/5); in those of 64 2 of 4" in text
     assert sorted(file.name for file in tmp_path.iterdir()) == ["planes.cvol", "planes.png"]
 
 

@@ -1,8 +1,12 @@
 """Compressing, opening, slicing, closing: held against NumPy on the decoded samples."""
 
+import importlib.util
+import itertools
+import math
 import os
 import signal
 import threading
+from pathlib import Path
 
 import cvol
 import numpy as np
@@ -84,6 +88,55 @@ def test_bricks(tmp_path, array):
             cvol.compress(array, bricks=bricks)
     with pytest.raises(ValueError, match="DCT blocks"):
         cvol.compress(array, keep=cvol.Keep.all(), bricks=32)
+
+
+def left_for_plane(data, axis, k):
+    """A file in which all is zero but what stands beside the shells and the bricks that hold sample k of an axis (x: 0)
+    or touch it through filters; the share of bytes that this leaves, and that of samples. The file is understood as
+    doc/decoder_ref.py does it."""
+    reference = Path(__file__).resolve().parents[2] / "doc" / "decoder_ref.py"
+    spec = importlib.util.spec_from_file_location("decoder_ref", reference)
+    ref = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(ref)
+    sections = ref.read_sections(data, "ENDS")
+    header = ref.Header(*(sections[tag][0] for tag in ("HEAD", "GEOM", "ERRS")))
+    sides, run = ref.read_shape(header, sections["BRKS"][0])
+    assert run == 1 and "MASK" not in sections and "CORR" not in sections
+    grid = [-(-n // side) for n, side in zip(header.dims, sides)]
+    lengths, _ = ref.read_index(sections["INDX"][0], math.prod(grid), run, 0)
+    first, last = max(k - 2, 0) // sides[axis], (k + 2) // sides[axis]
+    kept, gone = bytearray(data), 0
+    for shell, tag in enumerate(ref.SHELLS):
+        at = data.index(sections[tag][0])
+        for brick, place in enumerate(itertools.product(*map(range, reversed(grid)))):
+            if brick > 0 and not first <= place[2 - axis] <= last:  # opening looks at the first brick
+                kept[at : at + lengths[shell][brick]] = bytes(lengths[shell][brick])
+                gone += lengths[shell][brick]
+            at += lengths[shell][brick]
+    return bytes(kept), 1 - gone / len(data), (last + 1 - first) * sides[axis] / header.dims[axis]
+
+
+def test_planes_of_a_large_volume(tmp_path):
+    """A plane needs less than an eighth of what is compressed to a ratio and nothing else: no other byte is looked at,
+    as checksums would not hold."""
+    cube = make_array((117, 128, 128))
+    array = np.tile(np.concatenate([cube, cube[::-1]]), (1, 4, 4))
+    assert array.shape == (234, 512, 512)
+    volume = cvol.compress(array, fast=True)
+    assert volume.info.bricks == (16, 48, 48)
+    path = tmp_path / "large.cvol"
+    volume.save(path)
+    data = path.read_bytes()
+    with cvol.open(path) as v:
+        planes = [v[100], v[:, 100], v[:, :, 100]]
+    for axis in range(3):
+        kept, share, samples = left_for_plane(data, 2 - axis, 100)
+        assert share < 1 / 8 and samples < 1 / 8
+        path.write_bytes(kept)
+        with cvol.open(path) as v:
+            assert np.array_equal(v[(slice(None),) * axis + (100,)], planes[axis])
+            with pytest.raises(cvol.Error, match="damaged"):
+                v[(slice(None),) * axis + (160,)]
 
 
 def test_ranks_and_transforms():

@@ -53,7 +53,7 @@ static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid 
     const int code = cvol_array_create(context, &trial->shape, grid, block);
     if (code)
         return code;
-    trial->shape->brick = cvol_brick_shape_make(options->brick);
+    trial->shape->brick = cvol_brick_shape_choose(grid, options);
     trial->shape->lapped = block == 16;
     trial->shape->dependent = block == 16;
     trial->split = block == 16 ? CVOL_SPLIT_BEST : CVOL_SPLIT_NEVER;
