@@ -238,6 +238,8 @@ static void test_threads_and_bands_do_not_matter(void **state)
                                                          views[k % VIEWS][0], views[k % VIEWS][1]);
             options.height = 400;
             options.camera.zoom = k % 5 == 4 ? 0.3 : 1 + k % 3;
+            options.step_voxels = k % 6 == 2 ? 0.4 : 0;
+            options.shading.on = k % 7 == 4;
             const cvol_transfer_point *points = v ? speck_points : band_points;
             cvol_context_set_threads(context, 1);
             cvol_image *one = support_sheet(context, array, points, v ? 2 : 4, &options);

@@ -255,50 +255,6 @@ static cvol_sheet_compact choose_compact(cvol_sheet_table *table, const cvol_she
     return table->words.usable ? compact : (cvol_sheet_compact){0, 0};
 }
 
-/* How many lines a band has: all of them for one thread; for more, about four bands each, so that
- * uneven volumes spread, but none so low that bands share most of their blocks. */
-static int choose_band_lines(const cvol_sheet_plan *plan, int threads)
-{
-    /* Of a level nothing is evaluated twice. */
-    const int least = plan->level ? CVOL_TILE : 48;
-    int lines = threads == 1 ? plan->height : plan->height / (4 * threads);
-    lines = lines < least ? least : lines;
-    return (lines + CVOL_TILE - 1) / CVOL_TILE * CVOL_TILE;
-}
-
-/* Draws all bands; the calling thread reports progress. */
-static int draw_bands(cvol_context *context, sheet_state *state, const cvol_sheet_frame *frame,
-                      int band_lines, int threads)
-{
-    const int height = state->intermediate.height;
-    const int count = (height + band_lines - 1) / band_lines;
-    int cancelled = 0, done = 0;
-#pragma omp parallel for num_threads(threads) schedule(dynamic, 1)
-    for (int band = 0; band < count; band++) {
-        int stop, before;
-#pragma omp atomic read
-        stop = cancelled;
-#pragma omp atomic read
-        before = done;
-        if (stop)
-            continue;
-        int begin = band * band_lines, thread = cvol_thread_index();
-        int end = begin + band_lines < height ? begin + band_lines : height;
-        cvol_context *progress = thread == 0 ? context : NULL;
-        if (cvol_band_draw(progress, &state->bands[thread], frame, begin, end,
-                           frame->progress[0] + frame->progress[1] * before / count,
-                           frame->progress[1] / count)) {
-#pragma omp atomic write
-            cancelled = 1;
-        }
-#pragma omp atomic
-        done++;
-    }
-    return cancelled ? CVOL_ERROR_CANCELLED
-                     : cvol_report_progress(context, "rendering",
-                                            frame->progress[0] + frame->progress[1]);
-}
-
 /* Table coordinates for a surface: as if of a function that is opaque from its value on. */
 static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visibility *visibility,
                        const cvol_array *array, const cvol_surface *surface)
@@ -377,7 +333,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
                       ? choose_parts(plan, options->step_voxels)
                       : 1;
     const int extras = image->depth != NULL || plan->parts > 1 || plan->wide || state->counts;
-    const int band_lines = choose_band_lines(plan, threads);
+    const int band_lines = cvol_share_lines(plan, threads);
     const int colour = !cvol_mode_is_grey(options->mode);
     cvol_visibility by_surface;
     const int code_of_table = set_table(context, state, plan, subject, &by_surface, options,
@@ -418,7 +374,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     };
     if (frame.mask && !plan->level)
         cvol_mask_points_find(frame.mask_points, plan, frame.mask->block);
-    const int code = draw_bands(context, state, &frame, band_lines, threads);
+    const int code = cvol_share_draw(context, &frame, state->bands, threads, band_lines);
     for (int i = 0; i < state->band_count; i++) {
         state->multiply_adds += state->bands[i].multiply_adds;
         state->bands[i].multiply_adds = 0;

@@ -278,10 +278,12 @@ static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
 /* Evaluates and draws a layer, some lines at a time: a row of blocks is evaluated just before the
  * first lines that meet it, so that they find its samples in the cache. Where nothing can be seen,
  * the first sheet ends what the layer before began. */
-static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+static void draw_layer(cvol_sheet_share *share, int thread, cvol_band *band,
                        const cvol_layer_skip *skip, const cvol_layer_skip *before,
-                       const cvol_band_layer *at, int begin, int end)
+                       cvol_band_layer *at)
 {
+    const cvol_sheet_frame *frame = share->frame;
+    cvol_band_memory *memory = &share->bands[thread];
     const cvol_sheet_plan *plan = frame->plan;
     size_t next_row = at->first_row;
     cvol_layer layer, first_sheet;
@@ -290,10 +292,14 @@ static void draw_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame,
     layer.cover_at = memory->cover_at;
     first_sheet = layer;
     first_sheet.sheet_count = 1;
-    for (int from = begin; from < end; from += CVOL_TILE) {
-        const int to = from + CVOL_TILE < end ? from + CVOL_TILE : end;
+    for (int from = band->begin; from < band->end; from += CVOL_TILE) {
         size_t first, last;
-        uint8_t *pending = &memory->pending[(from - begin) / CVOL_TILE];
+        cvol_share_tile(share, thread, band, from);
+        if (from >= band->end)
+            break;
+        at->tile_end = cvol_band_tile_end(band);
+        const int to = from + CVOL_TILE < band->end ? from + CVOL_TILE : band->end;
+        uint8_t *pending = &memory->pending[(from - band->begin) / CVOL_TILE];
         const int ends = *pending;
         *pending = 0;
         if (!cvol_layer_rows(&first, &last, plan, at->layer, from, to))
@@ -322,38 +328,58 @@ static void end_lines(const cvol_sheet_frame *frame, int begin, int end)
     }
 }
 
-int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                   int begin, int end, double progress, double share)
+/* A layer's sheets, and its rows of blocks that the band reaches; 0 if there are none. */
+static int find_layer(cvol_band_layer *at, const cvol_sheet_plan *plan, const cvol_band *band,
+                      size_t step)
 {
-    const cvol_sheet_plan *plan = frame->plan;
-    cvol_band_layer at = {.tile_begin = begin / CVOL_TILE,
-                          .tile_end = (end + CVOL_TILE - 1) / CVOL_TILE};
-    const cvol_layer_skip *before = NULL;
+    at->tile_begin = band->begin / CVOL_TILE;
+    at->tile_end = cvol_band_tile_end(band);
+    at->layer = plan->ascending ? step : plan->layers - 1 - step;
+    cvol_layer_sheets(&at->z_begin, &at->z_end, plan, at->layer);
+    return cvol_layer_rows(&at->first_row, &at->last_row, plan, at->layer, band->begin, band->end);
+}
+
+/* Makes the windows of a layer; NULL if the band does not reach it. */
+static const cvol_layer_skip *find_windows(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                                           cvol_band_layer *at, const cvol_band *band, size_t step)
+{
     const cvol_skip_source source = cvol_band_skip_source(frame);
-    clear_lines(frame, begin, end);
-    memset(memory->pending, 0, (size_t)(end - begin + CVOL_TILE - 1) / CVOL_TILE);
-    cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
-    for (size_t step = 0; step < plan->layers; step++) {
-        double fraction = progress + share * (double)step / (double)plan->layers;
-        if (context && cvol_report_progress(context, "rendering", fraction))
-            return CVOL_ERROR_CANCELLED;
-        if (plan->lapped) {
-            cvol_lapped_draw(memory, frame, step, begin, end);
-            cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
-            continue;
+    const cvol_layer_skip *skip = &memory->skip[step % 2];
+    if (!find_layer(at, frame->plan, band, step))
+        return NULL;
+    cvol_layer_skip_make(skip, &source, at->layer, at->first_row, at->last_row);
+    return skip;
+}
+
+void cvol_band_draw(cvol_sheet_share *share, int thread, cvol_band *band)
+{
+    const cvol_sheet_frame *frame = share->frame;
+    const cvol_sheet_plan *plan = frame->plan;
+    cvol_band_memory *memory = &share->bands[thread];
+    cvol_band_layer at;
+    const cvol_layer_skip *before = NULL;
+    if (band->step == 0) {
+        clear_lines(frame, band->begin, band->end);
+        memset(memory->pending, 0, (size_t)(cvol_band_tile_end(band) - band->begin / CVOL_TILE));
+        cvol_tiles_update(frame->tiles, frame->intermediate, band->begin, band->end);
+    } else if (plan->lapped)
+        cvol_lapped_go_on(memory, frame, band);
+    else
+        before = find_windows(memory, frame, &at, band, band->step - 1);
+    for (; band->step < plan->layers; band->step++) {
+        if (!cvol_share_layer(share, thread, band))
+            return;
+        if (plan->lapped)
+            cvol_lapped_draw(share, thread, band);
+        else {
+            const cvol_layer_skip *skip = find_windows(memory, frame, &at, band, band->step);
+            if (skip)
+                draw_layer(share, thread, band, skip, before, &at);
+            before = skip;
         }
-        at.layer = plan->ascending ? step : plan->layers - 1 - step;
-        cvol_layer_sheets(&at.z_begin, &at.z_end, plan, at.layer);
-        const cvol_layer_skip *skip = &memory->skip[step % 2], *met = before;
-        before = NULL;
-        if (!cvol_layer_rows(&at.first_row, &at.last_row, plan, at.layer, begin, end))
-            continue;
-        cvol_layer_skip_make(skip, &source, at.layer, at.first_row, at.last_row);
-        draw_layer(memory, frame, skip, met, &at, begin, end);
-        before = skip;
-        cvol_tiles_update(frame->tiles, frame->intermediate, begin, end);
+        cvol_tiles_update(frame->tiles, frame->intermediate, band->begin, band->end);
+        atomic_fetch_add_explicit(&share->drawn, band->end - band->begin, memory_order_relaxed);
     }
     if (plan->lit)
-        end_lines(frame, begin, end);
-    return CVOL_OK;
+        end_lines(frame, band->begin, band->end);
 }

@@ -1,7 +1,7 @@
-/* Bands of the intermediate image: each is drawn through all layers by one thread, by itself.
+/* Bands of the intermediate image: each is drawn through its layers by one thread, by itself.
  *
- * Two bands that share a row of blocks both evaluate it; for that, no thread ever waits for
- * another, and a band's samples stay in its core's cache.
+ * Two bands that share a row of blocks both evaluate it; for that, no thread waits for another
+ * while it draws, and a band's samples stay in its core's cache.
  */
 #ifndef CVOL_RENDER_SHEET_BAND_H
 #define CVOL_RENDER_SHEET_BAND_H
@@ -10,6 +10,7 @@
 #include "render/sheet_lapped.h"
 #include "render/sheet_level.h"
 #include "render/sheet_mask.h"
+#include "render/sheet_share.h"
 #include "render/sheet_skip.h"
 
 /* What all bands of a frame share. */
@@ -47,16 +48,16 @@ struct cvol_band_memory {
     size_t sample_capacity, seen_capacity, pending_capacity, work_capacity;
     cvol_lapped_memory lapped;
     uint64_t multiply_adds;
+    cvol_seat seat;
 };
 
 /* Makes room for bands of up to `lines` lines; 0 without memory. */
 int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *plan, int lines);
 void cvol_band_memory_free(cvol_band_memory *memory);
 
-/* Draws lines begin .. end - 1, begin a multiple of CVOL_TILE. `context` reports progress, from
- * `progress` on by `share`; NULL: silently. CVOL_OK or CVOL_ERROR_CANCELLED. */
-int cvol_band_draw(cvol_context *context, cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                   int begin, int end, double progress, double share);
+/* Draws a band from its layer on, to the last one or until it is stopped; other threads that ask
+ * may get some of its lines. */
+void cvol_band_draw(cvol_sheet_share *share, int thread, cvol_band *band);
 
 /* How large samples of a plan's layers are: floats, or as plan->compact says. */
 static inline size_t cvol_sample_size(const cvol_sheet_plan *plan)

@@ -52,7 +52,7 @@ static void place_sheets(cvol_lapped_layer *layer, const cvol_band_memory *memor
  * what the lines reach: the layers beside this one reach one row further, and whether a cell is
  * drawn depends on the next. */
 static void open_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
-                       int begin, int end)
+                       const cvol_band *band)
 {
     cvol_lapped_layer *layer = &memory->lapped.layers[step % 3];
     const cvol_sheet_plan *plan = frame->plan;
@@ -61,10 +61,10 @@ static void open_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame, 
         return;
     cvol_band_layer *at = &layer->at;
     at->layer = plan->ascending ? step : plan->layers - 1 - step;
-    at->tile_begin = begin / CVOL_TILE;
-    at->tile_end = (end + CVOL_TILE - 1) / CVOL_TILE;
+    at->tile_begin = band->begin / CVOL_TILE;
+    at->tile_end = cvol_band_tile_end(band);
     cvol_layer_sheets(&at->z_begin, &at->z_end, plan, at->layer);
-    if (!cvol_layer_rows(&at->first_row, &at->last_row, plan, at->layer, begin, end))
+    if (!cvol_layer_rows(&at->first_row, &at->last_row, plan, at->layer, band->begin, band->end))
         return;
     layer->reached = 1;
     place_sheets(layer, memory, step, plan);
@@ -171,17 +171,57 @@ static void join(cvol_layer *out, const cvol_layer *held, const cvol_layer *now)
         out->sheets[held->sheet_count + i] = now->sheets[i];
 }
 
-void cvol_lapped_draw(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
-                      int begin, int end)
+/* Opens the layer behind this one, and of what is opened first this one, too. */
+static void open_layers(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
+                        const cvol_band *band)
 {
+    if (step == 0) {
+        memory->lapped.layers[2].reached = 0;
+        open_layer(memory, frame, 0, band);
+    }
+    open_layer(memory, frame, step + 1, band);
+}
+
+/* Rows of a layer from *next_row to `last`. */
+static void evaluate_rows(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
+                          size_t *next_row, size_t last)
+{
+    const cvol_lapped_layer *layers = memory->lapped.layers;
+    for (; *next_row <= last; ++*next_row) {
+        evaluate_row(memory, frame, step, *next_row);
+        cvol_lapped_filter_row(memory, frame, &layers[step % 3], &layers[(step + 2) % 3],
+                               *next_row);
+    }
+}
+
+void cvol_lapped_go_on(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                       const cvol_band *band)
+{
+    const size_t step = band->step - 1;
+    cvol_lapped_layer *layers = memory->lapped.layers, *layer = &layers[step % 3],
+                      *before = &layers[(step + 2) % 3];
+    cvol_layer now;
+    if (step > 0) {
+        open_layer(memory, frame, step - 1, band);
+        open_layer(memory, frame, step, band);
+    }
+    open_layers(memory, frame, step, band);
+    if (!layer->reached)
+        return;
+    describe(&now, memory, frame, layer, before);
+    size_t next_row = layer->at.first_row;
+    evaluate_rows(memory, frame, step, &next_row, layer->at.last_row);
+}
+
+void cvol_lapped_draw(cvol_sheet_share *share, int thread, cvol_band *band)
+{
+    const cvol_sheet_frame *frame = share->frame;
+    cvol_band_memory *memory = &share->bands[thread];
+    const size_t step = band->step;
     const cvol_sheet_plan *plan = frame->plan;
     cvol_lapped_layer *layers = memory->lapped.layers, *layer = &layers[step % 3],
                       *before = &layers[(step + 2) % 3];
-    if (step == 0) {
-        before->reached = 0;
-        open_layer(memory, frame, 0, begin, end);
-    }
-    open_layer(memory, frame, step + 1, begin, end);
+    open_layers(memory, frame, step, band);
     if (!layer->reached)
         return;
     cvol_layer now, first_sheet, all, all_and_first;
@@ -195,15 +235,16 @@ void cvol_lapped_draw(cvol_band_memory *memory, const cvol_sheet_frame *frame, s
         join(&all_and_first, &before->drawn, &first_sheet);
     }
     size_t next_row = layer->at.first_row;
-    for (int from = begin; from < end; from += CVOL_TILE) {
-        const int to = from + CVOL_TILE < end ? from + CVOL_TILE : end;
+    for (int from = band->begin; from < band->end; from += CVOL_TILE) {
         size_t first, last;
+        cvol_share_tile(share, thread, band, from);
+        if (from >= band->end)
+            break;
+        const int to = from + CVOL_TILE < band->end ? from + CVOL_TILE : band->end;
+        layer->at.tile_end = cvol_band_tile_end(band);
         if (!cvol_layer_rows(&first, &last, plan, layer->at.layer, from, to))
             continue;
-        for (; next_row <= last; next_row++) {
-            evaluate_row(memory, frame, step, next_row);
-            cvol_lapped_filter_row(memory, frame, layer, before, next_row);
-        }
+        evaluate_rows(memory, frame, step, &next_row, last);
         const size_t rows = last - first + 1;
         const int drawn = before->reached && memchr(before->seen + first, 1, rows);
         const int here = memchr(layer->seen + first, 1, rows) != NULL;

@@ -4,11 +4,9 @@
 #define CVOL_RENDER_SHEET_LAPPED_H
 
 #include "render/sheet.h"
+#include "render/sheet_share.h"
 #include "render/sheet_skip.h"
 #include "transform/cell.h"
-
-typedef struct cvol_sheet_frame cvol_sheet_frame;
-typedef struct cvol_band_memory cvol_band_memory;
 
 /* A layer as one band sees it. */
 typedef struct cvol_band_layer {
@@ -47,9 +45,11 @@ typedef struct cvol_lapped_memory {
 int cvol_lapped_prepare(cvol_lapped_memory *memory, const cvol_sheet_plan *plan);
 void cvol_lapped_free(cvol_lapped_memory *memory);
 
-/* Draws what step `step` (layers are met in steps) completes of lines begin .. end - 1. */
-void cvol_lapped_draw(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
-                      int begin, int end);
+/* Draws what the band's next layer completes of its lines. */
+void cvol_lapped_draw(cvol_sheet_share *share, int thread, cvol_band *band);
+/* Evaluates the layer before the band's next one, for what of it waits for that one. */
+void cvol_lapped_go_on(cvol_band_memory *memory, const cvol_sheet_frame *frame,
+                       const cvol_band *band);
 
 /* ---- sheet_lapped_filter.c --------------------------------------------------------------------
  */

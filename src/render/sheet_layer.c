@@ -25,7 +25,8 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
     size_t z_begin, z_end;
     cvol_layer_sheets(&z_begin, &z_end, plan, layer);
     const double around = plan->lapped ? 2 : 0; /* rows and sheets that faces mix */
-    const double behind = (around + plan->beyond) * plan->pitch_sheet;
+    /* Samples between sheets look at a sheet where rays are up to one before or behind it. */
+    const double behind = (around + plan->beyond + (plan->parts > 1)) * plan->pitch_sheet;
     const cvol_sheet_crossing from = cvol_sheet_cross(plan,
                                                       cvol_sheet_place(plan, z_begin) - behind),
                               to = cvol_sheet_cross(plan,
