@@ -102,12 +102,12 @@ static int report(cvol_context *context, const render_arguments *arguments, scen
     for (int i = 0; i < views * repeat; i++)
         json_array_append_new(times, json_real(all[i]));
     return print_json(json_pack(
-        "{s:{s:f, s:f, s:o}, s:f, s:f, s:f, s:I, s:f, s:s, s:s, s:i, s:i, s:i, s:i, s:o*}",
+        "{s:{s:f, s:f, s:o}, s:f, s:f, s:f, s:I, s:f, s:i, s:s, s:s, s:i, s:i, s:i, s:i, s:o*}",
         "frame_ms", "min", best[0], "median", median, "all", times, "cpu_ms", cpu_ms, "load_ms",
         s->load_ms, "peak_rss_mb", peak_rss_mb(), "voxels", (json_int_t)voxels, "ns_per_voxel",
-        1e6 * median / (double)voxels, "engine", arguments->engine_name, "mode",
-        arguments->mode_name, "width", s->options.width, "height", s->options.height, "views",
-        views, "threads", cvol_context_threads(context), "multiply_adds",
+        1e6 * median / (double)voxels, "file_level", s->in.level, "engine", arguments->engine_name,
+        "mode", arguments->mode_name, "width", s->options.width, "height", s->options.height,
+        "views", views, "threads", cvol_context_threads(context), "multiply_adds",
         count_multiply_adds(context, s, image)));
 }
 

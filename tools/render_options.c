@@ -469,6 +469,24 @@ static int open_baked(cvol_context *context, scene *s, const render_arguments *a
     return check_baked_transfer(context, s, a, &info, path);
 }
 
+/* The level of a file that is enough for the picture; 0 too where that cannot be told. */
+static int find_level(cvol_context *context, const scene *s, const render_arguments *a,
+                      const char *path)
+{
+    const cvol_read_options *read = &a->common.read;
+    const cvol_file_part part = {.time = read->has_index ? read->index : 0,
+                                 .channel = read->has_channel ? read->channel : 0};
+    cvol_grid grid;
+    int level = 0;
+    if (a->level_given)
+        return a->common.level;
+    if (s->engine == CVOL_ENGINE_SHEET && cvol_file_is_cvol(path) &&
+        !cvol_file_grid(context, &grid, path, &part) &&
+        cvol_render_file_level(context, &level, &grid, &s->options))
+        level = 0;
+    return level;
+}
+
 int open_scene(cvol_context *context, scene *s, render_arguments *arguments, const char *path)
 {
     double start = milliseconds();
@@ -479,13 +497,16 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
         s->load_ms = milliseconds() - start;
         return baked_status;
     }
+    const int given = arguments->common.level, enough = find_level(context, s, arguments, path);
+    arguments->common.level = enough;
     int status = open_input(context, &s->in, path, &arguments->common);
+    arguments->common.level = given;
     if (!status && s->in.cut) {
         clear_progress();
         fprintf(stderr, "cvol: %s: ends early; drawn at level %d, which is whole\n", path,
                 s->in.level);
     }
-    const int level = s->in.level > arguments->common.level ? s->in.level : arguments->common.level;
+    const int level = s->in.level > enough ? s->in.level : arguments->level_given ? enough : 0;
     s->options.level = s->engine == CVOL_ENGINE_SHEET ? level : 0;
     if (!status)
         status = make_renderer(context, s, path);

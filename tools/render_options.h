@@ -55,7 +55,7 @@ typedef struct render_arguments {
     const char *depth_name, *opacity_name; /* files beside the picture; NULL: none */
     int views, repeat;
     double budget_ms;
-    int budget_given;
+    int budget_given, level_given;
 } render_arguments;
 
 #define RENDER_ARGUMENTS_DEFAULTS                                                         \
@@ -173,11 +173,11 @@ typedef struct render_arguments {
          NULL},                                                                                  \
         {"--level",                                                                              \
          "L",                                                                                    \
-         "of a .cvol: 0 (default) all of it, 1 to 3 ever coarser previews",                      \
+         "of a .cvol: 0 all of it (default: what is seen), 1 to 3 ever coarser previews",        \
          OPTION_INTEGER,                                                                         \
          &(a).common.level,                                                                      \
          0,                                                                                      \
-         NULL},                                                                                  \
+         &(a).level_given},                                                                                  \
         {"--engine",                                                                             \
          "ENGINE",                                                                               \
          "sheet (default), ray (slow), splat (footprints), transform (of slices), fourier",      \

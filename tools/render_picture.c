@@ -289,7 +289,10 @@ int write_picture(cvol_context *context, scene *s, const render_arguments *a, co
     if (result->is_compressed)
         printf("%llu bytes, PSNR %.2f dB, ", (unsigned long long)result->info.file_bytes,
                result->info.psnr_db);
-    printf("loaded in %.0f ms, rendered in %.0f ms\n", s->load_ms, result->render_ms);
+    printf("loaded in %.0f ms", s->load_ms);
+    if (s->in.level && !s->options.level)
+        printf(" (up to level %d, enough at this size)", s->in.level);
+    printf(", rendered in %.0f ms\n", result->render_ms);
     return EXIT_DONE;
 }
 

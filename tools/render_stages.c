@@ -53,6 +53,7 @@ static int refine_levels(cvol_context *context, render_arguments *arguments, sce
         close_scene(s);
         *s = fresh;
         arguments->common.level = STAGES - number;
+        arguments->level_given = 1;
         status = open_scene(context, s, arguments, path);
         if (!status)
             status = draw_stage(context, s, arguments, number, count, pictures, result);

@@ -188,6 +188,12 @@ CVOL_API int cvol_array_read_part(cvol_context *context, cvol_array **out, cvol_
 CVOL_API int cvol_array_read_box(cvol_context *context, cvol_array **out, const char *path,
                                  const size_t begin[3], const size_t end[3], uint64_t *file_bytes);
 
+/* The grid of a .cvol file's array, as reading it would find it: only the head of the file is
+ * looked at. Of many volumes that at part->time and part->channel; part may be NULL, and what else
+ * it says does not count. Errors: those of cvol_array_read_part. */
+CVOL_API int cvol_file_grid(cvol_context *context, cvol_grid *out, const char *path,
+                            const cvol_file_part *part);
+
 /* ---- a file as it lies there -------------------------------------------------------------- */
 
 /* What is known of a section. */

@@ -453,6 +453,12 @@ CVOL_API void cvol_renderer_free(cvol_renderer *renderer);
  * ARGUMENT (an engine that has only mode composite). */
 CVOL_API int cvol_renderer_range(cvol_context *context, const cvol_renderer *renderer,
                                  double range[2]);
+/* *out is the coarsest level of a volume's file (cvol_file_part.level) from which engine sheet
+ * makes the picture that options ask for, at options->level 0, with next to no loss: 1 for volumes
+ * of 2^27 samples and more where pixels span 2.86 samples along every axis, but in mode iso;
+ * otherwise 0. Errors: ARGUMENT (a camera that is none). */
+CVOL_API int cvol_render_file_level(cvol_context *context, int *out, const cvol_grid *grid,
+                                    const cvol_render_options *options);
 /* Sets the transfer function of mode composite; it is copied. Errors: ARGUMENT (a baked volume has
  * another one), MEMORY. */
 CVOL_API int cvol_renderer_set_transfer(cvol_context *context, cvol_renderer *renderer,

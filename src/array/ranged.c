@@ -10,12 +10,29 @@
 #include "base/memory.h"
 #include "transform/block.h"
 
+/* Samples side by side, which compilers make vectors of. */
+#define SIDE 16
+
 static void find_bounds(float out[2], const float *samples, size_t count)
 {
-    out[0] = out[1] = samples[0];
-    for (size_t i = 1; i < count; i++) {
-        out[0] = samples[i] < out[0] ? samples[i] : out[0];
-        out[1] = samples[i] > out[1] ? samples[i] : out[1];
+    float least[SIDE], most[SIDE];
+    size_t i = 0;
+    for (int k = 0; k < SIDE; k++)
+        least[k] = most[k] = samples[0];
+    for (; i + SIDE <= count; i += SIDE)
+        for (int k = 0; k < SIDE; k++) {
+            least[k] = samples[i + (size_t)k] < least[k] ? samples[i + (size_t)k] : least[k];
+            most[k] = samples[i + (size_t)k] > most[k] ? samples[i + (size_t)k] : most[k];
+        }
+    for (int k = 0; i < count; i++, k++) {
+        least[k] = samples[i] < least[k] ? samples[i] : least[k];
+        most[k] = samples[i] > most[k] ? samples[i] : most[k];
+    }
+    out[0] = least[0];
+    out[1] = most[0];
+    for (int k = 1; k < SIDE; k++) {
+        out[0] = least[k] < out[0] ? least[k] : out[0];
+        out[1] = most[k] > out[1] ? most[k] : out[1];
     }
 }
 

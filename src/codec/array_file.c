@@ -246,6 +246,18 @@ int cvol_array_read_part(cvol_context *context, cvol_array **out, cvol_file_repo
     return code;
 }
 
+int cvol_file_grid(cvol_context *context, cvol_grid *out, const char *path,
+                   const cvol_file_part *part)
+{
+    cvol_map file;
+    int code = cvol_file_map(context, &file, path);
+    if (code)
+        return code;
+    code = cvol_container_read_grid(context, out, file.data, file.size, part, path);
+    cvol_file_unmap(&file);
+    return code;
+}
+
 int cvol_array_read(cvol_context *context, cvol_array **out, const char *path, uint64_t *file_bytes)
 {
     cvol_file_report report;

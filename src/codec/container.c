@@ -341,7 +341,8 @@ static int check_count(const reading *r)
         r->name, (unsigned long long)info.coefficients, (unsigned long long)r->header.coefficients);
 }
 
-static int read_all(reading *r, const uint8_t *data, size_t size)
+/* The file's sections, as far as they are needed, and its header. */
+static int read_front(reading *r, const uint8_t *data, size_t size)
 {
     cvol_cursor file = cvol_cursor_make(data, size);
     if (!cvol_container_is(data, size))
@@ -371,8 +372,12 @@ static int read_all(reading *r, const uint8_t *data, size_t size)
                          r->part.level, CVOL_SHELLS - 1);
     r->used = CVOL_SHELLS - r->part.level;
     code = follow(r, file);
-    if (!code)
-        code = read_header(r);
+    return code ? code : read_header(r);
+}
+
+static int read_all(reading *r, const uint8_t *data, size_t size)
+{
+    int code = read_front(r, data, size);
     if (code)
         return code;
     if (r->used > r->shells)
@@ -381,16 +386,25 @@ static int read_all(reading *r, const uint8_t *data, size_t size)
     return code ? code : check_count(r);
 }
 
-/* The volume that is asked for, of a file of many; of others the file itself. */
-static int find_volume(cvol_context *context, cvol_series_place *out, const cvol_file_part *part,
-                       const uint8_t *data, size_t size, const char *name)
+/* Goes on to the volume that is asked for, of a file of many, by its name in `place`; of others it
+ * is the file itself. */
+static int find_volume(reading *r, cvol_series_place *place, const uint8_t **data, size_t *size)
 {
+    const cvol_file_part *part = &r->part;
     cvol_series *series;
-    int code = cvol_series_take(context, &series, data, size, name);
+    if (cvol_plane_file_kind(*data, *size) != CVOL_FILE_SERIES && !part->time && !part->channel)
+        return CVOL_OK;
+    int code = cvol_series_take(r->context, &series, *data, *size, r->name);
     if (!code)
-        code = cvol_series_find(context, out, series, part->time, part->channel, data, size, name);
+        code = cvol_series_find(r->context, place, series, part->time, part->channel, *data, *size,
+                                r->name);
     cvol_series_free(series);
-    return code;
+    if (code)
+        return code;
+    r->name = place->name;
+    *data = place->data;
+    *size = place->size;
+    return CVOL_OK;
 }
 
 int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_report *report,
@@ -399,19 +413,12 @@ int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_
 {
     reading r = {.context = context, .name = name};
     cvol_series_place place;
-    int code = CVOL_OK;
     if (part)
         r.part = *part;
     *out = NULL;
-    if (cvol_plane_file_kind(data, size) == CVOL_FILE_SERIES || r.part.time || r.part.channel) {
-        code = find_volume(context, &place, &r.part, data, size, name);
-        if (code)
-            return code;
-        r.name = place.name;
-        data = place.data;
-        size = place.size;
-    }
-    code = read_all(&r, data, size);
+    int code = find_volume(&r, &place, &data, &size);
+    if (!code)
+        code = read_all(&r, data, size);
     if (code) {
         cvol_array_free(r.array);
         return code;
@@ -423,6 +430,23 @@ int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_
             .level = cvol_header_is_volume(&r.header) ? CVOL_SHELLS - r.used : 0,
             .cut = r.cut};
     return CVOL_OK;
+}
+
+int cvol_container_read_grid(cvol_context *context, cvol_grid *out, const uint8_t *data,
+                             size_t size, const cvol_file_part *part, const char *name)
+{
+    reading r = {.context = context, .name = name};
+    cvol_series_place place;
+    /* What is coarsest stands first: behind that nothing is looked at. */
+    r.part = (cvol_file_part){.level = CVOL_SHELLS - 1, .cut = 1};
+    r.part.time = part ? part->time : 0;
+    r.part.channel = part ? part->channel : 0;
+    int code = find_volume(&r, &place, &data, &size);
+    if (!code)
+        code = read_front(&r, data, size);
+    if (!code)
+        *out = r.header.grid;
+    return code;
 }
 
 int cvol_container_read(cvol_context *context, cvol_array **out, const uint8_t *data, size_t size,

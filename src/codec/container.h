@@ -23,6 +23,9 @@ int cvol_container_check_version(cvol_context *context, uint32_t version, const 
 int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_report *report,
                              const uint8_t *data, size_t size, const cvol_file_part *part,
                              const char *name);
+/* What cvol_file_grid does. */
+int cvol_container_read_grid(cvol_context *context, cvol_grid *out, const uint8_t *data,
+                             size_t size, const cvol_file_part *part, const char *name);
 /* All of it. Errors: FORMAT, CORRUPT, LIMIT, UNSUPPORTED, MEMORY, CANCELLED. */
 int cvol_container_read(cvol_context *context, cvol_array **out, const uint8_t *data, size_t size,
                         const char *name);

@@ -7,11 +7,6 @@
 #include "render/sheet_level.h"
 #include "render/sheet_plan.h"
 
-/* Blocks are evaluated on fewer points than they have samples only while a pixel of the picture
- * still spans 1 / COARSEST_PITCH of them: less, and the picture is visibly softer than the volume.
- */
-#define COARSEST_PITCH 0.7
-
 /* The axis along which rays cross the most sheets. */
 static int find_axis(const double rate[3])
 {
@@ -61,7 +56,7 @@ void cvol_sheet_resolution(int *points, double *pitch, double *first, double *de
     const int less = block < 16 ? 2 : block / 8; /* kernels want an even number of points */
     *points = block;
     while (*points - less >= block / 2 &&
-           (double)block / (*points - less) <= COARSEST_PITCH * pixel)
+           (double)block / (*points - less) <= CVOL_COARSEST_PITCH * pixel)
         *points -= less;
     *pitch = (double)block / *points;
     *first = (*pitch - 1) / 2;

@@ -7,6 +7,12 @@
 
 #define CVOL_INTERMEDIATE_MAX 32768
 
+/* Blocks are evaluated on fewer points than they have samples only while a pixel of the picture
+ * still spans 1 / CVOL_COARSEST_PITCH of them: less, and the picture is visibly softer than the
+ * volume.
+ */
+#define CVOL_COARSEST_PITCH 0.7
+
 /* Clears a plan and sets what of it is the volume's and its clip's, with sheets across `axis`. */
 void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int level,
                             const cvol_view *view, int axis);
