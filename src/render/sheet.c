@@ -20,6 +20,7 @@
 #include "base/memory.h"
 #include "base/thread.h"
 #include "render/sheet_band.h"
+#include "render/sheet_strip.h"
 #include "render/sheet_subject.h"
 #include "render/sheet_table.h"
 #include "transform/cell_points.h"
@@ -317,29 +318,27 @@ static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan 
     return CVOL_OK;
 }
 
-/* Draws the pixels of a plan. */
-static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet_subject *subject,
-                     cvol_image *image, cvol_sheet_plan *plan, const cvol_view *view,
-                     const cvol_render_options *options, const double progress[2])
+/* What the frame of a plan draws, beside its plan and its image. */
+typedef struct drawing {
+    sheet_state *state;
+    const cvol_sheet_subject *subject;
+    const cvol_view *view;
+    const cvol_render_options *options;
+    cvol_visibility by_surface;
+    int extras;
+} drawing;
+
+/* Draws the pixels of a plan, or of a strip of it. */
+static int draw_strip(cvol_context *context, const drawing *of, cvol_image *image,
+                      cvol_sheet_plan *plan, const double progress[2])
 {
+    sheet_state *state = of->state;
+    const cvol_sheet_subject *subject = of->subject;
+    const cvol_render_options *options = of->options;
     const cvol_array *array = state->array;
     const int threads = cvol_context_threads(context);
-    plan->masked = cvol_sheet_subject_masked(subject, array->mask);
-    const int is_surface = options->mode == CVOL_MODE_ISO;
-    plan->lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
-    plan->wide = state->wide.reach ? &state->wide : NULL;
-    plan->reach = plan->lit + state->wide.reach;
-    plan->parts = is_surface || options->mode == CVOL_MODE_COMPOSITE
-                      ? choose_parts(plan, options->step_voxels)
-                      : 1;
-    const int extras = image->depth != NULL || plan->parts > 1 || plan->wide || state->counts;
-    const int band_lines = cvol_share_lines(plan, threads);
     const int colour = !cvol_mode_is_grey(options->mode);
-    cvol_visibility by_surface;
-    const int code_of_table = set_table(context, state, plan, subject, &by_surface, options,
-                                        extras);
-    if (code_of_table)
-        return code_of_table;
+    const int band_lines = cvol_share_lines(plan, threads);
     if (!prepare_image(state, plan, image->depth != NULL, threads) ||
         !prepare_bands(state, plan, threads, band_lines))
         return cvol_fail(context, CVOL_ERROR_MEMORY,
@@ -348,7 +347,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     cvol_light light;
     state->table->light = NULL;
     if (plan->lit) {
-        set_light(&light, state, plan, view, &options->shading);
+        set_light(&light, state, plan, of->view, &options->shading);
         state->table->light = &light;
     }
     cvol_sheet_frame frame = {
@@ -358,13 +357,13 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
         .axes = plan->level ? (cvol_block_axes){0} : make_axes(state, plan),
         .filters = cvol_lapped_filters_of(plan),
         .table = state->table,
-        .visibility = is_surface ? &by_surface
-                      : colour   ? &subject->by_transfer
-                                 : &subject->everything,
+        .visibility = options->mode == CVOL_MODE_ISO ? &of->by_surface
+                      : colour                       ? &subject->by_transfer
+                                                     : &subject->everything,
         .mask = cvol_sheet_subject_mask(subject),
         .background = cvol_sheet_background(array, array->mask),
         .kernel = plan->compact.scale > 0 ? CVOL_SIMD_CHOOSE(cvol_sheet_compact)
-                                          : choose_kernel(options->mode, plan->lit, extras),
+                                          : choose_kernel(options->mode, plan->lit, of->extras),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,
@@ -382,7 +381,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     if (code)
         return code;
     if (image->depth)
-        cvol_sheet_depth_draw(image, &state->intermediate, plan, view, array->grid.spacing,
+        cvol_sheet_depth_draw(image, &state->intermediate, plan, of->view, array->grid.spacing,
                               threads);
     if (colour)
         cvol_warp_composite(image, &state->intermediate, plan, options->background, threads);
@@ -390,6 +389,43 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
         cvol_warp_grey(image, &state->intermediate, plan, array->ledger.value_min - array->offset,
                        array->ledger.value_max - array->offset, options->background, threads);
     return CVOL_OK;
+}
+
+/* Floats that a pixel of the intermediate image takes. */
+static int count_floats(const cvol_sheet_plan *plan, int has_depth)
+{
+    const int pending = plan->masked == CVOL_SHEET_SOME_VOID ? CVOL_PENDING_LINES
+                                                             : CVOL_PENDING_LINES_PLAIN;
+    return CVOL_LINES + (plan->lit ? pending : 0) + (has_depth != 0) +
+           (plan->parts > 1 ? 2 * (CVOL_PARTS - 1) : 0);
+}
+
+/* Draws the pixels of a plan. */
+static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet_subject *subject,
+                     cvol_image *image, cvol_sheet_plan *plan, const cvol_view *view,
+                     const cvol_render_options *options, const double progress[2])
+{
+    drawing of = {.state = state, .subject = subject, .view = view, .options = options};
+    plan->masked = cvol_sheet_subject_masked(subject, state->array->mask);
+    const int is_surface = options->mode == CVOL_MODE_ISO;
+    plan->lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
+    plan->wide = state->wide.reach ? &state->wide : NULL;
+    plan->reach = plan->lit + state->wide.reach;
+    plan->parts = is_surface || options->mode == CVOL_MODE_COMPOSITE
+                      ? choose_parts(plan, options->step_voxels)
+                      : 1;
+    of.extras = image->depth != NULL || plan->parts > 1 || plan->wide || state->counts;
+    int code = set_table(context, state, plan, subject, &of.by_surface, options, of.extras);
+    const int count = code ? 0
+                           : cvol_strip_count(plan, (size_t)image->width * (size_t)image->height,
+                                              count_floats(plan, image->depth != NULL),
+                                              subject->mask.bytes);
+    for (int i = 0; i < count && !code; i++) {
+        const double part = progress[1] / count, begin = progress[0] + i * part;
+        cvol_sheet_plan strip = cvol_strip_make(plan, i, count);
+        code = draw_strip(context, &of, image, &strip, (const double[2]){begin, part});
+    }
+    return code;
 }
 
 /* A picture in perspective: what is seen along each of the axes, one after the other. */

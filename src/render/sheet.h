@@ -128,6 +128,8 @@ typedef struct cvol_sheet_plan {
      * that is the direction along lane, row and, third, from sheet to sheet of its ray, and
      * U - eye_lane = direction[0] / direction[2] */
     double warp[3][3];
+    double own[2]; /* of the picture's pixels, those are drawn whose V is own[0] or more and less
+                      than own[1]: not all, if the plan is a strip (sheet_strip.h) */
 } cvol_sheet_plan;
 
 /* Where rays cross a plane of samples: U at lane + scale U, V at row + scale V. */

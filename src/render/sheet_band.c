@@ -25,7 +25,12 @@ int cvol_ensure(void *memory_pointer, size_t *capacity, size_t count, size_t siz
     return 1;
 }
 
-int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *plan, int lines)
+/* How samples of a layer lie. */
+typedef struct sample_shape {
+    size_t rows, row_stride, sheets;
+} sample_shape;
+
+static sample_shape find_shape(const cvol_sheet_plan *plan, int lines)
 {
     size_t most = 0;
     for (int begin = 0; begin < plan->height; begin += lines)
@@ -38,11 +43,24 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
     const size_t lanes = plan->blocks_lane * (size_t)plan->points_lane;
     const size_t line = CVOL_ALIGNMENT / cvol_sample_size(plan); /* rows begin on those of caches */
     const size_t row_stride = (lanes + 2 * CVOL_SHEET_PAD + line - 1) / line * line;
-    const size_t rows = most * (size_t)plan->points_row + 2 + 2 * (size_t)plan->reach;
-    const size_t sheets = (size_t)plan->points_sheet + (plan->lapped ? 2 : 0);
+    return (sample_shape){most * (size_t)plan->points_row + 2 + 2 * (size_t)plan->reach, row_stride,
+                          (size_t)plan->points_sheet + (plan->lapped ? 2 : 0)};
+}
+
+size_t cvol_band_sample_bytes(const cvol_sheet_plan *plan, int lines)
+{
+    const sample_shape shape = find_shape(plan, lines);
+    const int covered = plan->masked == CVOL_SHEET_SOME_VOID;
+    return (shape.rows * shape.row_stride * shape.sheets << covered) * cvol_sample_size(plan);
+}
+
+int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *plan, int lines)
+{
+    const sample_shape shape = find_shape(plan, lines);
+    const size_t row_stride = shape.row_stride;
     memory->row_stride = (long)row_stride;
-    memory->sheet_stride = (long)(rows * row_stride);
-    const size_t samples = rows * row_stride * sheets;
+    memory->sheet_stride = (long)(shape.rows * row_stride);
+    const size_t samples = shape.rows * row_stride * shape.sheets;
     const int covered = plan->masked == CVOL_SHEET_SOME_VOID;
     memory->cover_at = covered ? (long)samples : 0;
     const size_t before = (size_t)plan->reach * row_stride; /* rows more at either end */

@@ -51,6 +51,8 @@ struct cvol_band_memory {
     cvol_seat seat;
 };
 
+/* What samples of a layer take that bands of up to `lines` lines need. */
+size_t cvol_band_sample_bytes(const cvol_sheet_plan *plan, int lines);
 /* Makes room for bands of up to `lines` lines; 0 without memory. */
 int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *plan, int lines);
 void cvol_band_memory_free(cvol_band_memory *memory);

@@ -193,6 +193,7 @@ int cvol_sheet_mask_make(cvol_context *context, cvol_sheet_mask *mask, const cvo
         mask->mixed[i] = (uint32_t)mixed;
         mixed += mask->states[i] == CVOL_MASK_SOME;
     }
+    mask->bytes = mixed * words * sizeof *mask->bits;
     mask->bits = cvol_allocate(mixed ? mixed : 1, words * sizeof *mask->bits);
     if (!mask->bits) {
         cvol_sheet_mask_free(mask);

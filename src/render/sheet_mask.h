@@ -15,6 +15,7 @@ typedef struct cvol_sheet_mask {
     /* [mixed][2][B][B] rows of B bits: along x by y and z, and along y by x and z (z slowest).
      * Samples beyond the volume's faces are what those at them are. */
     uint16_t *bits;
+    size_t bytes; /* of these */
     int block;
 } cvol_sheet_mask;
 

@@ -155,7 +155,8 @@ void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int 
                               .axis_lane = axis == 0 ? 1 : 0,
                               .axis_row = axis == 2 ? 1 : 2,
                               .level = level,
-                              .lapped = array->lapped && !level};
+                              .lapped = array->lapped && !level,
+                              .own = {-INFINITY, INFINITY}};
     const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_sheet};
     plan->lanes = grid->dims[plan->axis_lane];
     plan->rows = grid->dims[plan->axis_row];

@@ -1,6 +1,7 @@
 /* The last step: from the intermediate image, which lies in the plane of sheet 0 or, in
  * perspective, in one before the eye, to the picture, by Catmull-Rom interpolation (warp_simd.c).
  */
+#include <math.h>
 #include <string.h>
 
 #include "base/thread.h"
@@ -141,17 +142,55 @@ static void fill_empty(float values[4 * CVOL_WARP_CHUNK], const cvol_warp_source
         memcpy(values + 4 * i, source->empty, sizeof source->empty);
 }
 
+/* V of pixel (x, y). */
+static double find_place(const cvol_sheet_plan *plan, int x, int y)
+{
+    double d[3];
+    for (int k = 1; k < 3; k++)
+        d[k] = plan->warp[k][0] + x * plan->warp[k][1] + y * plan->warp[k][2];
+    return plan->perspective ? plan->eye_row + d[1] / d[2] : d[1];
+}
+
+/* The first of pixels begin .. end - 1 of a line whose V is `bound` or more, if V rises along the
+ * line, or less than that, if it falls. */
+static int find_first(const cvol_sheet_plan *plan, int y, int begin, int end, double bound,
+                      int rising)
+{
+    while (begin < end) {
+        const int middle = begin + (end - begin) / 2;
+        if ((find_place(plan, middle, y) >= bound) == rising)
+            end = middle;
+        else
+            begin = middle + 1;
+    }
+    return begin;
+}
+
+/* Of a strip. */
+static void keep_own(int *begin, int *end, const cvol_sheet_plan *plan, int y)
+{
+    const int from = *begin, to = *end;
+    if ((isinf(plan->own[0]) && isinf(plan->own[1])) || from >= to)
+        return;
+    const int rising = find_place(plan, from, y) <= find_place(plan, to - 1, y);
+    *begin = find_first(plan, y, from, to, plan->own[!rising], rising);
+    *end = find_first(plan, y, from, to, plan->own[rising], rising);
+}
+
 /* They are the inside of a polygon. */
 void cvol_warp_pixels(int *begin, int *end, const cvol_sheet_plan *plan, int y, int width)
 {
     *begin = 0;
     *end = width;
-    if (!plan->perspective)
+    if (!plan->perspective) {
+        keep_own(begin, end, plan, y);
         return;
+    }
     while (*begin < width && !cvol_sheet_plan_has(plan, *begin, y))
         ++*begin;
     while (*end > *begin && !cvol_sheet_plan_has(plan, *end - 1, y))
         --*end;
+    keep_own(begin, end, plan, y);
 }
 
 /* `nothing`: a chunk of the picture where nothing was drawn, as bytes. */

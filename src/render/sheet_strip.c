@@ -1,0 +1,58 @@
+/* Strips: see sheet_strip.h. */
+#include "render/sheet_strip.h"
+
+#include <math.h>
+
+#include "render/sheet_band.h"
+
+/* What lines, samples and a mask may take: a part of the 16 MB, and of the 24 bytes for each pixel
+ * of the picture, that a frame needs at most. The rest is for blocks' windows and for tables. Two
+ * threads are reckoned with, which both have the samples that they share. */
+#define FRAME_BYTES 14e6
+#define PIXEL_BYTES 22
+#define THREADS 2
+
+/* Shorter strips share too much of their blocks with others. */
+#define LEAST_LINES 64
+
+/* So far before and behind a pixel the warp looks, and one line more, as places are rounded. */
+#define LINES_BEFORE 2
+#define LINES_BEHIND 3
+
+static int strip_lines(const cvol_sheet_plan *plan, int count)
+{
+    return (plan->height + count - 1) / count;
+}
+
+static double find_bytes(const cvol_sheet_plan *plan, int line_floats, int lines)
+{
+    cvol_sheet_plan strip = *plan;
+    strip.height = lines;
+    return (double)line_floats * sizeof(float) * plan->width * lines +
+           THREADS * (double)cvol_band_sample_bytes(plan, cvol_share_lines(&strip, THREADS));
+}
+
+int cvol_strip_count(const cvol_sheet_plan *plan, size_t pixels, int line_floats, size_t mask_bytes)
+{
+    const double most = FRAME_BYTES + PIXEL_BYTES * (double)pixels - (double)mask_bytes;
+    int count = 1;
+    while (strip_lines(plan, count + 1) >= LEAST_LINES &&
+           find_bytes(plan, line_floats, strip_lines(plan, count)) > most)
+        count++;
+    return count;
+}
+
+cvol_sheet_plan cvol_strip_make(const cvol_sheet_plan *plan, int index, int count)
+{
+    cvol_sheet_plan out = *plan;
+    const int lines = strip_lines(plan, count), begin = index * lines, end = begin + lines;
+    if (count == 1)
+        return out;
+    const int first = begin > LINES_BEFORE ? begin - LINES_BEFORE : 0,
+              last = end + LINES_BEHIND < plan->height ? end + LINES_BEHIND : plan->height;
+    out.v0 = plan->v0 + first * plan->dv;
+    out.height = last > first ? last - first : 1;
+    out.own[0] = index ? plan->v0 + begin * plan->dv : -INFINITY;
+    out.own[1] = index + 1 < count ? plan->v0 + end * plan->dv : INFINITY;
+    return out;
+}
