@@ -132,6 +132,8 @@ static void test_wide_volumes(void **state)
 static void test_large_pictures(void **state)
 {
     (void)state;
+    if (!COUNTED)
+        skip();
     cvol_volume volume = support_blobs(24, 24, 24);
     cvol_array *array = support_compress(context, &volume, 16, 50);
     cvol_render_options options = support_square(900, CVOL_MODE_COMPOSITE, 45, 35);
