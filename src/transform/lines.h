@@ -20,42 +20,76 @@
 #define CVOL_LINES_TILE 2
 #endif
 
-/* `tile` outputs from i0 on and their mirror images: `start` and the sums. Vectors of in lie
- * in_stride floats apart. Of `lines` lines (1 or 2), `apart` floats apart: what is read of the
- * basis does for both. */
+/* Sums of one line, `tile` of them. Not an array, which would be in memory for as long as it is not
+ * known whether a loop that adds to it runs at all. */
+typedef struct cvol_lines_few {
+    cvol_vf a, b, c, d;
+} cvol_lines_few;
+
+CVOL_INLINE cvol_lines_few cvol_lines_begin(cvol_vf start)
+{
+    return (cvol_lines_few){start, start, start, start};
+}
+
+CVOL_INLINE void cvol_lines_add(cvol_lines_few *sums, const float *weights, cvol_vf line, int tile)
+{
+    sums->a += weights[0] * line;
+    if (tile > 1)
+        sums->b += weights[1] * line;
+    if (tile > 2) {
+        sums->c += weights[2] * line;
+        sums->d += weights[3] * line;
+    }
+}
+
+CVOL_INLINE void cvol_lines_end(cvol_vf near[CVOL_LINES_TILE], cvol_vf far[CVOL_LINES_TILE],
+                                const cvol_lines_few *even, const cvol_lines_few *odd, int tile)
+{
+    near[0] = even->a + odd->a;
+    far[0] = even->a - odd->a;
+    if (tile > 1) {
+        near[1] = even->b + odd->b;
+        far[1] = even->b - odd->b;
+    }
+#if CVOL_LINES_TILE > 2
+    if (tile > 2) {
+        near[2] = even->c + odd->c;
+        far[2] = even->c - odd->c;
+        near[3] = even->d + odd->d;
+        far[3] = even->d - odd->d;
+    }
+#endif
+}
+
+/* `tile` outputs (1, or all of a tile) from i0 on and their mirror images: `start` and the sums.
+ * Vectors of in lie in_stride floats apart. Of `lines` lines (1 or 2), `apart` floats apart: what
+ * is read of the basis does for both. */
 CVOL_INLINE void cvol_lines_sums(cvol_vf near[][CVOL_LINES_TILE], cvol_vf far[][CVOL_LINES_TILE],
                                  int lines, long apart, cvol_vf start, const float *in,
                                  long in_stride, int K, const float *basis, int M, int i0, int tile)
 {
-    cvol_vf even[2][CVOL_LINES_TILE], odd[2][CVOL_LINES_TILE], a[2], b[2];
-    for (int n = 0; n < lines; n++)
-        for (int t = 0; t < tile; t++) {
-            even[n][t] = start;
-            odd[n][t] = (cvol_vf){0};
-        }
+    cvol_lines_few even = cvol_lines_begin(start), odd = cvol_lines_begin((cvol_vf){0});
+    cvol_lines_few other_even = even, other_odd = odd; /* of the second line */
     int v = 0;
     for (; v + 1 < K; v += 2) {
         const float *at = in + v * in_stride, *of = basis + v * M + i0;
-        for (int n = 0; n < lines; n++) {
-            a[n] = cvol_load(at + n * apart);
-            b[n] = cvol_load(at + in_stride + n * apart);
+        const cvol_vf a = cvol_load(at), b = cvol_load(at + in_stride);
+        cvol_lines_add(&even, of, a, tile);
+        cvol_lines_add(&odd, of + M, b, tile);
+        if (lines > 1) {
+            cvol_lines_add(&other_even, of, cvol_load(at + apart), tile);
+            cvol_lines_add(&other_odd, of + M, cvol_load(at + in_stride + apart), tile);
         }
-        for (int t = 0; t < tile; t++)
-            for (int n = 0; n < lines; n++) {
-                even[n][t] += of[t] * a[n];
-                odd[n][t] += of[M + t] * b[n];
-            }
     }
-    for (int n = 0; n < lines && v < K; n++) {
-        a[n] = cvol_load(in + v * in_stride + n * apart);
-        for (int t = 0; t < tile; t++)
-            even[n][t] += basis[v * M + i0 + t] * a[n];
+    if (v < K) {
+        const float *at = in + v * in_stride, *of = basis + v * M + i0;
+        cvol_lines_add(&even, of, cvol_load(at), tile);
+        if (lines > 1)
+            cvol_lines_add(&other_even, of, cvol_load(at + apart), tile);
     }
-    for (int n = 0; n < lines; n++)
-        for (int t = 0; t < tile; t++) {
-            near[n][t] = even[n][t] + odd[n][t];
-            far[n][t] = even[n][t] - odd[n][t];
-        }
+    cvol_lines_end(near[0], far[0], &even, &odd, tile);
+    if (lines > 1)
+        cvol_lines_end(near[1], far[1], &other_even, &other_odd, tile);
 }
 
 /* The same, stored: vectors of out lie out_stride floats apart, `lanes` of each are stored. */
