@@ -141,6 +141,14 @@ cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame)
                               has_void ? frame->mask->states : NULL};
 }
 
+/* Whether all of a block is the background's, so that its terms do not matter: in lapped arrays
+ * they do, for blocks beside it. */
+static int is_background(const cvol_sheet_frame *frame, size_t index)
+{
+    return frame->plan->masked == CVOL_SHEET_SOME_BACKGROUND && !frame->plan->lapped &&
+           frame->mask && !frame->level && frame->mask->states[index] == CVOL_MASK_ALL;
+}
+
 void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *skip,
                         const cvol_band_layer *at, size_t lane, size_t row)
 {
@@ -151,8 +159,12 @@ void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *sk
         return;
     const size_t index = cvol_sheet_block_index(plan, frame->array, lane, row, at->layer);
     const cvol_block *block = &frame->array->block_table[index];
+    if (is_background(frame, index))
+        return;
     for (size_t word = 0; word < block->words && word < WORDS; word += LINE)
         __builtin_prefetch(block->terms + word);
+    if (frame->mask)
+        cvol_sheet_mask_prefetch(frame->mask, plan, index);
 }
 
 void cvol_band_evaluate(cvol_band_memory *memory, const cvol_sheet_frame *frame, void *out,
@@ -199,7 +211,7 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
     void *cover = cvol_sample_at(plan, out, memory->cover_at);
     if (frame->level)
         copy_level(out, memory, frame, index);
-    else
+    else if (!is_background(frame, index))
         cvol_band_evaluate(memory, frame, out, memory->sheet_stride, index, &frame->axes);
     if (frame->mask && !frame->level) {
         cvol_sheet_piece piece = {

@@ -238,6 +238,19 @@ static block_bits find_bits(const cvol_sheet_plan *plan, const cvol_sheet_mask *
     return bits;
 }
 
+void cvol_sheet_mask_prefetch(const cvol_sheet_mask *mask, const cvol_sheet_plan *plan,
+                              size_t index)
+{
+    enum { LINE = 32 }; /* words of a line of the cache */
+    if (mask->states[index] != CVOL_MASK_SOME)
+        return;
+    const size_t count = (size_t)mask->block * (size_t)mask->block * (size_t)words_of(mask->block);
+    const uint16_t *bits = mask->bits + mask->mixed[index] * words_of_block(mask->block) +
+                           (plan->axis_lane == 1 ? count : 0);
+    for (size_t word = 0; word < count; word += LINE)
+        __builtin_prefetch(bits + word);
+}
+
 static void find_points(cvol_mask_points *p, int points, double first, double pitch, int block)
 {
     p->count = points;

@@ -64,6 +64,10 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_lay_points_compact,
 /* The points of a plan along lane, row and sheet. */
 void cvol_mask_points_find(cvol_mask_points points[3], const cvol_sheet_plan *plan, int block);
 
+/* Asks for the bits of a block that will soon be looked at. */
+void cvol_sheet_mask_prefetch(const cvol_sheet_mask *mask, const cvol_sheet_plan *plan,
+                              size_t index);
+
 /* Puts `background` in place of those samples of block `index` that are masked. */
 void cvol_sheet_mask_lay(const cvol_sheet_piece *piece, const cvol_sheet_plan *plan,
                          const cvol_mask_points points[3], const cvol_sheet_mask *mask,
