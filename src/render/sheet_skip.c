@@ -302,8 +302,9 @@ static void tile_span(int *first, int *last, double start, double delta, double 
 {
     double from = INFINITY, to = -INFINITY;
     for (int k = 0; k < 2; k++) {
-        from = fmin(from, (lo - shift[k]) / scale[k]);
-        to = fmax(to, (hi - shift[k]) / scale[k]);
+        const double begin = (lo - shift[k]) / scale[k], end = (hi - shift[k]) / scale[k];
+        from = begin < from ? begin : from;
+        to = end > to ? end : to;
     }
     from = floor((from - start) / delta) - 1;
     to = ceil((to - start) / delta) + 1;

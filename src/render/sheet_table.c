@@ -17,6 +17,17 @@
 #define COARSEST 0.02
 #define MOST_OFF 0.0015
 
+/* Of numbers, without a call of the library. */
+static inline double less_of(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double more_of(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 /* About the widest interval (entries) over which classification departs from a straight line by no
  * more than `tolerance` in its middle. */
 static int find_flat(double (*channels)[4], double tolerance)
@@ -26,7 +37,7 @@ static int find_flat(double (*channels)[4], double tolerance)
         for (int t = 0; t + span < CVOL_TABLE_SIZE && worst <= tolerance; t++)
             for (int k = 0; k < 4; k++) {
                 const double ends = channels[t][k] + channels[t + span][k];
-                worst = fmax(worst, fabs(channels[t + span / 2][k] - 0.5 * ends));
+                worst = more_of(worst, fabs(channels[t + span / 2][k] - 0.5 * ends));
             }
         if (worst <= tolerance)
             return span;
@@ -39,7 +50,7 @@ static int find_flat(double (*channels)[4], double tolerance)
 
 static double tolerance_of(double value, double share)
 {
-    return 2e-6 + fmin(share * value, MOST_OFF);
+    return 2e-6 + less_of(share * value, MOST_OFF);
 }
 
 /* How far a piece from entry `from` reaches, entry `most` at the most, and its slopes. */
@@ -55,13 +66,13 @@ static int find_piece(double slope[4], double (*channels)[4], int from, int most
     for (; to <= most; to++) {
         double below[4], above[4];
         int fits = 1;
+        /* Colours are held as closely as the opacity that they come with. */
+        const double off = tolerance_of(channels[to][3], share), run = to - from;
         for (int k = 0; k < 4; k++) {
-            /* Colours are held as closely as the opacity that they come with. */
-            const double off = tolerance_of(channels[to][3], share), run = to - from;
             const double rise = channels[to][k] - channels[from][k];
-            below[k] = fmax(lo[k], (rise - off) / run);
-            above[k] = fmin(hi[k], (rise + off) / run);
-            fits = fits && below[k] <= above[k];
+            below[k] = more_of(lo[k], (rise - off) / run);
+            above[k] = less_of(hi[k], (rise + off) / run);
+            fits &= below[k] <= above[k];
         }
         if (!fits)
             break;
@@ -69,7 +80,7 @@ static int find_piece(double slope[4], double (*channels)[4], int from, int most
             lo[k] = below[k];
             hi[k] = above[k];
             const double chord = (channels[to][k] - channels[from][k]) / (to - from);
-            slope[k] = fmin(fmax(chord, lo[k]), hi[k]);
+            slope[k] = less_of(more_of(chord, lo[k]), hi[k]);
         }
     }
     return to - 1;
@@ -81,8 +92,8 @@ static double middle_of(double (*channels)[4], int k, double slope, int from, in
     double least = INFINITY, most = -INFINITY;
     for (int t = from; t <= to; t++) {
         const double start = channels[t][k] - slope * (t + 0.5);
-        least = fmin(least, start);
-        most = fmax(most, start);
+        least = less_of(least, start);
+        most = more_of(most, start);
     }
     return 0.5 * (least + most);
 }
@@ -140,8 +151,8 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
 {
     double channels[CVOL_TABLE_SIZE][4];
     double lo = transfer->points[0].value, hi = transfer->points[transfer->count - 1].value;
-    lo = fmin(fmax(lo, array->range_min), array->range_max);
-    hi = fmin(fmax(hi, array->range_min), array->range_max);
+    lo = less_of(more_of(lo, array->range_min), array->range_max);
+    hi = less_of(more_of(hi, array->range_min), array->range_max);
     double span = hi > lo ? hi - lo : array->range_max - array->range_min;
     double unit = span > 0 ? span / (CVOL_TABLE_SIZE - 3) : 1;
     lo -= unit;
