@@ -1,6 +1,7 @@
 #!/bin/sh
 # Builds twice, with warnings as errors: once as it ships, once with the address and undefined-
-# behaviour sanitizers; runs all tests on both.
+# behaviour sanitizers; runs all tests on both. Then fuzzes each reader for 20 seconds, of the same numbers each time
+# (CVOL_FUZZ_SEED).
 # usage: scripts/check.sh FOLDER JOBS
 set -eu
 folder=$1
@@ -27,3 +28,9 @@ export ASAN_OPTIONS UBSAN_OPTIONS
 # Kernels, looked through for undefined behaviour, compile at -O1 in a third of the time that -O2 takes.
 build_and_test "$folder-sanitize" -DCVOL_SANITIZE=ON -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     '-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O1 -g1'
+# A third build, by clang, of the readers and what they stand on.
+if command -v clang >/dev/null 2>&1; then
+    JOBS=$jobs fuzz/run.sh 20
+else
+    echo 'skipped: no clang, so that no reader is fuzzed'
+fi

@@ -8,6 +8,7 @@ test='libcmocka-dev python3-numpy python3-tifffile python3-pydicom libgdcm-tools
 bench='g++ libzfp-dev python3-matplotlib python3-vtk9 python3-numpy python3-pil xvfb'
 test="$test python3-pytest" # of the Python package
 test="$test doxygen"        # of the reference
+test="$test clang libclang-rt-dev" # of the fuzzers
 # Of the viewer's page: two packages of npm's registry. Debian's npm stands on 350 others, so that one that is
 # there already, wherever it is from, will do.
 test="$test chromium"
