@@ -13,7 +13,7 @@
 #define THREADS 2
 
 /* Shorter strips share too much of their blocks with others. */
-#define LEAST_LINES 64
+#define LEAST_LINES 48
 
 /* So far before and behind a pixel the warp looks, and one line more, as places are rounded. */
 #define LINES_BEFORE 2
@@ -22,24 +22,6 @@
 static int strip_lines(const cvol_sheet_plan *plan, int count)
 {
     return (plan->height + count - 1) / count;
-}
-
-static double find_bytes(const cvol_sheet_plan *plan, int line_floats, int lines)
-{
-    cvol_sheet_plan strip = *plan;
-    strip.height = lines;
-    return (double)line_floats * sizeof(float) * plan->width * lines +
-           THREADS * (double)cvol_band_sample_bytes(plan, cvol_share_lines(&strip, THREADS));
-}
-
-int cvol_strip_count(const cvol_sheet_plan *plan, size_t pixels, int line_floats, size_t mask_bytes)
-{
-    const double most = FRAME_BYTES + PIXEL_BYTES * (double)pixels - (double)mask_bytes;
-    int count = 1;
-    while (strip_lines(plan, count + 1) >= LEAST_LINES &&
-           find_bytes(plan, line_floats, strip_lines(plan, count)) > most)
-        count++;
-    return count;
 }
 
 cvol_sheet_plan cvol_strip_make(const cvol_sheet_plan *plan, int index, int count)
@@ -55,4 +37,27 @@ cvol_sheet_plan cvol_strip_make(const cvol_sheet_plan *plan, int index, int coun
     out.own[0] = index ? plan->v0 + begin * plan->dv : -INFINITY;
     out.own[1] = index + 1 < count ? plan->v0 + end * plan->dv : INFINITY;
     return out;
+}
+
+/* The most that a strip takes, if there are so many. */
+static double find_bytes(const cvol_sheet_plan *plan, int line_floats, int count)
+{
+    double most = 0;
+    for (int i = 0; i < count; i++) {
+        const cvol_sheet_plan strip = cvol_strip_make(plan, i, count);
+        const int lines = cvol_share_lines(&strip, THREADS);
+        most = fmax(most, (double)line_floats * sizeof(float) * strip.width * strip.height +
+                              THREADS * (double)cvol_band_sample_bytes(&strip, lines));
+    }
+    return most;
+}
+
+int cvol_strip_count(const cvol_sheet_plan *plan, size_t pixels, int line_floats, size_t mask_bytes)
+{
+    const double most = FRAME_BYTES + PIXEL_BYTES * (double)pixels - (double)mask_bytes;
+    int count = 1;
+    while (strip_lines(plan, count + 1) >= LEAST_LINES &&
+           find_bytes(plan, line_floats, count) > most)
+        count++;
+    return count;
 }

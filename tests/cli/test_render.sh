@@ -52,10 +52,6 @@ expect_done cvol render large.cvol -o large.png --size 64 --json
 expect_equal "$(value_of level)/$(value_of file_level)" 0/1
 expect_done cvol render large.cvol -o large.png --size 64 --level 0 --json
 expect_equal "$(value_of level)/$(value_of file_level)" 0/0
-expect_done cvol render large.cvol -o large.png --size 64 --level 2 --json
-expect_equal "$(value_of level)/$(value_of file_level)" 2/2
-expect_done cvol render large.cvol -o large.png --size 64 --zoom 20
-expect_equal "$(grep -c 'enough at this size' "$out")" 0
 expect_done cvol render large.cvol -o large.png --size 64
 expect_equal "$(grep -c 'up to level 1, enough at this size' "$out")" 1
 expect_done cvol render a.cvol -o b.png --size 16 --json
