@@ -90,7 +90,8 @@ def main():
     for _ in range(3):
         found, seconds, peak = run(a.cvol, "render", file, "-o", picture, *look, *threads)
         say("first shaded picture", seconds, peak,
-            f"loaded in {found['load_ms']:.0f} ms, rendered in {found['render_ms']:.0f} ms")
+            f"loaded in {found['load_ms']:.0f} ms (level {found['file_level']} of the file), "
+            f"rendered in {found['render_ms']:.0f} ms")
     for more in (["--shade"], []):
         found, seconds, peak = run(a.cvol, "bench", "render", file, "--size", "512", "--views", "6",
                                    "--repeat", "2", *more, *threads)
