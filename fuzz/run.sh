@@ -35,8 +35,9 @@ if [ "${1:-}" = --one ]; then # NAME SECONDS: what is below does this
         echo "fuzz/run.sh: $name failed ($code): $(sed -n 's/^Test unit written to //p' "$found.log")"
         exit 1
     fi
-    echo "$name: $(sed -n 's/^stat::number_of_executed_units: *//p' "$found.log") inputs in $seconds s," \
-        "$(sed -n 's/^#.*\(cov: [0-9]* ft: [0-9]*\).*/\1/p' "$found.log" | tail -n 1)"
+    echo "$name: $(sed -n 's/^stat::number_of_executed_units: *//p; s/^#\([0-9]*\): .*/\1/p' "$found.log" | tail -n 1) inputs in $seconds s," \
+        "$(sed -n 's/^#.*\(cov: [0-9]* ft: [0-9]*\).*/\1/p' "$found.log" | tail -n 1)" \
+        "$(sed -n 's/^#.*\(oom.timeout.crash: [^ ]*\).*/\1/p' "$found.log" | tail -n 1)"
     exit 0
 fi
 
