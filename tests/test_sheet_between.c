@@ -51,6 +51,7 @@ static void expect(cvol_array *array, const cvol_volume *volume, const cvol_tran
                    cvol_render_options options, const double gains_db[3], const char *what)
 {
     double db[4];
+    options.sheet.rays = CVOL_SHEET_RAYS_LATTICE; /* there more rays bring them nearer */
     for (int kind = 0; kind < 4; kind++) {
         options.step_voxels = kind & 1 ? 0.4 : 0;
         options.oversample = kind & 2 ? 2 : 0;
@@ -150,17 +151,26 @@ static void test_multiply_adds(void **state)
     cvol_render_options options = support_square(64, CVOL_MODE_COMPOSITE, 30, 20);
     cvol_renderer *renderer;
     cvol_image *image;
-    uint64_t count[4];
+    uint64_t count[4], of_pixels;
     assert_int_equal(cvol_image_create(context, &image, 64, 64), CVOL_OK);
     assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
     for (int k = 0; k < 4; k++) {
         support_set_transfer(context, renderer, looks[k % 3], 2);
         options.step_voxels = k == 3 ? 4 : 0;
+        options.sheet.rays = CVOL_SHEET_RAYS_LATTICE;
         assert_int_equal(
             cvol_renderer_sheet_multiply_adds(context, renderer, image, &options, &count[k]),
             CVOL_OK);
         cvol_image *plain = support_sheet(context, array, looks[k % 3], 2, &options);
         assert_true(support_difference(plain, image) <= 1);
+        cvol_image_free(plain);
+        options.sheet.rays = CVOL_SHEET_RAYS_PIXELS;
+        assert_int_equal(
+            cvol_renderer_sheet_multiply_adds(context, renderer, image, &options, &of_pixels),
+            CVOL_OK);
+        plain = support_sheet(context, array, looks[k % 3], 2, &options);
+        assert_true(support_psnr(plain, image) > 60);
+        assert_true((of_pixels == 0) == (count[k] == 0));
         cvol_image_free(plain);
     }
     assert_true(count[0] > (uint64_t)12 * 37 * 33 * 35);

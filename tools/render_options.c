@@ -67,6 +67,15 @@ static int choose_footprint(cvol_splat_options *splat, const render_arguments *a
     return EXIT_DONE;
 }
 
+static int choose_rays(cvol_sheet_options *sheet, const char *name)
+{
+    if (name && strcmp(name, "pixels") && strcmp(name, "lattice"))
+        return complain(EXIT_MISUSED, "--rays is '%s', must be pixels or lattice", name);
+    sheet->rays = name && !strcmp(name, "lattice") ? CVOL_SHEET_RAYS_LATTICE
+                                                   : CVOL_SHEET_RAYS_PIXELS;
+    return EXIT_DONE;
+}
+
 /* Those of engine sheet. */
 static int choose_sheet(cvol_sheet_options *sheet, const render_arguments *a)
 {
@@ -87,7 +96,7 @@ static int choose_sheet(cvol_sheet_options *sheet, const render_arguments *a)
         return complain(EXIT_MISUSED, "--sigma is %g, must be 0.5 to 1 samples with engine sheet",
                         a->sigma);
     sheet->sigma = a->sigma;
-    return EXIT_DONE;
+    return choose_rays(sheet, a->rays_name);
 }
 
 /* The surface of mode iso. */
@@ -315,6 +324,8 @@ int check_render_arguments(scene *s, render_arguments *a)
         return complain(EXIT_MISUSED,
                         "--step below 1 of engine sheet is for modes composite and iso, not %s",
                         a->mode_name);
+    if (a->rays_name && !is_sheet)
+        return complain(EXIT_MISUSED, "--rays is for engine sheet");
     if (a->oversample_given && !is_sheet)
         return complain(EXIT_MISUSED, "--oversample is for engine sheet");
     if (a->oversample_given && !(a->oversample >= 0.25 && a->oversample <= 4))

@@ -36,7 +36,7 @@ typedef struct render_arguments {
         gradient_opacity_given, shininess, iso_given, iso_colour_given;
     double light[3], ambient, diffuse, specular, gradient_opacity, iso, iso_colour[3];
     /* engine splat; NULL: not given */
-    const char *footprint_name, *order_name, *plane_name;
+    const char *footprint_name, *order_name, *plane_name, *rays_name;
     int footprint_size, footprint_given, sigma_given;
     double sigma;
     const char *spectrum_name, *schedule_name; /* engine transform; NULL: not given */
@@ -250,6 +250,10 @@ typedef struct render_arguments {
     {                                                                                            \
         "--oversample", "N", "of engine sheet: N x N rays a pixel, 0.25 to 4 (default 1)",       \
             OPTION_NUMBER, &(a).oversample, 0, &(a).oversample_given                             \
+    },                                                                                           \
+    {                                                                                            \
+        "--rays", "KIND", "of engine sheet: of pixels (default), or of a lattice: quicker, softer",  \
+            OPTION_TEXT, &(a).rays_name, 0, NULL                                                 \
     },                                                                                           \
     {                                                                                            \
         "--step", "VOXELS", "sample distance along rays (ray: 0.5; sheet: one a slice)",          \

@@ -52,6 +52,7 @@ void pace_apply(cvol_render_options *options, int rung)
     options->step_voxels = rung == RUNG_SOFT ? 2 : 0;
     options->oversample = rung == RUNG_SOFT ? 0.7 : 1;
     options->sheet.footprint = CVOL_SHEET_LINEAR;
+    options->sheet.rays = CVOL_SHEET_RAYS_LATTICE;
     const int level = rung > RUNG_SOFT ? rung - RUNG_SOFT : 0;
     options->level = level > options->level ? level : options->level;
 }

@@ -20,6 +20,7 @@
 #include "base/memory.h"
 #include "base/thread.h"
 #include "render/sheet_band.h"
+#include "render/sheet_plan.h"
 #include "render/sheet_strip.h"
 #include "render/sheet_subject.h"
 #include "render/sheet_table.h"
@@ -217,8 +218,15 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
     return axes;
 }
 
-static cvol_sheet_kernel *choose_kernel(cvol_mode mode, int lit, int extras)
+static cvol_sheet_kernel *choose_kernel(cvol_mode mode, const cvol_sheet_plan *plan, int extras)
 {
+    const int lit = plan->lit, are_compact = plan->compact.scale > 0;
+    if (plan->of_pixels)
+        return extras        ? CVOL_SIMD_CHOOSE(cvol_sheet_pixels_extra)
+               : are_compact ? CVOL_SIMD_CHOOSE(cvol_sheet_pixels_compact)
+                             : CVOL_SIMD_CHOOSE(cvol_sheet_pixels);
+    if (are_compact)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_compact);
 #ifndef CVOL_ONLY_EXTRAS /* src/CMakeLists.txt */
     if (!extras && lit)
         return CVOL_SIMD_CHOOSE(cvol_sheet_shade);
@@ -318,6 +326,15 @@ static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan 
     return CVOL_OK;
 }
 
+/* Whether rays are those of the picture's pixels, see cvol_sheet_rays. */
+static int are_of_pixels(const cvol_sheet_plan *plan, const cvol_view *view,
+                         const cvol_render_options *options)
+{
+    return options->sheet.rays == CVOL_SHEET_RAYS_PIXELS && options->mode == CVOL_MODE_COMPOSITE &&
+           !plan->lit && !plan->wide && !plan->level && !plan->perspective && view->rays == 1 &&
+           plan->masked != CVOL_SHEET_SOME_VOID;
+}
+
 /* What the frame of a plan draws, beside its plan and its image. */
 typedef struct drawing {
     sheet_state *state;
@@ -362,8 +379,7 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
                                                      : &subject->everything,
         .mask = cvol_sheet_subject_mask(subject),
         .background = cvol_sheet_background(array, array->mask),
-        .kernel = plan->compact.scale > 0 ? CVOL_SIMD_CHOOSE(cvol_sheet_compact)
-                                          : choose_kernel(options->mode, plan->lit, of->extras),
+        .kernel = choose_kernel(options->mode, plan, of->extras),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,
@@ -414,6 +430,8 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     plan->parts = is_surface || options->mode == CVOL_MODE_COMPOSITE
                       ? choose_parts(plan, options->step_voxels)
                       : 1;
+    if (!plan->of_pixels && are_of_pixels(plan, view, options))
+        cvol_sheet_plan_of_pixels(plan, view);
     of.extras = image->depth != NULL || plan->parts > 1 || plan->wide || state->counts;
     int code = set_table(context, state, plan, subject, &of.by_surface, options, of.extras);
     const int count = code ? 0
@@ -481,6 +499,9 @@ static int check_footprint(cvol_context *context, const cvol_sheet_options *opti
     const double sigma = options->sigma;
     if (kind < CVOL_SHEET_LINEAR || kind > CVOL_SHEET_GAUSSIAN)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no footprint of engine sheet", kind);
+    if (options->rays != CVOL_SHEET_RAYS_PIXELS && options->rays != CVOL_SHEET_RAYS_LATTICE)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no kind of rays of engine sheet",
+                         (int)options->rays);
     if (sigma != 0 && !(sigma >= CVOL_WIDE_SIGMA_MIN && sigma <= CVOL_WIDE_SIGMA_MAX))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "sigma %g: engine sheet has Gaussians of %g to %g samples", sigma,

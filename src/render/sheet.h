@@ -130,6 +130,11 @@ typedef struct cvol_sheet_plan {
     double warp[3][3];
     double own[2]; /* of the picture's pixels, those are drawn whose V is own[0] or more and less
                       than own[1]: not all, if the plan is a strip (sheet_strip.h) */
+    /* Of plans whose rays are those of the picture's pixels (sheet_pixels.c): ray (i, j) crosses
+     * sheet 0 at the in-plane point place[.][0] + i place[.][1] + j place[.][2]. What U and V are
+     * elsewhere, i and j are then: u0 = v0 = 0, du = dv = 1, and the warp maps pixels onto these. */
+    int of_pixels;
+    double place[2][3];
 } cvol_sheet_plan;
 
 /* Where rays cross a plane of samples: U at lane + scale U, V at row + scale V. */
@@ -256,6 +261,7 @@ typedef struct cvol_sheet_view {
     float front, back; /* of what is drawn, in sheets from this one, the way that rays take */
     double lane_at, lane_step;        /* sample coordinate of pixel i: lane_at + i lane_step */
     double row_at, row_step;          /* sample coordinate of line j: row_at + j row_step */
+    double lane_down, row_right;      /* of plans of pixels: how these move with j, and with i */
     double lane_rate[2], row_rate[2]; /* how far, at [0] + i [1], they move from sheet to sheet */
     int begin, end;                   /* groups that lie within, one sheet before or behind */
     int inside_begin, inside_end;     /* those that do, and did from two sheets before on */
@@ -288,6 +294,7 @@ typedef struct cvol_layer {
      * (length_row[0] + j [1])^2) of that which the table is for. */
     double length, length_lane[2], length_row[2];
     int row_points, block_rows;
+    int from_row, to_row, from_lane, to_lane; /* samples that are there: of plans of pixels */
     uint64_t row_points_inverse; /* row / row_points = row times this >> 32, of rows below 2^27 */
     cvol_windows windows, windows_before; /* of this layer and the one before; count 0: none */
 } cvol_layer;
@@ -299,6 +306,13 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 /* The same where samples are kept in 16 bits, without what is asked for seldom. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_compact,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+/* The first of plans of pixels; with samples between sheets; and from 16 bits. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_pixels_extra,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+CVOL_SIMD_DECLARE(void, cvol_sheet_pixels,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+CVOL_SIMD_DECLARE(void, cvol_sheet_pixels_compact,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 /* The same with light, or a surface. A layer without sheets, whose sheets[0].ordinal would be the
  * next, is what rays end with. */

@@ -31,6 +31,25 @@ CVOL_INLINE void move_by(cvol_sheet_view *view, double by)
     view->row_step += by * view->row_rate[1];
 }
 
+#if SHEET_PIXELS
+static inline void view_between(between_views *out, const line_job *job, int unit)
+{
+    const cvol_layer *layer = job->layer;
+    (void)unit;
+    for (int part = 1; part < layer->parts; part++) {
+        const double t = (double)part / layer->parts;
+        for (int s = 0; s <= layer->sheet_count; s++) {
+            const int of = s < layer->sheet_count ? s : s - 1;
+            const double by = s < layer->sheet_count ? t - 1 : t;
+            sheet_line *to = s < layer->sheet_count ? &out->to[s][part - 1]
+                                                    : &out->from_last[part - 1];
+            *to = job->sheets[of];
+            to->lane_at += by * layer->sheets[of].lane_rate[0];
+            to->row_at += by * layer->sheets[of].row_rate[0];
+        }
+    }
+}
+#else
 static inline void view_between(between_views *out, const line_job *job, int unit)
 {
     const cvol_layer *layer = job->layer;
@@ -47,9 +66,16 @@ static inline void view_between(between_views *out, const line_job *job, int uni
     }
 }
 
+#endif
+
 /* Whether the samples that a group sees of a sheet are there. */
-CVOL_INLINE int is_there(const sheet_line *sheet, int group, int unit)
+CVOL_INLINE int is_there(const line_job *job, const sheet_line *sheet, int group, int unit)
 {
+#if SHEET_PIXELS
+    (void)unit;
+    return is_there_slanted(job, sheet, group);
+#endif
+    (void)job;
     return sheet->view.windows[window_of(lane_sample(sheet, group, unit))] & CVOL_WINDOW_SEEN;
 }
 
@@ -65,7 +91,7 @@ CVOL_INLINE void keep_between(const line_job *job, int group, int unit)
 {
     for (int part = 1; part < job->layer->parts; part++) {
         const sheet_line *view = &job->between->from_last[part - 1];
-        const int there = is_there(view, group, unit);
+        const int there = is_there(job, view, group, unit);
         for (int k = 0; k < PARTS; k++)
             cvol_store(kept_between(job, part - 1, group, k),
                        there ? reconstruct(job, view, group, k, unit) : cvol_splat(NAN));
@@ -79,15 +105,19 @@ CVOL_INLINE cvol_vf find_between(const line_job *job, int s, int part, int group
     const sheet_line *view = &job->between->to[s][part - 1];
     const float t = (float)part / (float)job->layer->parts;
     const cvol_vf straight = a + t * (b - a);
-    if (!is_there(view, group, unit))
+    if (!is_there(job, view, group, unit))
         return straight;
     const cvol_vf end = reconstruct(job, view, group, k, unit);
     cvol_vf start;
     if (s > 0) {
         sheet_line before = *view;
         const long offset = job->layer->sheets[s - 1].first - job->layer->sheets[s].first;
+#if SHEET_PIXELS
+        before.origin += offset;
+#else
         before.near += offset;
         before.far += offset;
+#endif
         start = reconstruct(job, &before, group, k, unit);
     } else {
         start = cvol_load(kept_between(job, part - 1, group, k));

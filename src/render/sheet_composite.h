@@ -154,11 +154,22 @@ CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group,
                           int has_void, int pieces)
 {
     const sheet_line *sheet = &job->sheets[s];
+#if SHEET_PIXELS
+    const int masked = 0;
+    cvol_vf levels[PARTS];
+    find_levels(levels, job, s, sheet->windows, group, 0);
+    (void)unit;
+    (void)has_void;
+#else
     const long x = lane_sample(sheet, group, unit);
     const int masked = has_void && sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
     const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window_of(x)]));
+#endif
     for (int k = 0; k < PARTS; k++) {
         const int i = group * CVOL_GROUP + k * CVOL_LANES;
+#if SHEET_PIXELS
+        const cvol_vf level = levels[k];
+#endif
         const cvol_vf end = masked ? g->value[k] : level;
         span within;
         find_within(&within, job, s, i);
@@ -179,7 +190,8 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
     const sheet_line *sheet = &job->sheets[s];
     const double step = sheet->lane_step;
     const long x = lane_sample(sheet, group, unit);
-    const int masked = has_void && sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
+    const int masked = !SHEET_PIXELS && has_void &&
+                       sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
     const int inside = group >= sheet->inside_begin && group < sheet->inside_end;
     const int ordinal = layer->sheets[s].ordinal;
     const stretch at = stretch_of((float)ordinal - (known ? 1 : 0.5f), (float)ordinal);
@@ -187,6 +199,12 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
     for (int k = 0; k < PARTS; k++) {
         const double position = sheet->lane_at + (group * CVOL_GROUP + k * CVOL_LANES) * step;
         cvol_vf cover = cvol_splat(1), value;
+#if SHEET_PIXELS
+        (void)masked;
+        (void)x;
+        (void)position;
+        value = reconstruct_slanted(job, sheet, group * CVOL_GROUP + k * CVOL_LANES);
+#else
 #if SHEET_EXTRAS
         if (layer->wide)
             value = masked ? reconstruct_widely_masked(&cover, job, sheet, 0, group, k, unit)
@@ -201,6 +219,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
         else
             value = unit ? reconstruct_unit(&sheet->view, &sheet->footprint, x + k * CVOL_LANES)
                          : reconstruct_finer(&sheet->view, position, step);
+#endif
         value = sample_to_table(job, value);
         cvol_vf from = known ? g->value[k] : value, to = value, weight = g->length[k];
         if (has_void) { /* where an end has no value, the other's holds */
@@ -304,6 +323,18 @@ CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, 
             draw_end(g, job, s, group, unit, has_void, pieces);
         return 0;
     }
+#if SHEET_PIXELS
+    cvol_vf levels[PARTS];
+    (void)level;
+    (void)spread;
+    if (!known && find_levels_before(levels, job, s, group)) {
+        known = 1;
+        for (int k = 0; k < PARTS; k++) {
+            g->value[k] = levels[k];
+            g->cover[k] = cvol_splat(1);
+        }
+    }
+#else
     if (!known && find_level_before(&level, &spread, job, s, group)) {
         known = 1;
         for (int k = 0; k < PARTS; k++) {
@@ -311,6 +342,7 @@ CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, 
             g->cover[k] = cvol_splat(1);
         }
     }
+#endif
     draw_interval(g, job, s, group, known, unit, has_void, pieces);
     return 1;
 }
@@ -360,8 +392,13 @@ CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, i
 {
     const cvol_layer *layer = job->layer;
     int begin = job->line->width / CVOL_GROUP, end = 0;
+#if SHEET_PIXELS
+    view_slanted(job);
+#endif
     for (int s = 0; s < layer->sheet_count; s++) {
+#if !SHEET_PIXELS
         view_sheet(&job->sheets[s], job, &layer->sheets[s], unit);
+#endif
         begin = job->sheets[s].begin < begin ? job->sheets[s].begin : begin;
         end = job->sheets[s].end > end ? job->sheets[s].end : end;
     }
@@ -373,7 +410,11 @@ CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, i
 #endif
     for (int first = begin; first < end; first += RUN) {
         const int count = end - first < RUN ? end - first : RUN;
+#if SHEET_PIXELS
+        find_met_slanted(job, first, count);
+#else
         find_met(job, first, count, unit);
+#endif
         for (int group = first; group < first + count; group++) {
             const int ahead = group + AHEAD;
             if (ahead < first + count && job->seen[ahead - first] && !job->line->opaque[ahead])

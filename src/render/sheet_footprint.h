@@ -15,6 +15,11 @@
 #include "base/vector.h"
 #include "render/sheet.h"
 
+/* Whether the lines are the picture's own, see sheet_slant.h. */
+#ifndef SHEET_PIXELS
+#define SHEET_PIXELS 0
+#endif
+
 /* Kernels are compiled for samples of either kind, see cvol_sheet_compact. */
 #ifdef SHEET_COMPACT
 typedef int16_t sheet_sample;
@@ -284,6 +289,12 @@ CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *lay
         *enter = ((float)(layer->lane_enter - position) - offset) * layer->lane_turn;
         *leave = ((float)(layer->lane_leave - position) - offset) * layer->lane_turn;
     }
+#if SHEET_PIXELS
+    const double row = sheet->row_at + j * sheet->row_step + i * sheet->row_right;
+    const cvol_vf below = cvol_iota() * (float)sheet->row_right;
+    *enter = cvol_max(*enter, ((float)(layer->row_enter - row) - below) * layer->row_turn);
+    *leave = cvol_min(*leave, ((float)(layer->row_leave - row) - below) * layer->row_turn);
+#endif
     *enter = cvol_max(*enter, cvol_splat(view->enter));
     *leave = cvol_min(*leave, cvol_splat(view->leave));
     for (int k = 0; k < layer->cuts; k++) {

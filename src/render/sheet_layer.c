@@ -19,6 +19,23 @@ static double find_row(const cvol_sheet_plan *plan, const cvol_sheet_crossing *a
     return at->scale > 0 ? at->row + at->scale * V : plan->eye_row;
 }
 
+/* The rows lo .. hi that the rays of some lines cross on a plane of samples, beside lanes of the
+ * volume. */
+static void find_rows_of_pixels(double *lo, double *hi, const cvol_sheet_plan *plan, double z,
+                                int line_begin, int line_end)
+{
+    const double *u = plan->place[0], *v = plan->place[1];
+    for (int corner = 0; corner < 4; corner++) {
+        const double j = corner & 1 ? line_end - 1 : line_begin;
+        const double lane = corner & 2 ? plan->hi[0] + 2 : plan->lo[0] - 2;
+        double i = (lane - u[0] - j * u[2] - plan->shear_lane * z) / u[1];
+        i = fmin(fmax(i, 0), plan->width - 1);
+        const double row = v[0] + i * v[1] + j * v[2] + plan->shear_row * z;
+        *lo = fmin(*lo, row);
+        *hi = fmax(*hi, row);
+    }
+}
+
 int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, size_t layer,
                     int line_begin, int line_end)
 {
@@ -38,6 +55,16 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
                  bottom = plan->v0 + (line_end - 1) * plan->dv;
     double lo = fmin(find_row(plan, &from, top), find_row(plan, &to, top)) - reach;
     double hi = fmax(find_row(plan, &from, bottom), find_row(plan, &to, bottom)) + reach;
+    if (plan->of_pixels) {
+        lo = INFINITY;
+        hi = -INFINITY;
+        find_rows_of_pixels(&lo, &hi, plan, cvol_sheet_place(plan, z_begin) - behind, line_begin,
+                            line_end);
+        find_rows_of_pixels(&lo, &hi, plan, cvol_sheet_place(plan, z_end - 1) + behind,
+                            line_begin, line_end);
+        lo -= reach;
+        hi += reach;
+    }
     const double rows = (double)(plan->rows - 1);
     const double beyond = fmax(2, 2 * plan->pitch_sheet) + plan->reach * fmax(1, plan->pitch_row);
     if (hi < -beyond || lo > rows + beyond) /* rays may enter or leave half way to the next sheet */
@@ -101,6 +128,33 @@ static void find_faces(double *enter, double *leave, float *turn, double lo, dou
     *enter = shear < 0 ? hi : lo;
     *leave = shear < 0 ? lo : hi;
     *turn = (float)((shear < 0 ? -1 : 1) / fmax(fabs(shear) / pitch, least_shear));
+}
+
+/* The same of plans of pixels. */
+static void describe_sheet_of_pixels(cvol_sheet_view *sheet, const cvol_sheet_plan *plan, double z,
+                                     double next)
+{
+    const double *u = plan->place[0], *v = plan->place[1];
+    sheet->lane_at = (u[0] + plan->shear_lane * z - plan->first_lane) / plan->pitch_lane;
+    sheet->lane_step = u[1] / plan->pitch_lane;
+    sheet->lane_down = u[2] / plan->pitch_lane;
+    sheet->row_at = (v[0] + plan->shear_row * z - plan->first_row) / plan->pitch_row;
+    sheet->row_right = v[1] / plan->pitch_row;
+    sheet->row_step = v[2] / plan->pitch_row;
+    sheet->lane_rate[0] = plan->shear_lane * next / plan->pitch_lane;
+    sheet->row_rate[0] = plan->shear_row * next / plan->pitch_row;
+    sheet->lane_rate[1] = sheet->row_rate[1] = 0;
+    sheet->begin = sheet->end = sheet->inside_begin = sheet->inside_end = 0; /* of each line */
+    for (int i = 0; i < plan->planes; i++) {
+        const double *n = plan->plane[i];
+        cvol_sheet_cut *cut = &sheet->cuts[i];
+        for (int k = 0; k < 3; k++) {
+            cut->value[k] = n[0] * u[k] + n[1] * v[k];
+            cut->rate[k] = 0;
+        }
+        cut->rate[0] = (n[0] * plan->shear_lane + n[1] * plan->shear_row + n[2]) * next;
+        cut->value[0] += cut->rate[0] * z / next + n[3];
+    }
 }
 
 /* Where the sheet's samples are met, and the planes that cut it. */
@@ -188,6 +242,10 @@ void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, 
     out->row_points = plan->points_row;
     out->row_points_inverse = ((UINT64_C(1) << 32) - 1) / (uint64_t)plan->points_row + 1;
     out->block_rows = (int)plan->blocks_row;
+    out->from_row = (int)at->first_row * plan->points_row - 1;
+    out->to_row = (int)(at->last_row + 1) * plan->points_row;
+    out->from_lane = -CVOL_SHEET_PAD;
+    out->to_lane = (int)plan->blocks_lane * plan->points_lane + CVOL_SHEET_PAD - 1;
     out->windows = windows_of(skip, plan);
     out->windows_before = before ? windows_of(before, plan) : (cvol_windows){0};
     /* Row 0 of the samples that the kernels speak of lies before the buffer when the band does not
@@ -210,6 +268,10 @@ void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, 
         sheet->samples = plan->compact.scale > 0 ? NULL : samples;
         sheet->compact = plan->compact.scale > 0 ? samples : NULL;
         sheet->first = CVOL_SHEET_PAD + row_0 * row_stride + slice * sheet_stride;
+        if (plan->of_pixels) {
+            describe_sheet_of_pixels(sheet, plan, z, next);
+            continue;
+        }
         describe_sheet(sheet, plan, z, next);
         find_groups(sheet, out, plan, z, next);
     }

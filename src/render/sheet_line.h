@@ -29,6 +29,11 @@ typedef struct sheet_line {
 #if SHEET_EXTRAS
     wide_view wide; /* where the layer has a wide footprint */
 #endif
+#if SHEET_PIXELS
+    const sheet_sample *origin; /* sample 0 of row 0 */
+    const cvol_windows *windows;
+    double row_at, row_right; /* row of pixel i: row_at + i row_right */
+#endif
     int begin, end;               /* groups that the line has something of, and those that */
     int inside_begin, inside_end; /* lie within, and did from two sheets before on */
 } sheet_line;
@@ -43,6 +48,10 @@ typedef struct line_job {
     struct between_views *between;     /* an extra: see sheet_between.h */
     float table_offset;                /* table coordinate = value * table->scale + table_offset, */
     float sample_scale, sample_offset; /* of samples as they are kept */
+#if SHEET_PIXELS
+    float lane_at[CVOL_BLOCK_MAX], row_at[CVOL_BLOCK_MAX]; /* of sheets, at the line's first pixel */
+    uint32_t mixed[RUN + 1]; /* sheets in which a group sees something, but not all of its pixels do */
+#endif
     int first_group;                   /* the run's */
     uint32_t met[RUN], seen[RUN];      /* sheets that each group crosses, and sees something in, */
     uint32_t inside[RUN];              /* and those whose intervals lie within, and no face near */
@@ -149,6 +158,10 @@ CVOL_INLINE cvol_vf sample_to_table(const line_job *job, cvol_vf sample)
     return sample * job->sample_scale + job->sample_offset;
 }
 
+#if SHEET_PIXELS
+#include "render/sheet_slant.h"
+#endif
+
 /* The value at which the group met the sheet before sheet `s` of the layer, which was skipped:
  * about the level of the window there, at most `spread` from it. 0 if it is not known. */
 CVOL_INLINE int find_level_before(float *level, float *spread, const line_job *job, int s,
@@ -210,6 +223,9 @@ CVOL_INLINE cvol_vf reconstruct(const line_job *job, const sheet_line *sheet, in
 {
     const long i = group * CVOL_GROUP + k * CVOL_LANES;
     const float *w = sheet->weights;
+#if SHEET_PIXELS
+    return sample_to_table(job, reconstruct_slanted(job, sheet, (int)i));
+#endif
 #if SHEET_EXTRAS
     if (job->layer->wide)
         return to_table(job, reconstruct_widely(job, sheet,

@@ -41,25 +41,38 @@ static void find_warp(cvol_sheet_plan *plan, const cvol_view *view, const double
 }
 
 /* How many pixels of the picture one unit of U (k = 0) or V (k = 1) moves. */
-static double pixels_per_sample(double warp[2][3], int k)
+static double pixels_per_sample(double warp[][3], int k)
 {
     double determinant = warp[0][1] * warp[1][2] - warp[0][2] * warp[1][1];
     return hypot(warp[1 - k][1], warp[1 - k][2]) / fabs(determinant);
 }
 
-/* Points per block, and the distance of intermediate pixels, along one axis. Where a pixel of the
- * picture spans more than a sample, blocks are evaluated on fewer points; where it spans less, the
- * intermediate image is finer than the samples. */
-void cvol_sheet_resolution(int *points, double *pitch, double *first, double *delta, double pixel,
-                           int block)
+/* Points per block: fewer than it has samples where a pixel of the picture spans more than one. */
+static void find_points(int *points, double *pitch, double *first, double coarsest, double pixel,
+                        int block)
 {
     const int less = block < 16 ? 2 : block / 8; /* kernels want an even number of points */
     *points = block;
-    while (*points - less >= block / 2 &&
-           (double)block / (*points - less) <= CVOL_COARSEST_PITCH * pixel)
+    while (*points - less >= block / 2 && (double)block / (*points - less) <= coarsest * pixel)
         *points -= less;
     *pitch = (double)block / *points;
     *first = (*pitch - 1) / 2;
+}
+
+void cvol_sheet_refine(cvol_sheet_plan *plan)
+{
+    find_points(&plan->points_lane, &plan->pitch_lane, &plan->first_lane, CVOL_COARSEST_PITCH_OF_PIXELS,
+                1 / pixels_per_sample(plan->warp, 0), plan->block_lane);
+    find_points(&plan->points_row, &plan->pitch_row, &plan->first_row, CVOL_COARSEST_PITCH_OF_PIXELS,
+                1 / pixels_per_sample(plan->warp, 1), plan->block_row);
+}
+
+/* Points per block, and the distance of intermediate pixels, along one axis. Where a pixel of the
+ * picture spans less than a sample, the intermediate image is finer than the samples. */
+void cvol_sheet_resolution(int *points, double *pitch, double *first, double *delta, double pixel,
+                           int block)
+{
+    find_points(points, pitch, first, CVOL_COARSEST_PITCH, pixel, block);
     *delta = pixel < 1 ? pixel : *pitch;
 }
 

@@ -54,7 +54,7 @@ int cvol_layer_skip_prepare(cvol_layer_skip *skip, const cvol_sheet_plan *plan)
     const size_t blocks = plan->blocks_lane * plan->blocks_row;
     skip->windows = count_windows(plan);
     const size_t windows = plan->blocks_row * (size_t)skip->windows;
-    if (!cvol_ensure(&skip->within, &skip->flag_capacity, 2 * windows + blocks, 1) ||
+    if (!cvol_ensure(&skip->within, &skip->flag_capacity, 2 * windows + blocks + 4, 1) ||
         !cvol_ensure(&skip->levels, &skip->level_capacity, 4 * windows, sizeof *skip->levels))
         return 0;
     skip->across = skip->within + windows;
@@ -312,6 +312,24 @@ static void tile_span(int *first, int *last, double start, double delta, double 
     *last = to < 0 ? -1 : to >= (double)count * CVOL_TILE ? count - 1 : (int)to / CVOL_TILE;
 }
 
+/* The pixels that see a rectangle of a plane of samples lie within lo .. hi. */
+static void widen_pixels(double lo[2], double hi[2], const cvol_sheet_plan *plan, double z,
+                         const double lanes[2], const double rows[2])
+{
+    const double *u = plan->place[0], *v = plan->place[1];
+    const double determinant = u[1] * v[2] - u[2] * v[1];
+    for (int corner = 0; corner < 4; corner++) {
+        const double du = lanes[corner & 1] - plan->shear_lane * z - u[0],
+                     dv = rows[corner >> 1] - plan->shear_row * z - v[0];
+        const double at[2] = {(v[2] * du - u[2] * dv) / determinant,
+                              (u[1] * dv - v[1] * du) / determinant};
+        for (int k = 0; k < 2; k++) {
+            lo[k] = fmin(lo[k], at[k]);
+            hi[k] = fmax(hi[k], at[k]);
+        }
+    }
+}
+
 /* A plane beside the eye or behind it becomes one just before it. */
 static void keep_ahead(cvol_sheet_crossing *at, const cvol_sheet_plan *plan)
 {
@@ -334,16 +352,30 @@ int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, siz
     keep_ahead(&from, plan);
     keep_ahead(&to, plan);
     const double around = fmax(2, 2 * plan->pitch_sheet);
-    const double lanes[2] = {from.lane, to.lane}, rows[2] = {from.row, to.row},
+    const double still = plan->of_pixels ? 0 : 1;
+    const double lanes[2] = {still * from.lane, still * to.lane},
+                 rows[2] = {still * from.row, still * to.row},
                  scales[2] = {from.scale, to.scale},
                  reach_lane = fmax(around, plan->pitch_lane) + beyond * plan->pitch_lane,
                  reach_row = fmax(around, plan->pitch_row) + beyond * plan->pitch_row;
     const double lane_lo = (double)(lane * (size_t)plan->block_lane) - reach_lane,
                  row_lo = (double)(row * (size_t)plan->block_row) - reach_row;
-    tile_span(&left, &right, plan->u0, plan->du, lane_lo,
-              lane_lo + plan->block_lane - 1 + 2 * reach_lane, lanes, scales, tiles->across);
-    tile_span(&top, &bottom, plan->v0, plan->dv, row_lo,
-              row_lo + plan->block_row - 1 + 2 * reach_row, rows, scales, tiles->down);
+    double lane_reach[2] = {lane_lo, lane_lo + plan->block_lane - 1 + 2 * reach_lane},
+           row_reach[2] = {row_lo, row_lo + plan->block_row - 1 + 2 * reach_row};
+    if (plan->of_pixels) {
+        double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
+        widen_pixels(lo, hi, plan, cvol_sheet_place(plan, z_begin), lane_reach, row_reach);
+        widen_pixels(lo, hi, plan, cvol_sheet_place(plan, z_end - 1), lane_reach, row_reach);
+        for (int k = 0; k < 2; k++) {
+            lane_reach[k] = k ? hi[0] : lo[0];
+            row_reach[k] = k ? hi[1] : lo[1];
+        }
+    }
+    const double first_line = plan->of_pixels ? 0 : plan->v0;
+    tile_span(&left, &right, plan->u0, plan->du, lane_reach[0], lane_reach[1], lanes, scales,
+              tiles->across);
+    tile_span(&top, &bottom, first_line, plan->dv, row_reach[0], row_reach[1], rows, scales,
+              tiles->down);
     top = top < tile_begin ? tile_begin : top;
     bottom = bottom >= tile_end ? tile_end - 1 : bottom;
     for (int y = top; y <= bottom; y++)

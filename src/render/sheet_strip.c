@@ -33,6 +33,8 @@ cvol_sheet_plan cvol_strip_make(const cvol_sheet_plan *plan, int index, int coun
     const int first = begin > LINES_BEFORE ? begin - LINES_BEFORE : 0,
               last = end + LINES_BEHIND < plan->height ? end + LINES_BEHIND : plan->height;
     out.v0 = plan->v0 + first * plan->dv;
+    for (int k = 0; k < 2; k++)
+        out.place[k][0] += first * out.place[k][2];
     out.height = last > first ? last - first : 1;
     out.own[0] = index ? plan->v0 + begin * plan->dv : -INFINITY;
     out.own[1] = index + 1 < count ? plan->v0 + end * plan->dv : INFINITY;

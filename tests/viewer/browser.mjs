@@ -70,11 +70,20 @@ export async function openPage(browser, address, { hash = "", ready = true, ...o
   return page;
 }
 
-// Until the picture is a still one of what is to be seen.
+// Until the picture is a still one of what is to be seen, in the size of the stage: the page hears of another size only
+// with the next frame of the screen.
 export async function settled(page) {
   await page.waitForFunction(() => {
     const { view3d, store } = window.cvol ?? {};
-    return view3d?.frame && view3d.frame.view === store.state.view && view3d.frame.timing.quality === "still";
+    const canvas = document.getElementById("canvas");
+    const { width, height } = canvas.parentElement.getBoundingClientRect();
+    const fits = (pixels, length) => Math.abs(pixels - Math.round(length) * devicePixelRatio) < 1;
+    return (
+      view3d?.frame?.view === store.state.view &&
+      view3d.frame.timing.quality === "still" &&
+      fits(canvas.width, width) &&
+      fits(canvas.height, height)
+    );
   });
 }
 

@@ -1,0 +1,440 @@
+/* What a line of the picture itself is to the sheets of a layer (plans of pixels, sheet_pixels.c):
+ * sheet_line.h's part, where lines run across rows of samples, so that every pixel has rows and
+ * weights of its own.
+ *
+ * A group meets several windows of a sheet then; it sees something if one of them has something.
+ *
+ * To be included by kernel files only, by sheet_line.h.
+ */
+#ifndef CVOL_RENDER_SHEET_SLANT_H
+#define CVOL_RENDER_SHEET_SLANT_H
+
+/* Whole numbers of places keep 16 bits behind the point. */
+#define PLACE_ONE 65536.0
+
+/* ---- how far lines reach ------------------------------------------------------------------------
+ */
+
+/* The pixels between which a line's rays are within lanes, and rows, of the volume on a sheet. */
+typedef struct pixels_within {
+    double lane[2], row[2];
+} pixels_within;
+
+CVOL_INLINE void find_ends(double ends[2], double at, double step, double lo, double hi)
+{
+    const double least = 1e-9; /* lines along rows reach far, one way or the other */
+    const double inverse = 1 / (fabs(step) > least ? step : step < 0 ? -least : least);
+    const double a = (lo - at) * inverse, b = (hi - at) * inverse;
+    ends[0] = a < b ? a : b;
+    ends[1] = a < b ? b : a;
+}
+
+/* Of the sheet `s` sheets behind one. */
+CVOL_INLINE pixels_within find_pixels_within(const line_job *job, const cvol_sheet_view *sheet,
+                                             int s)
+{
+    const cvol_layer *layer = job->layer;
+    const int j = job->line->number;
+    pixels_within out;
+    find_ends(out.lane, sheet->lane_at + j * sheet->lane_down + s * sheet->lane_rate[0],
+              sheet->lane_step, layer->lane_lo, layer->lane_hi);
+    find_ends(out.row, sheet->row_at + j * sheet->row_step + s * sheet->row_rate[0],
+              sheet->row_right, layer->row_lo, layer->row_hi);
+    return out;
+}
+
+/* Groups as cvol_sheet_view has them, of what is within on the sheets from two before to one behind:
+ * what may be within somewhere from one before on, and what is on all. */
+CVOL_INLINE group_range find_groups_of_pixels(const pixels_within within[4], int groups)
+{
+    double most[2] = {-INFINITY, INFINITY}, least[2] = {-INFINITY, INFINITY};
+    for (int axis = 0; axis < 2; axis++) {
+        double hull[2] = {INFINITY, -INFINITY};
+        for (int k = 0; k < 4; k++) {
+            const double *ends = axis ? within[k].row : within[k].lane;
+            if (k > 0) {
+                hull[0] = hull[0] < ends[0] ? hull[0] : ends[0];
+                hull[1] = hull[1] > ends[1] ? hull[1] : ends[1];
+            }
+            least[0] = least[0] > ends[0] ? least[0] : ends[0];
+            least[1] = least[1] < ends[1] ? least[1] : ends[1];
+        }
+        most[0] = most[0] > hull[0] ? most[0] : hull[0];
+        most[1] = most[1] < hull[1] ? most[1] : hull[1];
+    }
+    if (!(most[0] <= most[1]))
+        return (group_range){0, 0, 0, 0};
+    return (group_range){clamp_to_groups(floor(ceil(most[0]) / CVOL_GROUP), groups),
+                         clamp_to_groups(floor(floor(most[1]) / CVOL_GROUP) + 1, groups),
+                         clamp_to_groups(ceil(least[0] / CVOL_GROUP), groups),
+                         clamp_to_groups(floor((floor(least[1]) + 1) / CVOL_GROUP), groups)};
+}
+
+/* All sheets of the layer as the line sees them. */
+CVOL_INLINE void view_slanted(line_job *job)
+{
+    const cvol_layer *layer = job->layer;
+    const int j = job->line->number, groups = job->line->width / CVOL_GROUP;
+    pixels_within within[CVOL_BLOCK_MAX + 3];
+    const int count = layer->sheet_count;
+    for (int s = -2; s <= count; s++) {
+        const int of = s < 0 ? 0 : s < count ? s : count - 1;
+        within[s + 2] = find_pixels_within(job, &layer->sheets[of], s - of);
+    }
+    for (int s = 0; s < count; s++) {
+        const cvol_sheet_view *sheet = &layer->sheets[s];
+        sheet_line *out = &job->sheets[s];
+        out->view.enter = sheet->front;
+        out->view.leave = sheet->back;
+        out->lane_at = sheet->lane_at + j * sheet->lane_down;
+        out->lane_step = sheet->lane_step;
+        out->row_at = sheet->row_at + j * sheet->row_step;
+        out->row_right = sheet->row_right;
+        job->lane_at[s] = (float)out->lane_at;
+        job->row_at[s] = (float)out->row_at;
+        out->origin = samples_of(sheet) + sheet->first;
+        out->windows = sheet->is_of_before ? &layer->windows_before : &layer->windows;
+        const float begin = layer->only ? -0.5f : -1, end = layer->only ? 0.5f : 1;
+        const int met = out->view.enter < end && out->view.leave > begin + LEAST_WEIGHT;
+        const int whole = !layer->only && out->view.enter < LEAST_WEIGHT - 2 &&
+                          out->view.leave > -LEAST_WEIGHT;
+        group_range range = find_groups_of_pixels(within + s, groups);
+        if (!met)
+            range.end = range.begin;
+        if (!whole)
+            range.inside_begin = range.inside_end = 0;
+        if (layer->cuts && met)
+            cut_groups(&range, layer, sheet, j, groups);
+        out->begin = range.begin;
+        out->end = range.end;
+        out->inside_begin = range.inside_begin;
+        out->inside_end = range.inside_end;
+    }
+}
+
+/* ---- what groups meet --------------------------------------------------------------------------
+ */
+
+/* Where a group lies in each sheet of the layer: windows c0 .. c1 of rows r0 .. r1 of blocks. */
+typedef struct group_windows {
+    int c0[CVOL_BLOCK_MAX], c1[CVOL_BLOCK_MAX], r0[CVOL_BLOCK_MAX], r1[CVOL_BLOCK_MAX];
+} group_windows;
+
+/* Whether there is something to be seen in windows c0 .. c1 of rows r0 .. r1 of blocks. */
+CVOL_INLINE int find_seen(const cvol_windows *windows, int c0, int c1, int r0, int r1)
+{
+    const uint8_t *bits = (r1 > r0 ? windows->across : windows->within) +
+                          (long)r0 * windows->count;
+    int seen = bits[c0] | bits[c1];
+    if (c1 - c0 > 1 || r1 - r0 > 1)
+        for (int r = r0; r < r1 || r == r0; r++, bits += windows->count)
+            for (int c = c0; c <= c1; c++)
+                seen |= bits[c];
+    return seen & CVOL_WINDOW_SEEN;
+}
+
+/* Whether there is in all of them, and one more behind, which the last pixels may have. */
+CVOL_INLINE int find_all_seen(const cvol_windows *windows, int c0, int c1, int r0, int r1)
+{
+    const uint8_t *bits = windows->within + (long)r0 * windows->count;
+    int seen = CVOL_WINDOW_SEEN;
+    c1 = c1 + 1 < windows->count ? c1 + 1 : c1;
+    for (int r = r0; r <= r1; r++, bits += windows->count)
+        for (int c = c0; c <= c1; c++)
+            seen &= bits[c];
+    return seen;
+}
+
+CVOL_INLINE int clamp_to(int value, int last)
+{
+    value = value > last ? last : value;
+    return value < 0 ? 0 : value;
+}
+
+/* The windows of a group of a line that begins at lane_at and row_at of sheet s. */
+CVOL_INLINE void place_windows(group_windows *out, int s, const line_job *job, float lane_at,
+                               float row_at, int group)
+{
+    const cvol_layer *layer = job->layer;
+    const int last = layer->block_rows - 1, last_window = layer->windows.count - 1;
+    const float i = (float)(group * CVOL_GROUP), across = CVOL_GROUP - 1;
+    const float step = (float)layer->sheets[0].lane_step, right = (float)layer->sheets[0].row_right;
+    const float above = right < 0 ? across * right : 0, below = right < 0 ? 0 : across * right;
+    const float inverse = 1 / (float)layer->row_points, half = 0.5f * inverse;
+    const float x = lane_at + i * step, y = row_at + i * right;
+    const int x0 = (int)floorf(x), x1 = (int)floorf(x + across * step) + 1;
+    const float y0 = floorf(y + above), y1 = floorf(y + below) + 1;
+    const int c0 = clamp_to((x0 + CVOL_GROUP) >> 4, last_window),
+              c1 = clamp_to(x1 >> 4, last_window);
+    out->c0[s] = c0;
+    out->c1[s] = c1 > c0 ? c1 : c0;
+    out->r0[s] = clamp_to((int)floorf(y0 * inverse + half), last);
+    out->r1[s] = clamp_to((int)floorf(y1 * inverse + half), last);
+}
+
+CVOL_INLINE void find_group_windows(group_windows *out, const line_job *job, int group)
+{
+#if defined(__AVX512F__)
+    const cvol_layer *layer = job->layer;
+    const float i = (float)(group * CVOL_GROUP), across = CVOL_GROUP - 1;
+    const float step = (float)layer->sheets[0].lane_step, right = (float)layer->sheets[0].row_right;
+    const float above = right < 0 ? across * right : 0, below = right < 0 ? 0 : across * right;
+    const float inverse = 1 / (float)layer->row_points;
+    const __m512i zero = _mm512_setzero_si512(), one = _mm512_set1_epi32(1),
+                  last = _mm512_set1_epi32(layer->block_rows - 1),
+                  last_window = _mm512_set1_epi32(layer->windows.count - 1);
+    for (int s = 0; s < layer->sheet_count; s += CVOL_GROUP) {
+        const __m512 x = _mm512_add_ps(_mm512_loadu_ps(job->lane_at + s), _mm512_set1_ps(i * step)),
+                     y = _mm512_add_ps(_mm512_loadu_ps(job->row_at + s), _mm512_set1_ps(i * right));
+        const __m512 lows[2] = {x, _mm512_add_ps(y, _mm512_set1_ps(above))},
+                     highs[2] = {_mm512_add_ps(x, _mm512_set1_ps(across * step)),
+                                 _mm512_add_ps(y, _mm512_set1_ps(below))};
+        const __m512i x0 = _mm512_cvt_roundps_epi32(lows[0], _MM_FROUND_TO_NEG_INF |
+                                                                 _MM_FROUND_NO_EXC),
+                      x1 = _mm512_cvt_roundps_epi32(highs[0], _MM_FROUND_TO_NEG_INF |
+                                                                  _MM_FROUND_NO_EXC);
+        const __m512i c0 = _mm512_max_epi32(
+                          _mm512_min_epi32(
+                              _mm512_srai_epi32(
+                                  _mm512_add_epi32(x0, _mm512_set1_epi32(CVOL_GROUP)), 4),
+                              last_window),
+                          zero),
+                      c1 = _mm512_max_epi32(
+                          _mm512_min_epi32(_mm512_srai_epi32(_mm512_add_epi32(x1, one), 4),
+                                           last_window),
+                          c0);
+        _mm512_storeu_si512(out->c0 + s, c0);
+        _mm512_storeu_si512(out->c1 + s, c1);
+        for (int k = 0; k < 2; k++) {
+            const __m512 row = _mm512_add_ps(
+                _mm512_roundscale_ps(k ? highs[1] : lows[1], _MM_FROUND_TO_NEG_INF),
+                _mm512_set1_ps(0.5f + (float)k));
+            const __m512i block = _mm512_cvt_roundps_epi32(
+                _mm512_mul_ps(row, _mm512_set1_ps(inverse)),
+                _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
+            _mm512_storeu_si512((k ? out->r1 : out->r0) + s,
+                                _mm512_max_epi32(_mm512_min_epi32(block, last), zero));
+        }
+    }
+    return;
+#endif
+    for (int s = 0; s < job->layer->sheet_count; s++)
+        place_windows(out, s, job, job->lane_at[s], job->row_at[s], group);
+}
+
+/* In which of the layer's sheets from s to `end`, which have the same windows, a group sees anything;
+ * *mixed: in which of these some pixels may not. */
+CVOL_INLINE uint32_t find_seen_sheets(uint32_t *mixed, const group_windows *at,
+                                      const cvol_windows *windows, int s, int end)
+{
+    int box[4] = {at->c0[s], at->c1[s], at->r0[s], at->r1[s]};
+    const int k = end - 1; /* straight between */
+    box[0] = box[0] < at->c0[k] ? box[0] : at->c0[k];
+    box[1] = box[1] > at->c1[k] ? box[1] : at->c1[k];
+    box[2] = box[2] < at->r0[k] ? box[2] : at->r0[k];
+    box[3] = box[3] > at->r1[k] ? box[3] : at->r1[k];
+    uint32_t seen = 0;
+    if (!find_seen(windows, box[0], box[1], box[2], box[3]))
+        return 0;
+    const int all = find_all_seen(windows, box[0], box[1], box[2], box[3]);
+    if (all)
+        return (uint32_t)((UINT64_C(1) << end) - (UINT64_C(1) << s));
+    for (; s < end; s++) {
+        const uint32_t any = (uint32_t)find_seen(windows, at->c0[s], at->c1[s], at->r0[s],
+                                                 at->r1[s]);
+        seen |= any << s;
+        if (any && !find_all_seen(windows, at->c0[s], at->c1[s], at->r0[s], at->r1[s]))
+            *mixed |= UINT32_C(1) << s;
+    }
+    return seen;
+}
+
+/* What find_met finds. */
+CVOL_INLINE void find_met_slanted(line_job *job, int first, int count)
+{
+    const cvol_layer *layer = job->layer;
+    const int sheets = layer->sheet_count;
+    int held = 0;
+    memset(job->met, 0, sizeof *job->met * (size_t)count);
+    memset(job->seen, 0, sizeof *job->seen * (size_t)count);
+    memset(job->inside, 0, sizeof *job->inside * (size_t)count);
+    job->first_group = first;
+    for (int s = 0; s < sheets; s++) {
+        const sheet_line *sheet = &job->sheets[s];
+        const uint32_t bit = UINT32_C(1) << s;
+        const int begin = sheet->begin > first ? sheet->begin : first,
+                  end = sheet->end < first + count ? sheet->end : first + count,
+                  inside_begin = begin > sheet->inside_begin ? begin : sheet->inside_begin,
+                  inside_end = end < sheet->inside_end ? end : sheet->inside_end;
+        for (int group = begin; group < end; group++)
+            job->met[group - first] |= bit;
+        for (int group = inside_begin; group < inside_end; group++)
+            job->inside[group - first] |= bit;
+        held += layer->sheets[s].is_of_before; /* these come first */
+    }
+    for (int group = first; group < first + count; group++) {
+        uint32_t *seen = &job->seen[group - first];
+        const uint32_t met = job->met[group - first];
+        if (!met || job->line->opaque[group])
+            continue;
+        group_windows at;
+        uint32_t *mixed = &job->mixed[group - first];
+        find_group_windows(&at, job, group);
+        *mixed = 0;
+        if (held)
+            *seen = find_seen_sheets(mixed, &at, &layer->windows_before, 0, held);
+        if (sheets > held)
+            *seen |= find_seen_sheets(mixed, &at, &layer->windows, held, sheets);
+        *seen &= met;
+    }
+}
+
+/* Whether the samples that a group sees of a sheet are all there. */
+CVOL_INLINE int is_there_slanted(const line_job *job, const sheet_line *sheet, int group)
+{
+    group_windows at;
+    place_windows(&at, 0, job, (float)sheet->lane_at, (float)sheet->row_at, group);
+    return find_all_seen(sheet->windows, at.c0[0], at.c1[0], at.r0[0], at.r1[0]);
+}
+
+/* Values amidst what a group's windows hold, part by part, pixel by pixel, as table coordinates: where
+ * it was `by` sheets from sheet s. Returns whether there is something to be seen in one of these. */
+CVOL_INLINE int find_levels(cvol_vf *levels, const line_job *job, int s,
+                            const cvol_windows *windows, int group, double by)
+{
+    const cvol_layer *layer = job->layer;
+    const cvol_sheet_view *sheet = &layer->sheets[s];
+    const int last = layer->block_rows * layer->row_points - 1;
+    const double lane_at = job->sheets[s].lane_at + by * sheet->lane_rate[0],
+                 row_at = job->sheets[s].row_at + by * sheet->row_rate[0];
+    group_windows at;
+    place_windows(&at, 0, job, (float)lane_at, (float)row_at, group);
+    for (int k = 0; k < CVOL_GROUP; k++) {
+        const int i = group * CVOL_GROUP + k;
+        const double x = lane_at + i * sheet->lane_step, y = row_at + i * sheet->row_right;
+        const uint64_t row = (uint64_t)(y < 0 ? 0 : y > last ? last : floor(y));
+        const long block_row = (long)(row * layer->row_points_inverse >> 32);
+        long c = window_of((long)floor(x));
+        c = c < at.c0[0] ? at.c0[0] : c > at.c1[0] ? at.c1[0] : c;
+        levels[k / CVOL_LANES][k % CVOL_LANES] =
+            windows->within_level[c + block_row * windows->count];
+    }
+    for (int k = 0; k < PARTS; k++)
+        levels[k] = to_table(job, levels[k]);
+    return find_seen(windows, at.c0[0], at.c1[0], at.r0[0], at.r1[0]);
+}
+
+/* The values at which a group met the sheet before sheet `s`, which was skipped. 0 if they are not
+ * known. */
+CVOL_INLINE int find_levels_before(cvol_vf *levels, const line_job *job, int s, int group)
+{
+    const cvol_layer *layer = job->layer;
+    const cvol_sheet_view *sheet = &layer->sheets[s];
+    const cvol_windows *windows = sheet->is_first || sheet->is_of_before ? &layer->windows_before
+                                                                         : &layer->windows;
+    if (!windows->count || (sheet->is_first && sheet->is_of_before))
+        return 0;
+    return !find_levels(levels, job, s, windows, group, -1);
+}
+
+/* ---- values -----------------------------------------------------------------------------------
+ */
+
+/* The window of a pixel at (x, y), counted as they lie in memory; *level: of it, if there is nothing to
+ * be seen in it, and its samples are not there. */
+CVOL_INLINE int is_window_seen(float *level, const cvol_layer *layer, const cvol_windows *windows,
+                               long x, long y)
+{
+    const int last = layer->block_rows * layer->row_points - 1;
+    const uint64_t low = (uint64_t)clamp_to((int)y, last), high = (uint64_t)clamp_to((int)y + 1, last);
+    const long row = (long)(low * layer->row_points_inverse >> 32),
+               next = (long)(high * layer->row_points_inverse >> 32);
+    const long at = row * windows->count +
+                    clamp_to((int)((x + CVOL_GROUP) >> 4), windows->count - 1);
+    *level = (next > row ? windows->across_level : windows->within_level)[at];
+    return (next > row ? windows->across : windows->within)[at] & CVOL_WINDOW_SEEN;
+}
+
+/* A value as samples are kept. */
+CVOL_INLINE float kept_value(const cvol_layer *layer, float value)
+{
+#ifdef SHEET_COMPACT
+    return cvol_sheet_compact_of(&layer->compact, value);
+#endif
+    (void)layer;
+    return value;
+}
+
+/* Puts levels where the CVOL_LANES pixels from pixel i on see nothing. */
+CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_line *sheet, int i)
+{
+    for (int k = 0; k < CVOL_LANES; k++) {
+        const double x = sheet->lane_at + (i + k) * sheet->lane_step,
+                     y = sheet->row_at + (i + k) * sheet->row_right;
+        float level;
+        if (!is_window_seen(&level, job->layer, sheet->windows, (long)floor(x), (long)floor(y)))
+            value[k] = kept_value(job->layer, level);
+    }
+    return value;
+}
+
+/* Samples, as they are kept, at CVOL_LANES pixels from pixel i on. What lies beyond those that are
+ * there is as good as any: such pixels are not drawn. */
+CVOL_INLINE cvol_vf reconstruct_slanted(const line_job *job, const sheet_line *sheet, int i)
+{
+    const cvol_layer *layer = job->layer;
+    const double x = sheet->lane_at + (double)i * sheet->lane_step,
+                 y = sheet->row_at + (double)i * sheet->row_right;
+    const double x0 = floor(x), y0 = floor(y);
+    const cvol_vf u = (float)(x - x0) + cvol_iota() * (float)sheet->lane_step,
+                  v = (float)(y - y0) + cvol_iota() * (float)sheet->row_right;
+    const float bias = 1024; /* rows may lie before the first pixel's */
+    const cvol_vi column = cvol_to_int(u), row = cvol_to_int(v + bias) - (int)bias;
+    const cvol_vf right = u - cvol_to_float(column), below = v - cvol_to_float(row);
+    const long stride = layer->row_stride;
+    cvol_vf a, b, c, d;
+#if defined(__AVX512F__) && defined(SHEET_COMPACT)
+    const __m512i lane = _mm512_max_epi32(
+                      _mm512_min_epi32(_mm512_add_epi32((__m512i)column, _mm512_set1_epi32((int)x0)),
+                                       _mm512_set1_epi32(layer->to_lane - 1)),
+                      _mm512_set1_epi32(layer->from_lane)),
+                  line = _mm512_max_epi32(
+                      _mm512_min_epi32(_mm512_add_epi32((__m512i)row, _mm512_set1_epi32((int)y0)),
+                                       _mm512_set1_epi32(layer->to_row - 1)),
+                      _mm512_set1_epi32(layer->from_row));
+    /* From the first row that is there on, so that 32 bits do. */
+    const int16_t *from_row = sheet->origin + layer->from_row * stride;
+    const __m512i at = _mm512_add_epi32(
+        _mm512_mullo_epi32(_mm512_sub_epi32(line, _mm512_set1_epi32(layer->from_row)),
+                           _mm512_set1_epi32((int)stride)),
+        lane);
+    const __m512i pairs[2] = {_mm512_i32gather_epi32(at, from_row, 2),
+                              _mm512_i32gather_epi32(at, from_row + stride, 2)};
+    a = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(_mm512_slli_epi32(pairs[0], 16), 16));
+    b = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(pairs[0], 16));
+    c = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(_mm512_slli_epi32(pairs[1], 16), 16));
+    d = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(pairs[1], 16));
+#else
+    for (int k = 0; k < CVOL_LANES; k++) {
+        long at = (long)x0 + column[k], line = (long)y0 + row[k];
+        at = at < layer->from_lane ? layer->from_lane : at;
+        at = at > layer->to_lane - 1 ? layer->to_lane - 1 : at;
+        line = line < layer->from_row ? layer->from_row : line;
+        line = line > layer->to_row - 1 ? layer->to_row - 1 : line;
+        const sheet_sample *from = sheet->origin + line * stride + at;
+        a[k] = from[0];
+        b[k] = from[1];
+        c[k] = from[stride];
+        d[k] = from[stride + 1];
+    }
+#endif
+    const cvol_vf near = a + right * (b - a), far = c + right * (d - c);
+    const cvol_vf value = near + below * (far - near);
+    const long s = sheet - job->sheets;
+    if (s >= 0 && s < layer->sheet_count && /* or between sheets, where all are seen */
+        job->mixed[i / CVOL_GROUP - job->first_group] >> s & 1)
+        return put_levels(value, job, sheet, i);
+    return value;
+}
+
+#endif
