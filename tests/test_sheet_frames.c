@@ -340,8 +340,8 @@ static void test_skipping_is_safe(void **state)
                             support_difference(skipped, whole));
                     if (!getenv("CVOL_TEST_VERBOSE")) {
                         assert_true(psnr >= floor_db);
-                        assert_true(!one_level || support_difference(skipped, whole) <=
-                                                      (of_pixels ? 8 : 1));
+                        assert_true(!one_level ||
+                                    support_difference(skipped, whole) <= (of_pixels ? 8 : 1));
                     }
                     cvol_image_free(skipped);
                     cvol_image_free(whole);

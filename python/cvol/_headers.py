@@ -249,6 +249,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
     "cvol_sheet_options": [
         ("footprint", "i", ()),
         ("sigma", "d", ()),
+        ("rays", "i", ()),
     ],
     "cvol_transform_options": [
         ("transform", "i", ()),

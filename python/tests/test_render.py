@@ -37,6 +37,16 @@ def test_engines_agree(volume):
     assert volume.render(engine="fourier", size=64).max() > 0
 
 
+def test_rays(volume):
+    look = {"size": 60, "azimuth": 30}
+    plain, lattice = volume.render(**look), volume.render(rays="lattice", **look)
+    assert (volume.render(rays="pixels", **look) == plain).all()
+    difference = np.abs(plain.astype(int) - lattice)
+    assert 0 < difference.max() and difference.mean() < 10
+    with pytest.raises(ValueError, match="rays is"):
+        volume.render(rays="curved", **look)
+
+
 def test_footprints(volume):
     look = dict(azimuth=30, elevation=20, size=64, zoom=3)
     plain = volume.render(**look)

@@ -27,11 +27,11 @@ typedef struct compact_job {
     const cvol_sheet_words *words;
     int32_t weights[CVOL_BLOCK_MAX][4]; /* of near, its next sample, far, its next: twice 2^15 */
     __m512i ramp[2];                    /* lane steps to pixels 0 .. 31, in 2^-16 */
-#if SHEET_PIXELS /* or steps along lanes, and rows, to pixels 0 .. 15 */
+#if SHEET_PIXELS                        /* or steps along lanes, and rows, to pixels 0 .. 15 */
     int32_t steps[2];
     int lanes_at_once; /* samples that hold 32 pixels' of a row: 32, 64, or 0: more */
 #endif
-    float sample_rate, sample_from;     /* samples = table coordinates sample_rate + sample_from */
+    float sample_rate, sample_from; /* samples = table coordinates sample_rate + sample_from */
 } compact_job;
 
 /* Two groups while they are drawn. */
@@ -85,7 +85,9 @@ CVOL_INLINE void begin_words(compact_job *c, line_job *job, int unit)
                                            _mm512_set1_epi32(c->steps[axis]));
     }
     const double reach = (PAIR_LANES - 1) * steps[0] + 2;
-    c->lanes_at_once = reach < PAIR_LANES - 1 ? PAIR_LANES : reach < 2 * PAIR_LANES - 1 ? 2 * PAIR_LANES : 0;
+    c->lanes_at_once = reach < PAIR_LANES - 1       ? PAIR_LANES
+                       : reach < 2 * PAIR_LANES - 1 ? 2 * PAIR_LANES
+                                                    : 0;
     return;
 #endif
     if (!unit && layer->sheet_count) {
@@ -146,9 +148,9 @@ CVOL_INLINE __m512i reconstruct_words(const compact_job *c, int s, int group, in
 #if SHEET_PIXELS
 CVOL_INLINE __m512i join_words(__m512i low, __m512i high)
 {
-    const __m512i even = _mm512_set_epi16(62, 60, 58, 56, 54, 52, 50, 48, 46, 44, 42, 40, 38, 36, 34,
-                                          32, 30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2,
-                                          0);
+    const __m512i even = _mm512_set_epi16(62, 60, 58, 56, 54, 52, 50, 48, 46, 44, 42, 40, 38, 36,
+                                          34, 32, 30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6,
+                                          4, 2, 0);
     return _mm512_permutex2var_epi16(low, even, high);
 }
 
@@ -324,11 +326,10 @@ CVOL_INLINE __m512i reconstruct_slanted_words(const compact_job *c, int s, int g
     const long stride = c->job->layer->row_stride;
     const int count = halves == 3 ? PAIR_LANES : CVOL_GROUP, only_second = halves == 2;
     const slanted_place at = place_words(c, sheet, group + only_second, count);
-    const around_words four =
-        c->lanes_at_once == 0 || at.last_row - at.first_row > ROWS_MOST
-            ? gather_around(&at, stride, count)
-        : c->lanes_at_once == PAIR_LANES ? take_around(&at, stride)
-                                         : take_around_widely(&at, stride);
+    const around_words four = c->lanes_at_once == 0 || at.last_row - at.first_row > ROWS_MOST
+                                  ? gather_around(&at, stride, count)
+                              : c->lanes_at_once == PAIR_LANES ? take_around(&at, stride)
+                                                               : take_around_widely(&at, stride);
     const __m512i near = _mm512_add_epi16(
                       four.near_left,
                       _mm512_mulhrs_epi16(_mm512_sub_epi16(four.near_right, four.near_left),

@@ -60,8 +60,8 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
         hi = -INFINITY;
         find_rows_of_pixels(&lo, &hi, plan, cvol_sheet_place(plan, z_begin) - behind, line_begin,
                             line_end);
-        find_rows_of_pixels(&lo, &hi, plan, cvol_sheet_place(plan, z_end - 1) + behind,
-                            line_begin, line_end);
+        find_rows_of_pixels(&lo, &hi, plan, cvol_sheet_place(plan, z_end - 1) + behind, line_begin,
+                            line_end);
         lo -= reach;
         hi += reach;
     }

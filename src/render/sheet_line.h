@@ -49,12 +49,14 @@ typedef struct line_job {
     float table_offset;                /* table coordinate = value * table->scale + table_offset, */
     float sample_scale, sample_offset; /* of samples as they are kept */
 #if SHEET_PIXELS
-    float lane_at[CVOL_BLOCK_MAX], row_at[CVOL_BLOCK_MAX]; /* of sheets, at the line's first pixel */
-    uint32_t mixed[RUN + 1]; /* sheets in which a group sees something, but not all of its pixels do */
+    float lane_at[CVOL_BLOCK_MAX],
+        row_at[CVOL_BLOCK_MAX]; /* of sheets, at the line's first pixel */
+    uint32_t
+        mixed[RUN + 1]; /* sheets in which a group sees something, but not all of its pixels do */
 #endif
-    int first_group;                   /* the run's */
-    uint32_t met[RUN], seen[RUN];      /* sheets that each group crosses, and sees something in, */
-    uint32_t inside[RUN];              /* and those whose intervals lie within, and no face near */
+    int first_group;              /* the run's */
+    uint32_t met[RUN], seen[RUN]; /* sheets that each group crosses, and sees something in, */
+    uint32_t inside[RUN];         /* and those whose intervals lie within, and no face near */
 } line_job;
 
 /* ---- what a line is to the sheets ---------------------------------------------------------------

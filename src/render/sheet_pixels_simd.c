@@ -9,6 +9,6 @@ void CVOL_SIMD(cvol_sheet_pixels)(const cvol_layer *layer, const cvol_sheet_tabl
 {
     line_job job;
     begin_line(&job, layer, table, line);
-    HAVE_PIECES &&table->pieces ? draw_line(&job, 0, 0, 0, CVOL_PIECES)
-                                : draw_line(&job, 0, 0, 0, 0);
+    HAVE_PIECES && table->pieces ? draw_line(&job, 0, 0, 0, CVOL_PIECES)
+                                 : draw_line(&job, 0, 0, 0, 0);
 }

@@ -61,10 +61,12 @@ static void find_points(int *points, double *pitch, double *first, double coarse
 
 void cvol_sheet_refine(cvol_sheet_plan *plan)
 {
-    find_points(&plan->points_lane, &plan->pitch_lane, &plan->first_lane, CVOL_COARSEST_PITCH_OF_PIXELS,
-                1 / pixels_per_sample(plan->warp, 0), plan->block_lane);
-    find_points(&plan->points_row, &plan->pitch_row, &plan->first_row, CVOL_COARSEST_PITCH_OF_PIXELS,
-                1 / pixels_per_sample(plan->warp, 1), plan->block_row);
+    find_points(&plan->points_lane, &plan->pitch_lane, &plan->first_lane,
+                CVOL_COARSEST_PITCH_OF_PIXELS, 1 / pixels_per_sample(plan->warp, 0),
+                plan->block_lane);
+    find_points(&plan->points_row, &plan->pitch_row, &plan->first_row,
+                CVOL_COARSEST_PITCH_OF_PIXELS, 1 / pixels_per_sample(plan->warp, 1),
+                plan->block_row);
 }
 
 /* Points per block, and the distance of intermediate pixels, along one axis. Where a pixel of the

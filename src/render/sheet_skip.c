@@ -354,8 +354,7 @@ int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, siz
     const double around = fmax(2, 2 * plan->pitch_sheet);
     const double still = plan->of_pixels ? 0 : 1;
     const double lanes[2] = {still * from.lane, still * to.lane},
-                 rows[2] = {still * from.row, still * to.row},
-                 scales[2] = {from.scale, to.scale},
+                 rows[2] = {still * from.row, still * to.row}, scales[2] = {from.scale, to.scale},
                  reach_lane = fmax(around, plan->pitch_lane) + beyond * plan->pitch_lane,
                  reach_row = fmax(around, plan->pitch_row) + beyond * plan->pitch_row;
     const double lane_lo = (double)(lane * (size_t)plan->block_lane) - reach_lane,

@@ -43,8 +43,8 @@ CVOL_INLINE pixels_within find_pixels_within(const line_job *job, const cvol_she
     return out;
 }
 
-/* Groups as cvol_sheet_view has them, of what is within on the sheets from two before to one behind:
- * what may be within somewhere from one before on, and what is on all. */
+/* Groups as cvol_sheet_view has them, of what is within on the sheets from two before to one
+ * behind: what may be within somewhere from one before on, and what is on all. */
 CVOL_INLINE group_range find_groups_of_pixels(const pixels_within within[4], int groups)
 {
     double most[2] = {-INFINITY, INFINITY}, least[2] = {-INFINITY, INFINITY};
@@ -123,8 +123,7 @@ typedef struct group_windows {
 /* Whether there is something to be seen in windows c0 .. c1 of rows r0 .. r1 of blocks. */
 CVOL_INLINE int find_seen(const cvol_windows *windows, int c0, int c1, int r0, int r1)
 {
-    const uint8_t *bits = (r1 > r0 ? windows->across : windows->within) +
-                          (long)r0 * windows->count;
+    const uint8_t *bits = (r1 > r0 ? windows->across : windows->within) + (long)r0 * windows->count;
     int seen = bits[c0] | bits[c1];
     if (c1 - c0 > 1 || r1 - r0 > 1)
         for (int r = r0; r < r1 || r == r0; r++, bits += windows->count)
@@ -189,14 +188,14 @@ CVOL_INLINE void find_group_windows(group_windows *out, const line_job *job, int
         const __m512 lows[2] = {x, _mm512_add_ps(y, _mm512_set1_ps(above))},
                      highs[2] = {_mm512_add_ps(x, _mm512_set1_ps(across * step)),
                                  _mm512_add_ps(y, _mm512_set1_ps(below))};
-        const __m512i x0 = _mm512_cvt_roundps_epi32(lows[0], _MM_FROUND_TO_NEG_INF |
-                                                                 _MM_FROUND_NO_EXC),
-                      x1 = _mm512_cvt_roundps_epi32(highs[0], _MM_FROUND_TO_NEG_INF |
-                                                                  _MM_FROUND_NO_EXC);
+        const __m512i x0 = _mm512_cvt_roundps_epi32(lows[0],
+                                                    _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC),
+                      x1 = _mm512_cvt_roundps_epi32(highs[0],
+                                                    _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
         const __m512i c0 = _mm512_max_epi32(
                           _mm512_min_epi32(
-                              _mm512_srai_epi32(
-                                  _mm512_add_epi32(x0, _mm512_set1_epi32(CVOL_GROUP)), 4),
+                              _mm512_srai_epi32(_mm512_add_epi32(x0, _mm512_set1_epi32(CVOL_GROUP)),
+                                                4),
                               last_window),
                           zero),
                       c1 = _mm512_max_epi32(
@@ -222,8 +221,8 @@ CVOL_INLINE void find_group_windows(group_windows *out, const line_job *job, int
         place_windows(out, s, job, job->lane_at[s], job->row_at[s], group);
 }
 
-/* In which of the layer's sheets from s to `end`, which have the same windows, a group sees anything;
- * *mixed: in which of these some pixels may not. */
+/* In which of the layer's sheets from s to `end`, which have the same windows, a group sees
+ * anything; *mixed: in which of these some pixels may not. */
 CVOL_INLINE uint32_t find_seen_sheets(uint32_t *mixed, const group_windows *at,
                                       const cvol_windows *windows, int s, int end)
 {
@@ -297,8 +296,9 @@ CVOL_INLINE int is_there_slanted(const line_job *job, const sheet_line *sheet, i
     return find_all_seen(sheet->windows, at.c0[0], at.c1[0], at.r0[0], at.r1[0]);
 }
 
-/* Values amidst what a group's windows hold, part by part, pixel by pixel, as table coordinates: where
- * it was `by` sheets from sheet s. Returns whether there is something to be seen in one of these. */
+/* Values amidst what a group's windows hold, part by part, pixel by pixel, as table coordinates:
+ * where it was `by` sheets from sheet s. Returns whether there is something to be seen in one of
+ * these. */
 CVOL_INLINE int find_levels(cvol_vf *levels, const line_job *job, int s,
                             const cvol_windows *windows, int group, double by)
 {
@@ -340,13 +340,14 @@ CVOL_INLINE int find_levels_before(cvol_vf *levels, const line_job *job, int s, 
 /* ---- values -----------------------------------------------------------------------------------
  */
 
-/* The window of a pixel at (x, y), counted as they lie in memory; *level: of it, if there is nothing to
- * be seen in it, and its samples are not there. */
+/* The window of a pixel at (x, y), counted as they lie in memory; *level: of it, if there is
+ * nothing to be seen in it, and its samples are not there. */
 CVOL_INLINE int is_window_seen(float *level, const cvol_layer *layer, const cvol_windows *windows,
                                long x, long y)
 {
     const int last = layer->block_rows * layer->row_points - 1;
-    const uint64_t low = (uint64_t)clamp_to((int)y, last), high = (uint64_t)clamp_to((int)y + 1, last);
+    const uint64_t low = (uint64_t)clamp_to((int)y, last),
+                   high = (uint64_t)clamp_to((int)y + 1, last);
     const long row = (long)(low * layer->row_points_inverse >> 32),
                next = (long)(high * layer->row_points_inverse >> 32);
     const long at = row * windows->count +
@@ -395,8 +396,9 @@ CVOL_INLINE cvol_vf reconstruct_slanted(const line_job *job, const sheet_line *s
     cvol_vf a, b, c, d;
 #if defined(__AVX512F__) && defined(SHEET_COMPACT)
     const __m512i lane = _mm512_max_epi32(
-                      _mm512_min_epi32(_mm512_add_epi32((__m512i)column, _mm512_set1_epi32((int)x0)),
-                                       _mm512_set1_epi32(layer->to_lane - 1)),
+                      _mm512_min_epi32(
+                          _mm512_add_epi32((__m512i)column, _mm512_set1_epi32((int)x0)),
+                          _mm512_set1_epi32(layer->to_lane - 1)),
                       _mm512_set1_epi32(layer->from_lane)),
                   line = _mm512_max_epi32(
                       _mm512_min_epi32(_mm512_add_epi32((__m512i)row, _mm512_set1_epi32((int)y0)),

@@ -1,0 +1,220 @@
+/* The sheet engine along the rays of the picture's own pixels: against the ray engine, from random
+ * directions, near and far, rolled, clipped, lapped or not, and never far behind the lattice; and
+ * what must not matter.
+ *
+ * The seed is printed. CVOL_TEST_VERBOSE=1 prints what is measured.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "random.h"
+#include "support.h"
+#include "support_context.h"
+#include "support_lapped.h"
+#include "support_render.h"
+
+#define SEED 20261123
+
+/* Three bodies of different detail, on slices that lie `apart` as far as samples on them. */
+static cvol_volume make_volume(int kind, double apart)
+{
+    static const size_t shapes[3][3] = {{53, 47, 50}, {90, 33, 18}, {20, 70, 64}};
+    const size_t *n = shapes[kind];
+    cvol_volume volume = support_volume(n[0], n[1], n[2], CVOL_FLOAT32);
+    volume.grid.spacing[2] = apart;
+    for (size_t z = 0; z < n[2]; z++)
+        for (size_t y = 0; y < n[1]; y++)
+            for (size_t x = 0; x < n[0]; x++) {
+                const double at[3] = {(double)x / (double)n[0] - 0.5,
+                                      (double)y / (double)n[1] - 0.5,
+                                      (double)z / (double)n[2] - 0.5};
+                const double r = sqrt(at[0] * at[0] + at[1] * at[1] + at[2] * at[2]);
+                ((float *)volume.data)[support_index(&volume, x, y, z)] =
+                    (float)(100 - 200 * r +
+                            12 * sin(0.9 * (double)x) * cos(0.7 * (double)y + 0.3 * (double)z));
+            }
+    return volume;
+}
+
+static const cvol_transfer_point soft[] = {{30, 0.1, 0.2, 1, 0}, {80, 1, 0.6, 0.1, 0.3}};
+static const cvol_transfer_point solid[] = {{38, 0.9, 0.5, 0.2, 0}, {46, 1, 0.9, 0.6, 0.9}};
+
+static double between(double lo, double hi, random_state *r)
+{
+    return lo + (hi - lo) * (0.5 + 0.5 * random_signed(r));
+}
+
+/* Any camera; every third along an axis, where lines and rows run alike. */
+static cvol_render_options make_options(int number, random_state *r)
+{
+    cvol_render_options options = support_square(72, CVOL_MODE_COMPOSITE, between(0, 360, r),
+                                                 between(-90, 90, r));
+    options.height = 56 + (int)random_below(r, 60);
+    options.camera.roll_deg = between(-180, 180, r);
+    options.camera.zoom = exp(between(-0.7, 1.6, r));
+    if (number % 3 == 2) {
+        options.camera.azimuth_deg = 90 * (double)random_below(r, 4);
+        options.camera.elevation_deg = 90 * ((double)random_below(r, 3) - 1);
+        options.camera.roll_deg = 45 * (double)random_below(r, 8);
+    }
+    if (number % 4 == 3)
+        options.clip = (cvol_clip){.planes = 1, .plane = {{0.6, -0.7, 0.4, -3}}};
+    return options;
+}
+
+static double compare(const cvol_array *array, const cvol_volume *volume,
+                      const cvol_transfer_point *points, cvol_render_options options,
+                      cvol_sheet_rays rays)
+{
+    options.sheet.rays = rays;
+    cvol_image *sheet = support_sheet(context, array, points, 2, &options);
+    options.step_voxels = 0.125;
+    cvol_image *ray = support_ray(context, volume, points, 2, &options);
+    const double db = support_psnr(sheet, ray);
+    cvol_image_free(sheet);
+    cvol_image_free(ray);
+    return db;
+}
+
+static cvol_array *make_array(const cvol_volume *volume, int lapped, uint64_t seed)
+{
+    if (!lapped)
+        return support_compress(context, volume, 16, 80);
+    cvol_array *array = support_lapped(context, volume->data, volume->grid.dims, 0, 0.005,
+                                       (int)(seed % 2), seed);
+    array->grid = volume->grid;
+    return array;
+}
+
+static void test_near_to_rays(void **state)
+{
+    (void)state;
+    random_state r = {SEED};
+    print_message("seed %d\n", SEED);
+    for (int k = 0; k < 48; k += SUPPORT_STRIDE) {
+        cvol_volume volume = make_volume(k % 3, k % 2 ? 1.7 : 1);
+        cvol_array *array = make_array(&volume, k / 3 % 2, (uint64_t)k);
+        const cvol_transfer_point *points = k % 5 < 2 ? soft : solid;
+        cvol_render_options options = make_options(k, &r);
+        options.step_voxels = k % 7 < 4 ? 0.4 : 0;
+        const double floor_db = options.step_voxels > 0 ? (points == soft ? 50 : 40)
+                                                        : (points == soft ? 49 : 35);
+        const double pixels = compare(array, &volume, points, options, CVOL_SHEET_RAYS_PIXELS),
+                     lattice = compare(array, &volume, points, options, CVOL_SHEET_RAYS_LATTICE);
+        const int good = pixels >= floor_db && pixels >= lattice - 1;
+        if (getenv("CVOL_TEST_VERBOSE") || !good)
+            print_message("%d, %s, step %g: %.2f dB, lattice %.2f\n", k,
+                          points == soft ? "soft" : "solid", options.step_voxels, pixels, lattice);
+        assert_true(good || getenv("CVOL_TEST_VERBOSE"));
+        cvol_array_free(array);
+        free(volume.data);
+    }
+}
+
+static void test_threads_do_not_matter(void **state)
+{
+    (void)state;
+    random_state r = {SEED + 1};
+    for (int k = 0; k < 16; k += SUPPORT_STRIDE) {
+        cvol_volume volume = make_volume(k % 3, 1.3);
+        cvol_array *array = make_array(&volume, k % 2, (uint64_t)k);
+        cvol_render_options options = make_options(k, &r);
+        options.height = 300;
+        options.step_voxels = k % 4 == 1 ? 0.5 : 0;
+        cvol_context_set_threads(context, 1);
+        cvol_image *one = support_sheet(context, array, solid, 2, &options);
+        for (int threads = 2; threads <= 7; threads += 5) {
+            cvol_context_set_threads(context, threads);
+            cvol_image *more = support_sheet(context, array, solid, 2, &options);
+            assert_memory_equal(one->rgba, more->rgba, (size_t)4 * 72 * 300);
+            cvol_image_free(more);
+        }
+        cvol_image_free(one);
+        cvol_array_free(array);
+        free(volume.data);
+    }
+}
+
+/* What rays of pixels cannot draw is drawn along the lattice, whatever is asked for. */
+static void test_others_are_as_ever(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_volume(0, 1);
+    cvol_array *array = make_array(&volume, 1, 4);
+    for (int kind = 0; kind < 6; kind++) {
+        cvol_render_options options = support_square(64, CVOL_MODE_COMPOSITE, 33, 21);
+        options.shading.on = kind == 0;
+        options.camera.fov_deg = kind == 1 ? 40 : 0;
+        options.mode = kind == 2 ? CVOL_MODE_MIP : CVOL_MODE_COMPOSITE;
+        options.level = kind == 3;
+        options.oversample = kind == 4 ? 1.5 : 0;
+        options.sheet.footprint = kind == 5 ? CVOL_SHEET_CATMULL_ROM : CVOL_SHEET_LINEAR;
+        cvol_image *pixels = support_sheet(context, array, soft, 2, &options);
+        options.sheet.rays = CVOL_SHEET_RAYS_LATTICE;
+        cvol_image *lattice = support_sheet(context, array, soft, 2, &options);
+        assert_int_equal(support_difference(pixels, lattice), 0);
+        cvol_image_free(pixels);
+        cvol_image_free(lattice);
+    }
+    cvol_render_options options = support_square(16, CVOL_MODE_COMPOSITE, 0, 0);
+    cvol_renderer *renderer;
+    cvol_image *image;
+    assert_int_equal(cvol_image_create(context, &image, 16, 16), CVOL_OK);
+    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    support_set_transfer(context, renderer, soft, 2);
+    options.sheet.rays = (cvol_sheet_rays)7;
+    assert_int_equal(cvol_renderer_render(context, renderer, image, &options), CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(context), "7 is no kind of rays"));
+    cvol_renderer_free(renderer);
+    cvol_image_free(image);
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+/* From 16 bits where there are such kernels, and from floats, which are what is counted. */
+static void test_kept_in_16_bits(void **state)
+{
+    (void)state;
+    random_state r = {SEED + 2};
+    for (int k = 0; k < 24; k += SUPPORT_STRIDE) {
+        cvol_volume volume = make_volume(k % 3, 1);
+        cvol_array *array = make_array(&volume, k % 2, (uint64_t)k);
+        cvol_render_options options = make_options(k, &r);
+        cvol_renderer *renderer;
+        cvol_image *floats;
+        uint64_t count;
+        assert_int_equal(cvol_image_create(context, &floats, options.width, options.height),
+                         CVOL_OK);
+        assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+        support_set_transfer(context, renderer, k % 4 < 2 ? soft : solid, 2);
+        assert_int_equal(
+            cvol_renderer_sheet_multiply_adds(context, renderer, floats, &options, &count),
+            CVOL_OK);
+        cvol_image *words = support_picture(context, renderer, &options);
+        const double db = support_psnr(words, floats);
+        if (getenv("CVOL_TEST_VERBOSE") || db < 60)
+            print_message("%d: %.2f dB, %d\n", k, db, support_difference(words, floats));
+        assert_true(db >= 60 || getenv("CVOL_TEST_VERBOSE"));
+        cvol_renderer_free(renderer);
+        cvol_image_free(words);
+        cvol_image_free(floats);
+        cvol_array_free(array);
+        free(volume.data);
+    }
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
+    const struct CMUnitTest tests[] = {TEST(test_near_to_rays), TEST(test_threads_do_not_matter),
+                                       TEST(test_others_are_as_ever), TEST(test_kept_in_16_bits)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
