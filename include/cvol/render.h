@@ -241,8 +241,8 @@ typedef enum cvol_sheet_rays {
 /* What the sheet engine is asked for. */
 typedef struct cvol_sheet_options {
     cvol_sheet_footprint footprint;
-    double sigma; /* of a Gaussian, in samples, 0.5 to 1; 0: 5/6 */
-    cvol_sheet_rays rays;
+    double sigma;         /* of a Gaussian, in samples, 0.5 to 1; 0: 5/6 */
+    cvol_sheet_rays rays; /* along which they are drawn */
 } cvol_sheet_options;
 
 /* When the transform engine goes back to coefficients. */

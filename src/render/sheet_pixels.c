@@ -21,12 +21,12 @@ static double slant_of(const cvol_sheet_plan *plan, int axis)
 
 int cvol_sheet_plan_of_pixels(cvol_sheet_plan *plan, const cvol_view *view)
 {
-    cvol_sheet_refine(plan);
     const int along = slant_of(plan, 0) <= slant_of(plan, 1) ? 0 : 1, across = 1 - along;
     const int sizes[2] = {view->width, view->height};
     const int axes[2] = {along, across};
     if (isinf(slant_of(plan, along)))
         return 0;
+    cvol_sheet_refine(plan);
     double warp[2][3] = {{0}};
     for (int k = 0; k < 2; k++) {
         plan->place[k][0] = plan->warp[k][0];

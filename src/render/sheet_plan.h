@@ -20,13 +20,14 @@ void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int 
                             const cvol_view *view, int axis);
 
 /* Makes a sheet of every two, midway between these, if the volume allows it. */
+void cvol_sheet_plan_halve(cvol_sheet_plan *plan);
+
 /* Makes a plan in parallel projection, at level 0, one whose rays are those of the picture's
  * pixels. 0, and it stays as it is, where neither lines nor columns of the picture run along lanes.
  */
-/* As many points as rays along pixels are worth; before the plan is one of these. */
-void cvol_sheet_refine(cvol_sheet_plan *plan);
 int cvol_sheet_plan_of_pixels(cvol_sheet_plan *plan, const cvol_view *view);
-void cvol_sheet_plan_halve(cvol_sheet_plan *plan);
+/* As many points as these are worth; before a plan is made one of them. */
+void cvol_sheet_refine(cvol_sheet_plan *plan);
 
 /* Points per block and axis, their pitch, the place of the first, and the distance of intermediate
  * pixels, in samples, where a pixel of the picture spans `pixel` samples. */
