@@ -34,6 +34,8 @@ def parse_arguments():
     parser.add_argument('--size', type=int, default=512)
     parser.add_argument('--views', type=int, default=12)
     parser.add_argument('--repeat', type=int, default=3)
+    parser.add_argument('--rays', choices=['pixels', 'lattice'], default='pixels',
+                        help='of cvol (default %(default)s)')
     parser.add_argument('--no-vtk', action='store_true', help='time cvol alone')
     return parser.parse_args()
 
@@ -52,10 +54,10 @@ def shared_options(arguments, name, look, threads):
                                        '--threads', str(threads)]
 
 
-def time_cvol(cvol, packed, options, pictures):
+def time_cvol(cvol, packed, options, pictures, rays):
     """Of `cvol bench render`; its processor time too, loading shared out over the pictures."""
     before = child_cpu_s()
-    result = run_json([cvol, 'bench', 'render', packed, '--json'] + options)
+    result = run_json([cvol, 'bench', 'render', packed, '--json', '--rays', rays] + options)
     result['cpu_ms'] = 1e3 * (child_cpu_s() - before) / (pictures + 1)
     return result
 
@@ -92,7 +94,8 @@ def measure(arguments, cvol, prepared, name, look, threads):
     options = shared_options(arguments, name, look, threads)
     ours, theirs = [], []
     for _ in range(arguments.rounds):
-        ours.append(time_cvol(cvol, packed, options, arguments.views * arguments.repeat))
+        ours.append(time_cvol(cvol, packed, options, arguments.views * arguments.repeat,
+                              arguments.rays))
         if about:
             theirs.append(time_vtk(raw, about, options))
     row = {'volume': name, 'voxels': ours[0]['voxels'], 'look': look, 'threads': threads,

@@ -15,7 +15,7 @@ static const double ageing = 0.97;
 
 const char *pace_name(int rung)
 {
-    static const char *const names[] = {"full", "soft", "level 1", "level 2", "level 3"};
+    static const char *const names[] = {"full", "lattice", "soft", "level 1", "level 2", "level 3"};
     return names[rung];
 }
 
@@ -49,10 +49,12 @@ void pace_apply(cvol_render_options *options, int rung)
 {
     if (rung == RUNG_FULL)
         return;
+    options->sheet.rays = CVOL_SHEET_RAYS_LATTICE;
+    if (rung == RUNG_LATTICE)
+        return;
     options->step_voxels = rung == RUNG_SOFT ? 2 : 0;
     options->oversample = rung == RUNG_SOFT ? 0.7 : 1;
     options->sheet.footprint = CVOL_SHEET_LINEAR;
-    options->sheet.rays = CVOL_SHEET_RAYS_LATTICE;
     const int level = rung > RUNG_SOFT ? rung - RUNG_SOFT : 0;
     options->level = level > options->level ? level : options->level;
 }

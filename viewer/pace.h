@@ -5,7 +5,7 @@
 #include "cvol/render.h"
 
 /* From the whole quality to the coarsest. */
-enum { RUNG_FULL, RUNG_SOFT, RUNG_LEVEL_1, RUNG_LEVEL_2, RUNG_LEVEL_3, RUNG_COUNT };
+enum { RUNG_FULL, RUNG_LATTICE, RUNG_SOFT, RUNG_LEVEL_1, RUNG_LEVEL_2, RUNG_LEVEL_3, RUNG_COUNT };
 
 typedef struct pace {
     const void *volume; /* what it was measured on: times of another are forgotten */
@@ -15,7 +15,7 @@ typedef struct pace {
     int tried[RUNG_COUNT]; /* a frame was drawn */
 } pace;
 
-/* "full", "soft", "level 1", ... */
+/* "full", "lattice", "soft", "level 1", ... */
 const char *pace_name(int rung);
 /* The rung of the next frame: the last one's, a coarser one if that is known to take longer than
  * the budget, or the next finer one if it is known, or may be expected, not to. */

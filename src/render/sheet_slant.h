@@ -394,7 +394,7 @@ CVOL_INLINE cvol_vf reconstruct_slanted(const line_job *job, const sheet_line *s
     const cvol_vf right = u - cvol_to_float(column), below = v - cvol_to_float(row);
     const long stride = layer->row_stride;
     cvol_vf a, b, c, d;
-#if defined(__AVX512F__) && defined(SHEET_COMPACT)
+#if defined(__AVX512F__)
     const __m512i lane = _mm512_max_epi32(
                       _mm512_min_epi32(
                           _mm512_add_epi32((__m512i)column, _mm512_set1_epi32((int)x0)),
@@ -405,17 +405,24 @@ CVOL_INLINE cvol_vf reconstruct_slanted(const line_job *job, const sheet_line *s
                                        _mm512_set1_epi32(layer->to_row - 1)),
                       _mm512_set1_epi32(layer->from_row));
     /* From the first row that is there on, so that 32 bits do. */
-    const int16_t *from_row = sheet->origin + layer->from_row * stride;
+    const sheet_sample *from_row = sheet->origin + layer->from_row * stride;
     const __m512i at = _mm512_add_epi32(
         _mm512_mullo_epi32(_mm512_sub_epi32(line, _mm512_set1_epi32(layer->from_row)),
                            _mm512_set1_epi32((int)stride)),
         lane);
+#ifdef SHEET_COMPACT
     const __m512i pairs[2] = {_mm512_i32gather_epi32(at, from_row, 2),
                               _mm512_i32gather_epi32(at, from_row + stride, 2)};
     a = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(_mm512_slli_epi32(pairs[0], 16), 16));
     b = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(pairs[0], 16));
     c = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(_mm512_slli_epi32(pairs[1], 16), 16));
     d = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(pairs[1], 16));
+#else
+    a = (cvol_vf)_mm512_i32gather_ps(at, from_row, 4);
+    b = (cvol_vf)_mm512_i32gather_ps(at, from_row + 1, 4);
+    c = (cvol_vf)_mm512_i32gather_ps(at, from_row + stride, 4);
+    d = (cvol_vf)_mm512_i32gather_ps(at, from_row + stride + 1, 4);
+#endif
 #else
     for (int k = 0; k < CVOL_LANES; k++) {
         long at = (long)x0 + column[k], line = (long)y0 + row[k];
