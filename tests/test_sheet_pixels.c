@@ -211,10 +211,33 @@ static void test_kept_in_16_bits(void **state)
     }
 }
 
+/* However many samples lie between pixels, and pixels between samples. */
+static void test_far_and_near(void **state)
+{
+    (void)state;
+    static const double zooms[] = {1e-6, 1e-3, 0.01, 0.02, 0.1, 30, 1000};
+    cvol_volume volume = make_volume(0, 1);
+    cvol_array *array = make_array(&volume, 1, 8);
+    for (size_t z = 0; z < sizeof zooms / sizeof *zooms; z++)
+        for (int lines = 1; lines <= 40; lines += 39) {
+            cvol_render_options options = support_square(40, CVOL_MODE_COMPOSITE, 40, 30);
+            options.camera.roll_deg = 20;
+            options.camera.zoom = zooms[z];
+            options.height = lines;
+            cvol_image *image = support_sheet(context, array, solid, 2, &options);
+            assert_true(zooms[z] > 0.03 || support_pixel(image, 0, 0)[0] == 0);
+            assert_true(zooms[z] < 20 || support_pixel(image, 20, lines / 2)[0] > 0);
+            cvol_image_free(image);
+        }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {TEST(test_near_to_rays), TEST(test_threads_do_not_matter),
-                                       TEST(test_others_are_as_ever), TEST(test_kept_in_16_bits)};
+                                       TEST(test_others_are_as_ever), TEST(test_kept_in_16_bits),
+                                       TEST(test_far_and_near)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

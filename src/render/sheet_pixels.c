@@ -11,6 +11,9 @@
 
 #include "render/sheet_plan.h"
 
+/* Kernels count places along a group in 16 bits; and so far apart all rays are alike. */
+#define MOST_SAMPLES 64
+
 /* How many rows of samples a line along one axis of the picture crosses from sample to sample. */
 static double slant_of(const cvol_sheet_plan *plan, int axis)
 {
@@ -24,7 +27,8 @@ int cvol_sheet_plan_of_pixels(cvol_sheet_plan *plan, const cvol_view *view)
     const int along = slant_of(plan, 0) <= slant_of(plan, 1) ? 0 : 1, across = 1 - along;
     const int sizes[2] = {view->width, view->height};
     const int axes[2] = {along, across};
-    if (isinf(slant_of(plan, along)))
+    if (isinf(slant_of(plan, along)) || !(fabs(plan->warp[0][1 + along]) < MOST_SAMPLES) ||
+        !(fabs(plan->warp[1][1 + along]) < MOST_SAMPLES))
         return 0;
     cvol_sheet_refine(plan);
     double warp[2][3] = {{0}};

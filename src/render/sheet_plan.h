@@ -23,7 +23,8 @@ void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int 
 void cvol_sheet_plan_halve(cvol_sheet_plan *plan);
 
 /* Makes a plan in parallel projection, at level 0, one whose rays are those of the picture's
- * pixels. 0, and it stays as it is, where neither lines nor columns of the picture run along lanes.
+ * pixels. 0, and it stays as it is, where neither lines nor columns of the picture run along lanes, or
+ * pixels are more than 64 samples apart.
  */
 int cvol_sheet_plan_of_pixels(cvol_sheet_plan *plan, const cvol_view *view);
 /* As many points as these are worth; before a plan is made one of them. */
