@@ -245,6 +245,7 @@ typedef struct cvol_windows {
     const uint8_t *within, *across;
     const float *within_level, *across_level;
     int count, spread_at;
+    int first_row, last_row; /* of blocks: those that there are windows of */
 } cvol_windows;
 
 /* value[0] + i value[1] + j value[2] of pixel i of line j, and how it grows from sheet to sheet. */

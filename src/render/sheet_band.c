@@ -374,7 +374,7 @@ static const cvol_layer_skip *find_windows(cvol_band_memory *memory, const cvol_
                                            cvol_band_layer *at, const cvol_band *band, size_t step)
 {
     const cvol_skip_source source = cvol_band_skip_source(frame);
-    const cvol_layer_skip *skip = &memory->skip[step % 2];
+    cvol_layer_skip *skip = &memory->skip[step % 2];
     if (!find_layer(at, frame->plan, band, step))
         return NULL;
     cvol_layer_skip_make(skip, &source, at->layer, at->first_row, at->last_row);

@@ -225,6 +225,8 @@ static cvol_windows windows_of(const cvol_layer_skip *skip, const cvol_sheet_pla
                           .within_level = skip->levels,
                           .across_level = skip->levels + plan->blocks_row * (size_t)skip->windows,
                           .count = skip->windows,
+                          .first_row = (int)skip->first_row,
+                          .last_row = (int)skip->last_row,
                           .spread_at = (int)(2 * plan->blocks_row * (size_t)skip->windows)};
 }
 

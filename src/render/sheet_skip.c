@@ -242,11 +242,13 @@ static void open_all(const cvol_layer_skip *skip, const cvol_skip_source *source
     memset(skip->touched + first_row * lanes, CVOL_TOUCHED_DRAWN, rows * lanes);
 }
 
-void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_skip_source *source, size_t layer,
+void cvol_layer_skip_make(cvol_layer_skip *skip, const cvol_skip_source *source, size_t layer,
                           size_t first_row, size_t last_row)
 {
     const cvol_sheet_plan *plan = source->plan;
     const size_t lanes = plan->blocks_lane, windows = plan->blocks_row * (size_t)skip->windows;
+    skip->first_row = first_row;
+    skip->last_row = last_row;
     memset(skip->touched + first_row * lanes, 0, lanes * (last_row - first_row + 1));
     for (size_t row = first_row; row <= last_row; row++)
         for (int c = 0; c < skip->windows; c++) {

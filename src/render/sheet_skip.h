@@ -29,6 +29,7 @@ typedef struct cvol_layer_skip {
     uint8_t *touched;         /* [blocks_row][blocks_lane]: 0, CVOL_TOUCHED_... */
     float *levels;            /* of within, then of across; then the spreads of both */
     int windows;
+    size_t first_row, last_row; /* of blocks: those that were made last */
     size_t flag_capacity, level_capacity;
 } cvol_layer_skip;
 
@@ -45,7 +46,7 @@ typedef struct cvol_skip_source {
 } cvol_skip_source;
 
 /* Fills the windows and touched blocks of a layer, for rows of blocks first_row .. last_row. */
-void cvol_layer_skip_make(const cvol_layer_skip *skip, const cvol_skip_source *source, size_t layer,
+void cvol_layer_skip_make(cvol_layer_skip *skip, const cvol_skip_source *source, size_t layer,
                           size_t first_row, size_t last_row);
 
 /* Index of block (lane, row) of a layer in the array's block table. */

@@ -120,9 +120,19 @@ typedef struct group_windows {
     int c0[CVOL_BLOCK_MAX], c1[CVOL_BLOCK_MAX], r0[CVOL_BLOCK_MAX], r1[CVOL_BLOCK_MAX];
 } group_windows;
 
+/* A row of blocks of which there are windows: groups may reach beyond what their lines meet, with
+ * pixels that are not drawn. */
+CVOL_INLINE int clamp_row(const cvol_windows *windows, int row)
+{
+    row = row > windows->last_row ? windows->last_row : row;
+    return row < windows->first_row ? windows->first_row : row;
+}
+
 /* Whether there is something to be seen in windows c0 .. c1 of rows r0 .. r1 of blocks. */
 CVOL_INLINE int find_seen(const cvol_windows *windows, int c0, int c1, int r0, int r1)
 {
+    r0 = clamp_row(windows, r0);
+    r1 = clamp_row(windows, r1);
     const uint8_t *bits = (r1 > r0 ? windows->across : windows->within) + (long)r0 * windows->count;
     int seen = bits[c0] | bits[c1];
     if (c1 - c0 > 1 || r1 - r0 > 1)
@@ -135,6 +145,8 @@ CVOL_INLINE int find_seen(const cvol_windows *windows, int c0, int c1, int r0, i
 /* Whether there is in all of them, and one more behind, which the last pixels may have. */
 CVOL_INLINE int find_all_seen(const cvol_windows *windows, int c0, int c1, int r0, int r1)
 {
+    r0 = clamp_row(windows, r0);
+    r1 = clamp_row(windows, r1);
     const uint8_t *bits = windows->within + (long)r0 * windows->count;
     int seen = CVOL_WINDOW_SEEN;
     c1 = c1 + 1 < windows->count ? c1 + 1 : c1;
@@ -313,7 +325,7 @@ CVOL_INLINE int find_levels(cvol_vf *levels, const line_job *job, int s,
         const int i = group * CVOL_GROUP + k;
         const double x = lane_at + i * sheet->lane_step, y = row_at + i * sheet->row_right;
         const uint64_t row = (uint64_t)(y < 0 ? 0 : y > last ? last : floor(y));
-        const long block_row = (long)(row * layer->row_points_inverse >> 32);
+        const long block_row = clamp_row(windows, (int)(row * layer->row_points_inverse >> 32));
         long c = window_of((long)floor(x));
         c = c < at.c0[0] ? at.c0[0] : c > at.c1[0] ? at.c1[0] : c;
         levels[k / CVOL_LANES][k % CVOL_LANES] =
@@ -348,8 +360,8 @@ CVOL_INLINE int is_window_seen(float *level, const cvol_layer *layer, const cvol
     const int last = layer->block_rows * layer->row_points - 1;
     const uint64_t low = (uint64_t)clamp_to((int)y, last),
                    high = (uint64_t)clamp_to((int)y + 1, last);
-    const long row = (long)(low * layer->row_points_inverse >> 32),
-               next = (long)(high * layer->row_points_inverse >> 32);
+    const long row = clamp_row(windows, (int)(low * layer->row_points_inverse >> 32)),
+               next = clamp_row(windows, (int)(high * layer->row_points_inverse >> 32));
     const long at = row * windows->count +
                     clamp_to((int)((x + CVOL_GROUP) >> 4), windows->count - 1);
     *level = (next > row ? windows->across_level : windows->within_level)[at];

@@ -44,8 +44,10 @@ CVOL_INLINE __mmask16 find_unseen(__m512i *levels, const compact_job *c, const s
     __m512i rows[2];
     for (int k = 0; k < 2; k++) {
         const __m512i row = _mm512_max_epi32(_mm512_min_epi32(k ? high : low, last), zero);
-        rows[k] = _mm512_cvttps_epi32(_mm512_mul_ps(
+        const __m512i block = _mm512_cvttps_epi32(_mm512_mul_ps(
             _mm512_add_ps(_mm512_cvtepi32_ps(row), _mm512_set1_ps(0.5f)), _mm512_set1_ps(inverse)));
+        rows[k] = _mm512_max_epi32(_mm512_min_epi32(block, _mm512_set1_epi32(windows->last_row)),
+                                   _mm512_set1_epi32(windows->first_row));
     }
     const __mmask16 crosses = _mm512_cmpgt_epi32_mask(rows[1], rows[0]);
     const __m512i first = _mm512_add_epi32(
