@@ -334,10 +334,11 @@ static void test_skipping_is_safe(void **state)
                                                       &options);
                     double psnr = support_psnr(skipped, whole);
                     if (getenv("CVOL_TEST_VERBOSE") || psnr < floor_db)
-                        print_message(
-                            "%s sampler %zu function %zu view %zu zoom %g: %.2f dB, largest %d\n",
-                            lapped ? "lapped" : "plain", s % count, f, v, zooms[z % 3], psnr,
-                            support_difference(skipped, whole));
+                        print_message("%s, %s, sampler %zu function %zu view %zu zoom %g: %.2f dB, "
+                                      "largest %d\n",
+                                      lapped ? "lapped" : "plain", of_pixels ? "pixels" : "lattice",
+                                      s % count, f, v, zooms[z % 3], psnr,
+                                      support_difference(skipped, whole));
                     if (!getenv("CVOL_TEST_VERBOSE")) {
                         assert_true(psnr >= floor_db);
                         assert_true(!one_level ||

@@ -44,6 +44,7 @@ static inline void view_between(between_views *out, const line_job *job, int uni
             sheet_line *to = s < layer->sheet_count ? &out->to[s][part - 1]
                                                     : &out->from_last[part - 1];
             *to = job->sheets[of];
+            to->number = -1;
             to->lane_at += by * layer->sheets[of].lane_rate[0];
             to->row_at += by * layer->sheets[of].row_rate[0];
         }

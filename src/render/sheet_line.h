@@ -33,6 +33,7 @@ typedef struct sheet_line {
     const sheet_sample *origin; /* sample 0 of row 0 */
     const cvol_windows *windows;
     double row_at, row_right; /* row of pixel i: row_at + i row_right */
+    int number;               /* in the layer; -1: between two sheets */
 #endif
     int begin, end;               /* groups that the line has something of, and those that */
     int inside_begin, inside_end; /* lie within, and did from two sheets before on */

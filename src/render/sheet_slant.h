@@ -93,6 +93,7 @@ CVOL_INLINE void view_slanted(line_job *job)
         job->lane_at[s] = (float)out->lane_at;
         job->row_at[s] = (float)out->row_at;
         out->origin = samples_of(sheet) + sheet->first;
+        out->number = s;
         out->windows = sheet->is_of_before ? &layer->windows_before : &layer->windows;
         const float begin = layer->only ? -0.5f : -1, end = layer->only ? 0.5f : 1;
         const int met = out->view.enter < end && out->view.leave > begin + LEAST_WEIGHT;
@@ -451,9 +452,8 @@ CVOL_INLINE cvol_vf reconstruct_slanted(const line_job *job, const sheet_line *s
 #endif
     const cvol_vf near = a + right * (b - a), far = c + right * (d - c);
     const cvol_vf value = near + below * (far - near);
-    const long s = sheet - job->sheets;
-    if (s >= 0 && s < layer->sheet_count && /* or between sheets, where all are seen */
-        job->mixed[i / CVOL_GROUP - job->first_group] >> s & 1)
+    /* Between sheets all is seen, or nothing looked at. */
+    if (sheet->number >= 0 && job->mixed[i / CVOL_GROUP - job->first_group] >> sheet->number & 1)
         return put_levels(value, job, sheet, i);
     return value;
 }
