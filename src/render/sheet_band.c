@@ -40,6 +40,8 @@ static sample_shape find_shape(const cvol_sheet_plan *plan, int lines)
             if (cvol_layer_rows(&first, &last, plan, layer, begin, end) && last - first + 1 > most)
                 most = last - first + 1;
         }
+    /* Some of a band's lines, at a slant, reach no further than all of them, but for rounding. */
+    most += plan->of_pixels && most < plan->blocks_row;
     const size_t lanes = plan->blocks_lane * (size_t)plan->points_lane;
     const size_t line = CVOL_ALIGNMENT / cvol_sample_size(plan); /* rows begin on those of caches */
     const size_t row_stride = (lanes + 2 * CVOL_SHEET_PAD + line - 1) / line * line;

@@ -19,21 +19,36 @@ static double find_row(const cvol_sheet_plan *plan, const cvol_sheet_crossing *a
     return at->scale > 0 ? at->row + at->scale * V : plan->eye_row;
 }
 
-/* The rows lo .. hi that the rays of some lines cross on a plane of samples, beside lanes of the
- * volume. */
-static void find_rows_of_pixels(double *lo, double *hi, const cvol_sheet_plan *plan, double z,
-                                int line_begin, int line_end)
+/* The rows lo .. hi that the rays of some lines cross beside lanes of the volume, between two
+ * planes of samples. Pixels, lines and planes are a box, in which lane and row are linear: the row
+ * has its extremes at the box's corners, and where its edges cross the first and the last lane. */
+static void find_rows_of_pixels(double *lo, double *hi, const cvol_sheet_plan *plan,
+                                const double z[2], int line_begin, int line_end)
 {
-    const double *u = plan->place[0], *v = plan->place[1];
-    for (int corner = 0; corner < 4; corner++) {
-        const double j = corner & 1 ? line_end - 1 : line_begin;
-        const double lane = corner & 2 ? plan->hi[0] + 2 : plan->lo[0] - 2;
-        double i = (lane - u[0] - j * u[2] - plan->shear_lane * z) / u[1];
-        i = fmin(fmax(i, 0), plan->width - 1);
-        const double row = v[0] + i * v[1] + j * v[2] + plan->shear_row * z;
-        *lo = fmin(*lo, row);
-        *hi = fmax(*hi, row);
+    const double i[2] = {0, plan->width - 1}, j[2] = {line_begin, line_end - 1};
+    const double ends[2] = {plan->lo[0] - 2, plan->hi[0] + 2};
+    double lane[8], row[8];
+    for (int k = 0; k < 8; k++) {
+        const double x = i[k & 1], y = j[k >> 1 & 1], depth = z[k >> 2];
+        const double *u = plan->place[0], *v = plan->place[1];
+        lane[k] = u[0] + x * u[1] + y * u[2] + plan->shear_lane * depth;
+        row[k] = v[0] + x * v[1] + y * v[2] + plan->shear_row * depth;
+        if (lane[k] >= ends[0] && lane[k] <= ends[1]) {
+            *lo = fmin(*lo, row[k]);
+            *hi = fmax(*hi, row[k]);
+        }
     }
+    for (int k = 0; k < 8; k++)
+        for (int axis = 1; axis < 8; axis *= 2)
+            for (int end = 0; end < 2 && !(k & axis); end++) {
+                const int other = k | axis;
+                const double from = lane[k] - ends[end], to = lane[other] - ends[end];
+                if ((from < 0) == (to < 0))
+                    continue;
+                const double at = row[k] + (row[other] - row[k]) * (from / (from - to));
+                *lo = fmin(*lo, at);
+                *hi = fmax(*hi, at);
+            }
 }
 
 int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, size_t layer,
@@ -58,10 +73,11 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
     if (plan->of_pixels) {
         lo = INFINITY;
         hi = -INFINITY;
-        find_rows_of_pixels(&lo, &hi, plan, cvol_sheet_place(plan, z_begin) - behind, line_begin,
-                            line_end);
-        find_rows_of_pixels(&lo, &hi, plan, cvol_sheet_place(plan, z_end - 1) + behind, line_begin,
-                            line_end);
+        const double planes[2] = {cvol_sheet_place(plan, z_begin) - behind,
+                                  cvol_sheet_place(plan, z_end - 1) + behind};
+        find_rows_of_pixels(&lo, &hi, plan, planes, line_begin, line_end);
+        if (!(lo <= hi)) /* beside the volume */
+            return 0;
         lo -= reach;
         hi += reach;
     }
