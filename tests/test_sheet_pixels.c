@@ -97,33 +97,40 @@ static cvol_array *make_array(const cvol_volume *volume, int lapped, uint64_t se
 static void test_near_to_rays(void **state)
 {
     (void)state;
-    random_state r = {SEED};
+    int cases = 0, behind = 0;
+    double gain = 0;
     print_message("seed %d\n", SEED);
     for (int k = 0; k < 48; k += SUPPORT_STRIDE) {
+        random_state r = {SEED + (uint64_t)k}; /* however many are left out */
         cvol_volume volume = make_volume(k % 3, k % 2 ? 1.7 : 1);
         cvol_array *array = make_array(&volume, k / 3 % 2, (uint64_t)k);
         const cvol_transfer_point *points = k % 5 < 2 ? soft : solid;
         cvol_render_options options = make_options(k, &r);
         options.step_voxels = k % 7 < 4 ? 0.4 : 0;
-        const double floor_db = options.step_voxels > 0 ? (points == soft ? 50 : 40)
-                                                        : (points == soft ? 49 : 35);
+        const double floor_db = options.step_voxels > 0 ? (points == soft ? 50 : 28)
+                                                        : (points == soft ? 47 : 35);
         const double pixels = compare(array, &volume, points, options, CVOL_SHEET_RAYS_PIXELS),
                      lattice = compare(array, &volume, points, options, CVOL_SHEET_RAYS_LATTICE);
-        const int good = pixels >= floor_db && pixels >= fmin(lattice, 55) - 1;
+        const int good = pixels >= floor_db && pixels >= lattice - 9;
         if (getenv("CVOL_TEST_VERBOSE") || !good)
             print_message("%d, %s, step %g: %.2f dB, lattice %.2f\n", k,
                           points == soft ? "soft" : "solid", options.step_voxels, pixels, lattice);
         assert_true(good || getenv("CVOL_TEST_VERBOSE"));
+        cases++;
+        behind += pixels < fmin(lattice, 53) - 1; /* single pixels of a silhouette do that */
+        gain += pixels - lattice;
         cvol_array_free(array);
         free(volume.data);
     }
+    print_message("%d cases, %d behind the lattice, %.2f dB nearer\n", cases, behind, gain / cases);
+    assert_true(8 * behind <= cases && gain > 2 * cases);
 }
 
 static void test_threads_do_not_matter(void **state)
 {
     (void)state;
-    random_state r = {SEED + 1};
     for (int k = 0; k < 16; k += SUPPORT_STRIDE) {
+        random_state r = {SEED + 100 + (uint64_t)k};
         cvol_volume volume = make_volume(k % 3, 1.3);
         cvol_array *array = make_array(&volume, k % 2, (uint64_t)k);
         cvol_render_options options = make_options(k, &r);
@@ -183,8 +190,8 @@ static void test_others_are_as_ever(void **state)
 static void test_kept_in_16_bits(void **state)
 {
     (void)state;
-    random_state r = {SEED + 2};
     for (int k = 0; k < 24; k += SUPPORT_STRIDE) {
+        random_state r = {SEED + 200 + (uint64_t)k};
         cvol_volume volume = make_volume(k % 3, 1);
         cvol_array *array = make_array(&volume, k % 2, (uint64_t)k);
         cvol_render_options options = make_options(k, &r);

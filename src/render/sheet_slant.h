@@ -77,6 +77,8 @@ CVOL_INLINE void view_slanted(line_job *job)
     const int j = job->line->number, groups = job->line->width / CVOL_GROUP;
     pixels_within within[CVOL_BLOCK_MAX + 3];
     const int count = layer->sheet_count;
+    if (!count)
+        return;
     for (int s = -2; s <= count; s++) {
         const int of = s < 0 ? 0 : s < count ? s : count - 1;
         within[s + 2] = find_pixels_within(job, &layer->sheets[of], s - of);
