@@ -232,7 +232,7 @@ typedef enum cvol_sheet_footprint {
  * 0, with linear footprints, where all samples have a value and oversample is 1, those of the
  * picture's own pixels: nothing is resampled then. All else, and that, too, where it is asked for,
  * along a lattice that lies along the samples, from which the picture is interpolated: up to twice
- * as fast, and 3 to 14 dB further from its truth. */
+ * as fast, and 2 to 12 dB further from its truth. */
 typedef enum cvol_sheet_rays {
     CVOL_SHEET_RAYS_PIXELS = 0, /* those of the picture's pixels, where that is possible */
     CVOL_SHEET_RAYS_LATTICE = 1 /* those of a lattice along the samples */

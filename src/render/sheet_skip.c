@@ -49,12 +49,15 @@ static int count_windows(const cvol_sheet_plan *plan)
     return (int)(plan->blocks_lane * (size_t)plan->points_lane / CVOL_GROUP) + 3;
 }
 
+/* Kernels gather flags four bytes at a time, and so read beyond the last one. */
+#define GATHERED 4
+
 int cvol_layer_skip_prepare(cvol_layer_skip *skip, const cvol_sheet_plan *plan)
 {
     const size_t blocks = plan->blocks_lane * plan->blocks_row;
     skip->windows = count_windows(plan);
     const size_t windows = plan->blocks_row * (size_t)skip->windows;
-    if (!cvol_ensure(&skip->within, &skip->flag_capacity, 2 * windows + blocks + 4, 1) ||
+    if (!cvol_ensure(&skip->within, &skip->flag_capacity, 2 * windows + blocks + GATHERED, 1) ||
         !cvol_ensure(&skip->levels, &skip->level_capacity, 4 * windows, sizeof *skip->levels))
         return 0;
     skip->across = skip->within + windows;
