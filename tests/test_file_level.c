@@ -18,9 +18,7 @@
 
 static cvol_grid make_grid(size_t nx, size_t ny, size_t nz, double thickness)
 {
-    cvol_grid grid = support_volume(1, 1, 1, CVOL_UINT8).grid;
-    const size_t dims[3] = {nx, ny, nz};
-    memcpy(grid.dims, dims, sizeof dims);
+    cvol_grid grid = cvol_grid_make(nx, ny, nz, CVOL_UINT8);
     grid.spacing[2] = thickness;
     return grid;
 }
