@@ -381,9 +381,75 @@ CVOL_INLINE float kept_value(const cvol_layer *layer, float value)
     return value;
 }
 
+#if defined(__AVX512F__)
+
+/* The same of 16 pixels at (x, y); which see nothing. */
+CVOL_INLINE __mmask16 find_unseen(__m512 *levels, const cvol_layer *layer,
+                                  const cvol_windows *windows, __m512i x, __m512i y)
+{
+    const __m512i zero = _mm512_setzero_si512(),
+                  last = _mm512_set1_epi32(layer->block_rows * layer->row_points - 1);
+    const __m512i column = _mm512_srai_epi32(_mm512_add_epi32(x, _mm512_set1_epi32(CVOL_GROUP)), 4),
+                  window = _mm512_max_epi32(
+                      _mm512_min_epi32(column, _mm512_set1_epi32(windows->count - 1)), zero);
+    const float inverse = 1 / (float)layer->row_points;
+    __m512i rows[2];
+    for (int k = 0; k < 2; k++) {
+        const __m512i row = _mm512_max_epi32(
+            _mm512_min_epi32(_mm512_add_epi32(y, _mm512_set1_epi32(k)), last), zero);
+        const __m512i block = _mm512_cvttps_epi32(_mm512_mul_ps(
+            _mm512_add_ps(_mm512_cvtepi32_ps(row), _mm512_set1_ps(0.5f)), _mm512_set1_ps(inverse)));
+        rows[k] = _mm512_max_epi32(_mm512_min_epi32(block, _mm512_set1_epi32(windows->last_row)),
+                                   _mm512_set1_epi32(windows->first_row));
+    }
+    const __mmask16 crosses = _mm512_cmpgt_epi32_mask(rows[1], rows[0]);
+    const __m512i first = _mm512_add_epi32(
+        _mm512_mullo_epi32(rows[0], _mm512_set1_epi32(windows->count)), window);
+    /* What is across lies behind what is within. */
+    const __m512i at = _mm512_mask_add_epi32(
+        first, crosses, first, _mm512_set1_epi32((int)(windows->across - windows->within)));
+    const __m512i bits = _mm512_i32gather_epi32(at, windows->within, 1);
+    const __mmask16 unseen = _mm512_testn_epi32_mask(bits, _mm512_set1_epi32(CVOL_WINDOW_SEEN));
+    *levels = _mm512_mask_i32gather_ps(_mm512_setzero_ps(), unseen, at, windows->within_level, 4);
+    return unseen;
+}
+
+/* What a level is among samples as they are kept. */
+CVOL_INLINE __m512 kept_levels(const cvol_layer *layer, __m512 level)
+{
+#ifdef SHEET_COMPACT
+    const __m512i word = _mm512_cvtps_epi32(
+        _mm512_add_ps(_mm512_mul_ps(level, _mm512_set1_ps(layer->compact.scale)),
+                      _mm512_set1_ps(layer->compact.offset)));
+    return _mm512_cvtepi32_ps(_mm512_max_epi32(_mm512_min_epi32(word, _mm512_set1_epi32(INT16_MAX)),
+                                               _mm512_setzero_si512()));
+#endif
+    (void)layer;
+    return level;
+}
+
+#endif
+
 /* Puts levels where the CVOL_LANES pixels from pixel i on see nothing. */
 CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_line *sheet, int i)
 {
+#if defined(__AVX512F__)
+    const double x = sheet->lane_at + (double)i * sheet->lane_step,
+                 y = sheet->row_at + (double)i * sheet->row_right;
+    const double x0 = floor(x), y0 = floor(y);
+    const __m512 iota = (__m512)cvol_iota();
+    const __m512 u = _mm512_fmadd_ps(iota, _mm512_set1_ps((float)sheet->lane_step),
+                                     _mm512_set1_ps((float)(x - x0))),
+                 v = _mm512_fmadd_ps(iota, _mm512_set1_ps((float)sheet->row_right),
+                                     _mm512_set1_ps((float)(y - y0)));
+    const int down = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC;
+    __m512 levels;
+    const __mmask16 unseen = find_unseen(
+        &levels, job->layer, sheet->windows,
+        _mm512_add_epi32(_mm512_cvt_roundps_epi32(u, down), _mm512_set1_epi32((int)x0)),
+        _mm512_add_epi32(_mm512_cvt_roundps_epi32(v, down), _mm512_set1_epi32((int)y0)));
+    return (cvol_vf)_mm512_mask_mov_ps((__m512)value, unseen, kept_levels(job->layer, levels));
+#else
     for (int k = 0; k < CVOL_LANES; k++) {
         const double x = sheet->lane_at + (i + k) * sheet->lane_step,
                      y = sheet->row_at + (i + k) * sheet->row_right;
@@ -392,6 +458,7 @@ CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_lin
             value[k] = kept_value(job->layer, level);
     }
     return value;
+#endif
 }
 
 /* Samples, as they are kept, at CVOL_LANES pixels from pixel i on. What lies beyond those that are

@@ -16,74 +16,12 @@ CVOL_INLINE __m512i join_words(__m512i low, __m512i high)
     return _mm512_permutex2var_epi16(low, even, high);
 }
 
-/* 16 pixels of a group, at u and v in 2^-16 samples from (x0, y0): which have a window with nothing
- * to be seen, and what these hold, as words in 32 bits. */
-CVOL_INLINE __mmask16 find_unseen(__m512i *levels, const compact_job *c, const sheet_line *sheet,
-                                  int group)
-{
-    const cvol_layer *layer = c->job->layer;
-    const cvol_windows *windows = sheet->windows;
-    const long i = (long)group * CVOL_GROUP;
-    const double x = sheet->lane_at + (double)i * sheet->lane_step,
-                 y = sheet->row_at + (double)i * sheet->row_right;
-    const double x0 = floor(x), y0 = floor(y);
-    const __m512i u = _mm512_add_epi32(c->ramp[0],
-                                       _mm512_set1_epi32((int32_t)((x - x0) * PLACE_ONE))),
-                  v = _mm512_add_epi32(c->ramp[1],
-                                       _mm512_set1_epi32((int32_t)((y - y0) * PLACE_ONE)));
-    const __m512i zero = _mm512_setzero_si512(),
-                  last = _mm512_set1_epi32(layer->block_rows * layer->row_points - 1),
-                  last_window = _mm512_set1_epi32(windows->count - 1);
-    const __m512i column = _mm512_add_epi32(_mm512_srli_epi32(u, 16),
-                                            _mm512_set1_epi32((int)x0 + CVOL_GROUP)),
-                  low = _mm512_add_epi32(_mm512_srai_epi32(v, 16), _mm512_set1_epi32((int)y0)),
-                  high = _mm512_add_epi32(low, _mm512_set1_epi32(1));
-    const __m512i window = _mm512_max_epi32(
-        _mm512_min_epi32(_mm512_srai_epi32(column, 4), last_window), zero);
-    const float inverse = 1 / (float)layer->row_points;
-    __m512i rows[2];
-    for (int k = 0; k < 2; k++) {
-        const __m512i row = _mm512_max_epi32(_mm512_min_epi32(k ? high : low, last), zero);
-        const __m512i block = _mm512_cvttps_epi32(_mm512_mul_ps(
-            _mm512_add_ps(_mm512_cvtepi32_ps(row), _mm512_set1_ps(0.5f)), _mm512_set1_ps(inverse)));
-        rows[k] = _mm512_max_epi32(_mm512_min_epi32(block, _mm512_set1_epi32(windows->last_row)),
-                                   _mm512_set1_epi32(windows->first_row));
-    }
-    const __mmask16 crosses = _mm512_cmpgt_epi32_mask(rows[1], rows[0]);
-    const __m512i first = _mm512_add_epi32(
-        _mm512_mullo_epi32(rows[0], _mm512_set1_epi32(windows->count)), window);
-    /* What is across lies behind what is within. */
-    const __m512i at = _mm512_mask_add_epi32(
-        first, crosses, first, _mm512_set1_epi32((int)(windows->across - windows->within)));
-    const __m512i bits = _mm512_i32gather_epi32(at, windows->within, 1);
-    const __mmask16 unseen = _mm512_testn_epi32_mask(bits, _mm512_set1_epi32(CVOL_WINDOW_SEEN));
-    const __m512 level = _mm512_mask_i32gather_ps(_mm512_setzero_ps(), unseen, at,
-                                                  windows->within_level, 4);
-    const __m512i word = _mm512_cvtps_epi32(
-        _mm512_add_ps(_mm512_mul_ps(level, _mm512_set1_ps(layer->compact.scale)),
-                      _mm512_set1_ps(layer->compact.offset)));
-    *levels = _mm512_max_epi32(_mm512_min_epi32(word, _mm512_set1_epi32(ONE_WORD)), zero);
-    return unseen;
-}
-
-/* Puts levels where pixels see nothing. */
-CVOL_COLD __m512i put_level_words(__m512i values, const compact_job *c, const sheet_line *sheet,
-                                  int group, int halves)
-{
-    __m512i levels[PAIR] = {_mm512_setzero_si512(), _mm512_setzero_si512()};
-    __mmask32 unseen = 0;
-    for (int half = 0; half < PAIR; half++)
-        if (halves >> half & 1)
-            unseen |= (__mmask32)find_unseen(&levels[half], c, sheet, group + half)
-                      << (half * CVOL_GROUP);
-    return _mm512_mask_mov_epi16(values, unseen, join_words(levels[0], levels[1]));
-}
-
 /* Where 32 pixels lie, from the first one's sample on: lanes and rows, and how far behind these. */
 typedef struct slanted_place {
-    const int16_t *from;             /* the sample before the first pixel, in the row before it */
+    const int16_t *from;             /* the sample before the first pixel, in the row before it, */
+    int column, line;                /* which is this one */
     __m512i lane, right, row, below; /* in words; parts are times 2^15 */
-    int first_row, last_row;         /* of those pixels that are asked for */
+    int last_lane, first_row, last_row; /* of those pixels that are asked for */
 } slanted_place;
 
 /* `count`: 16 pixels are asked for, or 32. */
@@ -107,13 +45,119 @@ CVOL_INLINE slanted_place place_words(const compact_job *c, const sheet_line *sh
     const int end = (v0 + (count - 1) * c->steps[1]) >> 16;
     return (slanted_place){
         .from = sheet->origin + (long)y0 * c->job->layer->row_stride + (long)x0,
+        .column = (int)x0,
+        .line = (int)y0,
         .lane = _mm512_permutex2var_epi16(u[0], odd, u[1]),
         .right = _mm512_srli_epi16(join_words(u[0], u[1]), 1),
         .row = _mm512_permutex2var_epi16(v[0], odd, v[1]),
         .below = _mm512_srli_epi16(join_words(v[0], v[1]), 1),
+        .last_lane = (u0 + (count - 1) * c->steps[0]) >> 16,
         .first_row = end < 0 ? end : 0,
         .last_row = end < 0 ? 0 : end,
     };
+}
+
+/* ---- pixels that see nothing -------------------------------------------------------------------
+ */
+
+/* Windows side by side of which pixels have their levels at once. */
+#define WINDOWS_AT_ONCE 8
+
+CVOL_INLINE __m128i level_words(const cvol_layer *layer, const float *levels)
+{
+    const __m256 word = _mm256_add_ps(
+        _mm256_mul_ps(_mm256_loadu_ps(levels), _mm256_set1_ps(layer->compact.scale)),
+        _mm256_set1_ps(layer->compact.offset));
+    return _mm_max_epi16(_mm256_cvtsepi32_epi16(_mm256_cvtps_epi32(word)), _mm_setzero_si128());
+}
+
+CVOL_INLINE int64_t eight_flags(const uint8_t *flags)
+{
+    int64_t out;
+    memcpy(&out, flags, sizeof out);
+    return out;
+}
+
+/* Levels of windows c0 .. c0 + 7 as words, 8 behind 8: within row r0 of blocks, across it and the
+ * next one, within row r1; -1 where there is something to be seen. */
+CVOL_INLINE __m512i find_level_words(const cvol_layer *layer, const cvol_windows *windows, int c0,
+                                     int r0, int r1)
+{
+    const long at = (long)r0 * windows->count + c0, next = (long)r1 * windows->count + c0;
+    const int across = r1 > r0;
+    const float *across_level = across ? windows->across_level : windows->within_level;
+    const uint8_t *across_flags = across ? windows->across : windows->within;
+    __m512i words = _mm512_castsi128_si512(level_words(layer, windows->within_level + at));
+    words = _mm512_inserti32x4(words, level_words(layer, across_level + at), 1);
+    words = _mm512_inserti32x4(words, level_words(layer, windows->within_level + next), 2);
+    const __m256i flags = _mm256_set_epi64x(0, eight_flags(windows->within + next),
+                                            eight_flags(across_flags + at),
+                                            eight_flags(windows->within + at));
+    return _mm512_mask_mov_epi16(words,
+                                 _mm256_test_epi8_mask(flags, _mm256_set1_epi8(CVOL_WINDOW_SEEN)),
+                                 _mm512_set1_epi16(-1));
+}
+
+/* Places along a group, as words. */
+CVOL_INLINE __m512i word_of_place(int place)
+{
+    return _mm512_set1_epi16((int16_t)clamp_to(place + 8192, 16383) - 8192);
+}
+
+/* The same pixel by pixel. */
+CVOL_COLD __m512i gather_level_words(__m512i values, const cvol_layer *layer,
+                                     const cvol_windows *windows, const slanted_place *at,
+                                     __mmask32 which)
+{
+    __m256i words[2];
+    __mmask32 unseen = 0;
+    for (int half = 0; half < PAIR; half++) {
+        const __m256i lane = half ? _mm512_extracti64x4_epi64(at->lane, 1)
+                                  : _mm512_castsi512_si256(at->lane),
+                      row = half ? _mm512_extracti64x4_epi64(at->row, 1)
+                                 : _mm512_castsi512_si256(at->row);
+        __m512 levels;
+        unseen |= (__mmask32)find_unseen(
+                      &levels, layer, windows,
+                      _mm512_add_epi32(_mm512_cvtepi16_epi32(lane), _mm512_set1_epi32(at->column)),
+                      _mm512_add_epi32(_mm512_cvtepi16_epi32(row), _mm512_set1_epi32(at->line)))
+                  << (half * CVOL_GROUP);
+        words[half] = _mm512_cvtepi32_epi16(_mm512_cvtps_epi32(kept_levels(layer, levels)));
+    }
+    return _mm512_mask_mov_epi16(values, unseen & which,
+                                 _mm512_inserti64x4(_mm512_castsi256_si512(words[0]), words[1], 1));
+}
+
+/* Puts levels where those of `which` see nothing. */
+CVOL_INLINE __m512i put_level_words(__m512i values, const compact_job *c, const sheet_line *sheet,
+                                    const slanted_place *at, __mmask32 which)
+{
+    const cvol_layer *layer = c->job->layer;
+    const cvol_windows *windows = sheet->windows;
+    const int last = layer->block_rows * layer->row_points - 1, last_window = windows->count - 1;
+    const int c0 = clamp_to((at->column + CVOL_GROUP) >> 4, last_window),
+              c1 = clamp_to((at->column + at->last_lane + CVOL_GROUP) >> 4, last_window);
+    const uint64_t low = (uint64_t)clamp_to(at->line + at->first_row, last),
+                   high = (uint64_t)clamp_to(at->line + at->last_row + 1, last);
+    const int r0 = clamp_row(windows, (int)(low * layer->row_points_inverse >> 32)),
+              r1 = clamp_row(windows, (int)(high * layer->row_points_inverse >> 32));
+    if (c1 - c0 >= WINDOWS_AT_ONCE || r1 - r0 > 1)
+        return gather_level_words(values, layer, windows, at, which);
+    const __m512i levels = find_level_words(layer, windows, c0, r0, r1);
+    const __m512i window = _mm512_srai_epi16(
+        _mm512_add_epi16(at->lane, word_of_place(at->column + CVOL_GROUP - 16 * c0)), 4);
+    __m512i number = _mm512_max_epi16(_mm512_min_epi16(window, word_of_place(last_window - c0)),
+                                      _mm512_setzero_si512());
+    if (r1 > r0) {
+        const int next = (r0 + 1) * layer->row_points - at->line;
+        const __mmask32 across = _mm512_cmpge_epi16_mask(at->row, word_of_place(next - 1)),
+                        beyond = _mm512_cmpge_epi16_mask(at->row, word_of_place(next));
+        const __m512i further = _mm512_set1_epi16(WINDOWS_AT_ONCE);
+        number = _mm512_mask_add_epi16(number, across, number, further);
+        number = _mm512_mask_add_epi16(number, beyond, number, further);
+    }
+    const __m512i level = _mm512_permutexvar_epi16(number, levels);
+    return _mm512_mask_mov_epi16(values, which & ~_mm512_movepi16_mask(level), level);
 }
 
 /* Four samples around each of 32 pixels. */
@@ -204,13 +248,14 @@ CVOL_INLINE __m512i reconstruct_slanted_words(const compact_job *c, int s, int g
                                           at.right));
     __m512i values = _mm512_add_epi16(near,
                                       _mm512_mulhrs_epi16(_mm512_sub_epi16(far, near), at.below));
+    const uint32_t *mixed = &c->job->mixed[group - c->job->first_group];
+    const uint32_t first = halves & 1 ? mixed[0] >> s & 1 : 0,
+                   second = halves & 2 ? mixed[1] >> s & 1 : 0;
+    if (first | second)
+        values = put_level_words(values, c, sheet, &at,
+                                 only_second ? 0xffff : first * 0xffff | second * 0xffff0000);
     if (only_second)
         values = _mm512_shuffle_i64x2(values, values, 0x44);
-    const uint32_t *mixed = &c->job->mixed[group - c->job->first_group];
-    const int first = halves & 1 ? (int)(mixed[0] >> s & 1) : 0,
-              second = halves & 2 ? (int)(mixed[1] >> s & 1) : 0;
-    if (first | second)
-        return put_level_words(values, c, sheet, group, first | second << 1);
     return values;
 }
 
