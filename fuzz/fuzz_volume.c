@@ -43,8 +43,8 @@ static int is_other(const uint8_t *data, size_t size)
 {
     const size_t head = size < CVOL_FORMAT_HEAD_BYTES ? size : CVOL_FORMAT_HEAD_BYTES;
     const cvol_format *first = NULL;
-    if (only && !only->recognise)
-        return 0;
+    if (only && !only->recognise) /* raw: without places, what the bytes look like is read */
+        return cvol_format_hdf5.recognise(data, head);
     for (size_t f = 0; f < sizeof formats / sizeof *formats && !first; f++)
         if (formats[f]->recognise && formats[f]->recognise(data, head))
             first = formats[f];
