@@ -15,59 +15,51 @@
 /* ---- how far lines reach ------------------------------------------------------------------------
  */
 
-/* The pixels between which a line's rays are within lanes, and rows, of the volume on a sheet. */
+/* Sheets of a layer, and two before and one behind. */
+#define SHEETS_AROUND (CVOL_BLOCK_MAX + 3)
+
+/* The pixels between which a line's rays are within what is drawn, of one axis, sheet by sheet. */
 typedef struct pixels_within {
-    double lane[2], row[2];
+    double begin[SHEETS_AROUND], end[SHEETS_AROUND];
 } pixels_within;
 
-CVOL_INLINE void find_ends(double ends[2], double at, double step, double lo, double hi)
+/* Of `count` sheets, which are crossed at `at`, and `rate` further on each next one. */
+CVOL_INLINE void find_pixels_within(pixels_within *out, int count, double at, double rate,
+                                    double step, double lo, double hi)
 {
     const double least = 1e-9; /* lines along rows reach far, one way or the other */
     const double inverse = 1 / (fabs(step) > least ? step : step < 0 ? -least : least);
-    const double a = (lo - at) * inverse, b = (hi - at) * inverse;
-    ends[0] = a < b ? a : b;
-    ends[1] = a < b ? b : a;
+    const double from = inverse < 0 ? hi : lo, to = inverse < 0 ? lo : hi;
+    for (int s = 0; s < count; s++) {
+        out->begin[s] = (from - (at + s * rate)) * inverse;
+        out->end[s] = (to - (at + s * rate)) * inverse;
+    }
 }
 
-/* Of the sheet `s` sheets behind one. */
-CVOL_INLINE pixels_within find_pixels_within(const line_job *job, const cvol_sheet_view *sheet,
-                                             int s)
-{
-    const cvol_layer *layer = job->layer;
-    const int j = job->line->number;
-    pixels_within out;
-    find_ends(out.lane, sheet->lane_at + j * sheet->lane_down + s * sheet->lane_rate[0],
-              sheet->lane_step, layer->lane_lo, layer->lane_hi);
-    find_ends(out.row, sheet->row_at + j * sheet->row_step + s * sheet->row_rate[0],
-              sheet->row_right, layer->row_lo, layer->row_hi);
-    return out;
-}
-
-/* Groups as cvol_sheet_view has them, of what is within on the sheets from two before to one
- * behind: what may be within somewhere from one before on, and what is on all. */
-CVOL_INLINE group_range find_groups_of_pixels(const pixels_within within[4], int groups)
+/* Groups as cvol_sheet_view has them, of what is within on the sheets from two before, which is
+ * number s, to one behind: what may be within somewhere from one before on, and what is on all. */
+CVOL_INLINE group_range find_groups_of_pixels(const pixels_within within[2], int s, int groups)
 {
     double most[2] = {-INFINITY, INFINITY}, least[2] = {-INFINITY, INFINITY};
     for (int axis = 0; axis < 2; axis++) {
-        double hull[2] = {INFINITY, -INFINITY};
-        for (int k = 0; k < 4; k++) {
-            const double *ends = axis ? within[k].row : within[k].lane;
-            if (k > 0) {
-                hull[0] = hull[0] < ends[0] ? hull[0] : ends[0];
-                hull[1] = hull[1] > ends[1] ? hull[1] : ends[1];
-            }
-            least[0] = least[0] > ends[0] ? least[0] : ends[0];
-            least[1] = least[1] < ends[1] ? least[1] : ends[1];
-        }
-        most[0] = most[0] > hull[0] ? most[0] : hull[0];
-        most[1] = most[1] < hull[1] ? most[1] : hull[1];
+        /* Straight from sheet to sheet. */
+        const double *begin = within[axis].begin + s, *end = within[axis].end + s;
+        const double first = begin[1] < begin[3] ? begin[1] : begin[3],
+                     last = end[1] > end[3] ? end[1] : end[3],
+                     inside = begin[0] > begin[3] ? begin[0] : begin[3],
+                     until = end[0] < end[3] ? end[0] : end[3];
+        most[0] = most[0] > first ? most[0] : first;
+        most[1] = most[1] < last ? most[1] : last;
+        least[0] = least[0] > inside ? least[0] : inside;
+        least[1] = least[1] < until ? least[1] : until;
     }
     if (!(most[0] <= most[1]))
         return (group_range){0, 0, 0, 0};
-    return (group_range){clamp_to_groups(floor(ceil(most[0]) / CVOL_GROUP), groups),
-                         clamp_to_groups(floor(floor(most[1]) / CVOL_GROUP) + 1, groups),
-                         clamp_to_groups(ceil(least[0] / CVOL_GROUP), groups),
-                         clamp_to_groups(floor((floor(least[1]) + 1) / CVOL_GROUP), groups)};
+    const double inverse = 1.0 / CVOL_GROUP;
+    return (group_range){clamp_to_groups(floor(ceil(most[0]) * inverse), groups),
+                         clamp_to_groups(floor(floor(most[1]) * inverse) + 1, groups),
+                         clamp_to_groups(ceil(least[0] * inverse), groups),
+                         clamp_to_groups(floor((floor(least[1]) + 1) * inverse), groups)};
 }
 
 /* All sheets of the layer as the line sees them. */
@@ -75,14 +67,17 @@ CVOL_INLINE void view_slanted(line_job *job)
 {
     const cvol_layer *layer = job->layer;
     const int j = job->line->number, groups = job->line->width / CVOL_GROUP;
-    pixels_within within[CVOL_BLOCK_MAX + 3];
     const int count = layer->sheet_count;
     if (!count)
         return;
-    for (int s = -2; s <= count; s++) {
-        const int of = s < 0 ? 0 : s < count ? s : count - 1;
-        within[s + 2] = find_pixels_within(job, &layer->sheets[of], s - of);
-    }
+    const cvol_sheet_view *near = &layer->sheets[0];
+    pixels_within within[2];
+    find_pixels_within(&within[0], count + 3,
+                       near->lane_at + j * near->lane_down - 2 * near->lane_rate[0],
+                       near->lane_rate[0], near->lane_step, layer->lane_lo, layer->lane_hi);
+    find_pixels_within(&within[1], count + 3,
+                       near->row_at + j * near->row_step - 2 * near->row_rate[0], near->row_rate[0],
+                       near->row_right, layer->row_lo, layer->row_hi);
     for (int s = 0; s < count; s++) {
         const cvol_sheet_view *sheet = &layer->sheets[s];
         sheet_line *out = &job->sheets[s];
@@ -101,7 +96,7 @@ CVOL_INLINE void view_slanted(line_job *job)
         const int met = out->view.enter < end && out->view.leave > begin + LEAST_WEIGHT;
         const int whole = !layer->only && out->view.enter < LEAST_WEIGHT - 2 &&
                           out->view.leave > -LEAST_WEIGHT;
-        group_range range = find_groups_of_pixels(within + s, groups);
+        group_range range = find_groups_of_pixels(within, s, groups);
         if (!met)
             range.end = range.begin;
         if (!whole)
@@ -131,18 +126,36 @@ CVOL_INLINE int clamp_row(const cvol_windows *windows, int row)
     return row < windows->first_row ? windows->first_row : row;
 }
 
+/* Eight windows' flags, and those of the first `count` in which something is to be seen. Behind the
+ * last row's there are as many bytes. */
+#define FLAGS_AT_ONCE 8
+
+CVOL_INLINE uint64_t load_flags(const uint8_t *bits)
+{
+    uint64_t flags;
+    memcpy(&flags, bits, sizeof flags);
+    return flags;
+}
+
+CVOL_INLINE uint64_t seen_flags(int count)
+{
+    const uint64_t seen = UINT64_C(0x0101010101010101) * CVOL_WINDOW_SEEN;
+    return seen >> 8 * (FLAGS_AT_ONCE - count);
+}
+
 /* Whether there is something to be seen in windows c0 .. c1 of rows r0 .. r1 of blocks. */
 CVOL_INLINE int find_seen(const cvol_windows *windows, int c0, int c1, int r0, int r1)
 {
     r0 = clamp_row(windows, r0);
     r1 = clamp_row(windows, r1);
     const uint8_t *bits = (r1 > r0 ? windows->across : windows->within) + (long)r0 * windows->count;
-    int seen = bits[c0] | bits[c1];
-    if (c1 - c0 > 1 || r1 - r0 > 1)
-        for (int r = r0; r < r1 || r == r0; r++, bits += windows->count)
-            for (int c = c0; c <= c1; c++)
-                seen |= bits[c];
-    return seen & CVOL_WINDOW_SEEN;
+    const int last = r1 > r0 ? r1 - 1 : r1;
+    uint64_t seen = 0;
+    for (int r = r0; r <= last; r++, bits += windows->count)
+        for (int c = c0; c <= c1; c += FLAGS_AT_ONCE)
+            seen |= load_flags(bits + c) &
+                    seen_flags(c1 - c < FLAGS_AT_ONCE ? c1 - c + 1 : FLAGS_AT_ONCE);
+    return seen != 0;
 }
 
 /* Whether there is in all of them, and one more behind, which the last pixels may have. */
@@ -151,12 +164,13 @@ CVOL_INLINE int find_all_seen(const cvol_windows *windows, int c0, int c1, int r
     r0 = clamp_row(windows, r0);
     r1 = clamp_row(windows, r1);
     const uint8_t *bits = windows->within + (long)r0 * windows->count;
-    int seen = CVOL_WINDOW_SEEN;
+    uint64_t unseen = 0;
     c1 = c1 + 1 < windows->count ? c1 + 1 : c1;
     for (int r = r0; r <= r1; r++, bits += windows->count)
-        for (int c = c0; c <= c1; c++)
-            seen &= bits[c];
-    return seen;
+        for (int c = c0; c <= c1; c += FLAGS_AT_ONCE)
+            unseen |= ~load_flags(bits + c) &
+                      seen_flags(c1 - c < FLAGS_AT_ONCE ? c1 - c + 1 : FLAGS_AT_ONCE);
+    return !unseen;
 }
 
 CVOL_INLINE int clamp_to(int value, int last)
@@ -186,54 +200,120 @@ CVOL_INLINE void place_windows(group_windows *out, int s, const line_job *job, f
     out->r1[s] = clamp_to((int)floorf(y1 * inverse + half), last);
 }
 
+/* Sixteen places: of lanes and rows, from .. to; and the last lane at which a group begins. */
+typedef struct sixteen_places {
+    float lane[2][CVOL_GROUP], row[2][CVOL_GROUP], begin[CVOL_GROUP];
+} sixteen_places;
+
+#if defined(__AVX512F__)
+
+CVOL_INLINE __m512i floor_words(__m512 value)
+{
+    return _mm512_cvt_roundps_epi32(value, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
+}
+
+CVOL_INLINE __m512i clamp_words(__m512i value, int last)
+{
+    return _mm512_max_epi32(_mm512_min_epi32(value, _mm512_set1_epi32(last)),
+                            _mm512_setzero_si512());
+}
+
+/* The rows of blocks of 16 samples, and `next` behind these. */
+CVOL_INLINE __m512i find_block_rows(const float row[CVOL_GROUP], float next, float inverse,
+                                    int last)
+{
+    const __m512 middle = _mm512_add_ps(
+        _mm512_roundscale_ps(_mm512_loadu_ps(row), _MM_FROUND_TO_NEG_INF),
+        _mm512_set1_ps(0.5f + next));
+    return clamp_words(floor_words(_mm512_mul_ps(middle, _mm512_set1_ps(inverse))), last);
+}
+
+#endif
+
+/* Their windows, as out's s .. s + 15. */
+CVOL_INLINE void find_sixteen_windows(group_windows *out, int s, const cvol_layer *layer,
+                                      const sixteen_places *at)
+{
+    const int last = layer->block_rows - 1, last_window = layer->windows.count - 1;
+    const float inverse = 1 / (float)layer->row_points;
+#if defined(__AVX512F__)
+    const __m512i group = _mm512_set1_epi32(CVOL_GROUP), one = _mm512_set1_epi32(1);
+    const __m512i from = _mm512_add_epi32(floor_words(_mm512_loadu_ps(at->lane[0])), group),
+                  begin = _mm512_add_epi32(floor_words(_mm512_loadu_ps(at->begin)), group),
+                  to = _mm512_add_epi32(floor_words(_mm512_loadu_ps(at->lane[1])), one);
+    const __m512i c0 = _mm512_srai_epi32(from, 4),
+                  c1 = _mm512_srai_epi32(_mm512_max_epi32(begin, to), 4);
+    _mm512_storeu_si512(out->c0 + s, clamp_words(c0, last_window));
+    _mm512_storeu_si512(out->c1 + s, clamp_words(c1, last_window));
+    _mm512_storeu_si512(out->r0 + s, find_block_rows(at->row[0], 0, inverse, last));
+    _mm512_storeu_si512(out->r1 + s, find_block_rows(at->row[1], 1, inverse, last));
+#else
+    for (int k = 0; k < CVOL_GROUP; k++) {
+        const int from = (int)floorf(at->lane[0][k]) + CVOL_GROUP,
+                  begin = (int)floorf(at->begin[k]) + CVOL_GROUP,
+                  to = (int)floorf(at->lane[1][k]) + 1;
+        const float y0 = floorf(at->row[0][k]) + 0.5f, y1 = floorf(at->row[1][k]) + 1.5f;
+        out->c0[s + k] = clamp_to(from >> 4, last_window);
+        out->c1[s + k] = clamp_to((begin > to ? begin : to) >> 4, last_window);
+        out->r0[s + k] = clamp_to((int)floorf(y0 * inverse), last);
+        out->r1[s + k] = clamp_to((int)floorf(y1 * inverse), last);
+    }
+#endif
+}
+
+/* How far a group reaches from its first pixel on: along lanes, and rows before and behind. */
+typedef struct group_reach {
+    float lane, above, below;
+} group_reach;
+
+CVOL_INLINE group_reach find_reach(const cvol_layer *layer)
+{
+    const float across = CVOL_GROUP - 1, right = across * (float)layer->sheets[0].row_right;
+    return (group_reach){across * (float)layer->sheets[0].lane_step, right < 0 ? right : 0,
+                         right < 0 ? 0 : right};
+}
+
+/* Windows of a group on all sheets. */
 CVOL_INLINE void find_group_windows(group_windows *out, const line_job *job, int group)
 {
-#if defined(__AVX512F__)
     const cvol_layer *layer = job->layer;
-    const float i = (float)(group * CVOL_GROUP), across = CVOL_GROUP - 1;
-    const float step = (float)layer->sheets[0].lane_step, right = (float)layer->sheets[0].row_right;
-    const float above = right < 0 ? across * right : 0, below = right < 0 ? 0 : across * right;
-    const float inverse = 1 / (float)layer->row_points;
-    const __m512i zero = _mm512_setzero_si512(), one = _mm512_set1_epi32(1),
-                  last = _mm512_set1_epi32(layer->block_rows - 1),
-                  last_window = _mm512_set1_epi32(layer->windows.count - 1);
+    const group_reach reach = find_reach(layer);
+    const float i = (float)(group * CVOL_GROUP), lane = i * (float)layer->sheets[0].lane_step,
+                row = i * (float)layer->sheets[0].row_right;
     for (int s = 0; s < layer->sheet_count; s += CVOL_GROUP) {
-        const __m512 x = _mm512_add_ps(_mm512_loadu_ps(job->lane_at + s), _mm512_set1_ps(i * step)),
-                     y = _mm512_add_ps(_mm512_loadu_ps(job->row_at + s), _mm512_set1_ps(i * right));
-        const __m512 lows[2] = {x, _mm512_add_ps(y, _mm512_set1_ps(above))},
-                     highs[2] = {_mm512_add_ps(x, _mm512_set1_ps(across * step)),
-                                 _mm512_add_ps(y, _mm512_set1_ps(below))};
-        const __m512i x0 = _mm512_cvt_roundps_epi32(lows[0],
-                                                    _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC),
-                      x1 = _mm512_cvt_roundps_epi32(highs[0],
-                                                    _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
-        const __m512i c0 = _mm512_max_epi32(
-                          _mm512_min_epi32(
-                              _mm512_srai_epi32(_mm512_add_epi32(x0, _mm512_set1_epi32(CVOL_GROUP)),
-                                                4),
-                              last_window),
-                          zero),
-                      c1 = _mm512_max_epi32(
-                          _mm512_min_epi32(_mm512_srai_epi32(_mm512_add_epi32(x1, one), 4),
-                                           last_window),
-                          c0);
-        _mm512_storeu_si512(out->c0 + s, c0);
-        _mm512_storeu_si512(out->c1 + s, c1);
-        for (int k = 0; k < 2; k++) {
-            const __m512 row = _mm512_add_ps(
-                _mm512_roundscale_ps(k ? highs[1] : lows[1], _MM_FROUND_TO_NEG_INF),
-                _mm512_set1_ps(0.5f + (float)k));
-            const __m512i block = _mm512_cvt_roundps_epi32(
-                _mm512_mul_ps(row, _mm512_set1_ps(inverse)),
-                _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
-            _mm512_storeu_si512((k ? out->r1 : out->r0) + s,
-                                _mm512_max_epi32(_mm512_min_epi32(block, last), zero));
+        sixteen_places at;
+        for (int k = 0; k < CVOL_GROUP; k++) {
+            at.lane[0][k] = at.begin[k] = job->lane_at[s + k] + lane;
+            at.lane[1][k] = at.lane[0][k] + reach.lane;
+            at.row[0][k] = job->row_at[s + k] + row + reach.above;
+            at.row[1][k] = job->row_at[s + k] + row + reach.below;
         }
+        find_sixteen_windows(out, s, layer, &at);
     }
-    return;
-#endif
-    for (int s = 0; s < job->layer->sheet_count; s++)
-        place_windows(out, s, job, job->lane_at[s], job->row_at[s], group);
+}
+
+/* Those that groups group .. + 15 meet on any of the sheets from s to end. */
+CVOL_INLINE void find_boxes(group_windows *out, const line_job *job, int group, int s, int end)
+{
+    const cvol_layer *layer = job->layer;
+    const group_reach reach = find_reach(layer);
+    const float *lane = job->lane_at, *row = job->row_at;
+    const int k = end - 1; /* straight between */
+    const float lanes[2] = {lane[s] < lane[k] ? lane[s] : lane[k],
+                            (lane[s] < lane[k] ? lane[k] : lane[s]) + reach.lane},
+                rows[2] = {(row[s] < row[k] ? row[s] : row[k]) + reach.above,
+                           (row[s] < row[k] ? row[k] : row[s]) + reach.below};
+    const float step = (float)layer->sheets[0].lane_step, right = (float)layer->sheets[0].row_right;
+    sixteen_places at;
+    for (int g = 0; g < CVOL_GROUP; g++) {
+        const float i = (float)((group + g) * CVOL_GROUP);
+        for (int end_of = 0; end_of < 2; end_of++) {
+            at.lane[end_of][g] = lanes[end_of] + i * step;
+            at.row[end_of][g] = rows[end_of] + i * right;
+        }
+        at.begin[g] = at.lane[1][g] - reach.lane;
+    }
+    find_sixteen_windows(out, 0, layer, &at);
 }
 
 /* In which of the layer's sheets from s to `end`, which have the same windows, a group sees
@@ -241,18 +321,7 @@ CVOL_INLINE void find_group_windows(group_windows *out, const line_job *job, int
 CVOL_INLINE uint32_t find_seen_sheets(uint32_t *mixed, const group_windows *at,
                                       const cvol_windows *windows, int s, int end)
 {
-    int box[4] = {at->c0[s], at->c1[s], at->r0[s], at->r1[s]};
-    const int k = end - 1; /* straight between */
-    box[0] = box[0] < at->c0[k] ? box[0] : at->c0[k];
-    box[1] = box[1] > at->c1[k] ? box[1] : at->c1[k];
-    box[2] = box[2] < at->r0[k] ? box[2] : at->r0[k];
-    box[3] = box[3] > at->r1[k] ? box[3] : at->r1[k];
     uint32_t seen = 0;
-    if (!find_seen(windows, box[0], box[1], box[2], box[3]))
-        return 0;
-    const int all = find_all_seen(windows, box[0], box[1], box[2], box[3]);
-    if (all)
-        return (uint32_t)((UINT64_C(1) << end) - (UINT64_C(1) << s));
     for (; s < end; s++) {
         const uint32_t any = (uint32_t)find_seen(windows, at->c0[s], at->c1[s], at->r0[s],
                                                  at->r1[s]);
@@ -263,43 +332,73 @@ CVOL_INLINE uint32_t find_seen_sheets(uint32_t *mixed, const group_windows *at,
     return seen;
 }
 
+/* Sets `bit` for groups begin .. end - 1 of sixteen. */
+CVOL_INLINE void add_groups(uint32_t to[CVOL_GROUP], int begin, int end, uint32_t bit)
+{
+#if defined(__AVX512F__)
+    begin = clamp_to(begin, CVOL_GROUP);
+    end = clamp_to(end, CVOL_GROUP);
+    const __mmask16 groups = (__mmask16)(((1u << end) - 1) & ~((1u << begin) - 1));
+    const __m512i bits = _mm512_loadu_si512(to);
+    _mm512_storeu_si512(to, _mm512_mask_or_epi32(bits, groups, bits, _mm512_set1_epi32((int)bit)));
+    return;
+#endif
+    for (int g = 0; g < CVOL_GROUP; g++)
+        to[g] |= g >= begin && g < end ? bit : 0;
+}
+
+/* What sixteen groups see of the layer's sheets from s to `end`, which have the same windows. */
+CVOL_INLINE void find_seen_groups(line_job *job, int first, int count, const cvol_windows *windows,
+                                  int s, int end)
+{
+    const uint32_t sheets = (uint32_t)((UINT64_C(1) << end) - (UINT64_C(1) << s));
+    const int from = first - job->first_group;
+    group_windows boxes;
+    find_boxes(&boxes, job, first, s, end);
+    for (int g = 0; g < count; g++) {
+        const int at = from + g, box[4] = {boxes.c0[g], boxes.c1[g], boxes.r0[g], boxes.r1[g]};
+        if (!(job->met[at] & sheets) || job->line->opaque[first + g] ||
+            !find_seen(windows, box[0], box[1], box[2], box[3]))
+            continue;
+        if (find_all_seen(windows, box[0], box[1], box[2], box[3])) {
+            job->seen[at] |= job->met[at] & sheets;
+            continue;
+        }
+        group_windows places;
+        find_group_windows(&places, job, first + g);
+        job->seen[at] |= job->met[at] & find_seen_sheets(&job->mixed[at], &places, windows, s, end);
+    }
+}
+
 /* What find_met finds. */
 CVOL_INLINE void find_met_slanted(line_job *job, int first, int count)
 {
     const cvol_layer *layer = job->layer;
-    const int sheets = layer->sheet_count;
-    int held = 0;
-    memset(job->met, 0, sizeof *job->met * (size_t)count);
-    memset(job->seen, 0, sizeof *job->seen * (size_t)count);
-    memset(job->inside, 0, sizeof *job->inside * (size_t)count);
+    const int sheets = layer->sheet_count,
+              whole = (count + CVOL_GROUP - 1) / CVOL_GROUP * CVOL_GROUP;
+    int held = 0; /* these come first */
+    while (held < sheets && layer->sheets[held].is_of_before)
+        held++;
+    memset(job->met, 0, sizeof *job->met * (size_t)whole);
+    memset(job->seen, 0, sizeof *job->seen * (size_t)whole);
+    memset(job->inside, 0, sizeof *job->inside * (size_t)whole);
+    memset(job->mixed, 0, sizeof *job->mixed * (size_t)whole);
     job->first_group = first;
-    for (int s = 0; s < sheets; s++) {
-        const sheet_line *sheet = &job->sheets[s];
-        const uint32_t bit = UINT32_C(1) << s;
-        const int begin = sheet->begin > first ? sheet->begin : first,
-                  end = sheet->end < first + count ? sheet->end : first + count,
-                  inside_begin = begin > sheet->inside_begin ? begin : sheet->inside_begin,
-                  inside_end = end < sheet->inside_end ? end : sheet->inside_end;
-        for (int group = begin; group < end; group++)
-            job->met[group - first] |= bit;
-        for (int group = inside_begin; group < inside_end; group++)
-            job->inside[group - first] |= bit;
-        held += layer->sheets[s].is_of_before; /* these come first */
-    }
-    for (int group = first; group < first + count; group++) {
-        uint32_t *seen = &job->seen[group - first];
-        const uint32_t met = job->met[group - first];
-        if (!met || job->line->opaque[group])
-            continue;
-        group_windows at;
-        uint32_t *mixed = &job->mixed[group - first];
-        find_group_windows(&at, job, group);
-        *mixed = 0;
+    for (int g = 0; g < count; g += CVOL_GROUP) {
+        for (int s = 0; s < sheets; s++) {
+            const sheet_line *sheet = &job->sheets[s];
+            const int begin = sheet->begin - first - g, end = sheet->end - first - g,
+                      inside_begin = sheet->inside_begin - first - g,
+                      inside_end = sheet->inside_end - first - g;
+            add_groups(job->met + g, begin, end, UINT32_C(1) << s);
+            add_groups(job->inside + g, inside_begin > begin ? inside_begin : begin,
+                       inside_end < end ? inside_end : end, UINT32_C(1) << s);
+        }
+        const int groups = count - g < CVOL_GROUP ? count - g : CVOL_GROUP;
         if (held)
-            *seen = find_seen_sheets(mixed, &at, &layer->windows_before, 0, held);
+            find_seen_groups(job, first + g, groups, &layer->windows_before, 0, held);
         if (sheets > held)
-            *seen |= find_seen_sheets(mixed, &at, &layer->windows, held, sheets);
-        *seen &= met;
+            find_seen_groups(job, first + g, groups, &layer->windows, held, sheets);
     }
 }
 

@@ -71,13 +71,6 @@ CVOL_INLINE __m128i level_words(const cvol_layer *layer, const float *levels)
     return _mm_max_epi16(_mm256_cvtsepi32_epi16(_mm256_cvtps_epi32(word)), _mm_setzero_si128());
 }
 
-CVOL_INLINE int64_t eight_flags(const uint8_t *flags)
-{
-    int64_t out;
-    memcpy(&out, flags, sizeof out);
-    return out;
-}
-
 /* Levels of windows c0 .. c0 + 7 as words, 8 behind 8: within row r0 of blocks, across it and the
  * next one, within row r1; -1 where there is something to be seen. */
 CVOL_INLINE __m512i find_level_words(const cvol_layer *layer, const cvol_windows *windows, int c0,
@@ -90,9 +83,9 @@ CVOL_INLINE __m512i find_level_words(const cvol_layer *layer, const cvol_windows
     __m512i words = _mm512_castsi128_si512(level_words(layer, windows->within_level + at));
     words = _mm512_inserti32x4(words, level_words(layer, across_level + at), 1);
     words = _mm512_inserti32x4(words, level_words(layer, windows->within_level + next), 2);
-    const __m256i flags = _mm256_set_epi64x(0, eight_flags(windows->within + next),
-                                            eight_flags(across_flags + at),
-                                            eight_flags(windows->within + at));
+    const __m256i flags = _mm256_set_epi64x(0, (int64_t)load_flags(windows->within + next),
+                                            (int64_t)load_flags(across_flags + at),
+                                            (int64_t)load_flags(windows->within + at));
     return _mm512_mask_mov_epi16(words,
                                  _mm256_test_epi8_mask(flags, _mm256_set1_epi8(CVOL_WINDOW_SEEN)),
                                  _mm512_set1_epi16(-1));
