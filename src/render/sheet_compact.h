@@ -30,6 +30,7 @@ typedef struct compact_job {
 #if SHEET_PIXELS                        /* or steps along lanes, and rows, to pixels 0 .. 15 */
     int32_t steps[2];
     int lanes_at_once; /* samples that hold 32 pixels' of a row: 32, 64, or 0: more */
+    int rows[2];       /* the most rows that 16 pixels take samples of, and 32 */
 #endif
     float sample_rate, sample_from; /* samples = table coordinates sample_rate + sample_from */
 } compact_job;
@@ -88,6 +89,8 @@ CVOL_INLINE void begin_words(compact_job *c, line_job *job, int unit)
     c->lanes_at_once = reach < PAIR_LANES - 1       ? PAIR_LANES
                        : reach < 2 * PAIR_LANES - 1 ? 2 * PAIR_LANES
                                                     : 0;
+    for (int pair = 0; pair < 2; pair++) /* one more if they begin late in a row */
+        c->rows[pair] = (abs(c->steps[1]) * (CVOL_GROUP * (pair + 1) - 1) >> 16) + 3;
     return;
 #endif
     if (!unit && layer->sheet_count) {

@@ -321,13 +321,17 @@ CVOL_INLINE void find_boxes(group_windows *out, const line_job *job, int group, 
 CVOL_INLINE uint32_t find_seen_sheets(uint32_t *mixed, const group_windows *at,
                                       const cvol_windows *windows, int s, int end)
 {
-    uint32_t seen = 0;
-    for (; s < end; s++) {
-        const uint32_t any = (uint32_t)find_seen(windows, at->c0[s], at->c1[s], at->r0[s],
-                                                 at->r1[s]);
-        seen |= any << s;
-        if (any && !find_all_seen(windows, at->c0[s], at->c1[s], at->r0[s], at->r1[s]))
-            *mixed |= UINT32_C(1) << s;
+    uint32_t seen = 0, any = 0, some = 0;
+    for (int k = s; k < end; k++) {
+        const int b = k - 1; /* mostly they are those of the sheet before */
+        if (k == s || at->c0[k] != at->c0[b] || at->c1[k] != at->c1[b] || at->r0[k] != at->r0[b] ||
+            at->r1[k] != at->r1[b]) {
+            const int box[4] = {at->c0[k], at->c1[k], at->r0[k], at->r1[k]};
+            any = (uint32_t)find_seen(windows, box[0], box[1], box[2], box[3]);
+            some = any && !find_all_seen(windows, box[0], box[1], box[2], box[3]);
+        }
+        seen |= any << k;
+        *mixed |= some << k;
     }
     return seen;
 }
@@ -574,7 +578,7 @@ CVOL_INLINE cvol_vf reconstruct_slanted(const line_job *job, const sheet_line *s
     const cvol_vi column = cvol_to_int(u), row = cvol_to_int(v + bias) - (int)bias;
     const cvol_vf right = u - cvol_to_float(column), below = v - cvol_to_float(row);
     const long stride = layer->row_stride;
-    cvol_vf a, b, c, d;
+    cvol_vf a = {0}, b = {0}, c = {0}, d = {0};
 #if defined(__AVX512F__)
     const __m512i lane = _mm512_max_epi32(
                       _mm512_min_epi32(

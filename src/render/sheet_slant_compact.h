@@ -158,46 +158,54 @@ typedef struct around_words {
     __m512i near_left, near_right, far_left, far_right;
 } around_words;
 
-/* From the rows that they lie in, one after the other, as far as these lie within 32 samples. */
-CVOL_INLINE around_words take_around(const slanted_place *at, long stride)
+/* From the rows that they lie in, one after the other, where these lie within 32 samples, or within
+ * 64 (`wide`). */
+CVOL_INLINE around_words take_rows(const slanted_place *at, long stride, int rows, int wide)
 {
     const __m512i left = at->lane, right = _mm512_add_epi16(left, _mm512_set1_epi16(1));
     around_words out = {_mm512_setzero_si512(), _mm512_setzero_si512(), _mm512_setzero_si512(),
                         _mm512_setzero_si512()};
-    const int16_t *line = at->from + at->first_row * stride;
+    const int last = at->last_row + 1;
     __mmask32 far = 0;
-    for (int row = at->first_row; row <= at->last_row + 1; row++, line += stride) {
-        const __m512i samples = load_words(line);
+    for (int k = 0; k < rows; k++) {
+        const int row = at->first_row + k < last ? at->first_row + k : last;
+        const int16_t *line = at->from + row * stride;
         const __mmask32 near = _mm512_cmpeq_epi16_mask(at->row, _mm512_set1_epi16((int16_t)row));
-        out.near_left = _mm512_mask_permutexvar_epi16(out.near_left, near, left, samples);
-        out.near_right = _mm512_mask_permutexvar_epi16(out.near_right, near, right, samples);
-        out.far_left = _mm512_mask_permutexvar_epi16(out.far_left, far, left, samples);
-        out.far_right = _mm512_mask_permutexvar_epi16(out.far_right, far, right, samples);
+        const __m512i low = load_words(line);
+        if (wide) {
+            const __m512i high = load_words(line + PAIR_LANES);
+            const __m512i a = _mm512_permutex2var_epi16(low, left, high),
+                          b = _mm512_permutex2var_epi16(low, right, high);
+            out.near_left = _mm512_mask_mov_epi16(out.near_left, near, a);
+            out.near_right = _mm512_mask_mov_epi16(out.near_right, near, b);
+            out.far_left = _mm512_mask_mov_epi16(out.far_left, far, a);
+            out.far_right = _mm512_mask_mov_epi16(out.far_right, far, b);
+        } else {
+            out.near_left = _mm512_mask_permutexvar_epi16(out.near_left, near, left, low);
+            out.near_right = _mm512_mask_permutexvar_epi16(out.near_right, near, right, low);
+            out.far_left = _mm512_mask_permutexvar_epi16(out.far_left, far, left, low);
+            out.far_right = _mm512_mask_permutexvar_epi16(out.far_right, far, right, low);
+        }
         far = near;
     }
     return out;
 }
 
-/* The same where they lie within 64. */
-CVOL_INLINE around_words take_around_widely(const slanted_place *at, long stride)
+/* Few rows: as many as may be, whether these pixels take all of them or not, which is foreseen. */
+CVOL_INLINE around_words take_around(const slanted_place *at, long stride, int most, int wide)
 {
-    const __m512i left = at->lane, right = _mm512_add_epi16(left, _mm512_set1_epi16(1));
-    around_words out = {_mm512_setzero_si512(), _mm512_setzero_si512(), _mm512_setzero_si512(),
-                        _mm512_setzero_si512()};
-    const int16_t *line = at->from + at->first_row * stride;
-    __mmask32 far = 0;
-    for (int row = at->first_row; row <= at->last_row + 1; row++, line += stride) {
-        const __m512i low = load_words(line), high = load_words(line + PAIR_LANES);
-        const __mmask32 near = _mm512_cmpeq_epi16_mask(at->row, _mm512_set1_epi16((int16_t)row));
-        const __m512i a = _mm512_permutex2var_epi16(low, left, high),
-                      b = _mm512_permutex2var_epi16(low, right, high);
-        out.near_left = _mm512_mask_mov_epi16(out.near_left, near, a);
-        out.near_right = _mm512_mask_mov_epi16(out.near_right, near, b);
-        out.far_left = _mm512_mask_mov_epi16(out.far_left, far, a);
-        out.far_right = _mm512_mask_mov_epi16(out.far_right, far, b);
-        far = near;
+    switch (most) {
+    case 3:
+        return take_rows(at, stride, 3, wide);
+    case 4:
+        return take_rows(at, stride, 4, wide);
+    case 5:
+        return take_rows(at, stride, 5, wide);
+    case 6:
+        return take_rows(at, stride, 6, wide);
+    default:
+        return take_rows(at, stride, at->last_row - at->first_row + 2, wide);
     }
-    return out;
 }
 
 /* The same one by one, of the first `count` pixels: where rows are many, or samples far apart. */
@@ -227,10 +235,11 @@ CVOL_INLINE __m512i reconstruct_slanted_words(const compact_job *c, int s, int g
     const long stride = c->job->layer->row_stride;
     const int count = halves == 3 ? PAIR_LANES : CVOL_GROUP, only_second = halves == 2;
     const slanted_place at = place_words(c, sheet, group + only_second, count);
-    const around_words four = c->lanes_at_once == 0 || at.last_row - at.first_row > ROWS_MOST
+    const int rows = c->rows[halves == 3];
+    const around_words four = c->lanes_at_once == 0 || rows > ROWS_MOST
                                   ? gather_around(&at, stride, count)
-                              : c->lanes_at_once == PAIR_LANES ? take_around(&at, stride)
-                                                               : take_around_widely(&at, stride);
+                              : c->lanes_at_once == PAIR_LANES ? take_around(&at, stride, rows, 0)
+                                                               : take_around(&at, stride, rows, 1);
     const __m512i near = _mm512_add_epi16(
                       four.near_left,
                       _mm512_mulhrs_epi16(_mm512_sub_epi16(four.near_right, four.near_left),
