@@ -1,4 +1,5 @@
 /* cvol decompress: a .cvol file back into a dense volume, slab by slab. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -150,10 +151,23 @@ static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_v
     return code;
 }
 
+/* Whether samples mean something else than they are, and the output's format has no place to say
+ * what. */
+static int loses_rescale(const part *p, const char *out_path)
+{
+    static const char *const keep[] = {".nii", ".nii.gz", ".mha", ".mhd"};
+    for (size_t i = 0; i < sizeof keep / sizeof *keep; i++)
+        if (has_ending(out_path, keep[i]))
+            return 0;
+    return p->grid.value_scale != 1 || p->grid.value_offset != 0;
+}
+
 static int report_json(const part *p, const char *out_path, double decode_ms)
 {
-    json_t *object = json_pack("{s:o, s:s, s:I, s:f}", "dims", json_dims(p->grid.dims), "type",
-                               cvol_type_name(p->grid.type), "file_bytes",
+    json_t *object = json_pack("{s:o, s:s, s:[f, f], s:b, s:I, s:f}", "dims",
+                               json_dims(p->grid.dims), "type", cvol_type_name(p->grid.type),
+                               "rescale", p->grid.value_scale, p->grid.value_offset, "rescale_lost",
+                               loses_rescale(p, out_path), "file_bytes",
                                (json_int_t)file_size(out_path), "decode_ms", decode_ms);
     if (p->is_box && object) {
         json_object_set_new(object, "begin", json_dims(p->begin));
@@ -201,8 +215,14 @@ static int decompress(cvol_context *context, common_options *common, const size_
     clear_progress();
     if (common->json)
         return report_json(&p, out_path, decode_ms);
-    printf("%s: %zu x %zu x %zu samples of %s\n", out_path, p.grid.dims[0], p.grid.dims[1],
+    printf("%s: %zu x %zu x %zu samples of %s", out_path, p.grid.dims[0], p.grid.dims[1],
            p.grid.dims[2], cvol_type_name(p.grid.type));
+    if (loses_rescale(&p, out_path))
+        printf(
+            "; a sample s means %.7g s %c %.7g, which NIfTI and MetaImage have a place for, this "
+            "format has not",
+            p.grid.value_scale, p.grid.value_offset < 0 ? '-' : '+', fabs(p.grid.value_offset));
+    printf("\n");
     return EXIT_DONE;
 }
 

@@ -18,10 +18,11 @@ static json_t *describe_grid(const cvol_grid *grid)
                                    json_triple(grid->direction[1]),
                                    json_triple(grid->direction[2]));
     static const char *const spaces[] = {"unknown", "LPS", "RAS"};
-    return json_pack("{s:o, s:s, s:o, s:o, s:o, s:s, s:o}", "dims", json_dims(grid->dims), "type",
-                     cvol_type_name(grid->type), "spacing", json_triple(grid->spacing), "origin",
-                     json_triple(grid->origin), "directions", directions, "space",
-                     spaces[grid->space], "unit", json_text(grid->unit));
+    return json_pack("{s:o, s:s, s:o, s:o, s:o, s:s, s:o, s:[f, f]}", "dims", json_dims(grid->dims),
+                     "type", cvol_type_name(grid->type), "spacing", json_triple(grid->spacing),
+                     "origin", json_triple(grid->origin), "directions", directions, "space",
+                     spaces[grid->space], "unit", json_text(grid->unit), "rescale",
+                     grid->value_scale, grid->value_offset);
 }
 
 /* What the attributes say, or null. */

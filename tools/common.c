@@ -137,8 +137,8 @@ static int read_dense(cvol_context *context, input *in, const char *path, common
     if (status)
         return status;
     int code = cvol_volume_read(context, &in->volume, path, &common->read);
-    if (code)
-        return complain_context(context, code, NULL);
+    if (code) /* sentences name the file, but that there is no memory */
+        return complain_context(context, code, code == CVOL_ERROR_MEMORY ? path : NULL);
     if (common->fill_given)
         code = cvol_volume_fill(context, in->volume, common->fill);
     return code ? complain_context(context, code, path) : EXIT_DONE;

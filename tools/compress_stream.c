@@ -2,13 +2,19 @@
 #include "compress_stream.h"
 
 #include <math.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
-/* Bytes of memory, or as good as endless. */
-static double physical_memory(void)
+/* Bytes of memory that this process can have, or as good as endless. */
+static double usable_memory(void)
 {
     const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
-    return pages > 0 && page > 0 ? (double)pages * (double)page : (double)INFINITY;
+    const double machine = pages > 0 && page > 0 ? (double)pages * (double)page : (double)INFINITY;
+    struct rlimit space;
+    const double limit = !getrlimit(RLIMIT_AS, &space) && space.rlim_cur != RLIM_INFINITY
+                             ? (double)space.rlim_cur
+                             : (double)INFINITY;
+    return fmin(machine, limit);
 }
 
 int open_slab_input(cvol_context *context, slab_input *in, const char *path, common_options *common,
@@ -23,7 +29,7 @@ int open_slab_input(cvol_context *context, slab_input *in, const char *path, com
     in->path = path;
     in->common = common;
     const double bytes = (double)cvol_grid_bytes(slab_input_grid(in));
-    if (!always && bytes <= physical_memory() / 4) {
+    if (!always && bytes <= usable_memory() / 4) {
         close_slab_input(in);
         return EXIT_DONE;
     }

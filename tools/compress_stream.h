@@ -12,8 +12,8 @@ typedef struct slab_input {
 } slab_input;
 
 /* Opens the file if it is to be read slab by slab: if `always`, or its samples take more than a
- * quarter of the machine's memory; and says so on standard error, unless --json was given. Exit
- * status, after a sentence. */
+ * quarter of the memory that the process can have; and says so on standard error, unless --json was
+ * given. Exit status, after a sentence. */
 int open_slab_input(cvol_context *context, slab_input *in, const char *path, common_options *common,
                     int always);
 void close_slab_input(slab_input *in);

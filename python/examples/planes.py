@@ -10,6 +10,8 @@ from pathlib import Path
 import cvol
 import numpy as np
 
+if len(sys.argv) < 2:
+    sys.exit(__doc__.split("\n\n")[1].strip())
 scan = sys.argv[1]
 folder = Path(sys.argv[2] if len(sys.argv) > 2 else ".")
 REACH = 2  # a sample so near to a brick's face may need the brick behind it

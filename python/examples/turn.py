@@ -8,6 +8,8 @@ from pathlib import Path
 
 import cvol
 
+if len(sys.argv) < 2:
+    sys.exit(__doc__.split("\n\n")[1].strip())
 scan = sys.argv[1]
 folder = Path(sys.argv[2] if len(sys.argv) > 2 else ".")
 

@@ -262,6 +262,28 @@ expect_done cvol compress in.raw a.cvol --dims 12x11x10 --type int16 --spacing 0
 expect_done cvol info a.cvol --json
 expect_equal "$(value_of spacing)" '[0.5,0.5,3.0]'
 
+# ---- what samples mean: kept where the format has a place for it, else said -----------------------
+
+expect_done cvol decompress a.cvol meant.nii
+poke meant.nii 112 f32 2 116 f32 -1024
+expect_done cvol compress meant.nii meant.cvol --max-error 0
+for file in meant.nii meant.cvol; do
+    expect_done cvol info $file --json
+    expect_equal "$(value_of rescale)" '[2.0,-1024.0]'
+done
+for format in nii nii.gz mha mhd; do
+    expect_done cvol decompress meant.cvol back.$format
+    ! grep -q 'a sample s means' "$out" || fail 'nothing is lost'
+    expect_done cvol info back.$format --json
+    expect_equal "$(value_of rescale)" '[2.0,-1024.0]'
+done
+for format in nrrd nhdr tif npy vti raw; do
+    expect_done cvol decompress meant.cvol lost.$format
+    grep -q 'a sample s means 2 s - 1024' "$out" || fail 'must say what is lost'
+    expect_done cvol decompress meant.cvol lost.$format --json
+    expect_equal "$(value_of rescale_lost boolean)" true
+done
+
 # ---- the sample scan, as a person would --------------------------------------------------------
 
 expect_done cvol compress "$CVOL_SAMPLES/ch2better.nii.gz" brain.cvol
