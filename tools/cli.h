@@ -76,6 +76,12 @@ int complain(int status, const char *format, ...) __attribute__((format(printf, 
  * EXIT_MISUSED if the library's code is CVOL_ERROR_ARGUMENT, else EXIT_FAILED. */
 int complain_context(const cvol_context *context, int code, const char *path);
 
+/* How many letters were mistaken if `length` letters of `a` were meant to be `b`, and with how many
+ * that is likely. */
+enum { SPELLING_FAR = 1000 };
+size_t spelling_distance(const char *a, size_t length, const char *b);
+size_t spelling_near(size_t length);
+
 /* ---- every command's own start and end --------------------------------------------------- */
 
 typedef struct common_options {

@@ -48,7 +48,13 @@ static int run_subcommand(const char *called, int argc, char **argv)
             argv[0] = name;
             return subcommands[i].run(argc, argv);
         }
-    return complain(EXIT_MISUSED, "there is no command '%s'; see cvol --help", called);
+    const char *meant = NULL;
+    for (size_t i = 0; i < sizeof subcommands / sizeof *subcommands; i++)
+        if (spelling_distance(called, strlen(called), subcommands[i].name) <=
+            spelling_near(strlen(called)))
+            meant = subcommands[i].name;
+    return complain(EXIT_MISUSED, "there is no command '%s'%s%s; see cvol --help", called,
+                    meant ? ", is it " : "", meant ? meant : "");
 }
 
 static int run(int argc, char **argv)

@@ -254,12 +254,37 @@ static const option_spec *find_option(const command_line *line, const char *argu
     return NULL;
 }
 
+/* Exit status, after a sentence that says which option may have been meant: one that is spelt
+ * nearly so, or that alone begins so. */
+static int complain_of_option(const command_line *line, const char *argument, const char *command)
+{
+    const size_t length = strcspn(argument, "=");
+    const char *meant = NULL, *longer = NULL;
+    size_t nearest = spelling_near(length) + 1, begun = 0;
+    for (size_t i = 0; i < line->option_count && length > 3; i++) {
+        const char *name = line->options[i].name;
+        const size_t distance = name ? spelling_distance(argument, length, name) : SPELLING_FAR;
+        if (distance < nearest) {
+            nearest = distance;
+            meant = name;
+        }
+        if (name && !strncmp(name, argument, length)) {
+            longer = name;
+            begun++;
+        }
+    }
+    if (begun == 1)
+        meant = longer;
+    return complain(EXIT_MISUSED, "unknown option %s (%s%s%ssee %s --help)", argument,
+                    meant ? "is " : "", meant ? meant : "", meant ? " meant? " : "", command);
+}
+
 static int take_option(const command_line *line, int *index, int argc, char **argv)
 {
     const char *value;
     const option_spec *option = find_option(line, argv[*index], &value);
     if (!option)
-        return complain(EXIT_MISUSED, "unknown option %s (see %s --help)", argv[*index], argv[0]);
+        return complain_of_option(line, argv[*index], argv[0]);
     if (option->given)
         *option->given = 1;
     if (option->kind == OPTION_FLAG) {

@@ -32,6 +32,8 @@ int check_many(const render_arguments *a, const char **paths, int count)
         return EXIT_DONE;
     if (a->poses)
         return complain(EXIT_MISUSED, "--poses takes one volume, %d were given", count);
+    if (!a->output && count == 2 && has_ending(paths[1], ".png"))
+        return complain(EXIT_MISUSED, "no picture to write: say -o %s", paths[1]);
     if (!a->output)
         return complain(EXIT_MISUSED, "no pictures to write: give -o '{name}.png'");
     if (!strstr(a->output, "{name}"))

@@ -30,7 +30,7 @@ for command in compress decompress info verify compare render bench; do
     expect_failure 2 'arguments given; usage: cvol' cvol $command
     expect_failure 2 'unknown option --frobnicate' cvol $command --frobnicate in.cvol
     expect_failure 2 'unknown option -x' cvol $command -x
-    expect_failure 2 'unknown option --jso' cvol $command --jso
+    expect_failure 2 'unknown option --jso (is --json meant?' cvol $command --jso
     expect_failure 2 '--json takes no value' cvol $command --json=yes
     expect_failure 2 '--threads needs a value' cvol $command in.cvol --threads
     for threads in 0 -1 1.5 many '' 1025 1000000 99999999999999999999; do
@@ -51,6 +51,14 @@ expect_failure 2 "not 'compress'" cvol bench compress in.cvol
 expect_failure 1 '-x: No such file' cvol info -- -x
 expect_failure 2 '-o OUT.png' cvol render in.cvol
 expect_failure 2 '-o needs a value' cvol render in.cvol -o
+# What was meant, if it is near.
+expect_failure 2 'no picture to write: say -o out.png' cvol render in.cvol out.png
+expect_failure 2 'unknown option --azimut=30 (is --azimuth meant? see' cvol render in.cvol --azimut=30
+expect_failure 2 'unknown option --elveation (is --elevation meant?' cvol render in.cvol --elveation 3
+expect_failure 2 'unknown option --turn (is --turntable meant?' cvol render in.cvol --turn
+expect_failure 2 'unknown option --frames (see' cvol render in.cvol --frames 3
+expect_failure 2 "no command 'rendr', is it render; see" cvol rendr
+expect_failure 2 "no command 'xyz'; see" cvol xyz
 
 # ---- names of outputs --------------------------------------------------------------------------
 
