@@ -116,8 +116,13 @@ static uint64_t folder_size(const char *path)
 uint64_t file_size(const char *path)
 {
     struct stat status;
-    if (stat(path, &status))
-        return 0;
+    if (stat(path, &status)) { /* FILE.h5:/a/dataset? */
+        const char *colon = strrchr(path, ':');
+        char *file = colon ? strndup(path, (size_t)(colon - path)) : NULL;
+        const uint64_t size = file ? file_size(file) : 0;
+        free(file);
+        return size;
+    }
     return S_ISDIR(status.st_mode) ? folder_size(path) : (uint64_t)status.st_size;
 }
 

@@ -66,6 +66,12 @@ static int list_folder(cvol_context *context, cvol_dicom_series *series, const c
         const int same = but && !strcmp(cvol_input_name(but), cvol_input_name(folder.paths[i]));
         if (!same && is_dicom(context, folder.paths[i]))
             code = add_head(context, series, folder.paths[i]);
+        else if (!same && cvol_folder_name_ends(folder.paths[i], ".dcm"))
+            code = cvol_fail(
+                context, CVOL_ERROR_FORMAT,
+                "%s: is no DICOM file, though its name says so; the other slices alone "
+                "may not be the volume",
+                folder.paths[i]);
         if (!code)
             code = cvol_report_progress(context, "looking at slices",
                                         (double)(i + 1) / (double)folder.count);

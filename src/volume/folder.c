@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/stat.h>
 
 #include "base/context.h"
@@ -52,6 +53,12 @@ int cvol_folder_compare(const char *a, const char *b)
         }
     }
     return *p ? 1 : *q ? -1 : strcmp(a, b); /* 01 and 1 are the same number, not the same name */
+}
+
+int cvol_folder_name_ends(const char *path, const char *ending)
+{
+    const size_t length = strlen(path), n = strlen(ending);
+    return length > n && !strcasecmp(path + length - n, ending);
 }
 
 static int compare_paths(const void *a, const void *b)

@@ -16,5 +16,7 @@ int cvol_folder_open(cvol_context *context, cvol_folder *folder, const char *pat
 void cvol_folder_close(cvol_folder *folder);
 /* Order of names in which numbers count as numbers: a2 before a10. */
 int cvol_folder_compare(const char *a, const char *b);
+/* 1 if the name ends so, in small or capital letters, behind something. */
+int cvol_folder_name_ends(const char *path, const char *ending);
 
 #endif

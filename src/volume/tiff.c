@@ -145,7 +145,12 @@ static int list_files(cvol_context *context, stack *s, const char *path)
             !cvol_input_read(context, &input, 0, head, sizeof head, &got) && recognise(head, got)) {
             s->files.paths[i] = s->files.paths[kept];
             s->files.paths[kept++] = file;
-        }
+        } else if (cvol_folder_name_ends(file, ".tif") || cvol_folder_name_ends(file, ".tiff"))
+            code = cvol_fail(
+                context, CVOL_ERROR_FORMAT,
+                "%s: is no TIFF, though its name says so; the other slices alone would "
+                "not be the volume",
+                file);
         cvol_input_close(&input);
     }
     while (!code && s->files.count > kept)

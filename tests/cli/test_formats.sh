@@ -74,6 +74,8 @@ if [ -e tiff/imagej.tif ]; then
     cp tiff/u1.tif tiff/slices/s13.tif
     expect_failure 1 's13.tif: a page has 9 x 7 pixels of 1 uint8; the first page has 9 x 7 of 1 uint16' \
         cvol info tiff/slices
+    : >tiff/slices/s13.tif
+    expect_failure 1 's13.tif: is no TIFF, though its name says so' cvol info tiff/slices
 fi
 
 # ---- DICOM --------------------------------------------------------------------------------------
@@ -98,6 +100,8 @@ if [ -e dicom/series ]; then
     head -c 900 dicom/two/b2.dcm >cut.dcm
     mv cut.dcm dicom/two/b2.dcm
     expect_failure 1 'b2.dcm: ' cvol info dicom/two --series 2
+    echo 'a disk was full' >dicom/two/b2.dcm
+    expect_failure 1 'b2.dcm: is no DICOM file, though its name says so' cvol info dicom/two --series 2
 fi
 
 # ---- NumPy, MRC ---------------------------------------------------------------------------------
@@ -128,6 +132,8 @@ fi
 if [ -e hdf5/many.h5 ]; then
     expect_failure 1 'many.h5: has 10 datasets of three axes or more: name one behind a colon, of /group/f2' \
         cvol info hdf5/many.h5
+    expect_done cvol info hdf5/many.h5:/group/f2 --json
+    expect_equal "$(value_of file_bytes)" "$(wc -c <hdf5/many.h5)"
     expect_failure 1 'many.h5:/none: has no such dataset' cvol info hdf5/many.h5:/none
     expect_failure 1 "many.h5:/long: its dataset's type is not supported" cvol info hdf5/many.h5:/long
     expect_failure 2 'arrays.h5:/five: has 3 channels; choose one with --channel 0 to 2' \

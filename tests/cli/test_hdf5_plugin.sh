@@ -42,4 +42,4 @@ case $sentence in
 *) fail 'the sentence must say what is wrong with the chunk' ;;
 esac
 HDF5_PLUGIN_PATH=/nowhere
-expect_failure 1 'plugin.h5:/psnr: ' "$CVOL" compress plugin.h5:/psnr bad.cvol
+expect_failure 1 'plugin.h5:/psnr: its samples need filter 444 (cvol: *which is not found' "$CVOL" compress plugin.h5:/psnr bad.cvol

@@ -319,6 +319,41 @@ static int open_dataset(cvol_hdf5_dataset **out, cvol_hdf5_shape *shape, const c
     return done;
 }
 
+/* The first filter of the dataset's chunks that this libhdf5 cannot find, and its name; 0: there is
+ * none. */
+static int missing_filter(hid_t dataset, char *name, size_t room)
+{
+    hid_t plan = H5Dget_create_plist(dataset);
+    const int count = plan >= 0 ? H5Pget_nfilters(plan) : 0;
+    int missing = 0;
+    for (int i = 0; i < count && !missing; i++) {
+        unsigned flags;
+        size_t values = 0;
+        const H5Z_filter_t id = H5Pget_filter2(plan, (unsigned)i, &flags, &values, NULL, room, name,
+                                               NULL);
+        missing = id > 0 && H5Zfilter_avail(id) <= 0 ? id : 0;
+    }
+    if (plan >= 0)
+        H5Pclose(plan);
+    return missing;
+}
+
+/* Why samples could not be read, of which libhdf5 tells the innermost reason only. */
+static void explain_read(hid_t dataset, char *message, size_t room)
+{
+    char name[48] = "";
+    fail(message, room, "its samples cannot be read");
+    const int filter = missing_filter(dataset, name, sizeof name);
+    for (char *c = name; *c; c++)
+        if (*c < ' ' || *c > '~')
+            *c = '?';
+    if (filter)
+        snprintf(message, room,
+                 "its samples need filter %d (%s), which is not found; HDF5_PLUGIN_PATH names "
+                 "folders with such",
+                 filter, name);
+}
+
 static int read_unlocked(cvol_hdf5_dataset *d, void *out, const hsize_t *begin,
                          const hsize_t *count, char *message, size_t room)
 {
@@ -327,7 +362,7 @@ static int read_unlocked(cvol_hdf5_dataset *d, void *out, const hsize_t *begin,
                      H5Sselect_hyperslab(space, H5S_SELECT_SET, begin, NULL, count, NULL) >= 0 &&
                      H5Dread(d->dataset, d->memory_type, memory, space, H5P_DEFAULT, out) >= 0;
     if (!done)
-        fail(message, room, "its samples cannot be read");
+        explain_read(d->dataset, message, room);
     if (space >= 0)
         H5Sclose(space);
     if (memory >= 0)
