@@ -69,15 +69,6 @@ CVOL_INLINE void begin_words(compact_job *c, line_job *job, int unit)
     c->words = &job->table->words;
     c->sample_rate = 1 / job->sample_scale;
     c->sample_from = -job->sample_offset / job->sample_scale;
-    for (int s = 0; s < layer->sheet_count; s++) {
-        const line_view *view = &job->sheets[s].view;
-        const double at = job->sheets[s].lane_at;
-        const float right = unit ? (float)(at - floor(at)) : 0, left = 1 - right;
-        c->weights[s][0] = double_word(view->near_weight * left);
-        c->weights[s][1] = double_word(view->near_weight * right);
-        c->weights[s][2] = double_word(view->far_weight * left);
-        c->weights[s][3] = double_word(view->far_weight * right);
-    }
 #if SHEET_PIXELS
     const double steps[2] = {layer->sheets[0].lane_step, layer->sheets[0].row_right};
     for (int axis = 0; axis < 2; axis++) {
@@ -91,8 +82,17 @@ CVOL_INLINE void begin_words(compact_job *c, line_job *job, int unit)
                                                     : 0;
     for (int pair = 0; pair < 2; pair++) /* one more if they begin late in a row */
         c->rows[pair] = (abs(c->steps[1]) * (CVOL_GROUP * (pair + 1) - 1) >> 16) + 3;
-    return;
-#endif
+    (void)unit;
+#else
+    for (int s = 0; s < layer->sheet_count; s++) {
+        const line_view *view = &job->sheets[s].view;
+        const double at = job->sheets[s].lane_at;
+        const float right = unit ? (float)(at - floor(at)) : 0, left = 1 - right;
+        c->weights[s][0] = double_word(view->near_weight * left);
+        c->weights[s][1] = double_word(view->near_weight * right);
+        c->weights[s][2] = double_word(view->far_weight * left);
+        c->weights[s][3] = double_word(view->far_weight * right);
+    }
     if (!unit && layer->sheet_count) {
         const __m512 step = _mm512_set1_ps((float)layer->sheets[0].lane_step);
         for (int half = 0; half < 2; half++) {
@@ -102,6 +102,7 @@ CVOL_INLINE void begin_words(compact_job *c, line_job *job, int unit)
                 _mm512_mul_ps(_mm512_mul_ps(i, step), _mm512_set1_ps(65536)));
         }
     }
+#endif
 }
 
 CVOL_INLINE __m512i load_words(const int16_t *from)

@@ -24,8 +24,8 @@ static void find_means(float *lines, int width)
 
 /* Four lines of `width` floats into `width` pixels of four, in place; `line` is scratch. Finds the
  * span of the pixels that are not empty: begin .. end - 1. */
-static void interleave(float *lines, float *line, int width, pixel_values empty, int *begin,
-                       int *end)
+static void interleave(float *restrict lines, float *restrict line, int width, pixel_values empty,
+                       int *begin, int *end)
 {
     memcpy(line, lines, 4 * sizeof *line * (size_t)width);
     for (int i = 0; i < width; i++)
