@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import operator
 from typing import Any
+
+import numpy as np
 
 from . import _abi
 
@@ -39,7 +42,11 @@ def colour(value: Any, name: str) -> tuple[float, ...]:
 
 def picture_size(size: Any) -> tuple[int, int]:
     """(width, height)."""
-    width, height = (size, size) if isinstance(size, int) else (int(v) for v in size)
+    try:
+        sides = (size, size) if np.ndim(size) == 0 else tuple(size)
+        width, height = (operator.index(v) for v in sides)
+    except (TypeError, ValueError):
+        raise ValueError(f"size is {size!r}, must be pixels, or (width, height)") from None
     return width, height
 
 

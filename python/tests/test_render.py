@@ -10,6 +10,10 @@ import pytest
 
 def test_shapes(volume):
     assert volume.render(30, 20, size=(40, 30)).shape == (30, 40, 3)
+    assert volume.render(30, 20, size=np.int64(24)).shape == (24, 24, 3)
+    for size in ((3,), 24.5, "24", (1, 2, 3), None):
+        with pytest.raises(ValueError, match="size is .*must be pixels"):
+            volume.render(size=size)
     clear = volume.render(30, 20, size=32, background="transparent")
     assert clear.shape == (32, 32, 4) and clear.dtype == np.uint8
     assert clear[0, 0, 3] == 0 < clear[16, 16, 3]

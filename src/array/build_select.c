@@ -96,6 +96,14 @@ static int select_count(cvol_context *context, cvol_selection *out, const cvol_a
                         uint32_t floor_bin)
 {
     double left = terms_allowed(array, keep, bins, base_bytes) - (double)bins->forced;
+    if (left < 0 && keep->rule == CVOL_KEEP_RATIO && bins->forced == 0)
+        return cvol_fail(
+            context, CVOL_ERROR_TARGET,
+            "ratio %g cannot be met: %llu samples take %llu bytes without any term, of "
+            "ratio %.3g",
+            keep->value, (unsigned long long)cvol_grid_samples(&array->grid),
+            (unsigned long long)base_bytes,
+            4 * (double)cvol_grid_samples(&array->grid) / (double)base_bytes);
     if (left < 0)
         return cvol_fail(context, CVOL_ERROR_TARGET,
                          "%s %g cannot be met: the array takes %llu bytes without terms, and %llu "
