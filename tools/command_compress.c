@@ -298,6 +298,23 @@ int find_attributes(char **text, const input *in, const char *path)
                             error.column, error.text);
 }
 
+/* A value that stands for none and is not named takes all bits there are: the volume would come
+ * back as noise, and the PSNR, of a range to there, would not tell. */
+static void note_marks(cvol_context *context, const compress_arguments *a,
+                       const cvol_volume *volume, const char *path)
+{
+    cvol_histogram histogram;
+    if (a->fill || a->lossless || a->max_error_given ||
+        cvol_volume_histogram(context, &histogram, volume) || !histogram.mark_count)
+        return;
+    clear_progress();
+    fprintf(stderr,
+            "cvol: %s: samples of %g, far from all others, take part; if they stand for no value, "
+            "--fill %g spares the "
+            "others\n",
+            path, histogram.mark, histogram.mark);
+}
+
 int compress_to_array(cvol_context *context, compress_arguments *arguments, const method *m,
                       const char *in_path, cvol_array **array, cvol_compress_report *report)
 {
@@ -310,6 +327,8 @@ int compress_to_array(cvol_context *context, compress_arguments *arguments, cons
     arguments->was_compressed = !status && in.array;
     if (arguments->was_compressed)
         status = need_volume(context, &in);
+    if (!status && !arguments->was_compressed)
+        note_marks(context, arguments, in.volume, in_path);
     int code = 0;
     if (!status)
         code = m->truncate ? truncate_samples(context, array, in.volume, m)

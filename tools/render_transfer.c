@@ -132,6 +132,19 @@ static void note_empty_window(cvol_context *context, const scene *s, const doubl
             s->rescale[0] * h.min + s->rescale[1], s->rescale[0] * h.max + s->rescale[1]);
 }
 
+/* So does a surface of a value that samples are all below or above. */
+static void note_no_surface(cvol_context *context, const scene *s, const char *path)
+{
+    cvol_histogram h;
+    const double value = s->options.surface.value;
+    if (find_histogram(context, &h, s) || (value >= h.min && value <= h.max))
+        return;
+    clear_progress();
+    fprintf(stderr, "cvol: %s: there is no surface at %g: samples are %g to %g\n", path,
+            s->rescale[0] * value + s->rescale[1], s->rescale[0] * h.min + s->rescale[1],
+            s->rescale[0] * h.max + s->rescale[1]);
+}
+
 /* Mode composite. Exit status. */
 static int set_transfer(cvol_context *context, scene *s, const render_arguments *a,
                         const char *path)
@@ -190,8 +203,10 @@ int choose_values(cvol_context *context, scene *s, const render_arguments *a, co
         s->rescale[0] = 1;
     if (s->options.mode == CVOL_MODE_COMPOSITE)
         return set_transfer(context, s, a, path);
-    if (s->options.mode == CVOL_MODE_ISO)
+    if (s->options.mode == CVOL_MODE_ISO) {
         s->options.surface.value = (a->iso - s->rescale[1]) / s->rescale[0];
+        note_no_surface(context, s, path);
+    }
     if (a->window_auto)
         return fit_window(context, s);
     if (a->window_text)

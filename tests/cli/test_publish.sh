@@ -199,6 +199,14 @@ for engine in sheet ray; do
     expect_done cvol compare mark.png filled.png --json
     expect_number "$(value_of psnr_db)" '>' 30
 done
+# Compressed without a word it would be noise; named, or kept to a bound, it is not.
+expect_status 0 cvol compress marked.nrrd noise.cvol --psnr 60
+expect_sentence 'marked.nrrd: samples of 1e+35, far from all others, take part*--fill 1e+35'
+expect_done cvol compress marked.nrrd marked.cvol --lossless
+# Nor is a surface drawn where none is.
+expect_done cvol compress marked.nrrd marked.cvol --fill 1e35 --psnr 60
+expect_status 0 cvol render marked.cvol -o none.png --mode iso --iso 9 --size 32
+expect_sentence 'marked.cvol: there is no surface at 9: samples are'
 
 # ---- annotations --------------------------------------------------------------------------------
 
