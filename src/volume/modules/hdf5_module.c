@@ -343,7 +343,7 @@ static void explain_read(hid_t dataset, char *message, size_t room)
 {
     char name[48] = "";
     fail(message, room, "its samples cannot be read");
-    const int filter = missing_filter(dataset, name, sizeof name);
+    const int filter = missing_filter(dataset, name, sizeof name - 1); /* longer ones have no end */
     for (char *c = name; *c; c++)
         if (*c < ' ' || *c > '~')
             *c = '?';
