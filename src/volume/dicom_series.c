@@ -64,14 +64,10 @@ static int list_folder(cvol_context *context, cvol_dicom_series *series, const c
     int code = cvol_folder_open(context, &folder, folder_path);
     for (size_t i = 0; !code && i < folder.count; i++) {
         const int same = but && !strcmp(cvol_input_name(but), cvol_input_name(folder.paths[i]));
-        if (!same && is_dicom(context, folder.paths[i]))
+        /* What is called a slice and is none is no reason to go on without it. */
+        if (!same &&
+            (is_dicom(context, folder.paths[i]) || cvol_folder_name_ends(folder.paths[i], ".dcm")))
             code = add_head(context, series, folder.paths[i]);
-        else if (!same && cvol_folder_name_ends(folder.paths[i], ".dcm"))
-            code = cvol_fail(
-                context, CVOL_ERROR_FORMAT,
-                "%s: is no DICOM file, though its name says so; the other slices alone "
-                "may not be the volume",
-                folder.paths[i]);
         if (!code)
             code = cvol_report_progress(context, "looking at slices",
                                         (double)(i + 1) / (double)folder.count);
