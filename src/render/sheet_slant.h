@@ -36,30 +36,82 @@ CVOL_INLINE void find_pixels_within(pixels_within *out, int count, double at, do
     }
 }
 
-/* Groups as cvol_sheet_view has them, of what is within on the sheets from two before, which is
- * number s, to one behind: what may be within somewhere from one before on, and what is on all. */
-CVOL_INLINE group_range find_groups_of_pixels(const pixels_within within[2], int s, int groups)
+/* Groups as cvol_sheet_view has them, sheet by sheet. */
+typedef struct group_ranges {
+    int begin[CVOL_BLOCK_MAX], end[CVOL_BLOCK_MAX], inside_begin[CVOL_BLOCK_MAX],
+        inside_end[CVOL_BLOCK_MAX];
+} group_ranges;
+
+#if defined(__AVX512F__)
+
+CVOL_INLINE void store_groups(int *to, __mmask8 which, __m512d group, int groups)
 {
-    double most[2] = {-INFINITY, INFINITY}, least[2] = {-INFINITY, INFINITY};
-    for (int axis = 0; axis < 2; axis++) {
-        /* Straight from sheet to sheet. */
-        const double *begin = within[axis].begin + s, *end = within[axis].end + s;
-        const double first = begin[1] < begin[3] ? begin[1] : begin[3],
-                     last = end[1] > end[3] ? end[1] : end[3],
-                     inside = begin[0] > begin[3] ? begin[0] : begin[3],
-                     until = end[0] < end[3] ? end[0] : end[3];
-        most[0] = most[0] > first ? most[0] : first;
-        most[1] = most[1] < last ? most[1] : last;
-        least[0] = least[0] > inside ? least[0] : inside;
-        least[1] = least[1] < until ? least[1] : until;
-    }
-    if (!(most[0] <= most[1]))
-        return (group_range){0, 0, 0, 0};
+    const __m512d zero = _mm512_setzero_pd(), most = _mm512_set1_pd(groups);
+    const __m256i number = _mm512_cvttpd_epi32(_mm512_min_pd(_mm512_max_pd(group, zero), most));
+    _mm256_storeu_si256((__m256i *)to, _mm256_maskz_mov_epi32(which, number));
+}
+
+#endif
+
+/* Of `count` sheets, the first of which is number 2 of `within`: what may be within somewhere from
+ * the sheet before to that behind, and what is on all from two before on. */
+CVOL_INLINE void find_group_ranges(group_ranges *out, const pixels_within within[2], int count,
+                                   int groups)
+{
     const double inverse = 1.0 / CVOL_GROUP;
-    return (group_range){clamp_to_groups(floor(ceil(most[0]) * inverse), groups),
-                         clamp_to_groups(floor(floor(most[1]) * inverse) + 1, groups),
-                         clamp_to_groups(ceil(least[0] * inverse), groups),
-                         clamp_to_groups(floor((floor(least[1]) + 1) * inverse), groups)};
+#if defined(__AVX512F__)
+    const int up = _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC,
+              down = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC;
+    const __m512d one = _mm512_set1_pd(1), share = _mm512_set1_pd(inverse);
+    for (int s = 0; s < count; s += 8) {
+        __m512d most[2], least[2];
+        for (int axis = 0; axis < 2; axis++) {
+            /* Straight from sheet to sheet. */
+            const double *begin = within[axis].begin + s, *end = within[axis].end + s;
+            const __m512d first = _mm512_min_pd(_mm512_loadu_pd(begin + 1),
+                                                _mm512_loadu_pd(begin + 3)),
+                          last = _mm512_max_pd(_mm512_loadu_pd(end + 1), _mm512_loadu_pd(end + 3)),
+                          inside = _mm512_max_pd(_mm512_loadu_pd(begin),
+                                                 _mm512_loadu_pd(begin + 2)),
+                          until = _mm512_min_pd(_mm512_loadu_pd(end), _mm512_loadu_pd(end + 2));
+            most[0] = axis ? _mm512_max_pd(most[0], first) : first;
+            most[1] = axis ? _mm512_min_pd(most[1], last) : last;
+            least[0] = axis ? _mm512_max_pd(least[0], inside) : inside;
+            least[1] = axis ? _mm512_min_pd(least[1], until) : until;
+        }
+        const __mmask8 there = _mm512_cmp_pd_mask(most[0], most[1], _CMP_LE_OQ);
+        const __m512d last = _mm512_roundscale_pd(most[1], down),
+                      until = _mm512_add_pd(_mm512_roundscale_pd(least[1], down), one);
+        store_groups(out->begin + s, there, _mm512_mul_pd(_mm512_roundscale_pd(most[0], up), share),
+                     groups);
+        store_groups(out->end + s, there,
+                     _mm512_add_pd(_mm512_roundscale_pd(_mm512_mul_pd(last, share), down), one),
+                     groups);
+        store_groups(out->inside_begin + s, there,
+                     _mm512_roundscale_pd(_mm512_mul_pd(least[0], share), up), groups);
+        store_groups(out->inside_end + s, there, _mm512_mul_pd(until, share), groups);
+    }
+#else
+    for (int s = 0; s < count; s++) {
+        double most[2] = {-INFINITY, INFINITY}, least[2] = {-INFINITY, INFINITY};
+        for (int axis = 0; axis < 2; axis++) {
+            const double *begin = within[axis].begin + s, *end = within[axis].end + s;
+            const double first = begin[1] < begin[3] ? begin[1] : begin[3],
+                         last = end[1] > end[3] ? end[1] : end[3],
+                         inside = begin[0] > begin[2] ? begin[0] : begin[2],
+                         until = end[0] < end[2] ? end[0] : end[2];
+            most[0] = most[0] > first ? most[0] : first;
+            most[1] = most[1] < last ? most[1] : last;
+            least[0] = least[0] > inside ? least[0] : inside;
+            least[1] = least[1] < until ? least[1] : until;
+        }
+        const int there = most[0] <= most[1] ? groups : 0;
+        out->begin[s] = clamp_to_groups(ceil(most[0]) * inverse, there);
+        out->end[s] = clamp_to_groups(floor(floor(most[1]) * inverse) + 1, there);
+        out->inside_begin[s] = clamp_to_groups(ceil(least[0] * inverse), there);
+        out->inside_end[s] = clamp_to_groups((floor(least[1]) + 1) * inverse, there);
+    }
+#endif
 }
 
 /* All sheets of the layer as the line sees them. */
@@ -78,6 +130,8 @@ CVOL_INLINE void view_slanted(line_job *job)
     find_pixels_within(&within[1], count + 3,
                        near->row_at + j * near->row_step - 2 * near->row_rate[0], near->row_rate[0],
                        near->row_right, layer->row_lo, layer->row_hi);
+    group_ranges ranges;
+    find_group_ranges(&ranges, within, count, groups);
     for (int s = 0; s < count; s++) {
         const cvol_sheet_view *sheet = &layer->sheets[s];
         sheet_line *out = &job->sheets[s];
@@ -96,7 +150,8 @@ CVOL_INLINE void view_slanted(line_job *job)
         const int met = out->view.enter < end && out->view.leave > begin + LEAST_WEIGHT;
         const int whole = !layer->only && out->view.enter < LEAST_WEIGHT - 2 &&
                           out->view.leave > -LEAST_WEIGHT;
-        group_range range = find_groups_of_pixels(within, s, groups);
+        group_range range = {ranges.begin[s], ranges.end[s], ranges.inside_begin[s],
+                             ranges.inside_end[s]};
         if (!met)
             range.end = range.begin;
         if (!whole)

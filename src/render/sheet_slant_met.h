@@ -125,6 +125,12 @@ CVOL_INLINE __m512i find_places(double at, double step)
     return _mm512_add_epi32(floor_words(from), _mm512_set1_epi32((int)whole));
 }
 
+/* A bit for each of sixteen groups before that one. */
+CVOL_INLINE uint32_t before_group(int group)
+{
+    return (1u << clamp_to(group, CVOL_GROUP)) - 1;
+}
+
 /* The rows of blocks of 16 samples, and `next` behind these. */
 CVOL_INLINE __m512i find_block_rows(const float row[CVOL_GROUP], float next, float inverse,
                                     int last)
@@ -302,19 +308,38 @@ CVOL_INLINE uint32_t find_seen_sheets(uint32_t *mixed, const group_windows *at,
     return seen;
 }
 
-/* Sets `bit` for groups begin .. end - 1 of sixteen. */
-CVOL_INLINE void add_groups(uint32_t to[CVOL_GROUP], int begin, int end, uint32_t bit)
+/* Which sheets sixteen groups from `first` on meet, and in which they lie within. */
+CVOL_INLINE void find_met_groups(uint32_t met[CVOL_GROUP], uint32_t inside[CVOL_GROUP],
+                                 const line_job *job, int first)
 {
+    const int sheets = job->layer->sheet_count;
 #if defined(__AVX512F__)
-    begin = clamp_to(begin, CVOL_GROUP);
-    end = clamp_to(end, CVOL_GROUP);
-    const __mmask16 groups = (__mmask16)(((1u << end) - 1) & ~((1u << begin) - 1));
-    const __m512i bits = _mm512_loadu_si512(to);
-    _mm512_storeu_si512(to, _mm512_mask_or_epi32(bits, groups, bits, _mm512_set1_epi32((int)bit)));
-    return;
+    __m512i all = _mm512_setzero_si512(), within = _mm512_setzero_si512();
+    for (int s = 0; s < sheets; s++) {
+        const sheet_line *sheet = &job->sheets[s];
+        const __m512i bit = _mm512_set1_epi32((int)(UINT32_C(1) << s));
+        const __mmask16 at = (__mmask16)(before_group(sheet->end - first) &
+                                         ~before_group(sheet->begin - first)),
+                        in = (__mmask16)(before_group(sheet->inside_end - first) &
+                                         ~before_group(sheet->inside_begin - first));
+        all = _mm512_mask_or_epi32(all, at, all, bit);
+        within = _mm512_mask_or_epi32(within, at & in, within, bit);
+    }
+    _mm512_storeu_si512(met, all);
+    _mm512_storeu_si512(inside, within);
+#else
+    memset(met, 0, CVOL_GROUP * sizeof *met);
+    memset(inside, 0, CVOL_GROUP * sizeof *inside);
+    for (int s = 0; s < sheets; s++) {
+        const sheet_line *sheet = &job->sheets[s];
+        for (int k = 0; k < CVOL_GROUP; k++) {
+            const int g = first + k, is_met = g >= sheet->begin && g < sheet->end;
+            met[k] |= (uint32_t)is_met << s;
+            inside[k] |= (uint32_t)(is_met && g >= sheet->inside_begin && g < sheet->inside_end)
+                         << s;
+        }
+    }
 #endif
-    for (int g = 0; g < CVOL_GROUP; g++)
-        to[g] |= g >= begin && g < end ? bit : 0;
 }
 
 /* What sixteen groups see of the layer's sheets from s to `end`, which have the same windows. */
@@ -349,21 +374,11 @@ CVOL_INLINE void find_met_slanted(line_job *job, int first, int count)
     int held = 0; /* these come first */
     while (held < sheets && layer->sheets[held].is_of_before)
         held++;
-    memset(job->met, 0, sizeof *job->met * (size_t)whole);
     memset(job->seen, 0, sizeof *job->seen * (size_t)whole);
-    memset(job->inside, 0, sizeof *job->inside * (size_t)whole);
     memset(job->mixed, 0, sizeof *job->mixed * (size_t)whole);
     job->first_group = first;
     for (int g = 0; g < count; g += CVOL_GROUP) {
-        for (int s = 0; s < sheets; s++) {
-            const sheet_line *sheet = &job->sheets[s];
-            const int begin = sheet->begin - first - g, end = sheet->end - first - g,
-                      inside_begin = sheet->inside_begin - first - g,
-                      inside_end = sheet->inside_end - first - g;
-            add_groups(job->met + g, begin, end, UINT32_C(1) << s);
-            add_groups(job->inside + g, inside_begin > begin ? inside_begin : begin,
-                       inside_end < end ? inside_end : end, UINT32_C(1) << s);
-        }
+        find_met_groups(job->met + g, job->inside + g, job, first + g);
         const int groups = count - g < CVOL_GROUP ? count - g : CVOL_GROUP;
         if (held)
             find_seen_groups(job, first + g, groups, &layer->windows_before, 0, held);
