@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes as c
 import math
+import os
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -108,6 +109,8 @@ def compress(
 
     Of a volume (three axes, DCT blocks) the error is measured by decoding what the file would hold.
     """
+    if isinstance(array, (str, bytes, os.PathLike)):
+        raise TypeError(f"{array!r} is a name, no array: samples, geometry = cvol.read(name) reads a file's")
     samples = samples_of(array)
     if not samples.size:
         raise ValueError(f"the array has shape {samples.shape}: there are no samples")

@@ -215,6 +215,10 @@ def test_errors(tmp_path, array, path):
         cvol.compress(np.full((4, 4, 4), np.nan))
     with pytest.raises(TypeError, match="int64"):
         cvol.compress(array.astype(np.int64))
+    with pytest.raises(TypeError, match="cvol.read"):
+        cvol.compress(str(tmp_path / "text.cvol"))
+    with pytest.raises(cvol.TargetError, match="4096 samples take .* of ratio"):
+        cvol.compress(np.zeros((64, 64), np.uint8))
     with pytest.raises(ValueError, match="only one of"):
         cvol.compress(array, 3, psnr=40)
     with pytest.raises(ValueError, match="4 axes"):
