@@ -217,10 +217,50 @@ static void write_line(cvol_image *image, int y, const cvol_warp_source *source,
     }
 }
 
+/* Whether lines of the intermediate image are the picture's own, one way or the other. */
+static int are_lines(const cvol_sheet_plan *plan, const pixel_writer *writer)
+{
+    return plan->of_pixels && plan->warp[0][1] != 0 && !writer->grey;
+}
+
+/* Of such a plan: a line needs nothing but to be written. */
+static void copy_line(cvol_image *image, int y, const cvol_intermediate *intermediate,
+                      const cvol_sheet_plan *plan, const pixel_writer *writer)
+{
+    float values[4 * CVOL_WARP_CHUNK] __attribute__((aligned(64)));
+    const long width = intermediate->width;
+    const int way = plan->warp[0][1] < 0 ? -1 : 1;
+    const double j = (plan->warp[1][0] + y * plan->warp[1][2] - plan->v0) / plan->dv;
+    int begin, end;
+    cvol_warp_pixels(&begin, &end, plan, y, image->width);
+    if (begin >= end)
+        return;
+    const float *line = intermediate->lines + CVOL_LINES * (long)(j + 0.5) * width;
+    for (int first = begin; first < end; first += CVOL_WARP_CHUNK) {
+        const int count = end - first < CVOL_WARP_CHUNK ? end - first : CVOL_WARP_CHUNK;
+        const float *from = line + (long)((plan->warp[0][0] - plan->u0) / plan->du) + way * first;
+        if (way > 0)
+            for (int i = 0; i < count; i++)
+                for (int k = 0; k < 4; k++)
+                    values[4 * i + k] = from[k * width + i];
+        else
+            for (int i = 0; i < count; i++)
+                for (int k = 0; k < 4; k++)
+                    values[4 * i + k] = from[k * width - i];
+        write_chunk(image, (size_t)y * (size_t)image->width + (size_t)first, writer, values, count);
+    }
+}
+
 static void warp(cvol_image *image, cvol_intermediate *intermediate, const cvol_sheet_plan *plan,
                  const pixel_writer *writer, int threads)
 {
     const int width = intermediate->width, height = intermediate->height;
+    if (are_lines(plan, writer)) {
+#pragma omp parallel for num_threads(threads) schedule(static)
+        for (int y = 0; y < image->height; y++)
+            copy_line(image, y, intermediate, plan, writer);
+        return;
+    }
     float *scratch = intermediate->scratch;
     int *reach = intermediate->spans + 2 * height;
     cvol_warp_source source = {.pixels = intermediate->lines,
