@@ -317,21 +317,23 @@ static void tile_span(int *first, int *last, double start, double delta, double 
     *last = to < 0 ? -1 : to >= (double)count * CVOL_TILE ? count - 1 : (int)to / CVOL_TILE;
 }
 
-/* The pixels that see a rectangle of a plane of samples lie within lo .. hi. */
+/* The pixels that see a rectangle of a plane of samples lie within lo .. hi: around that which sees
+ * its middle. */
 static void widen_pixels(double lo[2], double hi[2], const cvol_sheet_plan *plan, double z,
                          const double lanes[2], const double rows[2])
 {
     const double *u = plan->place[0], *v = plan->place[1];
-    const double determinant = u[1] * v[2] - u[2] * v[1];
-    for (int corner = 0; corner < 4; corner++) {
-        const double du = lanes[corner & 1] - plan->shear_lane * z - u[0],
-                     dv = rows[corner >> 1] - plan->shear_row * z - v[0];
-        const double at[2] = {(v[2] * du - u[2] * dv) / determinant,
-                              (u[1] * dv - v[1] * du) / determinant};
-        for (int k = 0; k < 2; k++) {
-            lo[k] = fmin(lo[k], at[k]);
-            hi[k] = fmax(hi[k], at[k]);
-        }
+    const double inverse = 1 / (u[1] * v[2] - u[2] * v[1]), size = fabs(inverse);
+    const double lane = (lanes[0] + lanes[1]) / 2, row = (rows[0] + rows[1]) / 2,
+                 du = lane - plan->shear_lane * z - u[0], dv = row - plan->shear_row * z - v[0];
+    const double at[2] = {(v[2] * du - u[2] * dv) * inverse, (u[1] * dv - v[1] * du) * inverse};
+    const double half_lane = size * (lanes[1] - lane), half_row = size * (rows[1] - row);
+    const double reach[2] = {fabs(v[2]) * half_lane + fabs(u[2]) * half_row,
+                             fabs(v[1]) * half_lane + fabs(u[1]) * half_row};
+    for (int k = 0; k < 2; k++) {
+        const double from = at[k] - reach[k], to = at[k] + reach[k];
+        lo[k] = from < lo[k] ? from : lo[k];
+        hi[k] = to > hi[k] ? to : hi[k];
     }
 }
 
