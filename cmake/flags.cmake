@@ -4,6 +4,9 @@ target_compile_options(cvol_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wmissing-prototypes -Wvla
   -Wno-psabi -fvisibility=hidden -ffp-contract=off
   $<$<COMPILE_LANG_AND_ID:C,Clang>:-Wno-pass-failed>) # of loops that it does not vectorize
+if(NOT OpenMP_C_FOUND)
+  target_compile_options(cvol_flags INTERFACE -Wno-unknown-pragmas)
+endif()
 if(CVOL_WERROR)
   target_compile_options(cvol_flags INTERFACE -Werror)
 endif()

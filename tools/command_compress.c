@@ -185,7 +185,8 @@ static void report_miss(const cvol_compress_report *report, const char *asked, d
     if (report->lossless && shortfall > 1.02)
         printf("(the volume is lossless before %s reached)\n", asked);
     else if (!report->target_met)
-        printf("(%s out of reach: this is the coarsest there is)\n", asked);
+        printf("(%s out of reach: this is the coarsest there is; --psnr or --lossless keep more)\n",
+               asked);
 }
 
 static void report_text(const char *path, const method *m, const cvol_compress_report *report,
