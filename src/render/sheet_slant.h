@@ -60,8 +60,10 @@ CVOL_INLINE void find_group_ranges(group_ranges *out, const pixels_within within
 {
     const double inverse = 1.0 / CVOL_GROUP;
 #if defined(__AVX512F__)
-    const int up = _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC,
-              down = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC;
+    enum { /* constants without optimisation, too */
+           up = _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC,
+           down = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC
+    };
     const __m512d one = _mm512_set1_pd(1), share = _mm512_set1_pd(inverse);
     for (int s = 0; s < count; s += 8) {
         __m512d most[2], least[2];
