@@ -42,3 +42,20 @@ find_library(ZNZ_LIBRARY znz REQUIRED)
 add_library(cvol_nifti INTERFACE)
 target_include_directories(cvol_nifti SYSTEM INTERFACE ${NIFTI_INCLUDE_DIR})
 target_link_libraries(cvol_nifti INTERFACE ${NIFTI2_LIBRARY} ${ZNZ_LIBRARY})
+
+# What a build goes without is said once, in words for those who will miss it.
+set(missing "")
+foreach(part "OpenMP_C:threads (OpenMP)" "TIFF:reading TIFF (libtiff)" "HDF5:HDF5 (libhdf5)"
+    "GDCM:compressed DICOM (GDCM)" "WEBP:WebP films (libwebp)" "MICROHTTPD:the viewer (libmicrohttpd)"
+    "TURBOJPEG:the viewer (libturbojpeg)")
+  string(REPLACE ":" ";" part "${part}")
+  list(GET part 0 name)
+  list(GET part 1 what)
+  if(NOT ${name}_FOUND)
+    list(APPEND missing "${what}")
+  endif()
+endforeach()
+if(missing)
+  list(JOIN missing ", " missing)
+  message(STATUS "This build of cvol goes without ${missing}")
+endif()
