@@ -126,6 +126,44 @@ static void test_near_to_rays(void **state)
     assert_true(8 * behind <= cases && gain > 2 * cases);
 }
 
+/* With light there are such rays where vectors are the widest; elsewhere both are along the
+ * lattice, whose figures the bounds are for. */
+static void test_lit_near_to_rays(void **state)
+{
+    (void)state;
+    int cases = 0, behind = 0, differ = 0;
+    double gain = 0;
+    for (int k = 0; k < 36; k += SUPPORT_STRIDE) {
+        random_state r = {SEED + 300 + (uint64_t)k};
+        cvol_volume volume = make_volume(k % 3, k % 2 ? 1.7 : 1);
+        cvol_array *array = make_array(&volume, k / 3 % 2, (uint64_t)k);
+        const cvol_transfer_point *points = k % 5 < 2 ? soft : solid;
+        cvol_render_options options = make_options(k, &r);
+        options.step_voxels = k % 7 < 2 ? 0.4 : 0;
+        options.shading.on = 1;
+        options.shading.shininess = k % 4 == 2 ? 20 : options.shading.shininess;
+        options.shading.gradient_opacity = k % 5 == 3 ? 8 : 0;
+        const double pixels = compare(array, &volume, points, options, CVOL_SHEET_RAYS_PIXELS),
+                     lattice = compare(array, &volume, points, options, CVOL_SHEET_RAYS_LATTICE);
+        const double floor_db = pixels == lattice ? (points == soft ? 40 : 25)
+                                                  : (points == soft ? 44 : 35);
+        const int good = pixels >= floor_db && pixels >= lattice - 3;
+        if (getenv("CVOL_TEST_VERBOSE") || !good)
+            print_message("lit %d, %s, step %g: %.2f dB, lattice %.2f\n", k,
+                          points == soft ? "soft" : "solid", options.step_voxels, pixels, lattice);
+        assert_true(good || getenv("CVOL_TEST_VERBOSE"));
+        cases++;
+        differ += pixels != lattice;
+        behind += pixels < lattice - 1;
+        gain += pixels - lattice;
+        cvol_array_free(array);
+        free(volume.data);
+    }
+    print_message("lit: %d cases, %d behind the lattice, %.2f dB nearer\n", cases, behind,
+                  gain / cases);
+    assert_true(8 * behind <= cases && (!differ || gain > 2 * cases));
+}
+
 static void test_threads_do_not_matter(void **state)
 {
     (void)state;
@@ -136,6 +174,7 @@ static void test_threads_do_not_matter(void **state)
         cvol_render_options options = make_options(k, &r);
         options.height = 300;
         options.step_voxels = k % 4 == 1 ? 0.5 : 0;
+        options.shading.on = k % 4 > 1;
         cvol_context_set_threads(context, 1);
         cvol_image *one = support_sheet(context, array, solid, 2, &options);
         for (int threads = 2; threads <= 7; threads += 5) {
@@ -158,9 +197,9 @@ static void test_others_are_as_ever(void **state)
     cvol_array *array = make_array(&volume, 1, 4);
     for (int kind = 0; kind < 6; kind++) {
         cvol_render_options options = support_square(64, CVOL_MODE_COMPOSITE, 33, 21);
-        options.shading.on = kind == 0;
         options.camera.fov_deg = kind == 1 ? 40 : 0;
-        options.mode = kind == 2 ? CVOL_MODE_MIP : CVOL_MODE_COMPOSITE;
+        options.mode = kind == 0 ? CVOL_MODE_ISO : kind == 2 ? CVOL_MODE_MIP : CVOL_MODE_COMPOSITE;
+        options.surface.value = 50;
         options.level = kind == 3;
         options.oversample = kind == 4 ? 1.5 : 0;
         options.sheet.footprint = kind == 5 ? CVOL_SHEET_CATMULL_ROM : CVOL_SHEET_LINEAR;
@@ -231,6 +270,7 @@ static void test_far_and_near(void **state)
             options.camera.roll_deg = 20;
             options.camera.zoom = zooms[z];
             options.height = lines;
+            options.shading.on = lines > 1 && z % 2;
             cvol_image *image = support_sheet(context, array, solid, 2, &options);
             assert_true(zooms[z] > 0.03 || support_pixel(image, 0, 0)[0] == 0);
             assert_true(zooms[z] < 20 || support_pixel(image, 20, lines / 2)[0] > 0);
@@ -243,8 +283,9 @@ static void test_far_and_near(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_near_to_rays), TEST(test_threads_do_not_matter),
-                                       TEST(test_others_are_as_ever), TEST(test_kept_in_16_bits),
-                                       TEST(test_far_and_near)};
+    const struct CMUnitTest tests[] = {
+        TEST(test_near_to_rays),          TEST(test_lit_near_to_rays),
+        TEST(test_threads_do_not_matter), TEST(test_others_are_as_ever),
+        TEST(test_kept_in_16_bits),       TEST(test_far_and_near)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

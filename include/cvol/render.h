@@ -228,9 +228,9 @@ typedef enum cvol_sheet_footprint {
     CVOL_SHEET_GAUSSIAN = 3     /* 6 x 6: exp(-q^2 / 2 sigma^2), over its sum: it blurs */
 } cvol_sheet_footprint;
 
-/* Which rays pictures are drawn along. In mode composite, unlit, in parallel projection, at level
+/* Which rays pictures are drawn along. In mode composite, in parallel projection, at level
  * 0, with linear footprints, where all samples have a value and oversample is 1, those of the
- * picture's own pixels: nothing is resampled then. All else, and that, too, where it is asked for,
+ * picture's own pixels: nothing is resampled then. (Lit, where the processor has AVX-512.) All else, and that, too, where it is asked for,
  * along a lattice that lies along the samples, from which the picture is interpolated: up to twice
  * as fast, and 2 to 12 dB further from its truth. */
 typedef enum cvol_sheet_rays {

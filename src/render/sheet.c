@@ -221,6 +221,8 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
 static cvol_sheet_kernel *choose_kernel(cvol_mode mode, const cvol_sheet_plan *plan, int extras)
 {
     const int lit = plan->lit, are_compact = plan->compact.scale > 0;
+    if (plan->of_pixels && lit)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_pixels_shade);
     if (plan->of_pixels)
         return extras        ? CVOL_SIMD_CHOOSE(cvol_sheet_pixels_extra)
                : are_compact ? CVOL_SIMD_CHOOSE(cvol_sheet_pixels_compact)
@@ -245,6 +247,9 @@ static cvol_sheet_kernel *choose_kernel(cvol_mode mode, const cvol_sheet_plan *p
                                  : CVOL_SIMD_CHOOSE(cvol_sheet_sum);
 }
 
+/* A table that spans fewer samples than this is too fine for them. */
+#define LEAST_LIT_SPAN 128
+
 /* How samples are kept: in 16 bits where there are kernels that read these, and the table can be
  * told apart in them. */
 static cvol_sheet_compact choose_compact(cvol_sheet_table *table, const cvol_sheet_plan *plan,
@@ -254,12 +259,17 @@ static cvol_sheet_compact choose_compact(cvol_sheet_table *table, const cvol_she
     const double range = array->range_max - array->range_min;
     const double beyond = plan->lapped ? CVOL_COMPACT_MOST / 2.8 : 64;
     const double least = beyond, most = CVOL_COMPACT_MOST - beyond;
-    if (mode != CVOL_MODE_COMPOSITE || extras || plan->lit || plan->perspective ||
-        plan->masked == CVOL_SHEET_SOME_VOID || cvol_cpu_best() != CVOL_CPU_AVX512 || !(range > 0))
+    if (mode != CVOL_MODE_COMPOSITE || extras || (plan->lit && !plan->of_pixels) ||
+        plan->perspective || plan->masked == CVOL_SHEET_SOME_VOID ||
+        cvol_cpu_best() != CVOL_CPU_AVX512 || !(range > 0))
         return (cvol_sheet_compact){0, 0};
     const double scale = (most - least) / range;
     const cvol_sheet_compact compact = {
         (float)scale, (float)(least - scale * (array->range_min - array->offset))};
+    if (plan->lit) /* classified as floats, and so a function may be steep */
+        return CVOL_TABLE_SIZE * scale >= LEAST_LIT_SPAN * (double)table->scale
+                   ? compact
+                   : (cvol_sheet_compact){0, 0};
     cvol_sheet_words_fill(&table->words, table, compact.scale, compact.offset);
     return table->words.usable ? compact : (cvol_sheet_compact){0, 0};
 }
@@ -331,7 +341,7 @@ static int are_of_pixels(const cvol_sheet_plan *plan, const cvol_view *view,
                          const cvol_render_options *options)
 {
     return options->sheet.rays == CVOL_SHEET_RAYS_PIXELS && options->mode == CVOL_MODE_COMPOSITE &&
-           !plan->lit && !plan->wide && !plan->level && !plan->perspective && view->rays == 1 &&
+           !plan->wide && !plan->level && !plan->perspective && view->rays == 1 &&
            plan->masked != CVOL_SHEET_SOME_VOID;
 }
 
@@ -416,6 +426,31 @@ static int count_floats(const cvol_sheet_plan *plan, int has_depth)
            (plan->parts > 1 ? 2 * (CVOL_PARTS - 1) : 0);
 }
 
+/* Chooses rays, and with them the frame's table. Lit rays of pixels are drawn from 16 bits alone,
+ * and with one sample between two sheets, if any are asked for. */
+static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan, int has_depth)
+{
+    sheet_state *state = of->state;
+    const int wanted = !plan->of_pixels && are_of_pixels(plan, of->view, of->options);
+    state->table->halves = 0;
+    of->extras = has_depth || plan->parts > 1 || plan->wide || state->counts;
+    cvol_sheet_plan pixels = *plan;
+    if (wanted && !plan->lit) {
+        cvol_sheet_plan_of_pixels(plan, of->view);
+    } else if (wanted && !has_depth && cvol_sheet_plan_of_pixels(&pixels, of->view)) {
+        pixels.parts = 1;
+        const int code = set_table(context, state, &pixels, of->subject, &of->by_surface,
+                                   of->options, 0);
+        if (code || pixels.compact.scale > 0) {
+            state->table->halves = plan->parts > 1;
+            of->extras = 0;
+            *plan = pixels;
+            return code;
+        }
+    }
+    return set_table(context, state, plan, of->subject, &of->by_surface, of->options, of->extras);
+}
+
 /* Draws the pixels of a plan. */
 static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet_subject *subject,
                      cvol_image *image, cvol_sheet_plan *plan, const cvol_view *view,
@@ -430,10 +465,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
     plan->parts = is_surface || options->mode == CVOL_MODE_COMPOSITE
                       ? choose_parts(plan, options->step_voxels)
                       : 1;
-    if (!plan->of_pixels && are_of_pixels(plan, view, options))
-        cvol_sheet_plan_of_pixels(plan, view);
-    of.extras = image->depth != NULL || plan->parts > 1 || plan->wide || state->counts;
-    int code = set_table(context, state, plan, subject, &of.by_surface, options, of.extras);
+    int code = choose_rays(context, &of, plan, image->depth != NULL);
     const int count = code ? 0
                            : cvol_strip_count(plan, (size_t)image->width * (size_t)image->height,
                                               count_floats(plan, image->depth != NULL),
@@ -481,7 +513,9 @@ static int draw_parallel(cvol_context *context, sheet_state *state,
                          cvol_sheet_plan *plan, const cvol_view *view,
                          const cvol_render_options *options)
 {
-    const int both = image->depth && options->mode == CVOL_MODE_COMPOSITE && !options->shading.on;
+    const int both = image->depth && options->mode == CVOL_MODE_COMPOSITE &&
+                     (!options->shading.on || (options->sheet.rays == CVOL_SHEET_RAYS_PIXELS &&
+                                               cvol_cpu_best() == CVOL_CPU_AVX512));
     const double share = both ? 0.5 : 1, whole[2] = {0, share}, rest[2] = {share, 1 - share};
     int code = draw_plan(context, state, subject, image, plan, view, options, whole);
     if (code || !both)

@@ -63,6 +63,7 @@ typedef struct cvol_sheet_table {
     int is_surface; /* then only the first coordinate of `at` or more is seen, with this colour */
     float at, colour[3];
     float from, scale, flat;
+    int halves; /* of lit plans of pixels: every interval has a sample in its middle */
     float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
     int pieces;                     /* CVOL_PIECES, or _FEW of them; 0: there are only entries */
     float piece_end[CVOL_PIECES] __attribute__((aligned(64)));
@@ -132,7 +133,8 @@ typedef struct cvol_sheet_plan {
                       than own[1]: not all, if the plan is a strip (sheet_strip.h) */
     /* Of plans whose rays are those of the picture's pixels (sheet_pixels.c): ray (i, j) crosses
      * sheet 0 at the in-plane point place[.][0] + i place[.][1] + j place[.][2]. What U and V are
-     * elsewhere, i and j are then: u0 = v0 = 0, du = dv = 1, and the warp maps pixels onto these. */
+     * elsewhere, i and j are then: u0 = v0 = 0, du = dv = 1, and the warp maps pixels onto these.
+     */
     int of_pixels;
     double place[2][3];
 } cvol_sheet_plan;
@@ -307,6 +309,9 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 /* The same where samples are kept in 16 bits, without what is asked for seldom. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_compact,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+/* The same with light from 16 bits, of plans of pixels, where vectors are the widest. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_pixels_shade,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 /* The first of plans of pixels; with samples between sheets; and from 16 bits. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_pixels_extra,

@@ -65,7 +65,9 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
     const size_t samples = shape.rows * row_stride * shape.sheets;
     const int covered = plan->masked == CVOL_SHEET_SOME_VOID;
     memory->cover_at = covered ? (long)samples : 0;
-    const size_t before = (size_t)plan->reach * row_stride; /* rows more at either end */
+    /* Rows more at either end; lit groups of pixels reach further before the first one's begin. */
+    const size_t before = (size_t)plan->reach * row_stride +
+                          (plan->lit && plan->of_pixels ? 2 * CVOL_SHEET_PAD : 0);
     /* 32 pixels at once reach beyond the last row's end. */
     const size_t after = plan->compact.scale > 0 ? 2 * CVOL_SHEET_PAD : 0;
     if (memory->are_compact != (plan->compact.scale > 0)) /* its words might be no numbers */

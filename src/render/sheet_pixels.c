@@ -13,6 +13,8 @@
 
 /* Kernels count places along a group in 16 bits; and so far apart all rays are alike. */
 #define MOST_SAMPLES 64
+/* With light, a group's samples of a row, and one beside them, lie within 64. */
+#define MOST_LIT_SAMPLES 3.9
 
 /* How many rows of samples a line along one axis of the picture crosses from sample to sample. */
 static double slant_of(const cvol_sheet_plan *plan, int axis)
@@ -50,6 +52,9 @@ int cvol_sheet_plan_of_pixels(cvol_sheet_plan *plan, const cvol_view *view)
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < 3; i++)
             plan->warp[k][i] = warp[k][i];
+    if (plan->lit && (plan->place[0][1] > MOST_LIT_SAMPLES * plan->pitch_lane ||
+                      fabs(plan->place[1][1]) > MOST_LIT_SAMPLES * plan->pitch_row))
+        return 0;
     plan->of_pixels = 1;
     plan->u0 = plan->v0 = 0;
     plan->du = plan->dv = 1;
