@@ -69,15 +69,20 @@ static inline void view_between(between_views *out, const line_job *job, int uni
 
 #endif
 
-/* Whether the samples that a group sees of a sheet are there. */
-CVOL_INLINE int is_there(const line_job *job, const sheet_line *sheet, int group, int unit)
+/* A part of a group: where samples are not there, along rays of pixels the levels of their windows;
+ * else not a number. */
+CVOL_INLINE cvol_vf reconstruct_there(const line_job *job, const sheet_line *sheet, int group,
+                                      int k, int unit)
 {
 #if SHEET_PIXELS
-    (void)unit;
-    return is_there_slanted(job, sheet, group);
+    sheet_line view = *sheet;
+    view.mixed = !is_there_slanted(job, sheet, group);
+    return reconstruct(job, &view, group, k, unit);
+#else
+    const long window = window_of(lane_sample(sheet, group, unit));
+    return sheet->view.windows[window] & CVOL_WINDOW_SEEN ? reconstruct(job, sheet, group, k, unit)
+                                                          : cvol_splat(NAN);
 #endif
-    (void)job;
-    return sheet->view.windows[window_of(lane_sample(sheet, group, unit))] & CVOL_WINDOW_SEEN;
 }
 
 /* Of part k of a group. */
@@ -90,13 +95,10 @@ CVOL_INLINE float *kept_between(const line_job *job, int index, int group, int k
 /* Keeps what the last sheet of the layer has behind it. */
 CVOL_INLINE void keep_between(const line_job *job, int group, int unit)
 {
-    for (int part = 1; part < job->layer->parts; part++) {
-        const sheet_line *view = &job->between->from_last[part - 1];
-        const int there = is_there(job, view, group, unit);
+    for (int part = 1; part < job->layer->parts; part++)
         for (int k = 0; k < PARTS; k++)
             cvol_store(kept_between(job, part - 1, group, k),
-                       there ? reconstruct(job, view, group, k, unit) : cvol_splat(NAN));
-    }
+                       reconstruct_there(job, &job->between->from_last[part - 1], group, k, unit));
 }
 
 /* The sample of a part of the interval from `a`, at the sheet before, to `b` at sheet s. */
@@ -106,25 +108,24 @@ CVOL_INLINE cvol_vf find_between(const line_job *job, int s, int part, int group
     const sheet_line *view = &job->between->to[s][part - 1];
     const float t = (float)part / (float)job->layer->parts;
     const cvol_vf straight = a + t * (b - a);
-    if (!is_there(job, view, group, unit))
-        return straight;
-    const cvol_vf end = reconstruct(job, view, group, k, unit);
+    const cvol_vf end = reconstruct_there(job, view, group, k, unit);
     cvol_vf start;
     if (s > 0) {
         sheet_line before = *view;
         const long offset = job->layer->sheets[s - 1].first - job->layer->sheets[s].first;
 #if SHEET_PIXELS
         before.origin += offset;
+        before.windows = job->sheets[s - 1].windows;
 #else
         before.near += offset;
         before.far += offset;
 #endif
-        start = reconstruct(job, &before, group, k, unit);
+        start = reconstruct_there(job, &before, group, k, unit);
     } else {
         start = cvol_load(kept_between(job, part - 1, group, k));
     }
     const cvol_vf value = start + t * (end - start);
-    return cvol_select(start == start, value, straight);
+    return cvol_select(value == value, value, straight);
 }
 
 #endif

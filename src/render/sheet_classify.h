@@ -257,11 +257,14 @@ CVOL_INLINE lit_matter mix(const lit_matter *a, const lit_matter *b, cvol_vf t)
                         a->thickness + t * (b->thickness - a->thickness)};
 }
 
-/* An interval from table coordinate a to b, and its light at both ends; NULL: none. */
+/* An interval from table coordinate a to b, and its light at both ends; NULL: none. `middle`: what
+ * it has half way; NULL: all have what lies straight between. */
 typedef struct interval {
     cvol_vf a, b;
     const lit_matter *from, *to;
     stretch at;
+    const cvol_vf *middle;
+    cvol_vi bent; /* the pixels that have it */
 } interval;
 
 /* The part of it that ends after so much of it, of the lanes of a mask; *begin: where these are. */
@@ -277,11 +280,34 @@ CVOL_INLINE stretch part_of(const interval *i, cvol_vf *begin, float end, cvol_v
 CVOL_INLINE matter matter_within(const cvol_sheet_table *table, const interval *i, float t,
                                  int pieces)
 {
-    const cvol_vf value = i->a + t * (i->b - i->a);
+    cvol_vf value = i->a + t * (i->b - i->a);
+    if (i->middle) {
+        const cvol_vf m = *i->middle, end = t < 0.5f ? i->a : i->b;
+        value = cvol_select(i->bent, m + fabsf(1 - 2 * t) * (end - m), value);
+    }
     if (!i->from)
         return matter_of(table, value, NULL, pieces);
     const lit_matter lit = mix(i->from, i->to, cvol_splat(t));
     return matter_of(table, value, &lit, pieces);
+}
+
+/* Of the rise over which matter is as good as linear, those from which on an interval has 2 parts,
+ * and 4. Along rays of pixels its middle may be something else than what lies straight between
+ * (sheet_midway.h). */
+#if SHEET_PIXELS
+#define HALVES_FROM 0.25f
+#define QUARTERS_FROM 2
+#else
+#define HALVES_FROM 1
+#define QUARTERS_FROM 4
+#endif
+
+/* By how much its middle differs from one of its ends. */
+CVOL_INLINE cvol_vf steeper_half(const interval *i)
+{
+    const cvol_vf most = cvol_max(cvol_max(i->a, i->b), *i->middle),
+                  least = cvol_min(cvol_min(i->a, i->b), *i->middle);
+    return cvol_max(most - *i->middle, *i->middle - least);
 }
 
 /* An interval in 1, 2 or 4 parts: each pixel by itself, or the groups would be seen; the less light
@@ -291,22 +317,24 @@ CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, matter
                                 const interval *i, cvol_vf weight, int weighted, int pieces)
 {
     const cvol_vf most = cvol_max(i->a, i->b), least = cvol_min(i->a, i->b);
-    if (!any_within(most, least, table->visible_from, table->visible_to)) {
+    if (!i->middle && !any_within(most, least, table->visible_from, table->visible_to)) {
         *last = (matter){{{0}}};
         return;
     }
     const matter end = matter_of(table, i->b, i->to, pieces);
-    const cvol_vf span = (most - least) * p->through;
+    cvol_vf span = (most - least) * p->through;
     sample_parts parts = {.divided = 1};
-    if (!any_above(span, table->flat)) {
+    if (!i->middle && !any_above(span, HALVES_FROM * table->flat)) {
         parts.divided = 0;
         composite_part(p, last, &end, parts, i->at, weight, weighted);
         *last = end;
         return;
     }
-    parts.halves = span > table->flat;
-    parts.quarters = span > 4 * table->flat;
-    const int finest = any_above(span, 4 * table->flat);
+    parts.halves = i->middle ? i->bent : span > HALVES_FROM * table->flat;
+    if (i->middle)
+        span = cvol_select(i->bent, 2 * steeper_half(i) * p->through, span);
+    parts.quarters = span > QUARTERS_FROM * table->flat;
+    const int finest = any_above(span, QUARTERS_FROM * table->flat);
     cvol_vf at = i->at.from;
     if (finest) {
         const matter first = matter_within(table, i, 0.25f, pieces);

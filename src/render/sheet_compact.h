@@ -40,6 +40,7 @@ typedef struct pair_state {
     group_state groups[PAIR];
     uint32_t run[PAIR], apart[PAIR]; /* sheets still to be met: in runs, and each by itself */
     int active[PAIR], closed[PAIR];
+    int bent; /* groups whose interval before the layer's last sheet would be divided */
 } pair_state;
 
 /* Matter of 32 pixels. */
@@ -149,10 +150,6 @@ CVOL_INLINE __m512i reconstruct_words(const compact_job *c, int s, int group, in
     return _mm512_add_epi16(left, _mm512_mulhrs_epi16(_mm512_sub_epi16(right, left), part));
 }
 
-#if SHEET_PIXELS
-#include "render/sheet_slant_compact.h"
-#endif
-
 /* 32 words of two vectors of floats, each at least 0, at most 32767. */
 CVOL_INLINE __m512i words_of(__m512 low, __m512 high)
 {
@@ -168,6 +165,12 @@ CVOL_INLINE cvol_vf floats_of(__m512i words, int half)
     const __m256i part = half ? _mm512_extracti64x4_epi64(words, 1) : _mm512_castsi512_si256(words);
     return (cvol_vf)_mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(part));
 }
+
+#if SHEET_PIXELS
+#include "render/sheet_slant_compact.h"
+
+#include "render/sheet_midway_compact.h"
+#endif
 
 /* ---- matter ------------------------------------------------------------------------------------
  */
@@ -260,12 +263,13 @@ CVOL_INLINE int is_open(__m512i through, int half)
 typedef struct words_turn {
     words_matter ends[TURN + 1], middle[TURN], quarter[TURN][2];
     __m512i rise[TURN];
+    __mmask32 divided[TURN];
 } words_turn;
 
 /* As much as light still comes through: the less, the fewer, for the less an error is seen. */
 CVOL_INLINE words_parts find_parts(const cvol_sheet_words *w, __m512i rise, __m512i through)
 {
-    const int coarse = 4 * w->flat;
+    const int coarse = QUARTERS_FROM * w->flat;
     const __m512i seen = _mm512_mulhrs_epi16(rise, through);
     return (words_parts){
         _mm512_cmpgt_epi16_mask(seen, _mm512_set1_epi16(w->flat)),
@@ -273,10 +277,24 @@ CVOL_INLINE words_parts find_parts(const cvol_sheet_words *w, __m512i rise, __m5
             seen, _mm512_set1_epi16((int16_t)(coarse > ONE_WORD ? ONE_WORD : coarse)))};
 }
 
-/* Of the `live` intervals between `values`. */
-CVOL_INLINE void find_turn(words_turn *turn, const cvol_sheet_words *w, const __m512i *values,
+/* A run that is drawn: sheets from s on, of those groups that have bits in `halves`. */
+typedef struct words_run {
+    const compact_job *job;
+    int s, group, halves;
+} words_run;
+
+/* Of which pixels an interval is divided. */
+CVOL_INLINE __mmask32 find_divided(const cvol_sheet_words *w, __m512i rise, __m512i through)
+{
+    const __m512i least = _mm512_set1_epi16((int16_t)(HALVES_FROM * w->flat));
+    return _mm512_cmpgt_epi16_mask(_mm512_mulhrs_epi16(rise, through), least);
+}
+
+/* The `live` intervals between `values`, of which the first is the run's interval `first`. */
+CVOL_INLINE void find_turn(words_turn *turn, const words_run *run, int first, const __m512i *values,
                            unsigned live, __m512i through)
 {
+    const cvol_sheet_words *w = run->job->words;
     const unsigned ends = live | live << 1;
     for (int i = 0; i <= TURN; i++)
         if (ends >> i & 1)
@@ -286,12 +304,20 @@ CVOL_INLINE void find_turn(words_turn *turn, const cvol_sheet_words *w, const __
         if (!(live >> i & 1))
             continue;
         turn->rise[i] = _mm512_abs_epi16(_mm512_sub_epi16(b, a));
-        const words_parts parts = find_parts(w, turn->rise[i], through);
-        if (!parts.halves)
+        turn->divided[i] = find_divided(w, turn->rise[i], through);
+        if (!turn->divided[i])
             continue;
+#if SHEET_PIXELS
+        const __m512i middle = reconstruct_midway_words(run->job, run->s + first + i, run->group,
+                                                        run->halves, a, b);
+        turn->rise[i] = _mm512_mask_mov_epi16(turn->rise[i], turn->divided[i],
+                                              find_steeper(a, middle, b));
+#else
+        (void)first;
         const __m512i middle = _mm512_avg_epu16(a, b);
+#endif
         turn->middle[i] = matter_of_words(w, middle);
-        if (parts.quarters) {
+        if (find_parts(w, turn->rise[i], through).quarters) {
             turn->quarter[i][0] = matter_of_words(w, _mm512_avg_epu16(a, middle));
             turn->quarter[i][1] = matter_of_words(w, _mm512_avg_epu16(middle, b));
         }
@@ -316,18 +342,22 @@ CVOL_INLINE void composite_divided(words_pixels *p, const cvol_sheet_words *w,
 }
 
 /* The `live` ones of the intervals between `values`. */
-CVOL_INLINE void draw_intervals(words_pixels *p, const cvol_sheet_words *w, const __m512i *values,
+CVOL_INLINE void draw_intervals(words_pixels *p, const words_run *run, const __m512i *values,
                                 uint64_t live)
 {
+    const cvol_sheet_words *w = run->job->words;
     words_turn turn;
     while (live) {
         const int first = __builtin_ctzll(live);
         const unsigned now = (unsigned)(live >> first) & ((1u << TURN) - 1);
-        find_turn(&turn, w, values + first, now, p->through);
+        find_turn(&turn, run, first, values + first, now, p->through);
         for (int i = 0; i < TURN; i++) {
             if (!(now >> i & 1))
                 continue;
-            const words_parts parts = find_parts(w, turn.rise[i], p->through);
+            words_parts parts = find_parts(w, turn.rise[i], p->through);
+#if SHEET_PIXELS
+            parts.halves = turn.divided[i];
+#endif
             if (!parts.halves)
                 composite_words(p, w, &turn.ends[i], &turn.ends[i + 1], NULL, 0);
             else
@@ -370,14 +400,22 @@ CVOL_INLINE void draw_words(pair_state *state, const compact_job *c, int s, int 
     for (int half = 0; half < PAIR; half++)
         if (halves >> half & 1)
             g[half].value[0] = sample_to_table(c->job, floats_of(values[count], half));
-    if (!live)
+    const int is_last = SHEET_PIXELS && s + count == c->job->layer->sheet_count;
+    if (!live && !is_last)
         return;
     words_pixels p;
     for (int k = 0; k < 4; k++)
         p.gained[k] = _mm512_setzero_si512();
     p.start = words_of((__m512)(g[0].p[0].through * 32768), (__m512)(g[1].p[0].through * 32768));
     p.start = p.through = _mm512_maskz_mov_epi16(mask, p.start);
-    draw_intervals(&p, w, values, live);
+    if (is_last &&
+        find_divided(w, _mm512_abs_epi16(_mm512_sub_epi16(values[count], values[count - 1])),
+                     p.through))
+        state->bent |= halves;
+    if (!live)
+        return;
+    const words_run run = {c, s, group, halves};
+    draw_intervals(&p, &run, values, live);
     const float unit_of = 1.0f / (float)(32768 << w->shift);
     for (int half = 0; half < PAIR; half++) {
         if (!(halves >> half & 1))
@@ -475,6 +513,7 @@ CVOL_INLINE void begin_pair(pair_state *state, const line_job *job, int group, i
 {
     const cvol_line *line = job->line;
     const int first_ordinal = job->layer->sheets[0].ordinal;
+    state->bent = 0;
     for (int half = 0; half < PAIR; half++) {
         const int g = group + half, at = g - job->first_group;
         state->active[half] = state->closed[half] = 0;
@@ -511,6 +550,7 @@ CVOL_INLINE void draw_pair(const compact_job *c, int group, int end, int unit, i
     for (int half = 0; half < PAIR; half++) {
         /* What is beyond the end is loaded like its neighbour, and left. */
         load_group(&state.groups[half], job, group + half < end ? group + half : group, 0, 0);
+        state.groups[half].bent = 0;
         known[half] = state.active[half] &&
                       line->met[group + half] == job->layer->sheets[0].ordinal - 1;
         seen[half] = state.active[half] ? job->seen[group + half - job->first_group] : 0;
@@ -525,6 +565,7 @@ CVOL_INLINE void draw_pair(const compact_job *c, int group, int end, int unit, i
                 state.apart[half] &= state.apart[half] - 1;
                 draw_sheet(&state.groups[half], job, s, group + half, before >> s & 1, unit, 0,
                            pieces);
+                state.bent |= state.groups[half].bent << half;
                 state.closed[half] = is_closed(&state.groups[half]);
             }
         const int count = find_run(&halves, &state, s);
@@ -539,6 +580,13 @@ CVOL_INLINE void draw_pair(const compact_job *c, int group, int end, int unit, i
             if (state.closed[half])
                 state.run[half] = state.apart[half] = 0;
     }
+#if SHEET_PIXELS
+    const int last = job->layer->sheet_count - 1;
+    for (int half = 0; half < PAIR; half++)
+        if (state.active[half] && !state.closed[half] && seen[half] >> last)
+            state.bent & 1 << half ? keep_midway_words(c, group, 1 << half)
+                                   : keep_no_midway(job, group + half);
+#endif
     for (int half = 0; half < PAIR; half++) {
         if (!state.active[half])
             continue;

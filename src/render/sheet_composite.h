@@ -20,6 +20,9 @@
 #include "render/sheet_between.h"
 #include "render/sheet_classify.h"
 #include "render/sheet_line.h"
+#if SHEET_PIXELS
+#include "render/sheet_midway.h"
+#endif
 
 #define SHEET_LIT 0
 
@@ -28,6 +31,7 @@ typedef struct group_state {
     pixels p[PARTS];
     cvol_vf value[PARTS], cover[PARTS]; /* at the sheet before; cover only where samples are void */
     cvol_vf length[PARTS]; /* of an interval, over that of the table: in perspective, else 1 */
+    int bent; /* the interval before the layer's last sheet would be looked at half way */
 } group_state;
 
 /* ---- one group --------------------------------------------------------------------------------
@@ -138,7 +142,8 @@ CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol
     const sample_parts whole = {.divided = 0};
     const cvol_vf rise = to - from, sheet = cvol_splat((float)ordinal);
     const stretch at = {sheet + within->from + within->near, sheet + within->to};
-    const interval all = {to + within->from * rise, to + within->to * rise, NULL, NULL, at};
+    const interval all = {
+        to + within->from * rise, to + within->to * rise, NULL, NULL, at, NULL, {0}};
     const cvol_vf rest = within->to - within->from - within->near;
     matter last = matter_at_start(table, all.a, NULL, pieces);
     if (any_above(within->near, LEAST_WEIGHT))
@@ -171,6 +176,17 @@ CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group,
         const cvol_vf level = levels[k];
 #endif
         const cvol_vf end = masked ? g->value[k] : level;
+#if SHEET_PIXELS
+        if (group >= sheet->inside_begin && group < sheet->inside_end) {
+            cvol_vf middle;
+            const float ordinal = (float)job->layer->sheets[s].ordinal;
+            interval all = {g->value[k], level, NULL, NULL, stretch_of(ordinal - 1, ordinal),
+                            NULL,        {0}};
+            look_midway(&all, &middle, job, s, group, k, g->p[k].through);
+            composite_interval(&g->p[k], job->table, &all, g->length[k], 0, pieces);
+            continue;
+        }
+#endif
         span within;
         find_within(&within, job, s, i);
         cvol_vf weight = g->length[k];
@@ -229,7 +245,14 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
             weight *= 0.5f * (before + cover);
             g->cover[k] = cover;
         }
-        const interval all = {from, to, NULL, NULL, at};
+        interval all = {from, to, NULL, NULL, at, NULL, {0}};
+#if SHEET_PIXELS
+        cvol_vf middle;
+        if (inside && known)
+            look_midway(&all, &middle, job, s, group, k, g->p[k].through);
+        if (s == layer->sheet_count - 1)
+            g->bent |= any_above(find_bend(from, to, g->p[k].through), midway_from(job));
+#endif
         if (!inside) {
             span within;
             find_within(&within, job, s, group * CVOL_GROUP + k * CVOL_LANES);
@@ -256,8 +279,13 @@ CVOL_INLINE void draw_parts(group_state *g, matter *last, const line_job *job, i
         const cvol_vf value = part < parts ? find_between(job, s, part, group, k, unit, start, end)
                                            : end;
         const interval all = {
-            from, value, NULL, NULL,
-            stretch_of(ordinal - 1 + (float)(part - 1) * step, ordinal - 1 + (float)part * step)};
+            from,
+            value,
+            NULL,
+            NULL,
+            stretch_of(ordinal - 1 + (float)(part - 1) * step, ordinal - 1 + (float)part * step),
+            NULL,
+            {0}};
         composite_from(&g->p[k], job->table, last, &all, step * g->length[k], lengths, pieces);
         from = value;
     }
@@ -288,6 +316,12 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
         live = (UINT64_C(1) << count) - 1;
     for (int k = 0; k < PARTS; k++)
         state->value[k] = values[count][k];
+#if SHEET_PIXELS
+    for (int k = 0; k < PARTS && s + count == job->layer->sheet_count; k++)
+        state->bent |= any_above(
+            find_bend(values[count - 1][k], values[count][k], state->p[k].through),
+            midway_from(job));
+#endif
     if (!live)
         return;
     group_state g = *state;
@@ -299,7 +333,11 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
         const float ordinal = (float)(job->layer->sheets[0].ordinal + s + i);
         const stretch at = stretch_of(ordinal - 1, ordinal);
         for (int k = 0; k < PARTS; k++) {
-            const interval all = {values[i][k], values[i + 1][k], NULL, NULL, at};
+            interval all = {values[i][k], values[i + 1][k], NULL, NULL, at, NULL, {0}};
+#if SHEET_PIXELS
+            cvol_vf middle;
+            look_midway(&all, &middle, job, s + i, group, k, g.p[k].through);
+#endif
             if (i != next)
                 last[k] = matter_at_start(table, all.a, NULL, pieces);
             if (SHEET_EXTRAS && job->layer->parts > 1)
@@ -332,6 +370,8 @@ CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, 
         for (int k = 0; k < PARTS; k++) {
             g->value[k] = levels[k];
             g->cover[k] = cvol_splat(1);
+            if (s == 0) /* and half way */
+                cvol_store(kept_midway(job, group) + k * CVOL_LANES, levels[k]);
         }
     }
 #else
@@ -361,6 +401,7 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
         return;
     group_state g;
     load_group(&g, job, group, has_void, lengths);
+    g.bent = 0;
     int last = line->met[group], closed = 0;
     while (met && !closed) {
         int s = __builtin_ctz(met);
@@ -384,6 +425,10 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
     if (SHEET_EXTRAS && job->layer->parts > 1 && !closed &&
         last == first_ordinal + job->layer->sheet_count - 1)
         keep_between(job, group, unit);
+#if SHEET_PIXELS
+    if (job->layer->parts == 1 && !closed && last == first_ordinal + job->layer->sheet_count - 1)
+        keep_midway(job, group, g.bent);
+#endif
     line->met[group] = last;
     line->opaque[group] = (uint8_t)closed;
 }

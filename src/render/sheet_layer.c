@@ -57,9 +57,10 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
     size_t z_begin, z_end;
     cvol_layer_sheets(&z_begin, &z_end, plan, layer);
     const double around = plan->lapped ? 2 : 0; /* rows and sheets that faces mix */
-    /* Samples between sheets look at a sheet where rays are up to one before or behind it; light
-     * does, too, and only lines of the intermediate image never are further than `reach` there. */
-    const int between = plan->parts > 1 || (plan->lit && plan->of_pixels);
+    /* Samples between sheets, and half way to them, look at a sheet where rays are up to one before
+     * or behind it; light does, too, and only lines of the intermediate image never are further than
+     * `reach` there. */
+    const int between = plan->parts > 1 || plan->of_pixels;
     const double behind = (around + plan->beyond + between) * plan->pitch_sheet;
     const cvol_sheet_crossing from = cvol_sheet_cross(plan,
                                                       cvol_sheet_place(plan, z_begin) - behind),

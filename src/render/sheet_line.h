@@ -33,7 +33,8 @@ typedef struct sheet_line {
     const sheet_sample *origin; /* sample 0 of row 0 */
     const cvol_windows *windows;
     double row_at, row_right; /* row of pixel i: row_at + i row_right */
-    int number;               /* in the layer; -1: between two sheets */
+    int number;               /* in the layer; -1: between two sheets, */
+    int mixed;                /* and whether pixels may see nothing of them */
 #endif
     int begin, end;               /* groups that the line has something of, and those that */
     int inside_begin, inside_end; /* lie within, and did from two sheets before on */
@@ -54,6 +55,8 @@ typedef struct line_job {
         row_at[CVOL_BLOCK_MAX]; /* of sheets, at the line's first pixel */
     uint32_t
         mixed[RUN + 1]; /* sheets in which a group sees something, but not all of its pixels do */
+    uint32_t
+        ways[RUN + 1]; /* sheets to which all samples are there on the way from the one before */
 #endif
     int first_group;              /* the run's */
     uint32_t met[RUN], seen[RUN]; /* sheets that each group crosses, and sees something in, */

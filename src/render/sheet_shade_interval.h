@@ -46,7 +46,8 @@ CVOL_INLINE void draw_divided(shade_state *g, const line_job *job, int k, const 
         const lit_matter there = mix(all->from, all->to, cvol_splat(now)),
                          to = light_of(job, &there);
         const cvol_vf next = part < parts ? g->between[part - 1][k] : all->b;
-        const interval one = {last, next, &from, &to, {all->at.from + before, all->at.from + now}};
+        const interval one = {last, next, &from, &to, {all->at.from + before, all->at.from + now},
+                              NULL, {0}};
         if (job->table->is_surface)
             hit_surface(g, job, k, &one, weight, has_void);
         else
@@ -78,7 +79,8 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
         to = mix(&from, &to, cvol_min(end / start, cvol_splat(1)));
         from = mix(&to_alone, &from, cvol_min(start / end, cvol_splat(1)));
     }
-    const interval all = {a, b, &from, &to, stretch_of((float)g->end - 1, (float)g->end)};
+    const interval all = {a,    b,  &from, &to, stretch_of((float)g->end - 1, (float)g->end),
+                          NULL, {0}};
 #if SHEET_EXTRAS
     if (g->divided) {
         draw_divided(g, job, k, &all, has_void, pieces);

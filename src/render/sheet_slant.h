@@ -403,8 +403,11 @@ CVOL_INLINE cvol_vf reconstruct_slanted(const line_job *job, const sheet_line *s
 #endif
     const cvol_vf near = a + right * (b - a), far = c + right * (d - c);
     const cvol_vf value = near + below * (far - near);
-    /* Between sheets all is seen, or nothing looked at. */
-    if (sheet->number >= 0 && job->mixed[i / CVOL_GROUP - job->first_group] >> sheet->number & 1)
+    const int mixed = sheet->number < 0
+                          ? sheet->mixed
+                          : (int)(job->mixed[i / CVOL_GROUP - job->first_group] >> sheet->number &
+                                  1);
+    if (mixed)
         return put_levels(value, job, sheet, i);
     return value;
 }

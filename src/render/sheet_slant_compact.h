@@ -228,28 +228,38 @@ CVOL_COLD around_words gather_around(const slanted_place *at, long stride, int c
 /* More rows than that are looked at pixel by pixel. */
 #define ROWS_MOST 16
 
+/* Bilinearly. */
+CVOL_INLINE __m512i weigh_around(const around_words *four, const slanted_place *at)
+{
+    const __m512i near = _mm512_add_epi16(
+                      four->near_left,
+                      _mm512_mulhrs_epi16(_mm512_sub_epi16(four->near_right, four->near_left),
+                                          at->right)),
+                  far = _mm512_add_epi16(
+                      four->far_left,
+                      _mm512_mulhrs_epi16(_mm512_sub_epi16(four->far_right, four->far_left),
+                                          at->right));
+    return _mm512_add_epi16(near, _mm512_mulhrs_epi16(_mm512_sub_epi16(far, near), at->below));
+}
+
+/* `count`: as place_words. */
+CVOL_INLINE around_words find_around(const compact_job *c, const slanted_place *at, int count)
+{
+    const long stride = c->job->layer->row_stride;
+    const int rows = c->rows[count == PAIR_LANES];
+    return c->lanes_at_once == 0 || rows > ROWS_MOST ? gather_around(at, stride, count)
+           : c->lanes_at_once == PAIR_LANES          ? take_around(at, stride, rows, 0)
+                                                     : take_around(at, stride, rows, 1);
+}
+
 /* Samples of those of 32 pixels from a group on that have bits in `halves`. */
 CVOL_INLINE __m512i reconstruct_slanted_words(const compact_job *c, int s, int group, int halves)
 {
     const sheet_line *sheet = &c->job->sheets[s];
-    const long stride = c->job->layer->row_stride;
     const int count = halves == 3 ? PAIR_LANES : CVOL_GROUP, only_second = halves == 2;
     const slanted_place at = place_words(c, sheet, group + only_second, count);
-    const int rows = c->rows[halves == 3];
-    const around_words four = c->lanes_at_once == 0 || rows > ROWS_MOST
-                                  ? gather_around(&at, stride, count)
-                              : c->lanes_at_once == PAIR_LANES ? take_around(&at, stride, rows, 0)
-                                                               : take_around(&at, stride, rows, 1);
-    const __m512i near = _mm512_add_epi16(
-                      four.near_left,
-                      _mm512_mulhrs_epi16(_mm512_sub_epi16(four.near_right, four.near_left),
-                                          at.right)),
-                  far = _mm512_add_epi16(
-                      four.far_left,
-                      _mm512_mulhrs_epi16(_mm512_sub_epi16(four.far_right, four.far_left),
-                                          at.right));
-    __m512i values = _mm512_add_epi16(near,
-                                      _mm512_mulhrs_epi16(_mm512_sub_epi16(far, near), at.below));
+    const around_words four = find_around(c, &at, count);
+    __m512i values = weigh_around(&four, &at);
     const uint32_t *mixed = &c->job->mixed[group - c->job->first_group];
     const uint32_t first = halves & 1 ? mixed[0] >> s & 1 : 0,
                    second = halves & 2 ? mixed[1] >> s & 1 : 0;

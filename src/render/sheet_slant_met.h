@@ -357,6 +357,7 @@ CVOL_INLINE void find_seen_groups(line_job *job, int first, int count, const cvo
             continue;
         if (all >> g & 1) {
             job->seen[at] |= job->met[at] & sheets;
+            job->ways[at] |= sheets & sheets << 1;
             continue;
         }
         group_windows places;
@@ -376,6 +377,7 @@ CVOL_INLINE void find_met_slanted(line_job *job, int first, int count)
         held++;
     memset(job->seen, 0, sizeof *job->seen * (size_t)whole);
     memset(job->mixed, 0, sizeof *job->mixed * (size_t)whole);
+    memset(job->ways, 0, sizeof *job->ways * (size_t)whole);
     job->first_group = first;
     for (int g = 0; g < count; g += CVOL_GROUP) {
         find_met_groups(job->met + g, job->inside + g, job, first + g);
