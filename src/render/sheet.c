@@ -332,6 +332,9 @@ static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan 
     if (cvol_mode_is_grey(options->mode))
         return CVOL_OK;
     cvol_sheet_table_fill(table, subject->array, state->transfer, plan->distance / plan->parts);
+    cvol_sheet_table_slant(table,
+                           plan->pitch_sheet * fmax(fabs(plan->shear_lane) / plan->pitch_lane,
+                                                    fabs(plan->shear_row) / plan->pitch_row));
     plan->compact = choose_compact(table, plan, subject->array, options->mode, extras);
     return CVOL_OK;
 }

@@ -63,7 +63,9 @@ typedef struct cvol_sheet_table {
     int is_surface; /* then only the first coordinate of `at` or more is seen, with this colour */
     float at, colour[3];
     float from, scale, flat;
-    int halves; /* of lit plans of pixels: every interval has a sample in its middle */
+    float midway; /* along rays of pixels, intervals that rise by more than so many are looked at
+                     half way (sheet_midway.h); below 0: all */
+    int halves;   /* of lit plans of pixels: every interval has a sample in its middle */
     float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
     int pieces;                     /* CVOL_PIECES, or _FEW of them; 0: there are only entries */
     float piece_end[CVOL_PIECES] __attribute__((aligned(64)));

@@ -291,16 +291,22 @@ CVOL_INLINE matter matter_within(const cvol_sheet_table *table, const interval *
     return matter_of(table, value, &lit, pieces);
 }
 
-/* Of the rise over which matter is as good as linear, those from which on an interval has 2 parts,
- * and 4. Along rays of pixels its middle may be something else than what lies straight between
- * (sheet_midway.h). */
+/* Of the rise over which matter is as good as linear, that from which on an interval has 4 parts.
+ */
 #if SHEET_PIXELS
-#define HALVES_FROM 0.25f
 #define QUARTERS_FROM 2
 #else
-#define HALVES_FROM 1
 #define QUARTERS_FROM 4
 #endif
+
+/* The rise from which on it has 2. */
+CVOL_INLINE float halves_from(const cvol_sheet_table *table)
+{
+#if SHEET_PIXELS
+    return table->midway;
+#endif
+    return table->flat;
+}
 
 /* By how much its middle differs from one of its ends. */
 CVOL_INLINE cvol_vf steeper_half(const interval *i)
@@ -324,13 +330,13 @@ CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, matter
     const matter end = matter_of(table, i->b, i->to, pieces);
     cvol_vf span = (most - least) * p->through;
     sample_parts parts = {.divided = 1};
-    if (!i->middle && !any_above(span, HALVES_FROM * table->flat)) {
+    if (!i->middle && !any_above(span, halves_from(table))) {
         parts.divided = 0;
         composite_part(p, last, &end, parts, i->at, weight, weighted);
         *last = end;
         return;
     }
-    parts.halves = i->middle ? i->bent : span > HALVES_FROM * table->flat;
+    parts.halves = i->middle ? i->bent : span > halves_from(table);
     if (i->middle)
         span = cvol_select(i->bent, 2 * steeper_half(i) * p->through, span);
     parts.quarters = span > QUARTERS_FROM * table->flat;

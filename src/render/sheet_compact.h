@@ -286,7 +286,7 @@ typedef struct words_run {
 /* Of which pixels an interval is divided. */
 CVOL_INLINE __mmask32 find_divided(const cvol_sheet_words *w, __m512i rise, __m512i through)
 {
-    const __m512i least = _mm512_set1_epi16((int16_t)(HALVES_FROM * w->flat));
+    const __m512i least = _mm512_set1_epi16(SHEET_PIXELS ? w->midway : w->flat);
     return _mm512_cmpgt_epi16_mask(_mm512_mulhrs_epi16(rise, through), least);
 }
 

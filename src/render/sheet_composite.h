@@ -251,7 +251,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
         if (inside && known)
             look_midway(&all, &middle, job, s, group, k, g->p[k].through);
         if (s == layer->sheet_count - 1)
-            g->bent |= any_above(find_bend(from, to, g->p[k].through), midway_from(job));
+            g->bent |= any_above(find_bend(from, to, g->p[k].through), job->table->midway);
 #endif
         if (!inside) {
             span within;
@@ -320,7 +320,7 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
     for (int k = 0; k < PARTS && s + count == job->layer->sheet_count; k++)
         state->bent |= any_above(
             find_bend(values[count - 1][k], values[count][k], state->p[k].through),
-            midway_from(job));
+            job->table->midway);
 #endif
     if (!live)
         return;

@@ -33,15 +33,11 @@ CVOL_INLINE sheet_line view_midway(const line_job *job, int s, double by)
     return out;
 }
 
-/* Of which pixels what lies half way from a to b is looked at: of those above `midway_from`. */
+/* By how much an interval from a to b rises, the less, the less is seen of it. What lies half way
+ * is looked at where that is more than the table's `midway`. */
 CVOL_INLINE cvol_vf find_bend(cvol_vf a, cvol_vf b, cvol_vf through)
 {
     return (cvol_max(a, b) - cvol_min(a, b)) * through;
-}
-
-CVOL_INLINE float midway_from(const line_job *job)
-{
-    return HALVES_FROM * job->table->flat;
 }
 
 /* Part k of a group half way from `a`, at the sheet before, to `b` at sheet s. */
@@ -67,11 +63,11 @@ CVOL_INLINE void look_midway(interval *i, cvol_vf *middle, const line_job *job, 
                              int k, cvol_vf through)
 {
     const cvol_vf bend = find_bend(i->a, i->b, through);
-    if (job->layer->parts != 1 || !any_above(bend, midway_from(job)))
+    if (job->layer->parts != 1 || !any_above(bend, job->table->midway))
         return;
     *middle = find_midway(job, s, group, k, i->a, i->b);
     i->middle = middle;
-    i->bent = bend > midway_from(job);
+    i->bent = bend > job->table->midway;
 }
 
 /* What the layer's last sheet has half way to the next; if not asked for, that it is not known. */

@@ -28,7 +28,7 @@ CVOL_INLINE __m512i take_midway(const compact_job *c, int s, double by, int grou
     const sheet_line sheet = view_midway(c->job, s, by);
     const int count = halves == 3 ? PAIR_LANES : CVOL_GROUP;
     const slanted_place place = place_words(c, &sheet, group + (halves == 2), count);
-    const around_words four = find_around(c, &place, count);
+    const around_words four = find_around(c, &place, count, 0);
     __m512i words = weigh_around(&four, &place);
     int mixed = 0;
     for (int half = 0; half < PAIR; half++)
@@ -102,14 +102,9 @@ CVOL_INLINE __m512i reconstruct_midway_words(const compact_job *c, int s, int gr
         return reconstruct_between_layers(c, s, group, halves, _mm512_avg_epu16(a, b));
     const sheet_line sheet = view_midway(job, s, -0.5);
     const int count = halves == 3 ? PAIR_LANES : CVOL_GROUP;
-    slanted_place place = place_words(c, &sheet, group + (halves == 2), count);
-    const around_words behind = find_around(c, &place, count);
-    place.from += job->sheets[s - 1].origin - job->sheets[s].origin;
-    const around_words before = find_around(c, &place, count);
-    const around_words mean = {_mm512_avg_epu16(before.near_left, behind.near_left),
-                               _mm512_avg_epu16(before.near_right, behind.near_right),
-                               _mm512_avg_epu16(before.far_left, behind.far_left),
-                               _mm512_avg_epu16(before.far_right, behind.far_right)};
+    const slanted_place place = place_words(c, &sheet, group + (halves == 2), count);
+    const around_words mean = find_around(c, &place, count,
+                                          job->sheets[s - 1].origin - job->sheets[s].origin);
     __m512i values = weigh_around(&mean, &place);
     if (mixed)
         values = put_level_words(values, c, &sheet, &place, lanes_placed(mixed, halves));

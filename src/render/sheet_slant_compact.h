@@ -158,9 +158,16 @@ typedef struct around_words {
     __m512i near_left, near_right, far_left, far_right;
 } around_words;
 
+/* 32 samples, or their means with those of another sheet, `other` further in memory. */
+CVOL_INLINE __m512i load_row(const int16_t *from, long other)
+{
+    return other ? _mm512_avg_epu16(load_words(from), load_words(from + other)) : load_words(from);
+}
+
 /* From the rows that they lie in, one after the other, where these lie within 32 samples, or within
  * 64 (`wide`). */
-CVOL_INLINE around_words take_rows(const slanted_place *at, long stride, int rows, int wide)
+CVOL_INLINE around_words take_rows(const slanted_place *at, long stride, int rows, int wide,
+                                   long other)
 {
     const __m512i left = at->lane, right = _mm512_add_epi16(left, _mm512_set1_epi16(1));
     around_words out = {_mm512_setzero_si512(), _mm512_setzero_si512(), _mm512_setzero_si512(),
@@ -171,9 +178,9 @@ CVOL_INLINE around_words take_rows(const slanted_place *at, long stride, int row
         const int row = at->first_row + k < last ? at->first_row + k : last;
         const int16_t *line = at->from + row * stride;
         const __mmask32 near = _mm512_cmpeq_epi16_mask(at->row, _mm512_set1_epi16((int16_t)row));
-        const __m512i low = load_words(line);
+        const __m512i low = load_row(line, other);
         if (wide) {
-            const __m512i high = load_words(line + PAIR_LANES);
+            const __m512i high = load_row(line + PAIR_LANES, other);
             const __m512i a = _mm512_permutex2var_epi16(low, left, high),
                           b = _mm512_permutex2var_epi16(low, right, high);
             out.near_left = _mm512_mask_mov_epi16(out.near_left, near, a);
@@ -192,34 +199,33 @@ CVOL_INLINE around_words take_rows(const slanted_place *at, long stride, int row
 }
 
 /* Few rows: as many as may be, whether these pixels take all of them or not, which is foreseen. */
-CVOL_INLINE around_words take_around(const slanted_place *at, long stride, int most, int wide)
+CVOL_INLINE around_words take_around(const slanted_place *at, long stride, int most, int wide,
+                                     long other)
 {
     switch (most) {
     case 3:
-        return take_rows(at, stride, 3, wide);
+        return take_rows(at, stride, 3, wide, other);
     case 4:
-        return take_rows(at, stride, 4, wide);
+        return take_rows(at, stride, 4, wide, other);
     case 5:
-        return take_rows(at, stride, 5, wide);
+        return take_rows(at, stride, 5, wide, other);
     case 6:
-        return take_rows(at, stride, 6, wide);
+        return take_rows(at, stride, 6, wide, other);
     default:
-        return take_rows(at, stride, at->last_row - at->first_row + 2, wide);
+        return take_rows(at, stride, at->last_row - at->first_row + 2, wide, other);
     }
 }
 
 /* The same one by one, of the first `count` pixels: where rows are many, or samples far apart. */
-CVOL_COLD around_words gather_around(const slanted_place *at, long stride, int count)
+CVOL_COLD around_words gather_around(const slanted_place *at, long stride, int count, long other)
 {
     int16_t lane[PAIR_LANES], row[PAIR_LANES], out[4][PAIR_LANES] = {{0}};
     _mm512_storeu_si512(lane, at->lane);
     _mm512_storeu_si512(row, at->row);
     for (int i = 0; i < count; i++) {
         const int16_t *from = at->from + row[i] * stride + lane[i];
-        out[0][i] = from[0];
-        out[1][i] = from[1];
-        out[2][i] = from[stride];
-        out[3][i] = from[stride + 1];
+        for (int k = 0; k < 4; k++, from += k & 1 ? 1 : stride - 1)
+            out[k][i] = (int16_t)((from[0] + from[other] + 1) / 2);
     }
     return (around_words){load_words(out[0]), load_words(out[1]), load_words(out[2]),
                           load_words(out[3])};
@@ -242,14 +248,15 @@ CVOL_INLINE __m512i weigh_around(const around_words *four, const slanted_place *
     return _mm512_add_epi16(near, _mm512_mulhrs_epi16(_mm512_sub_epi16(far, near), at->below));
 }
 
-/* `count`: as place_words. */
-CVOL_INLINE around_words find_around(const compact_job *c, const slanted_place *at, int count)
+/* `count`: as place_words; `other`: 0, or as load_row. */
+CVOL_INLINE around_words find_around(const compact_job *c, const slanted_place *at, int count,
+                                     long other)
 {
     const long stride = c->job->layer->row_stride;
     const int rows = c->rows[count == PAIR_LANES];
-    return c->lanes_at_once == 0 || rows > ROWS_MOST ? gather_around(at, stride, count)
-           : c->lanes_at_once == PAIR_LANES          ? take_around(at, stride, rows, 0)
-                                                     : take_around(at, stride, rows, 1);
+    return c->lanes_at_once == 0 || rows > ROWS_MOST ? gather_around(at, stride, count, other)
+           : c->lanes_at_once == PAIR_LANES          ? take_around(at, stride, rows, 0, other)
+                                                     : take_around(at, stride, rows, 1, other);
 }
 
 /* Samples of those of 32 pixels from a group on that have bits in `halves`. */
@@ -258,7 +265,7 @@ CVOL_INLINE __m512i reconstruct_slanted_words(const compact_job *c, int s, int g
     const sheet_line *sheet = &c->job->sheets[s];
     const int count = halves == 3 ? PAIR_LANES : CVOL_GROUP, only_second = halves == 2;
     const slanted_place at = place_words(c, sheet, group + only_second, count);
-    const around_words four = find_around(c, &at, count);
+    const around_words four = find_around(c, &at, count, 0);
     __m512i values = weigh_around(&four, &at);
     const uint32_t *mixed = &c->job->mixed[group - c->job->first_group];
     const uint32_t first = halves & 1 ? mixed[0] >> s & 1 : 0,

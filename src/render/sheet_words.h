@@ -21,7 +21,8 @@ typedef struct cvol_sheet_words {
     int usable;
     int steps, shift, fine;
     int16_t from, to, visible_from, visible_to;
-    int16_t flat; /* over so much both colour and opacity are as good as linear */
+    int16_t flat;   /* over so much both colour and opacity are as good as linear */
+    int16_t midway; /* see cvol_sheet_table */
     uint16_t bins;
     int16_t end[CVOL_WORDS_PIECES] __attribute__((aligned(64)));
     int16_t begin[CVOL_WORDS_PIECES] __attribute__((aligned(64)));
