@@ -63,9 +63,11 @@ typedef struct cvol_sheet_table {
     int is_surface; /* then only the first coordinate of `at` or more is seen, with this colour */
     float at, colour[3];
     float from, scale, flat;
-    float midway; /* along rays of pixels, intervals that rise by more than so many are looked at
-                     half way (sheet_midway.h); below 0: all */
-    int halves;   /* of lit plans of pixels: every interval has a sample in its middle */
+    /* Along rays of pixels, intervals that rise by more than so many entries are looked at half way
+     * (sheet_midway.h), and what is found there counts the more, the more they do, wholly from
+     * midway + midway_ramp on. Below 0: all. */
+    float midway, midway_ramp;
+    int halves; /* of lit plans of pixels: every interval has a sample in its middle */
     float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
     int pieces;                     /* CVOL_PIECES, or _FEW of them; 0: there are only entries */
     float piece_end[CVOL_PIECES] __attribute__((aligned(64)));

@@ -290,12 +290,22 @@ CVOL_INLINE __mmask32 find_divided(const cvol_sheet_words *w, __m512i rise, __m5
     return _mm512_cmpgt_epi16_mask(_mm512_mulhrs_epi16(rise, through), least);
 }
 
+/* About what comes through an interval. */
+CVOL_INLINE __m512i pass_interval(const cvol_sheet_words *w, __m512i through,
+                                  const words_matter *from, const words_matter *to)
+{
+    const __m512i opacity = _mm512_srl_epi16(_mm512_adds_epi16(from->v[3], to->v[3]),
+                                             _mm_cvtsi32_si128(w->shift + w->fine));
+    return _mm512_subs_epu16(through, _mm512_mulhrs_epi16(through, opacity));
+}
+
 /* The `live` intervals between `values`, of which the first is the run's interval `first`. */
 CVOL_INLINE void find_turn(words_turn *turn, const words_run *run, int first, const __m512i *values,
-                           unsigned live, __m512i through)
+                           unsigned live, const __m512i begin)
 {
     const cvol_sheet_words *w = run->job->words;
     const unsigned ends = live | live << 1;
+    __m512i through = begin;
     for (int i = 0; i <= TURN; i++)
         if (ends >> i & 1)
             turn->ends[i] = matter_of_words(w, values[i]);
@@ -304,12 +314,17 @@ CVOL_INLINE void find_turn(words_turn *turn, const words_run *run, int first, co
         if (!(live >> i & 1))
             continue;
         turn->rise[i] = _mm512_abs_epi16(_mm512_sub_epi16(b, a));
-        turn->divided[i] = find_divided(w, turn->rise[i], through);
+        turn->divided[i] = find_divided(w, turn->rise[i], SHEET_PIXELS ? through : begin);
+#if SHEET_PIXELS
+        const __m512i seen = _mm512_mulhrs_epi16(turn->rise[i], through);
+        through = pass_interval(w, through, &turn->ends[i], &turn->ends[i + 1]);
+#endif
         if (!turn->divided[i])
             continue;
 #if SHEET_PIXELS
-        const __m512i middle = reconstruct_midway_words(run->job, run->s + first + i, run->group,
-                                                        run->halves, a, b);
+        const __m512i middle = mix_midway(
+            w, seen, _mm512_avg_epu16(a, b),
+            reconstruct_midway_words(run->job, run->s + first + i, run->group, run->halves, a, b));
         turn->rise[i] = _mm512_mask_mov_epi16(turn->rise[i], turn->divided[i],
                                               find_steeper(a, middle, b));
 #else
@@ -317,7 +332,7 @@ CVOL_INLINE void find_turn(words_turn *turn, const words_run *run, int first, co
         const __m512i middle = _mm512_avg_epu16(a, b);
 #endif
         turn->middle[i] = matter_of_words(w, middle);
-        if (find_parts(w, turn->rise[i], through).quarters) {
+        if (find_parts(w, turn->rise[i], begin).quarters) {
             turn->quarter[i][0] = matter_of_words(w, _mm512_avg_epu16(a, middle));
             turn->quarter[i][1] = matter_of_words(w, _mm512_avg_epu16(middle, b));
         }

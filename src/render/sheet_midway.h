@@ -65,7 +65,10 @@ CVOL_INLINE void look_midway(interval *i, cvol_vf *middle, const line_job *job, 
     const cvol_vf bend = find_bend(i->a, i->b, through);
     if (job->layer->parts != 1 || !any_above(bend, job->table->midway))
         return;
-    *middle = find_midway(job, s, group, k, i->a, i->b);
+    const cvol_vf straight = 0.5f * (i->a + i->b),
+                  share = cvol_min((bend - job->table->midway) * (1 / job->table->midway_ramp),
+                                   cvol_splat(1));
+    *middle = straight + share * (find_midway(job, s, group, k, i->a, i->b) - straight);
     i->middle = middle;
     i->bent = bend > job->table->midway;
 }

@@ -82,6 +82,21 @@ CVOL_COLD __m512i reconstruct_between_layers(const compact_job *c, int s, int gr
     return _mm512_mask_avg_epu16(straight, kept, words_of(parts[0], parts[1]), behind);
 }
 
+/* What counts half way of what is straight between and what is `found`, of intervals that rise so
+ * much. */
+CVOL_INLINE __m512i mix_midway(const cvol_sheet_words *w, __m512i rise, __m512i straight,
+                               __m512i found)
+{
+    const __m512i over = _mm512_subs_epi16(rise, _mm512_set1_epi16(w->midway));
+    const __m512i within = _mm512_max_epi16(
+        _mm512_min_epi16(over, _mm512_set1_epi16(w->midway_ramp)), _mm512_setzero_si512());
+    const __m512i share = _mm512_mulhi_epu16(
+        _mm512_sll_epi16(within, _mm_cvtsi32_si128(w->midway_up)),
+        _mm512_set1_epi16((int16_t)w->midway_rate));
+    return _mm512_add_epi16(straight,
+                            _mm512_mulhrs_epi16(_mm512_sub_epi16(found, straight), share));
+}
+
 /* What an interval by way of `middle` rises by, or falls: twice its steeper half. */
 CVOL_INLINE __m512i find_steeper(__m512i a, __m512i middle, __m512i b)
 {

@@ -17,8 +17,9 @@
 #define COARSEST 0.02
 #define MOST_OFF 0.0015
 /* Of functions that reach such an opacity every interval is looked at half way, of others those
- * that rise by this share of `flat`, where rays move by so many samples from sheet to sheet; where
- * they move by less, and straight lines miss less, by so many times `flat` more for each sample. */
+ * that rise by this share of `flat`, and wholly from twice of it on, where rays move by so many
+ * samples from sheet to sheet; where they move by less, and straight lines miss less, by so many
+ * times `flat` more for each sample. */
 #define MIDWAY_OPACITY 0.45
 #define MIDWAY_SHARE 0.25
 #define MIDWAY_SHEAR 0.5
@@ -187,7 +188,8 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
     table->visible_from = first == 0 ? -INFINITY : (float)(first - 0.5);
     table->visible_to = last == CVOL_TABLE_SIZE - 1 ? INFINITY : (float)(last + 1.5);
     table->flat = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE);
-    table->midway = most > MIDWAY_OPACITY ? -1 : (float)MIDWAY_SHARE * table->flat;
+    table->midway_ramp = (float)MIDWAY_SHARE * table->flat;
+    table->midway = most > MIDWAY_OPACITY ? -table->midway_ramp : table->midway_ramp;
     table->pieces = 0;
     for (double share = FINEST; share <= COARSE && !table->pieces; share *= 1.5)
         table->pieces = fit_pieces(table, channels, share, CVOL_PIECES_FEW);
