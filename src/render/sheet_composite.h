@@ -370,9 +370,9 @@ CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, 
         for (int k = 0; k < PARTS; k++) {
             g->value[k] = levels[k];
             g->cover[k] = cvol_splat(1);
-            if (s == 0) /* and half way */
-                cvol_store(kept_midway(job, group) + k * CVOL_LANES, levels[k]);
         }
+        if (s == 0)
+            keep_levels_midway(job, group);
     }
 #else
     if (!known && find_level_before(&level, &spread, job, s, group)) {

@@ -6,7 +6,7 @@
  *
  * Of a layer's last sheet, what it has half way to the next one is kept in the line until the layer
  * with that is there, if the interval before would be looked at. Where nothing can be seen of a
- * sheet there, pixels have the levels of their windows; where nothing is known, what lies straight
+ * sheet there, pixels have the levels of their windows; where nothing was kept, what lies straight
  * between.
  *
  * To be included by kernel files only.
@@ -53,8 +53,8 @@ CVOL_COLD cvol_vf find_midway(const line_job *job, int s, int group, int k, cvol
     } else {
         before = cvol_load(kept_midway(job, group) + k * CVOL_LANES);
     }
-    const cvol_vf value = 0.5f * (before + behind);
-    return cvol_select(value == value, value, 0.5f * (a + b));
+    const cvol_vf value = cvol_select(before < INFINITY, 0.5f * (before + behind), behind);
+    return cvol_select(before == before, value, 0.5f * (a + b));
 }
 
 /* Lets part k of a group have what lies half way through the interval that ends at sheet s, in
@@ -82,6 +82,18 @@ CVOL_COLD void keep_midway(const line_job *job, int group, int wanted)
     for (int k = 0; k < PARTS; k++)
         cvol_store(kept_midway(job, group) + k * CVOL_LANES,
                    wanted ? reconstruct_there(job, &sheet, group, k, 0) : cvol_splat(NAN));
+}
+
+/* The same of a group that did not meet that sheet, as it could see nothing there: levels, where
+ * half way it can see nothing either; elsewhere what the sheet behind has is as good (infinity). */
+CVOL_COLD void keep_levels_midway(const line_job *job, int group)
+{
+    sheet_line before = view_midway(job, 0, -0.5);
+    before.windows = &job->layer->windows_before;
+    for (int k = 0; k < PARTS; k++)
+        cvol_store(kept_midway(job, group) + k * CVOL_LANES,
+                   sample_to_table(job, put_levels(cvol_splat(INFINITY), job, &before,
+                                                   group * CVOL_GROUP + k * CVOL_LANES)));
 }
 
 #endif

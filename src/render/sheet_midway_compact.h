@@ -75,11 +75,14 @@ CVOL_COLD __m512i reconstruct_between_layers(const compact_job *c, int s, int gr
     const cvol_vf low = cvol_load(from), high = cvol_load(halves & 2 ? from + CVOL_GROUP : from);
     const __m512 parts[2] = {(__m512)(low * c->sample_rate + c->sample_from),
                              (__m512)(high * c->sample_rate + c->sample_from)};
-    __mmask32 kept = 0;
-    for (int half = 0; half < PAIR; half++)
-        kept |= (__mmask32)_mm512_cmp_ps_mask(parts[half], parts[half], _CMP_ORD_Q)
-                << (half * CVOL_GROUP);
-    return _mm512_mask_avg_epu16(straight, kept, words_of(parts[0], parts[1]), behind);
+    __mmask32 kept = 0, known = 0; /* a number; or not none */
+    for (int half = 0; half < PAIR; half++) {
+        const __m512 far = _mm512_set1_ps(INFINITY);
+        kept |= (__mmask32)_mm512_cmp_ps_mask(parts[half], far, _CMP_LT_OQ) << (half * CVOL_GROUP);
+        known |= (__mmask32)_mm512_cmp_ps_mask(parts[half], far, _CMP_LE_OQ) << (half * CVOL_GROUP);
+    }
+    const __m512i value = _mm512_mask_avg_epu16(behind, kept, words_of(parts[0], parts[1]), behind);
+    return _mm512_mask_mov_epi16(straight, known, value);
 }
 
 /* What counts half way of what is straight between and what is `found`, of intervals that rise so

@@ -49,8 +49,8 @@ static int count_windows(const cvol_sheet_plan *plan)
     return (int)(plan->blocks_lane * (size_t)plan->points_lane / CVOL_GROUP) + 3;
 }
 
-/* Kernels gather flags four bytes at a time, and so read beyond the last one. */
-#define GATHERED 4
+/* Kernels take flags eight bytes at a time, and so read beyond the last one. */
+#define GATHERED 8
 
 int cvol_layer_skip_prepare(cvol_layer_skip *skip, const cvol_sheet_plan *plan)
 {

@@ -174,16 +174,23 @@ CVOL_INLINE void find_sixteen_windows(group_windows *out, int s, const cvol_laye
 #endif
 }
 
-/* How far a group reaches from its first pixel on: along lanes, and rows before and behind. */
+/* How far a group reaches from its first pixel on: along lanes, and rows before and behind; and how
+ * far it moves on its way from the sheet before, of which it may see something, too: lanes and rows
+ * before where it is, and behind. */
 typedef struct group_reach {
-    float lane, above, below;
+    float lane, above, below, from_lane[2], from_row[2];
 } group_reach;
 
 CVOL_INLINE group_reach find_reach(const cvol_layer *layer)
 {
     const float across = CVOL_GROUP - 1, right = across * (float)layer->sheets[0].row_right;
-    return (group_reach){across * (float)layer->sheets[0].lane_step, right < 0 ? right : 0,
-                         right < 0 ? 0 : right};
+    const float lane = (float)layer->sheets[0].lane_rate[0],
+                row = (float)layer->sheets[0].row_rate[0];
+    return (group_reach){across * (float)layer->sheets[0].lane_step,
+                         right < 0 ? right : 0,
+                         right < 0 ? 0 : right,
+                         {lane > 0 ? -lane : 0, lane > 0 ? 0 : -lane},
+                         {row > 0 ? -row : 0, row > 0 ? 0 : -row}};
 }
 
 /* Windows of a group on all sheets. */
@@ -196,10 +203,11 @@ CVOL_INLINE void find_group_windows(group_windows *out, const line_job *job, int
     for (int s = 0; s < layer->sheet_count; s += CVOL_GROUP) {
         sixteen_places at;
         for (int k = 0; k < CVOL_GROUP; k++) {
-            at.lane[0][k] = at.begin[k] = job->lane_at[s + k] + lane;
-            at.lane[1][k] = at.lane[0][k] + reach.lane;
-            at.row[0][k] = job->row_at[s + k] + row + reach.above;
-            at.row[1][k] = job->row_at[s + k] + row + reach.below;
+            at.lane[0][k] = job->lane_at[s + k] + lane + reach.from_lane[0];
+            at.begin[k] = job->lane_at[s + k] + lane + reach.from_lane[1];
+            at.lane[1][k] = at.begin[k] + reach.lane;
+            at.row[0][k] = job->row_at[s + k] + row + reach.above + reach.from_row[0];
+            at.row[1][k] = job->row_at[s + k] + row + reach.below + reach.from_row[1];
         }
         find_sixteen_windows(out, s, layer, &at);
     }
@@ -212,10 +220,11 @@ CVOL_INLINE void find_boxes(group_windows *out, const line_job *job, int group, 
     const group_reach reach = find_reach(layer);
     const float *lane = job->lane_at, *row = job->row_at;
     const int k = end - 1; /* straight between */
-    const float lanes[2] = {lane[s] < lane[k] ? lane[s] : lane[k],
-                            (lane[s] < lane[k] ? lane[k] : lane[s]) + reach.lane},
-                rows[2] = {(row[s] < row[k] ? row[s] : row[k]) + reach.above,
-                           (row[s] < row[k] ? row[k] : row[s]) + reach.below};
+    const float lanes[2] = {(lane[s] < lane[k] ? lane[s] : lane[k]) + reach.from_lane[0],
+                            (lane[s] < lane[k] ? lane[k] : lane[s]) + reach.from_lane[1] +
+                                reach.lane},
+                rows[2] = {(row[s] < row[k] ? row[s] : row[k]) + reach.above + reach.from_row[0],
+                           (row[s] < row[k] ? row[k] : row[s]) + reach.below + reach.from_row[1]};
     const float step = (float)layer->sheets[0].lane_step, right = (float)layer->sheets[0].row_right;
     sixteen_places at;
     for (int g = 0; g < CVOL_GROUP; g++) {
