@@ -89,7 +89,7 @@ CVOL_COLD void keep_midway(const line_job *job, int group, int wanted)
 CVOL_COLD void keep_levels_midway(const line_job *job, int group)
 {
     sheet_line before = view_midway(job, 0, -0.5);
-    before.windows = &job->layer->windows_before;
+    before.windows = windows_before(job->layer, &job->layer->sheets[0]);
     for (int k = 0; k < PARTS; k++)
         cvol_store(kept_midway(job, group) + k * CVOL_LANES,
                    sample_to_table(job, put_levels(cvol_splat(INFINITY), job, &before,

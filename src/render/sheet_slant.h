@@ -229,14 +229,20 @@ CVOL_INLINE int find_levels(cvol_vf *levels, const line_job *job, int s,
     return find_seen(windows, at.c0[0], at.c1[0], at.r0[0], at.r1[0]);
 }
 
+/* The windows of the sheet before. */
+CVOL_INLINE const cvol_windows *windows_before(const cvol_layer *layer,
+                                               const cvol_sheet_view *sheet)
+{
+    return sheet->is_first || sheet->is_of_before ? &layer->windows_before : &layer->windows;
+}
+
 /* The values at which a group met the sheet before sheet `s`, which was skipped. 0 if they are not
  * known. */
 CVOL_INLINE int find_levels_before(cvol_vf *levels, const line_job *job, int s, int group)
 {
     const cvol_layer *layer = job->layer;
     const cvol_sheet_view *sheet = &layer->sheets[s];
-    const cvol_windows *windows = sheet->is_first || sheet->is_of_before ? &layer->windows_before
-                                                                         : &layer->windows;
+    const cvol_windows *windows = windows_before(layer, sheet);
     if (!windows->count || (sheet->is_first && sheet->is_of_before))
         return 0;
     return !find_levels(levels, job, s, windows, group, -1);
