@@ -67,7 +67,8 @@ typedef struct cvol_sheet_table {
      * (sheet_midway.h), and what is found there counts the more, the more they do, wholly from
      * midway + midway_ramp on. Below 0: all. */
     float midway, midway_ramp;
-    int halves; /* of lit plans of pixels: every interval has a sample in its middle */
+    float steep; /* and those that rise by more than so many have four parts */
+    int halves;  /* of lit plans of pixels: every interval has a sample in its middle */
     float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
     int pieces;                     /* CVOL_PIECES, or _FEW of them; 0: there are only entries */
     float piece_end[CVOL_PIECES] __attribute__((aligned(64)));

@@ -291,19 +291,20 @@ CVOL_INLINE matter matter_within(const cvol_sheet_table *table, const interval *
     return matter_of(table, value, &lit, pieces);
 }
 
-/* Of the rise over which matter is as good as linear, that from which on an interval has 4 parts.
- */
+/* The rise from which on an interval has 4 parts. */
+CVOL_INLINE float quarters_from(const cvol_sheet_table *table)
+{
 #if SHEET_PIXELS
-#define QUARTERS_FROM 2
-#else
-#define QUARTERS_FROM 4
+    return table->steep;
 #endif
+    return 4 * table->flat;
+}
 
-/* The rise from which on it has 2. */
+/* The rise from which on it has 2: along rays of pixels less, where these look half way. */
 CVOL_INLINE float halves_from(const cvol_sheet_table *table)
 {
 #if SHEET_PIXELS
-    return table->midway;
+    return table->midway < table->flat ? table->midway : table->flat;
 #endif
     return table->flat;
 }
@@ -336,11 +337,11 @@ CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, matter
         *last = end;
         return;
     }
-    parts.halves = i->middle ? i->bent : span > halves_from(table);
+    parts.halves = span > halves_from(table);
     if (i->middle)
         span = cvol_select(i->bent, 2 * steeper_half(i) * p->through, span);
-    parts.quarters = span > QUARTERS_FROM * table->flat;
-    const int finest = any_above(span, QUARTERS_FROM * table->flat);
+    parts.quarters = span > quarters_from(table);
+    const int finest = any_above(span, quarters_from(table));
     cvol_vf at = i->at.from;
     if (finest) {
         const matter first = matter_within(table, i, 0.25f, pieces);

@@ -263,13 +263,13 @@ CVOL_INLINE int is_open(__m512i through, int half)
 typedef struct words_turn {
     words_matter ends[TURN + 1], middle[TURN], quarter[TURN][2];
     __m512i rise[TURN];
-    __mmask32 divided[TURN];
+    __mmask32 bent[TURN]; /* pixels that are looked at half way, and so have two parts at least */
 } words_turn;
 
 /* As much as light still comes through: the less, the fewer, for the less an error is seen. */
 CVOL_INLINE words_parts find_parts(const cvol_sheet_words *w, __m512i rise, __m512i through)
 {
-    const int coarse = QUARTERS_FROM * w->flat;
+    const int coarse = SHEET_PIXELS ? w->steep : 4 * w->flat;
     const __m512i seen = _mm512_mulhrs_epi16(rise, through);
     return (words_parts){
         _mm512_cmpgt_epi16_mask(seen, _mm512_set1_epi16(w->flat)),
@@ -283,10 +283,11 @@ typedef struct words_run {
     int s, group, halves;
 } words_run;
 
-/* Of which pixels an interval is divided. */
+/* Of which pixels an interval may be divided. */
 CVOL_INLINE __mmask32 find_divided(const cvol_sheet_words *w, __m512i rise, __m512i through)
 {
-    const __m512i least = _mm512_set1_epi16(SHEET_PIXELS ? w->midway : w->flat);
+    const int16_t from = SHEET_PIXELS && w->midway < w->flat ? w->midway : w->flat;
+    const __m512i least = _mm512_set1_epi16(from);
     return _mm512_cmpgt_epi16_mask(_mm512_mulhrs_epi16(rise, through), least);
 }
 
@@ -305,7 +306,9 @@ CVOL_INLINE void find_turn(words_turn *turn, const words_run *run, int first, co
 {
     const cvol_sheet_words *w = run->job->words;
     const unsigned ends = live | live << 1;
+#if SHEET_PIXELS
     __m512i through = begin;
+#endif
     for (int i = 0; i <= TURN; i++)
         if (ends >> i & 1)
             turn->ends[i] = matter_of_words(w, values[i]);
@@ -314,22 +317,26 @@ CVOL_INLINE void find_turn(words_turn *turn, const words_run *run, int first, co
         if (!(live >> i & 1))
             continue;
         turn->rise[i] = _mm512_abs_epi16(_mm512_sub_epi16(b, a));
-        turn->divided[i] = find_divided(w, turn->rise[i], SHEET_PIXELS ? through : begin);
+        turn->bent[i] = 0;
+        const __mmask32 divided = find_divided(w, turn->rise[i], begin);
 #if SHEET_PIXELS
         const __m512i seen = _mm512_mulhrs_epi16(turn->rise[i], through);
         through = pass_interval(w, through, &turn->ends[i], &turn->ends[i + 1]);
 #endif
-        if (!turn->divided[i])
+        if (!divided)
             continue;
+        __m512i middle = _mm512_avg_epu16(a, b);
 #if SHEET_PIXELS
-        const __m512i middle = mix_midway(
-            w, seen, _mm512_avg_epu16(a, b),
-            reconstruct_midway_words(run->job, run->s + first + i, run->group, run->halves, a, b));
-        turn->rise[i] = _mm512_mask_mov_epi16(turn->rise[i], turn->divided[i],
-                                              find_steeper(a, middle, b));
+        turn->bent[i] = find_bent(w, seen);
+        if (turn->bent[i]) {
+            middle = mix_midway(w, seen, middle,
+                                reconstruct_midway_words(run->job, run->s + first + i, run->group,
+                                                         run->halves, a, b));
+            turn->rise[i] = _mm512_mask_mov_epi16(turn->rise[i], turn->bent[i],
+                                                  find_steeper(a, middle, b));
+        }
 #else
         (void)first;
-        const __m512i middle = _mm512_avg_epu16(a, b);
 #endif
         turn->middle[i] = matter_of_words(w, middle);
         if (find_parts(w, turn->rise[i], begin).quarters) {
@@ -371,7 +378,7 @@ CVOL_INLINE void draw_intervals(words_pixels *p, const words_run *run, const __m
                 continue;
             words_parts parts = find_parts(w, turn.rise[i], p->through);
 #if SHEET_PIXELS
-            parts.halves = turn.divided[i];
+            parts.halves |= turn.bent[i];
 #endif
             if (!parts.halves)
                 composite_words(p, w, &turn.ends[i], &turn.ends[i + 1], NULL, 0);
@@ -423,10 +430,11 @@ CVOL_INLINE void draw_words(pair_state *state, const compact_job *c, int s, int 
         p.gained[k] = _mm512_setzero_si512();
     p.start = words_of((__m512)(g[0].p[0].through * 32768), (__m512)(g[1].p[0].through * 32768));
     p.start = p.through = _mm512_maskz_mov_epi16(mask, p.start);
-    if (is_last &&
-        find_divided(w, _mm512_abs_epi16(_mm512_sub_epi16(values[count], values[count - 1])),
-                     p.through))
+#if SHEET_PIXELS
+    const __m512i rise = _mm512_abs_epi16(_mm512_sub_epi16(values[count], values[count - 1]));
+    if (is_last && find_bent(w, _mm512_mulhrs_epi16(rise, p.through)))
         state->bent |= halves;
+#endif
     if (!live)
         return;
     const words_run run = {c, s, group, halves};

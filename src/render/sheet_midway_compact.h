@@ -85,6 +85,12 @@ CVOL_COLD __m512i reconstruct_between_layers(const compact_job *c, int s, int gr
     return _mm512_mask_mov_epi16(straight, known, value);
 }
 
+/* The pixels that are looked at half way, of intervals that rise so much. */
+CVOL_INLINE __mmask32 find_bent(const cvol_sheet_words *w, __m512i rise)
+{
+    return _mm512_cmpgt_epi16_mask(rise, _mm512_set1_epi16(w->midway));
+}
+
 /* What counts half way of what is straight between and what is `found`, of intervals that rise so
  * much. */
 CVOL_INLINE __m512i mix_midway(const cvol_sheet_words *w, __m512i rise, __m512i straight,

@@ -17,11 +17,9 @@
 #define COARSEST 0.02
 #define MOST_OFF 0.0015
 /* Of functions that reach such an opacity every interval is looked at half way, of others those
- * that rise by this share of `flat`, and wholly from twice of it on, where rays move by so many
- * samples from sheet to sheet; where they move by less, and straight lines miss less, by so many
- * times `flat` more for each sample. */
+ * that rise by more than `flat`, where rays move by so many samples from sheet to sheet; where they
+ * move by less, and straight lines miss less, by so many times `flat` more for each sample. */
 #define MIDWAY_OPACITY 0.45
-#define MIDWAY_SHARE 0.25
 #define MIDWAY_SHEAR 0.5
 #define MIDWAY_RATE 8
 
@@ -188,8 +186,10 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
     table->visible_from = first == 0 ? -INFINITY : (float)(first - 0.5);
     table->visible_to = last == CVOL_TABLE_SIZE - 1 ? INFINITY : (float)(last + 1.5);
     table->flat = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE);
-    table->midway_ramp = (float)MIDWAY_SHARE * table->flat;
-    table->midway = most > MIDWAY_OPACITY ? -table->midway_ramp : table->midway_ramp;
+    const int is_opaque = most > MIDWAY_OPACITY;
+    table->midway_ramp = is_opaque ? 0.25f * table->flat : table->flat;
+    table->steep = (is_opaque ? 2 : 4) * table->flat;
+    table->midway = is_opaque ? -table->midway_ramp : table->flat;
     table->pieces = 0;
     for (double share = FINEST; share <= COARSE && !table->pieces; share *= 1.5)
         table->pieces = fit_pieces(table, channels, share, CVOL_PIECES_FEW);
@@ -199,5 +199,7 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
 
 void cvol_sheet_table_slant(cvol_sheet_table *table, double shear)
 {
-    table->midway += (float)(MIDWAY_RATE * more_of(MIDWAY_SHEAR - shear, 0)) * table->flat;
+    const float less = (float)more_of(MIDWAY_SHEAR - shear, 0) * table->flat;
+    table->midway += MIDWAY_RATE * less;
+    table->steep = fminf(table->steep + MIDWAY_RATE / 2 * less, 4 * table->flat);
 }

@@ -137,6 +137,7 @@ void cvol_sheet_words_fill(cvol_sheet_words *words, const cvol_sheet_table *tabl
     words->visible_to = (int16_t)clamp(ceil(sample_at(&c, (double)table->visible_to)), 0,
                                        CVOL_COMPACT_MOST);
     words->flat = (int16_t)clamp((double)table->flat / c.rate, 1, CVOL_COMPACT_MOST);
+    words->steep = (int16_t)clamp((double)table->steep / c.rate, 1, CVOL_COMPACT_MOST);
     words->midway = (int16_t)clamp((double)table->midway / c.rate, -ONE, CVOL_COMPACT_MOST);
     words->midway_ramp = (int16_t)clamp((double)table->midway_ramp / c.rate, 1, CVOL_COMPACT_MOST);
     while (words->midway_ramp << (words->midway_up + 1) < 1 << 16)

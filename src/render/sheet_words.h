@@ -24,7 +24,7 @@ typedef struct cvol_sheet_words {
     int16_t flat; /* over so much both colour and opacity are as good as linear */
     /* See cvol_sheet_table; of what is found half way, ((rise - midway) 2^up rate) / 2^31 counts.
      */
-    int16_t midway, midway_ramp, midway_up;
+    int16_t steep, midway, midway_ramp, midway_up;
     uint16_t midway_rate;
     uint16_t bins;
     int16_t end[CVOL_WORDS_PIECES] __attribute__((aligned(64)));
