@@ -100,7 +100,7 @@ static void test_near_to_rays(void **state)
     int cases = 0, behind = 0;
     double gain = 0;
     print_message("seed %d\n", SEED);
-    for (int k = 0; k < 48; k += SUPPORT_STRIDE) {
+    for (int k = 0; k < 48; k = support_next(k)) {
         random_state r = {SEED + (uint64_t)k}; /* however many are left out */
         cvol_volume volume = make_volume(k % 3, k % 2 ? 1.7 : 1);
         cvol_array *array = make_array(&volume, k / 3 % 2, (uint64_t)k);
@@ -133,7 +133,7 @@ static void test_lit_near_to_rays(void **state)
     (void)state;
     int cases = 0, behind = 0, differ = 0;
     double gain = 0;
-    for (int k = 0; k < 36; k += SUPPORT_STRIDE) {
+    for (int k = 0; k < 36; k = support_next(k)) {
         random_state r = {SEED + 300 + (uint64_t)k};
         cvol_volume volume = make_volume(k % 3, k % 2 ? 1.7 : 1);
         cvol_array *array = make_array(&volume, k / 3 % 2, (uint64_t)k);
@@ -167,7 +167,7 @@ static void test_lit_near_to_rays(void **state)
 static void test_threads_do_not_matter(void **state)
 {
     (void)state;
-    for (int k = 0; k < 16; k += SUPPORT_STRIDE) {
+    for (int k = 0; k < 16; k = support_next(k)) {
         random_state r = {SEED + 100 + (uint64_t)k};
         cvol_volume volume = make_volume(k % 3, 1.3);
         cvol_array *array = make_array(&volume, k % 2, (uint64_t)k);
@@ -229,7 +229,7 @@ static void test_others_are_as_ever(void **state)
 static void test_kept_in_16_bits(void **state)
 {
     (void)state;
-    for (int k = 0; k < 24; k += SUPPORT_STRIDE) {
+    for (int k = 0; k < 24; k = support_next(k)) {
         random_state r = {SEED + 200 + (uint64_t)k};
         cvol_volume volume = make_volume(k % 3, 1);
         cvol_array *array = make_array(&volume, k % 2, (uint64_t)k);
