@@ -225,6 +225,53 @@ static void test_others_are_as_ever(void **state)
     free(volume.data);
 }
 
+/* What rays are taken where that is left to the engine: 1 those of pixels, 0 those of the lattice.
+ * Their pictures differ, so that equal ones tell which they were. */
+static int take_pixels(const cvol_array *array, const cvol_transfer_point *points,
+                       cvol_render_options options)
+{
+    cvol_image *images[3];
+    for (int rays = CVOL_SHEET_RAYS_AUTO; rays <= CVOL_SHEET_RAYS_LATTICE; rays++) {
+        options.sheet.rays = (cvol_sheet_rays)rays;
+        images[rays] = support_sheet(context, array, points, 2, &options);
+    }
+    const int are_pixels = support_difference(images[0], images[1]) == 0,
+              are_lattice = support_difference(images[0], images[2]) == 0;
+    assert_true(are_pixels != are_lattice);
+    for (int i = 0; i < 3; i++)
+        cvol_image_free(images[i]);
+    return are_pixels;
+}
+
+static void test_left_to_the_engine(void **state)
+{
+    (void)state;
+    const cvol_transfer_point jump[] = {{50, 1, 1, 1, 0}, {50, 1, 1, 1, 0.4}};
+    cvol_volume volume = make_volume(0, 1);
+    cvol_array *array = make_array(&volume, 0, 1);
+    for (int azimuth = 10; azimuth < 360; azimuth += 35) {
+        cvol_render_options options = support_square(72, CVOL_MODE_COMPOSITE, azimuth, 25);
+        assert_int_equal(take_pixels(array, soft, options), 0);
+        assert_int_equal(take_pixels(array, solid, options), 1);
+        assert_int_equal(take_pixels(array, jump, options), 0);
+        options.camera.zoom = 0.6; /* more than 1.45 samples a pixel */
+        assert_int_equal(take_pixels(array, soft, options), 1);
+        options.camera.zoom = 4;
+        assert_int_equal(take_pixels(array, soft, options), 0);
+        assert_int_equal(take_pixels(array, solid, options), 1);
+        options.step_voxels = 0.5;
+        assert_int_equal(take_pixels(array, soft, options), 1);
+    }
+    /* Lossy as can be: error changes opacity by more than a tenth. */
+    const double kept = array->ledger.l2_error;
+    array->ledger.l2_error = 6 * sqrt((double)cvol_grid_samples(&array->grid));
+    const cvol_render_options options = support_square(72, CVOL_MODE_COMPOSITE, 10, 25);
+    assert_int_equal(take_pixels(array, solid, options), 0);
+    array->ledger.l2_error = kept;
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 /* From 16 bits where there are such kernels, and from floats, which are what is counted. */
 static void test_kept_in_16_bits(void **state)
 {
@@ -286,6 +333,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(test_near_to_rays),          TEST(test_lit_near_to_rays),
         TEST(test_threads_do_not_matter), TEST(test_others_are_as_ever),
-        TEST(test_kept_in_16_bits),       TEST(test_far_and_near)};
+        TEST(test_kept_in_16_bits),       TEST(test_far_and_near),
+        TEST(test_left_to_the_engine)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

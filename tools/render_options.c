@@ -69,10 +69,13 @@ static int choose_footprint(cvol_splat_options *splat, const render_arguments *a
 
 static int choose_rays(cvol_sheet_options *sheet, const char *name)
 {
-    if (name && strcmp(name, "pixels") && strcmp(name, "lattice"))
-        return complain(EXIT_MISUSED, "--rays is '%s', must be pixels or lattice", name);
-    sheet->rays = name && !strcmp(name, "lattice") ? CVOL_SHEET_RAYS_LATTICE
-                                                   : CVOL_SHEET_RAYS_PIXELS;
+    static const char *const names[] = {"auto", "pixels", "lattice"};
+    int k = 0;
+    while (name && k < 3 && strcmp(name, names[k]))
+        k++;
+    if (k == 3)
+        return complain(EXIT_MISUSED, "--rays is '%s', must be auto, pixels or lattice", name);
+    sheet->rays = (cvol_sheet_rays)(CVOL_SHEET_RAYS_AUTO + k);
     return EXIT_DONE;
 }
 

@@ -252,7 +252,7 @@ typedef struct render_arguments {
             OPTION_NUMBER, &(a).oversample, 0, &(a).oversample_given                             \
     },                                                                                           \
     {                                                                                            \
-        "--rays", "KIND", "of engine sheet: of pixels (default), or of a lattice: quicker, softer",  \
+        "--rays", "KIND", "of engine sheet: pixels, lattice (quicker, softer), auto (default)",       \
             OPTION_TEXT, &(a).rays_name, 0, NULL                                                 \
     },                                                                                           \
     {                                                                                            \

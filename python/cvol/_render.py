@@ -145,7 +145,7 @@ class Renderer:
         step: float = 0,
         footprint: Optional[str] = None,
         footprint_size: int = 5,
-        rays: str = "pixels",
+        rays: str = "auto",
         depth_cue: float = 0,
     ) -> NDArray[Any]:
         """A picture: uint8, (height, width, 3), the top row first; (..., 4) with background="transparent".
@@ -173,7 +173,8 @@ class Renderer:
         step: of engine ray, in samples. footprint: of engine sheet, "linear" (if none is given),
             "catmull-rom", "b-spline" or "gaussian"; of engines splat and transform, "gaussian" (the same), "sinc",
             "box" or, splat only, "cone". footprint_size: of these two.
-        rays: of engine sheet, of "pixels" or of a "lattice" along the samples: quicker, and softer.
+        rays: of engine sheet, of "pixels", or of a "lattice" along the samples: quicker, and softer; "auto": where
+            that is hardly seen.
         depth_cue: of engine fourier, 0 to 1.
         """
         look = {name: value for name, value in locals().items() if name not in ("self", "azimuth", "elevation")}

@@ -43,9 +43,11 @@ def test_engines_agree(volume):
 
 def test_rays(volume):
     look = {"size": 60, "azimuth": 30}
-    plain, lattice = volume.render(**look), volume.render(rays="lattice", **look)
-    assert (volume.render(rays="pixels", **look) == plain).all()
-    difference = np.abs(plain.astype(int) - lattice)
+    pixels, lattice = volume.render(rays="pixels", **look), volume.render(rays="lattice", **look)
+    chosen = volume.render(**look)
+    assert (chosen == volume.render(rays="auto", **look)).all()
+    assert (chosen == pixels).all() or (chosen == lattice).all()
+    difference = np.abs(pixels.astype(int) - lattice)
     assert 0 < difference.max() and difference.mean() < 10
     with pytest.raises(ValueError, match="rays is"):
         volume.render(rays="curved", **look)

@@ -21,6 +21,7 @@
 #include "base/thread.h"
 #include "render/sheet_band.h"
 #include "render/sheet_plan.h"
+#include "render/sheet_rays.h"
 #include "render/sheet_strip.h"
 #include "render/sheet_subject.h"
 #include "render/sheet_table.h"
@@ -516,16 +517,20 @@ static int draw_parallel(cvol_context *context, sheet_state *state,
                          cvol_sheet_plan *plan, const cvol_view *view,
                          const cvol_render_options *options)
 {
-    const int both = image->depth && options->mode == CVOL_MODE_COMPOSITE &&
-                     (!options->shading.on || (options->sheet.rays == CVOL_SHEET_RAYS_PIXELS &&
+    const int is_composite = options->mode == CVOL_MODE_COMPOSITE;
+    cvol_render_options chosen = *options;
+    if (is_composite)
+        chosen.sheet.rays = cvol_sheet_rays_suited(state->array, state->transfer, view, options);
+    const int both = image->depth && is_composite &&
+                     (!options->shading.on || (chosen.sheet.rays == CVOL_SHEET_RAYS_PIXELS &&
                                                cvol_cpu_best() == CVOL_CPU_AVX512));
     const double share = both ? 0.5 : 1, whole[2] = {0, share}, rest[2] = {share, 1 - share};
-    int code = draw_plan(context, state, subject, image, plan, view, options, whole);
+    int code = draw_plan(context, state, subject, image, plan, view, &chosen, whole);
     if (code || !both)
         return code;
     float *const depth = image->depth;
     image->depth = NULL;
-    code = draw_plan(context, state, subject, image, plan, view, options, rest);
+    code = draw_plan(context, state, subject, image, plan, view, &chosen, rest);
     image->depth = depth;
     return code;
 }
@@ -536,7 +541,7 @@ static int check_footprint(cvol_context *context, const cvol_sheet_options *opti
     const double sigma = options->sigma;
     if (kind < CVOL_SHEET_LINEAR || kind > CVOL_SHEET_GAUSSIAN)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no footprint of engine sheet", kind);
-    if (options->rays != CVOL_SHEET_RAYS_PIXELS && options->rays != CVOL_SHEET_RAYS_LATTICE)
+    if ((int)options->rays < CVOL_SHEET_RAYS_AUTO || options->rays > CVOL_SHEET_RAYS_LATTICE)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no kind of rays of engine sheet",
                          (int)options->rays);
     if (sigma != 0 && !(sigma >= CVOL_WIDE_SIGMA_MIN && sigma <= CVOL_WIDE_SIGMA_MAX))

@@ -169,7 +169,7 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     expect_failure 2 'step 1e-09' $command --engine ray --step 1e-9
     expect_failure 2 '--step is for engines sheet and ray' $command --engine splat --step 0.5
     expect_failure 2 'modes composite and iso, not mip' $command --mode mip --step 0.5
-    expect_failure 2 "--rays is 'many', must be pixels or lattice" $command --rays many
+    expect_failure 2 "--rays is 'many', must be auto, pixels or lattice" $command --rays many
     expect_failure 2 '--rays is for engine sheet' $command --engine ray --rays lattice
     expect_failure 2 '--oversample is 5' $command --oversample 5
     expect_failure 2 '--oversample is for engine sheet' $command --engine ray --oversample 2
