@@ -81,7 +81,8 @@ static int keep_terms(cvol_brick_maker *maker, cvol_block *block, uint16_t split
 /* A cell of 16^3. CVOL_OK, CVOL_ERROR_MEMORY, or CVOL_ERROR_TARGET where a value is beyond the
  * limit. */
 static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_recipe *recipe,
-                     const float *samples, const size_t place[3], cvol_block *block)
+                     const float *samples, const int inside[3], const size_t place[3],
+                     cvol_block *block)
 {
     cvol_cell_choice choice;
     cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
@@ -91,7 +92,7 @@ static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_re
         if (block && !keep_terms(maker, block, choice.split))
             return CVOL_ERROR_MEMORY;
     } else {
-        cvol_cell_choose(maker->chooser, &choice, samples, &maker->coder->context, place,
+        cvol_cell_choose(maker->chooser, &choice, samples, inside, &maker->coder->context, place,
                          recipe->costs, options);
     }
     *error += (double)choice.error;
@@ -106,6 +107,16 @@ static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_re
                   choice.used[p], recipe->options.dependent);
     }
     return CVOL_OK;
+}
+
+/* Samples of cell `place` of a brick that are the volume's. */
+static void find_inside(int inside[3], const cvol_array *shape, const cvol_brick_box *box,
+                        const size_t place[3])
+{
+    for (int a = 0; a < 3; a++) {
+        const size_t left = shape->grid.dims[a] - CVOL_CELL * (box->first[a] + place[a]);
+        inside[a] = left < CVOL_CELL ? (int)left : CVOL_CELL;
+    }
 }
 
 /* A block of 8^3 or 32^3, likewise. */
@@ -168,9 +179,13 @@ int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], dou
         cvol_block *kept = recipe->kept
                                ? &recipe->kept->block_table[cvol_brick_block_index(shape, &box, i)]
                                : NULL;
-        const int code = shape->block == CVOL_CELL
-                             ? code_cell(maker, error, recipe, block, place, kept)
-                             : code_block(maker, error, recipe, block, place);
+        int code, inside[3];
+        if (shape->block == CVOL_CELL) {
+            find_inside(inside, shape, &box, place);
+            code = code_cell(maker, error, recipe, block, inside, place, kept);
+        } else {
+            code = code_block(maker, error, recipe, block, place);
+        }
         if (code)
             return code;
     }

@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "codec/brick_internal.h"
+#include "codec/cell_edge.h"
 #include "codec/cell_weight.h"
 #include "codec/part_trellis.h"
 
@@ -28,6 +29,7 @@ struct cvol_cell_chooser {
     float scaled[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
     int32_t values[WAYS][CVOL_CELL_SAMPLES];
     uint16_t scatter[CVOL_SCATTER_MAX];
+    cvol_cell_edge edge;
     cvol_trellis *trellis; /* made when it is needed */
 };
 
@@ -35,7 +37,8 @@ struct cvol_cell_chooser {
 typedef struct choosing {
     cvol_cell_chooser *chooser;
     cvol_brick_context *brick;
-    int at[3]; /* the cell's first sample, in fours of the brick */
+    int at[3];         /* the cell's first sample, in fours of the brick */
+    const int *inside; /* samples of the cell that are the volume's, along each axis */
     const cvol_token_costs *costs;
     float inverse; /* of the step */
     int plain;
@@ -65,6 +68,22 @@ void cvol_cell_chooser_free(cvol_cell_chooser *chooser)
     free(chooser);
 }
 
+/* Whether no sample of a part is the volume's. begin: its first one within the cell, in fours. */
+static int is_beyond(const choosing *c, const int begin[3], int size_class)
+{
+    const int first[3] = {4 * begin[0], 4 * begin[1], 4 * begin[2]};
+    return cvol_cell_reaches_beyond(c->inside, first, 4 << size_class) == 2;
+}
+
+/* Of a part that nobody sees: what its neighbours foretell. */
+static cvol_part_choice choose_unseen(int32_t *values, const cvol_scan *scan,
+                                      const cvol_part_context *context)
+{
+    memset(values, 0, sizeof *values * (size_t)scan->count);
+    values[0] = (int32_t)context->prediction;
+    return (cvol_part_choice){.used = 1};
+}
+
 /* Chooses for one part. begin: its first sample within the cell, in fours. */
 static cvol_part_choice choose_part(const choosing *c, int32_t *values, const float *coefficients,
                                     int size_class, const int begin[3], int first)
@@ -72,9 +91,11 @@ static cvol_part_choice choose_part(const choosing *c, int32_t *values, const fl
     const cvol_scan *scan = cvol_part_scan_of(size_class);
     const int at[3] = {c->at[0] + begin[0], c->at[1] + begin[1], c->at[2] + begin[2]};
     float *scaled = c->chooser->scaled;
+    const cvol_part_context context = cvol_part_context_of(c->brick, at, size_class);
+    if (is_beyond(c, begin, size_class))
+        return choose_unseen(values, scan, &context);
     for (int i = 0; i < scan->count; i++)
         scaled[i] = coefficients[first + scan->entries[i].in_cell] * c->inverse;
-    const cvol_part_context context = cvol_part_context_of(c->brick, at, size_class);
     return cvol_part_choose(values, scaled, size_class, c->costs, &context, c->plain,
                             c->chooser->scatter);
 }
@@ -212,9 +233,12 @@ static void choose_paths(const choosing *c, cvol_cell_choice *out)
         for (int i = 0; i < scan->count; i++)
             chooser->scaled[i] = from[scan->entries[i].in_cell] * c->inverse;
         const cvol_part_context context = cvol_part_context_of(c->brick, at, size_class);
-        const cvol_part_choice choice = cvol_part_choose_dependent(
-            chooser->trellis, out->values[p], chooser->scaled, size_class, c->costs, &context,
-            chooser->scatter);
+        const int *begin = parts[p].begin;
+        const cvol_part_choice choice =
+            is_beyond(c, (const int[3]){begin[0] / 4, begin[1] / 4, begin[2] / 4}, size_class)
+                ? choose_unseen(out->values[p], scan, &context)
+                : cvol_part_choose_dependent(chooser->trellis, out->values[p], chooser->scaled,
+                                             size_class, c->costs, &context, chooser->scatter);
         out->used[p] = choice.used;
         out->error += 4 * choice.error;
         cvol_part_note(c->brick, at, size_class, out->values[p][0],
@@ -236,6 +260,16 @@ static float bits_of_split(const choosing *c, const int cell[3], uint16_t split)
            c->costs->of[CVOL_ROW_OCTANTS + 1][split >> 5 & 15];
 }
 
+static void transform(const choosing *c, float *coefficients, const float *samples, uint16_t split)
+{
+    static const int origin[3] = {0, 0, 0};
+    if (cvol_cell_reaches_beyond(c->inside, origin, CVOL_CELL))
+        cvol_cell_forward_edge(coefficients, &c->chooser->edge, samples, c->inside, split,
+                               1 / c->inverse);
+    else
+        cvol_cell_forward(coefficients, samples, split);
+}
+
 /* Transforms as far as they are needed, and says which ways are. */
 typedef struct ways {
     int whole, split;
@@ -246,7 +280,7 @@ static ways ways_worth_trying(choosing *c, const float *samples, cvol_split_choi
     cvol_cell_chooser *chooser = c->chooser;
     float whole[8], coarser = CVOL_PART_COST, finer = CVOL_CELL_COST;
     if (split != CVOL_SPLIT_OCTANTS && split != CVOL_SPLIT_FOURS)
-        cvol_cell_forward(chooser->coefficients, samples, CVOL_CELL_WHOLE);
+        transform(c, chooser->coefficients, samples, CVOL_CELL_WHOLE);
     if (split == CVOL_SPLIT_NEVER)
         return (ways){1, 0};
     if (may_choose(split)) {
@@ -257,9 +291,9 @@ static ways ways_worth_trying(choosing *c, const float *samples, cvol_split_choi
             return (ways){1, 0};
     }
     if (split != CVOL_SPLIT_FOURS)
-        cvol_cell_forward(chooser->eights, samples, CVOL_CELL_OCTANTS);
+        transform(c, chooser->eights, samples, CVOL_CELL_OCTANTS);
     if (split != CVOL_SPLIT_OCTANTS)
-        cvol_cell_forward(chooser->fours, samples, CVOL_CELL_FOURS);
+        transform(c, chooser->fours, samples, CVOL_CELL_FOURS);
     if (!may_choose(split))
         return (ways){0, 1};
     cvol_cell_weigh(c->eights, chooser->eights, c->inverse, 2);
@@ -271,7 +305,7 @@ static ways ways_worth_trying(choosing *c, const float *samples, cvol_split_choi
 }
 
 void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const float *samples,
-                      cvol_brick_context *brick, const size_t place[3],
+                      const int inside[3], cvol_brick_context *brick, const size_t place[3],
                       const cvol_token_costs *costs, const cvol_chooser_options *options)
 {
     static const int origin[3] = {0, 0, 0};
@@ -280,6 +314,7 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
     choosing c = {.chooser = chooser,
                   .brick = brick,
                   .at = {4 * cell[0], 4 * cell[1], 4 * cell[2]},
+                  .inside = inside,
                   .costs = costs,
                   .inverse = (float)((options->dependent ? 0.5 : 1) / options->step),
                   .plain = options->plain,

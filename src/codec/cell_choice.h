@@ -26,7 +26,7 @@ typedef struct cvol_chooser_options {
 typedef struct cvol_cell_choice {
     uint16_t split;
     int parts;
-    float error;                          /* squared, in steps squared */
+    float error;                          /* squared, in steps squared; beyond the volume too */
     int32_t *values[CVOL_CELL_PARTS_MAX]; /* of each part, in scan order; indices */
     int used[CVOL_CELL_PARTS_MAX];        /* 0: a value is beyond the limit */
 } cvol_cell_choice;
@@ -36,10 +36,11 @@ typedef struct cvol_cell_chooser cvol_cell_chooser;
 cvol_cell_chooser *cvol_cell_chooser_create(void);
 void cvol_cell_chooser_free(cvol_cell_chooser *chooser);
 
-/* Chooses for a cell's samples (16^3 floats, aligned), at `place` within the brick, and notes its
- * parts in the brick's context. The result holds until the chooser's next use. */
+/* Chooses for a cell's samples (16^3 floats, aligned), of which the first inside[] along each axis
+ * are the volume's, at `place` within the brick, and notes its parts in the brick's context. The
+ * result holds until the chooser's next use. */
 void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const float *samples,
-                      cvol_brick_context *brick, const size_t place[3],
+                      const int inside[3], cvol_brick_context *brick, const size_t place[3],
                       const cvol_token_costs *costs, const cvol_chooser_options *options);
 
 #endif
