@@ -232,11 +232,12 @@ typedef enum cvol_sheet_footprint {
  * 0, with linear footprints, where all samples have a value and oversample is 1, they can be those
  * of the picture's own pixels: nothing is resampled then. (Lit, where the processor has AVX-512.)
  * All else is drawn along a lattice that lies along the samples, from which the picture is
- * interpolated: up to twice as fast. What is opaque comes out 2 to 14 dB further from its truth so,
- * what is transparent 0 to 2 dB, at 40 dB and more, which is not seen; CVOL_SHEET_RAYS_AUTO
- * therefore takes pixels if the transfer function reaches an opacity of 0.45, if a pixel spans more
- * than 1.45 samples, if there is light or if step_voxels is given, but the lattice if the samples'
- * own error (of compression) changes their opacity by a tenth. No view's angle changes which. */
+ * interpolated: up to twice as fast. What is opaque, or thin, comes out 2 to 14 dB further from its
+ * truth so; what is clear 0 to 3 dB, at 40 dB and more, where it is not seen. CVOL_SHEET_RAYS_AUTO
+ * takes the lattice if that is so: if the transfer function stays below an opacity of 0.45, and as
+ * good as straight (0.05) over every 7 % of its span, without light; or if the samples' own error,
+ * of compression, changes opacity by a tenth; but not if a pixel spans more than 1.45 samples, or
+ * step_voxels is given. Angles do not change it. */
 typedef enum cvol_sheet_rays {
     CVOL_SHEET_RAYS_AUTO = 0,   /* as said above */
     CVOL_SHEET_RAYS_PIXELS = 1, /* those of the picture's pixels, where that is possible */

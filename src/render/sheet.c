@@ -40,8 +40,9 @@ typedef struct sheet_state {
     float *bases;            /* bases of lane, row and sheet of the frame; those of parts */
     cvol_band_memory *bands; /* one for each thread */
     int band_count;
-    cvol_sheet_wide wide; /* the footprint of the picture */
-    int counts;           /* multiply-adds, of all plans of a picture together */
+    cvol_sheet_traits traits; /* of the array, with the transfer function */
+    cvol_sheet_wide wide;     /* the footprint of the picture */
+    int counts;               /* multiply-adds, of all plans of a picture together */
     uint64_t multiply_adds;
 } sheet_state;
 
@@ -102,6 +103,7 @@ static int sheet_set_transfer(cvol_context *context, void *opaque_state,
     memcpy(copy, transfer, bytes);
     cvol_transfer_free(state->transfer);
     state->transfer = copy;
+    state->traits = cvol_sheet_traits_of(state->array, copy);
     for (int i = 0; i < CVOL_SUBJECTS; i++)
         cvol_sheet_subject_see(&state->subjects[i], copy);
     return CVOL_OK;
@@ -333,6 +335,8 @@ static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan 
     if (cvol_mode_is_grey(options->mode))
         return CVOL_OK;
     cvol_sheet_table_fill(table, subject->array, state->transfer, plan->distance / plan->parts);
+    if (!plan->of_pixels && !plan->lit)
+        table->flat = table->flat_clear;
     cvol_sheet_table_slant(table,
                            plan->pitch_sheet * fmax(fabs(plan->shear_lane) / plan->pitch_lane,
                                                     fabs(plan->shear_row) / plan->pitch_row));
@@ -520,7 +524,7 @@ static int draw_parallel(cvol_context *context, sheet_state *state,
     const int is_composite = options->mode == CVOL_MODE_COMPOSITE;
     cvol_render_options chosen = *options;
     if (is_composite)
-        chosen.sheet.rays = cvol_sheet_rays_suited(state->array, state->transfer, view, options);
+        chosen.sheet.rays = cvol_sheet_rays_suited(&state->traits, view, options);
     const int both = image->depth && is_composite &&
                      (!options->shading.on || (chosen.sheet.rays == CVOL_SHEET_RAYS_PIXELS &&
                                                cvol_cpu_best() == CVOL_CPU_AVX512));

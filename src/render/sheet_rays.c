@@ -6,15 +6,17 @@
 #include <math.h>
 
 #include "array/array.h"
+#include "render/sheet.h"
 
-/* Matter that lets less through has edges as sharp as a picture's pixels. */
-#define MOST_CLEAR 0.45
 /* Where pixels span more samples, the lattice has as many rays as the picture, and is softer. */
 #define WIDEST_PIXEL 1.45
 /* Where a sample's own error changes its opacity by so much, rays no longer tell. */
 #define MOST_NOISE 0.095
 /* A jump counts as a slope over such a part of all values. */
 #define LEAST_SLOPE 0.2
+/* A transfer function is looked at in so many steps, and so many before it begins and behind. */
+#define STEPS 1024
+#define BESIDE 64
 
 /* The steepest rise or fall of opacity between two values. */
 static double find_steepest(const cvol_transfer *transfer, double lo, double hi)
@@ -30,18 +32,42 @@ static double find_steepest(const cvol_transfer *transfer, double lo, double hi)
     return least > 0 ? fmin(steepest, 1 / least) : 0;
 }
 
-cvol_sheet_rays cvol_sheet_rays_suited(const cvol_array *array, const cvol_transfer *transfer,
-                                       const cvol_view *view, const cvol_render_options *options)
+/* Whether opacity is as good as straight over every CVOL_BROAD of what lies between two values, and
+ * where the function begins and ends. */
+static int is_broad(const cvol_transfer *transfer, double lo, double hi)
+{
+    const int half = (int)(CVOL_BROAD * STEPS / 2);
+    double opacity[STEPS + 2 * BESIDE + 1];
+    lo = fmax(lo, transfer->points[0].value);
+    hi = fmin(hi, transfer->points[transfer->count - 1].value);
+    if (hi <= lo)
+        return cvol_transfer_before(transfer, lo).opacity == cvol_transfer_at(transfer, lo).opacity;
+    for (int t = 0; t <= STEPS + 2 * BESIDE; t++)
+        opacity[t] = cvol_transfer_at(transfer, lo + (hi - lo) * (t - BESIDE) / STEPS).opacity;
+    for (int t = half; t + half <= STEPS + 2 * BESIDE; t++)
+        if (fabs(opacity[t] - 0.5 * (opacity[t - half] + opacity[t + half])) >
+            (double)CVOL_FLAT_TOLERANCE)
+            return 0;
+    return 1;
+}
+
+cvol_sheet_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_transfer *transfer)
+{
+    const double lo = array->range_min, hi = array->range_max;
+    const double error = array->ledger.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
+    return (cvol_sheet_traits){.is_clear = cvol_transfer_max_opacity(transfer, lo, hi) <=
+                                               CVOL_CLEAR &&
+                                           is_broad(transfer, lo, hi),
+                               .is_noisy = error * find_steepest(transfer, lo, hi) > MOST_NOISE};
+}
+
+cvol_sheet_rays cvol_sheet_rays_suited(const cvol_sheet_traits *traits, const cvol_view *view,
+                                       const cvol_render_options *options)
 {
     if (options->sheet.rays != CVOL_SHEET_RAYS_AUTO)
         return options->sheet.rays;
-    const double lo = array->range_min, hi = array->range_max;
-    const double error = array->ledger.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
     if (options->step_voxels > 0 || view->pixel > WIDEST_PIXEL * view->mean_spacing)
         return CVOL_SHEET_RAYS_PIXELS;
-    if (error * find_steepest(transfer, lo, hi) > MOST_NOISE)
-        return CVOL_SHEET_RAYS_LATTICE;
-    if (options->shading.on || cvol_transfer_max_opacity(transfer, lo, hi) > MOST_CLEAR)
-        return CVOL_SHEET_RAYS_PIXELS;
-    return CVOL_SHEET_RAYS_LATTICE;
+    return traits->is_noisy || (traits->is_clear && !options->shading.on) ? CVOL_SHEET_RAYS_LATTICE
+                                                                          : CVOL_SHEET_RAYS_PIXELS;
 }

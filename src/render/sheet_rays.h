@@ -5,10 +5,17 @@
 #include "render/engine.h"
 #include "render/transfer.h"
 
-/* Those that a composite of `array` as `transfer` shows it is worth, from this view: never
- * CVOL_SHEET_RAYS_AUTO. Whatever the angle it is the same, so that nothing changes as a view turns.
- */
-cvol_sheet_rays cvol_sheet_rays_suited(const cvol_array *array, const cvol_transfer *transfer,
-                                       const cvol_view *view, const cvol_render_options *options);
+/* Whether the lattice's pictures are as good, of an array as a transfer function shows it. */
+typedef struct cvol_sheet_traits {
+    int is_clear; /* no opacity is high, and it bends slowly */
+    int is_noisy; /* the array's own error is more than what rays bring */
+} cvol_sheet_traits;
+
+cvol_sheet_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_transfer *transfer);
+
+/* Those that a composite from this view is worth: never CVOL_SHEET_RAYS_AUTO. Whatever the angle it
+ * is the same, so that nothing changes as a view turns. */
+cvol_sheet_rays cvol_sheet_rays_suited(const cvol_sheet_traits *traits, const cvol_view *view,
+                                       const cvol_render_options *options);
 
 #endif

@@ -16,10 +16,9 @@
 #define COARSE 0.0046 /* for few pieces, which are faster */
 #define COARSEST 0.02
 #define MOST_OFF 0.0015
-/* Of functions that reach such an opacity every interval is looked at half way, of others those
- * that rise by more than `flat`, where rays move by so many samples from sheet to sheet; where they
- * move by less, and straight lines miss less, by so many times `flat` more for each sample. */
-#define MIDWAY_OPACITY 0.45
+/* Of functions that are not clear every interval is looked at half way, of others those that rise
+ * by more than `flat`, where rays move by so many samples from sheet to sheet; where they move by
+ * less, and straight lines miss less, by so many times `flat` more for each sample. */
 #define MIDWAY_SHEAR 0.5
 #define MIDWAY_RATE 8
 
@@ -186,7 +185,10 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
     table->visible_from = first == 0 ? -INFINITY : (float)(first - 0.5);
     table->visible_to = last == CVOL_TABLE_SIZE - 1 ? INFINITY : (float)(last + 1.5);
     table->flat = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE);
-    const int is_opaque = most > MIDWAY_OPACITY;
+    const int is_opaque = most > CVOL_CLEAR;
+    table->flat_clear = table->flat;
+    if (!is_opaque && table->flat >= CVOL_BROAD * CVOL_TABLE_SIZE)
+        table->flat_clear = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE_CLEAR);
     table->midway_ramp = is_opaque ? 0.25f * table->flat : table->flat;
     table->steep = (is_opaque ? 2 : 4) * table->flat;
     table->midway = is_opaque ? -table->midway_ramp : table->flat;
