@@ -2,7 +2,8 @@
 """Milliseconds a picture against its PSNR: cvol and VTK's CPU ray caster, each by its cheap ways too.
 
 Of each volume and look cvol renders files of 1/30 and of 70 dB, and of the first also with samples
-between slices, with a sheet for every two slices, along a lattice, the same on it, with fewer rays, both, and all levels; VTK the original samples one ray a pixel and one
+between slices, with a sheet for every two slices, along a lattice, the same on it, with fewer rays, both, some of these with blocks kept
+from picture to picture, and all levels; VTK the original samples one ray a pixel and one
 sample a voxel, then with rays or samples twice as far apart, or both, and means of 2^3 and 4^3 samples. Each system is held against its own truth, samples four times as
 dense along every ray: PSNR over the foreground, the median view. Times are of one thread, the best of
 the rounds, in which all settings take turns.
@@ -29,6 +30,11 @@ OURS = [('1/30', 'r30', []), ('70 dB', 'p70', []), ('step 0.5', 'r30', ['--step'
         ('rays 0.67', 'r30', ['--oversample', '0.67']),
         ('step 4, rays 0.67', 'r30', ['--step', '4', '--oversample', '0.67']),
         ('step 4, rays 0.5', 'r30', ['--step', '4', '--oversample', '0.5'])]
+OURS += [(setting + ', kept', 'r30', ways + ['--keep-mb', '1000'])
+         for setting, ways in (('1/30', []), ('lattice', ['--rays', 'lattice']),
+                               ('lattice, step 4, rays 0.52',
+                                ['--rays', 'lattice', '--step', '4', '--oversample', '0.52']),
+                               ('level 1', ['--level', '1']))]
 OURS += [(f'level {level}', 'r30', ['--level', str(level)]) for level in (1, 2, 3)]
 THEIRS = [('step 1', []), ('step 2', ['--step', '2']), ('rays 2', ['--image-step', '2']),
           ('rays 2, step 2', ['--image-step', '2', '--step', '2']),

@@ -1,5 +1,6 @@
-/* The sheet engine with a sheet for every two slices (a step of two samples or more) and with fewer
- * rays than pixels (oversample below 1), of all kinds of arrays, against the ray engine.
+/* The sheet engine's ways to be quicker, of all kinds of arrays: a sheet for every two slices (a
+ * step of two samples or more) and fewer rays than pixels (oversample below 1) against the ray
+ * engine; blocks that are kept from picture to picture (keep_mb), which make no difference.
  *
  * Floors are what was measured, less about 1.5 dB. CVOL_TEST_VERBOSE=1 prints what is measured.
  */
@@ -15,6 +16,7 @@
 #include <cmocka.h>
 
 #include "array/array.h"
+#include "render/sheet_keep.h"
 #include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
@@ -158,9 +160,129 @@ static void test_same_bits(void **state)
     }
 }
 
+/* ---- what is kept ---------------------------------------------------------------------------- */
+
+#define PICTURES 6
+
+/* By turns as they are, with fewer sheets, with fewer rays, at a level. */
+static cvol_render_options request_kept(int k, double keep_mb)
+{
+    cvol_render_options options = request(k);
+    options.step_voxels = k % 4 == 1 ? 4 : 0;
+    options.oversample = k % 4 == 2 ? 0.6 : 0;
+    options.level = k % 4 == 3;
+    options.sheet.rays = k % 2 ? CVOL_SHEET_RAYS_PIXELS : CVOL_SHEET_RAYS_LATTICE;
+    options.keep_mb = keep_mb;
+    return options;
+}
+
+/* One renderer draws all, again and again: with room for everything, then for a little. */
+static void expect_same(int kind, const cvol_array *array, cvol_image *const *expected)
+{
+    cvol_renderer *renderer;
+    assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
+    support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
+    for (int round = 0; round < 4; round++)
+        for (int k = 0; k < PICTURES; k++) {
+            const cvol_render_options options = request_kept(k + kind, round < 2 ? 100 : 0.06);
+            cvol_context_set_threads(context, 1 + round % 2);
+            cvol_image *image = support_picture(context, renderer, &options);
+            if (support_difference(image, expected[k]))
+                fail_msg("%s, request %d, round %d: another picture", kind_names[kind], k + kind,
+                         round);
+            cvol_image_free(image);
+        }
+    cvol_renderer_free(renderer);
+}
+
+static void test_kept_same_bits(void **state)
+{
+    (void)state;
+    for (int kind = 0; kind < KINDS; kind++) {
+        cvol_volume volume = support_blobs(45, 40, 50);
+        uint8_t *which = malloc(cvol_grid_samples(&volume.grid));
+        assert_non_null(which);
+        cvol_array *array = make(kind, &volume, which);
+        cvol_image *expected[PICTURES];
+        for (int k = 0; k < PICTURES; k++) {
+            const cvol_render_options options = request_kept(k + kind, 0);
+            expected[k] = support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS,
+                                        &options);
+        }
+        expect_same(kind, array, expected);
+        for (int k = 0; k < PICTURES; k++)
+            cvol_image_free(expected[k]);
+        cvol_array_free(array);
+        free(volume.data);
+        free(which);
+    }
+}
+
+enum { LANES = 14, ROWS = 12, SHEETS = 8, ROW_STRIDE = 20, SHEET_STRIDE = 300 };
+#define BLOCK_MB (LANES * ROWS * SHEETS * sizeof(int16_t) / 1e6)
+
+static void put(cvol_kept *kept, size_t index)
+{
+    int16_t samples[SHEETS * SHEET_STRIDE];
+    for (int i = 0; i < SHEETS * SHEET_STRIDE; i++)
+        samples[i] = (int16_t)(i + 7 * (int)index);
+    cvol_keep_put(kept, index, samples, ROW_STRIDE, SHEET_STRIDE);
+}
+
+/* Whether a block is kept: then as it was put, and nothing lies beside it. */
+static int has(const cvol_kept *kept, size_t index)
+{
+    int16_t samples[SHEETS * SHEET_STRIDE];
+    memset(samples, -1, sizeof samples);
+    const int is_kept = cvol_keep_take(kept, index, samples, ROW_STRIDE, SHEET_STRIDE);
+    for (int i = 0; i < SHEETS * SHEET_STRIDE; i++) {
+        const int inside = i % SHEET_STRIDE < ROWS * ROW_STRIDE &&
+                           i % SHEET_STRIDE % ROW_STRIDE < LANES;
+        assert_int_equal(samples[i], is_kept && inside ? i + 7 * (int)index : -1);
+    }
+    assert_int_equal(cvol_keep_prefetch(kept, index), is_kept);
+    return is_kept;
+}
+
+/* Blocks are kept while there is room; those of a view that was drawn last stay. */
+static void test_kept_room(void **state)
+{
+    (void)state;
+    cvol_sheet_keep keep = {0};
+    cvol_sheet_plan plan = {.axis_sheet = 2,
+                            .points_lane = LANES,
+                            .points_row = ROWS,
+                            .points_sheet = SHEETS,
+                            .compact = {3, 4}};
+    assert_null(cvol_keep_open(&keep, &plan, 9, 0));
+    assert_false(has(NULL, 0));
+    cvol_kept *first = cvol_keep_open(&keep, &plan, 9, 3.5 * BLOCK_MB);
+    assert_false(has(first, 5));
+    put(first, 5);
+    put(first, 8);
+    assert_true(has(first, 5) && has(first, 8) && !has(first, 0));
+    assert_ptr_equal(cvol_keep_open(&keep, &plan, 9, 3.5 * BLOCK_MB), first);
+    plan.axis_sheet = 0;
+    cvol_kept *second = cvol_keep_open(&keep, &plan, 9, 3.5 * BLOCK_MB);
+    assert_ptr_not_equal(second, first);
+    put(second, 1);
+    put(second, 2);
+    assert_true(has(second, 1) && !has(second, 2) && has(first, 5));
+    assert_ptr_equal(cvol_keep_open(&keep, &plan, 9, 3.5 * BLOCK_MB), second);
+    assert_null(first->blocks); /* it made room */
+    put(second, 2);
+    put(second, 3);
+    assert_true(has(second, 1) && has(second, 2) && has(second, 3));
+    assert_ptr_equal(cvol_keep_open(&keep, &plan, 9, 2.5 * BLOCK_MB), keep.kinds);
+    assert_false(has(keep.kinds, 1)); /* less room than they take */
+    cvol_keep_free(&keep);
+    assert_int_equal(atomic_load(&keep.taken), 0);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_near_to_rays), TEST(test_same_bits)};
+    const struct CMUnitTest tests[] = {TEST(test_near_to_rays), TEST(test_same_bits),
+                                       TEST(test_kept_same_bits), TEST(test_kept_room)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

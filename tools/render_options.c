@@ -334,6 +334,11 @@ int check_render_arguments(scene *s, render_arguments *a)
     if (a->oversample_given && !(a->oversample >= 0.25 && a->oversample <= 4))
         return complain(EXIT_MISUSED, "--oversample is %g, must be 0.25 to 4", a->oversample);
     s->options.oversample = a->oversample;
+    if (a->keep_given && !is_sheet)
+        return complain(EXIT_MISUSED, "--keep-mb is for engine sheet");
+    if (!(a->keep_mb >= 0 && a->keep_mb <= 1e6))
+        return complain(EXIT_MISUSED, "--keep-mb is %g, must be 0 to 1000000", a->keep_mb);
+    s->options.keep_mb = a->keep_mb;
     if (choose_splat(s, a) || choose_transform(s, a) || choose_fourier(s, a) ||
         choose_light(s, a) || choose_surface(s, a))
         return EXIT_MISUSED;

@@ -52,6 +52,8 @@ typedef struct render_arguments {
     const char *axis_name;       /* of cvol bake */
     double oversample;
     int oversample_given; /* engine sheet */
+    double keep_mb;
+    int keep_given; /* engine sheet */
     const char *depth_name, *opacity_name; /* files beside the picture; NULL: none */
     int views, repeat;
     double budget_ms;
@@ -250,6 +252,10 @@ typedef struct render_arguments {
     {                                                                                            \
         "--oversample", "N", "of engine sheet: N x N rays a pixel, 0.25 to 4 (default 1)",       \
             OPTION_NUMBER, &(a).oversample, 0, &(a).oversample_given                             \
+    },                                                                                           \
+    {                                                                                            \
+        "--keep-mb", "MB", "of engine sheet: keep what is evaluated for pictures that follow",   \
+            OPTION_NUMBER, &(a).keep_mb, 0, &(a).keep_given                                      \
     },                                                                                           \
     {                                                                                            \
         "--rays", "KIND", "of engine sheet: pixels, lattice (quicker, softer), auto (default)",       \

@@ -288,6 +288,9 @@ typedef struct cvol_render_options {
                              in all modes */
     double oversample;    /* engine sheet: as many lines and columns of rays for one of the picture,
                              0.25 to 4; 0 is 1. Fewer than 1 is quicker and softer */
+    double keep_mb;       /* engine sheet: what is evaluated for a picture is kept by the renderer,
+                             up to so many MB, for the next ones, which are the same as without
+                             and take less time; 0: nothing is */
     double background[3]; /* R G B in 0..1 */
     double window[2]; /* modes xray, mip and min: the values that are black and white, the second
                          larger; 0 0: the smallest and the largest sample */

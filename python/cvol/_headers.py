@@ -270,6 +270,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("level", "i", ()),
         ("step_voxels", "d", ()),
         ("oversample", "d", ()),
+        ("keep_mb", "d", ()),
         ("background", "d", (3,)),
         ("window", "d", (2,)),
         ("shading", "cvol_shading", ()),

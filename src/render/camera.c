@@ -18,6 +18,7 @@
 #include "render/light.h"
 
 /* A finer step shows nothing more: it only costs. */
+#define KEEP_MB_MAX 1e6
 #define STEP_MIN (1.0 / 64)
 
 #define RADIANS_PER_DEGREE 0.017453292519943295
@@ -89,6 +90,9 @@ static int check_options(cvol_context *context, const cvol_render_options *optio
     const double rays = options->oversample;
     if (rays != 0 && !(rays >= 0.25 && rays <= 4))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "oversample %g: must be 0.25 to 4", rays);
+    if (!(options->keep_mb >= 0 && options->keep_mb <= KEEP_MB_MAX))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "keep_mb %g: must be 0 to %g",
+                         options->keep_mb, KEEP_MB_MAX);
     for (int c = 0; c < 3; c++)
         if (!(options->background[c] >= 0 && options->background[c] <= 1))
             return cvol_fail(context, CVOL_ERROR_ARGUMENT,

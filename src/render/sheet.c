@@ -42,6 +42,7 @@ typedef struct sheet_state {
     int band_count;
     cvol_sheet_traits traits; /* of the array, with the transfer function */
     cvol_sheet_wide wide;     /* the footprint of the picture */
+    cvol_sheet_keep keep;     /* evaluated blocks, where they are to be kept */
     int counts;               /* multiply-adds, of all plans of a picture together */
     uint64_t multiply_adds;
 } sheet_state;
@@ -67,6 +68,7 @@ static void sheet_free(void *opaque_state)
         cvol_band_memory_free(&state->bands[i]);
     free(state->bands);
     free(state->bases);
+    cvol_keep_free(&state->keep);
     for (int i = 0; i < CVOL_SUBJECTS; i++)
         cvol_sheet_subject_free(&state->subjects[i]);
     free(state);
@@ -363,6 +365,16 @@ typedef struct drawing {
     int extras;
 } drawing;
 
+/* Blocks of pictures before. Covers of a level, which are copied with its samples, are not kept. */
+static cvol_kept *find_kept(sheet_state *state, const cvol_sheet_subject *subject,
+                            const cvol_sheet_plan *plan, const cvol_render_options *options)
+{
+    const int with_cover = plan->level && plan->masked == CVOL_SHEET_SOME_VOID;
+    return state->counts || with_cover
+               ? NULL
+               : cvol_keep_open(&state->keep, plan, subject->array->block_count, options->keep_mb);
+}
+
 /* Draws the pixels of a plan, or of a strip of it. */
 static int draw_strip(cvol_context *context, const drawing *of, cvol_image *image,
                       cvol_sheet_plan *plan, const double progress[2])
@@ -389,6 +401,7 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
         .array = subject->array,
         .level = subject->level.samples ? &subject->level : NULL,
         .plan = plan,
+        .kept = find_kept(state, subject, plan, options),
         .axes = plan->level ? (cvol_block_axes){0} : make_axes(state, plan),
         .filters = cvol_lapped_filters_of(plan),
         .table = state->table,

@@ -162,9 +162,9 @@ void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *sk
         skip->touched[row * plan->blocks_lane + lane] != CVOL_TOUCHED_DRAWN)
         return;
     const size_t index = cvol_sheet_block_index(plan, frame->array, lane, row, at->layer);
-    const cvol_block *block = &frame->array->block_table[index];
-    if (is_background(frame, index))
+    if (cvol_keep_prefetch(frame->kept, index) || is_background(frame, index))
         return;
+    const cvol_block *block = &frame->array->block_table[index];
     for (size_t word = 0; word < block->words && word < WORDS; word += LINE)
         __builtin_prefetch(block->terms + word);
     if (frame->mask)
@@ -202,6 +202,32 @@ static void copy_level(void *samples, const cvol_band_memory *memory, const cvol
                               level->cover, index, frame->plan);
 }
 
+static cvol_sheet_piece whole_piece(void *at, const cvol_band_memory *memory,
+                                    const cvol_sheet_plan *plan)
+{
+    return (cvol_sheet_piece){at, memory->row_stride, memory->sheet_stride, 0, plan->points_row,
+                              0,  plan->points_sheet};
+}
+
+/* A block's samples, where they are not kept. */
+static void make_samples(cvol_band_memory *memory, const cvol_sheet_frame *frame, void *out,
+                         size_t index)
+{
+    const long row_stride = memory->row_stride, sheet_stride = memory->sheet_stride;
+    if (cvol_keep_take(frame->kept, index, out, row_stride, sheet_stride))
+        return;
+    if (frame->level)
+        copy_level(out, memory, frame, index);
+    else if (!is_background(frame, index))
+        cvol_band_evaluate(memory, frame, out, sheet_stride, index, &frame->axes);
+    if (frame->mask && !frame->level && !memory->cover_at) {
+        const cvol_sheet_piece piece = whole_piece(out, memory, frame->plan);
+        cvol_sheet_mask_lay(&piece, frame->plan, frame->mask_points, frame->mask, index,
+                            frame->background);
+    }
+    cvol_keep_put(frame->kept, index, out, row_stride, sheet_stride);
+}
+
 static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *frame,
                            const cvol_band_layer *at, size_t lane, size_t row)
 {
@@ -213,19 +239,10 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
                                    (1 + (long)(row - at->first_row) * plan->points_row) *
                                        memory->row_stride);
     void *cover = cvol_sample_at(plan, out, memory->cover_at);
-    if (frame->level)
-        copy_level(out, memory, frame, index);
-    else if (!is_background(frame, index))
-        cvol_band_evaluate(memory, frame, out, memory->sheet_stride, index, &frame->axes);
-    if (frame->mask && !frame->level) {
-        cvol_sheet_piece piece = {
-            cover, memory->row_stride, memory->sheet_stride, 0, plan->points_row,
-            0,     plan->points_sheet};
-        if (memory->cover_at)
-            cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
-        else
-            cvol_sheet_mask_lay(&piece, plan, frame->mask_points, frame->mask, index,
-                                frame->background);
+    make_samples(memory, frame, out, index);
+    if (memory->cover_at && frame->mask && !frame->level) {
+        const cvol_sheet_piece piece = whole_piece(cover, memory, plan);
+        cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
     }
     if (lane > 0 && row > 0 && lane + 1 < plan->blocks_lane && row + 1 < plan->blocks_row)
         return;

@@ -7,6 +7,7 @@
 #define CVOL_RENDER_SHEET_BAND_H
 
 #include "render/sheet.h"
+#include "render/sheet_keep.h"
 #include "render/sheet_lapped.h"
 #include "render/sheet_level.h"
 #include "render/sheet_mask.h"
@@ -18,6 +19,7 @@ struct cvol_sheet_frame {
     const cvol_array *array;       /* of blocks and ranges */
     const cvol_sheet_level *level; /* whose these are; NULL: they are the volume's */
     const cvol_sheet_plan *plan;
+    cvol_kept *kept; /* blocks from pictures before; NULL: none */
     cvol_block_axes axes;
     cvol_lapped_filters filters; /* of lapped arrays */
     const cvol_sheet_table *table;

@@ -116,8 +116,12 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
                                         plan->points_sheet};
         cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
     }
+    cvol_kept *kept = what == CVOL_HAVE_ALL ? frame->kept : NULL;
+    if (cvol_keep_take(kept, index, out, memory->row_stride, layer->sheet_stride))
+        return;
     axes.sheet_ends = what == CVOL_HAVE_ALL ? 0 : what;
     cvol_band_evaluate(memory, frame, out, layer->sheet_stride, index, &axes);
+    cvol_keep_put(kept, index, out, memory->row_stride, layer->sheet_stride);
 }
 
 static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,

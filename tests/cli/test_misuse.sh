@@ -173,6 +173,8 @@ for command in 'cvol render in.cvol -o out.png' 'cvol bench render in.cvol'; do
     expect_failure 2 '--rays is for engine sheet' $command --engine ray --rays lattice
     expect_failure 2 '--oversample is 5' $command --oversample 5
     expect_failure 2 '--oversample is for engine sheet' $command --engine ray --oversample 2
+    expect_failure 2 '--keep-mb is -1' $command --keep-mb -1
+    expect_failure 2 '--keep-mb is for engine sheet' $command --engine ray --keep-mb 100
     for option in '--footprint-size 5' '--footprint-plane view' '--order back'; do
         expect_failure 2 "${option%% *} is for engines splat and transform" $command $option
     done
