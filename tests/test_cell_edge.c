@@ -83,8 +83,12 @@ static void test_inside_stays_and_weighs_less(void **state)
 
 static void test_parts_beyond(void **state)
 {
+    int inside[3];
     (void)state;
-    const int inside[3] = {16, 9, 8};
+    cvol_cell_find_inside(inside, (const size_t[3]){64, 25, 8}, (const size_t[3]){3, 1, 0});
+    assert_int_equal(inside[0], 16);
+    assert_int_equal(inside[1], 9);
+    assert_int_equal(inside[2], 8);
     assert_int_equal(cvol_cell_reaches_beyond(inside, (const int[3]){0, 0, 0}, 16), 1);
     assert_int_equal(cvol_cell_reaches_beyond(inside, (const int[3]){8, 0, 0}, 8), 0);
     assert_int_equal(cvol_cell_reaches_beyond(inside, (const int[3]){0, 8, 0}, 8), 1);

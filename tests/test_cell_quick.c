@@ -155,6 +155,7 @@ static void spread(int32_t values[ALL], const cvol_cell_choice *choice)
 
 static void choices_are_what_they_say(void **state)
 {
+    static const int all[3] = {SIDE, SIDE, SIDE};
     static int32_t values[ALL];
     static uint32_t words[2 * ALL];
     cvol_cell_quick *quick = cvol_cell_quick_create();
@@ -169,7 +170,7 @@ static void choices_are_what_they_say(void **state)
         size_t terms = 0, kept = 0;
         double error = 0;
         make_samples(&r);
-        cvol_cell_quick_choose(quick, &choice, samples, step, plain);
+        cvol_cell_quick_choose(quick, &choice, samples, all, step, plain);
         kinds |= choice.split == CVOL_CELL_WHOLE ? 1 : choice.split < CVOL_CELL_FOURS ? 2 : 4;
         spread(values, &choice);
         cvol_cell_forward(coefficients, samples, choice.split);
@@ -190,10 +191,10 @@ static void choices_are_what_they_say(void **state)
             const int32_t value = cvol_term_unpack(&at, &place, cvol_place_bits(4));
             assert_int_equal(value, values[place]);
         }
-        assert_true(cvol_cell_quick_error(quick, samples, step, plain) > 0.999 * error - 1e-6);
-        cvol_cell_quick_choose(quick, &choice, samples, 1e-12, plain);
+        assert_true(cvol_cell_quick_error(quick, samples, all, step, plain) > 0.999 * error - 1e-6);
+        cvol_cell_quick_choose(quick, &choice, samples, all, 1e-12, plain);
         assert_int_equal(choice.used[0], 0);
-        assert_true(isinf(cvol_cell_quick_error(quick, samples, 1e-12, plain)));
+        assert_true(isinf(cvol_cell_quick_error(quick, samples, all, 1e-12, plain)));
     }
     assert_int_equal(kinds, 7);
     cvol_cell_quick_free(quick);

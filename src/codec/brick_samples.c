@@ -5,6 +5,7 @@
 
 #include "base/memory.h"
 #include "codec/brick_internal.h"
+#include "codec/cell_edge.h"
 #include "codec/cell_quick.h"
 #include "transform/block.h"
 
@@ -88,7 +89,8 @@ static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_re
     cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
     const cvol_chooser_options *options = &recipe->options;
     if (options->split == CVOL_SPLIT_FAST) {
-        cvol_cell_quick_choose(maker->quick, &choice, samples, options->step, options->plain);
+        cvol_cell_quick_choose(maker->quick, &choice, samples, inside, options->step,
+                               options->plain);
         if (block && !keep_terms(maker, block, choice.split))
             return CVOL_ERROR_MEMORY;
     } else {
@@ -107,16 +109,6 @@ static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_re
                   choice.used[p], recipe->options.dependent);
     }
     return CVOL_OK;
-}
-
-/* Samples of cell `place` of a brick that are the volume's. */
-static void find_inside(int inside[3], const cvol_array *shape, const cvol_brick_box *box,
-                        const size_t place[3])
-{
-    for (int a = 0; a < 3; a++) {
-        const size_t left = shape->grid.dims[a] - CVOL_CELL * (box->first[a] + place[a]);
-        inside[a] = left < CVOL_CELL ? (int)left : CVOL_CELL;
-    }
 }
 
 /* A block of 8^3 or 32^3, likewise. */
@@ -181,7 +173,10 @@ int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], dou
                                : NULL;
         int code, inside[3];
         if (shape->block == CVOL_CELL) {
-            find_inside(inside, shape, &box, place);
+            cvol_cell_find_inside(inside, shape->grid.dims,
+                                  (const size_t[3]){box.first[0] + place[0],
+                                                    box.first[1] + place[1],
+                                                    box.first[2] + place[2]});
             code = code_cell(maker, error, recipe, block, inside, place, kept);
         } else {
             code = code_block(maker, error, recipe, block, place);

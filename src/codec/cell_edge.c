@@ -7,6 +7,14 @@
 static const float thresholds[] = {3, 1};
 enum { TURNS = sizeof thresholds / sizeof *thresholds };
 
+void cvol_cell_find_inside(int inside[3], const size_t dims[3], const size_t place[3])
+{
+    for (int a = 0; a < 3; a++) {
+        const size_t left = dims[a] - CVOL_CELL * place[a];
+        inside[a] = left < CVOL_CELL ? (int)left : CVOL_CELL;
+    }
+}
+
 int cvol_cell_reaches_beyond(const int inside[3], const int begin[3], int side)
 {
     int beyond = 0;

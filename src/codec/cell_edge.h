@@ -9,12 +9,17 @@
 #ifndef CVOL_CODEC_CELL_EDGE_H
 #define CVOL_CODEC_CELL_EDGE_H
 
+#include <stddef.h>
+
 #include "transform/cell.h"
 
 typedef struct cvol_cell_edge {
     float samples[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
     float decoded[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
 } cvol_cell_edge;
+
+/* Samples of the cell at `place` (in cells) that are the volume's, along each axis. */
+void cvol_cell_find_inside(int inside[3], const size_t dims[3], const size_t place[3]);
 
 /* Whether the volume ends before a part of this side does that begins at begin[] of a cell of which
  * inside[] samples are the volume's along each axis: 1 with some of its samples inside, 2 with

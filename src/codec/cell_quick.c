@@ -8,6 +8,7 @@
 #include "array/array.h"
 #include "base/cpu.h"
 #include "base/memory.h"
+#include "codec/cell_edge.h"
 #include "codec/cell_kernels.h"
 #include "codec/cell_weight.h"
 #include "codec/quantise.h"
@@ -31,6 +32,7 @@ struct cvol_cell_quick {
     uint16_t order[WAYS][CVOL_CELL_SAMPLES]; /* by place: which value of 8 octants of 8 parts */
     float coefficients[WAYS][CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
     float mixed[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
+    cvol_cell_edge edge;
     cvol_cell_quantised quantised;
     int32_t values[CVOL_CELL_SAMPLES]; /* in scan order, part after part */
 };
@@ -77,20 +79,33 @@ void cvol_cell_quick_free(cvol_cell_quick *quick)
 
 /* ---- the split -------------------------------------------------------------------------- */
 
+static void transform(cvol_cell_quick *quick, int which, const float *samples, const int inside[3],
+                      float inverse)
+{
+    static const int origin[3] = {0, 0, 0};
+    static const uint16_t splits[WAYS] = {CVOL_CELL_WHOLE, CVOL_CELL_OCTANTS, CVOL_CELL_FOURS};
+    if (cvol_cell_reaches_beyond(inside, origin, CVOL_CELL))
+        cvol_cell_forward_edge(quick->coefficients[which], &quick->edge, samples, inside,
+                               splits[which], 1 / inverse);
+    else
+        cvol_cell_forward(quick->coefficients[which], samples, splits[which]);
+}
+
 /* Transforms as far as is needed, and says how the cell is split. */
-static uint16_t choose_split(cvol_cell_quick *quick, const float *samples, float inverse)
+static uint16_t choose_split(cvol_cell_quick *quick, const float *samples, const int inside[3],
+                             float inverse)
 {
     float whole[8], eights[8], fours[8];
     float coarser = CVOL_PART_COST, finer = CVOL_CELL_COST;
     uint16_t split = CVOL_CELL_OCTANTS;
-    cvol_cell_forward(quick->coefficients[WHOLE], samples, CVOL_CELL_WHOLE);
+    transform(quick, WHOLE, samples, inside, inverse);
     cvol_cell_weigh(whole, quick->coefficients[WHOLE], inverse, 1);
     for (int i = 0; i < 8; i++)
         coarser += whole[i];
     if (coarser < CVOL_PART_COST + CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST)
         return CVOL_CELL_WHOLE;
-    cvol_cell_forward(quick->coefficients[EIGHTS], samples, CVOL_CELL_OCTANTS);
-    cvol_cell_forward(quick->coefficients[FOURS], samples, CVOL_CELL_FOURS);
+    transform(quick, EIGHTS, samples, inside, inverse);
+    transform(quick, FOURS, samples, inside, inverse);
     cvol_cell_weigh(eights, quick->coefficients[EIGHTS], inverse, 2);
     cvol_cell_weigh(fours, quick->coefficients[FOURS], inverse, 4);
     for (int i = 0; i < 8; i++) {
@@ -173,11 +188,11 @@ static int fits(const cvol_cell_quantised *quantised)
 }
 
 void cvol_cell_quick_choose(cvol_cell_quick *quick, cvol_cell_choice *out, const float *samples,
-                            double step, int plain)
+                            const int inside[3], double step, int plain)
 {
     const float inverse = (float)(1 / step);
     int used[64];
-    *out = (cvol_cell_choice){.split = choose_split(quick, samples, inverse)};
+    *out = (cvol_cell_choice){.split = choose_split(quick, samples, inside, inverse)};
     quantise(quick, out->split, inverse, plain);
     out->error = (float)quick->quantised.error;
     list_parts(quick, out);
@@ -188,10 +203,11 @@ void cvol_cell_quick_choose(cvol_cell_quick *quick, cvol_cell_choice *out, const
     }
 }
 
-double cvol_cell_quick_error(cvol_cell_quick *quick, const float *samples, double step, int plain)
+double cvol_cell_quick_error(cvol_cell_quick *quick, const float *samples, const int inside[3],
+                             double step, int plain)
 {
     const float inverse = (float)(1 / step);
-    quantise(quick, choose_split(quick, samples, inverse), inverse, plain);
+    quantise(quick, choose_split(quick, samples, inside, inverse), inverse, plain);
     return fits(&quick->quantised) ? quick->quantised.error : (double)INFINITY;
 }
 

@@ -6,12 +6,14 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/cell_edge.h"
 #include "codec/cell_quick.h"
 #include "transform/cell.h"
 
 struct cvol_cell_sample {
     size_t count;
     float *cells;
+    int (*inside)[3]; /* their samples that are the volume's */
 };
 
 /* Point k of the sequence, on the grid of cells. */
@@ -33,6 +35,7 @@ static void read_cells(const cvol_cell_sample *sample, const cvol_array *shape,
         size_t place[3] = {k % blocks[0], k / blocks[0] % blocks[1], k / blocks[0] / blocks[1]};
         if (sample->count < shape->block_count)
             place_at(place, k, blocks);
+        cvol_cell_find_inside(sample->inside[k], shape->grid.dims, place);
         cvol_brick_gather(sample->cells + k * CVOL_CELL_SAMPLES, scratch, slab, shape, place, one);
     }
 }
@@ -48,7 +51,8 @@ int cvol_cell_sample_make(cvol_context *context, cvol_cell_sample **out, const c
         return cvol_fail_memory(context, sizeof *sample, "the sampled cells");
     sample->count = shape->block_count < most ? shape->block_count : most;
     sample->cells = cvol_allocate(sample->count * CVOL_CELL_SAMPLES, sizeof *sample->cells);
-    int failed = !sample->cells;
+    sample->inside = cvol_allocate(sample->count, sizeof *sample->inside);
+    int failed = !sample->cells || !sample->inside;
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
         float *scratch = cvol_allocate(cvol_brick_scratch(shape, one), sizeof *scratch);
@@ -59,7 +63,7 @@ int cvol_cell_sample_make(cvol_context *context, cvol_cell_sample **out, const c
 #pragma omp for schedule(dynamic)
         for (size_t k = 0; k < sample->count; k += AT_ONCE) {
             const size_t end = k + AT_ONCE < sample->count ? k + AT_ONCE : sample->count;
-            if (scratch && sample->cells)
+            if (scratch && sample->cells && sample->inside)
                 read_cells(sample, shape, slab, scratch, k, end);
         }
         free(scratch);
@@ -77,6 +81,7 @@ void cvol_cell_sample_free(cvol_cell_sample *sample)
     if (!sample)
         return;
     free(sample->cells);
+    free(sample->inside);
     free(sample);
 }
 
@@ -96,8 +101,9 @@ int cvol_cell_sample_error(cvol_context *context, double *error, const cvol_cell
 #pragma omp for schedule(dynamic, 8)
         for (size_t i = 0; i < count; i++)
             if (quick && errors)
-                errors[i] = cvol_cell_quick_error(
-                    quick, sample->cells + i * every * CVOL_CELL_SAMPLES, step, plain);
+                errors[i] = cvol_cell_quick_error(quick,
+                                                  sample->cells + i * every * CVOL_CELL_SAMPLES,
+                                                  sample->inside[i * every], step, plain);
         cvol_cell_quick_free(quick);
     }
     for (size_t i = 0; i < count && !failed; i++)
