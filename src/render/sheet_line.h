@@ -57,6 +57,10 @@ typedef struct line_job {
         mixed[RUN + 1]; /* sheets in which a group sees something, but not all of its pixels do */
     uint32_t
         ways[RUN + 1]; /* sheets to which all samples are there on the way from the one before */
+    /* Of lit plans, of a group's pixels, along lanes and rows: steps in 2^-16, and their sums. */
+    int steps[2];
+    cvol_vi ramp[2];
+    int rows, samples; /* the most rows of samples, and how many of a row are loaded */
 #endif
     int first_group;              /* the run's */
     uint32_t met[RUN], seen[RUN]; /* sheets that each group crosses, and sees something in, */

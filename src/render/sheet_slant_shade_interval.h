@@ -18,8 +18,10 @@
 #define HALVES_OF_FLAT 0.1f
 #define QUARTERS_OF_FLAT 1.0f
 #define EIGHTHS_OF_FLAT 4.0f
-/* From a mean opacity of 1/4 on halves are as many as they can be. */
+/* From a mean opacity of 1/4 on parts are as many as they can be; of less, quarters and eighths are
+ * those of such a share of the span at least, and halves of a tenth. */
 #define OPACITY_COUNTS 2.0f
+#define LEAST_OF_QUARTERS 0.25f
 
 /* Of a value, as the light's axes run. */
 typedef struct gradient {
@@ -48,15 +50,25 @@ CVOL_INLINE gradient select_gradient(cvol_vi mask, const gradient *a, const grad
     return out;
 }
 
+/* Which pixels have none. */
+CVOL_INLINE __mmask16 find_level_pixels(const gradient *g)
+{
+    const __m512i any = _mm512_or_si512(_mm512_or_si512((__m512i)g->v[0], (__m512i)g->v[1]),
+                                        (__m512i)g->v[2]);
+    return _mm512_testn_epi32_mask(any, _mm512_set1_epi32(INT32_MAX));
+}
+
 /* Where one end has no gradient, it has the other's. */
 CVOL_INLINE void take_other_gradient(gradient *a, gradient *b)
 {
-    const cvol_vi no_a = (a->v[0] == 0) & (a->v[1] == 0) & (a->v[2] == 0),
-                  no_b = (b->v[0] == 0) & (b->v[1] == 0) & (b->v[2] == 0);
-    if (!cvol_any(no_a | no_b))
+    const __mmask16 no_a = find_level_pixels(a), no_b = find_level_pixels(b);
+    if (!(no_a | no_b))
         return;
-    *a = select_gradient(no_a, b, a);
-    *b = select_gradient(no_b, a, b);
+    const gradient first = *a;
+    for (int k = 0; k < 3; k++) {
+        a->v[k] = (cvol_vf)_mm512_mask_mov_ps((__m512)a->v[k], no_a, (__m512)b->v[k]);
+        b->v[k] = (cvol_vf)_mm512_mask_mov_ps((__m512)b->v[k], no_b, (__m512)first.v[k]);
+    }
 }
 
 /* Light may make matter thinner, where the table says so. What has no opacity needs no light. */
@@ -83,7 +95,7 @@ typedef struct lit_parts {
     int most;
 } lit_parts;
 
-/* How much of a span counts for halves: the less is seen of an interval, the less of its light. */
+/* How much of a span counts: the less is seen of an interval, the less of its light. */
 CVOL_INLINE cvol_vf weigh_span(cvol_vf span, const matter *from, const matter *to)
 {
     const cvol_vf opacity = OPACITY_COUNTS * (from->v[3] + to->v[3]);
@@ -92,6 +104,7 @@ CVOL_INLINE cvol_vf weigh_span(cvol_vf span, const matter *from, const matter *t
 
 CVOL_INLINE lit_parts find_parts(cvol_vf span, cvol_vf weighed, float flat)
 {
+    span = cvol_max(weighed, span * LEAST_OF_QUARTERS);
     const float limits[3] = {HALVES_OF_FLAT * flat, QUARTERS_OF_FLAT * flat,
                              EIGHTHS_OF_FLAT * flat};
     lit_parts out = {{weighed > limits[0], span > limits[1], span > limits[2]}, 2};
@@ -133,18 +146,26 @@ CVOL_INLINE void composite_lit_part(pixels *p, matter *last, const matter *to,
     replace_matter(last, mask, to);
 }
 
-/* A whole interval with a middle, in 2 to 8 parts; pixels by themselves may have one. *last: the
- * matter at its beginning, becomes that at its end. */
-CVOL_INLINE void composite_divided(pixels *p, const cvol_sheet_table *table, matter *last,
-                                   const matter *end, const lit_interval *i, int pieces)
+/* How a whole interval with a middle is divided. */
+CVOL_INLINE lit_parts find_parts_of(const lit_interval *i, const cvol_sheet_table *table,
+                                    const matter *last, const matter *end, cvol_vf through)
 {
     const cvol_vf most = cvol_max(cvol_max(i->a, i->b), i->middle),
                   least = cvol_min(cvol_min(i->a, i->b), i->middle);
-    const cvol_vf span = (most - least) * p->through;
+    const cvol_vf span = (most - least) * through;
     lit_parts parts = find_parts(span, weigh_span(span, last, end), table->flat);
     if (table->halves)
         parts.divided[0] = ~(cvol_vi){0};
-    const int step = 8 / parts.most;
+    return parts;
+}
+
+/* Draws these parts one after the other. *last: the matter at the interval's beginning, becomes
+ * that at its end. */
+CVOL_INLINE void composite_parts(pixels *p, const cvol_sheet_table *table, matter *last,
+                                 const matter *end, const lit_interval *i, const lit_parts *parts,
+                                 int pieces)
+{
+    const int step = 8 / parts->most;
     for (int part = step; part < 8; part += step) {
         const int late = part >= 4;
         const cvol_vf t = cvol_splat((float)(part & 3) / 4);
@@ -153,9 +174,9 @@ CVOL_INLINE void composite_divided(pixels *p, const cvol_sheet_table *table, mat
                             : late    ? mix_gradients(&i->half, &i->to, t)
                                       : mix_gradients(&i->from, &i->half, t);
         const matter m = matter_of_gradient(table, from + t * (to - from), &at, pieces);
-        composite_lit_part(p, last, &m, &parts, parts.divided[part == 4 ? 0 : part & 1 ? 2 : 1]);
+        composite_lit_part(p, last, &m, parts, parts->divided[part == 4 ? 0 : part & 1 ? 2 : 1]);
     }
-    composite_lit_part(p, last, end, &parts, ~(cvol_vi){0});
+    composite_lit_part(p, last, end, parts, ~(cvol_vi){0});
     *last = *end;
 }
 
