@@ -447,8 +447,15 @@ static int count_floats(const cvol_sheet_plan *plan, int has_depth)
            (plan->parts > 1 ? 2 * (CVOL_PARTS - 1) : 0);
 }
 
+static int is_one_sample_thick(const cvol_array *array)
+{
+    return array->grid.dims[0] == 1 || array->grid.dims[1] == 1 || array->grid.dims[2] == 1;
+}
+
 /* Chooses rays, and with them the frame's table. Lit rays of pixels are drawn from 16 bits alone,
- * and with one sample between two sheets, if any are asked for. */
+ * and with one sample between two sheets, if any are asked for; not those of a volume one sample
+ * thick: it has no slope along that axis beside which the rounding of the others is nothing, and
+ * what hardly rises would be lit by that. */
 static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan, int has_depth)
 {
     sheet_state *state = of->state;
@@ -458,7 +465,8 @@ static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan
     cvol_sheet_plan pixels = *plan;
     if (wanted && !plan->lit) {
         cvol_sheet_plan_of_pixels(plan, of->view);
-    } else if (wanted && !has_depth && cvol_sheet_plan_of_pixels(&pixels, of->view)) {
+    } else if (wanted && !has_depth && !is_one_sample_thick(state->array) &&
+               cvol_sheet_plan_of_pixels(&pixels, of->view)) {
         pixels.parts = 1;
         const int code = set_table(context, state, &pixels, of->subject, &of->by_surface,
                                    of->options, 0);
