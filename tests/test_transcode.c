@@ -205,6 +205,34 @@ static void masks_are_kept(void **state)
     free(out);
 }
 
+/* What was compressed in haste has many small terms that are dropped all at once as soon as bits
+ * weigh what they do otherwise: a little coarser is to be had, too. */
+static void a_little_coarser_than_haste(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(80, 24, 70, CVOL_FLOAT32);
+    float *samples = make_volume(&grid, 11);
+    cvol_compress_options options = options_of(CVOL_TARGET_RATIO, 40);
+    cvol_array *from, *array;
+    options.fast = 1;
+    check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
+    double bound = from->ledger.l2_error;
+    for (double ratio = 44; ratio < 100; ratio *= 1.3) {
+        cvol_compress_report report;
+        options = options_of(CVOL_TARGET_RATIO, ratio);
+        check_ok(cvol_array_transcode(context, &array, &report, from, &options));
+        if (getenv("CVOL_TEST_VERBOSE"))
+            print_message("asked %g: %g, off by %g\n", ratio, report.ratio, report.psnr_db);
+        assert_true(report.target_met && report.ratio >= ratio && report.ratio < 1.1 * ratio);
+        assert_true(distance(array, samples) <= array->ledger.l2_error);
+        assert_true(array->ledger.l2_error > bound);
+        bound = array->ledger.l2_error;
+        cvol_array_free(array);
+    }
+    cvol_array_free(from);
+    free(samples);
+}
+
 static void finer_is_refused(void **state)
 {
     (void)state;
@@ -232,7 +260,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ratios_and_bounds_hold),     cmocka_unit_test(psnr_is_promised),
         cmocka_unit_test(threads_make_no_difference), cmocka_unit_test(masks_are_kept),
-        cmocka_unit_test(finer_is_refused),
+        cmocka_unit_test(finer_is_refused),           cmocka_unit_test(a_little_coarser_than_haste),
     };
     return cmocka_run_group_tests(tests, context_setup_two, context_teardown);
 }

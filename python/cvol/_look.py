@@ -122,5 +122,6 @@ def make_options(azimuth: float, elevation: float, look: dict[str, Any], engine:
         options.splat.footprint = _one_of(look["footprint"], _FOOTPRINTS, "footprint")
     options.splat.size = look["footprint_size"]
     options.sheet.rays = _one_of(look["rays"], {"auto": 0, "pixels": 1, "lattice": 2}, "rays")
+    options.keep_mb = float(look["keep_mb"])
     options.fourier.depth_cue = look["depth_cue"]
     return options

@@ -146,6 +146,7 @@ class Renderer:
         footprint: Optional[str] = None,
         footprint_size: int = 5,
         rays: str = "auto",
+        keep_mb: float = 0,
         depth_cue: float = 0,
     ) -> NDArray[Any]:
         """A picture: uint8, (height, width, 3), the top row first; (..., 4) with background="transparent".
@@ -175,6 +176,8 @@ class Renderer:
             "box" or, splat only, "cone". footprint_size: of these two.
         rays: of engine sheet, of "pixels", or of a "lattice" along the samples: quicker, and softer; "auto": where
             that is hardly seen.
+        keep_mb: of engine sheet: so much memory for what is evaluated, which a Renderer keeps for its next pictures:
+            the same ones, sooner.
         depth_cue: of engine fourier, 0 to 1.
         """
         look = {name: value for name, value in locals().items() if name not in ("self", "azimuth", "elevation")}

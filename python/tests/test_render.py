@@ -53,6 +53,16 @@ def test_rays(volume):
         volume.render(rays="curved", **look)
 
 
+def test_kept_blocks(volume):
+    look = {"size": 60, "azimuth": 30}
+    plain = volume.render(**look)
+    with cvol.Renderer(volume) as renderer:
+        for _ in range(2):
+            assert (renderer.render(keep_mb=50, **look) == plain).all()
+    with pytest.raises(Exception, match="keep_mb"):
+        volume.render(keep_mb=-1, **look)
+
+
 def test_footprints(volume):
     look = dict(azimuth=30, elevation=20, size=64, zoom=3)
     plain = volume.render(**look)

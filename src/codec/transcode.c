@@ -28,6 +28,8 @@ enum { TRIES_MOST = 16, FITTED_TRIES = 2, WEIGHTS_MOST = 14, FINER_MOST = 8, SET
 #define JUMP_WIDTH 4e-3
 #define WEIGHT_MOST 256
 #define WEIGHT_WIDTH 1e-3
+/* Bits that weigh less are as good as none. */
+#define LIGHTEST 1e-3
 /* Where weights do not help, a step finer by this factor may. */
 #define FINER 0.94
 
@@ -213,6 +215,39 @@ static int search_weight(transcoding *t, best_try *best, double step, int *good)
     return CVOL_OK;
 }
 
+/* At the source's own step, where bits that weigh what they usually do would make it smaller than
+ * is asked: the weight from none on, which leaves all terms as they are, with tables for these. */
+static int search_own_step(transcoding *t, cvol_coarseness *out, int *met)
+{
+    const double step = t->from->step;
+    cvol_search search = cvol_search_make(LIGHTEST, WEIGHT_MOST, 0.3);
+    best_try best = {{0, 1}, 0};
+    double weight = 0;
+    int good = 0;
+    int code = try_step(t, step, 0);
+    if (code)
+        return code;
+    cvol_token_tables_fit(t->tables, t->counts);
+    for (int i = 0; i < WEIGHTS_MOST && !good; i++) {
+        int kept;
+        code = try_step(t, step, weight);
+        if (code)
+            return code;
+        const double miss = miss_of(t, &kept, &good);
+        if (i == 0 && kept && !good)
+            return fail_finer(t);
+        if (kept)
+            note(&best, step, weight, miss);
+        cvol_search_tell(&search, fmax(weight, LIGHTEST), miss);
+        if (cvol_search_at_most(&search) || cvol_search_width(&search) < WEIGHT_WIDTH)
+            break;
+        weight = i ? cvol_search_next(&search) : 1;
+    }
+    *met = best.coarseness.step > 0;
+    *out = *met ? best.coarseness : (cvol_coarseness){step, 1};
+    return CVOL_OK;
+}
+
 /* The coarsest that keeps a PSNR, or the finest that keeps a ratio; *met: 0 if that is the coarsest
  * there is. */
 static int search_step(transcoding *t, cvol_coarseness *out, int *met)
@@ -229,9 +264,11 @@ static int search_step(transcoding *t, cvol_coarseness *out, int *met)
         if (code)
             return code;
         const double miss = miss_of(t, &kept, &good);
-        /* The finest there is: a ratio beyond, or a PSNR below what is asked. */
-        if (i == 0 && (t->target == CVOL_TARGET_PSNR ? !kept : kept && !good))
+        /* The finest there is: a PSNR below what is asked, or a ratio beyond. */
+        if (i == 0 && t->target == CVOL_TARGET_PSNR && !kept)
             return fail_finer(t);
+        if (i == 0 && t->target == CVOL_TARGET_RATIO && kept && !good)
+            return search_own_step(t, out, met);
         if (i >= FITTED_TRIES && kept)
             note(&best, step, 1, miss);
         if (good && i >= FITTED_TRIES)
