@@ -32,8 +32,8 @@ OURS = [('1/30', 'r30', []), ('70 dB', 'p70', []), ('step 0.5', 'r30', ['--step'
         ('step 4, rays 0.5', 'r30', ['--step', '4', '--oversample', '0.5'])]
 OURS += [(setting + ', kept', 'r30', ways + ['--keep-mb', '1000'])
          for setting, ways in (('1/30', []), ('lattice', ['--rays', 'lattice']),
-                               ('lattice, step 4, rays 0.52',
-                                ['--rays', 'lattice', '--step', '4', '--oversample', '0.52']),
+                               ('lattice, step 4, rays 0.51',
+                                ['--rays', 'lattice', '--step', '4', '--oversample', '0.51']),
                                ('level 1', ['--level', '1']))]
 OURS += [(f'level {level}', 'r30', ['--level', str(level)]) for level in (1, 2, 3)]
 THEIRS = [('step 1', []), ('step 2', ['--step', '2']), ('rays 2', ['--image-step', '2']),
@@ -109,7 +109,7 @@ def measure_theirs(arguments, cvol, work, name, look, raw, about, times):
 def time_all(arguments, cvol, name, look, packed, raw, about):
     """{(system, setting): milliseconds}, the best of rounds in turns."""
     shared = look_options(name, look) + ['--size', str(arguments.size), '--views',
-                                         str(arguments.views), '--repeat', '2', '--threads', '1']
+                                         str(arguments.views), '--repeat', '3', '--threads', '1']
     times = {}
     for _ in range(arguments.rounds):
         for setting, which, ways in OURS:

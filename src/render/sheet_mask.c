@@ -1,7 +1,8 @@
 /* Masks, by blocks. On fewer points than samples, what a point has of the two samples around it is
- * by straight lines, along lanes and along rows. */
+ * by straight lines, but steeper, along lanes and along rows. */
 #include "render/sheet_mask.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -251,6 +252,12 @@ void cvol_sheet_mask_prefetch(const cvol_sheet_mask *mask, const cvol_sheet_plan
         __builtin_prefetch(bits + word);
 }
 
+/* Between a sample and a masked one cover rises so many times as fast as by a straight line. Points
+ * lie further apart than samples, and straight lines between them make edges softer once more: of a
+ * brain on three quarters of the points that was 0.25 dB. More is worth more there, and less for
+ * matter that is thin at its edges (test_background). */
+#define STEEPER 1.25
+
 static void find_points(cvol_mask_points *p, int points, double first, double pitch, int block)
 {
     p->count = points;
@@ -259,7 +266,7 @@ static void find_points(cvol_mask_points *p, int points, double first, double pi
         const double at = first + i * pitch;
         p->near[i] = (int)at;
         p->far[i] = p->near[i] + 1 < block ? p->near[i] + 1 : block - 1;
-        p->weight[i] = (float)(at - p->near[i]);
+        p->weight[i] = (float)fmin(fmax(STEEPER * (at - p->near[i] - 0.5) + 0.5, 0), 1);
     }
 }
 

@@ -52,8 +52,8 @@ typedef struct cvol_mask_grid {
     const cvol_mask_points *lane, *row, *sheet;
 } cvol_mask_grid;
 
-/* Where points are not samples: the cover of a piece, by straight lines between samples of cover 1
- * and, masked, 0; and its values brought as near to the background as they are not covered. */
+/* Where points are not samples: the cover of a piece, from samples of cover 1 and, masked, 0, by
+ * the points' weights; and its values brought as near to the background as they are not covered. */
 CVOL_SIMD_DECLARE(void, cvol_sheet_cover,
                   (const cvol_sheet_piece *piece, const cvol_mask_grid *grid));
 CVOL_SIMD_DECLARE(void, cvol_sheet_lay_points,
