@@ -108,32 +108,55 @@ void cvol_sample_repeat(const cvol_sheet_plan *plan, void *sample, int way, int 
             ((float *)sample)[i * way] = *(float *)sample;
 }
 
+/* How many of the last block's points along an axis have their middle within the volume. */
+static int count_inside(size_t samples, size_t blocks, int block, int points, double pitch,
+                        double first)
+{
+    const double inside = (double)samples - (double)(blocks - 1) * block;
+    const int count = (int)floor((inside - 0.5 - first) / pitch + 1e-6) + 1;
+    return count < 1 ? 1 : count > points ? points : count;
+}
+
+cvol_points_inside cvol_points_inside_of(const cvol_sheet_plan *plan)
+{
+    if (plan->level) /* whose samples beyond are repeats already */
+        return (cvol_points_inside){plan->points_lane, plan->points_row};
+    return (cvol_points_inside){count_inside(plan->lanes, plan->blocks_lane, plan->block_lane,
+                                             plan->points_lane, plan->pitch_lane, plan->first_lane),
+                                count_inside(plan->rows, plan->blocks_row, plan->block_row,
+                                             plan->points_row, plan->pitch_row, plan->first_row)};
+}
+
 /* Repeats the outermost samples, twice to the left and once elsewhere, since rays are followed a
- * little beyond the faces; light looks at rows further, wide footprints at lanes too. */
+ * little beyond the faces; light looks at rows further, wide footprints at lanes too. What a block
+ * has beyond the volume is whatever was cheap to code. */
 static void extend_faces(void *at, const cvol_band_memory *memory, const cvol_sheet_plan *plan,
                          size_t lane, size_t row)
 {
     const int points_lane = plan->points_lane, points_row = plan->points_row;
-    const int left = lane == 0, right = lane + 1 == plan->blocks_lane;
+    const int left = lane == 0, right = lane + 1 == plan->blocks_lane,
+              last_row = row + 1 == plan->blocks_row;
+    const cvol_points_inside inside = cvol_points_inside_of(plan);
+    const int rows = last_row ? inside.rows : points_row;
     const long row_stride = memory->row_stride;
     const cvol_lane_copies copies = cvol_lane_copies_of(plan);
     const size_t size = cvol_sample_size(plan),
                  bytes = size * (size_t)(points_lane + copies.left * left + copies.right * right);
     for (int z = 0; z < plan->points_sheet; z++) {
         void *sheet = cvol_sample_at(plan, at, z * memory->sheet_stride);
-        for (int r = 0; r < points_row; r++) {
+        for (int r = 0; r < rows; r++) {
             void *line = cvol_sample_at(plan, sheet, r * row_stride);
             if (left)
                 cvol_sample_repeat(plan, line, -1, copies.left);
             if (right)
-                cvol_sample_repeat(plan, cvol_sample_at(plan, line, points_lane - 1), 1,
-                                   copies.right);
+                cvol_sample_repeat(plan, cvol_sample_at(plan, line, inside.lanes - 1), 1,
+                                   points_lane - inside.lanes + copies.right);
         }
         void *above = cvol_sample_at(plan, sheet, -copies.left * left),
-             *below = cvol_sample_at(plan, above, (points_row - 1) * row_stride);
+             *below = cvol_sample_at(plan, above, (rows - 1) * row_stride);
         for (int r = 1; r <= 1 + plan->reach && row == 0; r++)
             memcpy(cvol_sample_at(plan, above, -r * row_stride), above, bytes);
-        for (int r = 1; r <= 1 + plan->reach && row + 1 == plan->blocks_row; r++)
+        for (int r = 1; r <= points_row - rows + 1 + plan->reach && last_row; r++)
             memcpy(cvol_sample_at(plan, below, r * row_stride), below, bytes);
     }
 }

@@ -78,6 +78,13 @@ static inline void *cvol_sample_at(const cvol_sheet_plan *plan, void *samples, l
 /* Copies a sample to the next `times` samples before (`way` -1) or behind it (1). */
 void cvol_sample_repeat(const cvol_sheet_plan *plan, void *sample, int way, int times);
 
+/* How many of the last block's points along lanes and rows lie within the volume. */
+typedef struct cvol_points_inside {
+    int lanes, rows;
+} cvol_points_inside;
+
+cvol_points_inside cvol_points_inside_of(const cvol_sheet_plan *plan);
+
 /* How often a row's first and last sample are repeated beyond the volume's faces. */
 typedef struct cvol_lane_copies {
     int left, right;

@@ -226,6 +226,8 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
     const cvol_sheet_plan *plan = w->plan;
     const long row_stride = w->memory->row_stride,
                lanes = (long)plan->blocks_lane * plan->points_lane;
+    const cvol_points_inside inside = cvol_points_inside_of(plan);
+    const int lanes_beyond = plan->points_lane - inside.lanes;
     const cvol_lane_copies copies = cvol_lane_copies_of(plan);
     const size_t bytes = cvol_sample_size(plan) * (size_t)(copies.left + lanes + copies.right);
     const uint8_t *drawn = row_of(layer->skip.touched, plan, p.row);
@@ -241,13 +243,14 @@ static void extend_faces(const work *w, const cvol_lapped_layer *layer, piece p,
             if (left)
                 cvol_sample_repeat(plan, line, -1, copies.left);
             if (right)
-                cvol_sample_repeat(plan, cvol_sample_at(plan, line, lanes - 1), 1, copies.right);
+                cvol_sample_repeat(plan, cvol_sample_at(plan, line, lanes - lanes_beyond - 1), 1,
+                                   lanes_beyond + copies.right);
         }
         void *top = cvol_sample_at(plan, first, -copies.left),
-             *bottom = cvol_sample_at(plan, top, (p.count - 1) * row_stride);
+             *bottom = cvol_sample_at(plan, top, (inside.rows - 1 - p.begin) * row_stride);
         for (int r = 1; r <= 1 + plan->reach && above; r++)
             memcpy(cvol_sample_at(plan, top, -r * row_stride), top, bytes);
-        for (int r = 1; r <= 1 + plan->reach && below; r++)
+        for (int r = 1; r <= plan->points_row - inside.rows + 1 + plan->reach && below; r++)
             memcpy(cvol_sample_at(plan, bottom, r * row_stride), bottom, bytes);
     }
 }

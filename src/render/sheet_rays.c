@@ -53,7 +53,7 @@ static int is_broad(const cvol_transfer *transfer, double lo, double hi)
 
 cvol_sheet_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_transfer *transfer)
 {
-    const double lo = array->range_min, hi = array->range_max;
+    const double lo = array->ledger.value_min, hi = array->ledger.value_max;
     const double error = array->ledger.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
     return (cvol_sheet_traits){.is_clear = cvol_transfer_max_opacity(transfer, lo, hi) <=
                                                CVOL_CLEAR &&
