@@ -34,7 +34,7 @@ def parse_arguments():
     parser.add_argument('--size', type=int, default=512)
     parser.add_argument('--views', type=int, default=12)
     parser.add_argument('--repeat', type=int, default=3)
-    parser.add_argument('--rays', choices=['pixels', 'lattice'], default='pixels',
+    parser.add_argument('--rays', choices=['auto', 'pixels', 'lattice'], default='auto',
                         help='of cvol (default %(default)s)')
     parser.add_argument('--no-vtk', action='store_true', help='time cvol alone')
     return parser.parse_args()

@@ -337,8 +337,8 @@ static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan 
     if (cvol_mode_is_grey(options->mode))
         return CVOL_OK;
     cvol_sheet_table_fill(table, subject->array, state->transfer, plan->distance / plan->parts);
-    if (!plan->of_pixels && !plan->lit)
-        table->flat = table->flat_clear;
+    if (!plan->of_pixels && (state->traits.is_noisy || (table->is_clear && !plan->lit)))
+        table->flat = table->flat_coarse;
     cvol_sheet_table_slant(table,
                            plan->pitch_sheet * fmax(fabs(plan->shear_lane) / plan->pitch_lane,
                                                     fabs(plan->shear_row) / plan->pitch_row));

@@ -36,9 +36,9 @@
 #define CVOL_PARTS 4
 /* How far opacity and colour may depart from a straight line before an interval is divided. */
 #define CVOL_FLAT_TOLERANCE 0.05f
-/* Where all is clear, and all that bends does so slowly (CVOL_BROAD of the function's span at
- * least), unlit, along the lattice, which loses more than that. */
-#define CVOL_FLAT_TOLERANCE_CLEAR 0.175f
+/* Along the lattice, which loses more than that, where samples are off by more, or all is clear,
+ * unlit, and bends slowly: CVOL_BROAD of the function's span at least. */
+#define CVOL_FLAT_TOLERANCE_COARSE 0.175f
 #define CVOL_BROAD 0.07
 /* Opacity up to which matter is clear. */
 #define CVOL_CLEAR 0.45
@@ -68,7 +68,8 @@ typedef struct cvol_sheet_table {
     const cvol_light *light;
     int is_surface; /* then only the first coordinate of `at` or more is seen, with this colour */
     float at, colour[3];
-    float from, scale, flat, flat_clear; /* the latter: along the lattice, unlit */
+    float from, scale, flat, flat_coarse; /* the latter: where less counts */
+    int is_clear;                         /* and bends slowly */
     /* Along rays of pixels, intervals that rise by more than so many entries are looked at half way
      * (sheet_midway.h), and what is found there counts the more, the more they do, wholly from
      * midway + midway_ramp on. Below 0: all. */

@@ -186,9 +186,8 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
     table->visible_to = last == CVOL_TABLE_SIZE - 1 ? INFINITY : (float)(last + 1.5);
     table->flat = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE);
     const int is_opaque = most > CVOL_CLEAR;
-    table->flat_clear = table->flat;
-    if (!is_opaque && table->flat >= CVOL_BROAD * CVOL_TABLE_SIZE)
-        table->flat_clear = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE_CLEAR);
+    table->flat_coarse = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE_COARSE);
+    table->is_clear = !is_opaque && table->flat >= CVOL_BROAD * CVOL_TABLE_SIZE;
     table->midway_ramp = is_opaque ? 0.25f * table->flat : table->flat;
     table->steep = (is_opaque ? 2 : 4) * table->flat;
     table->midway = is_opaque ? -table->midway_ramp : table->flat;
