@@ -230,7 +230,8 @@ typedef enum cvol_sheet_footprint {
 
 /* Which rays pictures are drawn along. In mode composite, in parallel projection, at level
  * 0, with linear footprints, where all samples have a value and oversample is 1, they can be those
- * of the picture's own pixels: nothing is resampled then. (Lit, where the processor has AVX-512.)
+ * of the picture's own pixels: nothing is resampled then. (Lit, where the processor has AVX-512,
+ * and no axis has one sample.)
  * All else is drawn along a lattice that lies along the samples, from which the picture is
  * interpolated: up to twice as fast. What is opaque, or thin, comes out 2 to 14 dB further from its
  * truth so; what is clear 0 to 3 dB, at 40 dB and more, where it is not seen. CVOL_SHEET_RAYS_AUTO
