@@ -18,7 +18,7 @@ help:
 	@echo 'make bench-render  pictures beside VTK: time, quality, one against the other; an hour;'
 	@echo '               writes bench/results/render'
 	@echo 'make bench-rd  rate and distortion beside zfp; writes bench/results/rd'
-	@echo 'make fuzz      fuzz every reader for a minute (needs clang; make check: 12 s)'
+	@echo 'make fuzz      fuzz every reader for a minute (needs clang; make check: 10 s)'
 	@echo 'make reference  the C library, function by function, as HTML (needs doxygen)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
 	@echo 'make format    format the C sources'
