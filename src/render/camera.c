@@ -18,8 +18,9 @@
 #include "render/light.h"
 
 /* A finer step shows nothing more: it only costs. */
-#define KEEP_MB_MAX 1e6
 #define STEP_MIN (1.0 / 64)
+/* More than any machine has: a mistake, and its bytes are still a number. */
+#define KEEP_MB_MAX 1e6
 
 #define RADIANS_PER_DEGREE 0.017453292519943295
 
