@@ -30,6 +30,7 @@ typedef struct view_arguments {
     common_options common;
     const char *listen;
     int port, no_browser, once;
+    double keep_mb;
     text_list hosts;
 } view_arguments;
 
@@ -103,6 +104,8 @@ static int check_arguments(view_arguments *a)
 {
     if (a->port > 65535)
         return complain(EXIT_MISUSED, "--port is %d, must be 0 (a free one) to 65535", a->port);
+    if (!(a->keep_mb >= 0 && a->keep_mb <= 1e6))
+        return complain(EXIT_MISUSED, "--keep-mb is %g, must be 0 to 1000000", a->keep_mb);
     for (int i = 0; i < a->hosts.count; i++)
         if (!*a->hosts.texts[i])
             return complain(EXIT_MISUSED, "--host is empty");
@@ -121,6 +124,7 @@ static viewer_options make_options(const view_arguments *a, const command_line *
                               .host_count = a->hosts.count,
                               .once = a->once,
                               .threads = a->common.threads,
+                              .keep_mb = a->keep_mb,
                               .movies = &movies};
     for (int i = 0; i < a->hosts.count; i++)
         options.hosts[i] = a->hosts.texts[i];
@@ -189,7 +193,7 @@ static int show(cvol_context *context, const view_arguments *a, const command_li
 int command_view(int argc, char **argv)
 {
     begin_again_passively(argc, argv);
-    view_arguments a = {0};
+    view_arguments a = {.keep_mb = 256};
     const option_spec specs[] = {
         {"--port", "P", "where it listens (default: a free one)", OPTION_INTEGER, &a.port, 0, NULL},
         {"--listen", "ADDRESS", "on which address of this machine (default 127.0.0.1)", OPTION_TEXT,
@@ -197,6 +201,10 @@ int command_view(int argc, char **argv)
         {"--host", "NAME", "a further name that browsers may call it by (up to 8 times)",
          OPTION_TEXTS, &a.hosts, VIEWER_HOSTS_MAX, NULL},
         {"--no-browser", NULL, "only print the address", OPTION_FLAG, &a.no_browser, 0, NULL},
+        {"--keep-mb", "MB",
+         "memory for what pictures evaluate, for the next ones, of all volumes (default 256; 0: "
+         "none)",
+         OPTION_NUMBER, &a.keep_mb, 0, NULL},
         {"--once", NULL, "end when its page is closed", OPTION_FLAG, &a.once, 0, NULL},
         INPUT_OPTIONS(a.common),
         COMMON_OPTIONS(a.common),

@@ -68,7 +68,7 @@ static int draw(cvol_context *context, cvol_image *image, frame_figures *figures
     figures->level = options.level;
     int code = view_set_transfer(context, renderer, &asked->view);
     if (!code)
-        code = cvol_renderer_render(context, renderer->renderer, image, &options);
+        code = volume_draw(context, v, renderer, image, &options);
     figures->render_ms = jobs_now() - begin;
     const unsigned level = 1u << options.level;
     if (!code && times && asked->motion && renderer->drawn & level)

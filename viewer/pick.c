@@ -122,7 +122,7 @@ static int measure(cvol_context *context, double *depth, const view *v)
     if (!code)
         code = view_set_transfer(context, renderer, v);
     if (!code)
-        code = cvol_renderer_render(context, renderer->renderer, image, &v->options);
+        code = volume_draw(context, v->volume, renderer, image, &v->options);
     if (!code)
         *depth = (double)image->depth[(size_t)(size / 2) * (size_t)size + (size_t)(size / 2)];
     cvol_image_free(image);

@@ -71,9 +71,13 @@ static answer histogram_get(request *r)
 static answer status_get(request *r)
 {
     json_t *object = jobs_describe(r->service->jobs);
-    if (object)
+    volumes *all = r->service->volumes;
+    if (object) {
         json_object_set_new(object, "resident_bytes",
-                            json_integer((json_int_t)volumes_resident_bytes(r->service->volumes)));
+                            json_integer((json_int_t)volumes_resident_bytes(all)));
+        json_object_set_new(object, "kept_bytes",
+                            json_integer((json_int_t)volumes_kept_bytes(all)));
+    }
     return answer_json(200, object);
 }
 

@@ -33,6 +33,7 @@ typedef struct viewer_options {
     int host_count;
     int once;                    /* it ends when its page asks it to */
     int threads;                 /* 0: all cores */
+    double keep_mb;              /* of memory for what pictures evaluate, of all volumes; 0: none */
     const viewer_movies *movies; /* NULL: none */
 } viewer_options;
 

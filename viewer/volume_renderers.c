@@ -1,7 +1,11 @@
-/* Renderers of a volume that nobody uses: they keep what they made for the next picture. */
+/* Renderers of a volume that nobody uses, and pictures by them: they keep what they made for the
+ * next one. */
 #include <stdlib.h>
 
 #include "volumes.h"
+
+/* Of a sample, along three axes, in 32 bits, with its levels: what pictures evaluate takes less. */
+enum { KEPT_SAMPLE_BYTES = 16 };
 
 idle_renderer *volume_take_renderer(cvol_context *context, shown_volume *v)
 {
@@ -29,11 +33,68 @@ void volume_return_renderer(shown_volume *v, idle_renderer *renderer)
     pthread_mutex_unlock(&v->idle_lock);
 }
 
+static uint64_t least(uint64_t a, uint64_t b)
+{
+    return a < b ? a : b;
+}
+
+static uint64_t rest(uint64_t of, uint64_t taken)
+{
+    return of > taken ? of - taken : 0;
+}
+
+/* A smaller grant than the last one is settled by the picture that follows. */
+static void grant(shown_volume *v, idle_renderer *renderer, uint64_t wanted)
+{
+    kept_memory *kept = volumes_kept(v->all);
+    const int sharers = volumes_count(v->all);
+    const uint64_t share = kept->most / (uint64_t)(sharers > 1 ? sharers : 1);
+    pthread_mutex_lock(&kept->lock);
+    kept->granted -= renderer->granted;
+    v->granted -= renderer->granted;
+    renderer->granted = least(wanted,
+                              least(rest(share, v->granted), rest(kept->most, kept->granted)));
+    kept->granted += renderer->granted;
+    v->granted += renderer->granted;
+    pthread_mutex_unlock(&kept->lock);
+}
+
+static void note_filled(shown_volume *v, idle_renderer *renderer, uint64_t filled)
+{
+    kept_memory *kept = volumes_kept(v->all);
+    pthread_mutex_lock(&kept->lock);
+    kept->filled += filled - renderer->filled;
+    renderer->filled = filled;
+    pthread_mutex_unlock(&kept->lock);
+}
+
+int volume_draw(cvol_context *context, shown_volume *v, idle_renderer *renderer, cvol_image *image,
+                const cvol_render_options *options)
+{
+    cvol_render_options keeping = *options;
+    grant(v, renderer, KEPT_SAMPLE_BYTES * (uint64_t)cvol_grid_samples(&v->grid));
+    keeping.keep_mb = 1e-6 * (double)renderer->granted;
+    const int code = cvol_renderer_render(context, renderer->renderer, image, &keeping);
+    note_filled(v, renderer, cvol_renderer_kept_bytes(renderer->renderer));
+    return code;
+}
+
+uint64_t volumes_kept_bytes(volumes *all)
+{
+    kept_memory *kept = volumes_kept(all);
+    pthread_mutex_lock(&kept->lock);
+    const uint64_t filled = kept->filled;
+    pthread_mutex_unlock(&kept->lock);
+    return filled;
+}
+
 void volume_free_renderers(shown_volume *v)
 {
     while (v->idle) {
         idle_renderer *r = v->idle;
         v->idle = r->next;
+        note_filled(v, r, 0);
+        grant(v, r, 0);
         cvol_renderer_free(r->renderer);
         free(r);
     }

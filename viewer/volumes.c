@@ -16,6 +16,7 @@ struct volumes {
     shown_volume *list[VOLUMES_MAX + COPIES_MAX];
     int count, next_id, makers, copying, closing; /* one copy is made at a time */
     int copies;                                   /* that somebody still holds, too */
+    kept_memory kept;
 };
 
 /* ---- making --------------------------------------------------------------------------------- */
@@ -194,6 +195,8 @@ volumes *volumes_open(const viewer_options *options)
     all->options = options;
     pthread_mutex_init(&all->lock, NULL);
     pthread_cond_init(&all->ended, NULL);
+    pthread_mutex_init(&all->kept.lock, NULL);
+    all->kept.most = (uint64_t)(1e6 * options->keep_mb);
     for (int i = 0; i < options->path_count; i++) {
         shown_volume *v = new_volume(all, options->paths[i], last_name(options->paths[i]));
         if (!v)
@@ -221,6 +224,7 @@ void volumes_close(volumes *all)
     while (all->count)
         volume_release(all->list[--all->count]);
     pthread_cond_destroy(&all->ended);
+    pthread_mutex_destroy(&all->kept.lock);
     pthread_mutex_destroy(&all->lock);
     free(all);
 }
@@ -346,6 +350,19 @@ uint64_t volumes_resident_bytes(volumes *all)
     }
     pthread_mutex_unlock(&all->lock);
     return bytes;
+}
+
+int volumes_count(volumes *all)
+{
+    pthread_mutex_lock(&all->lock);
+    const int count = all->count;
+    pthread_mutex_unlock(&all->lock);
+    return count;
+}
+
+kept_memory *volumes_kept(volumes *all)
+{
+    return &all->kept;
 }
 
 volume_look volume_look_at(shown_volume *v)

@@ -23,6 +23,12 @@ typedef enum volume_state {
 typedef struct volumes volumes;
 typedef struct idle_renderer idle_renderer;
 
+/* Memory in which renderers keep what they evaluated for the next pictures, of all volumes. */
+typedef struct kept_memory {
+    pthread_mutex_t lock;
+    uint64_t most, granted, filled; /* bytes */
+} kept_memory;
+
 typedef struct shown_volume {
     char id[VOLUME_ID_BYTES];
     char *path, *name;
@@ -51,6 +57,7 @@ typedef struct shown_volume {
     /* renderers that nobody uses, under a lock of their own */
     pthread_mutex_t idle_lock;
     idle_renderer *idle;
+    uint64_t granted; /* of kept_memory, under its lock */
 } shown_volume;
 
 /* Begins to read them. NULL: no memory. The options must outlive it. */
@@ -85,19 +92,29 @@ shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compre
 int volumes_remove(volumes *all, shown_volume *v);
 /* Bytes of memory that arrays and samples take. */
 uint64_t volumes_resident_bytes(volumes *all);
+/* How many there are. */
+int volumes_count(volumes *all);
+kept_memory *volumes_kept(volumes *all);
 
 /* ---- renderers ---- */
 
 /* A renderer over the volume's array, for one caller at a time. */
 struct idle_renderer {
     cvol_renderer *renderer;
-    uint64_t transfer; /* hash of the transfer function that it has; 0: none yet */
-    unsigned drawn;    /* bit L: level L, whose first picture takes longer */
+    uint64_t transfer;        /* hash of the transfer function that it has; 0: none yet */
+    unsigned drawn;           /* bit L: level L, whose first picture takes longer */
+    uint64_t granted, filled; /* of kept_memory */
     idle_renderer *next;
 };
 /* NULL: the context says why. */
 idle_renderer *volume_take_renderer(cvol_context *context, shown_volume *v);
 void volume_return_renderer(shown_volume *v, idle_renderer *renderer);
+/* Draws by one that was taken, which keeps what it evaluates: of the memory for that each volume
+ * has an even share. */
+int volume_draw(cvol_context *context, shown_volume *v, idle_renderer *renderer, cvol_image *image,
+                const cvol_render_options *options);
+/* Bytes that are kept, of all volumes. */
+uint64_t volumes_kept_bytes(volumes *all);
 /* Frees them: nobody holds the volume any more. */
 void volume_free_renderers(shown_volume *v);
 

@@ -468,6 +468,9 @@ typedef struct cvol_fourier_report {
 /* What it holds. Errors: ARGUMENT (another engine). */
 CVOL_API int cvol_renderer_fourier_report(cvol_context *context, const cvol_renderer *renderer,
                                           cvol_fourier_report *out);
+/* Bytes that it keeps of what it evaluated (keep_mb of its last picture); 0 of engines other than
+ * sheet. */
+CVOL_API uint64_t cvol_renderer_kept_bytes(const cvol_renderer *renderer);
 /* Frees a renderer; NULL is allowed. What it draws stays. */
 CVOL_API void cvol_renderer_free(cvol_renderer *renderer);
 /* The values that are black and white in modes xray, mip and min when no window is given. Errors:

@@ -521,6 +521,7 @@ FUNCTIONS = {
     "renderer_project": "i * * * * * z",
     "camera_rotation": "v * *",
     "renderer_fourier_report": "i * * *",
+    "renderer_kept_bytes": "u *",
     "renderer_free": "v *",
     "renderer_range": "i * * *",
     "render_file_level": "i * * * *",

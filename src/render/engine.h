@@ -14,6 +14,7 @@ typedef struct cvol_engine_table {
     int (*set_transfer)(cvol_context *context, void *state, const cvol_transfer *transfer);
     int (*draw)(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
                 const cvol_render_options *options);
+    uint64_t (*kept_bytes)(const void *state); /* NULL: it keeps nothing from picture to picture */
     int has_clip, has_perspective, has_depth;
 } cvol_engine_table;
 

@@ -158,6 +158,11 @@ int cvol_renderer_create_fourier_dense(cvol_context *context, cvol_renderer **ou
     return create_fourier_renderer(context, out, &volume->grid, &source);
 }
 
+uint64_t cvol_renderer_kept_bytes(const cvol_renderer *renderer)
+{
+    return renderer->engine->kept_bytes ? renderer->engine->kept_bytes(renderer->state) : 0;
+}
+
 void cvol_renderer_free(cvol_renderer *renderer)
 {
     if (!renderer)

@@ -595,9 +595,16 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     return code ? code : draw_parallel(context, state, subject, image, &plan, view, options);
 }
 
+static uint64_t sheet_kept_bytes(const void *opaque_state)
+{
+    const sheet_state *state = opaque_state;
+    return atomic_load(&state->keep.taken);
+}
+
 const cvol_engine_table cvol_sheet_engine = {.free = sheet_free,
                                              .set_transfer = sheet_set_transfer,
                                              .draw = sheet_draw,
+                                             .kept_bytes = sheet_kept_bytes,
                                              .has_clip = 1,
                                              .has_perspective = 1,
                                              .has_depth = 1};

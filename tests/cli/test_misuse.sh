@@ -59,6 +59,7 @@ expect_failure 2 'unknown option --turn (is --turntable meant?' cvol render in.c
 expect_failure 2 'unknown option --frames (see' cvol render in.cvol --frames 3
 expect_failure 2 "no command 'rendr', is it render; see" cvol rendr
 expect_failure 2 "no command 'xyz'; see" cvol xyz
+expect_failure 2 '--keep-mb is -1' cvol view in.nrrd --keep-mb -1
 
 # ---- names of outputs --------------------------------------------------------------------------
 

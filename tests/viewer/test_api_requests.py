@@ -180,6 +180,33 @@ class Transfers(unittest.TestCase):
         self.assertEqual((points[0], points[-1]), ([0, 1, 0, 0, 0], [9, 0, 0, 1, 1]))
 
 
+class KeptBlocks(unittest.TestCase):
+    """Of what pictures evaluate some stays for the next ones, which are the same ones."""
+
+    def look(self, keep_mb):
+        """Pictures along all axes, twice, and the bytes that are kept then."""
+        with Viewer(folder.name, "ball.cvol", "--keep-mb", keep_mb) as v:
+            self.assertEqual(v.get("status").json["kept_bytes"], 0)
+            views = [{"camera": {"azimuth": angle, "elevation": angle / 2}, "transfer": POINTS, "light": {"on": angle > 90}, **more}
+                     for angle in (10, 100, 170) for more in ({}, {"mode": "mip"})]
+            pictures = [v.frame(volume="0", **view, **SMALL) for view in views * 2]
+            kept = v.get("status").json["kept_bytes"]
+        self.assertEqual(v.status, 0)
+        return pictures, kept
+
+    def test_same_pictures(self):
+        plain, nothing = self.look("0")
+        self.assertEqual(nothing, 0)
+        pictures, all_of_them = self.look("100")
+        self.assertEqual(pictures, plain)
+        # The ball's blocks in 16 bits, along each axis.
+        self.assertGreater(all_of_them, 3 * 2 * RADIUS ** 3)
+        pictures, some = self.look("0.02")
+        self.assertEqual(pictures, plain)
+        self.assertGreater(some, 0)
+        self.assertLessEqual(some, 20000)
+
+
 class Places(unittest.TestCase):
     """The ball's surface, where the camera's formula has it."""
 
