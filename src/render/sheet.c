@@ -43,6 +43,7 @@ typedef struct sheet_state {
     cvol_sheet_traits traits; /* of the array, with the transfer function */
     cvol_sheet_wide wide;     /* the footprint of the picture */
     cvol_sheet_keep keep;     /* evaluated blocks, where they are to be kept */
+    cvol_lending lending;     /* those that threads lend each other */
     int counts;               /* multiply-adds, of all plans of a picture together */
     uint64_t multiply_adds;
 } sheet_state;
@@ -69,6 +70,7 @@ static void sheet_free(void *opaque_state)
     free(state->bands);
     free(state->bases);
     cvol_keep_free(&state->keep);
+    cvol_lending_free(&state->lending);
     for (int i = 0; i < CVOL_SUBJECTS; i++)
         cvol_sheet_subject_free(&state->subjects[i]);
     free(state);
@@ -363,6 +365,7 @@ typedef struct drawing {
     const cvol_render_options *options;
     cvol_visibility by_surface;
     int extras;
+    size_t spare; /* bytes, see cvol_strips */
 } drawing;
 
 /* Blocks of pictures before. Covers of a level, which are copied with its samples, are not kept. */
@@ -402,6 +405,8 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
         .level = subject->level.samples ? &subject->level : NULL,
         .plan = plan,
         .kept = find_kept(state, subject, plan, options),
+        .lending = state->counts ? NULL
+                                 : cvol_lending_open(&state->lending, plan, threads, of->spare),
         .axes = plan->level ? (cvol_block_axes){0} : make_axes(state, plan),
         .filters = cvol_lapped_filters_of(plan),
         .table = state->table,
@@ -495,13 +500,14 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
                       ? choose_parts(plan, options->step_voxels)
                       : 1;
     int code = choose_rays(context, &of, plan, image->depth != NULL);
-    const int count = code ? 0
-                           : cvol_strip_count(plan, (size_t)image->width * (size_t)image->height,
-                                              count_floats(plan, image->depth != NULL),
-                                              subject->mask.bytes);
-    for (int i = 0; i < count && !code; i++) {
-        const double part = progress[1] / count, begin = progress[0] + i * part;
-        cvol_sheet_plan strip = cvol_strip_make(plan, i, count);
+    cvol_strips strips = {0, 0};
+    if (!code)
+        strips = cvol_strips_choose(plan, (size_t)image->width * (size_t)image->height,
+                                    count_floats(plan, image->depth != NULL), subject->mask.bytes);
+    of.spare = strips.spare;
+    for (int i = 0; i < strips.count && !code; i++) {
+        const double part = progress[1] / strips.count, begin = progress[0] + i * part;
+        cvol_sheet_plan strip = cvol_strip_make(plan, i, strips.count);
         code = draw_strip(context, &of, image, &strip, (const double[2]){begin, part});
     }
     return code;

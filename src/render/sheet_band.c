@@ -232,12 +232,14 @@ static cvol_sheet_piece whole_piece(void *at, const cvol_band_memory *memory,
                               0,  plan->points_sheet};
 }
 
-/* A block's samples, where they are not kept. */
+/* A block's samples. */
 static void make_samples(cvol_band_memory *memory, const cvol_sheet_frame *frame, void *out,
-                         size_t index)
+                         size_t index, size_t place, int is_shared)
 {
     const long row_stride = memory->row_stride, sheet_stride = memory->sheet_stride;
-    if (cvol_keep_take(frame->kept, index, out, row_stride, sheet_stride))
+    cvol_lending *lending = is_shared ? frame->lending : NULL;
+    if (cvol_keep_take(frame->kept, index, out, row_stride, sheet_stride) ||
+        cvol_lent_take(lending, place, index, out, row_stride, sheet_stride))
         return;
     if (frame->level)
         copy_level(out, memory, frame, index);
@@ -249,10 +251,11 @@ static void make_samples(cvol_band_memory *memory, const cvol_sheet_frame *frame
                             frame->background);
     }
     cvol_keep_put(frame->kept, index, out, row_stride, sheet_stride);
+    cvol_lent_put(lending, place, index, out, row_stride, sheet_stride);
 }
 
 static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                           const cvol_band_layer *at, size_t lane, size_t row)
+                           const cvol_band_layer *at, size_t lane, size_t row, cvol_seen seen)
 {
     const cvol_sheet_plan *plan = frame->plan;
     const cvol_array *array = frame->array;
@@ -262,7 +265,9 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
                                    (1 + (long)(row - at->first_row) * plan->points_row) *
                                        memory->row_stride);
     void *cover = cvol_sample_at(plan, out, memory->cover_at);
-    make_samples(memory, frame, out, index);
+    make_samples(memory, frame, out, index,
+                 cvol_lending_place(frame->lending, lane, row, at->layer),
+                 seen == CVOL_SEEN_BY_MORE);
     if (memory->cover_at && frame->mask && !frame->level) {
         const cvol_sheet_piece piece = whole_piece(cover, memory, plan);
         cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
@@ -283,12 +288,14 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
     memory->seen[row] = 0;
     for (size_t lane = 0; lane < plan->blocks_lane; lane++) {
         cvol_band_prefetch(frame, skip, at, lane + 2, row);
-        if (skip->touched[row * plan->blocks_lane + lane] == CVOL_TOUCHED_DRAWN &&
-            cvol_block_is_seen(frame->tiles, plan, lane, row, at->z_begin, at->z_end,
-                               at->tile_begin, at->tile_end)) {
-            evaluate_block(memory, frame, at, lane, row);
-            memory->seen[row] = 1;
-        }
+        if (skip->touched[row * plan->blocks_lane + lane] != CVOL_TOUCHED_DRAWN)
+            continue;
+        const cvol_seen seen = cvol_block_seen(frame->tiles, plan, lane, row, at->z_begin,
+                                               at->z_end, at->tile_begin, at->tile_end);
+        if (seen == CVOL_UNSEEN)
+            continue;
+        evaluate_block(memory, frame, at, lane, row, seen);
+        memory->seen[row] = 1;
     }
 }
 

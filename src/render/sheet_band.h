@@ -1,7 +1,8 @@
 /* Bands of the intermediate image: each is drawn through its layers by one thread, by itself.
  *
- * Two bands that share a row of blocks both evaluate it; for that, no thread waits for another
- * while it draws, and a band's samples stay in its core's cache.
+ * Two bands that share a row of blocks both have its samples; for that, no thread waits for another
+ * while it draws, and a band's samples stay in its core's cache. Who comes to a block first
+ * evaluates it, and lends it the other (sheet_lend.h).
  */
 #ifndef CVOL_RENDER_SHEET_BAND_H
 #define CVOL_RENDER_SHEET_BAND_H
@@ -9,6 +10,7 @@
 #include "render/sheet.h"
 #include "render/sheet_keep.h"
 #include "render/sheet_lapped.h"
+#include "render/sheet_lend.h"
 #include "render/sheet_level.h"
 #include "render/sheet_mask.h"
 #include "render/sheet_share.h"
@@ -19,7 +21,8 @@ struct cvol_sheet_frame {
     const cvol_array *array;       /* of blocks and ranges */
     const cvol_sheet_level *level; /* whose these are; NULL: they are the volume's */
     const cvol_sheet_plan *plan;
-    cvol_kept *kept; /* blocks from pictures before; NULL: none */
+    cvol_kept *kept;       /* blocks from pictures before; NULL: none */
+    cvol_lending *lending; /* those of other bands; NULL: none */
     cvol_block_axes axes;
     cvol_lapped_filters filters; /* of lapped arrays */
     const cvol_sheet_table *table;

@@ -2,7 +2,6 @@
 #include "render/sheet_keep.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 #include "base/memory.h"
 
@@ -13,17 +12,6 @@
 /* What a block's place holds while a thread copies it there. */
 static char being_made;
 
-static size_t sample_size(const cvol_kept *kept)
-{
-    return kept->compact.scale > 0 ? sizeof(int16_t) : sizeof(float);
-}
-
-static size_t block_bytes(const cvol_kept *kept)
-{
-    return sample_size(kept) * (size_t)kept->points[0] * (size_t)kept->points[1] *
-           (size_t)kept->points[2];
-}
-
 static void drop(cvol_kept *kept)
 {
     for (size_t i = 0; i < kept->count && kept->blocks; i++) {
@@ -31,7 +19,8 @@ static void drop(cvol_kept *kept)
         if (!block)
             continue;
         free(block);
-        atomic_fetch_sub_explicit(&kept->all->taken, block_bytes(kept), memory_order_relaxed);
+        atomic_fetch_sub_explicit(&kept->all->taken, cvol_tight_bytes(&kept->shape),
+                                  memory_order_relaxed);
     }
     free(kept->blocks);
     *kept = (cvol_kept){0};
@@ -46,8 +35,9 @@ void cvol_keep_free(cvol_sheet_keep *keep)
 static int is_of(const cvol_kept *kept, const cvol_sheet_plan *plan, size_t count)
 {
     return kept->blocks && kept->count == count && kept->axis == plan->axis_sheet &&
-           kept->level == plan->level && kept->points[0] == plan->points_lane &&
-           kept->points[1] == plan->points_row && kept->points[2] == plan->points_sheet &&
+           kept->level == plan->level && kept->shape.points[0] == plan->points_lane &&
+           kept->shape.points[1] == plan->points_row &&
+           kept->shape.points[2] == plan->points_sheet &&
            kept->compact.scale == plan->compact.scale &&
            kept->compact.offset == plan->compact.offset;
 }
@@ -64,7 +54,7 @@ static cvol_kept *find_kind(cvol_sheet_keep *keep, const cvol_sheet_plan *plan, 
     drop(oldest);
     *oldest = (cvol_kept){.axis = plan->axis_sheet,
                           .level = plan->level,
-                          .points = {plan->points_lane, plan->points_row, plan->points_sheet},
+                          .shape = cvol_tight_of(plan),
                           .compact = plan->compact,
                           .count = count,
                           .blocks = cvol_allocate_zero(count, sizeof *oldest->blocks),
@@ -111,53 +101,13 @@ static char *find(const cvol_kept *kept, size_t index)
     return block == &being_made ? NULL : block;
 }
 
-/* Lines of `size` bytes, which the compiler had better know. */
-static inline void copy_lines(char *out, const char *in, const cvol_kept *kept, size_t size,
-                              const long out_strides[2], const long in_strides[2])
-{
-    for (long z = 0; z < kept->points[2]; z++)
-        for (long y = 0; y < kept->points[1]; y++)
-            memcpy(out + y * out_strides[0] + z * out_strides[1],
-                   in + y * in_strides[0] + z * in_strides[1], size);
-}
-
-static void copy(char *out, const char *in, const cvol_kept *kept, const long out_strides[2],
-                 const long in_strides[2])
-{
-    const size_t size = sample_size(kept) * (size_t)kept->points[0];
-    switch (size) {
-    case 16:
-        copy_lines(out, in, kept, 16, out_strides, in_strides);
-        break;
-    case 20:
-        copy_lines(out, in, kept, 20, out_strides, in_strides);
-        break;
-    case 24:
-        copy_lines(out, in, kept, 24, out_strides, in_strides);
-        break;
-    case 28:
-        copy_lines(out, in, kept, 28, out_strides, in_strides);
-        break;
-    case 32:
-        copy_lines(out, in, kept, 32, out_strides, in_strides);
-        break;
-    case 64:
-        copy_lines(out, in, kept, 64, out_strides, in_strides);
-        break;
-    default:
-        copy_lines(out, in, kept, size, out_strides, in_strides);
-    }
-}
-
 int cvol_keep_take(const cvol_kept *kept, size_t index, void *out, long row_stride,
                    long sheet_stride)
 {
     const char *block = find(kept, index);
     if (!block)
         return 0;
-    const long size = (long)sample_size(kept), line = size * kept->points[0];
-    copy(out, block, kept, (const long[2]){size * row_stride, size * sheet_stride},
-         (const long[2]){line, line * kept->points[1]});
+    cvol_tight_take(out, block, &kept->shape, row_stride, sheet_stride);
     return 1;
 }
 
@@ -168,15 +118,13 @@ void cvol_keep_put(cvol_kept *kept, size_t index, const void *samples, long row_
     if (!kept || atomic_load_explicit(&kept->all->full, memory_order_relaxed) ||
         !atomic_compare_exchange_strong(&kept->blocks[index], &nothing, &being_made))
         return; /* another thread keeps it */
-    const size_t bytes = block_bytes(kept);
+    const size_t bytes = cvol_tight_bytes(&kept->shape);
     const size_t before = atomic_fetch_add(&kept->all->taken, bytes);
     char *block = bytes <= kept->all->most && before <= kept->all->most - bytes
                       ? cvol_allocate(bytes, 1)
                       : NULL;
     if (block) {
-        const long size = (long)sample_size(kept), line = size * kept->points[0];
-        copy(block, samples, kept, (const long[2]){line, line * kept->points[1]},
-             (const long[2]){size * row_stride, size * sheet_stride});
+        cvol_tight_put(block, &kept->shape, samples, row_stride, sheet_stride);
     } else {
         atomic_fetch_sub(&kept->all->taken, bytes);
         atomic_store_explicit(&kept->all->full, 1, memory_order_relaxed);
@@ -187,7 +135,7 @@ void cvol_keep_put(cvol_kept *kept, size_t index, const void *samples, long row_
 int cvol_keep_prefetch(const cvol_kept *kept, size_t index)
 {
     const char *block = find(kept, index);
-    const size_t bytes = block ? block_bytes(kept) : 0;
+    const size_t bytes = block ? cvol_tight_bytes(&kept->shape) : 0;
     for (size_t at = 0; at < bytes && at < FETCHED; at += 64)
         __builtin_prefetch(block + at);
     return block != NULL;

@@ -9,11 +9,12 @@
 
 #include <stdatomic.h>
 
-#include "render/sheet.h"
+#include "render/sheet_tight.h"
 
 /* Blocks of one kind. */
 typedef struct cvol_kept {
-    int axis, level, points[3]; /* across which sheets lie; of lane, row, sheet */
+    int axis, level; /* across which sheets lie */
+    cvol_tight shape;
     cvol_sheet_compact compact;
     uint64_t used; /* when it was opened last */
     size_t count;

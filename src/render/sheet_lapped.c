@@ -95,7 +95,8 @@ static int what_of_cell(const cvol_lapped_layer *layer, const cvol_lapped_layer 
 }
 
 static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *frame,
-                          const cvol_lapped_layer *layer, size_t lane, size_t row, int what)
+                          const cvol_lapped_layer *layer, size_t lane, size_t row, int what,
+                          cvol_seen seen)
 {
     const cvol_band_layer *at = &layer->at;
     const cvol_sheet_plan *plan = frame->plan;
@@ -117,11 +118,16 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
         cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
     }
     cvol_kept *kept = what == CVOL_HAVE_ALL ? frame->kept : NULL;
-    if (cvol_keep_take(kept, index, out, memory->row_stride, layer->sheet_stride))
+    cvol_lending *lending = what == CVOL_HAVE_ALL && seen == CVOL_SEEN_BY_MORE ? frame->lending
+                                                                               : NULL;
+    const size_t place = cvol_lending_place(lending, lane, row, at->layer);
+    if (cvol_keep_take(kept, index, out, memory->row_stride, layer->sheet_stride) ||
+        cvol_lent_take(lending, place, index, out, memory->row_stride, layer->sheet_stride))
         return;
     axes.sheet_ends = what == CVOL_HAVE_ALL ? 0 : what;
     cvol_band_evaluate(memory, frame, out, layer->sheet_stride, index, &axes);
     cvol_keep_put(kept, index, out, memory->row_stride, layer->sheet_stride);
+    cvol_lent_put(lending, place, index, out, memory->row_stride, layer->sheet_stride);
 }
 
 static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
@@ -138,10 +144,13 @@ static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame
         const size_t cell = row * plan->blocks_lane + lane;
         const int what = what_of_cell(layer, low, high, plan, cell);
         cvol_band_prefetch(frame, &layer->skip, at, lane + 2, row);
-        if (!what || !cvol_block_is_seen(frame->tiles, plan, lane, row, z_begin, z_end,
-                                         at->tile_begin, at->tile_end))
+        if (!what)
             continue;
-        evaluate_cell(memory, frame, layer, lane, row, what);
+        const cvol_seen seen = cvol_block_seen(frame->tiles, plan, lane, row, z_begin, z_end,
+                                               at->tile_begin, at->tile_end);
+        if (seen == CVOL_UNSEEN)
+            continue;
+        evaluate_cell(memory, frame, layer, lane, row, what, seen);
         layer->have[cell] = (uint8_t)what;
         layer->seen[row] = 1;
         cvol_lapped_filter_lane(memory, frame, layer, lane, row);

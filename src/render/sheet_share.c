@@ -8,7 +8,7 @@
 #include "base/thread.h"
 #include "render/sheet_band.h"
 
-/* Bands of fewer lines, or of fewer lines times layers, are not divided: both halves evaluate the
+/* Bands of fewer lines, or of fewer lines times layers, are not divided: both halves need the
  * blocks between them, and those that the layer before leaves waiting once more. */
 #define LEAST_LINES (2 * CVOL_TILE)
 #define LEAST_LEFT (8 * CVOL_TILE)

@@ -1,7 +1,7 @@
 /* How threads share the lines of an intermediate image.
  *
- * Each begins with a band of its own, as high as they all are: what two bands share of blocks is
- * evaluated by both, so there are as few as there are threads. A thread that is done asks the one
+ * Each begins with a band of its own, as high as they all are: what two bands share of blocks both
+ * need, so there are as few as there are threads. A thread that is done asks the one
  * with the most left for half of its lines. That one answers between two tiles of lines, and the
  * other goes on with them from the layer that they have come to. No line knows who drew it.
  */

@@ -346,8 +346,8 @@ static void keep_ahead(cvol_sheet_crossing *at, const cvol_sheet_plan *plan)
                                     least};
 }
 
-int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, size_t lane,
-                       size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end)
+cvol_seen cvol_block_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, size_t lane,
+                          size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end)
 {
     int left, right, top, bottom;
     /* Points that the block's own reach. */
@@ -355,7 +355,7 @@ int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, siz
     cvol_sheet_crossing from = cvol_sheet_cross(plan, cvol_sheet_place(plan, z_begin)),
                         to = cvol_sheet_cross(plan, cvol_sheet_place(plan, z_end - 1));
     if (from.scale <= 0 && to.scale <= 0) /* behind the eye */
-        return 0;
+        return CVOL_UNSEEN;
     keep_ahead(&from, plan);
     keep_ahead(&to, plan);
     const double around = fmax(2, 2 * plan->pitch_sheet);
@@ -382,11 +382,12 @@ int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, siz
               tiles->across);
     tile_span(&top, &bottom, first_line, plan->dv, row_reach[0], row_reach[1], rows, scales,
               tiles->down);
+    const int is_shared = top < tile_begin || bottom >= tile_end;
     top = top < tile_begin ? tile_begin : top;
     bottom = bottom >= tile_end ? tile_end - 1 : bottom;
     for (int y = top; y <= bottom; y++)
         for (int x = left; x <= right; x++)
             if (tiles->open[(size_t)y * (size_t)tiles->across + (size_t)x])
-                return 1;
-    return 0;
+                return is_shared ? CVOL_SEEN_BY_MORE : CVOL_SEEN;
+    return CVOL_UNSEEN;
 }

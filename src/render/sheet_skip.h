@@ -64,9 +64,10 @@ typedef struct cvol_tiles {
 void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *intermediate, int begin,
                        int end);
 
-/* 1 if the block (lane, row) of a layer whose sheets are z_begin .. z_end - 1 reaches an open
- * tile in tile rows tile_begin .. tile_end - 1. */
-int cvol_block_is_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, size_t lane,
-                       size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end);
+/* Whether the block (lane, row) of a layer whose sheets are z_begin .. z_end - 1 reaches an open
+ * tile in tile rows tile_begin .. tile_end - 1, and if so, whether any tile beyond these. */
+typedef enum cvol_seen { CVOL_UNSEEN, CVOL_SEEN, CVOL_SEEN_BY_MORE } cvol_seen;
+cvol_seen cvol_block_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, size_t lane,
+                          size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end);
 
 #endif

@@ -54,12 +54,13 @@ static double find_bytes(const cvol_sheet_plan *plan, int line_floats, int count
     return most;
 }
 
-int cvol_strip_count(const cvol_sheet_plan *plan, size_t pixels, int line_floats, size_t mask_bytes)
+cvol_strips cvol_strips_choose(const cvol_sheet_plan *plan, size_t pixels, int line_floats,
+                               size_t mask_bytes)
 {
     const double most = FRAME_BYTES + PIXEL_BYTES * (double)pixels - (double)mask_bytes;
     int count = 1;
-    while (strip_lines(plan, count + 1) >= LEAST_LINES &&
-           find_bytes(plan, line_floats, count) > most)
-        count++;
-    return count;
+    double bytes = find_bytes(plan, line_floats, count);
+    while (strip_lines(plan, count + 1) >= LEAST_LINES && bytes > most)
+        bytes = find_bytes(plan, line_floats, ++count);
+    return (cvol_strips){count, bytes < most ? (size_t)(most - bytes) : 0};
 }
