@@ -182,6 +182,7 @@ static void expect_same(int kind, const cvol_array *array, cvol_image *const *ex
     cvol_renderer *renderer;
     assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
     support_set_transfer(context, renderer, support_blob_points, SUPPORT_BLOB_POINTS);
+    assert_int_equal(cvol_renderer_kept_bytes(renderer), 0);
     for (int round = 0; round < 4; round++)
         for (int k = 0; k < PICTURES; k++) {
             const cvol_render_options options = request_kept(k + kind, round < 2 ? 100 : 0.06);
@@ -191,6 +192,10 @@ static void expect_same(int kind, const cvol_array *array, cvol_image *const *ex
                 fail_msg("%s, request %d, round %d: another picture", kind_names[kind], k + kind,
                          round);
             cvol_image_free(image);
+            if (round < 2)
+                assert_true(cvol_renderer_kept_bytes(renderer) > 60000);
+            else
+                assert_true(cvol_renderer_kept_bytes(renderer) <= 60000);
         }
     cvol_renderer_free(renderer);
 }
