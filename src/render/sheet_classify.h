@@ -119,8 +119,11 @@ CVOL_INLINE cvol_vf share_of_part(cvol_vf a, cvol_vf w)
 
 CVOL_INLINE cvol_vf weight_share(cvol_vf share, cvol_vf opacity, cvol_vf weight)
 {
-    const float least = 1e-4f;
-    return cvol_select(weight >= least, share * share_of_part(opacity, weight), cvol_splat(0));
+    const cvol_vi some = weight >= 1e-4f, all = weight == 1;
+    share = (cvol_vf)((cvol_vi)share & some);
+    if (!cvol_any(some & ~all))
+        return share;
+    return cvol_select(all, share, share * share_of_part(opacity, weight));
 }
 
 /* What matter of a value has over the distance of two sheets: colour times opacity, and opacity. */

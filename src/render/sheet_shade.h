@@ -19,40 +19,38 @@
 
 /* Sheets from s on, as long as `go` has them: known intervals, whole, of samples that all have a
  * value. Returns the sheet after the last that was met. */
-CVOL_INLINE int draw_run(shade_state *state, int *closed, const line_job *job, uint64_t go, int s,
+CVOL_INLINE int draw_run(shade_state *g, int *closed, const line_job *job, uint64_t go, int s,
                          int group, int unit, int lengths, int pieces)
 {
-    shade_state g = *state;
     do {
         cvol_vf next[PARTS];
         for (int k = 0; k < PARTS; k++)
             next[k] = reconstruct(job, &job->sheets[s], group, k, unit);
-        const int visible = is_visible(job, g.value, next);
-        finish(&g, job, s - 1, 0, group, visible, unit, 0, pieces);
+        const int visible = is_visible(job, g->p, g->value, next);
+        finish(g, job, s - 1, 0, group, visible, unit, 0, pieces);
         if (s == 0)
-            g.behind.edge = KNOWN;
+            g->behind.edge = KNOWN;
         for (int k = 0; k < PARTS; k++) {
             if (s == 0)
-                g.behind.value[k] = g.ahead[k];
-            g.before[k] = g.value[k];
-            g.value[k] = next[k];
+                g->behind.value[k] = g->ahead[k];
+            g->before[k] = g->value[k];
+            g->value[k] = next[k];
 #if SHEET_EXTRAS
             for (int part = 1; part < job->layer->parts; part++)
-                g.between[part - 1][k] = find_between(job, s, part, group, k, unit, g.before[k],
-                                                      g.value[k]);
+                g->between[part - 1][k] = find_between(job, s, part, group, k, unit, g->before[k],
+                                                       g->value[k]);
 #endif
         }
-        g.divided = SHEET_EXTRAS && job->layer->parts > 1;
-        *closed = g.visible && is_closed(&g);
-        g.visible = visible;
-        g.end = job->layer->sheets[0].ordinal + s;
-        g.weighted = lengths;
-        for (int k = 0; k < PARTS && g.weighted; k++)
-            g.weight[k] = g.length[k];
-        g.is_lit = 1;
+        g->divided = SHEET_EXTRAS && job->layer->parts > 1;
+        *closed = g->visible && is_closed(g);
+        g->visible = visible;
+        g->end = job->layer->sheets[0].ordinal + s;
+        g->weighted = lengths;
+        for (int k = 0; k < PARTS && g->weighted; k++)
+            g->weight[k] = g->length[k];
+        g->is_lit = visible; /* else light was not found */
         s++;
     } while (!*closed && go >> s & 1);
-    *state = g;
     return s;
 }
 
@@ -111,31 +109,38 @@ CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group,
     const int masked = is_masked(sheet, group, unit, has_void);
     float level = 0, spread = 0;
     const int has_level = !known && find_level_before(&level, &spread, job, s, group);
-    if (known)
-        finish(g, job, s - 1, 0, group, 1, unit, has_void, pieces);
+    cvol_vf value[PARTS], cover[PARTS], before[PARTS], weight[PARTS];
+    int visible = 0;
     for (int k = 0; k < PARTS; k++) {
-        const int i = group * CVOL_GROUP + k * CVOL_LANES;
-        cvol_vf cover;
-        const cvol_vf value = value_at(&cover, job, sheet, 0, group, k, unit, masked);
-        g->before[k] = known ? g->value[k] : has_level ? cvol_splat(level) : value;
-        g->cover_before[k] = known ? g->cover[k] : has_level ? cvol_splat(1) : cover;
-        g->value[k] = value;
-        g->cover[k] = cover;
-        g->weight[k] = !inside ? weigh_part(job, s, i) : cvol_splat(known || has_level ? 1 : 0.5f);
-        g->weight[k] *= g->length[k];
+        value[k] = value_at(&cover[k], job, sheet, 0, group, k, unit, masked);
+        before[k] = known ? g->value[k] : has_level ? cvol_splat(level) : value[k];
+        weight[k] = inside ? cvol_splat(known || has_level ? 1 : 0.5f)
+                           : weigh_part(job, s, group * CVOL_GROUP + k * CVOL_LANES);
+        visible |= sees(job, (cvol_vf)((cvol_vi)g->p[k].through & (weight[k] > 0)), before[k],
+                        value[k]);
+    }
+    if (known)
+        finish(g, job, s - 1, 0, group, visible, unit, has_void, pieces);
+    for (int k = 0; k < PARTS; k++) {
+        g->before[k] = before[k];
+        g->cover_before[k] = known ? g->cover[k] : has_level ? cvol_splat(1) : cover[k];
+        g->value[k] = value[k];
+        g->cover[k] = cover[k];
+        g->weight[k] = weight[k] * g->length[k];
         if (has_void)
-            g->weight[k] *= 0.5f * (g->cover_before[k] + cover);
+            g->weight[k] *= 0.5f * (g->cover_before[k] + cover[k]);
         g->behind.value[k] = g->ahead[k];
         g->behind.cover[k] = g->cover_ahead[k];
     }
     g->behind.edge = known ? KNOWN : has_level ? BOUNDED : ordinal == 0 ? AT_FACE : CONTINUED;
     g->behind.level = level;
     g->behind.spread = spread;
-    g->is_lit = known;
+    g->is_lit = known && visible; /* else light was not found */
     g->divided = 0;
     g->weighted = 1;
     g->end = ordinal;
-    g->visible = is_visible(job, g->before, g->value);
+    g->visible = visible;
+    g->has_last &= known;
     g->pending = 1;
 }
 
@@ -236,9 +241,12 @@ CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, i
     for (int first = begin; first < end; first += RUN) {
         const int count = end - first < RUN ? end - first : RUN;
         find_met(job, first, count, unit);
-        for (int group = first; group < first + count; group++)
+        for (int group = first; group < first + count; group++) {
+            if (group + AHEAD < first + count)
+                prefetch_group(job, group + AHEAD);
             if (!job->line->opaque[group])
                 draw_group(job, group, unit, has_void, lengths, pieces);
+        }
     }
 }
 

@@ -34,8 +34,10 @@ typedef struct shade_state {
     int is_lit;                                 /* if that is known */
     cvol_vf weight[PARTS];
     int pending, weighted, visible;
-    int end;     /* the ordinal of the sheet that it ends at */
-    int divided; /* an extra: samples between its ends are known */
+    matter last[PARTS]; /* at its beginning, */
+    int has_last;       /* if that is known */
+    int end;            /* the ordinal of the sheet that it ends at */
+    int divided;        /* an extra: samples between its ends are known */
 #if SHEET_EXTRAS
     cvol_vf between[CVOL_PARTS - 1][PARTS];
 #endif
@@ -92,12 +94,28 @@ CVOL_INLINE void move_group(shade_state *g, const line_job *job, int group, int 
     }
 }
 
-CVOL_INLINE int is_visible(const line_job *job, const cvol_vf a[PARTS], const cvol_vf b[PARTS])
+/* Whether anything of an interval can be seen, by pixels through which light still comes. */
+CVOL_INLINE int sees(const line_job *job, cvol_vf through, cvol_vf a, cvol_vf b)
+{
+    const cvol_vf most = cvol_max(a, b), least = cvol_min(a, b);
+    const float from = job->table->visible_from, to = job->table->visible_to;
+#if defined(__AVX512F__)
+    const __mmask16 open = _mm512_cmp_ps_mask((__m512)through, _mm512_set1_ps(OPAQUE_BELOW),
+                                              _CMP_GT_OQ),
+                    above = _mm512_mask_cmp_ps_mask(open, (__m512)most, _mm512_set1_ps(from),
+                                                    _CMP_GE_OQ);
+    return _mm512_mask_cmp_ps_mask(above, (__m512)least, _mm512_set1_ps(to), _CMP_LE_OQ) != 0;
+#else
+    return cvol_any((through > OPAQUE_BELOW) & (most >= from) & (least <= to));
+#endif
+}
+
+CVOL_INLINE int is_visible(const line_job *job, const pixels p[PARTS], const cvol_vf a[PARTS],
+                           const cvol_vf b[PARTS])
 {
     int visible = 0;
     for (int k = 0; k < PARTS; k++)
-        visible |= any_within(cvol_max(a[k], b[k]), cvol_min(a[k], b[k]), job->table->visible_from,
-                              job->table->visible_to);
+        visible |= sees(job, p[k].through, a[k], b[k]);
     return visible;
 }
 
@@ -107,7 +125,7 @@ CVOL_INLINE void load_group(shade_state *g, const line_job *job, int group, int 
     const cvol_line *line = job->line;
     g->pending = line->met[group] != INT32_MIN;
     g->end = line->met[group];
-    g->is_lit = g->visible = 0;
+    g->is_lit = g->visible = g->has_last = 0;
     g->weighted = 1;
     g->behind.edge = KNOWN;
     g->behind.level = g->behind.spread = 0;
@@ -123,7 +141,7 @@ CVOL_INLINE void load_group(shade_state *g, const line_job *job, int group, int 
     g->behind.edge = line->edges[group] & 3;
     g->is_lit = line->edges[group] >> 2 & 1;
     g->divided = line->edges[group] >> 3;
-    g->visible = is_visible(job, g->before, g->value);
+    g->visible = is_visible(job, g->p, g->before, g->value);
     if (g->behind.edge == BOUNDED) { /* where the value would be */
         const float *range = line->pending + 7 * (long)line->width + group * CVOL_GROUP;
         g->behind.level = range[0];
@@ -143,6 +161,23 @@ CVOL_INLINE void store_group(shade_state *g, const line_job *job, int group, int
         range[0] = g->behind.level;
         range[1] = g->behind.spread;
     }
+}
+
+/* Pixels of all lines are more than the second level of the cache holds. */
+#define AHEAD 3
+
+CVOL_INLINE void prefetch_group(const line_job *job, int group)
+{
+    const cvol_line *line = job->line;
+    const long width = line->width;
+    const int pending = line->met[group] != INT32_MIN;
+    if (line->opaque[group] || !(pending || job->seen[group - job->first_group]))
+        return;
+    const float *r = line->values + group * CVOL_GROUP, *s = line->pending + group * CVOL_GROUP;
+    for (int k = 0; k < 5; k++)
+        __builtin_prefetch(r + k * width, 1);
+    for (int k = 0; k < CVOL_PENDING_LINES_PLAIN && pending; k++)
+        __builtin_prefetch(s + k * width, 1);
 }
 
 CVOL_INLINE int is_closed(const shade_state *g)

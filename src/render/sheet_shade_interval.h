@@ -91,10 +91,14 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
     to = light_of(job, &to);
     if (table->is_surface)
         hit_surface(g, job, k, &all, weight, has_void);
-    else if (g->weighted)
-        composite_interval(&g->p[k], table, &all, weight, 1, pieces);
-    else
-        composite_interval(&g->p[k], table, &all, weight, 0, pieces);
+    else {
+        if (has_void || !g->has_last)
+            g->last[k] = matter_at_start(table, a, &from, pieces);
+        if (g->weighted)
+            composite_from(&g->p[k], table, &g->last[k], &all, weight, 1, pieces);
+        else
+            composite_from(&g->p[k], table, &g->last[k], &all, weight, 0, pieces);
+    }
 }
 
 /* Draws the pending interval, which ends at sheet `s` of the layer (-1: the last one of the layer
@@ -102,8 +106,10 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
 CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face, int group,
                         int wanted, int unit, int has_void, int pieces)
 {
-    if (!g->visible && !wanted)
+    if (!g->visible && !wanted) {
+        g->has_last = 0;
         return;
+    }
     beside after = {0}, behind = {0};
     find_after(&after, job, s, at_face, group, unit, has_void);
     if (s > 0)
@@ -120,6 +126,7 @@ CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face,
             draw_pending(g, job, k, &now, has_void, pieces);
         g->lit[k] = now;
     }
+    g->has_last = g->visible && !g->divided;
 }
 
 #endif
