@@ -122,7 +122,7 @@ def measure(arguments, cvol, prepared, name, look, threads):
                     'VTK first frame ms': f"{median_of(theirs, 'first_frame_ms'):.0f}",
                     'VTK peak MB': f"{median_of(theirs, 'peak_rss_mb'):.0f}",
                     'VTK base MB': f"{median_of(theirs, 'base_rss_mb'):.0f}",
-                    'VTK version': theirs[0]['version']})
+                    'VTK version': theirs[0]['version'], 'VTK package': theirs[0]['package']})
     return row
 
 
@@ -155,6 +155,9 @@ def describe(arguments, cvol, rows, skipped):
              f'{arguments.repeat} pictures of each; medians of {arguments.rounds} rounds; cvol '
              f'renders files of 1/{arguments.ratio:g}, VTK the original samples.', '',
              markdown(columns, rows), '']
+    peers = {(row['VTK version'], row['VTK package']) for row in rows if 'VTK version' in row}
+    lines += [f'VTK {version}, {package or "of no package"}.' for version, package in peers]
+    lines += [''] if peers else []
     if skipped:
         lines += [f"Skipped (not in the data folder): {', '.join(skipped)}.", '']
     return '\n'.join(lines + [line + '  ' for line in provenance(cvol)])

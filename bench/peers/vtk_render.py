@@ -217,6 +217,16 @@ def write_png(window, path):
     Image.fromarray(rows.copy()).save(path)
 
 
+def owner(module):
+    """The Debian package that a module is of, '' if it is of none."""
+    try:
+        answer = subprocess.run(['dpkg-query', '--search', module.__file__], check=False,
+                                capture_output=True, text=True).stdout
+    except FileNotFoundError:
+        return ''
+    return answer.partition(':')[0]
+
+
 def peak_rss_mb():
     """This process's own: getrusage would count what a large parent had before exec."""
     with open('/proc/self/status', encoding='ascii') as status:
@@ -233,6 +243,7 @@ def over_views(times, views):
 
 
 def measure(arguments):
+    import vtkmodules
     import vtkmodules.vtkRenderingOpenGL2  # noqa: F401 (each registers what VTK makes by name)
     import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401
     from vtkmodules.vtkCommonCore import vtkVersion
@@ -271,7 +282,8 @@ def measure(arguments):
             'peak_rss_mb': peak_rss_mb(), 'base_rss_mb': base_mb, 'voxels': samples.size,
             'ns_per_voxel': 1e6 * frame['median'] / samples.size, 'mode': arguments.mode,
             'size': arguments.size, 'views': arguments.views, 'threads': arguments.threads,
-            'step': arguments.step, 'version': vtkVersion.GetVTKVersion()}
+            'step': arguments.step, 'version': vtkVersion.GetVTKVersion(),
+            'package': owner(vtkmodules)}
 
 
 def main():
