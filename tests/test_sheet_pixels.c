@@ -327,6 +327,28 @@ static void test_far_and_near(void **state)
     free(volume.data);
 }
 
+/* A volume that is bright along one edge: rays that pass by have little of it, and no face makes
+ * it thicker. */
+static void test_bright_edge(void **state)
+{
+    (void)state;
+    static const cvol_transfer_point points[] = {{12, 0.35, 0.2, 0.45, 0},
+                                                 {65, 0.9, 0.5, 0.4, 0.85}};
+    cvol_volume volume = support_volume(40, 40, 20, CVOL_FLOAT32);
+    for (size_t z = 0; z < 20; z++)
+        ((float *)volume.data)[support_index(&volume, 39, 39, z)] = 63;
+    cvol_array *array = support_compress(context, &volume, 16, 80);
+    for (int azimuth = 15; azimuth < 360; azimuth += 90) {
+        const cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, azimuth, 20);
+        const double db = compare(array, &volume, points, options, CVOL_SHEET_RAYS_PIXELS);
+        if (getenv("CVOL_TEST_VERBOSE") || !(db >= 50))
+            print_message("edge, azimuth %d: %.2f dB\n", azimuth, db);
+        assert_true(db >= 50 || getenv("CVOL_TEST_VERBOSE"));
+    }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
@@ -334,6 +356,6 @@ int main(void)
         TEST(test_near_to_rays),          TEST(test_lit_near_to_rays),
         TEST(test_threads_do_not_matter), TEST(test_others_are_as_ever),
         TEST(test_kept_in_16_bits),       TEST(test_far_and_near),
-        TEST(test_left_to_the_engine)};
+        TEST(test_left_to_the_engine),    TEST(test_bright_edge)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -110,9 +110,11 @@ CVOL_INLINE int is_closed(const group_state *g)
 }
 
 /* The part of an interval within what is drawn: from..to, 0 at its sheet and -1 at that before.
- * near: how much of that counts as what it is at its beginning, see composite_within. */
+ * near: how much of that is drawn by itself, see composite_within; `even`: as what it is at its
+ * beginning. */
 typedef struct span {
     cvol_vf from, to, near;
+    int even;
 } span;
 
 /* Of the interval that ends at a sheet, for the CVOL_LANES pixels from i on. */
@@ -129,26 +131,39 @@ CVOL_INLINE void find_within(span *out, const line_job *job, int s, int i)
     out->to = cvol_min(cvol_max(leave, begin), end);
     const cvol_vf near = 0.5f * cvol_min(-enter, 2 + enter);
     out->near = cvol_max(cvol_min(near, out->to - out->from), zero);
+    out->even = !SHEET_PIXELS || layer->cuts > 0;
 }
 
 /* What of an interval, which ends at a sheet of this ordinal, is within. Of opaque matter what lies
  * at a face is all that is seen, and would not be the same before and behind a sheet, which is seen
- * as rings: so of what is within of the interval that a face cuts, half counts as what it is at the
- * face; and of the next interval half of what the face leaves of the one before. */
+ * as rings: so of what is within of the interval that a face cuts, half is drawn by itself; and of
+ * the next interval half of what the face leaves of the one before. Behind a plane that cuts, and
+ * along the lattice, this counts as what it is at the face. Rays of pixels do without that at the
+ * volume's own faces and a box's: a bright sample there would look as thick as half a sheet more,
+ * which is much of the little way that rays have at an edge. */
 CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol_vf from,
                                   cvol_vf to, const span *within, int ordinal, cvol_vf length,
                                   int pieces)
 {
     const sample_parts whole = {.divided = 0};
     const cvol_vf rise = to - from, sheet = cvol_splat((float)ordinal);
+    const cvol_vf face = to + within->from * rise;
     const stretch at = {sheet + within->from + within->near, sheet + within->to};
-    const interval all = {
-        to + within->from * rise, to + within->to * rise, NULL, NULL, at, NULL, {0}};
+    const interval all = {within->even ? face : to + (within->from + within->near) * rise,
+                          to + within->to * rise,
+                          NULL,
+                          NULL,
+                          at,
+                          NULL,
+                          {0}};
     const cvol_vf rest = within->to - within->from - within->near;
-    matter last = matter_at_start(table, all.a, NULL, pieces);
-    if (any_above(within->near, LEAST_WEIGHT))
-        composite_part(p, &last, &last, whole, (stretch){at.from - within->near, at.from},
+    matter last = matter_at_start(table, face, NULL, pieces);
+    if (any_above(within->near, LEAST_WEIGHT)) {
+        const matter next = within->even ? last : matter_at_start(table, all.a, NULL, pieces);
+        composite_part(p, &last, &next, whole, (stretch){at.from - within->near, at.from},
                        within->near * length, 1);
+        last = next;
+    }
     composite_from(p, table, &last, &all, rest * length, 1, pieces);
 }
 
