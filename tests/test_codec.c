@@ -11,6 +11,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/cell_choice.h"
 #include "codec/part_choice.h"
 #include "codec/range_coder.h"
 #include "codec/search.h"
@@ -143,13 +144,47 @@ static void search_finds_a_step(void **state)
     }
 }
 
+/* Samples that no value of so fine a step reaches: every part says so, whichever ways of splitting
+ * were tried, and nothing that was never written is looked at. */
+static void what_does_not_fit_is_told(void **state)
+{
+    (void)state;
+    static const cvol_split_choice splits[] = {CVOL_SPLIT_BEST, CVOL_SPLIT_NEVER,
+                                               CVOL_SPLIT_OCTANTS, CVOL_SPLIT_FOURS};
+    static const int inside[3] = {16, 16, 16};
+    static const size_t place[3] = {0};
+    cvol_token_tables *tables = cvol_token_tables_create();
+    cvol_token_costs *costs = malloc(sizeof *costs);
+    cvol_cell_chooser *chooser = cvol_cell_chooser_create();
+    cvol_brick_context *brick = calloc(1, sizeof *brick);
+    float *samples = aligned_alloc(64, 4096 * sizeof *samples);
+    assert_true(tables && costs && chooser && brick && samples);
+    cvol_token_costs_set(costs, tables);
+    random_state r = (random_state){11};
+    for (int i = 0; i < 4096; i++)
+        samples[i] = (float)((double)random_below(&r, 1 << 30) * 4);
+    for (size_t k = 0; k < 8; k++) {
+        const cvol_chooser_options options = {
+            .step = 1e-3, .split = splits[k % 4], .dependent = k >= 4};
+        cvol_cell_choice choice;
+        cvol_cell_choose(chooser, &choice, samples, inside, brick, place, costs, &options);
+        assert_true(choice.parts > 0);
+        for (int p = 0; p < choice.parts; p++)
+            assert_int_equal(choice.used[p], 0);
+    }
+    free(samples);
+    free(brick);
+    cvol_cell_chooser_free(chooser);
+    free(costs);
+    free(tables);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(range_coder_round_trip),
-        cmocka_unit_test(range_decoder_notes_the_end),
-        cmocka_unit_test(optimal_choice_stays_near),
-        cmocka_unit_test(search_finds_a_step),
+        cmocka_unit_test(range_coder_round_trip),    cmocka_unit_test(range_decoder_notes_the_end),
+        cmocka_unit_test(optimal_choice_stays_near), cmocka_unit_test(search_finds_a_step),
+        cmocka_unit_test(what_does_not_fit_is_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -181,14 +181,15 @@ static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
                            (may_choose(split) && finer >= margins->octant_least * coarser),
               may_fours = split == CVOL_SPLIT_FOURS ||
                           (may_choose(split) && finer <= margins->octant_most * coarser);
-    cvol_part_choice choice = {.used = 1, .cost = INFINITY};
+    cvol_part_choice choice = {.cost = INFINITY};
+    values[0] = 0; /* what stands there if neither way fits */
     if (c->by_weight && may_eights != may_fours) {
         if (may_fours) {
             take_fours(c, out, NULL, octant);
             return 0;
         }
         note_unchosen(c, c->chooser->eights, 1, begin, first);
-        choice.cost = 0;
+        choice = (cvol_part_choice){.used = 1};
     } else {
         if (may_eights)
             choice = choose_part(c, values, c->chooser->eights, 1, begin, first);

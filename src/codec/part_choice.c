@@ -136,6 +136,7 @@ cvol_part_choice cvol_part_choose(int32_t *values, const float *scaled, int size
     const cvol_scan *scan = cvol_part_scan_of(size_class);
     const int extent = cvol_quantise_extent(scaled, scan->count, plain ? 0.4999f : LAST_SHARE);
     float dc_cost, dc_error;
+    values[0] = 0; /* which parts beside this one may look at, even if it does not fit */
     if (!cvol_quantise_fits(scaled, extent, 1))
         return (cvol_part_choice){0, 0, INFINITY};
     const double tail = cvol_part_squares(scaled, 1, extent) +

@@ -116,6 +116,7 @@ cvol_part_choice cvol_part_choose_dependent(cvol_trellis *t, int32_t *indices, c
     const cvol_scan *scan = cvol_part_scan_of(size_class);
     const int extent = cvol_quantise_extent(scaled, scan->count, LAST_SHARE);
     float dc_cost, dc_error;
+    indices[0] = 0; /* which parts beside this one may look at, even if it does not fit */
     if (!cvol_quantise_fits(scaled, extent, 0.5))
         return (cvol_part_choice){0, 0, INFINITY};
     indices[0] = cvol_part_choose_dc(&dc_cost, &dc_error, scaled[0], costs, context, 0);
