@@ -60,7 +60,7 @@ def crc32c(data):
     return crc ^ 0xFFFFFFFF
 
 
-ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "MODE", "BRKS", "RNGE", "TABL", "INDX", "MASK", "SHL0",
+ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "MODE", "BRKS", "TRUE", "RNGE", "TABL", "INDX", "MASK", "SHL0",
          "SHL1", "SHL2", "SHL3", "CORR", "TERM", "SPEC", "PICT", "BAKE", "PLNS",
          "ENDS"]
 OPTIONAL = {"ATTR", "RNGE"}
@@ -207,6 +207,17 @@ def read_shape(header, content):
     return tuple(sides), run
 
 
+def read_ends(header, content, modes):
+    """How many bits terms are finer than the step, where cells end as TRUE says; 0 without it."""
+    if content is None:
+        return 0
+    need(len(content) >= 4 and header.is_volume() and header.block == 16 and modes.kind == 0,
+         "TRUE: not of such a volume, or too short")
+    bits, = struct.unpack_from("<I", content)
+    need(1 <= bits <= 8, "TRUE: bits")
+    return bits
+
+
 def read_index(content, bricks, run, others):
     """Lengths [stream][brick] and checksums [stream][run]: of the shells, then of `others` more."""
     at, lengths, sums, runs = 0, [], [], -(-bricks // run)
@@ -322,7 +333,6 @@ class Stream:
 
 # ---- 8. bricks -----------------------------------------------------------------------------------
 
-WEIGHTS = [8192, 2896, 1024, 362]
 LEVEL_BOUNDS = [0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 28, 40, 60, 100, 200, 400, 800, 1600, 3200, 6400,
                 12800]
 
@@ -341,9 +351,10 @@ LEVELS, FINE_LEVELS = levels_of(LEVEL_BOUNDS), levels_of(FINE_BOUNDS)
 
 class Scan:
     """The order of the coefficients of a part of side M: places, and what belongs to them. Sums
-    have a side of M + 2, so that what falls beyond the part does no harm."""
+    have a side of M + 2, so that what falls beyond the part does no harm. Of an ended part there are
+    n of M places along each axis; `index` is each one's in the whole part."""
 
-    def __init__(self, M):
+    def __init__(self, M, n):
         order = []
         for w in range(M):
             for v in range(M):
@@ -351,10 +362,13 @@ class Scan:
                     cube = max(u, v, w).bit_length()
                     order.append((cube, u + v + w, u + M * v + M * M * w, u, v, w))
         self.M, self.side = M, M + 2
-        self.places, self.bands, self.sums = [], [], []
-        for _, norm, _, u, v, w in sorted(order):
+        self.places, self.bands, self.sums, self.index = [], [], [], []
+        for index, (_, norm, _, u, v, w) in enumerate(sorted(order)):
+            if u >= n[0] or v >= n[1] or w >= n[2]:
+                continue
             c = sum(bound * M < 32 * norm for bound in (5, 11, 19, 29, 43))
             z = min(2, (u == 0) + (v == 0) + (w == 0))
+            self.index.append(index)
             self.places.append((u, v, w))
             self.bands.append(3 * c + z)
             self.sums.append(u + self.side * (v + self.side * w))
@@ -370,10 +384,10 @@ class Scan:
 SCANS = {}
 
 
-def scan_of(M):
-    if M not in SCANS:
-        SCANS[M] = Scan(M)
-    return SCANS[M]
+def scan_of(M, n):
+    if (M, n) not in SCANS:
+        SCANS[M, n] = Scan(M, n)
+    return SCANS[M, n]
 
 
 def parts_of(split):
@@ -394,9 +408,9 @@ def parts_of(split):
 class Brick:
     """Decodes one brick: for each part (block, side, first sample in it, values[w, v, u])."""
 
-    def __init__(self, streams, counts, header):
+    def __init__(self, streams, counts, header, ends=0, inside=(64, 64, 64)):
         self.streams, self.counts, self.block = streams, counts, header.block
-        self.dependent = header.dependent
+        self.dependent, self.ends, self.inside = header.dependent, ends, inside
         self.mean, self.length, self.tokens = {}, {}, {}  # by cubes of 4^3, and by cells
 
     def decode(self):
@@ -407,7 +421,15 @@ class Brick:
             split = self.split(place) if self.block == 16 else None
             for side, begin in parts_of(split) if split is not None else [(self.block, (0, 0, 0))]:
                 first = [self.block * place[a] + begin[a] for a in range(3)]
-                parts.append((place, side, begin, self.part(side, first)))
+                n = tuple(min(side, self.inside[a] - first[a]) for a in range(3))
+                if not self.ends:
+                    values = self.part(side, first, (side, side, side))
+                else:
+                    filled = tuple(m if m > 0 else side for m in n)
+                    values = to_terms(self.part(side, first, n) if filled == n else
+                                      self.unseen(side, first, filled), filled, self.ends)
+                need(np.abs(values).max() <= VALUE_LIMIT, "a term")
+                parts.append((place, side, begin, values))
         for stream in self.streams:
             stream.check_end()
         return parts
@@ -425,9 +447,9 @@ class Brick:
         low, high = self.streams[0].token(ROW_OCTANTS), self.streams[0].token(ROW_OCTANTS + 1)
         return 1 | low << 1 | high << 5
 
-    def context(self, k, cube):
+    def context(self, k, cube, W):
         near = [before for before in befores(cube, 1) if before in self.mean]
-        n, W = len(near), WEIGHTS[k]
+        n = len(near)
         if not n:
             return 0, 0, 0
         means = [self.mean[c] for c in near]
@@ -437,10 +459,34 @@ class Brick:
         spread = 1 if n == 1 else 2 + min(9, ((max(means) - min(means)) // W).bit_length())
         return prediction, spread, 1 + (sum(lengths) + n // 2) // n
 
-    def part(self, M, first):
+    @staticmethod
+    def weight(n):
+        return math.floor(2 ** 16 / math.sqrt(math.prod(n)) + 0.5)
+
+    def unseen(self, M, first, n):
+        """What nobody sees: as its neighbours foretell."""
+        k, cube = {4: 0, 8: 1, 16: 2}[M], tuple(x // 4 for x in first)
+        limit, W = VALUE_LIMIT >> self.dependent + self.ends, self.weight(n)
+        means = [self.mean[c] for c in befores(cube, 1) if c in self.mean]
+        size = (2 * abs(sum(means)) + len(means) * W) // (2 * len(means) * W) if means else 0
+        dc = min(limit, size) * (-1 if sum(means) < 0 else 1)
+        self.note(M, cube, dc * W, 0)
+        values = np.zeros((M, M, M), np.int64)
+        values[0, 0, 0] = dc << self.dependent
+        return values
+
+    def note(self, M, cube, mean, length):
+        for z in range(M // 4):
+            for y in range(M // 4):
+                for x in range(M // 4):
+                    at = cube[0] + x, cube[1] + y, cube[2] + z
+                    self.mean[at], self.length[at] = mean, length
+
+    def part(self, M, first, n):
         k = {4: 0, 8: 1, 16: 2, 32: 3}[M]
         cube = tuple(x // 4 for x in first)
-        prediction, spread, around = self.context(k, cube)
+        W = self.weight(n)
+        prediction, spread, around = self.context(k, cube, W)
         stream = self.streams[0]
         d = self.number(stream, ROW_DC + 12 * k + spread)
         dc = prediction + (-d if d and stream.raw(1) else d)
@@ -450,14 +496,10 @@ class Brick:
         values = np.zeros((M, M, M), np.int64)
         values[0, 0, 0] = dc << self.dependent
         if L:
-            need(2 ** (L - 1) < M ** 3, "a last index")
-            self.coefficients(values, k, L, dc)
-        for z in range(M // 4):
-            for y in range(M // 4):
-                for x in range(M // 4):
-                    at = cube[0] + x, cube[1] + y, cube[2] + z
-                    self.mean[at] = dc * WEIGHTS[k]
-                    self.length[at] = L + 3 * (3 - k) if L else 0
+            scan = scan_of(M, n)
+            need(2 ** (L - 1) <= scan.index[-1], "a last index")
+            self.coefficients(values, scan, k, L, dc)
+        self.note(M, cube, dc * W, L + 3 * (3 - k) if L else 0)
         return values
 
     @staticmethod
@@ -468,17 +510,19 @@ class Brick:
         length = t - 1 if t < 15 else max(1, stream.raw(5))
         return 2 ** (length - 1) | stream.raw(length - 1)
 
-    def coefficients(self, values, k, L, dc):
-        scan = scan_of(len(values))
+    def coefficients(self, values, scan, k, L, dc):
         sums = [0] * (scan.side ** 3 + 2 * scan.side ** 2)
         scan.scatter(sums, 0, min(abs(dc), 2))
         begin, state = 1, 0
         for s, stream in enumerate(self.streams):
-            end, last = 8 ** max(0, k + s - 1), None
+            shell_end, last = 8 ** max(0, k + s - 1), None
+            end = sum(index < shell_end for index in scan.index)
             if end <= begin:
                 continue
-            if 2 ** (L - 1) < end:
+            if 2 ** (L - 1) < shell_end:
                 last = self.last(stream, k, L)
+                need(last in scan.index, "a last index")
+                last = scan.index.index(last)
                 end = last + 1
             for i in range(begin, end):
                 odd = state % 2
@@ -596,6 +640,20 @@ def inverse_dct(A):
     for axis, n in enumerate(A.shape):
         A = np.moveaxis(np.tensordot(dct_matrix(n), A, (0, axis)), 0, axis)
     return A
+
+
+def to_terms(values, n, bits):
+    """Of the coefficients of a part of which n samples are inside, those of its own side."""
+    M, terms = len(values), values * 2.0 ** bits
+    for axis in (2, 1, 0):  # along x first
+        length = n[2 - axis]
+        if length < M:
+            k, x = np.arange(length)[:, None], np.arange(M)[None, :]
+            D = np.sqrt(np.where(k > 0, 2, 1) / length) * np.cos(np.pi * k * (x + 0.5) / length)
+            both = dct_matrix(M) @ D.T  # [u][k]
+            terms = np.moveaxis(np.tensordot(both, terms.take(range(length), axis), (1, axis)),
+                                0, axis)
+    return np.rint(terms).astype(np.int64)
 
 
 def mirror(slots):
@@ -954,6 +1012,8 @@ def read_volume(header, sections, shells):
     """The samples, finished."""
     B, dims = header.block, header.dims
     modes = Modes(sections["MODE"][0] if "MODE" in sections else None)
+    ends = read_ends(header, sections["TRUE"][0] if "TRUE" in sections else None, modes)
+    step = header.step / 2 ** ends
     if shells < 4:
         modes.kind = 0
     sides, run = read_shape(header, sections["BRKS"][0] if "BRKS" in sections else None)
@@ -978,15 +1038,16 @@ def read_volume(header, sections, shells):
         counts = [min(sides[a] // B, blocks[a] - first[a]) for a in range(3)]
         weight = {}
         for block, side, begin, values in Brick([Stream(shell[number], rows) for shell in data],
-                                                counts, header).decode():
+                                                counts, header, ends,
+                                                [dims[a] - B * first[a] for a in range(3)]).decode():
             x, y, z = (B * (first[a] + block[a]) + begin[a] for a in range(3))
-            samples[z:z + side, y:y + side, x:x + side] = inverse_dct(header.step * values)
+            samples[z:z + side, y:y + side, x:x + side] = inverse_dct(step * values)
             if integers.size:
                 integers[z:z + side, y:y + side, x:x + side] = exact_inverse(
                     values << modes.fraction)
             terms += np.count_nonzero(values)
             weight[block] = weight.get(block, 0) + int(np.abs(values).sum())
-        need(max(weight.values()) * header.step < FLOAT32_MAX, "terms are too large")
+        need(max(weight.values()) * step < FLOAT32_MAX, "terms are too large")
         need(not integers.size or max(weight.values()) << modes.fraction <= 2 ** 31, "MODE: fraction")
         if modes.fills:
             box = box_of(sides, place, dims)

@@ -103,8 +103,8 @@ static void optimal_choice_stays_near(void **state)
         c[i] = (float)(random_signed(&r) * 300 / (1 + 0.1 * i));
     for (int plain = 0; plain < 2; plain++) {
         const cvol_part_context context = {0, CVOL_ROW_DC + 2 * CVOL_SPREADS, 0};
-        const cvol_part_choice choice = cvol_part_choose(values, c, 2, costs, &context, plain,
-                                                         scatter);
+        const cvol_part_choice choice = cvol_part_choose(values, c, cvol_part_scan_of(2), costs,
+                                                         &context, plain, scatter);
         double error = 0;
         assert_in_range(choice.used, 100, 4096);
         assert_true(values[choice.used - 1] != 0);
@@ -120,7 +120,8 @@ static void optimal_choice_stays_near(void **state)
     }
     c[9] = 2e9f; /* beyond what is coded */
     const cvol_part_context context = {0, CVOL_ROW_DC + 2 * CVOL_SPREADS, 0};
-    assert_int_equal(cvol_part_choose(values, c, 2, costs, &context, 0, scatter).used, 0);
+    assert_int_equal(
+        cvol_part_choose(values, c, cvol_part_scan_of(2), costs, &context, 0, scatter).used, 0);
     free(tables);
     free(costs);
     free(scatter);

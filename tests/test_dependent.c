@@ -191,7 +191,7 @@ static void paths_are_the_best_there_are(void **state)
             scaled[i] = (random_below(&r, 3) ? 1.2f : 3.5f) * (float)random_signed(&r);
         const cvol_part_context place = {(int64_t)lrintf(scaled[0]), CVOL_ROW_DC, 0};
         const cvol_part_choice choice = cvol_part_choose_dependent(
-            trellis, indices, scaled, size_class, costs, &place, scatter);
+            trellis, indices, scaled, cvol_part_scan_of(size_class), costs, &place, scatter);
         const int64_t difference = indices[0] - place.prediction;
         search s = {scaled,
                     costs,
@@ -241,7 +241,7 @@ static void large_values_are_near(void **state)
             scaled[i] = (float)(largest * random_signed(&r));
         const cvol_part_context place = {0, CVOL_ROW_DC, 0};
         const cvol_part_choice choice = cvol_part_choose_dependent(
-            trellis, indices, scaled, size_class, costs, &place, scatter);
+            trellis, indices, scaled, cvol_part_scan_of(size_class), costs, &place, scatter);
         for (int i = 1, s = 0; i < choice.used; i++) {
             const uint32_t k = cvol_magnitude(indices[i]);
             const double off = fabs((double)scaled[i]) - 0.5 * cvol_dependent_magnitude(s, k);
@@ -253,8 +253,10 @@ static void large_values_are_near(void **state)
     }
     scaled[1] = 0x1p30f; /* its index is too large */
     const cvol_part_context place = {0, CVOL_ROW_DC, 0};
-    assert_int_equal(
-        cvol_part_choose_dependent(trellis, indices, scaled, 0, costs, &place, scatter).used, 0);
+    assert_int_equal(cvol_part_choose_dependent(trellis, indices, scaled, cvol_part_scan_of(0),
+                                                costs, &place, scatter)
+                         .used,
+                     0);
     cvol_trellis_free(trellis);
     free(tables);
     free(costs);

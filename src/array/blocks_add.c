@@ -195,6 +195,7 @@ int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result 
         return build_sum(context, out, result, &s, &all, "scaling");
     }
     out->dependent = a->dependent; /* the terms stay, or only turn their signs */
+    out->ends = a->ends;
     memset(result, 0, sizeof *result);
     result->max_abs = -1;
     out->offset = alpha * a->offset + beta;

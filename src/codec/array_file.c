@@ -122,15 +122,22 @@ static int check_array(cvol_context *context, const cvol_array *array)
 /* Terms that were changed since they were chosen are coded as they are: *array becomes `plain`. */
 static int choose_coding(cvol_context *context, const cvol_array **array, cvol_array *plain)
 {
-    if (!(*array)->dependent || cvol_coded_of(*array))
+    if (!((*array)->dependent || (*array)->ends) || cvol_coded_of(*array))
         return CVOL_OK;
-    const int dependent = cvol_bricks_are_dependent(context, *array);
-    if (!dependent) {
+    int fits = cvol_bricks_fit(context, *array);
+    if (!fits && (*array)->dependent && (*array)->ends) {
         *plain = **array;
         plain->dependent = 0;
         *array = plain;
+        fits = cvol_bricks_fit(context, *array);
     }
-    return dependent < 0 ? -dependent : CVOL_OK;
+    if (!fits) {
+        if (*array != plain)
+            *plain = **array;
+        plain->dependent = plain->ends = 0;
+        *array = plain;
+    }
+    return fits < 0 ? -fits : CVOL_OK;
 }
 
 /* As a part of an output, or, NULL, as a file; path NULL as well: only counted. */

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "codec/brick_internal.h"
 #include "codec/dependent.h"
+#include "codec/quantise.h"
 
 /* Tokens of a cell's split. */
 enum { SPLIT_NONE, SPLIT_OCTANTS, SPLIT_MIXED, SPLIT_FOURS };
@@ -93,6 +94,7 @@ void cvol_brick_coder_free(cvol_brick_coder *coder)
         return;
     for (int s = 0; s < CVOL_SHELLS; s++)
         cvol_token_writer_free(&coder->writers[s]);
+    cvol_end_scans_clear(&coder->context.scans);
     free(coder->words);
     free(coder);
 }
@@ -107,10 +109,11 @@ int cvol_block_parts(cvol_cell_part parts[CVOL_CELL_PARTS_MAX], int block, uint1
 
 /* ---- encoding --------------------------------------------------------------------------- */
 
-void cvol_brick_start(cvol_brick_coder *coder)
+int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const size_t first[3])
 {
     for (int s = 0; s < CVOL_SHELLS; s++)
         cvol_token_writer_start(&coder->writers[s]);
+    return cvol_brick_context_start(&coder->context, array, first);
 }
 
 void cvol_brick_put_split(cvol_brick_coder *coder, const size_t place[3], uint16_t split)
@@ -165,9 +168,9 @@ static int first_place(const cvol_cell_part *part)
 }
 
 /* Brings a part's values into scan order; one past the last that is not 0, at least 1. */
-static int scan_part(cvol_brick_coder *coder, const cvol_cell_part *part, int in_cell)
+static int scan_part(cvol_brick_coder *coder, const cvol_cell_part *part, const cvol_scan *scan,
+                     int in_cell)
 {
-    const cvol_scan *scan = cvol_part_scan_of(cvol_size_class(part->side));
     const int first = first_place(part);
     int used = 1;
     for (int i = 0; i < scan->count; i++) {
@@ -195,6 +198,27 @@ static int find_indices(int32_t *values, int used)
     return 1;
 }
 
+/* Spreads what a file codes of a block; 0 if nothing does. */
+static int spread_coded(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
+                        const size_t place[3])
+{
+    int inside[3];
+    if (block->words)
+        spread_terms(coder, block, array->block_log2);
+    return !array->ends || !block->words ||
+           cvol_cell_ends_put(coder->values, cvol_brick_cell_inside(inside, &coder->context, place),
+                              block->split, array->ends);
+}
+
+static void unspread_coded(cvol_brick_coder *coder, const cvol_array *array,
+                           const cvol_block *block)
+{
+    if (array->ends)
+        memset(coder->values, 0, sizeof *coder->values * CVOL_CELL_SAMPLES);
+    else
+        unspread_terms(coder, block, array->block_log2);
+}
+
 static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
                          const size_t place[3])
 {
@@ -203,48 +227,60 @@ static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const
     const int in_cell = array->block == CVOL_CELL;
     if (in_cell)
         cvol_brick_put_split(coder, place, block->split);
-    spread_terms(coder, block, array->block_log2);
+    spread_coded(coder, array, block, place);
     for (int p = 0; p < count; p++) {
         const int size_class = cvol_size_class(parts[p].side);
-        coder->scanned[0] = 0;
-        const int used = block->words ? scan_part(coder, &parts[p], in_cell) : 1;
-        if (array->dependent)
-            find_indices(coder->scanned, used);
         int at[3];
         cvol_part_place(at, &parts[p], place, array->block);
-        const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
-        cvol_part_encode(coder->writers, size_class, &context, coder->scanned, used,
-                         array->dependent, coder->scatter);
-        cvol_part_note(&coder->context, at, size_class, coder->scanned[0],
-                       used > 1 ? cvol_bit_length((uint32_t)used - 1) : 0);
+        const cvol_scan *scan = cvol_brick_scan(&coder->context, at, size_class);
+        if (!scan) {
+            cvol_part_note_unseen(&coder->context, at, size_class);
+            continue;
+        }
+        coder->scanned[0] = 0;
+        const int used = block->words ? scan_part(coder, &parts[p], scan, in_cell) : 1;
+        if (array->dependent)
+            find_indices(coder->scanned, used);
+        const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
+        cvol_part_encode(coder->writers, scan, &context, coder->scanned, used, array->dependent,
+                         coder->scatter);
+        cvol_part_note(&coder->context, at, scan, coder->scanned[0], cvol_part_length(scan, used));
     }
-    unspread_terms(coder, block, array->block_log2);
+    unspread_coded(coder, array, block);
 }
 
-/* Whether all parts of a block have indices. */
-static int block_is_dependent(cvol_brick_coder *coder, const cvol_array *array,
-                              const cvol_block *block)
+/* Whether the block can be coded as the array says: its ends, and of all parts indices. */
+static int block_fits(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
+                      const size_t place[3])
 {
     cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
     const int count = cvol_block_parts(parts, array->block, block->split);
-    int found = 1;
     if (!block->words)
         return 1;
-    spread_terms(coder, block, array->block_log2);
-    for (int p = 0; p < count && found; p++)
-        found = find_indices(coder->scanned,
-                             scan_part(coder, &parts[p], array->block == CVOL_CELL));
-    unspread_terms(coder, block, array->block_log2);
+    int found = spread_coded(coder, array, block, place);
+    for (int p = 0; p < count && found && array->dependent; p++) {
+        int at[3];
+        cvol_part_place(at, &parts[p], place, array->block);
+        const cvol_scan *scan = cvol_brick_scan(&coder->context, at,
+                                                cvol_size_class(parts[p].side));
+        if (scan)
+            found = find_indices(coder->scanned,
+                                 scan_part(coder, &parts[p], scan, array->block == CVOL_CELL));
+    }
+    unspread_coded(coder, array, block);
     return found;
 }
 
-int cvol_brick_is_dependent(cvol_brick_coder *coder, const cvol_array *array, size_t brick)
+int cvol_brick_fits(cvol_brick_coder *coder, const cvol_array *array, size_t brick)
 {
     const cvol_brick_box box = cvol_brick_box_of(array, brick);
-    int found = 1;
-    for (size_t i = 0; i < cvol_brick_box_blocks(&box) && found; i++)
-        found = block_is_dependent(coder, array,
-                                   &array->block_table[cvol_brick_block_index(array, &box, i)]);
+    int found = cvol_brick_context_start(&coder->context, array, box.first);
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box) && found; i++) {
+        size_t place[3];
+        cvol_brick_box_place(place, &box, i);
+        found = block_fits(coder, array,
+                           &array->block_table[cvol_brick_block_index(array, &box, i)], place);
+    }
     return found;
 }
 
@@ -252,7 +288,8 @@ int cvol_brick_encode(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS],
                       const cvol_array *array, size_t brick)
 {
     const cvol_brick_box box = cvol_brick_box_of(array, brick);
-    cvol_brick_start(coder);
+    if (!cvol_brick_start(coder, array, box.first))
+        return 0;
     for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
         size_t place[3];
         cvol_brick_box_place(place, &box, i);
@@ -290,19 +327,24 @@ static int take_split(cvol_brick_coder *coder, cvol_token_reader *in, const size
     return 1;
 }
 
-/* Appends the found values as words in order of place, and clears them. The sum of their
- * magnitudes; *words and *terms are counted up. */
-static uint64_t take_terms(cvol_brick_coder *coder, int block_log2, uint32_t *words, size_t *terms)
+/* Appends the found values, times 2^shift, as words in order of place, and clears them. *sum: of
+ * their magnitudes; *words and *terms are counted up. 0 if one is too large. */
+static int take_terms(cvol_brick_coder *coder, int block_log2, int shift, uint64_t *sum,
+                      uint32_t *words, size_t *terms)
 {
     const int place_bits = cvol_place_bits(block_log2);
+    const uint32_t most = (uint32_t)CVOL_VALUE_LIMIT >> shift;
     uint32_t *to = coder->words + coder->word_count;
-    uint64_t sum = 0;
+    *sum = 0;
     for (int i = 0; i < 1 << (3 * block_log2 - 6); i++) {
         for (uint64_t bits = coder->found[i]; bits; bits &= bits - 1) {
             const uint32_t place = (uint32_t)(64 * i + __builtin_ctzll(bits));
-            const int32_t value = coder->values[place];
+            int32_t value = coder->values[place];
+            if (__builtin_expect(cvol_magnitude(value) > most, 0))
+                return 0;
+            value *= 1 << shift;
             to += cvol_term_pack(to, place, value, place_bits);
-            sum += cvol_magnitude(value);
+            *sum += cvol_magnitude(value);
             (*terms)++;
             coder->values[place] = 0;
         }
@@ -310,7 +352,7 @@ static uint64_t take_terms(cvol_brick_coder *coder, int block_log2, uint32_t *wo
     }
     *words = (uint32_t)(to - (coder->words + coder->word_count));
     coder->word_count += *words;
-    return sum;
+    return 1;
 }
 
 static int reserve_words(cvol_brick_coder *coder, size_t more)
@@ -326,6 +368,13 @@ static int reserve_words(cvol_brick_coder *coder, size_t more)
     return 1;
 }
 
+static void put_value(cvol_brick_coder *coder, int place, int32_t value)
+{
+    coder->values[place] = value;
+    if (value)
+        coder->found[place / 64] |= UINT64_C(1) << place % 64;
+}
+
 static int decode_parts(cvol_brick_coder *coder, cvol_token_reader streams[CVOL_SHELLS], int shells,
                         const cvol_array *array, uint16_t split, const size_t place[3])
 {
@@ -339,11 +388,17 @@ static int decode_parts(cvol_brick_coder *coder, cvol_token_reader streams[CVOL_
         int at[3], length;
         int32_t dc;
         cvol_part_place(at, &parts[p], place, B);
-        const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
-        if (!cvol_part_decode(streams, shells, size_class, &context, &target, &dc, &length,
+        const cvol_scan *scan = cvol_brick_scan(&coder->context, at, size_class);
+        if (!scan) {
+            dc = cvol_part_note_unseen(&coder->context, at, size_class);
+            put_value(coder, target.first, dc * (1 + array->dependent));
+            continue;
+        }
+        const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
+        if (!cvol_part_decode(streams, shells, scan, &context, &target, &dc, &length,
                               coder->scatter))
             return 0;
-        cvol_part_note(&coder->context, at, size_class, dc, length);
+        cvol_part_note(&coder->context, at, scan, dc, length);
     }
     return 1;
 }
@@ -353,6 +408,8 @@ static int decode_block(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_arr
                         const size_t place[3])
 {
     const int B = array->block;
+    uint64_t sum;
+    int ended[3];
     block->split = CVOL_CELL_WHOLE;
     if (!reserve_words(coder, 2 * (size_t)B * (size_t)B * (size_t)B))
         return CVOL_ERROR_MEMORY;
@@ -360,7 +417,13 @@ static int decode_block(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_arr
         return CVOL_ERROR_CORRUPT;
     if (!decode_parts(coder, streams, shells, array, block->split, place))
         return CVOL_ERROR_CORRUPT;
-    const uint64_t sum = take_terms(coder, array->block_log2, &block->words, &out->terms);
+    const int *inside = array->ends ? cvol_brick_cell_inside(ended, &coder->context, place) : NULL;
+    if (inside &&
+        !cvol_cell_ends_take(coder->values, coder->found, inside, block->split, array->ends))
+        return CVOL_ERROR_CORRUPT;
+    if (!take_terms(coder, array->block_log2, inside ? 0 : array->ends, &sum, &block->words,
+                    &out->terms))
+        return CVOL_ERROR_CORRUPT;
     /* No sample, and nothing on the way to it, is larger than this sum: floats must hold it. */
     return (double)sum * array->step < (double)FLT_MAX ? CVOL_OK : CVOL_ERROR_CORRUPT;
 }
@@ -389,6 +452,8 @@ int cvol_brick_decode(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array
     int code = CVOL_OK;
     *out = (cvol_brick_terms){0};
     coder->word_count = 0;
+    if (!cvol_brick_context_start(&coder->context, array, box.first))
+        return CVOL_ERROR_MEMORY;
     for (int s = 0; s < count; s++)
         cvol_token_reader_start(&streams[s], coder->tables, shells[s].data, shells[s].size);
     for (size_t i = 0; i < cvol_brick_box_blocks(&box) && !code; i++) {

@@ -51,8 +51,9 @@ void cvol_brick_coder_free(cvol_brick_coder *coder);
  * the token of the split: 0 none, 1 into octants of 8, 2 (followed by a token for octants 0 .. 3
  * and one for 4 .. 7, lowest bit first) octants of which some are split, 3 all into fours. */
 
-/* Whether the terms of a brick are what dependent quantisation gives (dependent.h). */
-int cvol_brick_is_dependent(cvol_brick_coder *coder, const cvol_array *array, size_t brick);
+/* Whether the terms of a brick are what the array says: what dependent quantisation gives
+ * (dependent.h), and what ends give (cell_ends.h). */
+int cvol_brick_fits(cvol_brick_coder *coder, const cvol_array *array, size_t brick);
 /* Encodes the terms of one brick of an array, of a dependent one as indices; the bytes replace
  * those of shells[]. 1, or 0 when memory is short. */
 int cvol_brick_encode(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS],

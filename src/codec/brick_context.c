@@ -3,9 +3,6 @@
 
 #include "codec/quantise.h"
 
-/* A DC value times this is comparable between sizes: 2^13 / M^(3/2) * 8. */
-static const int64_t weights[CVOL_PART_SIZES] = {8192, 2896, 1024, 362};
-
 static int unit_of(const int at[3])
 {
     return at[0] + CVOL_BRICK_UNITS * (at[1] + CVOL_BRICK_UNITS * at[2]);
@@ -25,11 +22,12 @@ static int length_of(uint64_t value, int most)
 }
 
 cvol_part_context cvol_part_context_of(const cvol_brick_context *brick, const int at[3],
-                                       int size_class)
+                                       const cvol_scan *scan)
 {
     static const int strides[3] = {1, CVOL_BRICK_UNITS, CVOL_BRICK_UNITS * CVOL_BRICK_UNITS};
     const int unit = unit_of(at);
-    const int64_t weight = weights[size_class];
+    const int size_class = scan->size_class;
+    const int64_t weight = scan->weight;
     int64_t sum = 0, least = INT64_MAX, most = INT64_MIN;
     int count = 0, lengths = 0;
     for (int a = 0; a < 3; a++) {
@@ -57,11 +55,11 @@ cvol_part_context cvol_part_context_of(const cvol_brick_context *brick, const in
     return context;
 }
 
-void cvol_part_note(cvol_brick_context *brick, const int at[3], int size_class, int32_t dc,
+void cvol_part_note(cvol_brick_context *brick, const int at[3], const cvol_scan *scan, int32_t dc,
                     int length)
 {
-    const int side = 1 << size_class;
-    const int64_t mean = dc * weights[size_class];
+    const int size_class = scan->size_class, side = 1 << size_class;
+    const int64_t mean = (int64_t)dc * scan->weight;
     const int scaled = length ? length + 3 * (CVOL_PART_SIZES - 1 - size_class) : 0;
     for (int z = 0; z < side; z++)
         for (int y = 0; y < side; y++)
@@ -70,6 +68,72 @@ void cvol_part_note(cvol_brick_context *brick, const int at[3], int size_class, 
                 brick->mean[unit] = mean;
                 brick->length[unit] = (uint8_t)scaled;
             }
+}
+
+int cvol_brick_context_start(cvol_brick_context *brick, const cvol_array *array,
+                             const size_t first[3])
+{
+    brick->ends = array->ends;
+    if (!array->ends)
+        return 1;
+    brick->limit = (int32_t)(CVOL_VALUE_LIMIT >> (array->dependent + array->ends));
+    for (int a = 0; a < 3; a++) {
+        const size_t left = array->grid.dims[a] - CVOL_CELL * first[a];
+        brick->inside[a] = left < CVOL_BRICK_SIDE ? (int)left : CVOL_BRICK_SIDE;
+    }
+    return cvol_end_scans_make(&brick->scans, array->grid.dims);
+}
+
+const int *cvol_brick_cell_inside(int inside[3], const cvol_brick_context *brick,
+                                  const size_t place[3])
+{
+    int ends = 0;
+    for (int a = 0; a < 3 && brick->ends; a++) {
+        const int left = brick->inside[a] - CVOL_CELL * (int)place[a];
+        inside[a] = left < CVOL_CELL ? left : CVOL_CELL;
+        ends |= left < CVOL_CELL;
+    }
+    return ends ? inside : NULL;
+}
+
+const cvol_scan *cvol_brick_scan_of(const cvol_brick_context *brick, const int at[3],
+                                    int size_class, int *seen)
+{
+    int axes = 0;
+    *seen = 1;
+    for (int a = 0; a < 3 && brick->ends; a++) {
+        const int left = brick->inside[a] - 4 * at[a];
+        axes |= (left > 0 && left < 4 << size_class) << a;
+        *seen &= left > 0;
+    }
+    return axes ? brick->scans.scans[size_class][axes] : cvol_part_scan_of(size_class);
+}
+
+const cvol_scan *cvol_brick_scan(const cvol_brick_context *brick, const int at[3], int size_class)
+{
+    int seen;
+    const cvol_scan *scan = cvol_brick_scan_of(brick, at, size_class, &seen);
+    return seen ? scan : NULL;
+}
+
+/* Rounded alike on either side of 0, so that it turns its sign with the terms. */
+int32_t cvol_part_note_unseen(cvol_brick_context *brick, const int at[3], int size_class)
+{
+    static const int strides[3] = {1, CVOL_BRICK_UNITS, CVOL_BRICK_UNITS * CVOL_BRICK_UNITS};
+    int seen;
+    const cvol_scan *scan = cvol_brick_scan_of(brick, at, size_class, &seen);
+    int64_t sum = 0, count = 0;
+    for (int a = 0; a < 3; a++)
+        if (at[a]) {
+            sum += brick->mean[unit_of(at) - strides[a]];
+            count++;
+        }
+    const int64_t all = count * scan->weight;
+    const int64_t size = count ? (2 * (sum < 0 ? -sum : sum) + all) / (2 * all) : 0;
+    const int32_t most = (int32_t)(size < brick->limit ? size : brick->limit);
+    const int32_t dc = sum < 0 ? -most : most;
+    cvol_part_note(brick, at, scan, dc, 0);
+    return dc;
 }
 
 static int cell_of(const int cell[3])

@@ -35,8 +35,9 @@ static inline void cvol_brick_box_place(size_t place[3], const cvol_brick_box *b
     place[2] = i / box->count[0] / box->count[1];
 }
 
-/* Starts all streams of a brick. */
-void cvol_brick_start(cvol_brick_coder *coder);
+/* Starts all streams of the brick of an array whose first block is `first` (of x, y, z); 0 when
+ * memory is short. */
+int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const size_t first[3]);
 /* Codes how the cell at `place` is split, and notes it. */
 void cvol_brick_put_split(cvol_brick_coder *coder, const size_t place[3], uint16_t split);
 /* Ends all streams. 1, or 0 when memory ran out. */

@@ -52,13 +52,12 @@ void cvol_brick_maker_free(cvol_brick_maker *maker)
     free(maker);
 }
 
-static void code_part(cvol_brick_coder *coder, const int at[3], int size_class,
+static void code_part(cvol_brick_coder *coder, const int at[3], const cvol_scan *scan,
                       const int32_t *values, int used, int dependent)
 {
-    const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
-    cvol_part_encode(coder->writers, size_class, &context, values, used, dependent, coder->scatter);
-    cvol_part_note(&coder->context, at, size_class, values[0],
-                   used > 1 ? cvol_bit_length((uint32_t)used - 1) : 0);
+    const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
+    cvol_part_encode(coder->writers, scan, &context, values, used, dependent, coder->scatter);
+    cvol_part_note(&coder->context, at, scan, values[0], cvol_part_length(scan, used));
 }
 
 /* Keeps what the quick choice was as terms of a block; 0 when memory is short. */
@@ -105,8 +104,12 @@ static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_re
         if (!choice.used[p])
             return CVOL_ERROR_TARGET;
         cvol_part_place(at, &parts[p], place, CVOL_CELL);
-        code_part(maker->coder, at, cvol_size_class(parts[p].side), choice.values[p],
-                  choice.used[p], recipe->options.dependent);
+        const int size_class = cvol_size_class(parts[p].side);
+        const cvol_scan *scan = cvol_brick_scan(&maker->coder->context, at, size_class);
+        if (scan)
+            code_part(maker->coder, at, scan, choice.values[p], choice.used[p], options->dependent);
+        else
+            cvol_part_note_unseen(&maker->coder->context, at, size_class);
     }
     return CVOL_OK;
 }
@@ -125,14 +128,14 @@ static int code_block(cvol_brick_maker *maker, double *error, const cvol_brick_r
     cvol_block_forward(maker->coefficients, samples, B);
     for (int i = 0; i < scan->count; i++)
         scaled[i] = maker->coefficients[scan->entries[i].place] * (float)(1 / recipe->options.step);
-    const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
-    const cvol_part_choice choice = cvol_part_choose(coder->scanned, scaled, size_class,
-                                                     recipe->costs, &context, recipe->options.plain,
+    const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
+    const cvol_part_choice choice = cvol_part_choose(coder->scanned, scaled, scan, recipe->costs,
+                                                     &context, recipe->options.plain,
                                                      coder->scatter);
     if (!choice.used)
         return CVOL_ERROR_TARGET;
     *error += (double)choice.error;
-    code_part(coder, at, size_class, coder->scanned, choice.used, 0);
+    code_part(coder, at, scan, coder->scanned, choice.used, 0);
     return CVOL_OK;
 }
 
@@ -161,7 +164,8 @@ int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], dou
     const cvol_brick_box box = cvol_brick_box_of(shape, brick);
     const size_t samples = cvol_array_block_terms(shape);
     maker->coder->tables = recipe->tables;
-    cvol_brick_start(maker->coder);
+    if (!cvol_brick_start(maker->coder, shape, box.first))
+        return CVOL_ERROR_MEMORY;
     *error = 0;
     maker->word_count = maker->terms = 0;
     for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {

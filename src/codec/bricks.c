@@ -114,19 +114,19 @@ static int encode_all(cvol_context *context, const cvol_array *array, const code
     return code;
 }
 
-int cvol_bricks_are_dependent(cvol_context *context, const cvol_array *array)
+int cvol_bricks_fit(cvol_context *context, const cvol_array *array)
 {
     coders all;
     const size_t count = cvol_brick_count(array);
     const int code = coders_make(context, &all, NULL);
-    int dependent = 1;
+    int fits = 1;
     if (code)
         return -code;
-#pragma omp parallel for schedule(dynamic) num_threads(all.count) reduction(&& : dependent)
+#pragma omp parallel for schedule(dynamic) num_threads(all.count) reduction(&& : fits)
     for (size_t b = 0; b < count; b++)
-        dependent = dependent && cvol_brick_is_dependent(all.coder[cvol_thread_index()], array, b);
+        fits = fits && cvol_brick_fits(all.coder[cvol_thread_index()], array, b);
     coders_free(&all);
-    return dependent;
+    return fits;
 }
 
 int cvol_bricks_encode(cvol_context *context, const cvol_array *array,

@@ -18,9 +18,9 @@ typedef struct cvol_brick_sink {
 int cvol_bricks_encode(cvol_context *context, const cvol_array *array,
                        const cvol_token_tables *tables, const cvol_brick_sink *sink);
 
-/* Whether all terms are what dependent quantisation gives: 1, 0, or an error's code negated.
- * Errors: MEMORY. */
-int cvol_bricks_are_dependent(cvol_context *context, const cvol_array *array);
+/* Whether all terms are what the array's `dependent` and `ends` say: 1, 0, or an error's code
+ * negated. Errors: MEMORY. */
+int cvol_bricks_fit(cvol_context *context, const cvol_array *array);
 
 /* Counts the tokens that this takes (token_tables.h). Errors: MEMORY, CANCELLED. */
 int cvol_bricks_count(cvol_context *context, cvol_token_counts *counts, const cvol_array *array);

@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "codec/brick_internal.h"
 #include "codec/cell_edge.h"
+#include "codec/cell_ends.h"
 #include "codec/cell_weight.h"
 #include "codec/part_trellis.h"
 
@@ -68,7 +69,17 @@ void cvol_cell_chooser_free(cvol_cell_chooser *chooser)
     free(chooser);
 }
 
-/* Whether no sample of a part is the volume's. begin: its first one within the cell, in fours. */
+/* The scan of a part, and where it is within the brick. begin: its first sample within the cell, in
+ * fours. */
+static const cvol_scan *scan_of(const choosing *c, int at[3], const int begin[3], int size_class)
+{
+    for (int a = 0; a < 3; a++)
+        at[a] = c->at[a] + begin[a];
+    int seen;
+    return cvol_brick_scan_of(c->brick, at, size_class, &seen);
+}
+
+/* Whether no sample of a part is the volume's. */
 static int is_beyond(const choosing *c, const int begin[3], int size_class)
 {
     const int first[3] = {4 * begin[0], 4 * begin[1], 4 * begin[2]};
@@ -88,24 +99,25 @@ static cvol_part_choice choose_unseen(int32_t *values, const cvol_scan *scan,
 static cvol_part_choice choose_part(const choosing *c, int32_t *values, const float *coefficients,
                                     int size_class, const int begin[3], int first)
 {
-    const cvol_scan *scan = cvol_part_scan_of(size_class);
-    const int at[3] = {c->at[0] + begin[0], c->at[1] + begin[1], c->at[2] + begin[2]};
+    int at[3];
+    const cvol_scan *scan = scan_of(c, at, begin, size_class);
     float *scaled = c->chooser->scaled;
-    const cvol_part_context context = cvol_part_context_of(c->brick, at, size_class);
+    const cvol_part_context context = cvol_part_context_of(c->brick, at, scan);
     if (is_beyond(c, begin, size_class))
         return choose_unseen(values, scan, &context);
     for (int i = 0; i < scan->count; i++)
         scaled[i] = coefficients[first + scan->entries[i].in_cell] * c->inverse;
-    return cvol_part_choose(values, scaled, size_class, c->costs, &context, c->plain,
+    return cvol_part_choose(values, scaled, scan, c->costs, &context, c->plain,
                             c->chooser->scatter);
 }
 
 static void note_part(const choosing *c, const int32_t *values, int used, int size_class,
                       const int begin[3])
 {
-    const int at[3] = {c->at[0] + begin[0], c->at[1] + begin[1], c->at[2] + begin[2]};
-    cvol_part_note(c->brick, at, size_class, values[0],
-                   used > 1 ? cvol_bit_length((uint32_t)used - 1) : 0);
+    int at[3];
+    const cvol_scan *scan = scan_of(c, at, begin, size_class);
+    cvol_part_note(c->brick, at, scan, values[0],
+                   cvol_part_length(scan, used < scan->count ? used : scan->count));
 }
 
 /* In place of a choice, for a part that is chosen later: about what its neighbours need to know. */
@@ -222,28 +234,23 @@ static void choose_paths(const choosing *c, cvol_cell_choice *out)
     out->error = 0;
     for (int p = 0; p < out->parts; p++) {
         const int size_class = cvol_size_class(parts[p].side);
-        const cvol_scan *scan = cvol_part_scan_of(size_class);
         const int *first = parts[p].first;
         const float *from = coefficients[size_class] + first[0] +
                             CVOL_CELL * (first[1] + CVOL_CELL * first[2]);
+        const int begin[3] = {parts[p].begin[0] / 4, parts[p].begin[1] / 4, parts[p].begin[2] / 4};
         int at[3];
-        cvol_part_place(
-            at, &parts[p],
-            (const size_t[3]){(size_t)c->at[0] / 4, (size_t)c->at[1] / 4, (size_t)c->at[2] / 4},
-            CVOL_CELL);
+        const cvol_scan *scan = scan_of(c, at, begin, size_class);
         for (int i = 0; i < scan->count; i++)
             chooser->scaled[i] = from[scan->entries[i].in_cell] * c->inverse;
-        const cvol_part_context context = cvol_part_context_of(c->brick, at, size_class);
-        const int *begin = parts[p].begin;
-        const cvol_part_choice choice =
-            is_beyond(c, (const int[3]){begin[0] / 4, begin[1] / 4, begin[2] / 4}, size_class)
-                ? choose_unseen(out->values[p], scan, &context)
-                : cvol_part_choose_dependent(chooser->trellis, out->values[p], chooser->scaled,
-                                             size_class, c->costs, &context, chooser->scatter);
+        const cvol_part_context context = cvol_part_context_of(c->brick, at, scan);
+        const cvol_part_choice choice = is_beyond(c, begin, size_class)
+                                            ? choose_unseen(out->values[p], scan, &context)
+                                            : cvol_part_choose_dependent(
+                                                  chooser->trellis, out->values[p], chooser->scaled,
+                                                  scan, c->costs, &context, chooser->scatter);
         out->used[p] = choice.used;
         out->error += 4 * choice.error;
-        cvol_part_note(c->brick, at, size_class, out->values[p][0],
-                       choice.used > 1 ? cvol_bit_length((uint32_t)choice.used - 1) : 0);
+        cvol_part_note(c->brick, at, scan, out->values[p][0], cvol_part_length(scan, choice.used));
     }
 }
 
@@ -264,11 +271,13 @@ static float bits_of_split(const choosing *c, const int cell[3], uint16_t split)
 static void transform(const choosing *c, float *coefficients, const float *samples, uint16_t split)
 {
     static const int origin[3] = {0, 0, 0};
-    if (cvol_cell_reaches_beyond(c->inside, origin, CVOL_CELL))
+    if (!cvol_cell_reaches_beyond(c->inside, origin, CVOL_CELL))
+        cvol_cell_forward(coefficients, samples, split);
+    else if (c->brick->ends)
+        cvol_cell_forward_ends(coefficients, samples, c->inside, split);
+    else
         cvol_cell_forward_edge(coefficients, &c->chooser->edge, samples, c->inside, split,
                                1 / c->inverse);
-    else
-        cvol_cell_forward(coefficients, samples, split);
 }
 
 /* Transforms as far as they are needed, and says which ways are. */

@@ -31,7 +31,13 @@
 #define MASK_SHARE_SURE (1 / 8.0)
 #define MASK_SHARE_SURE_OF_PSNR 0.35
 
-enum { TRIALS_MOST = 60 };
+/* Where PSNRs jump: steps that are tried with weights of bits, and how many of these. */
+#define FINER 0.97
+#define FIRST_WEIGHT 1.1
+#define WEIGHT_MOST 8
+#define WEIGHT_WIDTH 2e-3
+
+enum { TRIALS_MOST = 60, FINER_MOST = 8, WEIGHTS_MOST = 10 };
 
 /* ---- the search ------------------------------------------------------------------------- */
 
@@ -53,8 +59,10 @@ static int try_step(cvol_compression *c, double step, int decode)
 /* Makes the array of a step, whole. */
 static int settle(cvol_compression *c, double step)
 {
+    const double weight = c->trial.weight;
     int code = CVOL_OK;
-    if ((!c->trial.coded && !c->trial.array) || c->trial.step != step)
+    c->trial.weight = c->best_weight;
+    if ((!c->trial.coded && !c->trial.array) || c->trial.step != step || weight != c->best_weight)
         code = try_step(c, step, 1);
     else if (!c->trial.array)
         code = cvol_trial_decode(c->context, &c->trial);
@@ -123,6 +131,34 @@ static int search_ratio(cvol_compression *c)
     return code;
 }
 
+/* Of small volumes single values count, and a PSNR may jump where a step passes them. At steps that
+ * are finer than the jump, bits that weigh more may come nearer: `over` of what is asked as yet. */
+static int search_weight(cvol_compression *c, double step, double over)
+{
+    for (int i = 0; i < FINER_MOST && over >= CVOL_PSNR_ACCEPTED; i++, step *= FINER) {
+        cvol_search search = cvol_search_make(1, WEIGHT_MOST, 0.3);
+        double weight = FIRST_WEIGHT;
+        for (int j = 0; j < WEIGHTS_MOST && over >= CVOL_PSNR_ACCEPTED; j++) {
+            c->trial.weight = weight;
+            const int code = try_step(c, step, 1);
+            if (code)
+                return code;
+            const double now = c->trial.array->psnr_db - c->value;
+            if (now >= 0 && now < over) {
+                over = now;
+                c->best_step = step;
+                c->best_weight = weight;
+            }
+            cvol_search_tell(&search, weight, (CVOL_PSNR_AIM - now) / CVOL_DB_PER_E);
+            if (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
+                cvol_search_width(&search) < WEIGHT_WIDTH)
+                break;
+            weight = cvol_search_next(&search);
+        }
+    }
+    return CVOL_OK;
+}
+
 static int search_psnr(cvol_compression *c)
 {
     const double least = c->trial.hasty ? c->value - CVOL_PSNR_HASTY_LESS : c->value;
@@ -132,14 +168,17 @@ static int search_psnr(cvol_compression *c)
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.8);
     c->best_step = 0;
     c->reached = 0;
+    double best = 0;
     for (int i = 0; i < TRIALS_MOST && !code; i++) {
         code = try_step(c, step, 1);
         if (code)
             return code;
         const double psnr = c->trial.array->psnr_db, over = psnr - c->value - CVOL_PSNR_AIM;
         c->reached = fmax(c->reached, psnr);
-        if (psnr >= least && step > c->best_step)
+        if (psnr >= least && step > c->best_step) {
             c->best_step = step;
+            best = psnr;
+        }
         if (psnr >= least && psnr < most)
             break;
         cvol_search_tell(&search, step, -(over > 30 ? 30 : over) / CVOL_DB_PER_E);
@@ -148,6 +187,8 @@ static int search_psnr(cvol_compression *c)
             break;
         step = cvol_search_next(&search);
     }
+    if (!code && !c->trial.hasty && best >= most && cvol_search_width(&search) < FINEST_WIDTH)
+        code = search_weight(c, c->best_step * FINER, best - c->value);
     return code;
 }
 

@@ -118,6 +118,7 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
     const cvol_brick_sink sink = {add_to_writer, a->writer};
     if (!code)
         code = cvol_array_create(c->context, &a->found, &shape->grid, shape->block);
+    cvol_trial_set_step(trial, step);
     if (!code)
         code = cvol_layer_measure_make(c->context, &measure, shape, step, trial->tables, &sink);
     if (!code) {
@@ -127,7 +128,8 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
     }
     if (!code) {
         cvol_array *found = a->found;
-        found->step = step;
+        found->ends = shape->ends;
+        found->step = ldexp(step, -shape->ends);
         found->offset = shape->offset;
         found->lapped = shape->lapped;
         found->dependent = shape->dependent;

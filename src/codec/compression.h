@@ -30,9 +30,10 @@ typedef struct cvol_compression {
     double value;
     uint64_t raw_bytes, file_bytes;
     double least_step, most_step;
-    double slope;     /* of misses over log step, as far as samples tell; 0: not known */
-    double best_step; /* the best that keeps the target, 0: none yet */
-    double reached;   /* the best PSNR or error found, for the message if none keeps it */
+    double slope;       /* of misses over log step, as far as samples tell; 0: not known */
+    double best_step;   /* the best that keeps the target, 0: none yet */
+    double best_weight; /* and its bits' weight; 0: 1 */
+    double reached;     /* the best PSNR or error found, for the message if none keeps it */
 } cvol_compression;
 
 /* Errors: ARGUMENT, UNSUPPORTED. */

@@ -5,6 +5,7 @@
  */
 #include "codec/container.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -146,7 +147,7 @@ static int check_box(const reading *r)
     return CVOL_OK;
 }
 
-/* HEAD, GEOM, ERRS and, if they are there, MODE and BRKS. */
+/* HEAD, GEOM, ERRS and, if they are there, MODE, BRKS and TRUE. */
 static int read_header(reading *r)
 {
     typedef struct record {
@@ -156,7 +157,8 @@ static int read_header(reading *r)
     static const record parts[] = {{CVOL_HEAD, cvol_head_take},
                                    {CVOL_GEOM, cvol_geometry_take},
                                    {CVOL_ERRS, cvol_errors_take}};
-    static const record others[] = {{CVOL_MODE, cvol_modes_take}, {CVOL_BRKS, cvol_bricks_take}};
+    static const record others[] = {
+        {CVOL_MODE, cvol_modes_take}, {CVOL_BRKS, cvol_bricks_take}, {CVOL_TRUE, cvol_ends_take}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         int code = need(r, parts[i].kind);
         cvol_cursor content = cvol_section_cursor(&r->sections[parts[i].kind]);
@@ -205,7 +207,8 @@ static int make_array(reading *r)
     if (code)
         return code;
     cvol_array *array = r->array;
-    array->step = header->step;
+    array->ends = (int)header->ends;
+    array->step = ldexp(header->step, -array->ends);
     array->offset = header->offset;
     array->lapped = (int)header->lapped;
     array->dependent = (int)header->dependent;

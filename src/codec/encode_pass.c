@@ -67,6 +67,8 @@ static int encoding_make(cvol_context *context, encoding **out, const cvol_encod
     if (!pass->source->whole && e->room > (size_t)e->threads * BRICKS_A_THREAD)
         e->room = (size_t)e->threads * BRICKS_A_THREAD;
     cvol_token_costs_set(&e->costs, pass->tables);
+    if (pass->weight > 0)
+        cvol_token_costs_weigh(&e->costs, pass->weight);
     e->makers = cvol_allocate_zero((size_t)e->threads, sizeof(void *));
     e->bricks = cvol_allocate_zero(e->room, sizeof *e->bricks);
     int made = e->makers && e->bricks;

@@ -21,6 +21,7 @@ typedef struct cvol_encode_pass {
     const cvol_slab_source *source;
     const cvol_token_tables *tables;
     cvol_chooser_options options;
+    double weight;               /* of bits, as a factor; 0: 1 */
     const cvol_brick_sink *sink; /* gets the bytes, or NULL */
     size_t every; /* 0: all bricks; n: one of about n, spread evenly, to know about what all are */
     cvol_layer_hook *after;    /* or NULL */

@@ -8,6 +8,7 @@
 #include "array/exact.h"
 #include "base/context.h"
 #include "codec/brick_shape.h"
+#include "codec/cell_ends.h"
 #include "codec/shells.h"
 
 cvol_header cvol_header_of(const cvol_array *array)
@@ -19,7 +20,8 @@ cvol_header cvol_header_of(const cvol_array *array)
                           .lapped = (uint32_t)array->lapped,
                           .dependent = (uint32_t)array->dependent,
                           .brick = array->brick,
-                          .step = array->step,
+                          .ends = (uint32_t)array->ends,
+                          .step = ldexp(array->step, array->ends),
                           .offset = array->offset,
                           .coefficients = array->coefficients,
                           .ledger = array->ledger,
@@ -290,6 +292,32 @@ int cvol_bricks_take(cvol_context *context, cvol_header *header, cvol_cursor *co
     if (run < 1 || run > CVOL_RUN_BRICKS || (run & (run - 1)))
         return bad(context, name, "BRKS", "bricks in a run", run, "1, 2, 4, 8 or 16");
     header->brick.run = run;
+    return CVOL_OK;
+}
+
+/* ---- TRUE ------------------------------------------------------------------------------- */
+
+void cvol_ends_put(cvol_bytes *out, const cvol_header *header)
+{
+    cvol_bytes_put_u32(out, header->ends);
+}
+
+int cvol_ends_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                   const char *name)
+{
+    header->ends = cvol_cursor_u32(content);
+    if (content->failed)
+        return fail_length(context, name, "TRUE", content);
+    if (!cvol_header_is_volume(header) || header->block != CVOL_CELL)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section TRUE is of volumes in dct blocks of 16, this array is none",
+                         name);
+    if (header->ends < 1 || header->ends > CVOL_ENDS_BITS_MOST)
+        return bad(context, name, "TRUE", "bits", header->ends, "1 to 8");
+    if (header->corrections)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section TRUE is of volumes without corrections, this one has some",
+                         name);
     return CVOL_OK;
 }
 

@@ -1,6 +1,7 @@
 /* Measuring layer by layer. */
 #include "codec/layer_measure.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -65,7 +66,8 @@ int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
     int code = cvol_array_create(context, &measure->array, &shape->grid, shape->block);
     if (!code) {
         cvol_array *array = measure->array;
-        array->step = step;
+        array->ends = shape->ends;
+        array->step = ldexp(step, -shape->ends);
         array->offset = shape->offset;
         array->lapped = shape->lapped;
         array->dependent = shape->dependent;
@@ -133,7 +135,7 @@ static int decode_brick(cvol_layer_measure *measure, cvol_brick_coder *coder, ke
         block->terms = words;
         words += block->words;
         cvol_block_find_low(block, array->block_log2);
-        cvol_shell_squares(kept->squares, block, array->block_log2);
+        cvol_shell_squares(kept->squares, array, cvol_brick_block_index(array, &box, i));
     }
     return CVOL_OK;
 }

@@ -103,13 +103,13 @@ static cvol_part_choice choose_rest(int32_t *values, const float *scaled, int ex
         const float last_cost = error * error +
                                 CVOL_LAMBDA * cvol_bits_of_last_value(costs, last_code, m);
         const float whole = (float)(total + tail) - cost + last_cost +
-                            CVOL_LAMBDA * (length_row[cvol_bit_length((uint32_t)i)] +
-                                           cvol_bits_of_last(costs, size_class, (uint32_t)i));
+                            CVOL_LAMBDA * (length_row[cvol_bit_length(scan->index[i])] +
+                                           cvol_bits_of_last(costs, size_class, scan->index[i]));
         if (whole < choice.cost || plain)
             choice = (cvol_part_choice){i + 1, (float)(squared + tail), whole};
     }
     int side = 1;
-    while (side * side * side < extent)
+    while (side * side * side <= scan->index[extent - 1])
         side *= 2;
     cvol_scatter_clear(scatter, scan->row, scan->sheet, side);
     return choice;
@@ -129,11 +129,11 @@ double cvol_part_squares(const float *c, int begin, int end)
            ((sums[4] + sums[5]) + (sums[6] + sums[7]));
 }
 
-cvol_part_choice cvol_part_choose(int32_t *values, const float *scaled, int size_class,
+cvol_part_choice cvol_part_choose(int32_t *values, const float *scaled, const cvol_scan *scan,
                                   const cvol_token_costs *costs, const cvol_part_context *context,
                                   int plain, uint16_t *scatter)
 {
-    const cvol_scan *scan = cvol_part_scan_of(size_class);
+    const int size_class = scan->size_class;
     const int extent = cvol_quantise_extent(scaled, scan->count, plain ? 0.4999f : LAST_SHARE);
     float dc_cost, dc_error;
     values[0] = 0; /* which parts beside this one may look at, even if it does not fit */

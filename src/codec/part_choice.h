@@ -22,7 +22,7 @@ typedef struct cvol_part_choice {
 /* Chooses values[0 .. used) for coefficients in scan order, divided by the step. `plain`: the
  * nearest values, whatever they cost. scatter: all zero, and so again after it. used is 0 where a
  * value would be beyond CVOL_VALUE_LIMIT. */
-cvol_part_choice cvol_part_choose(int32_t *values, const float *scaled, int size_class,
+cvol_part_choice cvol_part_choose(int32_t *values, const float *scaled, const cvol_scan *scan,
                                   const cvol_token_costs *costs, const cvol_part_context *context,
                                   int plain, uint16_t *scatter);
 

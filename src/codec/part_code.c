@@ -84,34 +84,34 @@ static int put_values(cvol_token_writer *out, const cvol_scan *scan, const int32
     return state;
 }
 
-void cvol_part_encode(cvol_token_writer streams[CVOL_SHELLS], int size_class,
+void cvol_part_encode(cvol_token_writer streams[CVOL_SHELLS], const cvol_scan *scan,
                       const cvol_part_context *context, const int32_t *indices, int used,
                       int dependent, uint16_t *scatter)
 {
-    const cvol_scan *scan = cvol_part_scan_of(size_class);
+    const int size_class = scan->size_class;
     const int64_t difference = indices[0] - context->prediction;
     const uint64_t number = (uint64_t)(difference < 0 ? -difference : difference);
-    const int last = used - 1;
+    const int last = used - 1, told = scan->index[last];
     put_number(&streams[0], context->dc_row, number);
     if (number)
         cvol_raw_put(&streams[0], difference < 0, 1);
     cvol_token_put(&streams[0], cvol_length_row(context, size_class, number),
-                   last ? (uint32_t)cvol_bit_length((uint32_t)last) : 0);
+                   last ? (uint32_t)cvol_bit_length((uint32_t)told) : 0);
     if (!last)
         return;
     cvol_scatter_dc(scatter, scan->row, scan->sheet, indices[0]);
     int begin = 1, state = 0;
     for (int s = 0; s < CVOL_SHELLS && begin <= last; s++) {
-        const int shell_end = cvol_shell_end(size_class, s);
+        const int shell_end = scan->shell_end[s];
         if (shell_end <= begin)
             continue;
         const int end = last < shell_end ? last + 1 : shell_end;
         if (last < shell_end)
-            put_last(&streams[s], size_class, (uint32_t)last);
+            put_last(&streams[s], size_class, (uint32_t)told);
         state = put_values(&streams[s], scan, indices, begin, end, last, dependent, state, scatter);
         begin = end;
     }
-    cvol_scatter_clear(scatter, scan->row, scan->sheet, cube_side(used));
+    cvol_scatter_clear(scatter, scan->row, scan->sheet, cube_side(told + 1));
 }
 
 /* ---- decoding --------------------------------------------------------------------------- */
@@ -202,11 +202,13 @@ static int take_shells(cvol_token_reader streams[CVOL_SHELLS], int shells, const
 {
     int begin = 1, state = 0;
     for (int s = 0; s < shells; s++) {
-        int end = cvol_shell_end(scan->size_class, s), last = scan->count;
+        int end = scan->shell_end[s], last = scan->count;
         if (end <= begin)
             continue;
-        if (1 << (length - 1) < end) {
-            last = (int)take_last(&streams[s], scan->size_class, length);
+        if (1 << (length - 1) < cvol_shell_end(scan->size_class, s)) {
+            last = scan->compact[take_last(&streams[s], scan->size_class, length)];
+            if (last == CVOL_SCAN_NONE)
+                return 0;
             end = last + 1;
         }
         if (!(target->dependent
@@ -217,15 +219,15 @@ static int take_shells(cvol_token_reader streams[CVOL_SHELLS], int shells, const
         if (last < scan->count)
             break;
     }
-    cvol_scatter_clear(scatter, scan->row, scan->sheet, cube_side(begin));
+    cvol_scatter_clear(scatter, scan->row, scan->sheet, cube_side(scan->index[begin - 1] + 1));
     return 1;
 }
 
-int cvol_part_decode(cvol_token_reader streams[CVOL_SHELLS], int shells, int size_class,
+int cvol_part_decode(cvol_token_reader streams[CVOL_SHELLS], int shells, const cvol_scan *scan,
                      const cvol_part_context *context, const cvol_part_target *target, int32_t *dc,
                      int *length, uint16_t *scatter)
 {
-    const cvol_scan *scan = cvol_part_scan_of(size_class);
+    const int size_class = scan->size_class;
     const uint32_t number = take_number(&streams[0], context->dc_row);
     int64_t value = context->prediction;
     if (number)
@@ -240,7 +242,7 @@ int cvol_part_decode(cvol_token_reader streams[CVOL_SHELLS], int shells, int siz
     *length = (int)cvol_token_take(&streams[0], cvol_length_row(context, size_class, number));
     if (!*length)
         return 1;
-    if (1 << (*length - 1) >= scan->count)
+    if (1 << (*length - 1) > scan->index[scan->count - 1])
         return 0;
     cvol_scatter_dc(scatter, scan->row, scan->sheet, *dc);
     return take_shells(streams, shells, scan, *length, target, scatter);

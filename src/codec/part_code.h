@@ -77,7 +77,7 @@ CVOL_INLINE uint32_t cvol_number_token(uint64_t number)
 
 /* Codes a part: values in scan order, the last of values[0 .. used) is not 0 unless used = 1.
  * scatter: all zero, and so again after it. */
-void cvol_part_encode(cvol_token_writer streams[CVOL_SHELLS], int size_class,
+void cvol_part_encode(cvol_token_writer streams[CVOL_SHELLS], const cvol_scan *scan,
                       const cvol_part_context *context, const int32_t *indices, int used,
                       int dependent, uint16_t *scatter);
 
@@ -92,7 +92,7 @@ typedef struct cvol_part_target {
 
 /* Decodes the first `shells` shells of a part. *dc and *length are what the brick's context notes.
  * 0 if what the streams say cannot be. */
-int cvol_part_decode(cvol_token_reader streams[CVOL_SHELLS], int shells, int size_class,
+int cvol_part_decode(cvol_token_reader streams[CVOL_SHELLS], int shells, const cvol_scan *scan,
                      const cvol_part_context *context, const cvol_part_target *target, int32_t *dc,
                      int *length, uint16_t *scatter);
 

@@ -11,3 +11,10 @@ void cvol_token_costs_set(cvol_token_costs *costs, const cvol_token_tables *tabl
             costs->of[r][t] = CVOL_TOKEN_SCALE - log2f((float)(bounds[1] - bounds[0]));
         }
 }
+
+void cvol_token_costs_weigh(cvol_token_costs *costs, double weight)
+{
+    for (int r = 0; r < CVOL_ROWS; r++)
+        for (int t = 0; t < CVOL_TOKENS; t++)
+            costs->of[r][t] *= (float)weight;
+}

@@ -9,6 +9,8 @@ typedef struct cvol_token_costs {
     float of[CVOL_ROWS][CVOL_TOKENS];
 } cvol_token_costs;
 void cvol_token_costs_set(cvol_token_costs *costs, const cvol_token_tables *tables);
+/* Multiplies them: bits that weigh more make what is chosen by them coarser. */
+void cvol_token_costs_weigh(cvol_token_costs *costs, double weight);
 
 /* Bits of a value 0. */
 CVOL_INLINE float cvol_bits_of_zero(const cvol_token_costs *costs, cvol_place_code code)

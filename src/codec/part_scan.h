@@ -11,6 +11,9 @@
  * to those at (2, 0, 0), (1, 1, 0) and the like; the DC adds as if it were 2 at most. The sum is
  *    cut into 22 classes;
  *  - its band: six classes of (u + v + w) / M, times how many of u, v, w are 0 (0, 1, 2).
+ *
+ * An ended part (cell_ends.h) has coefficients below n[] alone: its scan is the same without the
+ * others, and its indices are told as those of the whole part.
  */
 #ifndef CVOL_CODEC_PART_SCAN_H
 #define CVOL_CODEC_PART_SCAN_H
@@ -28,6 +31,7 @@ enum {
     CVOL_LEVELS = 22,
     CVOL_FINE_LEVELS = 26,
     CVOL_SCAN_RUNS_MOST = 256,
+    CVOL_SCAN_NONE = 65535,
     CVOL_LEVEL_TABLE = 1024,
     CVOL_SCATTER_LIMIT = 4000
 };
@@ -49,10 +53,17 @@ typedef struct cvol_scan {
     /* Ends of runs of indices, from 1 on, of which none is near enough to another to be in its
      * context; the last one is count. */
     const uint16_t *run_ends;
+    const uint16_t *index;   /* of the whole part's scan; of whole parts their own */
+    const uint16_t *compact; /* the inverse; places that there are none of: CVOL_SCAN_NONE */
+    int shell_end[4];        /* one past the last entry of each shell (brick_code.h) */
+    int weight;              /* a DC times this is comparable between parts: 2^16 / the root of
+                                how many samples the part has */
 } cvol_scan;
 
 /* The scan of a size class; static, read-only after the first call. */
 const cvol_scan *cvol_part_scan_of(int size_class);
+/* The scan of an ended part, of n[] coefficients along each axis; malloc's, or NULL. */
+cvol_scan *cvol_part_scan_ended(int size_class, const int n[3]);
 /* Classes of sums below CVOL_LEVEL_TABLE; valid after the first cvol_part_scan_of. */
 extern uint8_t cvol_level_table[CVOL_LEVEL_TABLE];
 extern uint8_t cvol_fine_level_table[CVOL_LEVEL_TABLE];

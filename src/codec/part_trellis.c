@@ -63,18 +63,20 @@ static void try_ending(ending *best, const cvol_trellis *t, const cvol_token_cos
 }
 
 /* The best end; all: the squares of all coefficients but the DC, length_row: the costs of L. */
-static ending find_end(const cvol_trellis *t, const float *scaled, int extent, int count,
-                       const cvol_token_costs *costs, int size_class, const float *length_row)
+static ending find_end(const cvol_trellis *t, const float *scaled, int extent,
+                       const cvol_scan *scan, const cvol_token_costs *costs,
+                       const float *length_row)
 {
+    const int size_class = scan->size_class;
     const double all = cvol_part_squares(scaled, 1, extent);
-    double tail = cvol_part_squares(scaled, extent, count), found = 0;
+    double tail = cvol_part_squares(scaled, extent, scan->count), found = 0;
     const double none = all + tail + (double)(CVOL_LAMBDA_DEPENDENT * length_row[0]);
     ending best = {INFINITY, 0, 0, 0};
     for (int i = extent - 1; i >= 1 && found < best.cost + END_MARGIN; i--) {
         const float size = fabsf(scaled[i]);
         if (size > LAST_SHARE) {
-            const float bits = length_row[cvol_bit_length((uint32_t)i)] +
-                               cvol_bits_of_last(costs, size_class, (uint32_t)i);
+            const float bits = length_row[cvol_bit_length(scan->index[i])] +
+                               cvol_bits_of_last(costs, size_class, scan->index[i]);
             ending this = {INFINITY, 0, 0, 0};
             try_ending(&this, t, costs, size_class, i, size,
                        tail + (double)(CVOL_LAMBDA_DEPENDENT * bits));
@@ -110,10 +112,9 @@ static cvol_part_choice follow_path(const cvol_trellis *t, int32_t *indices, con
 }
 
 cvol_part_choice cvol_part_choose_dependent(cvol_trellis *t, int32_t *indices, const float *scaled,
-                                            int size_class, const cvol_token_costs *costs,
+                                            const cvol_scan *scan, const cvol_token_costs *costs,
                                             const cvol_part_context *context, uint16_t *scatter)
 {
-    const cvol_scan *scan = cvol_part_scan_of(size_class);
     const int extent = cvol_quantise_extent(scaled, scan->count, LAST_SHARE);
     float dc_cost, dc_error;
     indices[0] = 0; /* which parts beside this one may look at, even if it does not fit */
@@ -122,16 +123,16 @@ cvol_part_choice cvol_part_choose_dependent(cvol_trellis *t, int32_t *indices, c
     indices[0] = cvol_part_choose_dc(&dc_cost, &dc_error, scaled[0], costs, context, 0);
     const int64_t difference = indices[0] - context->prediction;
     const float *length_row = costs->of[cvol_length_row(
-        context, size_class, (uint64_t)(difference < 0 ? -difference : difference))];
+        context, scan->size_class, (uint64_t)(difference < 0 ? -difference : difference))];
     if (extent > 1) {
         int side = 1;
-        while (side * side * side < extent)
+        while (side * side * side <= scan->index[extent - 1])
             side *= 2;
         cvol_scatter_dc(scatter, scan->row, scan->sheet, indices[0]);
         CVOL_SIMD_CHOOSE(cvol_trellis_walk)(t, scaled, extent, scan, costs, scatter);
         cvol_scatter_clear(scatter, scan->row, scan->sheet, side);
     }
-    const ending end = find_end(t, scaled, extent, scan->count, costs, size_class, length_row);
+    const ending end = find_end(t, scaled, extent, scan, costs, length_row);
     cvol_part_choice choice = follow_path(t, indices, &end, scaled, scan->count);
     choice.error += dc_error;
     choice.cost += dc_cost;

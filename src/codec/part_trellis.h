@@ -20,7 +20,7 @@ void cvol_trellis_free(cvol_trellis *trellis);
 /* Chooses indices[0 .. used) for coefficients in scan order, divided by twice the step, of parts in
  * cells of 16^3. Errors and costs are in squares of twice the step. As cvol_part_choose else. */
 cvol_part_choice cvol_part_choose_dependent(cvol_trellis *trellis, int32_t *indices,
-                                            const float *scaled, int size_class,
+                                            const float *scaled, const cvol_scan *scan,
                                             const cvol_token_costs *costs,
                                             const cvol_part_context *context, uint16_t *scatter);
 

@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/brick_internal.h"
+#include "codec/cell_ends.h"
 #include "codec/part_choice.h"
 
 enum { BRICKS_A_THREAD = 16 };
@@ -49,6 +50,17 @@ static void spread(float *coefficients, const cvol_block *block, int block_log2,
     }
 }
 
+/* From terms to what a file has of a cell that the volume ends in. */
+static void bring_to_ends(float *coefficients, const int inside[3], uint16_t split)
+{
+    double cell[CVOL_CELL_SAMPLES];
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        cell[i] = (double)coefficients[i];
+    cvol_cell_ends_from_terms(cell, inside, split);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        coefficients[i] = (float)cell[i];
+}
+
 static void code_block(requantiser *r, coded_brick *out, const requantising *all,
                        const cvol_block *block, const size_t place[3])
 {
@@ -57,34 +69,44 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
     cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
     const int count = cvol_block_parts(parts, array->block, block->split);
     const int in_cell = array->block == CVOL_CELL;
+    int inside[3];
     if (in_cell)
         cvol_brick_put_split(coder, place, block->split);
     spread(r->coefficients, block, array->block_log2, array->step / all->step);
+    if (cvol_brick_cell_inside(inside, &coder->context, place))
+        bring_to_ends(r->coefficients, inside, block->split);
     for (int p = 0; p < count; p++) {
         const cvol_cell_part *part = &parts[p];
         const int size_class = cvol_size_class(part->side);
-        const cvol_scan *scan = cvol_part_scan_of(size_class);
+        int at[3];
+        cvol_part_place(at, part, place, array->block);
+        const cvol_scan *scan = cvol_brick_scan(&coder->context, at, size_class);
+        if (!scan) {
+            cvol_part_note_unseen(&coder->context, at, size_class);
+            continue;
+        }
         const int first = part->first[0] +
                           CVOL_CELL * (part->first[1] + CVOL_CELL * part->first[2]);
-        int at[3];
         for (int i = 0; i < scan->count; i++)
             r->scaled[i] = r->coefficients[in_cell ? first + scan->entries[i].in_cell
                                                    : scan->entries[i].place];
-        cvol_part_place(at, part, place, array->block);
-        const cvol_part_context context = cvol_part_context_of(&coder->context, at, size_class);
-        const cvol_part_choice choice = cvol_part_choose(coder->scanned, r->scaled, size_class,
+        const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
+        const cvol_part_choice choice = cvol_part_choose(coder->scanned, r->scaled, scan,
                                                          &all->costs, &context, 0, coder->scatter);
         if (!choice.used) { /* terms are within the limit already: a coarser step's are */
             out->code = CVOL_ERROR_TARGET;
             break;
         }
         out->error += (double)choice.error;
-        cvol_part_encode(coder->writers, size_class, &context, coder->scanned, choice.used,
-                         0, coder->scatter);
-        cvol_part_note(&coder->context, at, size_class, coder->scanned[0],
-                       choice.used > 1 ? cvol_bit_length((uint32_t)choice.used - 1) : 0);
+        cvol_part_encode(coder->writers, scan, &context, coder->scanned, choice.used, 0,
+                         coder->scatter);
+        cvol_part_note(&coder->context, at, scan, coder->scanned[0],
+                       cvol_part_length(scan, choice.used));
     }
-    spread(r->coefficients, block, array->block_log2, 0);
+    if (array->ends)
+        memset(r->coefficients, 0, sizeof *r->coefficients * CVOL_CELL_SAMPLES);
+    else
+        spread(r->coefficients, block, array->block_log2, 0);
 }
 
 static void code_brick(requantiser *r, coded_brick *out, const requantising *all, size_t brick)
@@ -92,7 +114,8 @@ static void code_brick(requantiser *r, coded_brick *out, const requantising *all
     const cvol_brick_box box = cvol_brick_box_of(all->array, brick);
     out->error = 0;
     out->code = CVOL_OK;
-    cvol_brick_start(r->coder);
+    if (!cvol_brick_start(r->coder, all->array, box.first))
+        out->code = CVOL_ERROR_MEMORY;
     for (size_t i = 0; i < cvol_brick_box_blocks(&box) && !out->code; i++) {
         size_t place[3];
         cvol_brick_box_place(place, &box, i);
@@ -121,13 +144,6 @@ static void free_all(requantising *all)
     free(all);
 }
 
-static void weigh(cvol_token_costs *costs, double weight)
-{
-    for (int r = 0; r < CVOL_ROWS; r++)
-        for (int t = 0; t < CVOL_TOKENS; t++)
-            costs->of[r][t] *= (float)weight;
-}
-
 static requantising *make_all(cvol_context *context, const cvol_array *array,
                               cvol_coarseness coarseness, const cvol_token_tables *tables)
 {
@@ -139,7 +155,7 @@ static requantising *make_all(cvol_context *context, const cvol_array *array,
     all->thread_count = cvol_context_threads(context);
     all->room = (size_t)all->thread_count * BRICKS_A_THREAD;
     cvol_token_costs_set(&all->costs, tables);
-    weigh(&all->costs, coarseness.weight);
+    cvol_token_costs_weigh(&all->costs, coarseness.weight);
     all->threads = cvol_allocate_zero((size_t)all->thread_count, sizeof *all->threads);
     all->bricks = cvol_allocate_zero(all->room, sizeof *all->bricks);
     int made = all->threads && all->bricks;

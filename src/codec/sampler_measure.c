@@ -101,7 +101,8 @@ static int decode(cvol_context *context, cvol_array **out, const cvol_array *sha
     for (int s = 0; s < CVOL_SHELLS; s++)
         spans[s] = (cvol_span){shells[s].data, shells[s].size};
     if (!code) {
-        (*out)->step = step;
+        (*out)->ends = shape->ends;
+        (*out)->step = ldexp(step, -shape->ends);
         (*out)->dependent = shape->dependent;
         code = cvol_brick_decode(coder, &terms, *out, 0, spans, CVOL_SHELLS);
     }

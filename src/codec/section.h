@@ -23,6 +23,7 @@ typedef enum cvol_section_kind {
     CVOL_ERRS,
     CVOL_MODE,
     CVOL_BRKS,
+    CVOL_TRUE,
     CVOL_RNGE,
     CVOL_TABL,
     CVOL_INDX,

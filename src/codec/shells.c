@@ -2,7 +2,10 @@
 #include "codec/shells.h"
 
 #include <math.h>
+#include <string.h>
 
+#include "codec/cell_edge.h"
+#include "codec/cell_ends.h"
 #include "transform/cell.h"
 #include "transform/lap.h"
 
@@ -33,8 +36,59 @@ int cvol_shell_of(uint32_t place, int block_log2, uint16_t split)
     return shell;
 }
 
-void cvol_shell_squares(double squares[CVOL_SHELLS], const cvol_block *block, int block_log2)
+/* Of a cell that the volume ends in: by what levels' samples lack, as terms are rounded in each. */
+static void ended_squares(double squares[CVOL_SHELLS], const cvol_block *block, const int inside[3],
+                          int bits)
 {
+    int32_t terms[CVOL_CELL_SAMPLES] = {0}, coded[CVOL_CELL_SAMPLES], level[CVOL_CELL_SAMPLES];
+    double lacks[CVOL_CELL_SAMPLES], before = 0;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
+    while (words < end) {
+        uint32_t place;
+        const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(4));
+        terms[place] = value;
+    }
+    memcpy(coded, terms, sizeof coded);
+    cvol_cell_ends_put(coded, inside, block->split, bits);
+    for (int left = CVOL_SHELLS - 1; left >= 0; left--) {
+        uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
+        double all = 0;
+        for (uint32_t place = 0; place < CVOL_CELL_SAMPLES; place++) {
+            const int shell = cvol_shell_of(place, 4, block->split);
+            level[place] = shell < left ? coded[place] : 0;
+            found[place / 64] |= (uint64_t)(level[place] != 0) << place % 64;
+        }
+        cvol_cell_ends_take(level, found, inside, block->split, bits);
+        for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+            lacks[i] = (double)terms[i] - (double)level[i];
+        cvol_cell_ends_from_terms(lacks, inside, block->split);
+        for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+            all += lacks[i] * lacks[i];
+        squares[left] += fmax(all - before, 0);
+        before = fmax(all, before);
+    }
+}
+
+/* Whether the volume ends in a cell; the samples that are its own. */
+static int find_inside(int inside[3], const cvol_array *array, size_t block)
+{
+    static const int origin[3] = {0, 0, 0};
+    const size_t *blocks = array->blocks;
+    cvol_cell_find_inside(inside, array->grid.dims,
+                          (const size_t[3]){block % blocks[0], block / blocks[0] % blocks[1],
+                                            block / blocks[0] / blocks[1]});
+    return cvol_cell_reaches_beyond(inside, origin, CVOL_CELL);
+}
+
+void cvol_shell_squares(double squares[CVOL_SHELLS], const cvol_array *array, size_t index)
+{
+    const cvol_block *block = &array->block_table[index];
+    const int block_log2 = array->block_log2;
+    int inside[3];
+    if (array->ends && block->words && find_inside(inside, array, index)) {
+        ended_squares(squares, block, inside, array->ends);
+        return;
+    }
     const uint32_t *words = block->terms, *end = cvol_block_end(block);
     while (words < end) {
         uint32_t place;
@@ -53,7 +107,7 @@ void cvol_shell_norms(double norm[CVOL_SHELLS], const cvol_array *array)
 {
     double squares[CVOL_SHELLS] = {0};
     for (size_t b = 0; b < array->block_count; b++)
-        cvol_shell_squares(squares, &array->block_table[b], array->block_log2);
+        cvol_shell_squares(squares, array, b);
     cvol_shell_norms_of(norm, squares, array->step);
 }
 

@@ -15,8 +15,9 @@ int cvol_shell_of(uint32_t place, int block_log2, uint16_t split);
 
 /* The L2 norm of the coefficients of each shell, rounded up. */
 void cvol_shell_norms(double norm[CVOL_SHELLS], const cvol_array *array);
-/* The same block by block: adds the squares of its values; and norms from all squares. */
-void cvol_shell_squares(double squares[CVOL_SHELLS], const cvol_block *block, int block_log2);
+/* The same block by block: adds the squares of its values (of cells that the volume ends in, of
+ * what a file codes); and norms from all squares. */
+void cvol_shell_squares(double squares[CVOL_SHELLS], const cvol_array *array, size_t block);
 void cvol_shell_norms_of(double norm[CVOL_SHELLS], const double squares[CVOL_SHELLS], double step);
 
 /* Turns the error bounds of the whole volume into those of a level: the samples of shells that are

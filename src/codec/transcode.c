@@ -55,7 +55,8 @@ static int make_like(cvol_context *context, cvol_array **out, const cvol_array *
     if (code)
         return code;
     cvol_array *array = *out;
-    array->step = step;
+    array->ends = from->ends;
+    array->step = ldexp(step, -from->ends);
     array->offset = from->offset;
     array->lapped = from->lapped;
     array->brick = from->brick;
@@ -215,11 +216,17 @@ static int search_weight(transcoding *t, best_try *best, double step, int *good)
     return CVOL_OK;
 }
 
+/* The step that the source was coded with. */
+static double own_step(const transcoding *t)
+{
+    return ldexp(t->from->step, t->from->ends);
+}
+
 /* At the source's own step, where bits that weigh what they usually do would make it smaller than
  * is asked: the weight from none on, which leaves all terms as they are, with tables for these. */
 static int search_own_step(transcoding *t, cvol_coarseness *out, int *met)
 {
-    const double step = t->from->step;
+    const double step = own_step(t);
     cvol_search search = cvol_search_make(LIGHTEST, WEIGHT_MOST, 0.3);
     best_try best = {{0, 1}, 0};
     double weight = 0;
@@ -252,7 +259,7 @@ static int search_own_step(transcoding *t, cvol_coarseness *out, int *met)
  * there is. */
 static int search_step(transcoding *t, cvol_coarseness *out, int *met)
 {
-    const double least = t->from->step;
+    const double least = own_step(t);
     const double most = fmax(2.01 * cvol_array_coefficient_bound(t->from), 2 * least);
     const double slope = t->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
     cvol_search search = cvol_search_make(least, most, slope);
@@ -377,7 +384,7 @@ static int run_psnr(transcoding *t, cvol_array **out, int *met)
     int code = CVOL_OK;
     if (t->from->measured && t->from->psnr_db > t->value) {
         cvol_array *finest;
-        code = make_like(t->context, &finest, t->from, t->from->step);
+        code = make_like(t->context, &finest, t->from, own_step(t));
         if (code)
             return code;
         t->error = 0;

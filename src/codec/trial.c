@@ -9,10 +9,12 @@
 #include "base/memory.h"
 #include "codec/background.h"
 #include "codec/brick_shape.h"
+#include "codec/cell_ends.h"
 #include "codec/mask_make.h"
 #include "codec/mask_section.h"
 #include "codec/part_trellis.h"
 #include "codec/survey.h"
+#include "transform/lap.h"
 
 /* Of more, sums of squares and transforms would leave the range of float. */
 #define SPAN_MOST 2e35
@@ -56,6 +58,9 @@ static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid 
     trial->shape->brick = cvol_brick_shape_choose(grid, options);
     trial->shape->lapped = block == 16;
     trial->shape->dependent = block == 16;
+    for (int a = 0; a < 3 && block == 16; a++)
+        if (grid->dims[a] % CVOL_CELL)
+            trial->may_end = 1;
     trial->split = block == 16 ? CVOL_SPLIT_BEST : CVOL_SPLIT_NEVER;
     trial->error_share = 1;
     trial->tables = cvol_token_tables_create();
@@ -193,7 +198,7 @@ void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *opti
     /* What corrections stand on is rounded for their sake. */
     if (options->fast || options->lossless || options->max_error > 0 ||
         options->target == CVOL_TARGET_MAX_ERROR)
-        trial->shape->dependent = 0;
+        trial->shape->dependent = trial->may_end = 0;
 }
 
 /* Frees an array, but no mask that is the shape's. */
@@ -227,6 +232,18 @@ void cvol_trial_free(cvol_trial *trial)
     free(trial->counts);
 }
 
+/* Of ends, terms in memory are finer than the step: not where they would become too large. */
+void cvol_trial_set_step(cvol_trial *trial, double step)
+{
+    const cvol_array *shape = trial->shape;
+    const double span = shape->ledger.value_max - shape->ledger.value_min;
+    const double largest = 64 * CVOL_LAP_PRE_NORM_3 * span;
+    trial->step = step;
+    trial->shape->ends = trial->may_end && step > ldexp(largest, CVOL_ENDS_BITS - 29)
+                             ? CVOL_ENDS_BITS
+                             : 0;
+}
+
 /* What a share of all bricks gave, as if it had been all; counts too, so that the tables are worth
  * what they will be. */
 static void take_sample(cvol_trial *trial, double share)
@@ -249,6 +266,7 @@ static int make_sampler(cvol_context *context, cvol_trial *trial)
 
 int cvol_trial_find_share(cvol_context *context, cvol_trial *trial, double step)
 {
+    cvol_trial_set_step(trial, step);
     const cvol_chooser_options options = {step, trial->split, trial->plain,
                                           trial->shape->dependent};
     int code = make_sampler(context, trial);
@@ -277,10 +295,10 @@ int cvol_trial_guess_error(cvol_context *context, cvol_trial *trial, double step
 
 int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
 {
+    cvol_trial_set_step(trial, step);
     const cvol_chooser_options options = {step, trial->split, trial->plain,
                                           trial->shape->dependent};
     int code = make_sampler(context, trial);
-    trial->step = step;
     if (!code)
         code = cvol_sampler_run(context, &trial->result, trial->counts, trial->sampler,
                                 trial->shape, trial->tables, &options);
@@ -293,6 +311,7 @@ int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
 
 int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, size_t every)
 {
+    cvol_trial_set_step(trial, step);
     const cvol_encode_pass pass = {
         .shape = trial->shape,
         .source = &trial->source,
@@ -300,7 +319,6 @@ int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, s
         .options = {step, trial->split, trial->plain, trial->shape->dependent},
         .counts = trial->counts,
         .every = every};
-    trial->step = step;
     const int code = cvol_encode_pass_run(context, &trial->result, &pass);
     if (code)
         return code;
@@ -336,11 +354,13 @@ int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step)
 int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
                     const cvol_brick_sink *sink, cvol_layer_hook *after, void *user)
 {
+    cvol_trial_set_step(trial, step);
     const double left = pow(0.5, trial->count++);
     const cvol_encode_pass pass = {
         .shape = trial->shape,
         .source = &trial->source,
         .tables = trial->tables,
+        .weight = trial->weight,
         .options = {step, trial->split, trial->plain, trial->shape->dependent},
         .sink = sink,
         .after = after,
@@ -349,7 +369,6 @@ int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
         .kept = trial->kept,
         .progress_from = 0.9 * (1 - left),
         .progress_to = 0.9 * (1 - left / 2)};
-    trial->step = step;
     const int code = cvol_encode_pass_run(context, &trial->result, &pass);
     trial->bytes = trial->front_bytes + trial->result.bytes;
     trial->inside = cvol_grid_samples(&trial->shape->grid);
@@ -363,7 +382,8 @@ static int make_array(cvol_context *context, cvol_array **out, const cvol_trial 
     const int code = cvol_array_create(context, out, &shape->grid, shape->block);
     if (code)
         return code;
-    (*out)->step = step;
+    (*out)->ends = shape->ends;
+    (*out)->step = ldexp(step, -shape->ends);
     (*out)->offset = shape->offset;
     (*out)->lapped = shape->lapped;
     (*out)->dependent = shape->dependent;
@@ -380,6 +400,7 @@ int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step)
     trial->coded = NULL;
     drop(trial, &trial->array); /* of another step */
     drop(trial, &trial->kept);
+    cvol_trial_set_step(trial, step);
     int code = cvol_coded_make(context, &trial->coded, trial->tables, trial->shape);
     if (!code && trial->split == CVOL_SPLIT_FAST)
         code = make_array(context, &trial->kept, trial, step);

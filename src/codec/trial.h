@@ -16,12 +16,14 @@ typedef struct cvol_trial {
     void *filled;        /* with a background: samples, owned */
     cvol_array *shape;   /* grid, block, lapped, offset, range of values, mask; no terms. Arrays of
                             trials borrow its mask */
+    int may_end;         /* whether the volume's ends may be coded so (cell_ends.h) */
     cvol_split_choice split;
     int hasty;     /* a step found roughly will do, and lapping is not questioned */
     int lap_known; /* sampled bricks are only needed as shape->lapped says */
     int uncounted; /* no tables will be fitted to an encoding of all */
     int plain;     /* round to nearest: errors are least; else squared error at equal bytes is */
     double step;   /* of the last trial */
+    double weight; /* of bits, where all are encoded; 0: 1 */
     cvol_token_tables *tables;
     cvol_token_counts *counts;   /* of the last trial */
     cvol_encode_result result;   /* of the last trial */
@@ -55,6 +57,8 @@ int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
 void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *options);
 void cvol_trial_free(cvol_trial *trial);
 
+/* The step of the next trial, which each sets itself: shape is as it is coded with it. */
+void cvol_trial_set_step(cvol_trial *trial, double step);
 /* Encodes some bricks with this step; trial->bytes is about what the whole file would have. Errors:
  * MEMORY, CANCELLED, TARGET (step too small for the coder's numbers; no message). */
 int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step);

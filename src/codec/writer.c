@@ -156,6 +156,8 @@ static void put_start(cvol_bytes *out, const cvol_file_front *front)
         put_record(out, CVOL_MODE, front->header, cvol_modes_put);
     if (cvol_header_is_volume(front->header) && !cvol_brick_shape_is_usual(&front->header->brick))
         put_record(out, CVOL_BRKS, front->header, cvol_bricks_put);
+    if (front->header->ends)
+        put_record(out, CVOL_TRUE, front->header, cvol_ends_put);
 }
 
 /* TABL and INDX. */

@@ -363,7 +363,7 @@ class Copies(unittest.TestCase):
     def test_copies_of_copies_that_are_removed(self):
         made = ["0"]
         for _ in range(40):
-            answer = viewer.post(f"volumes/{made[-1]}/copy", {"ratio": 50})
+            answer = viewer.post(f"volumes/{made[-1]}/copy", {"ratio": 90})
             if answer.status != 202:
                 break
             made.append(answer.json["id"])

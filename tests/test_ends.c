@@ -1,0 +1,323 @@
+/* Cells that a volume ends in: DCTs of their true length and terms; files that are coded so,
+ * changed since, or lying about it. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "array/array.h"
+#include "base/bytes.h"
+#include "codec/cell_ends.h"
+#include "codec/quantise.h"
+#include "cvol/algebra.h"
+#include "cvol/codec.h"
+#include "random.h"
+#include "support.h"
+#include "support_terms.h"
+
+#define PI 3.14159265358979323846
+
+static cvol_context *context;
+static char *folder;
+
+static int open_all(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    folder = support_folder_make();
+    cvol_context_set_threads(context, 2);
+    return !context || !folder;
+}
+
+static int close_all(void **state)
+{
+    (void)state;
+    cvol_context_destroy(context);
+    support_folder_remove(folder);
+    return 0;
+}
+
+static void check_ok(int code)
+{
+    if (code)
+        fail_msg("%d: %s", code, cvol_context_message(context));
+}
+
+/* ---- cells ------------------------------------------------------------------------------- */
+
+static const int insides[][3] = {{11, 16, 16}, {16, 5, 16}, {16, 16, 1},
+                                 {3, 16, 9},   {11, 13, 2}, {8, 12, 4}};
+static const uint16_t splits[] = {CVOL_CELL_WHOLE, CVOL_CELL_OCTANTS, CVOL_CELL_FOURS, 0x0a5};
+enum { INSIDES = sizeof insides / sizeof *insides, SPLITS = sizeof splits / sizeof *splits };
+
+/* Coefficients that a file could have, by place; 0 elsewhere. */
+static void make_coded(random_state *r, int32_t *values, const int inside[3], uint16_t split)
+{
+    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    const int count = cvol_cell_list_parts(parts, split);
+    memset(values, 0, sizeof *values * CVOL_CELL_SAMPLES);
+    for (int p = 0; p < count; p++) {
+        const cvol_cell_part *part = &parts[p];
+        int n[3];
+        for (int a = 0; a < 3; a++) {
+            const int left = inside[a] - part->begin[a];
+            n[a] = left < part->side ? left : part->side;
+        }
+        const int apart = CVOL_CELL / part->side;
+        for (int w = 0; w < n[2] && n[0] > 0 && n[1] > 0; w++)
+            for (int v = 0; v < n[1]; v++)
+                for (int u = 0; u < n[0]; u++)
+                    if (random_below(r, 3) == 0)
+                        values[part->first[0] + apart * u +
+                               CVOL_CELL * (part->first[1] + apart * v +
+                                            CVOL_CELL * (part->first[2] + apart * w))] =
+                            (int32_t)(300 * random_signed(r));
+    }
+}
+
+static double cosine(int k, int x, int n)
+{
+    return sqrt((k ? 2.0 : 1.0) / n) * cos(PI * k * (x + 0.5) / n);
+}
+
+/* A sample of a part, by its definition. */
+static double sample_of(const int32_t *values, const cvol_cell_part *part, const int inside[3],
+                        const int x[3])
+{
+    const int apart = CVOL_CELL / part->side;
+    int n[3];
+    double sum = 0;
+    for (int a = 0; a < 3; a++) {
+        const int left = inside[a] - part->begin[a];
+        n[a] = left < part->side ? left : part->side;
+    }
+    for (int w = 0; w < n[2]; w++)
+        for (int v = 0; v < n[1]; v++)
+            for (int u = 0; u < n[0]; u++)
+                sum += values[part->first[0] + apart * u +
+                              CVOL_CELL * (part->first[1] + apart * v +
+                                           CVOL_CELL * (part->first[2] + apart * w))] *
+                       cosine(u, x[0] - part->begin[0], n[0]) *
+                       cosine(v, x[1] - part->begin[1], n[1]) *
+                       cosine(w, x[2] - part->begin[2], n[2]);
+    return sum;
+}
+
+static int has(const cvol_cell_part *part, const int x[3])
+{
+    for (int a = 0; a < 3; a++)
+        if (x[a] < part->begin[a] || x[a] >= part->begin[a] + part->side)
+            return 0;
+    return 1;
+}
+
+/* Terms evaluate to the samples of the shorter DCT, as far as their rounding lets them. */
+static void check_samples(random_state *r, const int32_t *coded, const int32_t *terms,
+                          const int inside[3], uint16_t split)
+{
+    static const int all[3] = {CVOL_CELL, CVOL_CELL, CVOL_CELL};
+    static float scaled[CVOL_CELL_SAMPLES] __attribute__((aligned(64))),
+        samples[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
+    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    const int count = cvol_cell_list_parts(parts, split);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        scaled[i] = (float)terms[i] / (1 << CVOL_ENDS_BITS);
+    cvol_cell_inverse(samples, scaled, split, all);
+    for (int i = 0; i < 20; i++) {
+        int x[3];
+        for (int a = 0; a < 3; a++)
+            x[a] = (int)random_below(r, (uint32_t)inside[a]);
+        for (int p = 0; p < count; p++)
+            if (has(&parts[p], x)) {
+                const double want = sample_of(coded, &parts[p], inside, x);
+                const float got = samples[x[0] + CVOL_CELL * (x[1] + CVOL_CELL * x[2])];
+                /* Rounding alone may add up to 64^1.5 / 2^(1 + CVOL_ENDS_BITS). */
+                assert_true(fabs((double)got - want) < 2.4 / (1 << CVOL_ENDS_BITS));
+            }
+    }
+}
+
+static void terms_are_the_shorter_cosines_and_lead_back(void **state)
+{
+    (void)state;
+    static int32_t coded[CVOL_CELL_SAMPLES], terms[CVOL_CELL_SAMPLES], back[CVOL_CELL_SAMPLES];
+    random_state r = {3};
+    for (int i = 0; i < INSIDES; i++)
+        for (int s = 0; s < SPLITS; s++) {
+            uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
+            make_coded(&r, coded, insides[i], splits[s]);
+            memcpy(terms, coded, sizeof terms);
+            for (int k = 0; k < CVOL_CELL_SAMPLES; k++)
+                found[k / 64] |= (uint64_t)(terms[k] != 0) << k % 64;
+            assert_true(cvol_cell_ends_take(terms, found, insides[i], splits[s], CVOL_ENDS_BITS));
+            for (int k = 0; k < CVOL_CELL_SAMPLES; k++)
+                assert_int_equal(found[k / 64] >> k % 64 & 1, terms[k] != 0);
+            check_samples(&r, coded, terms, insides[i], splits[s]);
+            memcpy(back, terms, sizeof back);
+            assert_true(cvol_cell_ends_put(back, insides[i], splits[s], CVOL_ENDS_BITS));
+            assert_memory_equal(back, coded, sizeof back);
+            terms[0] += 1; /* nothing leads there */
+            assert_false(cvol_cell_ends_put(terms, insides[i], splits[s], CVOL_ENDS_BITS));
+        }
+}
+
+/* What a file has of a cell does not depend on what lies beyond. */
+static void what_is_beyond_does_not_matter(void **state)
+{
+    (void)state;
+    static float samples[CVOL_CELL_SAMPLES] __attribute__((aligned(64))),
+        first[CVOL_CELL_SAMPLES] __attribute__((aligned(64))),
+        second[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
+    static const int inside[3] = {11, 16, 7};
+    random_state r = {9};
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        samples[i] = (float)(100 * random_signed(&r));
+    cvol_cell_forward_ends(first, samples, inside, CVOL_CELL_WHOLE);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        if (i % 16 >= inside[0] || i / 256 >= inside[2])
+            samples[i] = (float)(100 * random_signed(&r));
+    cvol_cell_forward_ends(second, samples, inside, CVOL_CELL_WHOLE);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++) {
+        assert_true(fabsf(first[i] - second[i]) < 1e-2f);
+        if (i % 16 >= inside[0] || i / 256 >= inside[2])
+            assert_true(first[i] == 0);
+    }
+}
+
+static void too_large_terms_are_refused(void **state)
+{
+    (void)state;
+    static int32_t values[CVOL_CELL_SAMPLES];
+    uint64_t found[CVOL_CELL_SAMPLES / 64] = {1};
+    values[0] = CVOL_VALUE_LIMIT >> CVOL_ENDS_BITS;
+    assert_true(cvol_cell_ends_take(values, found, NULL, 0, CVOL_ENDS_BITS));
+    assert_int_equal(values[0], CVOL_VALUE_LIMIT);
+    values[0] = -(CVOL_VALUE_LIMIT >> CVOL_ENDS_BITS) - 1;
+    assert_false(cvol_cell_ends_take(values, found, NULL, 0, CVOL_ENDS_BITS));
+    values[0] = CVOL_VALUE_LIMIT >> CVOL_ENDS_BITS; /* a DC of 11 samples is larger as one of 16 */
+    assert_false(cvol_cell_ends_take(values, found, insides[0], 0, CVOL_ENDS_BITS));
+}
+
+/* ---- files ------------------------------------------------------------------------------- */
+
+static const size_t dims[3] = {43, 36, 50};
+
+static cvol_array *compress(double psnr, int fast)
+{
+    cvol_compress_options options = cvol_compress_options_defaults();
+    const cvol_grid grid = cvol_grid_make(dims[0], dims[1], dims[2], CVOL_FLOAT32);
+    const size_t count = cvol_grid_samples(&grid);
+    random_state r = {7};
+    float *samples = malloc(count * sizeof *samples);
+    cvol_array *array;
+    assert_non_null(samples);
+    for (size_t i = 0; i < count; i++) {
+        const double x = (double)(i % dims[0]), y = (double)(i / dims[0] % dims[1]),
+                     z = (double)(i / dims[0] / dims[1]);
+        samples[i] = (float)(sin(x / 5) * cos(y / 9 + z / 7) + (x + y > z + 20 ? 1.2 : 0) +
+                             0.05 * random_signed(&r));
+    }
+    options.target = CVOL_TARGET_PSNR;
+    options.target_value = psnr;
+    options.fast = fast;
+    check_ok(cvol_compress(context, &array, NULL, samples, &grid, &options));
+    free(samples);
+    return array;
+}
+
+static cvol_array *write_and_read(const cvol_array *array)
+{
+    cvol_array *back;
+    char *path = support_path(folder, "a.cvol");
+    check_ok(cvol_array_write(context, array, path, NULL));
+    check_ok(cvol_file_verify(context, NULL, path));
+    check_ok(cvol_array_read(context, &back, path, NULL));
+    free(path);
+    return back;
+}
+
+static void files_keep_them(void **state)
+{
+    (void)state;
+    cvol_array *array = compress(40, 0), *back = write_and_read(array), *again, *turned;
+    assert_int_equal(array->ends, CVOL_ENDS_BITS);
+    assert_int_equal(back->ends, CVOL_ENDS_BITS);
+    assert_true(back->step == array->step);
+    support_terms_expect_same(array, back);
+    again = write_and_read(back); /* coded anew */
+    assert_int_equal(again->ends, CVOL_ENDS_BITS);
+    support_terms_expect_same(array, again);
+    cvol_array_free(again);
+    check_ok(cvol_array_scale(context, &turned, -2, back, 1));
+    again = write_and_read(turned);
+    assert_int_equal(again->ends, CVOL_ENDS_BITS);
+    support_terms_expect_same(turned, again);
+    cvol_array_free(again);
+    cvol_array_free(turned);
+    const cvol_keep keep = cvol_keep_threshold(20 * array->step);
+    check_ok(cvol_array_truncate(context, &turned, array, &keep));
+    turned->ends = CVOL_ENDS_BITS; /* as if it were: the writer looks */
+    again = write_and_read(turned);
+    assert_int_equal(again->ends, 0);
+    support_terms_expect_same(turned, again);
+    cvol_array_free(again);
+    cvol_array_free(turned);
+    cvol_array_free(back);
+    cvol_array_free(array);
+}
+
+static void haste_knows_nothing_of_them(void **state)
+{
+    (void)state;
+    cvol_array *array = compress(40, 1);
+    assert_int_equal(array->ends, 0);
+    cvol_array_free(array);
+}
+
+/* TRUE says other bits than there can be. */
+static void lies_are_told(void **state)
+{
+    (void)state;
+    cvol_array *array = compress(35, 0), *back;
+    char *path = support_path(folder, "a.cvol");
+    for (uint32_t bits = 0; bits < 20; bits += 3) {
+        size_t size, at = 0;
+        check_ok(cvol_array_write(context, array, path, NULL));
+        uint8_t *data = support_read(path, &size);
+        while (memcmp(data + at, "TRUE", 4))
+            at++;
+        data[at + 24] = (uint8_t)bits;
+        for (int i = 0; i < 2; i++) { /* of the content, then of the header that has it */
+            const uint32_t sum = i ? cvol_crc32c(data + at, 20) : cvol_crc32c(data + at + 24, 4);
+            for (int b = 0; b < 4; b++)
+                data[at + 16 + 4 * (size_t)i + (size_t)b] = (uint8_t)(sum >> 8 * b);
+        }
+        support_write(path, data, size);
+        const int code = cvol_array_read(context, &back, path, NULL);
+        assert_int_equal(code, bits == CVOL_ENDS_BITS ? CVOL_OK : CVOL_ERROR_CORRUPT);
+        if (bits < 1 || bits > CVOL_ENDS_BITS_MOST)
+            assert_non_null(strstr(cvol_context_message(context), "TRUE: bits is"));
+        cvol_array_free(back);
+        free(data);
+    }
+    free(path);
+    cvol_array_free(array);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(terms_are_the_shorter_cosines_and_lead_back),
+        cmocka_unit_test(what_is_beyond_does_not_matter),
+        cmocka_unit_test(too_large_terms_are_refused),
+        cmocka_unit_test(files_keep_them),
+        cmocka_unit_test(haste_knows_nothing_of_them),
+        cmocka_unit_test(lies_are_told),
+    };
+    return cmocka_run_group_tests(tests, open_all, close_all);
+}
