@@ -307,9 +307,12 @@ static void files_keep_them(void **state)
 {
     (void)state;
     cvol_array *array = compress(40, 0), *back = write_and_read(array), *again, *turned;
+    cvol_array_info info;
     assert_int_equal(array->ends, CVOL_ENDS_BITS);
     assert_int_equal(back->ends, CVOL_ENDS_BITS);
     assert_true(back->step == array->step);
+    cvol_array_get_info(back, &info); /* what users are told is what was asked of the coder */
+    assert_true(info.step == ldexp(back->step, CVOL_ENDS_BITS));
     support_terms_expect_same(array, back);
     again = write_and_read(back); /* coded anew */
     assert_int_equal(again->ends, CVOL_ENDS_BITS);

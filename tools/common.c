@@ -77,6 +77,7 @@ cvol_context *begin_command(const common_options *common)
     if (!sigaction(SIGHUP, NULL, &before) && before.sa_handler != SIG_IGN) /* as under nohup */
         sigaction(SIGHUP, &action, NULL);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN); /* a limit of files' sizes is told as any failure to write */
     progress_state.on_terminal = isatty(STDERR_FILENO);
     progress_state.shown_at = milliseconds() + 200; /* what is quick says nothing */
     cvol_context_set_progress(context, show_progress, &progress_state);

@@ -201,7 +201,7 @@ void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
     out->block = array->block;
     memcpy(out->blocks, array->blocks, sizeof out->blocks);
     memcpy(out->low, array->whole.low, sizeof out->low);
-    out->step = array->step;
+    out->step = ldexp(array->step, array->ends); /* as it was quantised */
     out->coefficients = array->coefficients;
     out->rho = (double)array->coefficients / samples;
     if (!array->block) {

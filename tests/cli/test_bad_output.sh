@@ -120,6 +120,12 @@ else
     echo 'skipped: a full tmpfs (only root may mount one)'
 fi
 
+# A limit of files' sizes: a sentence, where the signal for it would end the program without one.
+limited() { (ulimit -f 8 && exec "$CVOL" "$@"); }
+for words in 'compress in.nrrd limited.cvol --ratio 2' 'decompress in.cvol limited.nrrd'; do
+    expect_failure 1 'limited.*: File too large' limited $words
+done
+
 onto_full_device() {
     name=$1
     shift
