@@ -9,14 +9,16 @@
 #include "codec/brick_internal.h"
 #include "codec/cell_ends.h"
 #include "codec/part_choice.h"
+#include "codec/part_trellis.h"
 
 enum { BRICKS_A_THREAD = 16 };
 
 /* One thread's memory. */
 typedef struct requantiser {
     cvol_brick_coder *coder;
-    float *coefficients; /* a block's, by place; zero between blocks */
-    float *scaled;       /* a part's, in scan order */
+    float *coefficients;   /* a block's, by place; zero between blocks */
+    float *scaled;         /* a part's, in scan order */
+    cvol_trellis *trellis; /* of a dependent array */
     cvol_token_counts counts;
 } requantiser;
 
@@ -72,7 +74,8 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
     int inside[3];
     if (in_cell)
         cvol_brick_put_split(coder, place, block->split);
-    spread(r->coefficients, block, array->block_log2, array->step / all->step);
+    spread(r->coefficients, block, array->block_log2,
+           array->step / all->step * (array->dependent ? 0.5 : 1));
     if (cvol_brick_cell_inside(inside, &coder->context, place))
         bring_to_ends(r->coefficients, inside, block->split);
     for (int p = 0; p < count; p++) {
@@ -91,15 +94,20 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
             r->scaled[i] = r->coefficients[in_cell ? first + scan->entries[i].in_cell
                                                    : scan->entries[i].place];
         const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
-        const cvol_part_choice choice = cvol_part_choose(coder->scanned, r->scaled, scan,
-                                                         &all->costs, &context, 0, coder->scatter);
+        const cvol_part_choice choice = array->dependent
+                                            ? cvol_part_choose_dependent(
+                                                  r->trellis, coder->scanned, r->scaled, scan,
+                                                  &all->costs, &context, coder->scatter)
+                                            : cvol_part_choose(coder->scanned, r->scaled, scan,
+                                                               &all->costs, &context, 0,
+                                                               coder->scatter);
         if (!choice.used) { /* terms are within the limit already: a coarser step's are */
             out->code = CVOL_ERROR_TARGET;
             break;
         }
-        out->error += (double)choice.error;
-        cvol_part_encode(coder->writers, scan, &context, coder->scanned, choice.used, 0,
-                         coder->scatter);
+        out->error += (double)choice.error * (array->dependent ? 4 : 1);
+        cvol_part_encode(coder->writers, scan, &context, coder->scanned, choice.used,
+                         array->dependent, coder->scatter);
         cvol_part_note(&coder->context, at, scan, coder->scanned[0],
                        cvol_part_length(scan, choice.used));
     }
@@ -135,6 +143,7 @@ static void free_all(requantising *all)
         cvol_brick_coder_free(all->threads[t].coder);
         free(all->threads[t].coefficients);
         free(all->threads[t].scaled);
+        cvol_trellis_free(all->threads[t].trellis);
     }
     for (size_t i = 0; all->bricks && i < all->room; i++)
         for (int s = 0; s < CVOL_SHELLS; s++)
@@ -164,7 +173,9 @@ static requantising *make_all(cvol_context *context, const cvol_array *array,
         r->coder = cvol_brick_coder_create(tables);
         r->coefficients = cvol_allocate_zero(CVOL_PART_SAMPLES_MAX, sizeof *r->coefficients);
         r->scaled = cvol_allocate(CVOL_PART_SAMPLES_MAX, sizeof *r->scaled);
-        made = r->coder && r->coefficients && r->scaled;
+        if (array->dependent)
+            r->trellis = cvol_trellis_create();
+        made = r->coder && r->coefficients && r->scaled && (r->trellis || !array->dependent);
     }
     if (made)
         return all;

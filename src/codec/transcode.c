@@ -59,6 +59,7 @@ static int make_like(cvol_context *context, cvol_array **out, const cvol_array *
     array->step = ldexp(step, -from->ends);
     array->offset = from->offset;
     array->lapped = from->lapped;
+    array->dependent = from->dependent;
     array->brick = from->brick;
     array->threshold = from->threshold;
     array->ledger = from->ledger;
