@@ -381,6 +381,11 @@ static void strange_samples_are_told(void **state)
     cvol_grid wide = cvol_grid_make(2, 1, 1, CVOL_FLOAT64);
     const double far[2] = {-1e300, 1e300};
     assert_int_equal(compress(&array, NULL, far, &wide, 16, CVOL_TARGET_RATIO, 3), CVOL_ERROR_DATA);
+    /* Nor, all alike, beyond what a float holds. */
+    const double alike[2] = {1e39, 1e39};
+    assert_int_equal(compress(&array, NULL, alike, &wide, 16, CVOL_TARGET_RATIO, 3),
+                     CVOL_ERROR_DATA);
+    assert_non_null(strstr(cvol_context_message(context), "magnitudes"));
 }
 
 /* ---- determinism and progress ----------------------------------------------------------- */

@@ -1,6 +1,7 @@
 /* Trials: the steps from samples to a measured array. */
 #include "codec/trial.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,8 +17,10 @@
 #include "codec/survey.h"
 #include "transform/lap.h"
 
-/* Of more, sums of squares and transforms would leave the range of float. */
+/* Of more, sums of squares and transforms would leave the range of float; and so would samples
+ * themselves, even if they are all alike. */
 #define SPAN_MOST 2e35
+#define MAGNITUDE_MOST ((double)FLT_MAX)
 /* More than so many of the bytes that are asked for leave nothing to speak of for all else. */
 #define MASK_SHARE_MOST 0.9
 /* Bytes of a brick's mask that are no tokens: what its cells are, its length and checksum. */
@@ -81,6 +84,10 @@ static int take_range(cvol_context *context, cvol_array *shape, double least, do
         return cvol_fail(context, CVOL_ERROR_DATA,
                          "samples reach from %g to %g, a range beyond %g cannot be compressed",
                          least, most, SPAN_MOST);
+    if (!(fmax(-least, most) <= MAGNITUDE_MOST))
+        return cvol_fail(context, CVOL_ERROR_DATA,
+                         "samples reach from %g to %g, magnitudes beyond %g cannot be compressed",
+                         least, most, MAGNITUDE_MOST);
     return CVOL_OK;
 }
 
