@@ -113,8 +113,39 @@ static void words_are_the_pieces(void **state)
     assert_true(usable > 60);
 }
 
+/* Points near each other in one place of a table cost nothing in others, wherever its bins lie. */
+static void crowded_points_are_met_where_they_are(void **state)
+{
+    (void)state;
+    static const cvol_transfer_point points[] = {
+        {0, 0, 0, 0, 0},          {874, .8, .5, .4, 0},     {974, .85, .55, .45, .01},
+        {1104, .85, .5, .4, .02}, {1174, .9, .75, .6, .02}, {1324, 1, .95, .85, .15},
+        {2024, 1, 1, .95, .35},   {4095, 1, 1, 1, .5}};
+    cvol_transfer *transfer;
+    double worst = 0, sum = 0;
+    assert_int_equal(cvol_transfer_create(NULL, &transfer, points, sizeof points / sizeof *points),
+                     CVOL_OK);
+    for (double most = 3900; most < 4100; most += 7) {
+        const cvol_array array = {.range_min = -10, .range_max = most};
+        cvol_sheet_table_fill(&table, &array, transfer, 1);
+        assert_true(table.pieces > 0);
+        sum = 0;
+        for (double value = 1000; value < most; value++) {
+            double got[4];
+            look_up(got, (value - (double)table.from) * (double)table.scale);
+            sum += fabs(got[3] / cvol_transfer_at(transfer, value).opacity - 1);
+        }
+        worst = fmax(worst, sum / (most - 1000));
+    }
+    if (getenv("CVOL_TEST_VERBOSE"))
+        print_message("%g off in the mean at most\n", worst);
+    assert_true(worst < 0.0004);
+    cvol_transfer_free(transfer);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(words_are_the_pieces)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(words_are_the_pieces),
+                                       cmocka_unit_test(crowded_points_are_met_where_they_are)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -113,17 +113,35 @@ static int find_run(double (*channels)[4], int first)
     return last;
 }
 
+/* Ends of the first pieces that lie in the bin of this one. */
+static int ends_beside(const cvol_sheet_table *table, int count, double end)
+{
+    const int bin = (int)end >> CVOL_PIECE_BIN_LOG2;
+    int beside = 0;
+    while (beside < count &&
+           table->piece_end[count - 1 - beside] > (float)(bin << CVOL_PIECE_BIN_LOG2))
+        beside++;
+    return beside;
+}
+
 /* Entry t lies at coordinate t + 1/2. What is transparent stays so exactly: no piece reaches from
  * entries that are into others, but begins and ends half way between. `most`, or 0 if the function
  * does not fit into so many. */
 static int fit_pieces(cvol_sheet_table *table, double (*channels)[4], double share, int most)
 {
+    const int few = most < CVOL_PIECES, most_steps = few ? 1 : 2;
     int count = 0, from = 0, last = find_run(channels, 0);
     while (from < CVOL_TABLE_SIZE) {
         double slope[4];
         if (count == most)
             return 0;
-        const int to = find_piece(slope, channels, from, last, share);
+        int to = find_piece(slope, channels, from, last, share);
+        /* Where many short ones would end near each other, one is held less closely. */
+        for (double own = share; to < last && !few && own < COARSEST &&
+                                 ends_beside(table, count, to + 0.5) >= most_steps;) {
+            own *= 1.5;
+            to = find_piece(slope, channels, from, last, own);
+        }
         for (int k = 0; k < 4; k++) {
             table->piece_rise[k][count] = (float)slope[k];
             table->piece_start[k][count] = (float)(middle_of(channels, k, slope[k], from, to));
@@ -143,7 +161,7 @@ static int fit_pieces(cvol_sheet_table *table, double (*channels)[4], double sha
         table->piece_of[bin] = (int16_t)piece;
         while (table->piece_end[piece + steps] < (float)((bin + 1) << CVOL_PIECE_BIN_LOG2))
             steps++;
-        if (steps > (most == CVOL_PIECES ? 2 : 1))
+        if (steps > most_steps)
             return 0;
     }
     return most;
