@@ -7,7 +7,8 @@ Writes the samples, x fastest, in the file's type, low byte first (of a picture 
 blue, alpha; of a baked volume its planes as float32), and prints what the file says of them as JSON. --level 1, 2, 3: a volume's coarser levels; the file may then end early.
 
 Needs NumPy, and of libzstd the one function that unpacks a frame. The built-in codes are read from
-src/codec/token_defaults.c, the weights that foretell masks from src/codec/mask_weights.c.
+src/codec/token_defaults.c, the weights that foretell masks from src/codec/mask_weights.c, those of
+coefficients from src/codec/small_weights.c.
 """
 import argparse
 import ctypes
@@ -60,7 +61,7 @@ def crc32c(data):
     return crc ^ 0xFFFFFFFF
 
 
-ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "MODE", "BRKS", "TRUE", "RNGE", "TABL", "INDX", "MASK", "SHL0",
+ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "MODE", "BRKS", "TRUE", "SMAL", "RNGE", "TABL", "INDX", "MASK", "SHL0",
          "SHL1", "SHL2", "SHL3", "CORR", "TERM", "SPEC", "PICT", "BAKE", "PLNS",
          "ENDS"]
 OPTIONAL = {"ATTR", "RNGE"}
@@ -586,19 +587,38 @@ class RangeDecoder:
 
     def bit(self, context):
         fast, slow = context
-        bound = (self.range >> 16) * ((fast + slow) >> 1)
-        if self.code < bound:
-            bit, self.range = 0, bound
-            context[:] = fast + (65535 - fast >> 4), slow + (65535 - slow >> 7)
+        bit = self.likely(2 ** 16 - ((fast + slow) >> 1))
+        if bit:
+            context[:] = fast - (fast >> 4), slow - (slow >> 7)
         else:
-            bit = 1
+            context[:] = fast + (65535 - fast >> 4), slow + (65535 - slow >> 7)
+        return bit
+
+    def likely(self, p):
+        """A bit that is 1 with likelihood p / 2^16."""
+        bound = (self.range >> 16) * (2 ** 16 - p)
+        bit = int(self.code >= bound)
+        if bit:
             self.code -= bound
             self.range -= bound
-            context[:] = fast - (fast >> 4), slow - (slow >> 7)
+        else:
+            self.range = bound
+        self.go_on()
+        return bit
+
+    def token(self, row):
+        unit = self.range >> 14
+        n = self.code // unit
+        t = row.token[n] if n < 2 ** 14 else 15
+        self.code -= unit * row.first[t]
+        self.range = unit * (row.first[t + 1] - row.first[t])
+        self.go_on()
+        return t
+
+    def go_on(self):
         if self.range < 2 ** 32:
             self.range <<= 32
             self.code = self.code << 32 | self.take(4)
-        return bit
 
 
 def contexts(count, start=2 ** 15):
@@ -623,6 +643,346 @@ def read_tables(content):
             need(0 <= codes[r][t] <= 255, "TABL: a code")
     need(decoder.at - 7 <= len(content), "TABL is too short")
     return Rows(codes)
+
+
+# ---- 21. SMAL ------------------------------------------------------------------------------------
+
+class SmallStream:
+    """One shell of a brick."""
+
+    def __init__(self, data, rows):
+        self.coded, self.raws, self.rows, self.used = RangeDecoder(data), Stream(data, None), rows, False
+
+    def token(self, number):
+        self.used = True
+        return self.coded.token(self.rows[number])
+
+    def raw(self, count):
+        self.used = self.used or count > 0
+        return self.raws.raw(count)
+
+    def bit(self, context):
+        self.used = True
+        return self.coded.bit(context)
+
+    def by_logit(self, curve, o):
+        self.used = True
+        a = o + 2048
+        i, f = a >> 7, a & 127
+        seen = (curve[i] * (128 - f) + curve[i + 1] * f) >> 7
+        bit = self.coded.likely(max(48, min(65488, (LIKELIHOOD[a] + 3 * seen) >> 2)))
+        j = i + (f >= 64)
+        curve[j] += ((65535 if bit else 0) - curve[j]) >> 7
+        return bit
+
+    def check_end(self):
+        taken = self.coded.at - 7 + (self.raws.bits + 7) // 8
+        length = len(self.coded.data)
+        need(taken <= length if self.used else length == 0, "a brick's stream is damaged")
+
+
+LIKELIHOOD = [math.floor(2 ** 16 / (1 + math.exp((2048 - a) / 256)) + 0.5) for a in range(4096)]
+CLASSES = [math.floor(10 * math.log2(1 + m) + 0.5) for m in range(4096)]
+NEAR = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (2, 0, 0), (0, 2, 0), (0, 0, 2), (1, 1, 0), (1, 0, 1),
+        (0, 1, 1), (1, 1, 1), (3, 0, 0), (0, 3, 0), (0, 0, 3), (2, 1, 0), (1, 2, 0), (2, 0, 1),
+        (1, 0, 2), (0, 2, 1), (0, 1, 2), (-1, 1, 0), (-1, 0, 1), (0, -1, 1), (-1, 1, 1), (1, -1, 1),
+        (1, 1, -1)]
+TURNED = [(-1, 2, 0), (2, -1, 0), (-1, 0, 2), (2, 0, -1), (0, -1, 2), (0, 2, -1)]
+FAR = [(2, 1, 1), (1, 2, 1), (1, 1, 2)]
+
+
+def size_class(m):
+    return CLASSES[min(int(m), 4095)]
+
+
+def face_class(z):
+    return size_class(abs(z) >> 2)
+
+
+def signed_face(z):
+    return -face_class(z) if z < 0 else face_class(z)
+
+
+def wrap(a):
+    """To 32 bits, of a number or an array."""
+    return (a + 2 ** 31) % 2 ** 32 - 2 ** 31
+
+
+def shift_round(a):
+    return wrap(a + 512) >> 10
+
+
+def cut_basis(n):
+    """E[n][u][x]"""
+    return np.floor(1024 * dct_matrix(n) + 0.5).astype(np.int64)
+
+
+class Network:
+    def __init__(self, name):
+        text = table_file("small_weights.c").split(f"cvol_small_network {name} =")[1].split(";")[0]
+        numbers = np.array([int(x) for x in re.findall(r"-?[0-9]+", text)], np.int64)
+        self.layers = []
+        for units, count, shift, low, high in ((64, 64, 11, 0, 255), (32, 64, 12, 0, 255),
+                                               (16, 32, 10, -2047, 2047)):
+            weights, numbers = numbers[:units * count].reshape(units, count), numbers[units * count:]
+            self.layers.append((weights, numbers[:units], shift, low, high))
+            numbers = numbers[units:]
+        need(not len(numbers), f"{name}: too many numbers")
+
+    def __call__(self, x):
+        for weights, biases, shift, low, high in self.layers:
+            x = np.clip((biases + weights @ x) >> shift, low, high)
+        return [int(o) for o in x]
+
+
+class SmallPart:
+    def __init__(self, block, M, begin, first, n):
+        self.block, self.M, self.begin, self.first, self.n = block, M, begin, first, n
+        self.k = {4: 0, 8: 1, 16: 2}[M]
+        self.K = np.zeros((M, M, M), np.int64)  # [w, v, u]
+        self.blur = np.zeros((M, M, M), np.int64)
+        self.seen, self.finished = True, False
+        self.L = self.d = self.around = self.state = 0
+        self.next = 1
+
+
+class SmallBrick(Brick):
+    networks, bases = None, {}
+
+    def __init__(self, streams, counts, header, ends, inside):
+        super().__init__(streams, counts, header, ends, inside)
+        if not SmallBrick.networks:
+            SmallBrick.networks = Network("cvol_small_magnitudes"), Network("cvol_small_signs")
+            SmallBrick.bases = {n: cut_basis(n) for n in range(1, 17)}
+        self.lapped = header.lapped
+        fresh = [LIKELIHOOD[min(128 * i, 4095)] for i in range(33)]
+        self.above = [[list(fresh) for _ in range(3)] for _ in range(16)]
+        self.agrees = [[list(fresh) for _ in range(2)] for _ in range(3)]
+        self.escape = contexts(31)
+        self.samples = np.zeros([16 * c for c in reversed(counts)], np.int64)
+        self.at = {}  # parts by cubes of 4^3
+
+    def decode(self):
+        bx, by, bz = self.counts
+        cells = [(i % bx, i // bx % by, i // bx // by) for i in range(bx * by * bz)]
+        splits = [self.split(cell) for cell in cells]
+        parts = []
+        for cell, split in zip(cells, splits):
+            for side, begin in parts_of(split):
+                first = [16 * cell[a] + begin[a] for a in range(3)]
+                n = [min(side, self.inside[a] - first[a]) if self.ends else side for a in range(3)]
+                part = SmallPart(cell, side, begin, first, tuple(m if m > 0 else side for m in n))
+                part.seen = min(n) > 0
+                parts.append(part)
+                for place in itertools.product(range(side // 4), repeat=3) if part.seen else ():
+                    self.at[tuple(first[a] // 4 + place[a] for a in range(3))] = part
+        for part in parts:
+            self.head(part)
+        for s in range(len(self.streams)):
+            for part in parts:
+                if part.seen and part.L and not part.finished:
+                    self.shell(part, s)
+        for stream in self.streams:
+            stream.check_end()
+        out = []
+        for part in parts:
+            values = to_terms(part.K, part.n, self.ends) if self.ends else part.K
+            need(np.abs(values).max() <= VALUE_LIMIT, "a term")
+            out.append((part.block, part.M, part.begin, values))
+        return out
+
+    def head(self, part):
+        if not part.seen:
+            part.K[:] = self.unseen(part.M, part.first, part.n)
+            return
+        stream, cube, W = self.streams[0], tuple(x // 4 for x in part.first), self.weight(part.n)
+        prediction, spread, part.around = self.context(part.k, cube, W)
+        d = part.d = self.number(stream, ROW_DC + 12 * part.k + spread)
+        dc = prediction + (-d if d and stream.raw(1) else d)
+        need(abs(dc) <= VALUE_LIMIT >> 1, "a DC")
+        kind = 0 if d == 0 else 1 if d == 1 else 2 if d < 4 else 3
+        part.L = stream.token(ROW_LENGTH + 4 * (17 * part.k + part.around) + kind)
+        need(not part.L or 2 ** (part.L - 1) <= scan_of(part.M, part.n).index[-1], "a last index")
+        part.K[0, 0, 0] = 2 * dc
+        self.note(part.M, cube, dc * W, part.L + 3 * (3 - part.k) if part.L else 0)
+        self.show(part, 1)
+
+    def show(self, part, cube):
+        """Samples and blur of what is known."""
+        x, y, z = part.first
+        nx, ny, nz = part.n
+        v = wrap(16 * part.K[:nz, :ny, :nx])
+        for n, axis in ((nx, 2), (ny, 1), (nz, 0)):
+            v = np.moveaxis(shift_round(wrap(np.moveaxis(v, axis, -1) @ self.bases[n])), -1, axis)
+        self.samples[z:z + nz, y:y + ny, x:x + nx] = v
+        c = np.zeros((part.M + 2,) * 3, int)
+        there = np.zeros_like(c)
+        for w, v, u in itertools.product(*(range(min(cube, n)) for n in reversed(part.n))):
+            c[w + 1, v + 1, u + 1] = size_class(abs(part.K[w, v, u]))
+            there[w + 1, v + 1, u + 1] = 1
+        c[1, 1, 1] = 0
+        for w, v, u in itertools.product(*(range(min(cube, n)) for n in reversed(part.n))):
+            beside = [(w, v + 1, u + 1), (w + 2, v + 1, u + 1), (w + 1, v, u + 1), (w + 1, v + 2, u + 1),
+                      (w + 1, v + 1, u), (w + 1, v + 1, u + 2)]
+            total = 2 * c[w + 1, v + 1, u + 1] + sum(c[b] for b in beside)
+            part.blur[w, v, u] = total * (65535 // (2 + sum(there[b] for b in beside))) >> 16
+        part.blur[0, 0, 0] = 0
+
+    def beside(self, part):
+        """The parts at its six faces, or None."""
+        cube, out = [x // 4 for x in part.first], []
+        for k in range(6):
+            at = list(cube)
+            at[k % 3] += -1 if k < 3 else part.M // 4
+            out.append(self.at.get(tuple(at)) if k < 3 or part.n[k % 3] == part.M else None)
+        return out
+
+    def waves(self, part, k, e):
+        """edge(e), inner(e)"""
+        n = part.n[k % 3]
+        E, turn = self.bases[n][e], -1 if k >= 3 and e % 2 else 1
+        return turn * int(E[0]), turn * int(E[1] - E[0]) if n > 1 else 0
+
+    def faces(self, part, near):
+        """[level, slope] of each, by the other two frequencies [w, v]."""
+        out, known = [], np.argwhere(part.K)
+        for k, other in enumerate(near):
+            if other is None:
+                out.append(None)
+                continue
+            a = k % 3
+            box = [slice(part.first[b], part.first[b] + part.n[b]) for b in range(3)]
+            planes, at = [], part.first[a] + (part.M if k >= 3 else -1)
+            step = 0 if k >= 3 and other.n[a] == 1 else 1 if k >= 3 else -1
+            for place in (at, at + step):
+                box[a] = place
+                planes.append(self.samples[box[2], box[1], box[0]])  # [j, i]
+            n1, n2 = [part.n[b] for b in range(3) if b != a]
+            face = []
+            for plane in (planes[0], wrap(planes[0] - planes[1])):
+                P = shift_round(wrap(plane @ self.bases[n1].T))
+                face.append(wrap(shift_round(wrap(self.bases[n2] @ P)) << 8))
+            out.append(face)
+        for w, v, u in known:
+            self.take_off(part, out, (u, v, w), int(part.K[w, v, u]))
+        return out
+
+    def take_off(self, part, faces, at, value):
+        for k, face in enumerate(faces):
+            if face is None:
+                continue
+            others = tuple(reversed([at[b] for b in range(3) if b != k % 3]))
+            for plane, wave in zip(face, self.waves(part, k, at[k % 3])):
+                plane[others] = wrap(int(plane[others]) - 4 * value * wave)
+
+    @staticmethod
+    def blur_at(part, M, at):
+        if part is None:
+            return 0
+        if part.M < M:
+            at = [f // (M // part.M) for f in at]
+        elif part.M > M:
+            at = [f * (part.M // M) + part.M // M // 2 for f in at]
+        u, v, w = (min(f, n - 1) for f, n in zip(at, part.n))
+        return int(part.blur[w, v, u])
+
+    def shell(self, part, s):
+        scan, stream = scan_of(part.M, part.n), self.streams[s]
+        shell_end, last = 8 ** max(0, part.k + s - 1), None
+        end = sum(index < shell_end for index in scan.index)
+        if end <= part.next:
+            return
+        if 2 ** (part.L - 1) < shell_end:
+            last = self.last(stream, part.k, part.L)
+            need(last in scan.index and scan.index.index(last) >= part.next, "a last index")
+            last = scan.index.index(last)
+            end = last + 1
+        near = self.beside(part)
+        faces = self.faces(part, near)
+        sizes = np.zeros((part.M + 6,) * 3, int)  # of K[w, v, u] at [w + 3, v + 3, u + 3]
+        sizes[3:-3, 3:-3, 3:-3] = np.minimum(np.abs(part.K), 4095)
+        sizes[3, 3, 3] = min(2, sizes[3, 3, 3])
+        run = 0
+        for i in range(part.next, end):
+            at = scan.places[i]
+            x, shift, foretold = self.look(part, s, i, at, last, run, sizes, near, faces)
+            m = self.size(stream, part, x, shift, i == last)
+            need(m <= VALUE_LIMIT >> 1 and (m or i != last), "a coefficient")
+            odd = part.state % 2
+            part.state = STATE_AFTER[part.state][m % 2]
+            m = 2 * m - odd if m else 0
+            change = 16 * size_class(m) - run
+            run += change // 8 if change >= 0 else -(-change // 8)
+            if m:
+                value = -m if self.is_negative(stream, part, x, m, near, foretold) else m
+                u, v, w = at
+                part.K[w, v, u] = value
+                sizes[w + 3, v + 3, u + 3] = min(m, 4095)
+                self.take_off(part, faces, at, value)
+        part.next = end
+        part.finished = last is not None
+        self.show(part, part.M >> (3 - s))
+
+    def look(self, part, s, i, at, last, run, sizes, near, faces):
+        """The inputs, the shift, and what faces foretell: (l, d, their sum)."""
+        u, v, w = at
+
+        def m(offset):
+            return int(sizes[w + 3 - offset[2], v + 3 - offset[1], u + 3 - offset[0]])
+
+        total = 2 * sum(map(m, NEAR[:3])) + sum(map(m, NEAR[3:9]))
+        shift = 0
+        while total >> shift >= 192:
+            shift += 1
+        l, d = [0] * 6, [0] * 6
+        for k, face in enumerate(faces):
+            if face is not None:
+                others = tuple(reversed([at[b] for b in range(3) if b != k % 3]))
+                edge, inner = self.waves(part, k, at[k % 3])
+                l[k] = wrap((int(face[0][others]) >> 8) * edge) >> 10
+                d[k] = wrap((int(face[1][others]) >> 8) * inner) >> 10
+        F = wrap(sum(l))
+        x = [size_class(m(offset)) for offset in NEAR]
+        x.append(min(127, sum(size_class(m(offset)) for offset in TURNED) // 3))
+        x.append(min(127, sum(size_class(m(offset)) for offset in FAR) // 2))
+        x += [run // 16, size_class(total // 4)]
+        x += [self.blur_at(p, part.M, at) for p in near[:3]]
+        x += [self.blur_at(p, part.M, [f // 2 for f in at]) for p in near[3:]]
+        x += [10 * shift, 127 if last is None else size_class(last - i), 8 * part.L,
+              64 * (i == last), 64 * (part.state % 2), 64 * (part.state >= 4), 64 * (part.k == 0),
+              64 * (part.k == 1)]
+        x += [128 * f // n for f, n in zip(at, part.n)] + [64 * (f == 0) for f in at]
+        x += [face_class(z) for z in l] + [face_class(F)]
+        x += [127 if p is None else 32 * (p.k - part.k) for p in near[:3]]
+        x += [7 * part.around, 64 * self.lapped, 32 * s, size_class(part.d), sum(x[29:32]) // 3]
+        return x, shift, (l, d, F)
+
+    def size(self, stream, part, x, shift, is_last):
+        o = self.networks[0](np.array(x, np.int64))
+        t = 1 if is_last and not shift else 0
+        while t < 16 and stream.by_logit(self.above[t][part.k], o[t]):
+            t += 1
+        if t == 16:
+            r = 0
+            while r < 30 and stream.bit(self.escape[r]):
+                r += 1
+            t += 2 ** r + stream.raw(r) - 1
+        return t << shift | stream.raw(shift)
+
+    def is_negative(self, stream, part, x, m, near, foretold):
+        if near == [None] * 6:
+            return stream.raw(1)
+        l, d, F = foretold
+        turn, y = -1 if F < 0 else 1, []
+        for k in range(6):
+            y += [turn * signed_face(l[k]), turn * signed_face(d[k])]
+        y += [size_class(m), x[28]] + x[43:49] + [x[41], x[42], x[60], x[61], x[55]]
+        y += [64 * (self.lapped and b % 16 == 0) for b in part.first]
+        y += [64 * (self.lapped and (b + part.M) % 16 == 0) for b in part.first]
+        y += [x[63]] + [0] * 32
+        o = self.networks[1](np.array(y, np.int64))
+        agrees = stream.by_logit(self.agrees[part.k][self.lapped], o[0])
+        return int((turn < 0) == bool(agrees))
 
 
 # ---- 2. from coefficients to samples -------------------------------------------------------------
@@ -1019,6 +1379,11 @@ def read_volume(header, sections, shells):
     sides, run = read_shape(header, sections["BRKS"][0] if "BRKS" in sections else None)
     bricks = [-(-n // side) for n, side in zip(dims, sides)]
     rows = read_tables(sections["TABL"][0])
+    small = Rows(default_codes())
+    if "SMAL" in sections:
+        content = sections["SMAL"][0]
+        need(len(content) >= 4 and header.dependent, "SMAL: not of such a volume, or too short")
+        need(content[:4] == b"\1\0\0\0", "SMAL: the networks")
     streams = (["MASK"] if modes.fills else []) + (["CORR"] if 0 < Modes(
         sections["MODE"][0]).kind < PACKED else []) if "MODE" in sections else []
     lengths, sums = read_index(sections["INDX"][0], math.prod(bricks), run, len(streams))
@@ -1037,9 +1402,13 @@ def read_volume(header, sections, shells):
         first = [sides[a] // B * place[a] for a in range(3)]
         counts = [min(sides[a] // B, blocks[a] - first[a]) for a in range(3)]
         weight = {}
-        for block, side, begin, values in Brick([Stream(shell[number], rows) for shell in data],
-                                                counts, header, ends,
-                                                [dims[a] - B * first[a] for a in range(3)]).decode():
+        coded = [shell[number] for shell in data]
+        inside = [dims[a] - B * first[a] for a in range(3)]
+        if "SMAL" in sections:
+            brick = SmallBrick([SmallStream(shell, small) for shell in coded], counts, header, ends, inside)
+        else:
+            brick = Brick([Stream(shell, rows) for shell in coded], counts, header, ends, inside)
+        for block, side, begin, values in brick.decode():
             x, y, z = (B * (first[a] + block[a]) + begin[a] for a in range(3))
             samples[z:z + side, y:y + side, x:x + side] = inverse_dct(step * values)
             if integers.size:

@@ -24,6 +24,7 @@ seed block32 float32 40x33x20 --block 32 --psnr 40
 seed dependent int16 20x18x17 --psnr 50
 seed lapped float32 40x18x17 --psnr 45
 seed true_length uint8 27x21x18 --psnr 40
+seed smallest uint8 27x21x18 --smallest --psnr 40
 seed edge uint8 27x21x18 --fast --psnr 40
 seed ranges uint8 40x40x40 --psnr 45 --no-lap
 seed two_bricks uint8 70x6x6 --psnr 40

@@ -194,7 +194,7 @@ static void other_orders_are_refused(void **state)
         {{0, 1, 3, 4, 5, 6, 7, 8, 9}, 9, "section TABL at byte 304 stands where ATTR or ERRS must"},
         {{0, 1, 2, 4, 5, 6, 7, 8, 9},
          9,
-         "stands where MODE or BRKS or TRUE or RNGE or TABL or TERM or SPEC must be"},
+         "stands where MODE or BRKS or TRUE or SMAL or RNGE or TABL or TERM or SPEC must be"},
         {{0, 1, 2, 3, 4, 5, 7, 6, 8, 9}, 10, "section SHL2 at byte "},
         {{0, 1, 2, 3, 4, 5, 6, 7, 9}, 9, "stands where SHL3 must be"},
         {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9}, 11, "24 bytes follow the end"},

@@ -19,7 +19,7 @@ typedef struct compress_arguments {
     double ratio, psnr, max_error, bits;
     int ratio_given, psnr_given, max_error_given, bits_given;
     int block, stream;
-    int lossless, no_lap, fast;
+    int lossless, no_lap, fast, smallest;
     const char *transform, *keep, *attributes, *fill, *background, *bricks;
     const char *output, *as, *channel_names, *channel_colours; /* NULL: not given */
     double time_step;

@@ -102,6 +102,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("background_value", "d", ()),
         ("attributes", "s", ()),
         ("no_lap", "i", ()),
+        ("smallest", "i", ()),
         ("fast", "i", ()),
         ("brick", "i", (3,)),
     ],

@@ -66,8 +66,9 @@ struct cvol_array {
                    faces (transform/lap.h, grid 16), along x, then y, then z */
     int dependent; /* rank 3, DCT, B = 16: the coder may code terms by half of what they are, as
                       dependent quantisation chose them (codec/dependent.h); nothing else knows */
-    int ends; /* rank 3, DCT, B = 16: the coder may code cells that the volume ends in by DCTs of
-                 their true length (codec/cell_ends.h), with a step 2^ends times this one; 0: not */
+    int small; /* dependent: coded by the small coder (codec/small_code.h); nothing else knows */
+    int ends;  /* rank 3, DCT, B = 16: the coder may code cells that the volume ends in by DCTs of
+                  their true length (codec/cell_ends.h), with a step 2^ends times this one; 0: not */
     cvol_brick_shape brick;      /* that a file of it gets; volumes */
     int has_ranges;              /* whether the next two and the blocks' range codes are known */
     double range_min, range_max; /* what range codes 0 and 255 stand for */

@@ -58,9 +58,9 @@ static int make_tables(cvol_context *context, cvol_token_tables **out, const cvo
 {
     cvol_token_tables *tables = cvol_token_tables_create();
     cvol_token_counts *counts = calloc(1, sizeof *counts);
-    int code = tables && counts ? cvol_bricks_count(context, counts, array)
+    int code = tables && counts ? array->small ? CVOL_OK : cvol_bricks_count(context, counts, array)
                                 : cvol_fail_memory(context, sizeof *counts, "the coder's tables");
-    if (!code)
+    if (!code && !array->small)
         cvol_token_tables_fit(tables, counts);
     const cvol_corrected *corrected = cvol_corrected_of(array);
     if (!code && corrected && corrected->tables) /* as they are coded already */
@@ -127,14 +127,14 @@ static int choose_coding(cvol_context *context, const cvol_array **array, cvol_a
     int fits = cvol_bricks_fit(context, *array);
     if (!fits && (*array)->dependent && (*array)->ends) {
         *plain = **array;
-        plain->dependent = 0;
+        plain->dependent = plain->small = 0;
         *array = plain;
         fits = cvol_bricks_fit(context, *array);
     }
     if (!fits) {
         if (*array != plain)
             *plain = **array;
-        plain->dependent = plain->ends = 0;
+        plain->dependent = plain->small = plain->ends = 0;
         *array = plain;
     }
     return fits < 0 ? -fits : CVOL_OK;

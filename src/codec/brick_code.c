@@ -95,6 +95,7 @@ void cvol_brick_coder_free(cvol_brick_coder *coder)
     for (int s = 0; s < CVOL_SHELLS; s++)
         cvol_token_writer_free(&coder->writers[s]);
     cvol_end_scans_clear(&coder->context.scans);
+    cvol_small_free(coder->small);
     free(coder->words);
     free(coder);
 }
@@ -109,11 +110,43 @@ int cvol_block_parts(cvol_cell_part parts[CVOL_CELL_PARTS_MAX], int block, uint1
 
 /* ---- encoding --------------------------------------------------------------------------- */
 
-int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const size_t first[3])
+/* What the small coder needs besides, if the array is coded by it; 0 when memory is short. */
+static int start_small(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box)
+{
+    coder->is_small = array->small;
+    if (!array->small)
+        return 1;
+    if (!coder->small)
+        coder->small = cvol_small_create();
+    if (coder->small)
+        cvol_small_start(coder->small, array, box);
+    return coder->small != NULL;
+}
+
+int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box)
 {
     for (int s = 0; s < CVOL_SHELLS; s++)
         cvol_token_writer_start(&coder->writers[s]);
-    return cvol_brick_context_start(&coder->context, array, first);
+    return start_small(coder, array, box) &&
+           cvol_brick_context_start(&coder->context, array, box->first);
+}
+
+/* Tokens are put in any case: they are counted, and cost what is chosen by. */
+void cvol_brick_put_part(cvol_brick_coder *coder, const int at[3], const cvol_scan *scan,
+                         const int32_t *values, int used, int dependent)
+{
+    const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
+    cvol_part_encode(coder->writers, scan, &context, values, used, dependent, coder->scatter);
+    cvol_part_note(&coder->context, at, scan, values[0], cvol_part_length(scan, used));
+    if (coder->is_small)
+        cvol_small_put_part(coder->small, at, scan->size_class, scan, values, used);
+}
+
+void cvol_brick_pass_part(cvol_brick_coder *coder, const int at[3], int size_class)
+{
+    cvol_part_note_unseen(&coder->context, at, size_class);
+    if (coder->is_small)
+        cvol_small_put_part(coder->small, at, size_class, NULL, NULL, 0);
 }
 
 void cvol_brick_put_split(cvol_brick_coder *coder, const size_t place[3], uint16_t split)
@@ -129,11 +162,15 @@ void cvol_brick_put_split(cvol_brick_coder *coder, const size_t place[3], uint16
             cvol_token_put(&coder->writers[0], CVOL_ROW_OCTANTS + half,
                            split >> (1 + 4 * half) & 15);
     cvol_split_note(&coder->context, cell, token);
+    if (coder->is_small)
+        cvol_small_put_split(coder->small, place, split);
 }
 
 int cvol_brick_finish(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS])
 {
     int done = 1;
+    if (coder->is_small)
+        return cvol_small_finish(coder->small, shells, &coder->context);
     for (int s = 0; s < CVOL_SHELLS; s++) {
         shells[s].size = 0;
         done &= cvol_token_writer_finish(&coder->writers[s], coder->tables, &shells[s]);
@@ -234,17 +271,14 @@ static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const
         cvol_part_place(at, &parts[p], place, array->block);
         const cvol_scan *scan = cvol_brick_scan(&coder->context, at, size_class);
         if (!scan) {
-            cvol_part_note_unseen(&coder->context, at, size_class);
+            cvol_brick_pass_part(coder, at, size_class);
             continue;
         }
         coder->scanned[0] = 0;
         const int used = block->words ? scan_part(coder, &parts[p], scan, in_cell) : 1;
         if (array->dependent)
             find_indices(coder->scanned, used);
-        const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
-        cvol_part_encode(coder->writers, scan, &context, coder->scanned, used, array->dependent,
-                         coder->scatter);
-        cvol_part_note(&coder->context, at, scan, coder->scanned[0], cvol_part_length(scan, used));
+        cvol_brick_put_part(coder, at, scan, coder->scanned, used, array->dependent);
     }
     unspread_coded(coder, array, block);
 }
@@ -288,7 +322,7 @@ int cvol_brick_encode(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS],
                       const cvol_array *array, size_t brick)
 {
     const cvol_brick_box box = cvol_brick_box_of(array, brick);
-    if (!cvol_brick_start(coder, array, box.first))
+    if (!cvol_brick_start(coder, array, &box))
         return 0;
     for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
         size_t place[3];
@@ -403,6 +437,7 @@ static int decode_parts(cvol_brick_coder *coder, cvol_token_reader streams[CVOL_
     return 1;
 }
 
+/* streams: none that were decoded by the small coder. */
 static int decode_block(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array *array,
                         cvol_block *block, cvol_token_reader streams[CVOL_SHELLS], int shells,
                         const size_t place[3])
@@ -413,9 +448,11 @@ static int decode_block(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_arr
     block->split = CVOL_CELL_WHOLE;
     if (!reserve_words(coder, 2 * (size_t)B * (size_t)B * (size_t)B))
         return CVOL_ERROR_MEMORY;
-    if (B == CVOL_CELL && !take_split(coder, &streams[0], place, &block->split))
+    if (array->small)
+        block->split = cvol_small_cell(coder->small, place, coder->values, coder->found);
+    else if (B == CVOL_CELL && !take_split(coder, &streams[0], place, &block->split))
         return CVOL_ERROR_CORRUPT;
-    if (!decode_parts(coder, streams, shells, array, block->split, place))
+    if (!array->small && !decode_parts(coder, streams, shells, array, block->split, place))
         return CVOL_ERROR_CORRUPT;
     const int *inside = array->ends ? cvol_brick_cell_inside(ended, &coder->context, place) : NULL;
     if (inside &&
@@ -454,7 +491,11 @@ int cvol_brick_decode(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array
     coder->word_count = 0;
     if (!cvol_brick_context_start(&coder->context, array, box.first))
         return CVOL_ERROR_MEMORY;
-    for (int s = 0; s < count; s++)
+    if (array->small)
+        code = start_small(coder, array, &box)
+                   ? cvol_small_decode(coder->small, &coder->context, shells, count)
+                   : CVOL_ERROR_MEMORY;
+    for (int s = 0; s < count && !array->small; s++)
         cvol_token_reader_start(&streams[s], coder->tables, shells[s].data, shells[s].size);
     for (size_t i = 0; i < cvol_brick_box_blocks(&box) && !code; i++) {
         size_t place[3];
@@ -463,7 +504,7 @@ int cvol_brick_decode(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array
                             &array->block_table[cvol_brick_block_index(array, &box, i)], streams,
                             count, place);
     }
-    if (!code && !all_ended(streams, count))
+    if (!code && !array->small && !all_ended(streams, count))
         code = CVOL_ERROR_CORRUPT;
     if (code)
         clear_scratch(coder);

@@ -4,6 +4,7 @@
 
 #include "codec/brick_code.h"
 #include "codec/part_code.h"
+#include "codec/small_code.h"
 #include "transform/cell.h"
 
 struct cvol_brick_coder {
@@ -16,6 +17,8 @@ struct cvol_brick_coder {
     int32_t values[CVOL_PART_SAMPLES_MAX];      /* a block's, by place; zero between blocks */
     uint64_t found[CVOL_PART_SAMPLES_MAX / 64]; /* which places are not zero */
     uint16_t scatter[CVOL_SCATTER_MAX];         /* zero between parts */
+    cvol_small_brick *small; /* of arrays that are coded so; NULL as long as there were none */
+    int is_small;            /* the brick that was started is */
 };
 
 /* The parts of a block of side B that is split so; how many. */
@@ -35,9 +38,13 @@ static inline void cvol_brick_box_place(size_t place[3], const cvol_brick_box *b
     place[2] = i / box->count[0] / box->count[1];
 }
 
-/* Starts all streams of the brick of an array whose first block is `first` (of x, y, z); 0 when
- * memory is short. */
-int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const size_t first[3]);
+/* Starts all streams of a brick of an array; 0 when memory is short. */
+int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box);
+/* Codes a part: values in scan order. */
+void cvol_brick_put_part(cvol_brick_coder *coder, const int at[3], const cvol_scan *scan,
+                         const int32_t *values, int used, int dependent);
+/* Notes one that nobody sees. */
+void cvol_brick_pass_part(cvol_brick_coder *coder, const int at[3], int size_class);
 /* Codes how the cell at `place` is split, and notes it. */
 void cvol_brick_put_split(cvol_brick_coder *coder, const size_t place[3], uint16_t split);
 /* Ends all streams. 1, or 0 when memory ran out. */

@@ -52,14 +52,6 @@ void cvol_brick_maker_free(cvol_brick_maker *maker)
     free(maker);
 }
 
-static void code_part(cvol_brick_coder *coder, const int at[3], const cvol_scan *scan,
-                      const int32_t *values, int used, int dependent)
-{
-    const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
-    cvol_part_encode(coder->writers, scan, &context, values, used, dependent, coder->scatter);
-    cvol_part_note(&coder->context, at, scan, values[0], cvol_part_length(scan, used));
-}
-
 /* Keeps what the quick choice was as terms of a block; 0 when memory is short. */
 static int keep_terms(cvol_brick_maker *maker, cvol_block *block, uint16_t split)
 {
@@ -107,9 +99,10 @@ static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_re
         const int size_class = cvol_size_class(parts[p].side);
         const cvol_scan *scan = cvol_brick_scan(&maker->coder->context, at, size_class);
         if (scan)
-            code_part(maker->coder, at, scan, choice.values[p], choice.used[p], options->dependent);
+            cvol_brick_put_part(maker->coder, at, scan, choice.values[p], choice.used[p],
+                                options->dependent);
         else
-            cvol_part_note_unseen(&maker->coder->context, at, size_class);
+            cvol_brick_pass_part(maker->coder, at, size_class);
     }
     return CVOL_OK;
 }
@@ -135,7 +128,7 @@ static int code_block(cvol_brick_maker *maker, double *error, const cvol_brick_r
     if (!choice.used)
         return CVOL_ERROR_TARGET;
     *error += (double)choice.error;
-    code_part(coder, at, scan, coder->scanned, choice.used, 0);
+    cvol_brick_put_part(coder, at, scan, coder->scanned, choice.used, 0);
     return CVOL_OK;
 }
 
@@ -164,7 +157,7 @@ int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], dou
     const cvol_brick_box box = cvol_brick_box_of(shape, brick);
     const size_t samples = cvol_array_block_terms(shape);
     maker->coder->tables = recipe->tables;
-    if (!cvol_brick_start(maker->coder, shape, box.first))
+    if (!cvol_brick_start(maker->coder, shape, &box))
         return CVOL_ERROR_MEMORY;
     *error = 0;
     maker->word_count = maker->terms = 0;

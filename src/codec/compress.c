@@ -25,6 +25,9 @@
 #define SMALL_SAMPLES 4000000
 #define SMALL_RATIO_AIM 1.0015
 #define SMALL_RATIO_ACCEPTED 1.004
+/* Who asks for the smallest file has the time. */
+#define SMALLEST_RATIO_AIM 1.0004
+#define SMALLEST_RATIO_ACCEPTED 1.001
 
 /* Where a background's mask takes more than this part of the file, it may do better without; twice
  * the time is spent on knowing sooner where bytes are what is asked for. */
@@ -104,8 +107,11 @@ static int search_ratio(cvol_compression *c)
     int code = prepare(c, &step);
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 1.1);
     const int small = cvol_grid_samples(&c->trial.shape->grid) < SMALL_SAMPLES;
-    const double aim = small ? SMALL_RATIO_AIM : CVOL_RATIO_AIM;
-    const double accepted = small ? SMALL_RATIO_ACCEPTED : CVOL_RATIO_ACCEPTED;
+    const int smallest = c->trial.shape->small;
+    const double aim = smallest ? SMALLEST_RATIO_AIM : small ? SMALL_RATIO_AIM : CVOL_RATIO_AIM;
+    const double accepted = smallest ? SMALLEST_RATIO_ACCEPTED
+                            : small  ? SMALL_RATIO_ACCEPTED
+                                     : CVOL_RATIO_ACCEPTED;
     c->best_step = 0;
     for (int i = 0; i < TRIALS_MOST && !code; i++) {
         code = try_step(c, step, 0);

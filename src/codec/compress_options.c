@@ -4,6 +4,7 @@
 #include "base/context.h"
 #include "codec/brick_shape.h"
 #include "codec/compression.h"
+#include "transform/cell.h"
 
 cvol_compress_options cvol_compress_options_defaults(void)
 {
@@ -24,6 +25,13 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
     const int code = cvol_brick_sides_check(context, options->brick, options->block);
     if (code)
         return code;
+    if (options->smallest && options->block != CVOL_CELL)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "smallest with blocks of %d, must be 16",
+                         options->block);
+    if (options->smallest && (options->fast || options->lossless || options->max_error > 0 ||
+                              options->target == CVOL_TARGET_MAX_ERROR))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "smallest beside haste, a largest error or lossless compression");
     if (!(options->max_error >= 0) || !isfinite(options->max_error))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "maximum error is %g, must be 0 or more",
                          options->max_error);

@@ -133,6 +133,7 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
         found->offset = shape->offset;
         found->lapped = shape->lapped;
         found->dependent = shape->dependent;
+        found->small = shape->small;
         found->brick = shape->brick;
         found->ledger.value_min = shape->ledger.value_min;
         found->ledger.value_max = shape->ledger.value_max;

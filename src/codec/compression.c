@@ -125,7 +125,7 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
     int code = sample_step(c, step, slope);
     const double bits = 8 * (double)c->trial.result.bytes; /* of the samples */
     if (!code && c->trial.shape->dependent && bits < DEPENDENT_LEAST * (double)c->trial.inside) {
-        c->trial.shape->dependent = 0;
+        c->trial.shape->dependent = c->trial.shape->small = 0;
         *step = fmin(*step / DEPENDENT_SHARE, c->most_step);
         code = sample_step(c, step, c->slope);
     }

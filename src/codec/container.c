@@ -157,8 +157,10 @@ static int read_header(reading *r)
     static const record parts[] = {{CVOL_HEAD, cvol_head_take},
                                    {CVOL_GEOM, cvol_geometry_take},
                                    {CVOL_ERRS, cvol_errors_take}};
-    static const record others[] = {
-        {CVOL_MODE, cvol_modes_take}, {CVOL_BRKS, cvol_bricks_take}, {CVOL_TRUE, cvol_ends_take}};
+    static const record others[] = {{CVOL_MODE, cvol_modes_take},
+                                    {CVOL_BRKS, cvol_bricks_take},
+                                    {CVOL_TRUE, cvol_ends_take},
+                                    {CVOL_SMAL, cvol_small_take}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         int code = need(r, parts[i].kind);
         cvol_cursor content = cvol_section_cursor(&r->sections[parts[i].kind]);
@@ -212,6 +214,7 @@ static int make_array(reading *r)
     array->offset = header->offset;
     array->lapped = (int)header->lapped;
     array->dependent = (int)header->dependent;
+    array->small = (int)header->small;
     array->brick = header->brick;
     array->ledger = header->ledger;
     array->threshold = header->threshold;

@@ -21,6 +21,7 @@ cvol_header cvol_header_of(const cvol_array *array)
                           .dependent = (uint32_t)array->dependent,
                           .brick = array->brick,
                           .ends = (uint32_t)array->ends,
+                          .small = (uint32_t)array->small,
                           .step = ldexp(array->step, array->ends),
                           .offset = array->offset,
                           .coefficients = array->coefficients,
@@ -318,6 +319,31 @@ int cvol_ends_take(cvol_context *context, cvol_header *header, cvol_cursor *cont
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
                          "%s: section TRUE is of volumes without corrections, this one has some",
                          name);
+    return CVOL_OK;
+}
+
+/* ---- SMAL ------------------------------------------------------------------------------- */
+
+void cvol_small_put(cvol_bytes *out, const cvol_header *header)
+{
+    cvol_bytes_put_u32(out, header->small);
+}
+
+int cvol_small_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                    const char *name)
+{
+    header->small = cvol_cursor_u32(content);
+    if (content->failed)
+        return fail_length(context, name, "SMAL", content);
+    if (!cvol_header_is_volume(header) || !header->dependent)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section SMAL is of volumes of dependent coefficients, this array "
+                         "has none",
+                         name);
+    if (header->small != 1)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: section SMAL names networks %u, only 1 is known", name,
+                         header->small);
     return CVOL_OK;
 }
 

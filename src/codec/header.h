@@ -14,7 +14,8 @@ typedef struct cvol_header {
     cvol_grid grid; /* GEOM: all of it but shape and type */
     /* HEAD */
     uint32_t transform, rank, block, lapped, dependent;
-    uint32_t ends; /* TRUE; 0 without */
+    uint32_t ends;  /* TRUE; 0 without */
+    uint32_t small; /* SMAL: 1; 0 without */
     double step, offset;
     uint64_t coefficients;
     cvol_ledger ledger; /* HEAD: value_min and value_max; ERRS: the other two */
@@ -48,6 +49,7 @@ void cvol_errors_put(cvol_bytes *out, const cvol_header *header);
 void cvol_modes_put(cvol_bytes *out, const cvol_header *header);
 void cvol_bricks_put(cvol_bytes *out, const cvol_header *header);
 void cvol_ends_put(cvol_bytes *out, const cvol_header *header);
+void cvol_small_put(cvol_bytes *out, const cvol_header *header);
 
 /* Read and check every field, HEAD first. Errors: CORRUPT, FORMAT, LIMIT, UNSUPPORTED. */
 int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
@@ -62,5 +64,7 @@ int cvol_bricks_take(cvol_context *context, cvol_header *header, cvol_cursor *co
                      const char *name);
 int cvol_ends_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
                    const char *name);
+int cvol_small_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                    const char *name);
 
 #endif

@@ -71,6 +71,7 @@ int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
         array->offset = shape->offset;
         array->lapped = shape->lapped;
         array->dependent = shape->dependent;
+        array->small = shape->small;
         array->brick = shape->brick;
         array->ledger.value_min = shape->ledger.value_min;
         array->ledger.value_max = shape->ledger.value_max;

@@ -109,6 +109,8 @@ static void keep_content(walk *w, const cvol_section *section)
         w->has_header = !cvol_bricks_take(w->context, &w->header, &content, w->name);
     if (section->kind == CVOL_TRUE && w->has_header)
         w->has_header = !cvol_ends_take(w->context, &w->header, &content, w->name);
+    if (section->kind == CVOL_SMAL && w->has_header)
+        w->has_header = !cvol_small_take(w->context, &w->header, &content, w->name);
     if (section->kind == CVOL_INDX && w->has_header && cvol_header_is_volume(&w->header))
         w->has_index = !cvol_brick_index_take_streams(
             w->context, &w->index, section, cvol_header_bricks(&w->header), w->header.brick.run,

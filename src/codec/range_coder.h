@@ -80,6 +80,29 @@ static inline void cvol_encode_bit(cvol_range_encoder *coder, cvol_probability *
         cvol_range_emit(coder);
 }
 
+/* A bit whose probability of being 0 is zero / 2^16, 0 < zero < 2^16. */
+CVOL_INLINE void cvol_encode_share(cvol_range_encoder *coder, uint32_t zero, int bit)
+{
+    const uint64_t bound = (coder->range >> 16) * zero, low = coder->low;
+    coder->low += bit ? bound : 0;
+    coder->range = bit ? coder->range - bound : bound;
+    if (coder->low < low)
+        cvol_range_carry(&coder->coded);
+    if (coder->range < UINT64_C(1) << 32)
+        cvol_range_emit(coder);
+}
+/* What has the numbers begin .. end - 1 of 0 .. 2^14 - 1. */
+CVOL_INLINE void cvol_encode_part(cvol_range_encoder *coder, uint32_t begin, uint32_t end)
+{
+    const uint64_t unit = coder->range >> 14, low = coder->low;
+    coder->low += unit * begin;
+    coder->range = unit * (end - begin);
+    if (coder->low < low)
+        cvol_range_carry(&coder->coded);
+    if (coder->range < UINT64_C(1) << 32)
+        cvol_range_emit(coder);
+}
+
 /* The low `count` <= 32 bits of value, uncoded. */
 void cvol_encode_raw(cvol_range_encoder *coder, uint32_t value, int count);
 
@@ -118,15 +141,8 @@ CVOL_INLINE void cvol_probability_pull(cvol_probability *p, uint32_t bit)
     p->slow = (uint16_t)((slow - (slow >> CVOL_RATE_SLOW)) ^ flip);
 }
 
-/* Bits are hard to foretell for a processor too, so there is no branch on them. */
-CVOL_INLINE int cvol_decode_bit(cvol_range_decoder *coder, cvol_probability *p)
+CVOL_INLINE void cvol_decode_more(cvol_range_decoder *coder)
 {
-    uint64_t bound = (coder->range >> 16) * cvol_probability_of_zero(p);
-    const int bit = coder->code >= bound;
-    const uint64_t taken = bound & -(uint64_t)bit;
-    coder->code -= taken;
-    coder->range = (coder->range & -(uint64_t)bit) + bound - 2 * taken;
-    cvol_probability_pull(p, (uint32_t)bit);
     if (__builtin_expect(coder->range < UINT64_C(1) << 32, 0)) {
         uint32_t next;
         if (__builtin_expect(coder->coded_read + 4 <= coder->size, 1))
@@ -137,7 +153,36 @@ CVOL_INLINE int cvol_decode_bit(cvol_range_decoder *coder, cvol_probability *p)
         coder->range <<= 32;
         coder->code = coder->code << 32 | next;
     }
+}
+
+/* Bits are hard to foretell for a processor too, so there is no branch on them. */
+CVOL_INLINE int cvol_decode_share(cvol_range_decoder *coder, uint32_t zero)
+{
+    const uint64_t bound = (coder->range >> 16) * zero;
+    const int bit = coder->code >= bound;
+    const uint64_t taken = bound & -(uint64_t)bit;
+    coder->code -= taken;
+    coder->range = (coder->range & -(uint64_t)bit) + bound - 2 * taken;
+    cvol_decode_more(coder);
     return bit;
+}
+CVOL_INLINE int cvol_decode_bit(cvol_range_decoder *coder, cvol_probability *p)
+{
+    const int bit = cvol_decode_share(coder, cvol_probability_of_zero(p));
+    cvol_probability_pull(p, (uint32_t)bit);
+    return bit;
+}
+/* Which of 16 tokens it is, token t having the numbers bounds[7 + t] .. bounds[8 + t] - 1. */
+CVOL_INLINE uint32_t cvol_decode_part(cvol_range_decoder *coder, const uint16_t bounds[24])
+{
+    const uint64_t unit = coder->range >> 14, n = coder->code / unit;
+    uint32_t t = 0;
+    while (t < 15 && n >= bounds[8 + t])
+        t++;
+    coder->code -= unit * bounds[7 + t];
+    coder->range = unit * (uint64_t)(bounds[8 + t] - bounds[7 + t]);
+    cvol_decode_more(coder);
+    return t;
 }
 
 /* `count` <= 32 uncoded bits. */

@@ -106,10 +106,7 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
             break;
         }
         out->error += (double)choice.error * (array->dependent ? 4 : 1);
-        cvol_part_encode(coder->writers, scan, &context, coder->scanned, choice.used,
-                         array->dependent, coder->scatter);
-        cvol_part_note(&coder->context, at, scan, coder->scanned[0],
-                       cvol_part_length(scan, choice.used));
+        cvol_brick_put_part(coder, at, scan, coder->scanned, choice.used, array->dependent);
     }
     if (array->ends)
         memset(r->coefficients, 0, sizeof *r->coefficients * CVOL_CELL_SAMPLES);
@@ -122,7 +119,7 @@ static void code_brick(requantiser *r, coded_brick *out, const requantising *all
     const cvol_brick_box box = cvol_brick_box_of(all->array, brick);
     out->error = 0;
     out->code = CVOL_OK;
-    if (!cvol_brick_start(r->coder, all->array, box.first))
+    if (!cvol_brick_start(r->coder, all->array, &box))
         out->code = CVOL_ERROR_MEMORY;
     for (size_t i = 0; i < cvol_brick_box_blocks(&box) && !out->code; i++) {
         size_t place[3];

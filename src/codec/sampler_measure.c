@@ -143,8 +143,12 @@ static brick_error measure(cvol_context *context, cvol_brick_maker *maker, float
     cvol_array *decoded = NULL;
     float *own = errors + CVOL_BRICK_SAMPLES;
     size_t size[3];
+    cvol_array shape = *recipe->shape; /* terms are the same however they are coded */
+    cvol_brick_recipe quick = *recipe;
+    shape.small = 0;
+    quick.shape = &shape;
     cvol_brick_inside(size, recipe->shape, brick);
-    result.code = cvol_brick_make(maker, shells, &result.coefficients, recipe, cells, brick);
+    result.code = cvol_brick_make(maker, shells, &result.coefficients, &quick, cells, brick);
     result.coefficients *= recipe->options.step * recipe->options.step;
     if (!result.code)
         result.code = decode(context, &decoded, recipe->shape, size, recipe->tables, shells,

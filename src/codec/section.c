@@ -25,11 +25,15 @@ static const struct section_row {
     [CVOL_BRKS] = {"BRKS", BIT(CVOL_ERRS) | BIT(CVOL_MODE), 0, "the shape of bricks and of runs"},
     [CVOL_TRUE] = {"TRUE", BIT(CVOL_ERRS) | BIT(CVOL_MODE) | BIT(CVOL_BRKS), 0,
                    "DCTs of true length where the volume ends"},
-    [CVOL_RNGE] = {"RNGE", BIT(CVOL_ERRS) | BIT(CVOL_MODE) | BIT(CVOL_BRKS) | BIT(CVOL_TRUE), 1,
-                   "bounds of the decoded samples, for skipping"},
+    [CVOL_SMAL] = {"SMAL", BIT(CVOL_ERRS) | BIT(CVOL_MODE) | BIT(CVOL_BRKS) | BIT(CVOL_TRUE), 0,
+                   "coefficients are coded smallest, by networks"},
+    [CVOL_RNGE] = {"RNGE",
+                   BIT(CVOL_ERRS) | BIT(CVOL_MODE) | BIT(CVOL_BRKS) | BIT(CVOL_TRUE) |
+                       BIT(CVOL_SMAL),
+                   1, "bounds of the decoded samples, for skipping"},
     [CVOL_TABL] = {"TABL",
                    BIT(CVOL_ERRS) | BIT(CVOL_MODE) | BIT(CVOL_BRKS) | BIT(CVOL_TRUE) |
-                       BIT(CVOL_RNGE),
+                       BIT(CVOL_SMAL) | BIT(CVOL_RNGE),
                    0, "the coder's probabilities"},
     [CVOL_INDX] = {"INDX", BIT(CVOL_TABL), 0, "length of each brick, checksums of runs of them"},
     [CVOL_MASK] = {"MASK", BIT(CVOL_INDX), 0, "which samples have no value, brick by brick"},

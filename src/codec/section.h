@@ -24,6 +24,7 @@ typedef enum cvol_section_kind {
     CVOL_MODE,
     CVOL_BRKS,
     CVOL_TRUE,
+    CVOL_SMAL,
     CVOL_RNGE,
     CVOL_TABL,
     CVOL_INDX,

@@ -60,6 +60,7 @@ static int make_like(cvol_context *context, cvol_array **out, const cvol_array *
     array->offset = from->offset;
     array->lapped = from->lapped;
     array->dependent = from->dependent;
+    array->small = from->small;
     array->brick = from->brick;
     array->threshold = from->threshold;
     array->ledger = from->ledger;

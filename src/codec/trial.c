@@ -198,6 +198,7 @@ int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
 void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *options)
 {
     trial->hasty = options->fast;
+    trial->shape->small = options->smallest && trial->shape->dependent;
     if (options->no_lap)
         trial->shape->lapped = 0;
     if (options->fast && trial->split == CVOL_SPLIT_BEST)
@@ -205,7 +206,7 @@ void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *opti
     /* What corrections stand on is rounded for their sake. */
     if (options->fast || options->lossless || options->max_error > 0 ||
         options->target == CVOL_TARGET_MAX_ERROR)
-        trial->shape->dependent = trial->may_end = 0;
+        trial->shape->dependent = trial->shape->small = trial->may_end = 0;
 }
 
 /* Frees an array, but no mask that is the shape's. */
@@ -394,6 +395,7 @@ static int make_array(cvol_context *context, cvol_array **out, const cvol_trial 
     (*out)->offset = shape->offset;
     (*out)->lapped = shape->lapped;
     (*out)->dependent = shape->dependent;
+    (*out)->small = shape->small;
     (*out)->brick = shape->brick;
     (*out)->mask = cvol_mask_is_background(shape->mask) ? shape->mask : NULL;
     (*out)->ledger.value_min = shape->ledger.value_min;
@@ -422,7 +424,8 @@ int cvol_trial_fit(cvol_context *context, cvol_trial *trial)
     cvol_bytes section = {0};
     cvol_token_tables_fit(trial->tables, trial->counts);
     const int code = cvol_token_tables_put(context, &section, trial->tables);
-    trial->front_bytes = front_estimate(trial->shape, section.size) + trial->mask_bytes;
+    trial->front_bytes = front_estimate(trial->shape, trial->shape->small ? 0 : section.size) +
+                         trial->mask_bytes;
     cvol_bytes_free(&section);
     return code;
 }

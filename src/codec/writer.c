@@ -158,6 +158,8 @@ static void put_start(cvol_bytes *out, const cvol_file_front *front)
         put_record(out, CVOL_BRKS, front->header, cvol_bricks_put);
     if (front->header->ends)
         put_record(out, CVOL_TRUE, front->header, cvol_ends_put);
+    if (front->header->small)
+        put_record(out, CVOL_SMAL, front->header, cvol_small_put);
 }
 
 /* TABL and INDX. */
@@ -165,12 +167,17 @@ static int put_coder(cvol_context *context, cvol_bytes *out, const cvol_file_wri
                      const cvol_file_front *front)
 {
     cvol_bytes tables = {0}, index = {0};
-    int code = cvol_token_tables_put(context, &tables, front->tables);
+    /* What is coded smallest has the built-in ones. */
+    cvol_token_tables *own = front->header->small ? cvol_token_tables_create() : NULL;
+    int code = front->header->small && !own
+                   ? cvol_fail_memory(context, sizeof *own, "the coder's tables")
+                   : cvol_token_tables_put(context, &tables, own ? own : front->tables);
     cvol_section_put(out, CVOL_TABL, &tables);
     cvol_brick_index_put(&index, &writer->index);
     cvol_section_put(out, CVOL_INDX, &index);
     cvol_bytes_free(&tables);
     cvol_bytes_free(&index);
+    free(own);
     return code;
 }
 

@@ -64,6 +64,9 @@ for method in '--bricks 16,32,16 --ratio 6' '--block 8 --bricks 32,16,48 --ratio
     check out.cvol u1
 done
 check out.cvol u1 --level 1
+# Coded smallest, in two bricks, some of whose cells end.
+expect_done cvol compress in.raw out.cvol --dims 37x20x34 --type uint8 --bricks 32,32,48 --smallest --ratio 16
+for level in 0 2; do check out.cvol u1 --level $level; done
 expect_done cvol compress in.raw out.cvol --dims 37x20x34 --type uint8 --bricks 32,16,16 --lossless
 expect_done decode out.cvol b.raw
 expect_done cmp b.raw in.raw

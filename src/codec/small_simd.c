@@ -1,0 +1,161 @@
+/* The small coder's networks and transforms. */
+#include "codec/small_kernels.h"
+
+#include <string.h>
+
+#include "codec/brick_code.h"
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+void CVOL_SIMD(cvol_small_evaluate)(int16_t *out, const cvol_small_pairs *network, const int16_t *x,
+                                    int inputs);
+void CVOL_SIMD(cvol_small_inverse)(int32_t *samples, const int32_t *known, const int n[3], int cube,
+                                   const cvol_small_basis *basis);
+void CVOL_SIMD(cvol_small_face)(int32_t *level, int32_t *slope, const int32_t *near,
+                                const int32_t *far, const int stride[2], const int n[2],
+                                const cvol_small_basis *basis);
+
+enum { SIDE = CVOL_BRICK_SIDE, SHEET = SIDE * SIDE };
+
+/* sums[u] += weights[u][0] x[0] + weights[u][1] x[1], of a vector of units. */
+CVOL_INLINE cvol_vi add_pair(cvol_vi sums, const int16_t (*weights)[2], const int16_t x[2])
+{
+#if defined(__AVX512BW__)
+    int32_t both;
+    memcpy(&both, x, sizeof both);
+    return sums + (cvol_vi)_mm512_madd_epi16(_mm512_loadu_si512(weights), _mm512_set1_epi32(both));
+#elif defined(__AVX2__)
+    int32_t both;
+    memcpy(&both, x, sizeof both);
+    return sums + (cvol_vi)_mm256_madd_epi16(_mm256_loadu_si256((const __m256i *)weights),
+                                             _mm256_set1_epi32(both));
+#elif defined(__SSE2__)
+    int32_t both;
+    memcpy(&both, x, sizeof both);
+    return sums +
+           (cvol_vi)_mm_madd_epi16(_mm_loadu_si128((const __m128i *)weights), _mm_set1_epi32(both));
+#else
+    for (int lane = 0; lane < CVOL_LANES; lane++)
+        sums[lane] += weights[lane][0] * x[0] + weights[lane][1] * x[1];
+    return sums;
+#endif
+}
+
+/* A layer: sums of all units, shifted down and cut. */
+CVOL_INLINE void layer(int16_t *out, const int16_t *weights, const int32_t *biases,
+                       const int16_t *x, int inputs, int units, int shift, int least, int most)
+{
+    cvol_vi sums[CVOL_SMALL_FIRST / CVOL_LANES];
+    const int vectors = units / CVOL_LANES;
+    memcpy(sums, biases, (size_t)units * sizeof *biases);
+    for (int i = 0; i < inputs; i += 2) {
+        for (int k = 0; k < vectors; k++)
+            sums[k] = add_pair(
+                sums[k], (const int16_t(*)[2])(weights + i * units + 2 * CVOL_LANES * k), x + i);
+    }
+    for (int k = 0; k < units; k++) {
+        const int32_t sum = ((const int32_t *)sums)[k] >> shift;
+        out[k] = (int16_t)(sum < least ? least : sum > most ? most : sum);
+    }
+}
+
+void CVOL_SIMD(cvol_small_evaluate)(int16_t *out, const cvol_small_pairs *network, const int16_t *x,
+                                    int inputs)
+{
+    int16_t first[CVOL_SMALL_FIRST], second[CVOL_SMALL_SECOND];
+    layer(first, network->first[0][0], network->first_bias, x, inputs, CVOL_SMALL_FIRST, 11, 0,
+          255);
+    layer(second, network->second[0][0], network->second_bias, first, CVOL_SMALL_FIRST,
+          CVOL_SMALL_SECOND, 12, 0, 255);
+    layer(out, network->third[0][0], network->third_bias, second, CVOL_SMALL_SECOND,
+          CVOL_SMALL_OUTPUTS, 10, -CVOL_SMALL_LOGIT_MOST, CVOL_SMALL_LOGIT_MOST);
+}
+
+/* to[0 .. 16) += factor from[0 .. 16) */
+CVOL_INLINE void add_line(uint32_t to[16], const uint32_t from[16], uint32_t factor)
+{
+    for (int x = 0; x < 16; x++)
+        to[x] += factor * from[x];
+}
+
+CVOL_INLINE void round_line(uint32_t line[16])
+{
+    for (int x = 0; x < 16; x++)
+        line[x] = (uint32_t)((int32_t)(line[x] + 512) >> 10);
+}
+
+void CVOL_SIMD(cvol_small_inverse)(int32_t *samples, const int32_t *known, const int n[3], int cube,
+                                   const cvol_small_basis *basis)
+{
+    uint32_t by_x[16][16][16], by_y[16][16][16]; /* [w][v][x], [w][y][x] */
+    int count[3];
+    for (int a = 0; a < 3; a++)
+        count[a] = cube < n[a] ? cube : n[a];
+    for (int w = 0; w < count[2]; w++)
+        for (int v = 0; v < count[1]; v++) {
+            memset(by_x[w][v], 0, sizeof by_x[w][v]);
+            for (int u = 0; u < count[0]; u++) {
+                const uint32_t value = (uint32_t)known[u + SIDE * v + SHEET * w] << 4;
+                if (value)
+                    add_line(by_x[w][v], (const uint32_t *)basis->of[n[0]][u], value);
+            }
+            round_line(by_x[w][v]);
+        }
+    for (int w = 0; w < count[2]; w++)
+        for (int y = 0; y < n[1]; y++) {
+            memset(by_y[w][y], 0, sizeof by_y[w][y]);
+            for (int v = 0; v < count[1]; v++)
+                add_line(by_y[w][y], by_x[w][v], (uint32_t)basis->of[n[1]][v][y]);
+            round_line(by_y[w][y]);
+        }
+    for (int z = 0; z < n[2]; z++)
+        for (int y = 0; y < n[1]; y++) {
+            uint32_t line[16] = {0};
+            for (int w = 0; w < count[2]; w++)
+                add_line(line, by_y[w][y], (uint32_t)basis->of[n[2]][w][z]);
+            round_line(line);
+            memcpy(samples + SIDE * y + SHEET * z, line, (size_t)n[0] * sizeof *line);
+        }
+}
+
+/* The DCT of plane[i][j], times 2^8, to[v + 16 w]. */
+CVOL_INLINE void transform_plane(int32_t *to, uint32_t plane[16][16], const int n[2],
+                                 const cvol_small_basis *basis)
+{
+    uint32_t half[16][16], turned[16][16]; /* [v][j], [j][v] */
+    for (int v = 0; v < n[0]; v++) {
+        memset(half[v], 0, sizeof half[v]);
+        for (int i = 0; i < n[0]; i++)
+            add_line(half[v], plane[i], (uint32_t)basis->of[n[0]][v][i]);
+        round_line(half[v]);
+    }
+    for (int j = 0; j < n[1]; j++)
+        for (int v = 0; v < 16; v++)
+            turned[j][v] = v < n[0] ? half[v][j] : 0;
+    for (int w = 0; w < n[1]; w++) {
+        uint32_t line[16] = {0};
+        for (int j = 0; j < n[1]; j++)
+            add_line(line, turned[j], (uint32_t)basis->of[n[1]][w][j]);
+        round_line(line);
+        for (int v = 0; v < n[0]; v++)
+            to[v + 16 * w] = (int32_t)(line[v] << 8);
+    }
+}
+
+void CVOL_SIMD(cvol_small_face)(int32_t *level, int32_t *slope, const int32_t *near,
+                                const int32_t *far, const int stride[2], const int n[2],
+                                const cvol_small_basis *basis)
+{
+    uint32_t planes[2][16][16]; /* [i][j] */
+    memset(planes, 0, sizeof planes);
+    for (int i = 0; i < n[0]; i++)
+        for (int j = 0; j < n[1]; j++) {
+            const int at = stride[0] * i + stride[1] * j;
+            planes[0][i][j] = (uint32_t)near[at];
+            planes[1][i][j] = (uint32_t)near[at] - (uint32_t)far[at];
+        }
+    transform_plane(level, planes[0], n, basis);
+    transform_plane(slope, planes[1], n, basis);
+}

@@ -1,0 +1,349 @@
+/* Volumes that are coded smallest: the same terms in fewer bytes, at every level, from every
+ * instruction set; files that are damaged or lie. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "array/array.h"
+#include "base/bytes.h"
+#include "base/cpu.h"
+#include "codec/brick_code.h"
+#include "codec/small_internal.h"
+#include "codec/small_model.h"
+#include "cvol/codec.h"
+#include "random.h"
+#include "support.h"
+#include "support_terms.h"
+
+static cvol_context *context;
+static char *folder;
+static cvol_array *made; /* compressed smallest, */
+static cvol_compress_report told;
+
+static void check_ok(int code)
+{
+    if (code)
+        fail_msg("%d: %s", code, cvol_context_message(context));
+}
+
+enum { RATIO = 20 };
+
+/* A volume of two bricks that ends within cells. */
+static cvol_array *compress(int smallest, cvol_compress_report *report)
+{
+    static const size_t dims[3] = {70, 21, 26};
+    cvol_compress_options options = cvol_compress_options_defaults();
+    const cvol_grid grid = cvol_grid_make(dims[0], dims[1], dims[2], CVOL_FLOAT32);
+    const size_t count = cvol_grid_samples(&grid);
+    random_state r = {7};
+    float *samples = malloc(count * sizeof *samples);
+    cvol_array *array;
+    assert_non_null(samples);
+    for (size_t i = 0; i < count; i++) {
+        const double x = (double)(i % dims[0]), y = (double)(i / dims[0] % dims[1]),
+                     z = (double)(i / dims[0] / dims[1]);
+        samples[i] = (float)(sin(x / 5) * cos(y / 9 + z / 7) + (x + y > z + 20 ? 1.2 : 0) +
+                             0.05 * random_signed(&r));
+    }
+    options.target_value = RATIO;
+    options.smallest = smallest;
+    check_ok(cvol_compress(context, &array, report, samples, &grid, &options));
+    free(samples);
+    return array;
+}
+
+static uint8_t *bytes_of(const cvol_array *array, size_t *size)
+{
+    char *path = support_path(folder, "a.cvol");
+    check_ok(cvol_array_write(context, array, path, NULL));
+    check_ok(cvol_file_verify(context, NULL, path));
+    uint8_t *data = support_read(path, size);
+    free(path);
+    return data;
+}
+
+static cvol_array *read_level(const uint8_t *data, size_t size, int level)
+{
+    cvol_array *array;
+    const cvol_file_part part = {.level = level};
+    char *path = support_path(folder, "b.cvol");
+    support_write(path, data, size);
+    check_ok(cvol_array_read_part(context, &array, NULL, path, &part));
+    free(path);
+    return array;
+}
+
+static int open_all(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    folder = support_folder_make();
+    if (!context || !folder)
+        return 1;
+    cvol_context_set_threads(context, 2);
+    made = compress(1, &told);
+    cvol_context_set_threads(context, 1);
+    return 0;
+}
+
+static int close_all(void **state)
+{
+    (void)state;
+    cvol_array_free(made);
+    cvol_context_destroy(context);
+    support_folder_remove(folder);
+    return 0;
+}
+
+static void the_same_terms_take_fewer_bytes_at_every_level(void **state)
+{
+    (void)state;
+    size_t size, usual_size, again_size;
+    uint8_t *data = bytes_of(made, &size), *again, *usual;
+    cvol_array *back = read_level(data, size, 0);
+    assert_int_equal(made->small, 1);
+    assert_int_equal(back->small, 1);
+    support_terms_expect_same(made, back);
+    again = bytes_of(back, &again_size); /* coded anew, by one thread */
+    assert_int_equal(size, again_size);
+    assert_memory_equal(data, again, size);
+    back->small = 0;
+    usual = bytes_of(back, &usual_size);
+    assert_true((double)size < 0.97 * (double)usual_size);
+    for (int level = 1; level < 4; level++) {
+        cvol_array *own = read_level(data, size, level);
+        cvol_array *other = read_level(usual, usual_size, level);
+        support_terms_expect_same(own, other);
+        cvol_array_free(own);
+        cvol_array_free(other);
+    }
+    cvol_array_free(back);
+    free(data);
+    free(again);
+    free(usual);
+}
+
+static void better_at_the_same_ratio(void **state)
+{
+    (void)state;
+    cvol_compress_report usual;
+    cvol_array_free(compress(0, &usual));
+    assert_true(told.psnr_db > usual.psnr_db + 0.1);
+    assert_true(fabs(told.ratio - RATIO) < 0.01 * RATIO);
+}
+
+static void transcoding_keeps_it(void **state)
+{
+    (void)state;
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_array *coarser, *back;
+    size_t size, before;
+    options.target_value = 2 * RATIO;
+    check_ok(cvol_array_transcode(context, &coarser, NULL, made, &options));
+    uint8_t *data = bytes_of(made, &before);
+    free(data);
+    data = bytes_of(coarser, &size);
+    assert_true((double)size < 0.55 * (double)before);
+    back = read_level(data, size, 0);
+    assert_int_equal(back->small, 1);
+    support_terms_expect_same(coarser, back);
+    free(data);
+    cvol_array_free(back);
+    cvol_array_free(coarser);
+}
+
+/* ---- kernels ----------------------------------------------------------------------------- */
+
+CVOL_SIMD_DECLARE(void, cvol_small_evaluate,
+                  (int16_t * out, const cvol_small_pairs *network, const int16_t *x, int inputs));
+CVOL_SIMD_DECLARE(void, cvol_small_inverse,
+                  (int32_t * samples, const int32_t *known, const int n[3], int cube,
+                   const cvol_small_basis *basis));
+CVOL_SIMD_DECLARE(void, cvol_small_face,
+                  (int32_t * level, int32_t *slope, const int32_t *near, const int32_t *far,
+                   const int stride[2], const int n[2], const cvol_small_basis *basis));
+typedef void evaluate_function(int16_t *, const cvol_small_pairs *, const int16_t *, int);
+typedef void inverse_function(int32_t *, const int32_t *, const int *, int,
+                              const cvol_small_basis *);
+typedef void face_function(int32_t *, int32_t *, const int32_t *, const int32_t *, const int *,
+                           const int *, const cvol_small_basis *);
+static evaluate_function *const evaluate[] = CVOL_SIMD_SETS(cvol_small_evaluate);
+static inverse_function *const inverse[] = CVOL_SIMD_SETS(cvol_small_inverse);
+static face_function *const face[] = CVOL_SIMD_SETS(cvol_small_face);
+
+/* By its definition. */
+static void evaluate_plainly(int16_t out[CVOL_SMALL_OUTPUTS], const cvol_small_network *n,
+                             const int16_t *x)
+{
+    int32_t h[CVOL_SMALL_FIRST], g[CVOL_SMALL_SECOND];
+    for (int j = 0; j < CVOL_SMALL_FIRST; j++) {
+        h[j] = n->first_bias[j];
+        for (int i = 0; i < CVOL_SMALL_INPUTS; i++)
+            h[j] += n->first[j][i] * x[i];
+        h[j] = h[j] < 0 ? 0 : h[j] >> 11 > 255 ? 255 : h[j] >> 11;
+    }
+    for (int k = 0; k < CVOL_SMALL_SECOND; k++) {
+        g[k] = n->second_bias[k];
+        for (int j = 0; j < CVOL_SMALL_FIRST; j++)
+            g[k] += n->second[k][j] * h[j];
+        g[k] = g[k] < 0 ? 0 : g[k] >> 12 > 255 ? 255 : g[k] >> 12;
+    }
+    for (int t = 0; t < CVOL_SMALL_OUTPUTS; t++) {
+        int32_t sum = n->third_bias[t];
+        for (int k = 0; k < CVOL_SMALL_SECOND; k++)
+            sum += n->third[t][k] * g[k];
+        sum >>= 10;
+        out[t] = (int16_t)(sum < -2047 ? -2047 : sum > 2047 ? 2047 : sum);
+    }
+}
+
+typedef struct kernel_numbers {
+    int16_t outs[CVOL_SMALL_OUTPUTS];
+    int32_t samples[CVOL_SMALL_SAMPLES], level[256], slope[256];
+} kernel_numbers;
+
+static void run_set(kernel_numbers *out, int set, const int16_t *x, const int32_t *known,
+                    const int n[3])
+{
+    memset(out, 0, sizeof *out);
+    evaluate[set](out->outs, &cvol_small_of_magnitudes, x, CVOL_SMALL_INPUTS);
+    inverse[set](out->samples, known, n, 8, &cvol_small_cosines);
+    face[set](out->level, out->slope, known + 3, known + 5,
+              (const int[2]){CVOL_SMALL_SIDE, CVOL_SMALL_SHEET}, n + 1, &cvol_small_cosines);
+}
+
+static void all_sets_give_the_same_numbers(void **state)
+{
+    (void)state;
+    static int32_t known[CVOL_SMALL_SAMPLES];
+    static kernel_numbers first, other;
+    random_state r = {5};
+    cvol_small_fill_tables();
+    for (int trial = 0; trial < 20; trial++) {
+        int16_t x[CVOL_SMALL_INPUTS], plain[CVOL_SMALL_OUTPUTS];
+        int n[3];
+        for (int i = 0; i < CVOL_SMALL_INPUTS; i++)
+            x[i] = (int16_t)(random_below(&r, 3) ? (int)random_below(&r, 256) - 128 : 0);
+        for (int a = 0; a < 3; a++)
+            n[a] = 1 + (int)random_below(&r, 16);
+        /* Some so large that they wrap around. */
+        for (int i = 0; i < CVOL_SMALL_SAMPLES; i++)
+            known[i] = (int32_t)random_u64(&r) >> (trial % 2 ? 2 : 20);
+        evaluate_plainly(plain, &cvol_small_magnitudes, x);
+        run_set(&first, 0, x, known, n);
+        assert_memory_equal(first.outs, plain, sizeof plain);
+        for (size_t set = 1; set < sizeof evaluate / sizeof *evaluate && set <= cvol_cpu_best();
+             set++) {
+            run_set(&other, (int)set, x, known, n);
+            assert_memory_equal(&first, &other, sizeof first);
+        }
+    }
+}
+
+/* ---- damage ------------------------------------------------------------------------------ */
+
+/* Bytes that are changed or cut off, without checksums: other terms, or a refusal. */
+static void damaged_bricks_are_survived(void **state)
+{
+    (void)state;
+    cvol_array *decoded;
+    cvol_brick_coder *coder = cvol_brick_coder_create(NULL);
+    cvol_bytes shells[CVOL_SHELLS] = {{0}};
+    cvol_brick_terms terms;
+    random_state r = {11};
+    int refused = 0;
+    check_ok(cvol_array_create(context, &decoded, &made->grid, made->block));
+    decoded->step = made->step;
+    decoded->dependent = decoded->small = 1;
+    decoded->lapped = made->lapped;
+    decoded->ends = made->ends;
+    assert_non_null(coder);
+    assert_true(cvol_brick_encode(coder, shells, made, 1));
+    for (int trial = 0; trial < 40; trial++) {
+        cvol_span spans[CVOL_SHELLS];
+        uint8_t *exact[CVOL_SHELLS]; /* a read beyond it is seen by the sanitizer */
+        const size_t s = random_below(&r, CVOL_SHELLS);
+        for (size_t k = 0; k < CVOL_SHELLS; k++) {
+            const size_t size = trial % 3 || k != s ? shells[k].size
+                                                    : random_below(&r, (uint32_t)shells[k].size);
+            exact[k] = malloc(size ? size : 1);
+            assert_non_null(exact[k]);
+            memcpy(exact[k], shells[k].data, size);
+            if (k == s && size)
+                exact[k][random_below(&r, (uint32_t)size)] ^= (uint8_t)(1 + random_below(&r, 255));
+            spans[k] = (cvol_span){exact[k], size};
+        }
+        const int code = cvol_brick_decode(coder, &terms, decoded, 1, spans, CVOL_SHELLS);
+        assert_true(code == CVOL_OK || code == CVOL_ERROR_CORRUPT);
+        refused += code != CVOL_OK;
+        for (int k = 0; k < CVOL_SHELLS; k++)
+            free(exact[k]);
+    }
+    assert_true(refused > 10);
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        cvol_bytes_free(&shells[s]);
+    cvol_brick_coder_free(coder);
+    cvol_array_free(decoded);
+}
+
+/* SMAL names networks that nobody knows. */
+static void later_networks_are_refused(void **state)
+{
+    (void)state;
+    cvol_array *back;
+    char *path = support_path(folder, "a.cvol");
+    size_t size, at = 0;
+    uint8_t *data = bytes_of(made, &size);
+    while (memcmp(data + at, "SMAL", 4))
+        at++;
+    data[at + 24] = 2;
+    for (int i = 0; i < 2; i++) { /* of the content, then of the header that has it */
+        const uint32_t sum = i ? cvol_crc32c(data + at, 20) : cvol_crc32c(data + at + 24, 4);
+        for (size_t b = 0; b < 4; b++)
+            data[at + 16 + 4 * (size_t)i + b] = (uint8_t)(sum >> 8 * b);
+    }
+    support_write(path, data, size);
+    assert_int_equal(cvol_array_read(context, &back, path, NULL), CVOL_ERROR_UNSUPPORTED);
+    assert_non_null(strstr(cvol_context_message(context), "section SMAL names networks 2"));
+    free(data);
+    free(path);
+}
+
+static void what_does_not_go_with_it_is_told(void **state)
+{
+    (void)state;
+    static const float samples[8];
+    const cvol_grid grid = cvol_grid_make(2, 2, 2, CVOL_FLOAT32);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_array *array;
+    options.smallest = 1;
+    options.block = 8;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options),
+                     CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(context), "smallest with blocks of 8"));
+    options.block = 16;
+    options.lossless = 1;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options),
+                     CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(context), "smallest beside"));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(the_same_terms_take_fewer_bytes_at_every_level),
+        cmocka_unit_test(better_at_the_same_ratio),
+        cmocka_unit_test(transcoding_keeps_it),
+        cmocka_unit_test(all_sets_give_the_same_numbers),
+        cmocka_unit_test(damaged_bricks_are_survived),
+        cmocka_unit_test(later_networks_are_refused),
+        cmocka_unit_test(what_does_not_go_with_it_is_told),
+    };
+    return cmocka_run_group_tests(tests, open_all, close_all);
+}
