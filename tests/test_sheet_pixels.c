@@ -235,9 +235,9 @@ static int take_pixels(const cvol_array *array, const cvol_transfer_point *point
         options.sheet.rays = (cvol_sheet_rays)rays;
         images[rays] = support_sheet(context, array, points, 2, &options);
     }
-    const int are_pixels = support_difference(images[0], images[1]) == 0,
-              are_lattice = support_difference(images[0], images[2]) == 0;
-    assert_true(are_pixels != are_lattice);
+    const int are_pixels = support_difference(images[0], images[1]) == 0;
+    if (!are_pixels) /* of the lattice, whose rays may lie further apart */
+        assert_true(support_psnr(images[0], images[2]) >= 42);
     for (int i = 0; i < 3; i++)
         cvol_image_free(images[i]);
     return are_pixels;

@@ -236,9 +236,11 @@ typedef enum cvol_sheet_footprint {
  * interpolated: up to twice as fast. What is opaque, or thin, comes out 2 to 14 dB further from its
  * truth so; what is clear 0 to 3 dB, at 40 dB and more, where it is not seen. CVOL_SHEET_RAYS_AUTO
  * takes the lattice if that is so: if the transfer function stays below an opacity of 0.45, and as
- * good as straight (0.05) over every 7 % of its span, without light; or if the samples' own error,
- * of compression, changes opacity by a tenth; but not if a pixel spans more than 1.45 samples, or
- * step_voxels is given. Angles do not change it. */
+ * good as straight (0.05) over every 7 % of its span, unless there is light and opacity changes
+ * from sample to sample by a third of what it is; or if the samples' own error, of compression,
+ * changes opacity by a tenth; but not if a pixel spans more than 1.45 samples, or step_voxels is
+ * given. Angles do not change it. What is clear, and means and extremes along rays, are then drawn
+ * from rays that lie 1.5 pixels apart, though not further than samples do, if oversample is 1. */
 typedef enum cvol_sheet_rays {
     CVOL_SHEET_RAYS_AUTO = 0,   /* as said above */
     CVOL_SHEET_RAYS_PIXELS = 1, /* those of the picture's pixels, where that is possible */

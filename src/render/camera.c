@@ -326,6 +326,8 @@ int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,
     *out = (cvol_view){.width = options->width,
                        .height = options->height,
                        .rays = options->oversample > 0 ? options->oversample : 1,
+                       .apart = 1,
+                       .coarsest = CVOL_COARSEST_PITCH,
                        .step = options->step_voxels};
     int code = check_options(context, options);
     if (code)

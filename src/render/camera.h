@@ -14,6 +14,12 @@
 /* Those of the clip, and what is too near to the eye. */
 #define CVOL_VIEW_PLANES (CVOL_CLIP_PLANES + 1)
 
+/* Blocks are evaluated on fewer points than they have samples only while a pixel of the picture
+ * still spans 1 / CVOL_COARSEST_PITCH of them: less, and the picture is visibly softer than the
+ * volume.
+ */
+#define CVOL_COARSEST_PITCH 0.7
+
 typedef struct cvol_view {
     double right[3], up[3], eye[3]; /* orthonormal, right x up = eye (towards the viewer) */
     double centre[3], extent[3];    /* what is in the picture's middle; the box */
@@ -25,8 +31,11 @@ typedef struct cvol_view {
     double mean_spacing;       /* the length that opacity is given for */
     int width, height;
     double rays; /* of engine sheet: lines and columns of them for one of the picture, at least */
-    double step; /* between samples along rays, in mean spacings; 0: the engine's own */
-    int clipped; /* lo, hi are not all the faces of the volume, or there are planes */
+    /* Of its lattice: rays lie so many pixels apart, while that is within a sample, and points up
+     * to so many where pixels span more (sheet_plan.h). */
+    double apart, coarsest;
+    double step;         /* between samples along rays, in mean spacings; 0: the engine's own */
+    int clipped;         /* lo, hi are not all the faces of the volume, or there are planes */
     double lo[3], hi[3]; /* the box that is drawn, in sample indices: an axis of one sample is */
                          /* one spacing thick */
     int planes;          /* and what of it has plane . (x, y, z, 1) >= 0 in all, x y z in */

@@ -20,6 +20,7 @@
 #include "base/memory.h"
 #include "base/thread.h"
 #include "render/sheet_band.h"
+#include "render/sheet_bend.h"
 #include "render/sheet_plan.h"
 #include "render/sheet_rays.h"
 #include "render/sheet_strip.h"
@@ -548,20 +549,16 @@ static int draw_parallel(cvol_context *context, sheet_state *state,
                          cvol_sheet_plan *plan, const cvol_view *view,
                          const cvol_render_options *options)
 {
-    const int is_composite = options->mode == CVOL_MODE_COMPOSITE;
-    cvol_render_options chosen = *options;
-    if (is_composite)
-        chosen.sheet.rays = cvol_sheet_rays_suited(&state->traits, view, options);
-    const int both = image->depth && is_composite &&
-                     (!options->shading.on || (chosen.sheet.rays == CVOL_SHEET_RAYS_PIXELS &&
+    const int both = image->depth && options->mode == CVOL_MODE_COMPOSITE &&
+                     (!options->shading.on || (options->sheet.rays == CVOL_SHEET_RAYS_PIXELS &&
                                                cvol_cpu_best() == CVOL_CPU_AVX512));
     const double share = both ? 0.5 : 1, whole[2] = {0, share}, rest[2] = {share, 1 - share};
-    int code = draw_plan(context, state, subject, image, plan, view, &chosen, whole);
+    int code = draw_plan(context, state, subject, image, plan, view, options, whole);
     if (code || !both)
         return code;
     float *const depth = image->depth;
     image->depth = NULL;
-    code = draw_plan(context, state, subject, image, plan, view, &chosen, rest);
+    code = draw_plan(context, state, subject, image, plan, view, options, rest);
     image->depth = depth;
     return code;
 }
@@ -582,6 +579,18 @@ static int check_footprint(cvol_context *context, const cvol_sheet_options *opti
     return CVOL_OK;
 }
 
+/* Which rays a picture in parallel projection is drawn along, where that is left to the engine. */
+static void choose_lattice(sheet_state *state, const cvol_sheet_subject *subject, cvol_view *view,
+                           cvol_render_options *options)
+{
+    if (!subject->level.samples && cvol_sheet_rays_want_bend(&state->traits, options))
+        state->traits.bend = cvol_sheet_bend(subject->array, state->transfer,
+                                             &subject->by_transfer);
+    cvol_sheet_rays_space(view, &state->traits, options);
+    if (options->mode == CVOL_MODE_COMPOSITE)
+        options->sheet.rays = cvol_sheet_rays_suited(&state->traits, view, options);
+}
+
 static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *image,
                       const cvol_view *view, const cvol_render_options *options)
 {
@@ -596,9 +605,12 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     cvol_sheet_wide_make(&state->wide, &options->sheet);
     if (view->perspective)
         return draw_all_along(context, state, subject, image, view, options);
+    cvol_view seen = *view;
+    cvol_render_options chosen = *options;
+    choose_lattice(state, subject, &seen, &chosen);
     code = cvol_sheet_plan_make(context, &plan, state->array,
-                                subject->level.samples ? options->level : 0, view);
-    return code ? code : draw_parallel(context, state, subject, image, &plan, view, options);
+                                subject->level.samples ? options->level : 0, &seen);
+    return code ? code : draw_parallel(context, state, subject, image, &plan, &seen, &chosen);
 }
 
 static uint64_t sheet_kept_bytes(const void *opaque_state)

@@ -105,9 +105,10 @@ static int count_pixels(int *count, double lo, double hi, double delta)
 }
 
 /* Resolution, extent and the longest interval. */
-static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, double rays, double near,
-                      double far, int *empty)
+static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, const cvol_view *view,
+                      double near, double far, int *empty)
 {
+    const double rays = view->rays;
     double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY},
            pixel[2] = {INFINITY, INFINITY};
     for (int i = 0; i < p->count; i++) {
@@ -126,9 +127,9 @@ static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, double
     }
     if (!plan->level) {
         cvol_sheet_resolution(&plan->points_lane, &plan->pitch_lane, &plan->first_lane, &plan->du,
-                              pixel[0] * near, block);
+                              view, pixel[0] * near, block);
         cvol_sheet_resolution(&plan->points_row, &plan->pitch_row, &plan->first_row, &plan->dv,
-                              pixel[1] * near, block);
+                              view, pixel[1] * near, block);
     }
     plan->du = fmin(pixel[0], plan->pitch_lane / far / rays);
     plan->dv = fmin(pixel[1], plan->pitch_row / far / rays);
@@ -181,7 +182,7 @@ int cvol_sheet_plan_make_along(cvol_context *context, cvol_sheet_plan *plan, int
     const double longest = sqrt(3); /* of a ray from sheet to sheet, over their distance */
     if (view->step >= 2 * longest * plan->spacing[2])
         cvol_sheet_plan_halve(plan);
-    if (!plan_image(plan, &p, array->block, view->rays, near, far, empty))
+    if (!plan_image(plan, &p, array->block, view, near, far, empty))
         return cvol_fail(context, CVOL_ERROR_LIMIT,
                          "a picture of %d x %d needs an intermediate image of more than %d pixels "
                          "along an axis",

@@ -71,11 +71,11 @@ void cvol_sheet_refine(cvol_sheet_plan *plan)
 
 /* Points per block, and the distance of intermediate pixels, along one axis. Where a pixel of the
  * picture spans less than a sample, the intermediate image is finer than the samples. */
-void cvol_sheet_resolution(int *points, double *pitch, double *first, double *delta, double pixel,
-                           int block)
+void cvol_sheet_resolution(int *points, double *pitch, double *first, double *delta,
+                           const cvol_view *view, double pixel, int block)
 {
-    find_points(points, pitch, first, CVOL_COARSEST_PITCH, pixel, block);
-    *delta = pixel < 1 ? pixel : *pitch;
+    find_points(points, pitch, first, view->coarsest, pixel, block);
+    *delta = pixel < 1 && *points == block ? fmin(1, view->apart * pixel) : *pitch;
 }
 
 /* Whether pixels of the picture, along one of its axes, lie `delta` apart in U (or V), and along
@@ -229,9 +229,9 @@ int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvo
         plan->dv = choose_delta(plan->pitch_row, plan->rows, pixels[1]) / view->rays;
     } else {
         cvol_sheet_resolution(&plan->points_lane, &plan->pitch_lane, &plan->first_lane, &plan->du,
-                              1 / pixels[0], array->block);
+                              view, 1 / pixels[0], array->block);
         cvol_sheet_resolution(&plan->points_row, &plan->pitch_row, &plan->first_row, &plan->dv,
-                              1 / pixels[1], array->block);
+                              view, 1 / pixels[1], array->block);
     }
     if (!find_extent(&plan->u0, &plan->width, plan->du, plan->shear_lane, plan, 0, plan->warp[0],
                      view) ||

@@ -7,11 +7,6 @@
 
 #define CVOL_INTERMEDIATE_MAX 32768
 
-/* Blocks are evaluated on fewer points than they have samples only while a pixel of the picture
- * still spans 1 / CVOL_COARSEST_PITCH of them: less, and the picture is visibly softer than the
- * volume.
- */
-#define CVOL_COARSEST_PITCH 0.7
 /* Of rays that nothing else softens: what is lost is seen, and costs little. */
 #define CVOL_COARSEST_PITCH_OF_PIXELS 0.5
 
@@ -23,8 +18,8 @@ void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int 
 void cvol_sheet_plan_halve(cvol_sheet_plan *plan);
 
 /* Makes a plan in parallel projection, at level 0, one whose rays are those of the picture's
- * pixels. 0, and it stays as it is, where neither lines nor columns of the picture run along lanes, or
- * pixels are more than 64 samples apart.
+ * pixels. 0, and it stays as it is, where neither lines nor columns of the picture run along lanes,
+ * or pixels are more than 64 samples apart.
  */
 int cvol_sheet_plan_of_pixels(cvol_sheet_plan *plan, const cvol_view *view);
 /* As many points as these are worth; before a plan is made one of them. */
@@ -32,7 +27,7 @@ void cvol_sheet_refine(cvol_sheet_plan *plan);
 
 /* Points per block and axis, their pitch, the place of the first, and the distance of intermediate
  * pixels, in samples, where a pixel of the picture spans `pixel` samples. */
-void cvol_sheet_resolution(int *points, double *pitch, double *first, double *delta, double pixel,
-                           int block);
+void cvol_sheet_resolution(int *points, double *pitch, double *first, double *delta,
+                           const cvol_view *view, double pixel, int block);
 
 #endif

@@ -12,6 +12,13 @@
 #define WIDEST_PIXEL 1.45
 /* Where a sample's own error changes its opacity by so much, rays no longer tell. */
 #define MOST_NOISE 0.095
+/* Where what is clear bends by more than this between samples (sheet_bend.h), light on it shows
+ * which of its places were looked at. */
+#define MOST_BEND 0.33
+/* Of what is clear and bends slowly, of means and of extremes so many pixels can lie between two
+ * rays; and between the points that means are of. */
+#define CLEAR_APART 1.5
+#define MEAN_PITCH 1.3
 /* A jump counts as a slope over such a part of all values. */
 #define LEAST_SLOPE 0.2
 /* A transfer function is looked at in so many steps, and so many before it begins and behind. */
@@ -58,7 +65,14 @@ cvol_sheet_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_trans
     return (cvol_sheet_traits){.is_clear = cvol_transfer_max_opacity(transfer, lo, hi) <=
                                                CVOL_CLEAR &&
                                            is_broad(transfer, lo, hi),
-                               .is_noisy = error * find_steepest(transfer, lo, hi) > MOST_NOISE};
+                               .is_noisy = error * find_steepest(transfer, lo, hi) > MOST_NOISE,
+                               .bend = -1};
+}
+
+int cvol_sheet_rays_want_bend(const cvol_sheet_traits *traits, const cvol_render_options *options)
+{
+    return options->mode == CVOL_MODE_COMPOSITE && options->sheet.rays == CVOL_SHEET_RAYS_AUTO &&
+           traits->is_clear && options->shading.on && traits->bend < 0;
 }
 
 cvol_sheet_rays cvol_sheet_rays_suited(const cvol_sheet_traits *traits, const cvol_view *view,
@@ -68,6 +82,20 @@ cvol_sheet_rays cvol_sheet_rays_suited(const cvol_sheet_traits *traits, const cv
         return options->sheet.rays;
     if (options->step_voxels > 0 || view->pixel > WIDEST_PIXEL * view->mean_spacing)
         return CVOL_SHEET_RAYS_PIXELS;
-    return traits->is_noisy || (traits->is_clear && !options->shading.on) ? CVOL_SHEET_RAYS_LATTICE
-                                                                          : CVOL_SHEET_RAYS_PIXELS;
+    const int is_smooth = traits->is_clear && (!options->shading.on || traits->bend <= MOST_BEND);
+    return traits->is_noisy || is_smooth ? CVOL_SHEET_RAYS_LATTICE : CVOL_SHEET_RAYS_PIXELS;
+}
+
+void cvol_sheet_rays_space(cvol_view *view, const cvol_sheet_traits *traits,
+                           const cvol_render_options *options)
+{
+    if (options->sheet.rays != CVOL_SHEET_RAYS_AUTO || view->rays != 1)
+        return;
+    const int is_mean = options->mode == CVOL_MODE_XRAY,
+              is_clear = options->mode == CVOL_MODE_COMPOSITE && traits->is_clear &&
+                         cvol_sheet_rays_suited(traits, view, options) == CVOL_SHEET_RAYS_LATTICE;
+    if (is_clear || cvol_mode_is_grey(options->mode))
+        view->apart = CLEAR_APART;
+    if (is_mean)
+        view->coarsest = MEAN_PITCH;
 }

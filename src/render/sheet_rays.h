@@ -9,13 +9,22 @@
 typedef struct cvol_sheet_traits {
     int is_clear; /* no opacity is high, and it bends slowly */
     int is_noisy; /* the array's own error is more than what rays bring */
+    double bend;  /* of what is clear: cvol_sheet_bend; negative: not known yet */
 } cvol_sheet_traits;
 
 cvol_sheet_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_transfer *transfer);
+
+/* Whether `bend` has to be known for what is asked. */
+int cvol_sheet_rays_want_bend(const cvol_sheet_traits *traits, const cvol_render_options *options);
 
 /* Those that a composite from this view is worth: never CVOL_SHEET_RAYS_AUTO. Whatever the angle it
  * is the same, so that nothing changes as a view turns. */
 cvol_sheet_rays cvol_sheet_rays_suited(const cvol_sheet_traits *traits, const cvol_view *view,
                                        const cvol_render_options *options);
+
+/* Sets how far apart rays and points of the lattice then lie: `apart` and `coarsest` of the view.
+ */
+void cvol_sheet_rays_space(cvol_view *view, const cvol_sheet_traits *traits,
+                           const cvol_render_options *options);
 
 #endif

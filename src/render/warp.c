@@ -6,6 +6,7 @@
 
 #include "base/thread.h"
 #include "render/sheet.h"
+#include "render/warp_outline.h"
 #include "render/warp_row.h"
 
 /* One pixel's four values. */
@@ -86,27 +87,46 @@ typedef struct pixel_writer {
     pixel_values empty;
     float background[3];
     int grey;
+    int by_outline; /* faces say where the volume is seen, not what rays met around a pixel */
     float lo, scale;
 } pixel_writer;
+
+/* How much of the rays around a pixel must have met the volume; where its own does, there should
+ * but be some. */
+#define LEAST_MET 0.5f
+#define LEAST_MET_WITHIN 0.05f
+
+/* Makes values[1] of grey pixels 1 where their rays meet the volume, with their grey in values[0],
+ * 0 elsewhere. */
+static void find_greys(float *values, const pixel_writer *writer, const cvol_sheet_plan *plan,
+                       const cvol_warp_places *places)
+{
+    uint8_t within[CVOL_WARP_CHUNK];
+    if (writer->by_outline)
+        cvol_warp_outline(within, plan, places);
+    const float least = writer->by_outline ? LEAST_MET_WITHIN : LEAST_MET;
+    for (int i = 0; i < places->count; i++) {
+        float *v = values + 4 * i;
+        const int hit = v[1] > least && (!writer->by_outline || within[i]);
+        v[0] = hit ? (v[0] / v[1] - writer->lo) * writer->scale : 0;
+        v[1] = (float)hit;
+    }
+}
 
 /* Grey as bytes; others are a kernel's matter. */
 static void write_grey(uint8_t *pixel, const pixel_writer *writer, pixel_values v)
 {
-    const int hit = v[1] > 0.5f; /* the ray met the volume */
-    const float grey = hit ? (v[0] / v[1] - writer->lo) * writer->scale : 0;
     for (int k = 0; k < 3; k++)
-        pixel[k] = to_byte(hit ? grey : writer->background[k]);
+        pixel[k] = to_byte(v[1] > 0 ? v[0] : writer->background[k]);
     pixel[3] = 255;
 }
 
 /* As floats, over no background: colour times opacity, and opacity. */
 static void write_values(float *pixel, const pixel_writer *writer, pixel_values v)
 {
-    const int hit = v[1] > 0.5f;
-    const float grey = hit ? (v[0] / v[1] - writer->lo) * writer->scale : 0;
     for (int k = 0; k < 3; k++)
-        pixel[k] = writer->grey ? grey : v[k];
-    pixel[3] = writer->grey ? (float)hit : 1 - v[3];
+        pixel[k] = writer->grey ? v[0] : v[k];
+    pixel[3] = writer->grey ? v[1] : 1 - v[3];
 }
 
 static void write_bytes(uint8_t *rgba, const pixel_writer *writer, const float *values, int count)
@@ -207,6 +227,8 @@ static void write_line(cvol_image *image, int y, const cvol_warp_source *source,
         places.count = end - first < CVOL_WARP_CHUNK ? end - first : CVOL_WARP_CHUNK;
         cvol_warp_locate(&places, plan, y, first);
         if (CVOL_SIMD_CHOOSE(cvol_warp_sample)(values, source, &places)) {
+            if (writer->grey)
+                find_greys(values, writer, plan, &places);
             write_chunk(image, at, writer, values, places.count);
         } else if (image->values) {
             fill_empty(values, source);
@@ -308,6 +330,7 @@ void cvol_warp_grey(cvol_image *image, cvol_intermediate *intermediate, const cv
     const pixel_writer writer = {
         .background = {(float)background[0], (float)background[1], (float)background[2]},
         .grey = 1,
+        .by_outline = !plan->perspective && plan->masked != CVOL_SHEET_SOME_VOID,
         .lo = (float)lo,
         .scale = (float)(hi > lo ? 1 / (hi - lo) : 0)};
     warp(image, intermediate, plan, &writer, threads);

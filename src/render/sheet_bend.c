@@ -1,0 +1,83 @@
+/* How much opacity bends between neighbouring samples: see sheet_bend.h. */
+#include "render/sheet_bend.h"
+
+#include <math.h>
+
+#include "array/array.h"
+
+/* So many blocks are looked at, evenly among those that show. */
+#define BLOCKS 24
+/* Samples beside a block's faces, which the filter of lapped arrays would still change. */
+#define MARGIN 2
+#define OPACITIES 1024
+
+typedef struct opacities {
+    float of[OPACITIES];
+    float from, scale;
+} opacities;
+
+static void fill_opacities(opacities *out, const cvol_array *array, const cvol_transfer *transfer)
+{
+    const double lo = array->range_min, hi = array->range_max;
+    for (int i = 0; i < OPACITIES; i++)
+        out->of[i] =
+            (float)cvol_transfer_at(transfer, lo + (hi - lo) * (i + 0.5) / OPACITIES).opacity;
+    out->from = (float)(lo - array->offset);
+    out->scale = (float)(OPACITIES / (hi - lo));
+}
+
+static inline float opacity_of(const opacities *table, float value)
+{
+    const float at = (value - table->from) * table->scale;
+    return table->of[at > 0 ? at < OPACITIES ? (int)at : OPACITIES - 1 : 0];
+}
+
+typedef struct bends {
+    double squares, opacity;
+    size_t count;
+} bends;
+
+/* Of the lines of a block that run along an axis whose samples lie `stride` apart. */
+static void add_bends(bends *sum, const opacities *table, const float *samples, int block,
+                      int stride)
+{
+    const int end = block - MARGIN;
+    for (int z = MARGIN; z < end; z++)
+        for (int y = MARGIN; y < end; y++)
+            for (int x = MARGIN; x < end; x++) {
+                const float *at = samples + x + block * (y + block * z);
+                const float here = opacity_of(table, at[0]);
+                const float between = opacity_of(table, 0.5f * (at[-stride] + at[stride]));
+                if (here <= 0 && between <= 0)
+                    continue;
+                sum->squares += (double)((here - between) * (here - between));
+                sum->opacity += (double)here;
+                sum->count++;
+            }
+}
+
+double cvol_sheet_bend(const cvol_array *array, const cvol_transfer *transfer,
+                       const cvol_visibility *visibility)
+{
+    _Alignas(64) float samples[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
+    const int block = array->block;
+    opacities table;
+    bends sum = {0, 0, 0};
+    size_t shown = 0, met = 0;
+    if (!(array->range_max > array->range_min))
+        return 0;
+    fill_opacities(&table, array, transfer);
+    for (size_t i = 0; i < array->block_count; i++)
+        shown += cvol_visibility_of(visibility, &array->block_table[i]) != 0;
+    for (size_t i = 0; i < array->block_count; i++) {
+        if (!cvol_visibility_of(visibility, &array->block_table[i]))
+            continue;
+        const size_t before = met * BLOCKS / shown;
+        if (++met * BLOCKS / shown == before)
+            continue;
+        cvol_block_evaluate(samples, array, i);
+        for (int stride = 1; stride < block * block * block; stride *= block)
+            add_bends(&sum, &table, samples, block, stride);
+    }
+    return sum.opacity > 0 ? sqrt(sum.squares * (double)sum.count) / sum.opacity : 0;
+}

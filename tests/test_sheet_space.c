@@ -1,0 +1,133 @@
+/* Where the sheet engine chooses rays that lie further apart than pixels: outlines stay as sharp as
+ * pixels are, what is inside as near to the ray engine as it should be, and light keeps the
+ * pixels' own rays where samples are rough.
+ *
+ * CVOL_TEST_VERBOSE=1 prints what is measured.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "base/cpu.h"
+#include "random.h"
+#include "render/sheet_bend.h"
+#include "support.h"
+#include "support_context.h"
+#include "support_render.h"
+
+static const cvol_transfer_point soft[] = {{30, 0.1, 0.2, 1, 0}, {130, 1, 0.6, 0.1, 0.3}};
+
+/* Solid to its faces; `rough`: how much samples differ from their neighbours. */
+static cvol_volume make_solid(double rough)
+{
+    const size_t n[3] = {44, 36, 40};
+    random_state r = {7};
+    cvol_volume volume = support_volume(n[0], n[1], n[2], CVOL_FLOAT32);
+    for (size_t z = 0; z < n[2]; z++)
+        for (size_t y = 0; y < n[1]; y++)
+            for (size_t x = 0; x < n[0]; x++)
+                ((float *)volume.data)[support_index(&volume, x, y, z)] =
+                    (float)(80 + 30 * sin(0.2 * (double)x + 0.1 * (double)y) +
+                            10 * cos(0.25 * (double)z) + rough * random_signed(&r));
+    return volume;
+}
+
+/* Against the ray engine, in dB. */
+static double compare(const cvol_array *array, const cvol_volume *volume,
+                      cvol_render_options options, cvol_sheet_rays rays)
+{
+    options.sheet.rays = rays;
+    cvol_image *sheet = support_sheet(context, array, soft, 2, &options);
+    options.step_voxels = 0.125;
+    cvol_image *ray = support_ray(context, volume, soft, 2, &options);
+    const double db = support_psnr(sheet, ray);
+    cvol_image_free(sheet);
+    cvol_image_free(ray);
+    return db;
+}
+
+/* By rays as far apart as pixels outlines were 25 to 30 dB from where they are. */
+static void test_outlines(void **state)
+{
+    (void)state;
+    static const cvol_mode modes[] = {CVOL_MODE_XRAY, CVOL_MODE_MIP, CVOL_MODE_MIN};
+    cvol_volume volume = make_solid(0);
+    cvol_array *array = support_compress(context, &volume, 16, 80);
+    for (size_t c = 0; c < sizeof modes / sizeof *modes; c++)
+        for (int azimuth = 20; azimuth < 360; azimuth += 110)
+            for (int clipped = 0; clipped < 3; clipped++) {
+                cvol_render_options options = support_square(90, modes[c], azimuth, 25);
+                if (clipped == 1)
+                    options.clip = (cvol_clip){.planes = 1, .plane = {{0.6, -0.7, 0.4, -3}}};
+                if (clipped == 2)
+                    options.camera.zoom = 0.4;
+                for (int rays = CVOL_SHEET_RAYS_AUTO; rays <= CVOL_SHEET_RAYS_PIXELS; rays++) {
+                    const double db = compare(array, &volume, options, (cvol_sheet_rays)rays);
+                    if (getenv("CVOL_TEST_VERBOSE") || db < 34)
+                        print_message("mode %d, azimuth %d, %s %d: %.2f dB\n", (int)modes[c],
+                                      azimuth, rays ? "pixels," : "auto,", clipped, db);
+                    assert_true(db >= 34 || getenv("CVOL_TEST_VERBOSE"));
+                }
+            }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+static double bend_of(const cvol_array *array)
+{
+    cvol_transfer *transfer;
+    cvol_visibility visibility;
+    assert_int_equal(cvol_transfer_create(context, &transfer, soft, 2), CVOL_OK);
+    cvol_visibility_make(&visibility, array, transfer);
+    const double bend = cvol_sheet_bend(array, transfer, &visibility);
+    cvol_transfer_free(transfer);
+    return bend;
+}
+
+/* Whether a lit picture that the engine has chosen rays for is that of the pixels' own. */
+static int takes_pixels(const cvol_array *array)
+{
+    cvol_render_options options = support_square(90, CVOL_MODE_COMPOSITE, 30, 25);
+    cvol_image *images[2];
+    options.shading.on = 1;
+    for (int rays = CVOL_SHEET_RAYS_AUTO; rays <= CVOL_SHEET_RAYS_PIXELS; rays++) {
+        options.sheet.rays = (cvol_sheet_rays)rays;
+        images[rays] = support_sheet(context, array, soft, 2, &options);
+    }
+    const int same = support_difference(images[0], images[1]) == 0;
+    cvol_image_free(images[0]);
+    cvol_image_free(images[1]);
+    return same;
+}
+
+/* Opacity is 0.003 a unit of values, about 0.15 in the middle; noise of +-r bends it by
+ * 0.003 sqrt(r^2 / 3 + r^2 / 6), but where the function ends. */
+static void test_light_on_what_is_rough(void **state)
+{
+    (void)state;
+    static const double rough[] = {0, 10, 40};
+    for (size_t k = 0; k < sizeof rough / sizeof *rough; k++) {
+        cvol_volume volume = make_solid(rough[k]);
+        cvol_array *array = support_compress(context, &volume, 16, 80);
+        const double bend = bend_of(array), noise = 0.003 * rough[k] * sqrt(0.5) / 0.15;
+        if (getenv("CVOL_TEST_VERBOSE"))
+            print_message("rough %g: bends by %.3f\n", rough[k], bend);
+        assert_true(bend <= 0.03 + 1.25 * noise && bend >= 0.65 * noise);
+        if (cvol_cpu_best() == CVOL_CPU_AVX512) /* others have no such rays for light */
+            assert_int_equal(takes_pixels(array), rough[k] > 20);
+        cvol_array_free(array);
+        free(volume.data);
+    }
+}
+
+int main(void)
+{
+#define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
+    const struct CMUnitTest tests[] = {TEST(test_outlines), TEST(test_light_on_what_is_rough)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
