@@ -349,6 +349,21 @@ static void test_bright_edge(void **state)
     free(volume.data);
 }
 
+/* Where samples are nearly exact, rays that hardly move along the sheets are looked at half way. */
+static void test_nearly_exact(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_volume(0, 1);
+    cvol_array *array = support_compress(context, &volume, 16, 80);
+    const cvol_render_options options = support_square(120, CVOL_MODE_COMPOSITE, 10, 8);
+    const double db = compare(array, &volume, solid, options, CVOL_SHEET_RAYS_AUTO);
+    if (getenv("CVOL_TEST_VERBOSE") || !(db >= 50))
+        print_message("nearly exact: %.2f dB\n", db);
+    assert_true(db >= 50 || getenv("CVOL_TEST_VERBOSE"));
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
@@ -356,6 +371,7 @@ int main(void)
         TEST(test_near_to_rays),          TEST(test_lit_near_to_rays),
         TEST(test_threads_do_not_matter), TEST(test_others_are_as_ever),
         TEST(test_kept_in_16_bits),       TEST(test_far_and_near),
-        TEST(test_left_to_the_engine),    TEST(test_bright_edge)};
+        TEST(test_left_to_the_engine),    TEST(test_bright_edge),
+        TEST(test_nearly_exact)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

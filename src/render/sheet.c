@@ -344,7 +344,8 @@ static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan 
         table->flat = table->flat_coarse;
     cvol_sheet_table_slant(table,
                            plan->pitch_sheet * fmax(fabs(plan->shear_lane) / plan->pitch_lane,
-                                                    fabs(plan->shear_row) / plan->pitch_row));
+                                                    fabs(plan->shear_row) / plan->pitch_row),
+                           state->traits.is_fine && !plan->lit);
     plan->compact = choose_compact(table, plan, subject->array, options->mode, extras);
     return CVOL_OK;
 }

@@ -12,8 +12,12 @@
 #define WIDEST_PIXEL 1.45
 /* Where a sample's own error changes its opacity by so much, rays no longer tell. */
 #define MOST_NOISE 0.095
+/* Where it does by no more than this, what is left is what lies between the samples of a ray. */
+#define FINE_NOISE 0.005
+/* Of what is clear less is seen. */
+#define EXACT_NOISE 0.001
 /* Where what is clear bends by more than this between samples (sheet_bend.h), light on it shows
- * which of its places were looked at. */
+ * which of its places were looked at, and so does an array that is nearly exact. */
 #define MOST_BEND 0.33
 /* Of what is clear and bends slowly, of means and of extremes so many pixels can lie between two
  * rays; and between the points that means are of. */
@@ -62,17 +66,20 @@ cvol_sheet_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_trans
 {
     const double lo = array->ledger.value_min, hi = array->ledger.value_max;
     const double error = array->ledger.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
+    const double noise = error * find_steepest(transfer, lo, hi);
     return (cvol_sheet_traits){.is_clear = cvol_transfer_max_opacity(transfer, lo, hi) <=
                                                CVOL_CLEAR &&
                                            is_broad(transfer, lo, hi),
-                               .is_noisy = error * find_steepest(transfer, lo, hi) > MOST_NOISE,
+                               .is_noisy = noise > MOST_NOISE,
+                               .is_fine = noise <= FINE_NOISE,
+                               .is_exact = noise <= EXACT_NOISE,
                                .bend = -1};
 }
 
 int cvol_sheet_rays_want_bend(const cvol_sheet_traits *traits, const cvol_render_options *options)
 {
     return options->mode == CVOL_MODE_COMPOSITE && options->sheet.rays == CVOL_SHEET_RAYS_AUTO &&
-           traits->is_clear && options->shading.on && traits->bend < 0;
+           traits->is_clear && (options->shading.on || traits->is_exact) && traits->bend < 0;
 }
 
 cvol_sheet_rays cvol_sheet_rays_suited(const cvol_sheet_traits *traits, const cvol_view *view,
@@ -82,7 +89,8 @@ cvol_sheet_rays cvol_sheet_rays_suited(const cvol_sheet_traits *traits, const cv
         return options->sheet.rays;
     if (options->step_voxels > 0 || view->pixel > WIDEST_PIXEL * view->mean_spacing)
         return CVOL_SHEET_RAYS_PIXELS;
-    const int is_smooth = traits->is_clear && (!options->shading.on || traits->bend <= MOST_BEND);
+    const int shows_all = options->shading.on || traits->is_exact,
+              is_smooth = traits->is_clear && (!shows_all || traits->bend <= MOST_BEND);
     return traits->is_noisy || is_smooth ? CVOL_SHEET_RAYS_LATTICE : CVOL_SHEET_RAYS_PIXELS;
 }
 

@@ -5,10 +5,12 @@
 #include "render/engine.h"
 #include "render/transfer.h"
 
-/* Whether the lattice's pictures are as good, of an array as a transfer function shows it. */
+/* Which rays an array is worth, as a transfer function shows it. */
 typedef struct cvol_sheet_traits {
     int is_clear; /* no opacity is high, and it bends slowly */
     int is_noisy; /* the array's own error is more than what rays bring */
+    int is_fine;  /* it is so small that a picture is as near as its rays are looked at */
+    int is_exact; /* even where it is clear */
     double bend;  /* of what is clear: cvol_sheet_bend; negative: not known yet */
 } cvol_sheet_traits;
 

@@ -21,6 +21,9 @@
  * less, and straight lines miss less, by so many times `flat` more for each sample. */
 #define MIDWAY_SHEAR 0.5
 #define MIDWAY_RATE 8
+/* Of fine files all are looked at whatever the angle, and have four parts from so many times `flat`
+ * on. */
+#define FINE_STEEP 0.5f
 
 /* Of numbers, without a call of the library. */
 static inline double less_of(double a, double b)
@@ -216,8 +219,12 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
         table->pieces = fit_pieces(table, channels, share, CVOL_PIECES);
 }
 
-void cvol_sheet_table_slant(cvol_sheet_table *table, double shear)
+void cvol_sheet_table_slant(cvol_sheet_table *table, double shear, int is_fine)
 {
+    if (is_fine && table->midway < 0) {
+        table->steep = FINE_STEEP * table->flat;
+        return;
+    }
     const float less = (float)more_of(MIDWAY_SHEAR - shear, 0) * table->flat;
     table->midway += MIDWAY_RATE * less;
     table->steep = fminf(table->steep + MIDWAY_RATE / 2 * less, 4 * table->flat);

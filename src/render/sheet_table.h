@@ -11,7 +11,8 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
                            const cvol_transfer *transfer, double distance);
 
 /* What it says about samples half way between sheets (midway) becomes that for rays that move by
- * `shear` samples from sheet to sheet, along lanes or rows, whichever is more. */
-void cvol_sheet_table_slant(cvol_sheet_table *table, double shear);
+ * `shear` samples from sheet to sheet, along lanes or rows, whichever is more; `is_fine`: see
+ * cvol_sheet_traits. */
+void cvol_sheet_table_slant(cvol_sheet_table *table, double shear, int is_fine);
 
 #endif
