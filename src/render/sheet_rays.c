@@ -97,7 +97,7 @@ cvol_sheet_rays cvol_sheet_rays_suited(const cvol_sheet_traits *traits, const cv
 void cvol_sheet_rays_space(cvol_view *view, const cvol_sheet_traits *traits,
                            const cvol_render_options *options)
 {
-    if (options->sheet.rays != CVOL_SHEET_RAYS_AUTO || view->rays != 1)
+    if (options->sheet.rays != CVOL_SHEET_RAYS_AUTO || view->rays != 1 || view->planes)
         return;
     const int is_mean = options->mode == CVOL_MODE_XRAY,
               is_clear = options->mode == CVOL_MODE_COMPOSITE && traits->is_clear &&

@@ -91,24 +91,46 @@ typedef struct pixel_writer {
     float lo, scale;
 } pixel_writer;
 
-/* How much of the rays around a pixel must have met the volume; where its own does, there should
- * but be some. */
+/* How much of the rays around a pixel must have met the volume. */
 #define LEAST_MET 0.5f
-#define LEAST_MET_WITHIN 0.05f
+
+/* Where fewer did, but the pixel's own ray does: the mean of the nearest of those that did, as
+ * interpolation beyond the last of them would be anything. *met: whether there are any. */
+static float mean_of_near(int *met, const cvol_warp_source *source, double u, double v)
+{
+    const int left = (int)floor(u), top = (int)floor(v);
+    float sum = 0, weight = 0;
+    for (int k = 0; k < 16; k++) {
+        const int x = left - 1 + k % 4, y = top - 1 + k / 4;
+        if (x < 0 || x >= source->width || y < 0 || y >= source->height)
+            continue;
+        const float *pixel = source->pixels + y * source->stride + 4 * (long)x;
+        const double across = u - x, down = v - y, away = across * across + down * down;
+        const float share = pixel[1] > 0 ? (float)exp(-4 * away) : 0;
+        sum += share * pixel[0];
+        weight += share;
+    }
+    *met = weight > 0;
+    return weight > 0 ? sum / weight : 0;
+}
 
 /* Makes values[1] of grey pixels 1 where their rays meet the volume, with their grey in values[0],
  * 0 elsewhere. */
 static void find_greys(float *values, const pixel_writer *writer, const cvol_sheet_plan *plan,
-                       const cvol_warp_places *places)
+                       const cvol_warp_source *source, const cvol_warp_places *places)
 {
     uint8_t within[CVOL_WARP_CHUNK];
     if (writer->by_outline)
         cvol_warp_outline(within, plan, places);
-    const float least = writer->by_outline ? LEAST_MET_WITHIN : LEAST_MET;
     for (int i = 0; i < places->count; i++) {
         float *v = values + 4 * i;
-        const int hit = v[1] > least && (!writer->by_outline || within[i]);
-        v[0] = hit ? (v[0] / v[1] - writer->lo) * writer->scale : 0;
+        int hit = v[1] > LEAST_MET;
+        float mean = hit ? v[0] / v[1] : 0;
+        if (writer->by_outline && within[i] && !hit)
+            mean = mean_of_near(&hit, source, places->u[i], places->v[i]);
+        if (writer->by_outline)
+            hit = hit && within[i];
+        v[0] = hit ? (mean - writer->lo) * writer->scale : 0;
         v[1] = (float)hit;
     }
 }
@@ -228,7 +250,7 @@ static void write_line(cvol_image *image, int y, const cvol_warp_source *source,
         cvol_warp_locate(&places, plan, y, first);
         if (CVOL_SIMD_CHOOSE(cvol_warp_sample)(values, source, &places)) {
             if (writer->grey)
-                find_greys(values, writer, plan, &places);
+                find_greys(values, writer, plan, source, &places);
             write_chunk(image, at, writer, values, places.count);
         } else if (image->values) {
             fill_empty(values, source);
@@ -330,7 +352,7 @@ void cvol_warp_grey(cvol_image *image, cvol_intermediate *intermediate, const cv
     const pixel_writer writer = {
         .background = {(float)background[0], (float)background[1], (float)background[2]},
         .grey = 1,
-        .by_outline = !plan->perspective && plan->masked != CVOL_SHEET_SOME_VOID,
+        .by_outline = !plan->perspective && !plan->planes && plan->masked != CVOL_SHEET_SOME_VOID,
         .lo = (float)lo,
         .scale = (float)(hi > lo ? 1 / (hi - lo) : 0)};
     warp(image, intermediate, plan, &writer, threads);

@@ -1,4 +1,4 @@
-/* Where pixels see the volume: their rays against its faces and planes (Kay and Kajiya, "Ray
+/* Where pixels see the volume: their rays against its faces (Kay and Kajiya, "Ray
  * Tracing Complex Scenes", 1986), with sheets as the measure along them. The intermediate image
  * ends where its own rays do, which may lie further apart than pixels. */
 #include "render/warp_outline.h"
@@ -47,13 +47,6 @@ void cvol_warp_outline(uint8_t hit[CVOL_WARP_CHUNK], const cvol_sheet_plan *plan
         for (int i = 0; i < places->count; i++)
             start[i] = plan->hi[k] - at[k][i];
         cut_rays(&parts, start, -shears[k], places->count);
-    }
-    for (int p = 0; p < plan->planes; p++) {
-        const double *plane = plan->plane[p];
-        for (int i = 0; i < places->count; i++)
-            start[i] = plane[0] * at[0][i] + plane[1] * at[1][i] + plane[3];
-        cut_rays(&parts, start, plane[0] * shears[0] + plane[1] * shears[1] + plane[2],
-                 places->count);
     }
     for (int i = 0; i < places->count; i++)
         hit[i] = parts.to[i] >= parts.from[i];

@@ -4,8 +4,8 @@
 
 #include "render/warp_row.h"
 
-/* Whether the rays of these pixels cross what is drawn of a volume: hit[i] 0 or 1. Of plans in
- * parallel projection. */
+/* Whether the rays of these pixels cross the box that is drawn of a volume: hit[i] 0 or 1. Of plans
+ * in parallel projection. */
 void cvol_warp_outline(uint8_t hit[CVOL_WARP_CHUNK], const cvol_sheet_plan *plan,
                        const cvol_warp_places *places);
 
