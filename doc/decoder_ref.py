@@ -1013,7 +1013,7 @@ def to_terms(values, n, bits):
             both = dct_matrix(M) @ D.T  # [u][k]
             terms = np.moveaxis(np.tensordot(both, terms.take(range(length), axis), (1, axis)),
                                 0, axis)
-    return np.rint(terms).astype(np.int64)
+    return np.rint(terms - np.copysign(2.0 ** -10, terms)).astype(np.int64)
 
 
 def mirror(slots):

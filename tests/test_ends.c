@@ -251,6 +251,27 @@ static void all_sets_give_the_same_bits(void **state)
     assert_true(fits > 0 && fits < INSIDES * SPLITS);
 }
 
+/* What sums lose of halves, which cosines of some lengths make, does not matter. */
+static void halves_go_towards_zero(void **state)
+{
+    (void)state;
+    static const double lost[] = {-1e-9, 0, 1e-9};
+    static double cell[CVOL_CELL_SAMPLES];
+    static int32_t values[CVOL_CELL_SAMPLES];
+    uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
+    const uint16_t rows[CVOL_CELL] = {1};
+    for (size_t set = 0; set < sizeof round_all / sizeof *round_all && set <= cvol_cpu_best();
+         set++)
+        for (size_t k = 0; k < 3; k++) {
+            for (int i = 0; i < CVOL_CELL; i++)
+                cell[i] = (i - 8) + (i < 8 ? -0.5 : 0.5) + lost[k];
+            assert_true(round_all[set](values, found, cell, rows));
+            for (int i = 0; i < CVOL_CELL; i++)
+                assert_int_equal(values[i], i - 8);
+            assert_int_equal(found[0], 0xfeff);
+        }
+}
+
 static void too_large_terms_are_refused(void **state)
 {
     (void)state;
@@ -380,6 +401,7 @@ int main(void)
         cmocka_unit_test(terms_are_the_shorter_cosines_and_lead_back),
         cmocka_unit_test(what_is_beyond_does_not_matter),
         cmocka_unit_test(all_sets_give_the_same_bits),
+        cmocka_unit_test(halves_go_towards_zero),
         cmocka_unit_test(too_large_terms_are_refused),
         cmocka_unit_test(files_keep_them),
         cmocka_unit_test(haste_knows_nothing_of_them),

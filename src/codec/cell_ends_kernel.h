@@ -9,6 +9,9 @@
 /* How an axis of a cell is divided: whole, or in halves that are eights or fours. */
 enum { CVOL_ENDS_WHOLE, CVOL_ENDS_HALVES, CVOL_ENDS_WAYS = CVOL_ENDS_HALVES + 4 };
 
+/* How far beyond a half numbers are rounded away from 0. */
+#define CVOL_ENDS_BESIDE_HALF 0x1p-10
+
 typedef struct cvol_ends_matrix {
     double of[CVOL_CELL][CVOL_CELL] __attribute__((aligned(64))); /* [from][to], by place */
 } cvol_ends_matrix;
@@ -23,7 +26,7 @@ typedef struct cvol_ends_matrix {
  *
  * int cvol_cell_ends_round(int32_t *values, uint64_t *found, const double *cell,
  *                          const uint16_t rows[16])
- *   the nearest integers, and to even ones from halves, of those rows, and which are not 0; 0 if
+ *   the nearest integers to what is 2^-10 nearer to 0, of those rows, and which are not 0; 0 if
  * one is beyond CVOL_VALUE_LIMIT. Other rows of both stay as they are. */
 
 #endif

@@ -123,13 +123,17 @@ CVOL_INLINE unsigned bits_of(eight v)
 #endif
 }
 
-/* Half a row; clears lanes of *fits where a number is too large. */
+/* Half a row; clears lanes of *fits where a number is too large. Cosines of some lengths make
+ * halves but for what sums lose: all of them go towards 0, and what is rounded otherwise lies where
+ * no such number does. */
 CVOL_INLINE unsigned round_half(int32_t *values, const double *from, eight_long *fits)
 {
     const double shift = 0x1.8p52, most = CVOL_VALUE_LIMIT; /* beyond `shift`, they are integers */
     const eight v = load(from);
     const eight_long small = (v <= most) & (v >= -most);
-    const eight whole = (eight)((eight_long)((v + shift) - shift) & small);
+    const eight_long sign = (eight_long)v & INT64_MIN;
+    const eight nearer = v - (eight)((eight_long)(CVOL_ENDS_BESIDE_HALF + (eight){0}) | sign);
+    const eight whole = (eight)((eight_long)((nearer + shift) - shift) & small);
     const eight_int integers = __builtin_convertvector(whole, eight_int);
     *fits &= small;
     memcpy(values, &integers, sizeof integers);
