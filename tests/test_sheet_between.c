@@ -14,6 +14,7 @@
 
 #include <cmocka.h>
 
+#include "base/cpu.h"
 #include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
@@ -162,7 +163,11 @@ static void test_multiply_adds(void **state)
             cvol_renderer_sheet_multiply_adds(context, renderer, image, &options, &count[k]),
             CVOL_OK);
         cvol_image *plain = support_sheet(context, array, looks[k % 3], 2, &options);
-        assert_true(support_difference(plain, image) <= 1);
+        /* What is counted is drawn from floats, the other from 16 bits, where there are such
+         * kernels: else they are the same. */
+        const int words = cvol_cpu_best() == CVOL_CPU_AVX512;
+        assert_true(support_difference(plain, image) <= (words ? 2 : 0));
+        assert_true(support_psnr(plain, image) >= 68);
         cvol_image_free(plain);
         options.sheet.rays = CVOL_SHEET_RAYS_PIXELS;
         assert_int_equal(
