@@ -18,7 +18,7 @@
 #define EXACT_NOISE 0.001
 /* Where what is clear bends by more than this between samples (sheet_bend.h), light on it shows
  * which of its places were looked at, and so does an array that is nearly exact. */
-#define MOST_BEND 0.33
+#define MOST_BEND 0.34
 /* Of what is clear and bends slowly, of means and of extremes so many pixels can lie between two
  * rays; and between the points that means are of. */
 #define CLEAR_APART 1.5
