@@ -1,6 +1,6 @@
 #!/bin/sh
 # Builds twice, with warnings as errors: once as it ships, once with the address and undefined-
-# behaviour sanitizers; runs all tests on both. Then fuzzes each reader for 10 seconds, of the same numbers each time
+# behaviour sanitizers; runs all tests on both. Then fuzzes each reader for 8 seconds, of the same numbers each time
 # (CVOL_FUZZ_SEED).
 # usage: scripts/check.sh FOLDER JOBS
 set -eu
@@ -30,7 +30,7 @@ build_and_test "$folder-sanitize" -DCVOL_SANITIZE=ON -DCMAKE_BUILD_TYPE=RelWithD
     '-DCMAKE_C_FLAGS_RELWITHDEBINFO=-O1 -g1'
 # A third build, by clang, of the readers and what they stand on.
 if command -v clang >/dev/null 2>&1; then
-    JOBS=$jobs fuzz/run.sh 10
+    JOBS=$jobs fuzz/run.sh 8
 else
     echo 'skipped: no clang, so that no reader is fuzzed'
 fi
