@@ -105,6 +105,36 @@ static int takes_pixels(const cvol_array *array)
     return same;
 }
 
+/* Rays that lie as far apart as pixels make another picture than those that the engine chooses. */
+static void test_further_apart(void **state)
+{
+    (void)state;
+    static const cvol_mode modes[] = {CVOL_MODE_COMPOSITE, CVOL_MODE_XRAY, CVOL_MODE_MIP};
+    cvol_volume volume = make_solid(0);
+    cvol_array *array = support_compress(context, &volume, 16, 80);
+    for (size_t c = 0; c < sizeof modes / sizeof *modes; c++) {
+        cvol_render_options options = support_square(200, modes[c], 30, 25);
+        cvol_image *images[2];
+        for (int is_chosen = 0; is_chosen < 2; is_chosen++) {
+            options.sheet.rays = is_chosen ? CVOL_SHEET_RAYS_AUTO : CVOL_SHEET_RAYS_LATTICE;
+            images[is_chosen] = support_sheet(context, array, soft, 2, &options);
+        }
+        assert_true(support_difference(images[0], images[1]) > 0);
+        assert_true(support_psnr(images[0], images[1]) >= 38);
+        options.oversample = 0.99; /* said, so that nothing is chosen */
+        for (int is_chosen = 0; is_chosen < 2; is_chosen++) {
+            cvol_image_free(images[is_chosen]);
+            options.sheet.rays = is_chosen ? CVOL_SHEET_RAYS_AUTO : CVOL_SHEET_RAYS_LATTICE;
+            images[is_chosen] = support_sheet(context, array, soft, 2, &options);
+        }
+        assert_int_equal(support_difference(images[0], images[1]), 0);
+        cvol_image_free(images[0]);
+        cvol_image_free(images[1]);
+    }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 /* Opacity is 0.003 a unit of values, about 0.15 in the middle; noise of +-r bends it by
  * 0.003 sqrt(r^2 / 3 + r^2 / 6), but where the function ends. */
 static void test_light_on_what_is_rough(void **state)
@@ -128,6 +158,7 @@ static void test_light_on_what_is_rough(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_outlines), TEST(test_light_on_what_is_rough)};
+    const struct CMUnitTest tests[] = {TEST(test_outlines), TEST(test_further_apart),
+                                       TEST(test_light_on_what_is_rough)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

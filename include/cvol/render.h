@@ -240,8 +240,8 @@ typedef enum cvol_sheet_footprint {
  * from sample to sample by a third of what it is; or if the samples' own error, of compression,
  * changes opacity by a tenth; but not if a pixel spans more than 1.45 samples, or step_voxels is
  * given. Angles do not change it. What is clear, and means and extremes along rays, are then drawn
- * from rays that lie 1.5 pixels apart, though not further than samples do, if oversample is 1 and no plane cuts
- * them.
+ * from rays that lie 1.5 pixels apart, though not further than samples do, if oversample is 1 and
+ * no plane cuts them.
  * Unlit and along pixels, opaque matter (0.45 or more) is looked at more closely along rays where
  * that error changes opacity by 0.005 or less: up to 6 dB nearer; and what is clear but rough goes
  * along pixels where it changes opacity by 0.001 or less. */
