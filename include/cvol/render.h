@@ -241,7 +241,7 @@ typedef enum cvol_sheet_footprint {
  * changes opacity by a tenth; but not if a pixel spans more than 1.45 samples, or step_voxels is
  * given. Angles do not change it. What is clear, and means and extremes along rays, are then drawn
  * from rays that lie 1.5 pixels apart, though not further than samples do, if oversample is 1 and
- * no plane cuts them.
+ * no plane cuts them. Where a pixel spans less than 0.55 samples, light is found twice a slice.
  * Unlit and along pixels, opaque matter (0.45 or more) is looked at more closely along rays where
  * that error changes opacity by 0.005 or less: up to 6 dB nearer; and what is clear but rough goes
  * along pixels where it changes opacity by 0.001 or less. */

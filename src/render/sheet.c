@@ -303,6 +303,19 @@ static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visi
     return CVOL_OK;
 }
 
+/* The mean of two sheets half way between them: at each of them as far from where a ray meets it as
+ * that moves by until there. In perspective rays move by as much as they like. */
+static void set_twist(cvol_sheet_table *table, const cvol_sheet_plan *plan, const cvol_light *light)
+{
+    const double way = plan->perspective ? 0 : plan->ascending ? 1 : -1;
+    const double moves[2] = {way * plan->shear_lane * plan->pitch_sheet / plan->pitch_lane,
+                             way * plan->shear_row * plan->pitch_sheet / plan->pitch_row};
+    for (int k = 0; k < 2; k++)
+        table->twist[k] = table->turns && light->rise[k] > 0
+                              ? (float)(moves[k] / 8) / light->rise[k]
+                              : 0;
+}
+
 /* Along an axis of one sample nothing changes. */
 static void set_light(cvol_light *out, const sheet_state *state, const cvol_sheet_plan *plan,
                       const cvol_view *view, const cvol_shading *shading)
@@ -316,6 +329,7 @@ static void set_light(cvol_light *out, const sheet_state *state, const cvol_shee
     cvol_light_set(out, view, &state->array->grid, &lit, axes, turns);
     for (int k = 0; k < 3; k++)
         out->rise[k] *= samples[k] > 1 ? (float)(1 / pitches[k]) / state->table->scale : 0;
+    set_twist(state->table, plan, out);
 }
 
 /* How many samples lie from sheet to sheet, so that they are so far apart at most. */
@@ -459,6 +473,14 @@ static int is_one_sample_thick(const cvol_array *array)
     return array->grid.dims[0] == 1 || array->grid.dims[1] == 1 || array->grid.dims[2] == 1;
 }
 
+/* Whether light is looked at between sheets, too. What is not clear is, along the rays of pixels,
+ * looked at more closely already. */
+static int turns_light(const drawing *of, const cvol_sheet_plan *plan)
+{
+    return plan->lit && (plan->parts > 1 || (cvol_sheet_rays_turn(of->view) &&
+                                             (!plan->of_pixels || of->state->traits.is_clear)));
+}
+
 /* Chooses rays, and with them the frame's table. Lit rays of pixels are drawn from 16 bits alone,
  * and with one sample between two sheets, if any are asked for; not those of a volume one sample
  * thick: it has no slope along that axis beside which the rounding of the others is nothing, and
@@ -502,6 +524,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
                       ? choose_parts(plan, options->step_voxels)
                       : 1;
     int code = choose_rays(context, &of, plan, image->depth != NULL);
+    state->table->turns = turns_light(&of, plan);
     cvol_strips strips = {0, 0};
     if (!code)
         strips = cvol_strips_choose(plan, (size_t)image->width * (size_t)image->height,

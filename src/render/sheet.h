@@ -66,6 +66,12 @@ typedef struct cvol_sheet_table {
     /* Of lit frames, for differences of table coordinates between points two apart, along lane,
      * row, and sheet as sheets are met. */
     const cvol_light *light;
+    /* Between two sheets light turns: what is straight there is the gradient, and every interval is
+     * lit in its middle, too. */
+    int turns;
+    /* What lies in its middle, beside what lies straight there, is that much of how far the
+     * gradients of its ends, along lane and row, are apart. */
+    float twist[2];
     int is_surface; /* then only the first coordinate of `at` or more is seen, with this colour */
     float at, colour[3];
     float from, scale, flat, flat_coarse; /* the latter: where less counts */

@@ -179,7 +179,26 @@ CVOL_INLINE matter matter_of_piece(const cvol_sheet_table *table, cvol_vf t, int
 }
 #endif
 
-/* `lit` NULL: its colour is as it is. Light may make it thinner, where the table says so. */
+/* Light may make matter thinner, where the table says so. */
+CVOL_INLINE void light_matter(matter *m, const cvol_sheet_table *table, const lit_matter *lit)
+{
+    if (table->light->thinning > 0) {
+        const cvol_vf share = weight_share(cvol_splat(1), m->v[3], lit->thickness);
+        for (int k = 0; k < 4; k++)
+            m->v[k] *= share;
+    }
+    for (int k = 0; k < 3; k++)
+        m->v[k] = m->v[k] * lit->factor + m->v[3] * lit->gloss;
+}
+
+/* What light makes of a gradient that stands in its place. */
+CVOL_INLINE lit_matter light_of_gradient(const lit_matter *at, const cvol_light *light)
+{
+    const cvol_vf gradient[3] = {at->factor, at->gloss, at->thickness};
+    return illuminate(gradient, light);
+}
+
+/* `lit` NULL: its colour is as it is. */
 CVOL_INLINE matter matter_of(const cvol_sheet_table *table, cvol_vf t, const lit_matter *lit,
                              int pieces)
 {
@@ -191,15 +210,22 @@ CVOL_INLINE matter matter_of(const cvol_sheet_table *table, cvol_vf t, const lit
 #endif
         m = matter_of_entry(table, t);
     (void)pieces;
-    if (!lit)
+    if (lit)
+        light_matter(&m, table, lit);
+    return m;
+}
+
+/* The same where `at` may be a gradient. What has no opacity needs no light. */
+CVOL_INLINE matter matter_lit(const cvol_sheet_table *table, cvol_vf t, const lit_matter *at,
+                              int is_gradient, int pieces)
+{
+    if (!is_gradient)
+        return matter_of(table, t, at, pieces);
+    matter m = matter_of(table, t, NULL, pieces);
+    if (!any_above(m.v[3], 0))
         return m;
-    if (table->light->thinning > 0) {
-        const cvol_vf share = weight_share(cvol_splat(1), m.v[3], lit->thickness);
-        for (int k = 0; k < 4; k++)
-            m.v[k] *= share;
-    }
-    for (int k = 0; k < 3; k++)
-        m.v[k] = m.v[k] * lit->factor + m.v[3] * lit->gloss;
+    const lit_matter lit = light_of_gradient(at, table->light);
+    light_matter(&m, table, &lit);
     return m;
 }
 
@@ -268,6 +294,7 @@ typedef struct interval {
     stretch at;
     const cvol_vf *middle;
     cvol_vi bent; /* the pixels that have it */
+    int turns;    /* `from` and `to` are gradients, and it is lit in its middle, too */
 } interval;
 
 /* The part of it that ends after so much of it, of the lanes of a mask; *begin: where these are. */
@@ -291,7 +318,7 @@ CVOL_INLINE matter matter_within(const cvol_sheet_table *table, const interval *
     if (!i->from)
         return matter_of(table, value, NULL, pieces);
     const lit_matter lit = mix(i->from, i->to, cvol_splat(t));
-    return matter_of(table, value, &lit, pieces);
+    return matter_lit(table, value, &lit, i->turns, pieces);
 }
 
 /* The rise from which on an interval has 4 parts. */
@@ -331,16 +358,16 @@ CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, matter
         *last = (matter){{{0}}};
         return;
     }
-    const matter end = matter_of(table, i->b, i->to, pieces);
+    const matter end = matter_lit(table, i->b, i->to, i->turns, pieces);
     cvol_vf span = (most - least) * p->through;
     sample_parts parts = {.divided = 1};
-    if (!i->middle && !any_above(span, halves_from(table))) {
+    if (!i->middle && !i->turns && !any_above(span, halves_from(table))) {
         parts.divided = 0;
         composite_part(p, last, &end, parts, i->at, weight, weighted);
         *last = end;
         return;
     }
-    parts.halves = span > halves_from(table);
+    parts.halves = i->turns ? ~(cvol_vi){0} : span > halves_from(table);
     if (i->middle)
         span = cvol_select(i->bent, 2 * steeper_half(i) * p->through, span);
     parts.quarters = span > quarters_from(table);
@@ -370,19 +397,19 @@ CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, matter
 }
 
 /* What composite_from is told of a beginning, where the interval before is not known. */
-CVOL_INLINE matter matter_at_start(const cvol_sheet_table *table, cvol_vf a, const lit_matter *lit,
-                                   int pieces)
+CVOL_INLINE matter matter_at_start(const cvol_sheet_table *table, cvol_vf a, const lit_matter *at,
+                                   int is_gradient, int pieces)
 {
     if (!any_within(a, a, table->visible_from, table->visible_to))
         return (matter){{{0}}};
-    return matter_of(table, a, lit, pieces);
+    return matter_lit(table, a, at, is_gradient, pieces);
 }
 
 /* An interval by itself. */
 CVOL_INLINE void composite_interval(pixels *p, const cvol_sheet_table *table, const interval *i,
                                     cvol_vf weight, int weighted, int pieces)
 {
-    matter last = matter_at_start(table, i->a, i->from, pieces);
+    matter last = matter_at_start(table, i->a, i->from, i->turns, pieces);
     composite_from(p, table, &last, i, weight, weighted, pieces);
 }
 

@@ -155,11 +155,12 @@ CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol
                           NULL,
                           at,
                           NULL,
-                          {0}};
+                          {0},
+                          0};
     const cvol_vf rest = within->to - within->from - within->near;
-    matter last = matter_at_start(table, face, NULL, pieces);
+    matter last = matter_at_start(table, face, NULL, 0, pieces);
     if (any_above(within->near, LEAST_WEIGHT)) {
-        const matter next = within->even ? last : matter_at_start(table, all.a, NULL, pieces);
+        const matter next = within->even ? last : matter_at_start(table, all.a, NULL, 0, pieces);
         composite_part(p, &last, &next, whole, (stretch){at.from - within->near, at.from},
                        within->near * length, 1);
         last = next;
@@ -196,7 +197,7 @@ CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group,
             cvol_vf middle;
             const float ordinal = (float)job->layer->sheets[s].ordinal;
             interval all = {g->value[k], level, NULL, NULL, stretch_of(ordinal - 1, ordinal),
-                            NULL,        {0}};
+                            NULL,        {0},   0};
             look_midway(&all, &middle, job, s, group, k, g->p[k].through);
             composite_interval(&g->p[k], job->table, &all, g->length[k], 0, pieces);
             continue;
@@ -260,7 +261,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
             weight *= 0.5f * (before + cover);
             g->cover[k] = cover;
         }
-        interval all = {from, to, NULL, NULL, at, NULL, {0}};
+        interval all = {from, to, NULL, NULL, at, NULL, {0}, 0};
 #if SHEET_PIXELS
         cvol_vf middle;
         if (inside && known)
@@ -300,7 +301,8 @@ CVOL_INLINE void draw_parts(group_state *g, matter *last, const line_job *job, i
             NULL,
             stretch_of(ordinal - 1 + (float)(part - 1) * step, ordinal - 1 + (float)part * step),
             NULL,
-            {0}};
+            {0},
+            0};
         composite_from(&g->p[k], job->table, last, &all, step * g->length[k], lengths, pieces);
         from = value;
     }
@@ -348,13 +350,13 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
         const float ordinal = (float)(job->layer->sheets[0].ordinal + s + i);
         const stretch at = stretch_of(ordinal - 1, ordinal);
         for (int k = 0; k < PARTS; k++) {
-            interval all = {values[i][k], values[i + 1][k], NULL, NULL, at, NULL, {0}};
+            interval all = {values[i][k], values[i + 1][k], NULL, NULL, at, NULL, {0}, 0};
 #if SHEET_PIXELS
             cvol_vf middle;
             look_midway(&all, &middle, job, s + i, group, k, g.p[k].through);
 #endif
             if (i != next)
-                last[k] = matter_at_start(table, all.a, NULL, pieces);
+                last[k] = matter_at_start(table, all.a, NULL, 0, pieces);
             if (SHEET_EXTRAS && job->layer->parts > 1)
                 draw_parts(&g, &last[k], job, s + i, group, k, unit, lengths, pieces, all.a, all.b);
             else

@@ -23,6 +23,8 @@
  * rays; and between the points that means are of. */
 #define CLEAR_APART 1.5
 #define MEAN_PITCH 1.3
+/* Of pixels that span less the grain shows of what is lit at sheets alone. */
+#define TURNING_PIXEL 0.55
 /* A jump counts as a slope over such a part of all values. */
 #define LEAST_SLOPE 0.2
 /* A transfer function is looked at in so many steps, and so many before it begins and behind. */
@@ -92,6 +94,11 @@ cvol_sheet_rays cvol_sheet_rays_suited(const cvol_sheet_traits *traits, const cv
     const int shows_all = options->shading.on || traits->is_exact,
               is_smooth = traits->is_clear && (!shows_all || traits->bend <= MOST_BEND);
     return traits->is_noisy || is_smooth ? CVOL_SHEET_RAYS_LATTICE : CVOL_SHEET_RAYS_PIXELS;
+}
+
+int cvol_sheet_rays_turn(const cvol_view *view)
+{
+    return view->pixel < TURNING_PIXEL * view->mean_spacing;
 }
 
 void cvol_sheet_rays_space(cvol_view *view, const cvol_sheet_traits *traits,

@@ -24,6 +24,11 @@ int cvol_sheet_rays_want_bend(const cvol_sheet_traits *traits, const cvol_render
 cvol_sheet_rays cvol_sheet_rays_suited(const cvol_sheet_traits *traits, const cvol_view *view,
                                        const cvol_render_options *options);
 
+/* Whether light is looked at between sheets, too: where pixels are so fine that these would be
+ * seen.
+ */
+int cvol_sheet_rays_turn(const cvol_view *view);
+
 /* Sets how far apart rays and points of the lattice then lie: `apart` and `coarsest` of the view.
  */
 void cvol_sheet_rays_space(cvol_view *view, const cvol_sheet_traits *traits,

@@ -1,6 +1,8 @@
 /* Mode composite with light, as sheet_composite_simd.c without; and surfaces, mode iso.
  *
- * An interval between two sheets is lit at both, and by straight lines in between. At a sheet, the
+ * An interval between two sheets is lit at both, and by straight lines in between; where light
+ * turns (cvol_sheet_table), gradients are straight in between, and it is lit in its middle, too, by
+ * which a sheet's grain is not seen where pixels are finer than samples. At a sheet, the
  * gradient is of what the sheet itself and those before and behind it have there (sheet_slope.h).
  * So an interval is drawn when the sheet after its end is met: until then it is pending. Between
  * two layers, what is needed of the first one's samples is kept in the line: the slopes at its last

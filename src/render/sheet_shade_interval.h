@@ -21,11 +21,12 @@ CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, const i
     cvol_vi hit = (cvol_max(a, b) >= table->at) & (weight >= LEAST_WEIGHT) & (p->through > 0.5f);
     if (has_void)
         hit &= g->cover_before[k] + t * (g->cover[k] - g->cover_before[k]) >= 0.5f;
-    const cvol_vf factor = from->factor + t * (to->factor - from->factor);
-    const cvol_vf gloss = from->gloss + t * (to->gloss - from->gloss);
-    p->r = cvol_select(hit, table->colour[0] * factor + gloss, p->r);
-    p->g = cvol_select(hit, table->colour[1] * factor + gloss, p->g);
-    p->b = cvol_select(hit, table->colour[2] * factor + gloss, p->b);
+    lit_matter lit = mix(from, to, t);
+    if (i->turns)
+        lit = light_of_gradient(&lit, table->light);
+    p->r = cvol_select(hit, table->colour[0] * lit.factor + lit.gloss, p->r);
+    p->g = cvol_select(hit, table->colour[1] * lit.factor + lit.gloss, p->g);
+    p->b = cvol_select(hit, table->colour[2] * lit.factor + lit.gloss, p->b);
     p->through = cvol_select(hit, cvol_splat(0), p->through);
     if (SHEET_EXTRAS)
         p->half = cvol_select(hit, i->at.from + t * (i->at.to - i->at.from), p->half);
@@ -40,14 +41,14 @@ CVOL_INLINE void draw_divided(shade_state *g, const line_job *job, int k, const 
     const float step = 1 / (float)parts;
     const cvol_vf weight = step * (g->weighted ? g->weight[k] : g->length[k]);
     cvol_vf last = all->a;
-    lit_matter from = light_of(job, all->from);
+    lit_matter from = light_of_gradient(all->from, job->table->light);
     for (int part = 1; part <= parts; part++) {
         const float before = (float)(part - 1) * step, now = (float)part * step;
         const lit_matter there = mix(all->from, all->to, cvol_splat(now)),
-                         to = light_of(job, &there);
+                         to = light_of_gradient(&there, job->table->light);
         const cvol_vf next = part < parts ? g->between[part - 1][k] : all->b;
         const interval one = {last, next, &from, &to, {all->at.from + before, all->at.from + now},
-                              NULL, {0}};
+                              NULL, {0},  0};
         if (job->table->is_surface)
             hit_surface(g, job, k, &one, weight, has_void);
         else
@@ -79,21 +80,26 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
         to = mix(&from, &to, cvol_min(end / start, cvol_splat(1)));
         from = mix(&to_alone, &from, cvol_min(start / end, cvol_splat(1)));
     }
-    const interval all = {a,    b,  &from, &to, stretch_of((float)g->end - 1, (float)g->end),
-                          NULL, {0}};
+    interval all = {a,    b,   &from,       &to, stretch_of((float)g->end - 1, (float)g->end),
+                    NULL, {0}, table->turns};
+    cvol_vf middle;
+    if (table->turns) {
+        middle = 0.5f * (a + b) + table->twist[0] * (from.factor - to.factor) +
+                 table->twist[1] * (from.gloss - to.gloss);
+        all.middle = &middle;
+        all.bent = ~(cvol_vi){0};
+    }
 #if SHEET_EXTRAS
     if (g->divided) {
         draw_divided(g, job, k, &all, has_void, pieces);
         return;
     }
 #endif
-    from = light_of(job, &from);
-    to = light_of(job, &to);
     if (table->is_surface)
         hit_surface(g, job, k, &all, weight, has_void);
     else {
         if (has_void || !g->has_last)
-            g->last[k] = matter_at_start(table, a, &from, pieces);
+            g->last[k] = matter_at_start(table, a, &from, table->turns, pieces);
         if (g->weighted)
             composite_from(&g->p[k], table, &g->last[k], &all, weight, 1, pieces);
         else

@@ -101,8 +101,8 @@ CVOL_INLINE cvol_vf bound(cvol_vf value, const beside *by)
                     cvol_splat(by->level + by->spread));
 }
 
-/* Of part k, whose end has `value`. Where there are samples between sheets, the gradient alone, in
- * the place of what it makes: as an opaque surface is between two sheets, one of them is where
+/* Of part k, whose end has `value`. Where light turns between sheets, the gradient alone, in the
+ * place of what it makes: as an opaque surface is between two sheets, one of them is where
  * gradients are faint and point anywhere, and should count as little as they are long. */
 CVOL_INLINE lit_matter light_end(const line_job *job, cvol_vf value, slope at, const beside *after,
                                  const beside *behind, int k, int has_void)
@@ -128,18 +128,9 @@ CVOL_INLINE lit_matter light_end(const line_job *job, cvol_vf value, slope at, c
                                    behind->edge == KNOWN ? behind->cover[k] : cvol_splat(1));
     const cvol_vf gradient[3] = {at.lane * light->rise[0], at.row * light->rise[1],
                                  across * light->rise[2]};
-    if (SHEET_EXTRAS && job->layer->parts > 1)
+    if (job->table->turns)
         return (lit_matter){gradient[0], gradient[1], gradient[2]};
     return illuminate(gradient, light);
-}
-
-/* Of what light_end says. */
-CVOL_INLINE lit_matter light_of(const line_job *job, const lit_matter *at)
-{
-    const cvol_vf gradient[3] = {at->factor, at->gloss, at->thickness};
-    if (SHEET_EXTRAS && job->layer->parts > 1)
-        return illuminate(gradient, job->table->light);
-    return *at;
 }
 
 #endif

@@ -22,6 +22,17 @@
 /* ---- intervals ---------------------------------------------------------------------------------
  */
 
+/* Draws an interval along which matter is as good as straight, but light turns: apart, as it is
+ * drawn only where pixels are fine. */
+CVOL_COLD void draw_turning(lit_group *g, const cvol_sheet_table *table, lit_interval *i,
+                            const matter *end, int pieces)
+{
+    i->middle = 0.5f * (i->a + i->b) + find_twist(i, table);
+    i->half = mix_gradients(&i->from, &i->to, cvol_splat(0.5f));
+    const lit_parts halves = {{~(cvol_vi){0}, {0}, {0}}, 2};
+    composite_parts(&g->p, table, &g->last, end, i, &halves, pieces);
+}
+
 /* Draws the pending interval, which ends at sheet s with a gradient. */
 CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int group,
                                const gradient *now, int pieces)
@@ -45,6 +56,10 @@ CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int gro
     const cvol_vf span = (cvol_max(i.a, i.b) - cvol_min(i.a, i.b)) * g->p.through;
     if (!table->halves &&
         !any_above(weigh_span(span, &g->last, &end), HALVES_OF_FLAT * table->flat)) {
+        if (table->turns) {
+            draw_turning(g, table, &i, &end, pieces);
+            return;
+        }
         add_lit_part(&g->p, &g->last, &end, g->p.through, through_between(&g->last, &end));
         g->last = end;
         return;

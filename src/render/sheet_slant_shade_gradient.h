@@ -133,15 +133,25 @@ CVOL_INLINE cvol_vf value_after(const line_job *job, int s, int group)
     return sample_to_table(job, value_of_group(job, &at, offset_to(job, s + 1, s)));
 }
 
-/* Half way from the sheet before to sheet s: straight where what lies there is not known. */
+/* How far what lies half way is from straight, as both ends tell. */
+CVOL_INLINE cvol_vf find_twist(const lit_interval *i, const cvol_sheet_table *table)
+{
+    return table->twist[0] * (i->from.v[0] - i->to.v[0]) +
+           table->twist[1] * (i->from.v[1] - i->to.v[1]);
+}
+
+/* Half way from the sheet before to sheet s: as the ends tell where what lies there is not known.
+ */
 CVOL_INLINE void find_half_way(lit_interval *i, const line_job *job, int s, int group)
 {
     const cvol_vf half = cvol_splat(0.5f);
     const gradient straight = mix_gradients(&i->from, &i->to, half);
     i->middle = half * (i->a + i->b);
     i->half = straight;
-    if (s < 1 || (job->seen[group - job->first_group] >> (s - 1) & 3) != 3)
+    if (s < 1 || (job->seen[group - job->first_group] >> (s - 1) & 3) != 3) {
+        i->middle += find_twist(i, job->table);
         return;
+    }
     const long before = offset_to(job, s - 1, s);
     const sheet_line sheet = move_sheet(job, s, -0.5);
     group_place at;
