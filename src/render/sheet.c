@@ -36,8 +36,10 @@ typedef struct sheet_state {
     cvol_intermediate intermediate;
     float *depth, *between; /* the intermediate image's, where they are asked for */
     cvol_tiles tiles;
+    float *held; /* see cvol_extremes */
     size_t line_capacity, scratch_capacity, span_capacity, opaque_capacity, met_capacity,
-        tile_capacity, pending_capacity, edge_capacity, depth_capacity, between_capacity;
+        tile_capacity, pending_capacity, edge_capacity, depth_capacity, between_capacity,
+        held_capacity;
     float *bases;            /* bases of lane, row and sheet of the frame; those of parts */
     cvol_band_memory *bands; /* one for each thread */
     int band_count;
@@ -66,6 +68,7 @@ static void sheet_free(void *opaque_state)
     free(state->depth);
     free(state->between);
     free(state->tiles.open);
+    free(state->held);
     for (int i = 0; i < state->band_count; i++)
         cvol_band_memory_free(&state->bands[i]);
     free(state->bands);
@@ -140,6 +143,7 @@ static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int ha
     image->height = plan->height;
     state->tiles.across = plan->width / CVOL_TILE;
     state->tiles.down = (plan->height + CVOL_TILE - 1) / CVOL_TILE;
+    const size_t tiles = (size_t)state->tiles.across * (size_t)state->tiles.down;
     const size_t lit = (size_t)plan->lit;
     image->pending_lines = plan->masked == CVOL_SHEET_SOME_VOID ? CVOL_PENDING_LINES
                                                                 : CVOL_PENDING_LINES_PLAIN;
@@ -164,8 +168,8 @@ static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int ha
            cvol_ensure(&image->opaque, &state->opaque_capacity, width / CVOL_GROUP * height, 1) &&
            cvol_ensure(&image->met, &state->met_capacity, width / CVOL_GROUP * height,
                        sizeof *image->met) &&
-           cvol_ensure(&state->tiles.open, &state->tile_capacity,
-                       (size_t)state->tiles.across * (size_t)state->tiles.down, 1);
+           cvol_ensure(&state->held, &state->held_capacity, tiles, sizeof(float)) &&
+           cvol_ensure(&state->tiles.open, &state->tile_capacity, tiles, 1);
 }
 
 static int prepare_bands(sheet_state *state, const cvol_sheet_plan *plan, int threads, int lines)
@@ -235,6 +239,9 @@ static cvol_sheet_kernel *choose_kernel(cvol_mode mode, const cvol_sheet_plan *p
         return extras        ? CVOL_SIMD_CHOOSE(cvol_sheet_pixels_extra)
                : are_compact ? CVOL_SIMD_CHOOSE(cvol_sheet_pixels_compact)
                              : CVOL_SIMD_CHOOSE(cvol_sheet_pixels);
+    if (are_compact && cvol_mode_is_grey(mode))
+        return mode == CVOL_MODE_MIP ? CVOL_SIMD_CHOOSE(cvol_sheet_max_compact)
+                                     : CVOL_SIMD_CHOOSE(cvol_sheet_min_compact);
     if (are_compact)
         return CVOL_SIMD_CHOOSE(cvol_sheet_compact);
 #ifndef CVOL_ONLY_EXTRAS /* src/CMakeLists.txt */
@@ -257,6 +264,37 @@ static cvol_sheet_kernel *choose_kernel(cvol_mode mode, const cvol_sheet_plan *p
 
 /* A table that spans fewer samples than this is too fine for them. */
 #define LEAST_LIT_SPAN 128
+
+/* How far apart the array's samples are from what they were made from, in the mean; NAN if that is
+ * not known. */
+static double find_error(const cvol_array *array)
+{
+    return array->ledger.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
+}
+
+/* Words that an error has to be, for maxima and minima to be drawn from them: a word's rounding is
+ * then little of it. */
+#define LEAST_ERROR_WORDS 4
+
+/* How the samples of maxima and minima are kept: in 16 bits where pixels and samples lie equally
+ * far apart, and the array is coarser than words are. */
+static cvol_sheet_compact choose_compact_extremes(const cvol_sheet_plan *plan,
+                                                  const cvol_array *array, cvol_mode mode)
+{
+    const double range = array->range_max - array->range_min;
+    /* Between samples, where points are fewer, values overshoot. */
+    const double beyond = plan->lapped                      ? CVOL_COMPACT_MOST / 2.8
+                          : cvol_extremes_have_bounds(plan) ? 64
+                                                            : CVOL_COMPACT_MOST / 8.0;
+    const double scale = (CVOL_COMPACT_MOST - 2 * beyond) / range;
+    if ((mode != CVOL_MODE_MIP && mode != CVOL_MODE_MIN) || plan->wide ||
+        plan->masked == CVOL_SHEET_SOME_VOID || plan->level || plan->perspective ||
+        plan->du != plan->pitch_lane || cvol_cpu_best() != CVOL_CPU_AVX512 || !(range > 0) ||
+        !(find_error(array) * scale >= LEAST_ERROR_WORDS))
+        return (cvol_sheet_compact){0, 0};
+    return (cvol_sheet_compact){(float)scale,
+                                (float)(beyond - scale * (array->range_min - array->offset))};
+}
 
 /* How samples are kept: in 16 bits where there are kernels that read these, and the table can be
  * told apart in them. */
@@ -351,8 +389,10 @@ static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan 
     plan->compact = (cvol_sheet_compact){0, 0};
     if (table->is_surface)
         return set_surface(context, table, by_surface, subject->array, &options->surface);
-    if (cvol_mode_is_grey(options->mode))
+    if (cvol_mode_is_grey(options->mode)) {
+        plan->compact = choose_compact_extremes(plan, subject->array, options->mode);
         return CVOL_OK;
+    }
     cvol_sheet_table_fill(table, subject->array, state->transfer, plan->distance / plan->parts);
     if (!plan->of_pixels && (state->traits.is_noisy || (table->is_clear && !plan->lit)))
         table->flat = table->flat_coarse;
@@ -392,6 +432,13 @@ static cvol_kept *find_kept(sheet_state *state, const cvol_sheet_subject *subjec
     return state->counts || with_cover
                ? NULL
                : cvol_keep_open(&state->keep, plan, subject->array->block_count, options->keep_mb);
+}
+
+/* A value less the array's offset, in the numbers that samples are kept in. */
+static double as_kept(const cvol_sheet_plan *plan, double value)
+{
+    const cvol_sheet_compact *compact = &plan->compact;
+    return compact->scale > 0 ? value * (double)compact->scale + (double)compact->offset : value;
 }
 
 /* Draws the pixels of a plan, or of a strip of it. */
@@ -435,10 +482,12 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,
+        .extremes = cvol_extremes_of(options->mode, plan, subject->array),
         .start = {[3] = colour ? 1 : 0, [5] = 1},
         .counts = state->counts,
         .progress = {progress[0], progress[1]},
     };
+    frame.extremes.held = state->held;
     if (frame.mask && !plan->level)
         cvol_mask_points_find(frame.mask_points, plan, frame.mask->block);
     const int code = cvol_share_draw(context, &frame, state->bands, threads, band_lines);
@@ -454,8 +503,10 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
     if (colour)
         cvol_warp_composite(image, &state->intermediate, plan, options->background, threads);
     else
-        cvol_warp_grey(image, &state->intermediate, plan, array->ledger.value_min - array->offset,
-                       array->ledger.value_max - array->offset, options->background, threads);
+        cvol_warp_grey(image, &state->intermediate, plan,
+                       as_kept(plan, array->ledger.value_min - array->offset),
+                       as_kept(plan, array->ledger.value_max - array->offset), options->background,
+                       threads);
     return CVOL_OK;
 }
 

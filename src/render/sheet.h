@@ -301,6 +301,7 @@ typedef struct cvol_layer {
     int unit;     /* in parallel projection, pixels and samples lie equally far apart */
     int parts;    /* samples from sheet to sheet */
     int only;     /* the volume is one sheet */
+    int bounded;  /* windows' levels are what no sample there is beyond: cvol_extremes_bound */
     const cvol_sheet_wide *wide; /* of plans, */
     int reach;                   /* whose windows are of so many samples more; 0: linear */
     int perspective;
@@ -348,6 +349,11 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_composite_extra,
 CVOL_SIMD_DECLARE(void, cvol_sheet_shade_extra,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_sum,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+/* The last two from samples of 16 bits, whose values stay as these are kept. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_max_compact,
+                  (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
+CVOL_SIMD_DECLARE(void, cvol_sheet_min_compact,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_max,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));

@@ -161,11 +161,24 @@ static void extend_faces(void *at, const cvol_band_memory *memory, const cvol_sh
     }
 }
 
-cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame)
+cvol_extremes_seen cvol_band_extremes(const cvol_sheet_frame *frame, const cvol_band *band)
+{
+    const int is_kept_apart = frame->mask && !frame->level;
+    return (cvol_extremes_seen){.extremes = &frame->extremes,
+                                .tiles = frame->tiles,
+                                .array = frame->array,
+                                .masked = is_kept_apart ? frame->mask->states : NULL,
+                                .tile_begin = band->begin / CVOL_TILE,
+                                .tile_end = cvol_band_tile_end(band)};
+}
+
+cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame,
+                                       const cvol_extremes_seen *extremes)
 {
     const int has_void = frame->plan->masked == CVOL_SHEET_SOME_VOID;
     return (cvol_skip_source){frame->plan, frame->array, frame->visibility,
-                              has_void ? frame->mask->states : NULL};
+                              has_void ? frame->mask->states : NULL,
+                              frame->extremes.sign ? extremes : NULL};
 }
 
 /* Whether all of a block is the background's, so that its terms do not matter: in lapped arrays
@@ -371,6 +384,7 @@ static void draw_layer(cvol_sheet_share *share, int thread, cvol_band *band,
     cvol_layer_describe(&layer, memory->samples, memory->row_stride, memory->sheet_stride, skip,
                         before, plan, at);
     layer.cover_at = memory->cover_at;
+    layer.bounded = frame->extremes.sign != 0;
     first_sheet = layer;
     first_sheet.sheet_count = 1;
     for (int from = band->begin; from < band->end; from += CVOL_TILE) {
@@ -392,6 +406,8 @@ static void draw_layer(cvol_sheet_share *share, int thread, cvol_band *band,
             const cvol_line line = cvol_band_line_of(memory, frame, j);
             frame->kernel(*pending ? &layer : &first_sheet, frame->table, &line);
         }
+        if (*pending || ends)
+            cvol_extremes_update(&frame->extremes, frame->tiles, frame->intermediate, from, to);
     }
 }
 
@@ -424,7 +440,8 @@ static int find_layer(cvol_band_layer *at, const cvol_sheet_plan *plan, const cv
 static const cvol_layer_skip *find_windows(cvol_band_memory *memory, const cvol_sheet_frame *frame,
                                            cvol_band_layer *at, const cvol_band *band, size_t step)
 {
-    const cvol_skip_source source = cvol_band_skip_source(frame);
+    const cvol_extremes_seen extremes = cvol_band_extremes(frame, band);
+    const cvol_skip_source source = cvol_band_skip_source(frame, &extremes);
     cvol_layer_skip *skip = &memory->skip[step % 2];
     if (!find_layer(at, frame->plan, band, step))
         return NULL;
@@ -443,6 +460,7 @@ void cvol_band_draw(cvol_sheet_share *share, int thread, cvol_band *band)
         clear_lines(frame, band->begin, band->end);
         memset(memory->pending, 0, (size_t)(cvol_band_tile_end(band) - band->begin / CVOL_TILE));
         cvol_tiles_update(frame->tiles, frame->intermediate, band->begin, band->end);
+        cvol_extremes_clear(&frame->extremes, frame->tiles, band->begin, band->end);
     } else if (plan->lapped)
         cvol_lapped_go_on(memory, frame, band);
     else

@@ -8,6 +8,7 @@
 #define CVOL_RENDER_SHEET_BAND_H
 
 #include "render/sheet.h"
+#include "render/sheet_extreme.h"
 #include "render/sheet_keep.h"
 #include "render/sheet_lapped.h"
 #include "render/sheet_lend.h"
@@ -34,6 +35,7 @@ struct cvol_sheet_frame {
     cvol_sheet_evaluator *evaluate;
     cvol_intermediate *intermediate;
     const cvol_tiles *tiles;
+    cvol_extremes extremes;  /* of maxima and minima */
     float start[CVOL_LINES]; /* what the lines hold before the first sheet */
     int counts;              /* multiply-adds, into those of the band's memory */
     double progress[2];      /* how much of the picture was drawn before, and will be */
@@ -117,7 +119,10 @@ void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, 
  * memory than those of the block before, but along one axis. What follows them comes by itself. */
 void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *skip,
                         const cvol_band_layer *at, size_t lane, size_t row);
-cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame);
+cvol_skip_source cvol_band_skip_source(const cvol_sheet_frame *frame,
+                                       const cvol_extremes_seen *extremes);
+/* What the pixels of a band hold. */
+cvol_extremes_seen cvol_band_extremes(const cvol_sheet_frame *frame, const cvol_band *band);
 cvol_line cvol_band_line(const cvol_intermediate *image, int j);
 /* The same for drawing: what is to be counted is. */
 cvol_line cvol_band_line_of(cvol_band_memory *memory, const cvol_sheet_frame *frame, int j);

@@ -70,7 +70,8 @@ static void open_layer(cvol_band_memory *memory, const cvol_sheet_frame *frame, 
     place_sheets(layer, memory, step, plan);
     layer->count = (int)(at->z_end - at->z_begin);
     layer->held = cvol_lapped_face(at->layer + (size_t)plan->ascending, plan->sheets) ? 2 : 0;
-    const cvol_skip_source source = cvol_band_skip_source(frame);
+    const cvol_extremes_seen extremes = cvol_band_extremes(frame, band);
+    const cvol_skip_source source = cvol_band_skip_source(frame, &extremes);
     cvol_layer_skip_make(
         &layer->skip, &source, at->layer, at->first_row > 2 ? at->first_row - 2 : 0,
         at->last_row + 2 < plan->blocks_row ? at->last_row + 2 : plan->blocks_row - 1);
@@ -164,6 +165,7 @@ static void describe(cvol_layer *now, const cvol_band_memory *memory, const cvol
     cvol_layer_describe(now, layer->samples, memory->row_stride, layer->sheet_stride, &layer->skip,
                         before->reached ? &before->skip : NULL, frame->plan, &layer->at);
     now->cover_at = memory->cover_at;
+    now->bounded = frame->extremes.sign != 0;
     now->sheet_count -= layer->held;
     layer->drawn = *now;
     layer->drawn.sheet_count = layer->held;
@@ -271,5 +273,7 @@ void cvol_lapped_draw(cvol_sheet_share *share, int thread, cvol_band *band)
                 frame->kernel(&before->drawn, frame->table, &line);
             frame->kernel(here ? &now : &first_sheet, frame->table, &line);
         }
+        if (drawn || here)
+            cvol_extremes_update(&frame->extremes, frame->tiles, frame->intermediate, from, to);
     }
 }

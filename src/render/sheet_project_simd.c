@@ -1,4 +1,5 @@
 /* Modes xray, mip and min: sums, maxima and minima of the samples along the rays. */
+#include "render/sheet_project_extreme.h"
 #include "render/sheet_footprint_wide.h"
 
 enum { SUM, LARGEST, SMALLEST };
@@ -66,6 +67,13 @@ CVOL_INLINE void project_sheet(const cvol_layer *layer, const cvol_sheet_view *s
 CVOL_INLINE void project_layer(const cvol_layer *layer, const cvol_line *line, int what)
 {
     const int unit = layer->unit;
+    if (what != SUM && !layer->wide && !layer->cover_at) {
+        if (unit)
+            draw_extremes(layer, line, 1, what == LARGEST);
+        else
+            draw_extremes(layer, line, 0, what == LARGEST);
+        return;
+    }
     for (int s = 0; s < layer->sheet_count; s++) {
         const cvol_sheet_view *sheet = &layer->sheets[s];
         if (layer->wide)

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "render/sheet_band.h"
+#include "render/sheet_extreme.h"
 
 void cvol_visibility_make(cvol_visibility *visibility, const cvol_array *array,
                           const cvol_transfer *transfer)
@@ -57,11 +58,12 @@ int cvol_layer_skip_prepare(cvol_layer_skip *skip, const cvol_sheet_plan *plan)
     const size_t blocks = plan->blocks_lane * plan->blocks_row;
     skip->windows = count_windows(plan);
     const size_t windows = plan->blocks_row * (size_t)skip->windows;
-    if (!cvol_ensure(&skip->within, &skip->flag_capacity, 2 * windows + blocks + GATHERED, 1) ||
+    if (!cvol_ensure(&skip->within, &skip->flag_capacity, 2 * windows + 2 * blocks + GATHERED, 1) ||
         !cvol_ensure(&skip->levels, &skip->level_capacity, 4 * windows, sizeof *skip->levels))
         return 0;
     skip->across = skip->within + windows;
     skip->touched = skip->across + windows;
+    skip->changing = skip->touched + blocks;
     return 1;
 }
 
@@ -101,6 +103,7 @@ static void window_blocks(size_t *first, size_t *last, const cvol_sheet_plan *pl
 typedef struct window_content {
     int lo, hi; /* range codes; lo > hi: no sample has a value */
     int masked; /* some samples have none */
+    int zero;   /* of maxima and minima: all samples are 0 (cvol_extremes_is_zero) */
 } window_content;
 
 /* A block of a layer; NULL if none of its samples has a value. */
@@ -122,6 +125,8 @@ static void widen(window_content *content, const cvol_skip_source *source, size_
         content->masked |= state != CVOL_MASK_NONE;
         if (state == CVOL_MASK_ALL)
             continue;
+        content->zero &= source->extremes &&
+                         cvol_extremes_is_zero(source->extremes, source->plan, index);
         const cvol_block *block = &source->array->block_table[index];
         content->lo = block->range[0] < content->lo ? block->range[0] : content->lo;
         content->hi = block->range[1] > content->hi ? block->range[1] : content->hi;
@@ -150,11 +155,16 @@ static int is_content_visible(const cvol_skip_source *source, const window_conte
     return content->lo <= content->hi && is_visible(source->visibility, content->lo, content->hi);
 }
 
-/* Amidst a range, as samples are evaluated. */
-static float level_of(const cvol_array *array, const window_content *content)
+/* Amidst a range, as samples are evaluated; of maxima and minima its end. */
+static float level_of(const cvol_skip_source *source, const window_content *content)
 {
-    const double unit = (array->range_max - array->range_min) / 255;
-    return (float)(array->range_min - array->offset + unit * (content->lo + content->hi) / 2);
+    const cvol_array *array = source->array;
+    const double unit = (array->range_max - array->range_min) / 255,
+                 from = array->range_min - array->offset;
+    if (source->extremes)
+        return cvol_extremes_bound(source->extremes->extremes, from + unit * content->lo,
+                                   from + unit * content->hi, content->zero);
+    return (float)(from + unit * (content->lo + content->hi) / 2);
 }
 
 /* Half of what the range is wide. */
@@ -245,6 +255,25 @@ static void open_all(const cvol_layer_skip *skip, const cvol_skip_source *source
     memset(skip->touched + first_row * lanes, CVOL_TOUCHED_DRAWN, rows * lanes);
 }
 
+/* Whether the samples of blocks first .. last of one row can change what is drawn: of maxima and
+ * minima; of what is composited that is a matter of what can be seen. */
+static int is_changing(const cvol_layer_skip *skip, const cvol_skip_source *source, size_t first,
+                       size_t last, size_t row)
+{
+    const uint8_t *of_row = skip->changing + row * source->plan->blocks_lane;
+    return !source->extremes || memchr(of_row + first, 1, last - first + 1) != NULL;
+}
+
+static void find_changing(const cvol_layer_skip *skip, const cvol_skip_source *source, size_t layer,
+                          size_t first_row, size_t last_row)
+{
+    const size_t lanes = source->plan->blocks_lane;
+    for (size_t row = first_row; row <= last_row && source->extremes; row++)
+        for (size_t lane = 0; lane < lanes; lane++)
+            skip->changing[row * lanes + lane] = (uint8_t)cvol_extremes_change(
+                source->extremes, source->plan, lane, row, layer);
+}
+
 void cvol_layer_skip_make(cvol_layer_skip *skip, const cvol_skip_source *source, size_t layer,
                           size_t first_row, size_t last_row)
 {
@@ -253,26 +282,29 @@ void cvol_layer_skip_make(cvol_layer_skip *skip, const cvol_skip_source *source,
     skip->first_row = first_row;
     skip->last_row = last_row;
     memset(skip->touched + first_row * lanes, 0, lanes * (last_row - first_row + 1));
+    find_changing(skip, source, layer, first_row, last_row);
     for (size_t row = first_row; row <= last_row; row++)
         for (int c = 0; c < skip->windows; c++) {
             const size_t at = row * (size_t)skip->windows + (size_t)c;
             size_t first, last;
             window_blocks(&first, &last, plan, c);
-            window_content content = {255, 0, 0};
+            window_content content = {255, 0, 0, 1};
             widen(&content, source, first, last, row, layer);
-            const int within = is_content_visible(source, &content) ||
-                               has_visible_gap(source, first, last, row, layer);
+            const int within = is_changing(skip, source, first, last, row) &&
+                               (is_content_visible(source, &content) ||
+                                has_visible_gap(source, first, last, row, layer));
             skip->within[at] = bits_of(within, &content);
-            skip->levels[at] = level_of(source->array, &content);
+            skip->levels[at] = level_of(source, &content);
             skip->levels[2 * windows + at] = spread_of(source->array, &content);
             int across = within;
-            if (row < last_row && (!across || source->masked)) {
+            if (row < last_row && (!across || source->masked || source->extremes)) {
                 widen(&content, source, first, last, row + 1, layer);
-                across = across || is_content_visible(source, &content) ||
-                         has_visible_gap(source, first, last, row + 1, layer);
+                across = across || (is_changing(skip, source, first, last, row + 1) &&
+                                    (is_content_visible(source, &content) ||
+                                     has_visible_gap(source, first, last, row + 1, layer)));
             }
             skip->across[at] = bits_of(across, &content);
-            skip->levels[windows + at] = level_of(source->array, &content);
+            skip->levels[windows + at] = level_of(source, &content);
             skip->levels[3 * windows + at] = spread_of(source->array, &content);
             for (size_t lane = first; lane <= last; lane++) {
                 skip->touched[row * lanes + lane] |= (uint8_t)across;
@@ -346,16 +378,15 @@ static void keep_ahead(cvol_sheet_crossing *at, const cvol_sheet_plan *plan)
                                     least};
 }
 
-cvol_seen cvol_block_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, size_t lane,
-                          size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end)
+int cvol_block_tiles(cvol_tile_span *out, const cvol_tiles *tiles, const cvol_sheet_plan *plan,
+                     size_t lane, size_t row, size_t z_begin, size_t z_end)
 {
-    int left, right, top, bottom;
     /* Points that the block's own reach. */
     const double beyond = (plan->lapped ? 2 : 0) + reach_of(plan);
     cvol_sheet_crossing from = cvol_sheet_cross(plan, cvol_sheet_place(plan, z_begin)),
                         to = cvol_sheet_cross(plan, cvol_sheet_place(plan, z_end - 1));
     if (from.scale <= 0 && to.scale <= 0) /* behind the eye */
-        return CVOL_UNSEEN;
+        return 0;
     keep_ahead(&from, plan);
     keep_ahead(&to, plan);
     const double around = fmax(2, 2 * plan->pitch_sheet);
@@ -378,15 +409,24 @@ cvol_seen cvol_block_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, 
         }
     }
     const double first_line = plan->of_pixels ? 0 : plan->v0;
-    tile_span(&left, &right, plan->u0, plan->du, lane_reach[0], lane_reach[1], lanes, scales,
-              tiles->across);
-    tile_span(&top, &bottom, first_line, plan->dv, row_reach[0], row_reach[1], rows, scales,
-              tiles->down);
-    const int is_shared = top < tile_begin || bottom >= tile_end;
-    top = top < tile_begin ? tile_begin : top;
-    bottom = bottom >= tile_end ? tile_end - 1 : bottom;
+    tile_span(&out->left, &out->right, plan->u0, plan->du, lane_reach[0], lane_reach[1], lanes,
+              scales, tiles->across);
+    tile_span(&out->top, &out->bottom, first_line, plan->dv, row_reach[0], row_reach[1], rows,
+              scales, tiles->down);
+    return 1;
+}
+
+cvol_seen cvol_block_seen(const cvol_tiles *tiles, const cvol_sheet_plan *plan, size_t lane,
+                          size_t row, size_t z_begin, size_t z_end, int tile_begin, int tile_end)
+{
+    cvol_tile_span span;
+    if (!cvol_block_tiles(&span, tiles, plan, lane, row, z_begin, z_end))
+        return CVOL_UNSEEN;
+    const int is_shared = span.top < tile_begin || span.bottom >= tile_end;
+    const int top = span.top < tile_begin ? tile_begin : span.top,
+              bottom = span.bottom >= tile_end ? tile_end - 1 : span.bottom;
     for (int y = top; y <= bottom; y++)
-        for (int x = left; x <= right; x++)
+        for (int x = span.left; x <= span.right; x++)
             if (tiles->open[(size_t)y * (size_t)tiles->across + (size_t)x])
                 return is_shared ? CVOL_SEEN_BY_MORE : CVOL_SEEN;
     return CVOL_UNSEEN;

@@ -27,7 +27,8 @@ int cvol_visibility_of(const cvol_visibility *visibility, const cvol_block *bloc
 typedef struct cvol_layer_skip {
     uint8_t *within, *across; /* [blocks_row][windows] */
     uint8_t *touched;         /* [blocks_row][blocks_lane]: 0, CVOL_TOUCHED_... */
-    float *levels;            /* of within, then of across; then the spreads of both */
+    uint8_t *changing; /* the same, of maxima and minima: whether some pixel may be changed */
+    float *levels;     /* of within, then of across; then the spreads of both */
     int windows;
     size_t first_row, last_row; /* of blocks: those that were made last */
     size_t flag_capacity, level_capacity;
@@ -37,12 +38,15 @@ typedef struct cvol_layer_skip {
 int cvol_layer_skip_prepare(cvol_layer_skip *skip, const cvol_sheet_plan *plan);
 void cvol_layer_skip_free(cvol_layer_skip *skip);
 
+struct cvol_extremes_seen; /* sheet_extreme.h */
+
 /* What a layer's windows are made from. */
 typedef struct cvol_skip_source {
     const cvol_sheet_plan *plan;
     const cvol_array *array;
     const cvol_visibility *visibility;
     const uint8_t *masked; /* cvol_mask_state of every block; NULL: all samples have a value */
+    const struct cvol_extremes_seen *extremes; /* what pixels hold already; NULL: any may change */
 } cvol_skip_source;
 
 /* Fills the windows and touched blocks of a layer, for rows of blocks first_row .. last_row. */
@@ -63,6 +67,16 @@ typedef struct cvol_tiles {
 /* Of lines begin .. end - 1, begin a multiple of CVOL_TILE. */
 void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *intermediate, int begin,
                        int end);
+
+/* The tiles left .. right of rows top .. bottom, none if left > right or top > bottom. */
+typedef struct cvol_tile_span {
+    int left, right, top, bottom;
+} cvol_tile_span;
+
+/* Those that the block (lane, row) of a layer whose sheets are z_begin .. z_end - 1 reaches; 0 if
+ * it lies behind the eye. */
+int cvol_block_tiles(cvol_tile_span *out, const cvol_tiles *tiles, const cvol_sheet_plan *plan,
+                     size_t lane, size_t row, size_t z_begin, size_t z_end);
 
 /* Whether the block (lane, row) of a layer whose sheets are z_begin .. z_end - 1 reaches an open
  * tile in tile rows tile_begin .. tile_end - 1, and if so, whether any tile beyond these. */
