@@ -168,6 +168,7 @@ cvol_extremes_seen cvol_band_extremes(const cvol_sheet_frame *frame, const cvol_
                                 .tiles = frame->tiles,
                                 .array = frame->array,
                                 .masked = is_kept_apart ? frame->mask->states : NULL,
+                                .background = frame->background,
                                 .tile_begin = band->begin / CVOL_TILE,
                                 .tile_end = cvol_band_tile_end(band)};
 }

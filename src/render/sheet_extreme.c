@@ -40,17 +40,22 @@ cvol_extremes cvol_extremes_of(cvol_mode mode, const cvol_sheet_plan *plan, cons
     return out;
 }
 
-/* Zeros are what they are. As words they are all the same number, too, which weights that are not
- * whole ones may miss by the last bit of a float: nobody is to look for that. */
-float cvol_extremes_bound(const cvol_extremes *extremes, double lo, double hi, int zero)
+static int are_floats(const cvol_extremes *extremes)
+{
+    return extremes->compact.scale == 1 && extremes->compact.offset == 0;
+}
+
+/* Constants of words are all the same number, which weights that are not whole ones may miss by the
+ * last bit of a float: nobody is to look for that. */
+float cvol_extremes_bound(const cvol_extremes *extremes, double lo, double hi, int constant)
 {
     const cvol_sheet_compact *compact = &extremes->compact;
-    const int sign = extremes->sign, are_floats = compact->scale == 1 && compact->offset == 0;
-    if (zero)
-        return are_floats ? 0 : (float)cvol_sheet_compact_of(compact, 0) - 0.5f * (float)sign;
-    const double end = sign > 0 ? hi + extremes->slack : lo - extremes->slack;
-    if (are_floats)
+    const int sign = extremes->sign;
+    const double slack = constant ? 0 : extremes->slack, end = sign > 0 ? hi + slack : lo - slack;
+    if (are_floats(extremes))
         return (float)end;
+    if (constant)
+        return (float)cvol_sheet_compact_of(compact, (float)end) - 0.5f * (float)sign;
     const double word = end * (double)compact->scale + (double)compact->offset;
     return (float)fmin(fmax(word, -CVOL_COMPACT_MOST), 2 * CVOL_COMPACT_MOST);
 }
@@ -72,10 +77,16 @@ void cvol_extremes_update(const cvol_extremes *extremes, const cvol_tiles *tiles
      cvol_band_line(image, begin).values, image->width, end - begin, extremes->sign);
 }
 
-int cvol_extremes_is_zero(const cvol_extremes_seen *seen, const cvol_sheet_plan *plan, size_t index)
+/* Of floats, weights that sum to 1 but for rounding leave no value as it is but 0. */
+int cvol_extremes_is_constant(double *value, const cvol_extremes_seen *seen,
+                              const cvol_sheet_plan *plan, size_t index)
 {
-    return !plan->lapped && !plan->level && seen->array->block_table[index].words == 0 &&
-           (!seen->masked || seen->masked[index] == CVOL_MASK_NONE);
+    const int state = seen->masked ? seen->masked[index] : CVOL_MASK_NONE;
+    *value = state == CVOL_MASK_ALL ? (double)seen->background : 0;
+    return !plan->lapped && !plan->level &&
+           (state == CVOL_MASK_ALL ||
+            (state == CVOL_MASK_NONE && seen->array->block_table[index].words == 0)) &&
+           (*value == 0 || !are_floats(seen->extremes));
 }
 
 int cvol_extremes_change(const cvol_extremes_seen *seen, const cvol_sheet_plan *plan, size_t lane,
@@ -85,15 +96,16 @@ int cvol_extremes_change(const cvol_extremes_seen *seen, const cvol_sheet_plan *
     const cvol_array *array = seen->array;
     const size_t index = cvol_sheet_block_index(plan, array, lane, row, layer);
     size_t z_begin, z_end;
-    double lo, hi;
+    double lo, hi, value;
     cvol_tile_span span;
     cvol_layer_sheets(&z_begin, &z_end, plan, layer);
     cvol_array_range(array, index, &lo, &hi);
     if (!cvol_block_tiles(&span, seen->tiles, plan, lane, row, z_begin, z_end))
         return 0;
+    const int constant = cvol_extremes_is_constant(&value, seen, plan, index);
     const float most = (float)extremes->sign *
-                       cvol_extremes_bound(extremes, lo - array->offset, hi - array->offset,
-                                           cvol_extremes_is_zero(seen, plan, index));
+                       cvol_extremes_bound(extremes, constant ? value : lo - array->offset,
+                                           constant ? value : hi - array->offset, constant);
     const int top = span.top < seen->tile_begin ? seen->tile_begin : span.top,
               bottom = span.bottom >= seen->tile_end ? seen->tile_end - 1 : span.bottom;
     for (int y = top; y <= bottom; y++)

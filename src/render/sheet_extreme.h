@@ -23,8 +23,9 @@ int cvol_extremes_have_bounds(const cvol_sheet_plan *plan);
 cvol_extremes cvol_extremes_of(cvol_mode mode, const cvol_sheet_plan *plan,
                                const cvol_array *array);
 
-/* What no pixel is beyond that sees values lo .. hi; `zero`: only 0 (cvol_extremes_is_zero). */
-float cvol_extremes_bound(const cvol_extremes *extremes, double lo, double hi, int zero);
+/* What no pixel is beyond that sees values lo .. hi; `constant`: only of blocks that are constant.
+ */
+float cvol_extremes_bound(const cvol_extremes *extremes, double lo, double hi, int constant);
 
 /* Of lines begin .. end - 1, begin a multiple of CVOL_TILE: nothing is held yet. And it is what the
  * lines hold now: of one row of tiles. */
@@ -44,13 +45,14 @@ typedef struct cvol_extremes_seen {
     const cvol_tiles *tiles;
     const cvol_array *array;
     const uint8_t *masked;    /* cvol_mask_state of every block; NULL: nothing is kept apart */
+    float background;         /* what of them is masked is, less the array's offset */
     int tile_begin, tile_end; /* its rows of tiles */
 } cvol_extremes_seen;
 
-/* Whether all samples of a block are 0, less the array's offset, and so is all that lies between
- * them: exactly, which no range says. */
-int cvol_extremes_is_zero(const cvol_extremes_seen *seen, const cvol_sheet_plan *plan,
-                          size_t index);
+/* Whether all samples of a block, and all that lies between them, are one value, less the array's
+ * offset: exactly, which no range says. */
+int cvol_extremes_is_constant(double *value, const cvol_extremes_seen *seen,
+                              const cvol_sheet_plan *plan, size_t index);
 
 /* Whether samples of the block (lane, row) of a layer can change any of them. */
 int cvol_extremes_change(const cvol_extremes_seen *seen, const cvol_sheet_plan *plan, size_t lane,

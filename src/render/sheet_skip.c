@@ -101,9 +101,10 @@ static void window_blocks(size_t *first, size_t *last, const cvol_sheet_plan *pl
 
 /* What a window's blocks hold together. */
 typedef struct window_content {
-    int lo, hi; /* range codes; lo > hi: no sample has a value */
-    int masked; /* some samples have none */
-    int zero;   /* of maxima and minima: all samples are 0 (cvol_extremes_is_zero) */
+    int lo, hi;         /* range codes; lo > hi: no sample has a value */
+    int masked;         /* some samples have none */
+    int constant;       /* of maxima and minima: of blocks that are (cvol_extremes_is_constant), */
+    double least, most; /* whose values are these */
 } window_content;
 
 /* A block of a layer; NULL if none of its samples has a value. */
@@ -113,6 +114,19 @@ static const cvol_block *find_block(const cvol_skip_source *source, size_t lane,
     const size_t index = cvol_sheet_block_index(source->plan, source->array, lane, row, layer);
     const int empty = source->masked && source->masked[index] == CVOL_MASK_ALL;
     return empty ? NULL : &source->array->block_table[index];
+}
+
+static void widen_constants(window_content *content, const cvol_skip_source *source, size_t index)
+{
+    double value;
+    if (!content->constant)
+        return;
+    content->constant = source->extremes &&
+                        cvol_extremes_is_constant(&value, source->extremes, source->plan, index);
+    if (content->constant) {
+        content->least = fmin(content->least, value);
+        content->most = fmax(content->most, value);
+    }
 }
 
 /* Adds blocks first .. last of one row. */
@@ -125,8 +139,7 @@ static void widen(window_content *content, const cvol_skip_source *source, size_
         content->masked |= state != CVOL_MASK_NONE;
         if (state == CVOL_MASK_ALL)
             continue;
-        content->zero &= source->extremes &&
-                         cvol_extremes_is_zero(source->extremes, source->plan, index);
+        widen_constants(content, source, index);
         const cvol_block *block = &source->array->block_table[index];
         content->lo = block->range[0] < content->lo ? block->range[0] : content->lo;
         content->hi = block->range[1] > content->hi ? block->range[1] : content->hi;
@@ -162,8 +175,10 @@ static float level_of(const cvol_skip_source *source, const window_content *cont
     const double unit = (array->range_max - array->range_min) / 255,
                  from = array->range_min - array->offset;
     if (source->extremes)
-        return cvol_extremes_bound(source->extremes->extremes, from + unit * content->lo,
-                                   from + unit * content->hi, content->zero);
+        return cvol_extremes_bound(source->extremes->extremes,
+                                   content->constant ? content->least : from + unit * content->lo,
+                                   content->constant ? content->most : from + unit * content->hi,
+                                   content->constant);
     return (float)(from + unit * (content->lo + content->hi) / 2);
 }
 
@@ -288,7 +303,7 @@ void cvol_layer_skip_make(cvol_layer_skip *skip, const cvol_skip_source *source,
             const size_t at = row * (size_t)skip->windows + (size_t)c;
             size_t first, last;
             window_blocks(&first, &last, plan, c);
-            window_content content = {255, 0, 0, 1};
+            window_content content = {255, 0, 0, 1, INFINITY, -INFINITY};
             widen(&content, source, first, last, row, layer);
             const int within = is_changing(skip, source, first, last, row) &&
                                (is_content_visible(source, &content) ||
