@@ -45,8 +45,15 @@ static int are_floats(const cvol_extremes *extremes)
     return extremes->compact.scale == 1 && extremes->compact.offset == 0;
 }
 
-/* Constants of words are all the same number, which weights that are not whole ones may miss by the
- * last bit of a float: nobody is to look for that. */
+/* The word of a value: whichever way those who write it round what lies half way. */
+static float round_outwards(const cvol_sheet_compact *compact, float value, int sign)
+{
+    const float up = cvol_sheet_compact_of(compact, value),
+                even = rintf(value * compact->scale + compact->offset);
+    return sign > 0 ? fmaxf(up, even) : fminf(up, even);
+}
+
+/* Words of constants are one number, which kernels leave as it is. */
 float cvol_extremes_bound(const cvol_extremes *extremes, double lo, double hi, int constant)
 {
     const cvol_sheet_compact *compact = &extremes->compact;
@@ -55,7 +62,7 @@ float cvol_extremes_bound(const cvol_extremes *extremes, double lo, double hi, i
     if (are_floats(extremes))
         return (float)end;
     if (constant)
-        return (float)cvol_sheet_compact_of(compact, (float)end) - 0.5f * (float)sign;
+        return round_outwards(compact, (float)end, sign);
     const double word = end * (double)compact->scale + (double)compact->offset;
     return (float)fmin(fmax(word, -CVOL_COMPACT_MOST), 2 * CVOL_COMPACT_MOST);
 }

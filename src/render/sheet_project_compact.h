@@ -117,11 +117,10 @@ CVOL_INLINE __mmask16 find_beyond(__m512i most, __m512i held, int largest)
     return largest ? _mm512_cmpgt_epi32_mask(most, held) : _mm512_cmplt_epi32_mask(most, held);
 }
 
-/* The most that a window has, a little further away. */
-CVOL_INLINE __m512i most_words(float level, int largest)
+/* The most that a window has; of words that are no whole numbers less than one of these is lost. */
+CVOL_INLINE __m512i most_words(float level)
 {
-    const int32_t words = (int32_t)(level * WEIGHT_ONE);
-    return _mm512_set1_epi32(largest ? words + 1 : words - 1);
+    return _mm512_set1_epi32((int32_t)(level * WEIGHT_ONE));
 }
 
 /* The lanes of those of a pair's windows that are to be looked at; none if nothing there is beyond
@@ -135,8 +134,8 @@ CVOL_INLINE __mmask16 find_lanes(const cvol_layer *layer, const line_view *view,
                                        (bits[1] & CVOL_WINDOW_SEEN ? 0xff00 : 0));
     if (!seen || !layer->bounded)
         return seen;
-    const __m512i most = _mm512_mask_blend_epi32(0xff00, most_words(level[0], largest),
-                                                 most_words(level[1], largest));
+    const __m512i most = _mm512_mask_blend_epi32(0xff00, most_words(level[0]),
+                                                 most_words(level[1]));
     const __mmask16 beyond = find_beyond(most, pair->even, largest) |
                              find_beyond(most, pair->odd, largest);
     return beyond & seen ? seen : 0;

@@ -74,6 +74,18 @@ CVOL_INLINE int is_window_beyond(const cvol_layer *layer, const line_view *view,
     return any;
 }
 
+/* Words are kept to 2^-8 or so, so that of whole ones that are all alike, which weights of floats
+ * miss by a last bit, nothing else becomes. */
+CVOL_INLINE cvol_vf settle(cvol_vf value)
+{
+#ifdef SHEET_COMPACT
+    const cvol_vf large = cvol_splat(49152);
+    return (value + large) - large;
+#else
+    return value;
+#endif
+}
+
 /* Part k of a group. */
 CVOL_INLINE void widen_extremes(extreme_group *group, int k, const cvol_layer *layer,
                                 const extreme_sheet *of, const cvol_line *line, int i, int unit,
@@ -81,8 +93,9 @@ CVOL_INLINE void widen_extremes(extreme_group *group, int k, const cvol_layer *l
 {
     const cvol_sheet_view *sheet = of->sheet;
     const double step = sheet->lane_step, position = sheet->lane_at + i * step;
-    const cvol_vf value = unit ? reconstruct_unit(&of->view, &of->footprint, of->footprint.x + i)
-                               : reconstruct_finer(&of->view, position, step);
+    const cvol_vf value = settle(
+        unit ? reconstruct_unit(&of->view, &of->footprint, of->footprint.x + i)
+             : reconstruct_finer(&of->view, position, step));
     cvol_vi better = is_beyond(value, group->value[k], largest);
     if (inside) {
         group->count[k] = cvol_splat(1);
