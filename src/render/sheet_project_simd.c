@@ -1,6 +1,6 @@
 /* Modes xray, mip and min: sums, maxima and minima of the samples along the rays. */
-#include "render/sheet_project_extreme.h"
 #include "render/sheet_footprint_wide.h"
+#include "render/sheet_project_extreme.h"
 
 enum { SUM, LARGEST, SMALLEST };
 
