@@ -262,10 +262,22 @@ def table_file(name):
         return file.read()
 
 
-def default_codes():
-    rows = re.findall(r"^\s*\{([0-9, ]+)\},?", table_file("token_defaults.c"), re.MULTILINE)
+def codes_in(text, count):
+    rows = re.findall(r"^\s*\{([0-9, ]+)\}", text, re.MULTILINE)
     codes = [[int(code) for code in row.split(",") if code.strip()] for row in rows]
-    assert len(codes) == ROWS and all(len(row) == 15 for row in codes)
+    assert len(codes) == count and all(len(row) == 15 for row in codes)
+    return codes
+
+
+def default_codes():
+    return codes_in(table_file("token_defaults.c"), ROWS)
+
+
+def small_codes():
+    """The rows of what stands before coefficients differ."""
+    codes, end = default_codes(), ROW_OCTANTS + 2
+    own = table_file("small_weights.c").split("cvol_small_rows")[1].split(";")[0]
+    codes[ROW_DC:end] = codes_in(own, end - ROW_DC)
     return codes
 
 
@@ -708,6 +720,10 @@ def wrap(a):
     return (a + 2 ** 31) % 2 ** 32 - 2 ** 31
 
 
+def towards_zero(a, b):
+    return a // b if a >= 0 else -(-a // b)
+
+
 def shift_round(a):
     return wrap(a + 512) >> 10
 
@@ -722,8 +738,8 @@ class Network:
         text = table_file("small_weights.c").split(f"cvol_small_network {name} =")[1].split(";")[0]
         numbers = np.array([int(x) for x in re.findall(r"-?[0-9]+", text)], np.int64)
         self.layers = []
-        for units, count, shift, low, high in ((64, 64, 11, 0, 255), (32, 64, 12, 0, 255),
-                                               (16, 32, 10, -2047, 2047)):
+        for units, count, shift, low, high in ((96, 80, 11, 0, 255), (48, 96, 12, 0, 255),
+                                               (16, 48, 10, -2047, 2047)):
             weights, numbers = numbers[:units * count].reshape(units, count), numbers[units * count:]
             self.layers.append((weights, numbers[:units], shift, low, high))
             numbers = numbers[units:]
@@ -761,6 +777,8 @@ class SmallBrick(Brick):
         self.escape = contexts(31)
         self.samples = np.zeros([16 * c for c in reversed(counts)], np.int64)
         self.at = {}  # parts by cubes of 4^3
+        self.means = np.zeros((3, 16, 16, 16), int)  # [k, w, v, u]
+        self.met = np.zeros((3, 4), int)
 
     def decode(self):
         bx, by, bz = self.counts
@@ -837,6 +855,22 @@ class SmallBrick(Brick):
             out.append(self.at.get(tuple(at)) if k < 3 or part.n[k % 3] == part.M else None)
         return out
 
+    def across(self, part):
+        """The parts across its edges between faces 0 and 1, 0 and 2, 1 and 2, or None."""
+        cube, out = [x // 4 for x in part.first], []
+        for edge in ((0, 1), (0, 2), (1, 2)):
+            out.append(self.at.get(tuple(cube[a] - (a in edge) for a in range(3))))
+        return out
+
+    def average(self, part, s):
+        cube = part.M >> (3 - s)
+        known = cube // 2 if cube > 2 else 1
+        means, met = self.means[part.k], self.met[part.k]
+        for w, v, u in itertools.product(*(range(min(cube, n)) for n in reversed(part.n))):
+            if max(u, v, w) >= known:
+                means[w, v, u] += (16 * size_class(abs(part.K[w, v, u])) - means[w, v, u]) >> met[s]
+        met[s] = min(3, met[s] + 1)
+
     def waves(self, part, k, e):
         """edge(e), inner(e)"""
         n = part.n[k % 3]
@@ -876,15 +910,20 @@ class SmallBrick(Brick):
                 plane[others] = wrap(int(plane[others]) - 4 * value * wave)
 
     @staticmethod
-    def blur_at(part, M, at):
-        if part is None:
-            return 0
+    def place_in(part, M, at):
+        """Where a frequency of a part of side M is in another part."""
         if part.M < M:
             at = [f // (M // part.M) for f in at]
         elif part.M > M:
             at = [f * (part.M // M) + part.M // M // 2 for f in at]
-        u, v, w = (min(f, n - 1) for f, n in zip(at, part.n))
-        return int(part.blur[w, v, u])
+        return tuple(min(f, n - 1) for f, n in zip(at, part.n))[::-1]
+
+    def blur_at(self, part, M, at):
+        return 0 if part is None else int(part.blur[self.place_in(part, M, at)])
+
+    def class_at(self, part, M, at):
+        place = (0, 0, 0) if part is None or not any(at) else self.place_in(part, M, at)
+        return size_class(abs(part.K[place])) if any(place) else 0
 
     def shell(self, part, s):
         scan, stream = scan_of(part.M, part.n), self.streams[s]
@@ -897,22 +936,22 @@ class SmallBrick(Brick):
             need(last in scan.index and scan.index.index(last) >= part.next, "a last index")
             last = scan.index.index(last)
             end = last + 1
-        near = self.beside(part)
+        near, edges = self.beside(part), self.across(part)
         faces = self.faces(part, near)
         sizes = np.zeros((part.M + 6,) * 3, int)  # of K[w, v, u] at [w + 3, v + 3, u + 3]
         sizes[3:-3, 3:-3, 3:-3] = np.minimum(np.abs(part.K), 4095)
         sizes[3, 3, 3] = min(2, sizes[3, 3, 3])
-        run = 0
+        run = slow = 0
         for i in range(part.next, end):
             at = scan.places[i]
-            x, shift, foretold = self.look(part, s, i, at, last, run, sizes, near, faces)
+            x, shift, foretold = self.look(part, s, i, at, last, (run, slow), sizes, near, edges, faces)
             m = self.size(stream, part, x, shift, i == last)
             need(m <= VALUE_LIMIT >> 1 and (m or i != last), "a coefficient")
             odd = part.state % 2
             part.state = STATE_AFTER[part.state][m % 2]
             m = 2 * m - odd if m else 0
-            change = 16 * size_class(m) - run
-            run += change // 8 if change >= 0 else -(-change // 8)
+            run += towards_zero(16 * size_class(m) - run, 8)
+            slow += towards_zero(64 * size_class(m) - slow, 32)
             if m:
                 value = -m if self.is_negative(stream, part, x, m, near, foretold) else m
                 u, v, w = at
@@ -922,8 +961,9 @@ class SmallBrick(Brick):
         part.next = end
         part.finished = last is not None
         self.show(part, part.M >> (3 - s))
+        self.average(part, s)
 
-    def look(self, part, s, i, at, last, run, sizes, near, faces):
+    def look(self, part, s, i, at, last, runs, sizes, near, edges, faces):
         """The inputs, the shift, and what faces foretell: (l, d, their sum)."""
         u, v, w = at
 
@@ -945,7 +985,7 @@ class SmallBrick(Brick):
         x = [size_class(m(offset)) for offset in NEAR]
         x.append(min(127, sum(size_class(m(offset)) for offset in TURNED) // 3))
         x.append(min(127, sum(size_class(m(offset)) for offset in FAR) // 2))
-        x += [run // 16, size_class(total // 4)]
+        x += [runs[0] // 16, size_class(total // 4)]
         x += [self.blur_at(p, part.M, at) for p in near[:3]]
         x += [self.blur_at(p, part.M, [f // 2 for f in at]) for p in near[3:]]
         x += [10 * shift, 127 if last is None else size_class(last - i), 8 * part.L,
@@ -955,6 +995,10 @@ class SmallBrick(Brick):
         x += [face_class(z) for z in l] + [face_class(F)]
         x += [127 if p is None else 32 * (p.k - part.k) for p in near[:3]]
         x += [7 * part.around, 64 * self.lapped, 32 * s, size_class(part.d), sum(x[29:32]) // 3]
+        x += [face_class(z) for z in d] + [self.class_at(p, part.M, at) for p in near[:3]]
+        x += [self.blur_at(p, part.M, at) for p in edges]
+        x += [size_class(m((u - u // 2, v - v // 2, w - w // 2))),
+              int(self.means[part.k, w, v, u]) // 16, face_class(wrap(sum(d))), runs[1] // 64]
         return x, shift, (l, d, F)
 
     def size(self, stream, part, x, shift, is_last):
@@ -979,7 +1023,7 @@ class SmallBrick(Brick):
         y += [size_class(m), x[28]] + x[43:49] + [x[41], x[42], x[60], x[61], x[55]]
         y += [64 * (self.lapped and b % 16 == 0) for b in part.first]
         y += [64 * (self.lapped and (b + part.M) % 16 == 0) for b in part.first]
-        y += [x[63]] + [0] * 32
+        y += [x[63]] + [0] * 48
         o = self.networks[1](np.array(y, np.int64))
         agrees = stream.by_logit(self.agrees[part.k][self.lapped], o[0])
         return int((turn < 0) == bool(agrees))
@@ -1379,7 +1423,7 @@ def read_volume(header, sections, shells):
     sides, run = read_shape(header, sections["BRKS"][0] if "BRKS" in sections else None)
     bricks = [-(-n // side) for n, side in zip(dims, sides)]
     rows = read_tables(sections["TABL"][0])
-    small = Rows(default_codes())
+    small = Rows(small_codes())
     if "SMAL" in sections:
         content = sections["SMAL"][0]
         need(len(content) >= 4 and header.dependent, "SMAL: not of such a volume, or too short")

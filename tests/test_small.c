@@ -35,7 +35,8 @@ static void check_ok(int code)
 enum { RATIO = 20 };
 
 /* A volume of two bricks that ends within cells. */
-static cvol_array *compress(int smallest, cvol_compress_report *report)
+static cvol_array *compress_to(cvol_target target, double value, int smallest,
+                               cvol_compress_report *report)
 {
     static const size_t dims[3] = {70, 21, 26};
     cvol_compress_options options = cvol_compress_options_defaults();
@@ -51,11 +52,17 @@ static cvol_array *compress(int smallest, cvol_compress_report *report)
         samples[i] = (float)(sin(x / 5) * cos(y / 9 + z / 7) + (x + y > z + 20 ? 1.2 : 0) +
                              0.05 * random_signed(&r));
     }
-    options.target_value = RATIO;
+    options.target = target;
+    options.target_value = value;
     options.smallest = smallest;
     check_ok(cvol_compress(context, &array, report, samples, &grid, &options));
     free(samples);
     return array;
+}
+
+static cvol_array *compress(int smallest, cvol_compress_report *report)
+{
+    return compress_to(CVOL_TARGET_RATIO, RATIO, smallest, report);
 }
 
 static uint8_t *bytes_of(const cvol_array *array, size_t *size)
@@ -129,13 +136,26 @@ static void the_same_terms_take_fewer_bytes_at_every_level(void **state)
     free(usual);
 }
 
+/* Decibels, of the volume above: there are 0.77, and 0.52 where values are not chosen again. */
+#define BETTER 0.65
+
 static void better_at_the_same_ratio(void **state)
 {
     (void)state;
     cvol_compress_report usual;
     cvol_array_free(compress(0, &usual));
-    assert_true(told.psnr_db > usual.psnr_db + 0.1);
+    assert_true(told.psnr_db > usual.psnr_db + BETTER);
     assert_true(fabs(told.ratio - RATIO) < 0.01 * RATIO);
+}
+
+static void a_psnr_is_met(void **state)
+{
+    (void)state;
+    cvol_compress_report report;
+    const double asked = told.psnr_db + 3;
+    cvol_array_free(compress_to(CVOL_TARGET_PSNR, asked, 1, &report));
+    if (report.psnr_db < asked || report.psnr_db > asked + 0.05)
+        fail_msg("%g dB, asked %g", report.psnr_db, asked);
 }
 
 static void transcoding_keeps_it(void **state)
@@ -162,6 +182,8 @@ static void transcoding_keeps_it(void **state)
 
 CVOL_SIMD_DECLARE(void, cvol_small_evaluate,
                   (int16_t * out, const cvol_small_pairs *network, const int16_t *x, int inputs));
+CVOL_SIMD_DECLARE(void, cvol_small_evaluate_kinds,
+                  (int16_t(*out)[CVOL_SMALL_OUTPUTS], const cvol_small_pairs *network, int16_t *x));
 CVOL_SIMD_DECLARE(void, cvol_small_inverse,
                   (int32_t * samples, const int32_t *known, const int n[3], int cube,
                    const cvol_small_basis *basis));
@@ -169,11 +191,13 @@ CVOL_SIMD_DECLARE(void, cvol_small_face,
                   (int32_t * level, int32_t *slope, const int32_t *near, const int32_t *far,
                    const int stride[2], const int n[2], const cvol_small_basis *basis));
 typedef void evaluate_function(int16_t *, const cvol_small_pairs *, const int16_t *, int);
+typedef void kinds_function(int16_t (*)[CVOL_SMALL_OUTPUTS], const cvol_small_pairs *, int16_t *);
 typedef void inverse_function(int32_t *, const int32_t *, const int *, int,
                               const cvol_small_basis *);
 typedef void face_function(int32_t *, int32_t *, const int32_t *, const int32_t *, const int *,
                            const int *, const cvol_small_basis *);
 static evaluate_function *const evaluate[] = CVOL_SIMD_SETS(cvol_small_evaluate);
+static kinds_function *const evaluate_kinds[] = CVOL_SIMD_SETS(cvol_small_evaluate_kinds);
 static inverse_function *const inverse[] = CVOL_SIMD_SETS(cvol_small_inverse);
 static face_function *const face[] = CVOL_SIMD_SETS(cvol_small_face);
 
@@ -204,7 +228,7 @@ static void evaluate_plainly(int16_t out[CVOL_SMALL_OUTPUTS], const cvol_small_n
 }
 
 typedef struct kernel_numbers {
-    int16_t outs[CVOL_SMALL_OUTPUTS];
+    int16_t outs[CVOL_SMALL_OUTPUTS], kinds[CVOL_SMALL_KINDS][CVOL_SMALL_OUTPUTS];
     int32_t samples[CVOL_SMALL_SAMPLES], level[256], slope[256];
 } kernel_numbers;
 
@@ -212,7 +236,10 @@ static void run_set(kernel_numbers *out, int set, const int16_t *x, const int32_
                     const int n[3])
 {
     memset(out, 0, sizeof *out);
+    int16_t own[CVOL_SMALL_INPUTS];
+    memcpy(own, x, sizeof own);
     evaluate[set](out->outs, &cvol_small_of_magnitudes, x, CVOL_SMALL_INPUTS);
+    evaluate_kinds[set](out->kinds, &cvol_small_of_magnitudes, own);
     inverse[set](out->samples, known, n, 8, &cvol_small_cosines);
     face[set](out->level, out->slope, known + 3, known + 5,
               (const int[2]){CVOL_SMALL_SIDE, CVOL_SMALL_SHEET}, n + 1, &cvol_small_cosines);
@@ -238,6 +265,12 @@ static void all_sets_give_the_same_numbers(void **state)
         evaluate_plainly(plain, &cvol_small_magnitudes, x);
         run_set(&first, 0, x, known, n);
         assert_memory_equal(first.outs, plain, sizeof plain);
+        for (int kind = 0; kind < CVOL_SMALL_KINDS; kind++) {
+            x[CVOL_SMALL_ODD] = kind & 1 ? 64 : 0;
+            x[CVOL_SMALL_LATE] = kind & 2 ? 64 : 0;
+            evaluate_plainly(plain, &cvol_small_magnitudes, x);
+            assert_memory_equal(first.kinds[kind], plain, sizeof plain);
+        }
         for (size_t set = 1; set < sizeof evaluate / sizeof *evaluate && set <= cvol_cpu_best();
              set++) {
             run_set(&other, (int)set, x, known, n);
@@ -339,6 +372,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_same_terms_take_fewer_bytes_at_every_level),
         cmocka_unit_test(better_at_the_same_ratio),
+        cmocka_unit_test(a_psnr_is_met),
         cmocka_unit_test(transcoding_keeps_it),
         cmocka_unit_test(all_sets_give_the_same_numbers),
         cmocka_unit_test(damaged_bricks_are_survived),

@@ -1,12 +1,17 @@
-/* Trains the two networks of the small coder (src/codec/small_model.h) and writes their numbers.
+/* Trains the two networks of the small coder (src/codec/small_model.h), and its rows of tokens, and
+ * writes their numbers.
  *
  *     train_small OUT.c STEPS SIGN_STEPS FILE.cvol ...
+ *
+ * Steps below 0 go on from the numbers that are built in, more slowly; the rows of what stands
+ * before coefficients are made anew.
  *
  * Files are volumes that `cvol compress --bricks 64` wrote, with or without --smallest: their
  * coefficients are coded again, and what the coder sees of each is an example. A file behind a '-'
  * is left out of training, and the bits that its examples take are told. The numbers in
- * src/codec/small_weights.c are from eleven volumes at ratios 15, 30 and 60 (see bench/README.md),
- * 1,000,000 and 400,000 steps.
+ * src/codec/small_weights.c are from thirteen volumes at ratios 14, 29 and 58 (see
+ * bench/README.md), 1,000,000 and 400,000 steps of smaller networks, and 1,450,000 and 250,000 from
+ * there on.
  */
 #include <math.h>
 #include <stdint.h>
@@ -15,7 +20,9 @@
 #include <string.h>
 
 static void watch(int kind, const int16_t *x, int first, uint32_t high);
+static void watch_token(int row, uint32_t token);
 #define CVOL_SMALL_WATCH watch
+#define CVOL_SMALL_WATCH_TOKEN watch_token
 #include "codec/small_code.c"
 
 #include "codec/bricks.h"
@@ -98,6 +105,26 @@ static void watch(int kind, const int16_t *x, int first, uint32_t high)
     e->high = (int8_t)(high < OUTPUTS ? high : OUTPUTS);
 }
 
+/* Tokens of the file that is looked at, and weighted ones of all. */
+static double tokens[CVOL_ROWS][CVOL_TOKENS], all_tokens[CVOL_ROWS][CVOL_TOKENS];
+
+static void watch_token(int row, uint32_t token)
+{
+    tokens[row][token]++;
+}
+
+/* Those of large files count less. */
+static void add_tokens(void)
+{
+    double all = 0;
+    for (int r = 0; r < CVOL_ROWS; r++)
+        for (int t = 0; t < CVOL_TOKENS; t++)
+            all += tokens[r][t];
+    for (int r = 0; r < CVOL_ROWS; r++)
+        for (int t = 0; t < CVOL_TOKENS; t++)
+            all_tokens[r][t] += tokens[r][t] * sqrt(fmin(1, 40000 / all));
+}
+
 static void add_file(cvol_context *context, const char *path)
 {
     cvol_array *array;
@@ -111,9 +138,12 @@ static void add_file(cvol_context *context, const char *path)
     if (!array->dependent)
         fail("a file without dependent coefficients");
     array->small = 1;
+    memset(tokens, 0, sizeof tokens); /* of reading it */
     for (size_t b = 0; b < cvol_brick_count(array); b++)
         if (!coder || !cvol_brick_encode(coder, shells, array, b))
             fail("no memory");
+    if (!sets[0][files].left_out)
+        add_tokens();
     printf("%s: %zu magnitudes, %zu signs\n", path, sets[0][files].seen, sets[1][files].seen);
     for (int s = 0; s < CVOL_SHELLS; s++)
         cvol_bytes_free(&shells[s]);
@@ -214,6 +244,32 @@ static void begin_layer(float *weights, float *biases, int units, int count)
         biases[j] = 0.2f;
 }
 
+/* Goes on from the numbers that are built in; a unit of which none are begins anew, unheard. */
+static void take_layer(float *weights, float *biases, const int16_t *from,
+                       const int32_t *from_biases, int units, int count, float scale)
+{
+    begin_layer(weights, biases, units, count);
+    for (int j = 0; j < units; j++) {
+        int any = 0;
+        for (int i = 0; i < count; i++)
+            any |= from[j * count + i];
+        for (int i = 0; i < count && any; i++)
+            weights[j * count + i] = (float)from[j * count + i] / 4096;
+        if (any)
+            biases[j] = (float)from_biases[j] / scale;
+    }
+}
+
+static void take_network(network *n, const cvol_small_network *from)
+{
+    take_layer(n->first[0], n->first_bias, from->first[0], from->first_bias, FIRST, INPUTS,
+               32 * 4096);
+    take_layer(n->second[0], n->second_bias, from->second[0], from->second_bias, SECOND, FIRST,
+               64 * 4096);
+    take_layer(n->third[0], n->third_bias, from->third[0], from->third_bias, OUTPUTS, SECOND,
+               64 * 4096);
+}
+
 /* Large files count less than their examples, small ones are not lost. */
 static double share_of(const examples *set)
 {
@@ -221,7 +277,7 @@ static double share_of(const examples *set)
     return set->left_out ? 0 : fmin(count, 300 * sqrt(count));
 }
 
-static void train(network *n, long steps, int kind)
+static void train(network *n, long steps, int kind, int goes_on)
 {
     static network gradient, means, squares;
     float *of = (float *)n, *g = (float *)&gradient, *m = (float *)&means, *s = (float *)&squares;
@@ -231,6 +287,8 @@ static void train(network *n, long steps, int kind)
     begin_layer(n->first[0], n->first_bias, FIRST, INPUTS);
     begin_layer(n->second[0], n->second_bias, SECOND, FIRST);
     begin_layer(n->third[0], n->third_bias, OUTPUTS, SECOND);
+    if (goes_on)
+        take_network(n, kind ? &cvol_small_signs : &cvol_small_magnitudes);
     for (int f = 0; f < files; f++)
         until[f] = all += share_of(&sets[kind][f]);
     for (long step = 1; step <= steps; step++) {
@@ -245,7 +303,7 @@ static void train(network *n, long steps, int kind)
         memset(&gradient, 0, sizeof gradient);
         bits += learn(&gradient, n, batch, kind);
         const double way = (double)step / (double)steps;
-        const float rate = (float)(0.002 * (1 + cos(3.14159265 * way)) *
+        const float rate = (float)((goes_on ? 0.0006 : 0.002) * (1 + cos(3.14159265 * way)) *
                                    fmin(1, (double)step / 200));
         const float c1 = 1 - powf(0.9f, (float)step), c2 = 1 - powf(0.999f, (float)step);
         for (size_t i = 0; i < sizeof *n / sizeof *of; i++) {
@@ -255,8 +313,8 @@ static void train(network *n, long steps, int kind)
             of[i] -= rate * (m[i] / c1) / (sqrtf(s[i] / c2) + 1e-8f);
             of[i] = of[i] < -7.9f ? -7.9f : of[i] > 7.9f ? 7.9f : of[i]; /* 16 bits hold it */
         }
-        if (step % 10000 == 0) {
-            printf("%ld: %.4f bits an example\n", step, bits / BATCH / 10000);
+        if (step % 5000 == 0) {
+            printf("%ld: %.4f bits an example\n", step, bits / BATCH / 5000);
             fflush(stdout);
             bits = 0;
         }
@@ -305,6 +363,27 @@ static void put_network(FILE *file, const char *name, const network *n)
     put_layer(file, n->third[0], n->third_bias, OUTPUTS, SECOND, 64 * 4096, "};");
 }
 
+/* The rows that make what was counted shortest. */
+static void put_rows(FILE *file)
+{
+    static cvol_token_counts counts;
+    cvol_token_tables *tables = cvol_token_tables_create();
+    if (!tables)
+        fail("no memory");
+    for (int r = CVOL_SMALL_ROWS; r < CVOL_SMALL_ROWS_END; r++)
+        for (int t = 0; t < CVOL_TOKENS; t++)
+            counts.of[r][t] = (uint64_t)(all_tokens[r][t] + 0.5);
+    cvol_token_tables_train(tables, &counts);
+    fprintf(file, "\nconst uint8_t cvol_small_rows[CVOL_SMALL_ROWS_END - CVOL_SMALL_ROWS]"
+                  "[CVOL_TOKEN_CODES] = {\n");
+    for (int r = CVOL_SMALL_ROWS; r < CVOL_SMALL_ROWS_END; r++) {
+        for (int t = 0; t < CVOL_TOKEN_CODES; t++)
+            fprintf(file, "%s%d", t ? ", " : "{", tables->codes[r][t]);
+        fprintf(file, "}%s\n", r < CVOL_SMALL_ROWS_END - 1 ? "," : "};");
+    }
+    free(tables);
+}
+
 int main(int argc, char **argv)
 {
     static network magnitudes, signs;
@@ -316,9 +395,9 @@ int main(int argc, char **argv)
     for (int f = 4; f < argc; f++)
         add_file(context, argv[f]);
     cvol_context_destroy(context);
-    train(&magnitudes, atol(argv[2]), 0);
+    train(&magnitudes, labs(atol(argv[2])), 0, atol(argv[2]) < 0);
     test(&magnitudes, 0);
-    train(&signs, atol(argv[3]), 1);
+    train(&signs, labs(atol(argv[3])), 1, atol(argv[3]) < 0);
     test(&signs, 1);
     FILE *file = fopen(argv[1], "w");
     if (!file)
@@ -327,6 +406,7 @@ int main(int argc, char **argv)
                   "#include \"codec/small_model.h\"\n\n/* clang-format off */\n");
     put_network(file, "cvol_small_magnitudes", &magnitudes);
     put_network(file, "cvol_small_signs", &signs);
+    put_rows(file);
     if (fclose(file))
         fail("cannot write the numbers");
     return 0;

@@ -21,7 +21,7 @@
 
 int cvol_array_may_have_ranges(const cvol_array *array, uint64_t shells)
 {
-    return cvol_grid_samples(&array->grid) / 4096 / 4 < shells / 100 + 64;
+    return !array->small && cvol_grid_samples(&array->grid) / 4096 / 4 < shells / 100 + 64;
 }
 
 /* The content of RNGE. An array that has no ranges yet is evaluated for it; `found` are then its

@@ -15,7 +15,8 @@ int cvol_array_write_within(cvol_context *context, const cvol_array *array, cvol
                             uint64_t *file_bytes);
 
 /* Whether a file whose shells have so many bytes may have RNGE: it takes two bits a cell of 16^3 at
- * least, and is left out where that is more than a hundredth of the shells. */
+ * least, and is left out where that is more than a hundredth of the shells, and of what is coded
+ * smallest. */
 int cvol_array_may_have_ranges(const cvol_array *array, uint64_t shells);
 
 #endif

@@ -96,6 +96,7 @@ void cvol_brick_coder_free(cvol_brick_coder *coder)
         cvol_token_writer_free(&coder->writers[s]);
     cvol_end_scans_clear(&coder->context.scans);
     cvol_small_free(coder->small);
+    cvol_small_chooser_free(coder->small_chooser);
     free(coder->words);
     free(coder);
 }
@@ -118,9 +119,11 @@ static int start_small(cvol_brick_coder *coder, const cvol_array *array, const c
         return 1;
     if (!coder->small)
         coder->small = cvol_small_create();
+    if (!coder->small_chooser)
+        coder->small_chooser = cvol_small_chooser_create();
     if (coder->small)
         cvol_small_start(coder->small, array, box);
-    return coder->small != NULL;
+    return coder->small && coder->small_chooser;
 }
 
 int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box)
@@ -139,7 +142,14 @@ void cvol_brick_put_part(cvol_brick_coder *coder, const int at[3], const cvol_sc
     cvol_part_encode(coder->writers, scan, &context, values, used, dependent, coder->scatter);
     cvol_part_note(&coder->context, at, scan, values[0], cvol_part_length(scan, used));
     if (coder->is_small)
-        cvol_small_put_part(coder->small, at, scan->size_class, scan, values, used);
+        coder->last_values = cvol_small_put_part(coder->small, at, scan->size_class, scan, values,
+                                                 used);
+}
+
+void cvol_brick_keep_scaled(cvol_brick_coder *coder, const float *scaled, int count)
+{
+    if (coder->is_small)
+        cvol_small_chooser_keep(coder->small_chooser, coder->last_values, scaled, count);
 }
 
 void cvol_brick_pass_part(cvol_brick_coder *coder, const int at[3], int size_class)
@@ -164,6 +174,13 @@ void cvol_brick_put_split(cvol_brick_coder *coder, const size_t place[3], uint16
     cvol_split_note(&coder->context, cell, token);
     if (coder->is_small)
         cvol_small_put_split(coder->small, place, split);
+}
+
+double cvol_brick_choose_again(cvol_brick_coder *coder, const cvol_token_costs *costs)
+{
+    return coder->is_small
+               ? cvol_small_choose_again(coder->small_chooser, coder->small, costs, &coder->context)
+               : 0;
 }
 
 int cvol_brick_finish(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS])

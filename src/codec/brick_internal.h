@@ -4,6 +4,8 @@
 
 #include "codec/brick_code.h"
 #include "codec/part_code.h"
+#include "codec/part_cost.h"
+#include "codec/small_choice.h"
 #include "codec/small_code.h"
 #include "transform/cell.h"
 
@@ -18,7 +20,9 @@ struct cvol_brick_coder {
     uint64_t found[CVOL_PART_SAMPLES_MAX / 64]; /* which places are not zero */
     uint16_t scatter[CVOL_SCATTER_MAX];         /* zero between parts */
     cvol_small_brick *small; /* of arrays that are coded so; NULL as long as there were none */
-    int is_small;            /* the brick that was started is */
+    cvol_small_chooser *small_chooser; /* likewise */
+    int is_small;                      /* the brick that was started is */
+    int last_values;                   /* of it: where the last part's are */
 };
 
 /* The parts of a block of side B that is split so; how many. */
@@ -43,6 +47,12 @@ int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvo
 /* Codes a part: values in scan order. */
 void cvol_brick_put_part(cvol_brick_coder *coder, const int at[3], const cvol_scan *scan,
                          const int32_t *values, int used, int dependent);
+/* What the last part's values stand for: coefficients, divided by twice the step, in scan order. Of
+ * all parts, if there is to be a choice again. */
+void cvol_brick_keep_scaled(cvol_brick_coder *coder, const float *scaled, int count);
+/* Chooses all values again, where what is coded makes others better (small_choice.h): by how much
+ * the squared error grows, in steps squared. */
+double cvol_brick_choose_again(cvol_brick_coder *coder, const cvol_token_costs *costs);
 /* Notes one that nobody sees. */
 void cvol_brick_pass_part(cvol_brick_coder *coder, const int at[3], int size_class);
 /* Codes how the cell at `place` is split, and notes it. */

@@ -98,11 +98,14 @@ static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_re
         cvol_part_place(at, &parts[p], place, CVOL_CELL);
         const int size_class = cvol_size_class(parts[p].side);
         const cvol_scan *scan = cvol_brick_scan(&maker->coder->context, at, size_class);
-        if (scan)
-            cvol_brick_put_part(maker->coder, at, scan, choice.values[p], choice.used[p],
-                                options->dependent);
-        else
+        if (!scan) {
             cvol_brick_pass_part(maker->coder, at, size_class);
+            continue;
+        }
+        cvol_brick_put_part(maker->coder, at, scan, choice.values[p], choice.used[p],
+                            options->dependent);
+        if (options->dependent)
+            cvol_brick_keep_scaled(maker->coder, choice.scaled[p], scan->count);
     }
     return CVOL_OK;
 }
@@ -183,5 +186,6 @@ int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], dou
     }
     if (recipe->counts)
         cvol_brick_maker_count(maker, recipe->counts);
+    *error += cvol_brick_choose_again(maker->coder, recipe->costs);
     return cvol_brick_finish(maker->coder, shells) ? CVOL_OK : CVOL_ERROR_MEMORY;
 }

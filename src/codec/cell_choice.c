@@ -19,6 +19,7 @@ typedef struct split_margins {
     float cell_least, cell_most, octant_least, octant_most;
 } split_margins;
 static const split_margins best_margins = {0.75f, 0.93f, 0.8f, 0.97f};
+static const split_margins small_margins = {0.5f, 1.1f, 0.5f, 1.1f};
 
 /* Three ways, whole, by eights and by fours, have room for all their parts' values. */
 enum { WHOLE, EIGHTS, FOURS, WAYS };
@@ -230,6 +231,7 @@ static void choose_paths(const choosing *c, cvol_cell_choice *out)
     const float *coefficients[CVOL_PART_SIZES] = {chooser->fours, chooser->eights,
                                                   chooser->coefficients};
     cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    int begin_of = 0;
     cvol_cell_list_parts(parts, out->split);
     out->error = 0;
     for (int p = 0; p < out->parts; p++) {
@@ -240,14 +242,17 @@ static void choose_paths(const choosing *c, cvol_cell_choice *out)
         const int begin[3] = {parts[p].begin[0] / 4, parts[p].begin[1] / 4, parts[p].begin[2] / 4};
         int at[3];
         const cvol_scan *scan = scan_of(c, at, begin, size_class);
+        float *scaled = chooser->scaled + begin_of;
         for (int i = 0; i < scan->count; i++)
-            chooser->scaled[i] = from[scan->entries[i].in_cell] * c->inverse;
+            scaled[i] = from[scan->entries[i].in_cell] * c->inverse;
+        out->scaled[p] = scaled;
+        begin_of += scan->count;
         const cvol_part_context context = cvol_part_context_of(c->brick, at, scan);
         const cvol_part_choice choice = is_beyond(c, begin, size_class)
                                             ? choose_unseen(out->values[p], scan, &context)
                                             : cvol_part_choose_dependent(
-                                                  chooser->trellis, out->values[p], chooser->scaled,
-                                                  scan, c->costs, &context, chooser->scatter);
+                                                  chooser->trellis, out->values[p], scaled, scan,
+                                                  c->costs, &context, chooser->scatter);
         out->used[p] = choice.used;
         out->error += 4 * choice.error;
         cvol_part_note(c->brick, at, scan, out->values[p][0], cvol_part_length(scan, choice.used));
@@ -328,7 +333,8 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
                   .costs = costs,
                   .inverse = (float)((options->dependent ? 0.5 : 1) / options->step),
                   .plain = options->plain,
-                  .margins = best_margins};
+                  .margins = options->whole_share > 0 ? small_margins : best_margins};
+    const float whole_share = options->whole_share > 0 ? options->whole_share : 1;
     const ways tried = ways_worth_trying(&c, samples, split);
     cvol_part_choice whole = {.cost = INFINITY};
     *out = (cvol_cell_choice){.split = CVOL_CELL_OCTANTS};
@@ -347,7 +353,7 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
             cost += choose_octant(&c, out, octant, split);
         cost += CVOL_LAMBDA * bits_of_split(&c, cell, out->split);
     }
-    if (tried.whole && whole.cost <= cost) {
+    if (tried.whole && whole.cost <= whole_share * cost) {
         *out = (cvol_cell_choice){.split = CVOL_CELL_WHOLE,
                                   .parts = 1,
                                   .error = whole.error,

@@ -20,6 +20,9 @@ typedef struct cvol_chooser_options {
     cvol_split_choice split;
     int plain;     /* the nearest values */
     int dependent; /* indices (dependent.h); the step is half of what tells values apart */
+    /* 0, or, for the small coder (small_code.h): what a whole cell may cost at most, as a share of
+     * what its parts do. More is tried then. */
+    float whole_share;
 } cvol_chooser_options;
 
 /* What was chosen for a cell. */
@@ -29,6 +32,8 @@ typedef struct cvol_cell_choice {
     float error;                          /* squared, in steps squared; beyond the volume too */
     int32_t *values[CVOL_CELL_PARTS_MAX]; /* of each part, in scan order; indices */
     int used[CVOL_CELL_PARTS_MAX];        /* 0: a value is beyond the limit */
+    /* What these stand for, of dependent ones: coefficients, divided by twice the step. */
+    const float *scaled[CVOL_CELL_PARTS_MAX];
 } cvol_cell_choice;
 
 /* One thread's memory. */

@@ -133,6 +133,8 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
         code = cvol_trial_choose_lap(c->context, &c->trial, *step);
     if (!code && c->trial.shape->lapped != may_lap)
         code = sample_step(c, step, c->slope);
+    if (!code && c->trial.shape->small)
+        code = cvol_trial_choose_share(c->context, &c->trial, *step);
     return code;
 }
 

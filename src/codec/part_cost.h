@@ -7,6 +7,7 @@
 /* Bits of each token: -log2 of its probability. */
 typedef struct cvol_token_costs {
     float of[CVOL_ROWS][CVOL_TOKENS];
+    float weight; /* by which they are multiplied */
 } cvol_token_costs;
 void cvol_token_costs_set(cvol_token_costs *costs, const cvol_token_tables *tables);
 /* Multiplies them: bits that weigh more make what is chosen by them coarser. */

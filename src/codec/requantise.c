@@ -85,7 +85,7 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
         cvol_part_place(at, part, place, array->block);
         const cvol_scan *scan = cvol_brick_scan(&coder->context, at, size_class);
         if (!scan) {
-            cvol_part_note_unseen(&coder->context, at, size_class);
+            cvol_brick_pass_part(coder, at, size_class);
             continue;
         }
         const int first = part->first[0] +
@@ -107,6 +107,8 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
         }
         out->error += (double)choice.error * (array->dependent ? 4 : 1);
         cvol_brick_put_part(coder, at, scan, coder->scanned, choice.used, array->dependent);
+        if (array->dependent)
+            cvol_brick_keep_scaled(coder, r->scaled, scan->count);
     }
     if (array->ends)
         memset(r->coefficients, 0, sizeof *r->coefficients * CVOL_CELL_SAMPLES);
@@ -127,6 +129,8 @@ static void code_brick(requantiser *r, coded_brick *out, const requantising *all
         code_block(r, out, all,
                    &all->array->block_table[cvol_brick_block_index(all->array, &box, i)], place);
     }
+    if (!out->code)
+        out->error += cvol_brick_choose_again(r->coder, &all->costs);
     if (!out->code && !cvol_brick_finish(r->coder, out->shells))
         out->code = CVOL_ERROR_MEMORY;
     cvol_brick_coder_count(r->coder, &r->counts);

@@ -15,10 +15,10 @@ void cvol_small_free(cvol_small_brick *brick);
 /* Begins a brick of `box` of an array. */
 void cvol_small_start(cvol_small_brick *brick, const cvol_array *array, const cvol_brick_box *box);
 /* A cell's split and its parts, in order; scan NULL: a part that nobody sees. Values in scan order
- * as for cvol_part_encode. */
+ * as for cvol_part_encode. Where they are in the brick: all of the part's have room there. */
 void cvol_small_put_split(cvol_small_brick *brick, const size_t place[3], uint16_t split);
-void cvol_small_put_part(cvol_small_brick *brick, const int at[3], int size_class,
-                         const cvol_scan *scan, const int32_t *values, int used);
+int cvol_small_put_part(cvol_small_brick *brick, const int at[3], int size_class,
+                        const cvol_scan *scan, const int32_t *values, int used);
 /* Codes all; 0 when memory is short. context: made for the brick, its notes are taken anew. */
 int cvol_small_finish(cvol_small_brick *brick, cvol_bytes shells[CVOL_SHELLS],
                       cvol_brick_context *context);

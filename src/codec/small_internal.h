@@ -15,6 +15,7 @@ enum {
     CVOL_SMALL_PAD = 20,   /* a side of a part's magnitudes: three places before it, one behind */
     CVOL_SMALL_ORIGIN = 3 * (1 + CVOL_SMALL_PAD + CVOL_SMALL_PAD * CVOL_SMALL_PAD),
     CVOL_SMALL_LIMIT = 4095, /* magnitudes count as this at most, where they only foretell */
+    CVOL_SMALL_BUCKET_BITS = 7,
     CVOL_SMALL_BUCKETS = 33, /* of logits, apart by 2^7 */
     CVOL_SMALL_ESCAPES = 31,
     CVOL_SMALL_NONE = -1
@@ -25,12 +26,13 @@ typedef struct cvol_small_part {
     uint8_t size_class, side, length, around, change;
     uint8_t finished;                  /* nothing more is coded of it */
     int16_t beside[CVOL_SMALL_PLANES]; /* parts next to its first sample; CVOL_SMALL_NONE */
+    int16_t across[3];                 /* across the edge along z, y, x of its first sample */
     const cvol_scan *scan;             /* NULL: nobody sees it */
     int32_t dc;
     int first;  /* its place in the brick's arrays */
     int values; /* encoder: where its values are */
     int used;   /* encoder: how many */
-    int state, next;
+    int state, next, length_row;
 } cvol_small_part;
 
 /* Likelihoods of 1, in 2^-16, by a logit. */
@@ -57,10 +59,16 @@ struct cvol_small_brick {
     int32_t known[CVOL_SMALL_SAMPLES];
     int32_t samples[CVOL_SMALL_SAMPLES]; /* what these decode to, in sixteenths */
     uint8_t blur[CVOL_SMALL_SAMPLES];    /* their sizes' classes, averaged over nearby ones */
+    /* Means of sizes' classes, in sixteenths, over the parts so far, by size class and frequency;
+     * of how many parts, by shell. */
+    int16_t means[3][16 * 16 * 16];
+    uint8_t met[3][CVOL_SHELLS];
     cvol_small_states states;
     cvol_range_encoder encoder;
-    cvol_token_tables *tables; /* the built-in ones */
+    cvol_token_tables *tables; /* with its own rows */
     void (*evaluate)(int16_t *out, const cvol_small_pairs *network, const int16_t *x, int inputs);
+    void (*evaluate_kinds)(int16_t (*out)[CVOL_SMALL_OUTPUTS], const cvol_small_pairs *network,
+                           int16_t *x);
 };
 
 /* ---- tables (filled by cvol_small_create) ----------------------------------------------- */
@@ -81,6 +89,8 @@ int cvol_small_face_signed(int32_t foretold);
 
 /* Finds which parts are beside which. */
 void cvol_small_find_neighbours(cvol_small_brick *brick);
+/* Adds what is known of a part in a shell to the means. */
+void cvol_small_average(cvol_small_brick *brick, const cvol_small_part *part, int shell);
 /* Brings samples and blur up to date with what is known of a part: frequencies below `cube`. */
 void cvol_small_show(cvol_small_brick *brick, const cvol_small_part *part, int cube);
 
@@ -101,6 +111,7 @@ void cvol_small_view_part(cvol_small_view *view, const cvol_small_brick *brick,
 typedef struct cvol_small_question {
     int shell, index, last, state; /* last: index of the part's last one; scan's count: not known */
     int run;                       /* 16 times a mean of classes before it */
+    int slow;                      /* the same over more of them */
 } cvol_small_question;
 
 /* What is seen of it. */
@@ -118,5 +129,29 @@ void cvol_small_look_at(cvol_small_look *look, const cvol_small_brick *brick,
 void cvol_small_look_for_sign(int16_t x[CVOL_SMALL_INPUTS], const cvol_small_brick *brick,
                               const cvol_small_part *part, const cvol_small_look *look,
                               uint32_t magnitude);
+
+/* ---- on the way (small_walk.c) ---------------------------------------------------------- */
+
+/* Makes everything new but the parts. */
+void cvol_small_start_coding(cvol_small_brick *brick);
+int cvol_small_has_faces(const cvol_small_part *part);
+/* A part's DC is known, and the bit length of its last index. */
+void cvol_small_note_head(cvol_small_brick *brick, cvol_small_part *part,
+                          cvol_brick_context *context);
+
+/* The first question about a part in a shell. One past the last index that it has there, if the
+ * part goes on so far; 0: none. */
+int cvol_small_begin_part(cvol_small_question *question, const cvol_small_part *part, int shell);
+/* Whether the part's last index is in this shell or before it. */
+int cvol_small_has_last(const cvol_small_part *part, int shell);
+/* Frequencies below this were known before the shell. */
+int cvol_small_known_cube(const cvol_small_part *part, int shell);
+/* The index' magnitude of what was asked is known, and its sign; goes on to the next. */
+void cvol_small_note_value(cvol_small_brick *brick, cvol_small_part *part, cvol_small_view *view,
+                           cvol_small_question *question, const cvol_small_look *look,
+                           uint32_t size, int negative);
+/* All that was asked about is known: up to the question's index. */
+void cvol_small_end_part(cvol_small_brick *brick, cvol_small_part *part,
+                         const cvol_small_question *question, int shell);
 
 #endif

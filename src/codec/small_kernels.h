@@ -26,11 +26,12 @@ typedef struct cvol_small_pairs {
 /* Kernels of the same numbers from every instruction set:
  *
  * void cvol_small_evaluate(int16_t out[], const cvol_small_pairs *network, const int16_t *x, int
- * inputs) all outputs (small_model.h); void cvol_small_inverse(int32_t *samples, const int32_t
- * *known, const int n[3], int cube, basis) a part's samples in sixteenths, of its frequencies below
- * cube; void cvol_small_face(int32_t *level, int32_t *slope, const int32_t *near, const int32_t
- * *far, const int stride[2], const int n[2], basis) the DCT of a plane of samples, times 2^8, and
- * that of it less the plane behind it. */
+ * inputs) all outputs (small_model.h); void cvol_small_evaluate_kinds(int16_t out[][], const
+ * cvol_small_pairs *network, int16_t *x) those of all kinds of states, with which x is left; void
+ * cvol_small_inverse(int32_t *samples, const int32_t *known, const int n[3], int cube, basis) a
+ * part's samples in sixteenths, of its frequencies below cube; void cvol_small_face(int32_t *level,
+ * int32_t *slope, const int32_t *near, const int32_t *far, const int stride[2], const int n[2],
+ * basis) the DCT of a plane of samples, times 2^8, and that of it less the plane behind it. */
 
 /* A value at frequency at[] is known now: the faces no longer lack it. In 2^-12. */
 CVOL_INLINE void cvol_small_take_off(int32_t level[6][256], int32_t slope[6][256],

@@ -15,11 +15,16 @@
 
 #include <stdint.h>
 
+#include "codec/token_tables.h"
+
 enum {
-    CVOL_SMALL_INPUTS = 64,
-    CVOL_SMALL_FIRST = 64,
-    CVOL_SMALL_SECOND = 32,
+    CVOL_SMALL_INPUTS = 80,
+    CVOL_SMALL_FIRST = 96,
+    CVOL_SMALL_SECOND = 48,
     CVOL_SMALL_OUTPUTS = 16,
+    CVOL_SMALL_KINDS = 4, /* of states: even or odd, and of the second four */
+    CVOL_SMALL_ODD = 39,  /* inputs that say so */
+    CVOL_SMALL_LATE = 40,
     CVOL_SMALL_SIGN_INPUTS = 32,
     CVOL_SMALL_LOGIT_MOST = 2047
 };
@@ -35,6 +40,10 @@ typedef struct cvol_small_network {
 
 /* Of magnitudes: output t is whether one is above t, given that it is not below. */
 extern const cvol_small_network cvol_small_magnitudes;
+/* Codes of rows (token_tables.h) CVOL_SMALL_ROWS .. CVOL_SMALL_ROWS_END - 1, of what stands before
+ * coefficients: cells are split more often than where they are not foretold. */
+enum { CVOL_SMALL_ROWS = CVOL_ROW_DC, CVOL_SMALL_ROWS_END = CVOL_ROW_CORRECTION };
+extern const uint8_t cvol_small_rows[CVOL_SMALL_ROWS_END - CVOL_SMALL_ROWS][CVOL_TOKEN_CODES];
 /* Of signs: output 0 is whether it is that of the sum of what the faces foretell. */
 extern const cvol_small_network cvol_small_signs;
 

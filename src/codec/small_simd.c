@@ -11,6 +11,8 @@
 
 void CVOL_SIMD(cvol_small_evaluate)(int16_t *out, const cvol_small_pairs *network, const int16_t *x,
                                     int inputs);
+void CVOL_SIMD(cvol_small_evaluate_kinds)(int16_t (*out)[CVOL_SMALL_OUTPUTS],
+                                          const cvol_small_pairs *network, int16_t *x);
 void CVOL_SIMD(cvol_small_inverse)(int32_t *samples, const int32_t *known, const int n[3], int cube,
                                    const cvol_small_basis *basis);
 void CVOL_SIMD(cvol_small_face)(int32_t *level, int32_t *slope, const int32_t *near,
@@ -43,34 +45,72 @@ CVOL_INLINE cvol_vi add_pair(cvol_vi sums, const int16_t (*weights)[2], const in
 #endif
 }
 
-/* A layer: sums of all units, shifted down and cut. */
-CVOL_INLINE void layer(int16_t *out, const int16_t *weights, const int32_t *biases,
-                       const int16_t *x, int inputs, int units, int shift, int least, int most)
+/* Adds a layer's inputs first .. end - 1 to the sums of all its units. */
+CVOL_INLINE void add_inputs(cvol_vi *sums, const int16_t *weights, const int16_t *x, int first,
+                            int end, int units)
 {
-    cvol_vi sums[CVOL_SMALL_FIRST / CVOL_LANES];
-    const int vectors = units / CVOL_LANES;
-    memcpy(sums, biases, (size_t)units * sizeof *biases);
-    for (int i = 0; i < inputs; i += 2) {
-        for (int k = 0; k < vectors; k++)
+    for (int i = first; i < end; i += 2)
+        for (int k = 0; k < units / CVOL_LANES; k++)
             sums[k] = add_pair(
                 sums[k], (const int16_t(*)[2])(weights + i * units + 2 * CVOL_LANES * k), x + i);
-    }
+}
+
+/* Sums shifted down and cut. */
+CVOL_INLINE void cut_sums(int16_t *out, const cvol_vi *sums, int units, int shift, int least,
+                          int most)
+{
     for (int k = 0; k < units; k++) {
         const int32_t sum = ((const int32_t *)sums)[k] >> shift;
         out[k] = (int16_t)(sum < least ? least : sum > most ? most : sum);
     }
 }
 
-void CVOL_SIMD(cvol_small_evaluate)(int16_t *out, const cvol_small_pairs *network, const int16_t *x,
-                                    int inputs)
+CVOL_INLINE void layer(int16_t *out, const int16_t *weights, const int32_t *biases,
+                       const int16_t *x, int inputs, int units, int shift, int least, int most)
 {
-    int16_t first[CVOL_SMALL_FIRST], second[CVOL_SMALL_SECOND];
-    layer(first, network->first[0][0], network->first_bias, x, inputs, CVOL_SMALL_FIRST, 11, 0,
-          255);
+    cvol_vi sums[CVOL_SMALL_FIRST / CVOL_LANES];
+    memcpy(sums, biases, (size_t)units * sizeof *biases);
+    add_inputs(sums, weights, x, 0, inputs, units);
+    cut_sums(out, sums, units, shift, least, most);
+}
+
+/* All layers behind the first one. */
+CVOL_INLINE void further_layers(int16_t *out, const cvol_small_pairs *network, const int16_t *first)
+{
+    int16_t second[CVOL_SMALL_SECOND];
     layer(second, network->second[0][0], network->second_bias, first, CVOL_SMALL_FIRST,
           CVOL_SMALL_SECOND, 12, 0, 255);
     layer(out, network->third[0][0], network->third_bias, second, CVOL_SMALL_SECOND,
           CVOL_SMALL_OUTPUTS, 10, -CVOL_SMALL_LOGIT_MOST, CVOL_SMALL_LOGIT_MOST);
+}
+
+void CVOL_SIMD(cvol_small_evaluate)(int16_t *out, const cvol_small_pairs *network, const int16_t *x,
+                                    int inputs)
+{
+    int16_t first[CVOL_SMALL_FIRST];
+    layer(first, network->first[0][0], network->first_bias, x, inputs, CVOL_SMALL_FIRST, 11, 0,
+          255);
+    further_layers(out, network, first);
+}
+
+void CVOL_SIMD(cvol_small_evaluate_kinds)(int16_t (*out)[CVOL_SMALL_OUTPUTS],
+                                          const cvol_small_pairs *network, int16_t *x)
+{
+    enum { FROM = CVOL_SMALL_ODD / 2 * 2, BEHIND = CVOL_SMALL_LATE / 2 * 2 + 2 };
+    const int16_t *weights = network->first[0][0];
+    cvol_vi shared[CVOL_SMALL_FIRST / CVOL_LANES], sums[CVOL_SMALL_FIRST / CVOL_LANES];
+    int16_t first[CVOL_SMALL_FIRST];
+    memcpy(shared, network->first_bias, sizeof network->first_bias);
+    add_inputs(shared, weights, x, 0, FROM, CVOL_SMALL_FIRST);
+    add_inputs(shared, weights, x, BEHIND, CVOL_SMALL_INPUTS, CVOL_SMALL_FIRST);
+    for (int kind = 0; kind < CVOL_SMALL_KINDS; kind++) {
+        x[CVOL_SMALL_ODD] = kind & 1 ? 64 : 0;
+        x[CVOL_SMALL_LATE] = kind & 2 ? 64 : 0;
+        memcpy(sums, shared, sizeof sums);
+        add_inputs(sums, weights, x, FROM, BEHIND, CVOL_SMALL_FIRST);
+        cut_sums(first, sums, CVOL_SMALL_FIRST, 11, 0, 255);
+        further_layers(out[kind], network, first);
+    }
 }
 
 /* to[0 .. 16) += factor from[0 .. 16) */

@@ -103,6 +103,10 @@ void cvol_small_find_neighbours(cvol_small_brick *b)
         const int16_t *unit =
             &b->unit[p->at[0] * strides[0] + p->at[1] * strides[1] + p->at[2] * strides[2]];
         for (int a = 0; a < 3; a++) {
+            const int e1 = a == 2 ? 1 : 0,
+                      e2 = a == 0 ? 1 : 2; /* edges between x and y, x and z, y and z */
+            p->across[a] = p->at[e1] && p->at[e2] ? unit[-strides[e1] - strides[e2]]
+                                                  : CVOL_SMALL_NONE;
             p->beside[a] = p->at[a] ? unit[-strides[a]] : CVOL_SMALL_NONE;
             p->beside[3 + a] = p->at[a] + units < CVOL_BRICK_UNITS && p->n[a] == p->side
                                    ? unit[units * strides[a]]
@@ -154,6 +158,22 @@ static void put_blur(cvol_small_brick *b, const cvol_small_part *p, int cube)
                     (uint8_t)(sum * shares[count] >> 16);
             }
     blur[0] = 0;
+}
+
+void cvol_small_average(cvol_small_brick *b, const cvol_small_part *p, int shell)
+{
+    const int cube = p->side >> (CVOL_SHELLS - 1 - shell), from = cube > 2 ? cube / 2 : 1;
+    uint8_t *met = &b->met[p->size_class][shell];
+    int16_t *means = b->means[p->size_class];
+    for (int w = 0; w < cube && w < p->n[2]; w++)
+        for (int v = 0; v < cube && v < p->n[1]; v++)
+            for (int u = w < from && v < from ? from : 0; u < cube && u < p->n[0]; u++) {
+                int16_t *mean = &means[u + 16 * (v + 16 * w)];
+                const int size = cvol_small_class(cvol_magnitude(
+                    b->known[p->first + u + CVOL_SMALL_SIDE * v + CVOL_SMALL_SHEET * w]));
+                *mean = (int16_t)(*mean + ((16 * size - *mean) >> *met));
+            }
+    *met = (uint8_t)(*met + (*met < 3));
 }
 
 void cvol_small_show(cvol_small_brick *b, const cvol_small_part *p, int cube)
@@ -240,6 +260,26 @@ static int blur_at(const cvol_small_brick *b, int number, int side, int u, int v
     return b->blur[other->first + at[0] + CVOL_SMALL_SIDE * at[1] + CVOL_SMALL_SHEET * at[2]];
 }
 
+/* The class of the magnitude there. */
+static int size_at(const cvol_small_brick *b, int number, int side, int u, int v, int w)
+{
+    if (number == CVOL_SMALL_NONE)
+        return 0;
+    const cvol_small_part *other = &b->part[number];
+    int at[3] = {u, v, w};
+    for (int a = 0; a < 3; a++) {
+        if (other->side < side)
+            at[a] /= side / other->side;
+        else if (other->side > side)
+            at[a] = at[a] * (other->side / side) + other->side / side / 2;
+        at[a] = at[a] < other->n[a] ? at[a] : other->n[a] - 1;
+    }
+    if (!(at[0] | at[1] | at[2]))
+        return 0;
+    return cvol_small_class(cvol_magnitude(
+        b->known[other->first + at[0] + CVOL_SMALL_SIDE * at[1] + CVOL_SMALL_SHEET * at[2]]));
+}
+
 /* Wraps around. */
 CVOL_INLINE int32_t product(int32_t a, int32_t b)
 {
@@ -320,8 +360,8 @@ void cvol_small_look_at(cvol_small_look *l, const cvol_small_brick *b, const cvo
                                                 : cvol_small_class((uint32_t)(q->last - q->index)));
     x[37] = (int16_t)(8 * p->length);
     x[38] = q->index == q->last ? 64 : 0;
-    x[39] = cvol_state_is_odd(q->state) ? 64 : 0;
-    x[40] = q->state >= 4 ? 64 : 0;
+    x[CVOL_SMALL_ODD] = cvol_state_is_odd(q->state) ? 64 : 0;
+    x[CVOL_SMALL_LATE] = q->state >= 4 ? 64 : 0;
     x[41] = p->size_class == 0 ? 64 : 0;
     x[42] = p->size_class == 1 ? 64 : 0;
     for (int k = 0; k < CVOL_SMALL_PLANES; k++)
@@ -332,6 +372,20 @@ void cvol_small_look_at(cvol_small_look *l, const cvol_small_brick *b, const cvo
     x[61] = (int16_t)(32 * q->shell);
     x[62] = p->change;
     x[63] = (int16_t)((x[29] + x[30] + x[31]) / 3);
+    int32_t slopes = 0;
+    for (int k = 0; k < CVOL_SMALL_PLANES; k++) {
+        x[64 + k] = (int16_t)cvol_small_face_class(l->slope[k]);
+        slopes = (int32_t)((uint32_t)slopes + (uint32_t)l->slope[k]);
+    }
+    for (int a = 0; a < 3; a++) {
+        x[70 + a] = (int16_t)(u | v | w ? size_at(b, p->beside[a], p->side, u, v, w) : 0);
+        x[73 + a] = (int16_t)blur_at(b, p->across[a], p->side, u, v, w);
+    }
+    x[76] =
+        f->classes[CVOL_SMALL_ORIGIN + u / 2 + CVOL_SMALL_PAD * (v / 2 + CVOL_SMALL_PAD * (w / 2))];
+    x[77] = (int16_t)(b->means[p->size_class][u + 16 * (v + 16 * w)] / 16);
+    x[78] = (int16_t)cvol_small_face_class(slopes);
+    x[79] = (int16_t)(q->slow / 64);
 }
 
 void cvol_small_look_for_sign(int16_t x[CVOL_SMALL_INPUTS], const cvol_small_brick *b,

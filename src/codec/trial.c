@@ -199,6 +199,7 @@ void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *opti
 {
     trial->hasty = options->fast;
     trial->shape->small = options->smallest && trial->shape->dependent;
+    trial->whole_share = trial->shape->small ? 1 : 0;
     if (options->no_lap)
         trial->shape->lapped = 0;
     if (options->fast && trial->split == CVOL_SPLIT_BEST)
@@ -275,8 +276,8 @@ static int make_sampler(cvol_context *context, cvol_trial *trial)
 int cvol_trial_find_share(cvol_context *context, cvol_trial *trial, double step)
 {
     cvol_trial_set_step(trial, step);
-    const cvol_chooser_options options = {step, trial->split, trial->plain,
-                                          trial->shape->dependent};
+    const cvol_chooser_options options = {step, trial->split, trial->plain, trial->shape->dependent,
+                                          trial->whole_share};
     int code = make_sampler(context, trial);
     if (!code)
         code = cvol_sampler_measure(context, &trial->error_share, trial->sampler, trial->shape,
@@ -304,8 +305,8 @@ int cvol_trial_guess_error(cvol_context *context, cvol_trial *trial, double step
 int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
 {
     cvol_trial_set_step(trial, step);
-    const cvol_chooser_options options = {step, trial->split, trial->plain,
-                                          trial->shape->dependent};
+    const cvol_chooser_options options = {step, trial->split, trial->plain, trial->shape->dependent,
+                                          trial->whole_share};
     int code = make_sampler(context, trial);
     if (!code)
         code = cvol_sampler_run(context, &trial->result, trial->counts, trial->sampler,
@@ -324,7 +325,7 @@ int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, s
         .shape = trial->shape,
         .source = &trial->source,
         .tables = trial->tables,
-        .options = {step, trial->split, trial->plain, trial->shape->dependent},
+        .options = {step, trial->split, trial->plain, trial->shape->dependent, trial->whole_share},
         .counts = trial->counts,
         .every = every};
     const int code = cvol_encode_pass_run(context, &trial->result, &pass);
@@ -338,10 +339,35 @@ int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, s
     return CVOL_OK;
 }
 
+/* What a byte is worth, in squared steps. */
+static double worth_of_byte(const cvol_trial *trial)
+{
+    return 8 * (trial->shape->dependent ? 4 * (double)CVOL_LAMBDA_DEPENDENT : (double)CVOL_LAMBDA);
+}
+
+int cvol_trial_choose_share(cvol_context *context, cvol_trial *trial, double step)
+{
+    static const float shares[] = {1, 0.95f};
+    double least = INFINITY;
+    float best = 1;
+    for (size_t i = 0; i < sizeof shares / sizeof *shares; i++) {
+        trial->whole_share = shares[i];
+        const int code = cvol_trial_sample(context, trial, step);
+        if (code)
+            return code;
+        const double cost = trial->result.error / (step * step) +
+                            worth_of_byte(trial) * (double)trial->result.bytes;
+        if (cost < least) {
+            least = cost;
+            best = shares[i];
+        }
+    }
+    trial->whole_share = best;
+    return CVOL_OK;
+}
+
 int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step)
 {
-    const double lambda = trial->shape->dependent ? 4 * (double)CVOL_LAMBDA_DEPENDENT
-                                                  : (double)CVOL_LAMBDA;
     double costs[2], shares[2];
     for (int lapped = 0; lapped < 2; lapped++) {
         trial->shape->lapped = lapped;
@@ -352,7 +378,7 @@ int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step)
             return code;
         shares[lapped] = trial->error_share;
         costs[lapped] = trial->result.error * shares[lapped] +
-                        lambda * step * step * 8 * (double)trial->result.bytes;
+                        worth_of_byte(trial) * step * step * (double)trial->result.bytes;
     }
     trial->shape->lapped = costs[1] < costs[0];
     trial->error_share = shares[trial->shape->lapped];
@@ -369,7 +395,7 @@ int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
         .source = &trial->source,
         .tables = trial->tables,
         .weight = trial->weight,
-        .options = {step, trial->split, trial->plain, trial->shape->dependent},
+        .options = {step, trial->split, trial->plain, trial->shape->dependent, trial->whole_share},
         .sink = sink,
         .after = after,
         .user = user,

@@ -23,7 +23,8 @@ typedef struct cvol_trial {
     int uncounted; /* no tables will be fitted to an encoding of all */
     int plain;     /* round to nearest: errors are least; else squared error at equal bytes is */
     double step;   /* of the last trial */
-    double weight; /* of bits, where all are encoded; 0: 1 */
+    float whole_share; /* as for cvol_chooser_options */
+    double weight;     /* of bits, where all are encoded; 0: 1 */
     cvol_token_tables *tables;
     cvol_token_counts *counts;   /* of the last trial */
     cvol_encode_result result;   /* of the last trial */
@@ -66,6 +67,9 @@ int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step);
 int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, size_t every);
 /* Whether lapping makes error and lambda bits less, judged by a sample with this step. */
 int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step);
+/* Of what is coded smallest, whether parts are favoured beside whole cells, judged likewise: what
+ * the networks foretell, and tables do not, is worth more of small parts in some volumes. */
+int cvol_trial_choose_share(cvol_context *context, cvol_trial *trial, double step);
 /* How much of the coefficients' error samples show, by a sample with this step. In haste
  * its tokens are counted. */
 int cvol_trial_find_share(cvol_context *context, cvol_trial *trial, double step);
