@@ -41,9 +41,9 @@ typedef struct cvol_compress_options {
     const char *attributes; /* of cvol_compress_stream: JSON text, or NULL */
     int no_lap;             /* cells are transformed by themselves, not through filters across their
                                faces: for volumes that will be multiplied or convolved */
-    int smallest;           /* to send or to keep: 4 to 10 % fewer bits, in bricks of 64^3; takes five
-                               times as long, and fifteen to read. In blocks of 16, not with fast,
-                               lossless or max_error */
+    int smallest;           /* to send or to keep: most of a dB more, in bricks of 64^3; takes fifty
+                               times as long, and twenty to read; without bounds for skipping. In
+                               blocks of 16, not with fast, lossless or max_error */
     int fast;               /* in haste: less than half the time, 3 to 9 % more bits; a PSNR
                                is met to within 0.1 dB below and 0.4 dB above */
     int brick[3];           /* samples along x, y, z that are coded together, and read alone where a
