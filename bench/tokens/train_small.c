@@ -9,8 +9,8 @@
  * Files are volumes that `cvol compress --bricks 64` wrote, with or without --smallest: their
  * coefficients are coded again, and what the coder sees of each is an example. A file behind a '-'
  * is left out of training, and the bits that its examples take are told. The numbers in
- * src/codec/small_weights.c are from thirteen volumes at ratios 14, 29 and 58 (see
- * bench/README.md), 1,000,000 and 400,000 steps of smaller networks, and 1,450,000 and 250,000 from
+ * src/codec/small_weights.c are from thirteen volumes at ratios 14, 29 and 58, 1,000,000
+ * and 400,000 steps of smaller networks, and 1,450,000 and 250,000 from
  * there on.
  */
 #include <math.h>

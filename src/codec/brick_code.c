@@ -119,17 +119,18 @@ static int start_small(cvol_brick_coder *coder, const cvol_array *array, const c
         return 1;
     if (!coder->small)
         coder->small = cvol_small_create();
-    if (!coder->small_chooser)
-        coder->small_chooser = cvol_small_chooser_create();
     if (coder->small)
         cvol_small_start(coder->small, array, box);
-    return coder->small && coder->small_chooser;
+    return coder->small != NULL;
 }
 
 int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box)
 {
     for (int s = 0; s < CVOL_SHELLS; s++)
         cvol_token_writer_start(&coder->writers[s]);
+    if (array->small && !coder->small_chooser &&
+        !(coder->small_chooser = cvol_small_chooser_create()))
+        return 0;
     return start_small(coder, array, box) &&
            cvol_brick_context_start(&coder->context, array, box->first);
 }
