@@ -243,41 +243,37 @@ void cvol_small_view_part(cvol_small_view *view, const cvol_small_brick *brick,
 
 /* ---- looks ------------------------------------------------------------------------------ */
 
-/* The blurred magnitude at a frequency of a part of side `side` in another part. */
+/* Where a frequency of a part of side `side` is among another part's values. */
+static int place_in(const cvol_small_part *other, int side, int u, int v, int w)
+{
+    int at[3] = {u, v, w};
+    for (int a = 0; a < 3; a++) {
+        if (other->side < side)
+            at[a] /= side / other->side;
+        else if (other->side > side)
+            at[a] = at[a] * (other->side / side) + other->side / side / 2;
+        at[a] = at[a] < other->n[a] ? at[a] : other->n[a] - 1;
+    }
+    return at[0] + CVOL_SMALL_SIDE * at[1] + CVOL_SMALL_SHEET * at[2];
+}
+
+/* The blurred magnitude there. */
 static int blur_at(const cvol_small_brick *b, int number, int side, int u, int v, int w)
 {
     if (number == CVOL_SMALL_NONE)
         return 0;
     const cvol_small_part *other = &b->part[number];
-    int at[3] = {u, v, w};
-    for (int a = 0; a < 3; a++) {
-        if (other->side < side)
-            at[a] /= side / other->side;
-        else if (other->side > side)
-            at[a] = at[a] * (other->side / side) + other->side / side / 2;
-        at[a] = at[a] < other->n[a] ? at[a] : other->n[a] - 1;
-    }
-    return b->blur[other->first + at[0] + CVOL_SMALL_SIDE * at[1] + CVOL_SMALL_SHEET * at[2]];
+    return b->blur[other->first + place_in(other, side, u, v, w)];
 }
 
-/* The class of the magnitude there. */
+/* The class of the magnitude there, but of a DC. */
 static int size_at(const cvol_small_brick *b, int number, int side, int u, int v, int w)
 {
     if (number == CVOL_SMALL_NONE)
         return 0;
     const cvol_small_part *other = &b->part[number];
-    int at[3] = {u, v, w};
-    for (int a = 0; a < 3; a++) {
-        if (other->side < side)
-            at[a] /= side / other->side;
-        else if (other->side > side)
-            at[a] = at[a] * (other->side / side) + other->side / side / 2;
-        at[a] = at[a] < other->n[a] ? at[a] : other->n[a] - 1;
-    }
-    if (!(at[0] | at[1] | at[2]))
-        return 0;
-    return cvol_small_class(cvol_magnitude(
-        b->known[other->first + at[0] + CVOL_SMALL_SIDE * at[1] + CVOL_SMALL_SHEET * at[2]]));
+    const int place = place_in(other, side, u, v, w);
+    return place ? cvol_small_class(cvol_magnitude(b->known[other->first + place])) : 0;
 }
 
 /* Wraps around. */
