@@ -28,6 +28,8 @@
 /* Who asks for the smallest file has the time. */
 #define SMALLEST_RATIO_AIM 1.0004
 #define SMALLEST_RATIO_ACCEPTED 1.001
+#define SMALLEST_PSNR_AIM 0.01
+#define SMALLEST_PSNR_ACCEPTED 0.025
 
 /* Where a background's mask takes more than this part of the file, it may do better without; twice
  * the time is spent on knowing sooner where bytes are what is asked for. */
@@ -168,9 +170,13 @@ static int search_weight(cvol_compression *c, double step, double over)
 static int search_psnr(cvol_compression *c)
 {
     const double least = c->trial.hasty ? c->value - CVOL_PSNR_HASTY_LESS : c->value;
-    const double most = c->value + (c->trial.hasty ? CVOL_PSNR_HASTY_MORE : CVOL_PSNR_ACCEPTED);
     double step;
     int code = prepare(c, &step);
+    const int smallest = c->trial.shape->small;
+    const double aim = smallest ? SMALLEST_PSNR_AIM : CVOL_PSNR_AIM;
+    const double most = c->value + (c->trial.hasty ? CVOL_PSNR_HASTY_MORE
+                                    : smallest     ? SMALLEST_PSNR_ACCEPTED
+                                                   : CVOL_PSNR_ACCEPTED);
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.8);
     c->best_step = 0;
     c->reached = 0;
@@ -179,7 +185,7 @@ static int search_psnr(cvol_compression *c)
         code = try_step(c, step, 1);
         if (code)
             return code;
-        const double psnr = c->trial.array->psnr_db, over = psnr - c->value - CVOL_PSNR_AIM;
+        const double psnr = c->trial.array->psnr_db, over = psnr - c->value - aim;
         c->reached = fmax(c->reached, psnr);
         if (psnr >= least && step > c->best_step) {
             c->best_step = step;
@@ -193,7 +199,8 @@ static int search_psnr(cvol_compression *c)
             break;
         step = cvol_search_next(&search);
     }
-    if (!code && !c->trial.hasty && best >= most && cvol_search_width(&search) < FINEST_WIDTH)
+    if (!code && !c->trial.hasty && best >= c->value + CVOL_PSNR_ACCEPTED &&
+        cvol_search_width(&search) < FINEST_WIDTH)
         code = search_weight(c, c->best_step * FINER, best - c->value);
     return code;
 }

@@ -13,8 +13,9 @@
 /* Of fewer bits a voxel than this, nearly all are those of DCs and of single coefficients, and
  * rounding takes fewer: measured on four volumes. */
 #define DEPENDENT_LEAST 0.028
-/* A sample within this of the target is as good as any. */
+/* A sample within this of the target is as good as any; where passes take long, within the next. */
 #define SAMPLE_MISS 0.02
+#define SMALL_MISS 0.004
 #define HASTY_MISS 0.08
 #define GUESS_MISS 0.03
 
@@ -53,6 +54,9 @@ static double slope_of(const cvol_search *search)
 /* Finds about where the step lies by encoding some bricks. */
 static int sample_step(cvol_compression *c, double *step, double slope)
 {
+    const double enough = c->trial.hasty          ? HASTY_MISS
+                          : c->trial.shape->small ? SMALL_MISS
+                                                  : SAMPLE_MISS;
     cvol_search search = cvol_search_make(c->least_step, c->most_step, slope);
     for (int i = 0; i < SAMPLES_MOST; i++) {
         int code = cvol_report_progress(c->context, "compressing", 0);
@@ -65,8 +69,7 @@ static int sample_step(cvol_compression *c, double *step, double slope)
         if (code)
             return code;
         cvol_search_tell(&search, *step, miss);
-        if (fabs(miss) < (c->trial.hasty ? HASTY_MISS : SAMPLE_MISS) ||
-            cvol_search_at_least(&search) || cvol_search_at_most(&search))
+        if (fabs(miss) < enough || cvol_search_at_least(&search) || cvol_search_at_most(&search))
             break;
         const double width = cvol_search_width(&search);
         if (width < STALE_WIDTH && fabs(miss) > STALE_SLOPE * width) {
@@ -133,8 +136,11 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
         code = cvol_trial_choose_lap(c->context, &c->trial, *step);
     if (!code && c->trial.shape->lapped != may_lap)
         code = sample_step(c, step, c->slope);
-    if (!code && c->trial.shape->small)
+    if (!code && c->trial.shape->small) {
         code = cvol_trial_choose_share(c->context, &c->trial, *step);
+        if (!code)
+            code = sample_step(c, step, c->slope);
+    }
     return code;
 }
 

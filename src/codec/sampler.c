@@ -171,17 +171,23 @@ typedef struct sampled {
     int code;
 } sampled;
 
+/* Of which bricks one is taken, that about `most` are. */
+static size_t stride_of(const cvol_sampler *sampler, size_t most)
+{
+    return most && sampler->count > most ? sampler->count / most : 1;
+}
+
 /* Encodes bricks, each by the thread that comes to it; tokens are counted as they come, which the
  * order does not matter for, by one thread at a time: counts are large. */
 static void run(const cvol_sampler *sampler, sampled *results, cvol_token_counts *counts,
-                const cvol_brick_recipe *recipe, int threads)
+                const cvol_brick_recipe *recipe, size_t stride, int threads)
 {
 #pragma omp parallel num_threads(threads)
     {
         cvol_brick_maker *maker = cvol_brick_maker_create(recipe->shape);
         cvol_bytes shells[CVOL_SHELLS] = {{0}};
 #pragma omp for schedule(dynamic)
-        for (size_t i = 0; i < sampler->count; i++) {
+        for (size_t i = 0; i < sampler->count; i += stride) {
             const float *cells = sampler->cells[recipe->shape->lapped != 0] + i * sampler->volume;
             results[i].code = maker ? cvol_brick_make(maker, shells, &results[i].error, recipe,
                                                       cells, sampler->bricks[i])
@@ -201,8 +207,10 @@ static void run(const cvol_sampler *sampler, sampled *results, cvol_token_counts
 
 int cvol_sampler_run(cvol_context *context, cvol_encode_result *out, cvol_token_counts *counts,
                      const cvol_sampler *sampler, const cvol_array *shape,
-                     const cvol_token_tables *tables, const cvol_chooser_options *options)
+                     const cvol_token_tables *tables, const cvol_chooser_options *options,
+                     size_t most)
 {
+    const size_t stride = stride_of(sampler, most);
     cvol_token_costs *costs = malloc(sizeof *costs);
     sampled *results = calloc(sampler->count + 1, sizeof *results);
     int code = CVOL_OK;
@@ -216,9 +224,9 @@ int cvol_sampler_run(cvol_context *context, cvol_encode_result *out, cvol_token_
         memset(counts, 0, sizeof *counts);
     cvol_token_costs_set(costs, tables);
     const cvol_brick_recipe recipe = {shape, tables, costs, *options, NULL, NULL};
-    run(sampler, results, counts, &recipe, cvol_context_threads(context));
+    run(sampler, results, counts, &recipe, stride, cvol_context_threads(context));
     free(costs);
-    for (size_t i = 0; i < sampler->count && !code; i++) {
+    for (size_t i = 0; i < sampler->count && !code; i += stride) {
         code = results[i].code == CVOL_ERROR_MEMORY
                    ? cvol_fail_memory(context, (size_t)4 << 20, "a brick")
                    : results[i].code;

@@ -34,10 +34,12 @@ int cvol_sampler_measure(cvol_context *context, double *share, const cvol_sample
 size_t cvol_sampler_count(const cvol_sampler *sampler);
 const float *cvol_sampler_brick(const cvol_sampler *sampler, size_t i, int lapped, size_t *brick);
 
-/* Encodes those bricks, lapped or not as shape says. counts may be NULL. Errors: MEMORY, TARGET
- * (the step is too small for the coder's numbers; no message). */
+/* Encodes those bricks, lapped or not as shape says; or about `most` of them, if it is not 0.
+ * counts may be NULL. Errors: MEMORY, TARGET (the step is too small for the coder's numbers; no
+ * message). */
 int cvol_sampler_run(cvol_context *context, cvol_encode_result *out, cvol_token_counts *counts,
                      const cvol_sampler *sampler, const cvol_array *shape,
-                     const cvol_token_tables *tables, const cvol_chooser_options *options);
+                     const cvol_token_tables *tables, const cvol_chooser_options *options,
+                     size_t most);
 
 #endif

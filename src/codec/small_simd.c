@@ -20,6 +20,8 @@ void CVOL_SIMD(cvol_small_face)(int32_t *level, int32_t *slope, const int32_t *n
                                 const cvol_small_basis *basis);
 
 enum { SIDE = CVOL_BRICK_SIDE, SHEET = SIDE * SIDE };
+/* Kinds of states whose sums are in registers at once. */
+enum { AT_ONCE = CVOL_LANES >= 16 ? CVOL_SMALL_KINDS : CVOL_LANES >= 8 ? 2 : 1 };
 
 /* sums[u] += weights[u][0] x[0] + weights[u][1] x[1], of a vector of units. */
 CVOL_INLINE cvol_vi add_pair(cvol_vi sums, const int16_t (*weights)[2], const int16_t x[2])
@@ -55,13 +57,30 @@ CVOL_INLINE void add_inputs(cvol_vi *sums, const int16_t *weights, const int16_t
                 sums[k], (const int16_t(*)[2])(weights + i * units + 2 * CVOL_LANES * k), x + i);
 }
 
+/* Not below least, not above most. */
+CVOL_INLINE cvol_vi limit(cvol_vi sums, int least, int most)
+{
+#if defined(__AVX512F__)
+    return (cvol_vi)_mm512_min_epi32(_mm512_max_epi32((__m512i)sums, _mm512_set1_epi32(least)),
+                                     _mm512_set1_epi32(most));
+#elif defined(__AVX2__)
+    return (cvol_vi)_mm256_min_epi32(_mm256_max_epi32((__m256i)sums, _mm256_set1_epi32(least)),
+                                     _mm256_set1_epi32(most));
+#else
+    const cvol_vi low = least - (cvol_vi){0}, high = most - (cvol_vi){0};
+    const cvol_vi below = sums<low, above = sums> high;
+    return (sums & ~(below | above)) | (low & below) | (high & above);
+#endif
+}
+
 /* Sums shifted down and cut. */
 CVOL_INLINE void cut_sums(int16_t *out, const cvol_vi *sums, int units, int shift, int least,
                           int most)
 {
-    for (int k = 0; k < units; k++) {
-        const int32_t sum = ((const int32_t *)sums)[k] >> shift;
-        out[k] = (int16_t)(sum < least ? least : sum > most ? most : sum);
+    typedef int16_t halves __attribute__((vector_size(2 * CVOL_LANES)));
+    for (int k = 0; k < units / CVOL_LANES; k++) {
+        const halves cut = __builtin_convertvector(limit(sums[k] >> shift, least, most), halves);
+        memcpy(out + k * CVOL_LANES, &cut, sizeof cut);
     }
 }
 
@@ -74,14 +93,34 @@ CVOL_INLINE void layer(int16_t *out, const int16_t *weights, const int32_t *bias
     cut_sums(out, sums, units, shift, least, most);
 }
 
-/* All layers behind the first one. */
-CVOL_INLINE void further_layers(int16_t *out, const cvol_small_pairs *network, const int16_t *first)
+/* A layer of several kinds of states at once, which share what is read of the weights; inputs and
+ * units of a kind lie one kind's behind the other's. */
+CVOL_INLINE void layers(int16_t *out, const int16_t *weights, const int32_t *biases,
+                        const int16_t *x, int inputs, int units, int shift, int least, int most,
+                        int kinds)
 {
-    int16_t second[CVOL_SMALL_SECOND];
-    layer(second, network->second[0][0], network->second_bias, first, CVOL_SMALL_FIRST,
-          CVOL_SMALL_SECOND, 12, 0, 255);
-    layer(out, network->third[0][0], network->third_bias, second, CVOL_SMALL_SECOND,
-          CVOL_SMALL_OUTPUTS, 10, -CVOL_SMALL_LOGIT_MOST, CVOL_SMALL_LOGIT_MOST);
+    cvol_vi sums[AT_ONCE][CVOL_SMALL_SECOND / CVOL_LANES];
+    for (int kind = 0; kind < kinds; kind++)
+        memcpy(sums[kind], biases, (size_t)units * sizeof *biases);
+    for (int i = 0; i < inputs; i += 2)
+        for (int k = 0; k < units / CVOL_LANES; k++)
+            for (int kind = 0; kind < kinds; kind++)
+                sums[kind][k] = add_pair(
+                    sums[kind][k], (const int16_t(*)[2])(weights + i * units + 2 * CVOL_LANES * k),
+                    x + kind * inputs + i);
+    for (int kind = 0; kind < kinds; kind++)
+        cut_sums(out + kind * units, sums[kind], units, shift, least, most);
+}
+
+/* All layers behind the first one. */
+CVOL_INLINE void further_layers(int16_t (*out)[CVOL_SMALL_OUTPUTS], const cvol_small_pairs *network,
+                                const int16_t (*first)[CVOL_SMALL_FIRST], int kinds)
+{
+    int16_t second[AT_ONCE][CVOL_SMALL_SECOND];
+    layers(second[0], network->second[0][0], network->second_bias, first[0], CVOL_SMALL_FIRST,
+           CVOL_SMALL_SECOND, 12, 0, 255, kinds);
+    layers(out[0], network->third[0][0], network->third_bias, second[0], CVOL_SMALL_SECOND,
+           CVOL_SMALL_OUTPUTS, 10, -CVOL_SMALL_LOGIT_MOST, CVOL_SMALL_LOGIT_MOST, kinds);
 }
 
 void CVOL_SIMD(cvol_small_evaluate)(int16_t *out, const cvol_small_pairs *network, const int16_t *x,
@@ -90,7 +129,8 @@ void CVOL_SIMD(cvol_small_evaluate)(int16_t *out, const cvol_small_pairs *networ
     int16_t first[CVOL_SMALL_FIRST];
     layer(first, network->first[0][0], network->first_bias, x, inputs, CVOL_SMALL_FIRST, 11, 0,
           255);
-    further_layers(out, network, first);
+    further_layers((int16_t(*)[CVOL_SMALL_OUTPUTS])out, network,
+                   (const int16_t(*)[CVOL_SMALL_FIRST])first, 1);
 }
 
 void CVOL_SIMD(cvol_small_evaluate_kinds)(int16_t (*out)[CVOL_SMALL_OUTPUTS],
@@ -99,7 +139,7 @@ void CVOL_SIMD(cvol_small_evaluate_kinds)(int16_t (*out)[CVOL_SMALL_OUTPUTS],
     enum { FROM = CVOL_SMALL_ODD / 2 * 2, BEHIND = CVOL_SMALL_LATE / 2 * 2 + 2 };
     const int16_t *weights = network->first[0][0];
     cvol_vi shared[CVOL_SMALL_FIRST / CVOL_LANES], sums[CVOL_SMALL_FIRST / CVOL_LANES];
-    int16_t first[CVOL_SMALL_FIRST];
+    int16_t first[CVOL_SMALL_KINDS][CVOL_SMALL_FIRST];
     memcpy(shared, network->first_bias, sizeof network->first_bias);
     add_inputs(shared, weights, x, 0, FROM, CVOL_SMALL_FIRST);
     add_inputs(shared, weights, x, BEHIND, CVOL_SMALL_INPUTS, CVOL_SMALL_FIRST);
@@ -108,9 +148,11 @@ void CVOL_SIMD(cvol_small_evaluate_kinds)(int16_t (*out)[CVOL_SMALL_OUTPUTS],
         x[CVOL_SMALL_LATE] = kind & 2 ? 64 : 0;
         memcpy(sums, shared, sizeof sums);
         add_inputs(sums, weights, x, FROM, BEHIND, CVOL_SMALL_FIRST);
-        cut_sums(first, sums, CVOL_SMALL_FIRST, 11, 0, 255);
-        further_layers(out[kind], network, first);
+        cut_sums(first[kind], sums, CVOL_SMALL_FIRST, 11, 0, 255);
     }
+    for (int kind = 0; kind < CVOL_SMALL_KINDS; kind += AT_ONCE)
+        further_layers(out + kind, network, (const int16_t(*)[CVOL_SMALL_FIRST])(first + kind),
+                       AT_ONCE);
 }
 
 /* to[0 .. 16) += factor from[0 .. 16) */

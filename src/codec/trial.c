@@ -13,7 +13,6 @@
 #include "codec/cell_ends.h"
 #include "codec/mask_make.h"
 #include "codec/mask_section.h"
-#include "codec/part_trellis.h"
 #include "codec/survey.h"
 #include "transform/lap.h"
 
@@ -25,11 +24,6 @@
 #define MASK_SHARE_MOST 0.9
 /* Bytes of a brick's mask that are no tokens: what its cells are, its length and checksum. */
 #define MASK_BRICK 16
-
-/* Bricks that are sampled, and those of them that are decoded and measured. */
-enum { SAMPLED_BRICKS = 32, MEASURED_BRICKS = 12, HASTY_BRICKS = 16, HASTY_MEASURED = 8 };
-/* Cells that are quantised to guess errors. */
-enum { GUESSED_CELLS = 1024 };
 
 /* All samples are there. */
 static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first, size_t count)
@@ -200,6 +194,8 @@ void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *opti
     trial->hasty = options->fast;
     trial->shape->small = options->smallest && trial->shape->dependent;
     trial->whole_share = trial->shape->small ? 1 : 0;
+    trial->small_bytes = CVOL_SMALL_BYTES;
+    trial->small_error = 1;
     if (options->no_lap)
         trial->shape->lapped = 0;
     if (options->fast && trial->split == CVOL_SPLIT_BEST)
@@ -251,138 +247,6 @@ void cvol_trial_set_step(cvol_trial *trial, double step)
     trial->shape->ends = trial->may_end && step > ldexp(largest, CVOL_ENDS_BITS - 29)
                              ? CVOL_ENDS_BITS
                              : 0;
-}
-
-/* What a share of all bricks gave, as if it had been all; counts too, so that the tables are worth
- * what they will be. */
-static void take_sample(cvol_trial *trial, double share)
-{
-    trial->bytes = trial->front_bytes + (uint64_t)((double)trial->result.bytes / share);
-    for (int r = 0; r < CVOL_ROWS; r++)
-        for (int t = 0; t < CVOL_TOKENS; t++)
-            trial->counts->of[r][t] = (uint64_t)((double)trial->counts->of[r][t] / share);
-}
-
-/* In haste, fewer bricks are enough. */
-static int make_sampler(cvol_context *context, cvol_trial *trial)
-{
-    if (trial->sampler)
-        return CVOL_OK;
-    return cvol_sampler_make(context, &trial->sampler, trial->shape, &trial->source,
-                             trial->hasty && trial->samples ? HASTY_BRICKS : SAMPLED_BRICKS,
-                             trial->shape->lapped && !trial->lap_known);
-}
-
-int cvol_trial_find_share(cvol_context *context, cvol_trial *trial, double step)
-{
-    cvol_trial_set_step(trial, step);
-    const cvol_chooser_options options = {step, trial->split, trial->plain, trial->shape->dependent,
-                                          trial->whole_share};
-    int code = make_sampler(context, trial);
-    if (!code)
-        code = cvol_sampler_measure(context, &trial->error_share, trial->sampler, trial->shape,
-                                    trial->tables, &options, trial->hasty ? trial->counts : NULL,
-                                    trial->hasty ? HASTY_MEASURED : MEASURED_BRICKS);
-    return code;
-}
-
-int cvol_trial_guess_error(cvol_context *context, cvol_trial *trial, double step, size_t every)
-{
-    const cvol_array *shape = trial->shape;
-    const cvol_slab all = {trial->samples, 0, shape->grid.dims[2]};
-    double error = 0;
-    int code = trial->cells
-                   ? CVOL_OK
-                   : cvol_cell_sample_make(context, &trial->cells, shape, &all, GUESSED_CELLS);
-    if (!code)
-        code = cvol_cell_sample_error(context, &error, trial->cells, step, trial->plain, every);
-    trial->step = step;
-    trial->result.error = error * (double)shape->block_count;
-    trial->inside = cvol_grid_samples(&shape->grid);
-    return code;
-}
-
-int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
-{
-    cvol_trial_set_step(trial, step);
-    const cvol_chooser_options options = {step, trial->split, trial->plain, trial->shape->dependent,
-                                          trial->whole_share};
-    int code = make_sampler(context, trial);
-    if (!code)
-        code = cvol_sampler_run(context, &trial->result, trial->counts, trial->sampler,
-                                trial->shape, trial->tables, &options);
-    if (code)
-        return code;
-    trial->inside = cvol_sampler_inside(trial->sampler, trial->shape);
-    take_sample(trial, cvol_sampler_share(trial->sampler, trial->shape));
-    return CVOL_OK;
-}
-
-int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, size_t every)
-{
-    cvol_trial_set_step(trial, step);
-    const cvol_encode_pass pass = {
-        .shape = trial->shape,
-        .source = &trial->source,
-        .tables = trial->tables,
-        .options = {step, trial->split, trial->plain, trial->shape->dependent, trial->whole_share},
-        .counts = trial->counts,
-        .every = every};
-    const int code = cvol_encode_pass_run(context, &trial->result, &pass);
-    if (code)
-        return code;
-    const double share = (double)trial->result.samples /
-                         ((double)trial->shape->block_count *
-                          (double)cvol_array_block_terms(trial->shape));
-    trial->inside = (uint64_t)(share * (double)cvol_grid_samples(&trial->shape->grid));
-    take_sample(trial, share);
-    return CVOL_OK;
-}
-
-/* What a byte is worth, in squared steps. */
-static double worth_of_byte(const cvol_trial *trial)
-{
-    return 8 * (trial->shape->dependent ? 4 * (double)CVOL_LAMBDA_DEPENDENT : (double)CVOL_LAMBDA);
-}
-
-int cvol_trial_choose_share(cvol_context *context, cvol_trial *trial, double step)
-{
-    static const float shares[] = {1, 0.95f};
-    double least = INFINITY;
-    float best = 1;
-    for (size_t i = 0; i < sizeof shares / sizeof *shares; i++) {
-        trial->whole_share = shares[i];
-        const int code = cvol_trial_sample(context, trial, step);
-        if (code)
-            return code;
-        const double cost = trial->result.error / (step * step) +
-                            worth_of_byte(trial) * (double)trial->result.bytes;
-        if (cost < least) {
-            least = cost;
-            best = shares[i];
-        }
-    }
-    trial->whole_share = best;
-    return CVOL_OK;
-}
-
-int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step)
-{
-    double costs[2], shares[2];
-    for (int lapped = 0; lapped < 2; lapped++) {
-        trial->shape->lapped = lapped;
-        int code = cvol_trial_sample(context, trial, step);
-        if (!code)
-            code = cvol_trial_find_share(context, trial, step);
-        if (code)
-            return code;
-        shares[lapped] = trial->error_share;
-        costs[lapped] = trial->result.error * shares[lapped] +
-                        worth_of_byte(trial) * step * step * (double)trial->result.bytes;
-    }
-    trial->shape->lapped = costs[1] < costs[0];
-    trial->error_share = shares[trial->shape->lapped];
-    return CVOL_OK;
 }
 
 int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
