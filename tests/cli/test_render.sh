@@ -44,16 +44,18 @@ expect_failure 2 'give only one of --budget-ms and --progressive' \
     cvol render a.cvol -o b.png --budget-ms 5 --progressive
 
 # Of large volumes no more is read than a picture shows, unless it is said how much.
-truncate -s 134217728 large.raw
-printf '\377\377\377\377' | dd of=large.raw bs=1 seek=67240192 conv=notrunc 2>/dev/null
-expect_done cvol compress large.raw large.cvol --dims 512x512x512 --type uint8 --fast
-rm large.raw
-expect_done cvol render large.cvol -o large.png --size 64 --json
-expect_equal "$(value_of level)/$(value_of file_level)" 0/1
-expect_done cvol render large.cvol -o large.png --size 64 --level 0 --json
-expect_equal "$(value_of level)/$(value_of file_level)" 0/0
-expect_done cvol render large.cvol -o large.png --size 64
-expect_equal "$(grep -c 'up to level 1, enough at this size' "$out")" 1
+if [ -z "${CVOL_FEWER:-}" ]; then
+    truncate -s 134217728 large.raw
+    printf '\377\377\377\377' | dd of=large.raw bs=1 seek=67240192 conv=notrunc 2>/dev/null
+    expect_done cvol compress large.raw large.cvol --dims 512x512x512 --type uint8 --fast
+    rm large.raw
+    expect_done cvol render large.cvol -o large.png --size 64 --json
+    expect_equal "$(value_of level)/$(value_of file_level)" 0/1
+    expect_done cvol render large.cvol -o large.png --size 64 --level 0 --json
+    expect_equal "$(value_of level)/$(value_of file_level)" 0/0
+    expect_done cvol render large.cvol -o large.png --size 64
+    expect_equal "$(grep -c 'up to level 1, enough at this size' "$out")" 1
+fi
 expect_done cvol render a.cvol -o b.png --size 16 --json
 expect_equal "$(value_of file_level)" 0
 

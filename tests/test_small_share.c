@@ -1,0 +1,107 @@
+/* What is coded smallest: whether parts are favoured beside whole cells is found by a sample. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "codec/part_trellis.h"
+#include "codec/trial.h"
+#include "random.h"
+
+enum { SIDE = 48, COUNT = SIDE * SIDE * SIDE };
+
+/* Waves that come and go within a few samples, over slow ones. */
+static float *make_samples(void)
+{
+    float *samples = malloc(COUNT * sizeof *samples);
+    random_state r = {11};
+    assert_non_null(samples);
+    for (int i = 0; i < COUNT; i++) {
+        const double x = i % SIDE, y = i / SIDE % SIDE, z = i / SIDE / SIDE;
+        const double here = sin(x / 6) * sin(y / 7 + 1) * sin(z / 5 + 2);
+        samples[i] = (float)(cos(x / 19 + y / 23) + cos(z / 17) +
+                             (here > 0.4 ? 0.1 * sin((x + y - z) / 1.7) : 0) +
+                             0.02 * random_signed(&r));
+    }
+    return samples;
+}
+
+/* Error and lambda bits, in squared steps, of all that is coded with a share. */
+static double cost_with(cvol_context *context, cvol_trial *trial, double step, float share)
+{
+    trial->whole_share = share;
+    assert_int_equal(cvol_trial_encode(context, trial, step), 0);
+    return trial->result.error / (step * step) +
+           32 * (double)CVOL_LAMBDA_DEPENDENT * (double)trial->result.bytes;
+}
+
+/* The share that is chosen for a step; *gain: by how much whole cells with 0.95 cost less. */
+static float choose(double step, double *gain)
+{
+    cvol_context *context = cvol_context_create();
+    const cvol_grid grid = cvol_grid_make(SIDE, SIDE, SIDE, CVOL_FLOAT32);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    float *samples = make_samples();
+    cvol_trial trial;
+    assert_non_null(context);
+    options.smallest = 1;
+    assert_int_equal(cvol_trial_start(context, &trial, samples, &grid, &options), 0);
+    cvol_trial_set_options(&trial, &options);
+    assert_int_equal(cvol_trial_sample(context, &trial, step), 0);
+    assert_int_equal(cvol_trial_fit(context, &trial), 0);
+    *gain = 1 - cost_with(context, &trial, step, 0.95f) / cost_with(context, &trial, step, 1);
+    assert_int_equal(cvol_trial_choose_share(context, &trial, step), 0);
+    const float share = trial.whole_share;
+    cvol_trial_free(&trial);
+    cvol_context_destroy(context);
+    free(samples);
+    return share;
+}
+
+static void parts_are_favoured_where_that_pays(void **state)
+{
+    (void)state;
+    double gain;
+    assert_float_equal(choose(0.02, &gain), 0.95f, 1e-6f);
+    assert_true(gain > 0.02); /* there is 0.03 */
+    assert_float_equal(choose(0.08, &gain), 1, 1e-6f);
+    assert_true(gain < 0); /* -0.002 */
+}
+
+/* What the sample says of both coders leads to the step: no further from what all has than a few
+ * hundredths. */
+static void a_sample_tells_what_the_small_coder_takes(void **state)
+{
+    (void)state;
+    const double step = 0.02;
+    cvol_context *context = cvol_context_create();
+    const cvol_grid grid = cvol_grid_make(SIDE, SIDE, SIDE, CVOL_FLOAT32);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    float *samples = make_samples();
+    cvol_trial trial;
+    options.smallest = 1;
+    assert_int_equal(cvol_trial_start(context, &trial, samples, &grid, &options), 0);
+    cvol_trial_set_options(&trial, &options);
+    assert_int_equal(cvol_trial_choose_share(context, &trial, step), 0);
+    assert_int_equal(cvol_trial_sample(context, &trial, step), 0);
+    const double told = (double)trial.bytes, error = trial.result.error;
+    assert_int_equal(cvol_trial_encode(context, &trial, step), 0);
+    assert_true(fabs(told / (double)trial.bytes - 1) < 0.005);
+    assert_true(fabs(error / trial.result.error - 1) < 0.01);
+    cvol_trial_free(&trial);
+    cvol_context_destroy(context);
+    free(samples);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(parts_are_favoured_where_that_pays),
+        cmocka_unit_test(a_sample_tells_what_the_small_coder_takes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
