@@ -525,7 +525,7 @@ int command_compress(int argc, char **argv)
          OPTION_FLAG, &a.no_lap, 0, NULL},
         {"--fast", NULL, "less than half the time, 3 to 9 % more bits; a PSNR may be 0.1 dB less",
          OPTION_FLAG, &a.fast, 0, NULL},
-        {"--smallest", NULL, "to send or keep: most of a dB more, slow: fifty times, to read twenty",
+        {"--smallest", NULL, "to send or keep: most of a dB more, slow: twenty times, to read too",
          OPTION_FLAG, &a.smallest, 0, NULL},
         {"--stream", NULL, "slab by slab, in little memory, whatever the volume's size",
          OPTION_FLAG, &a.stream, 0, NULL},

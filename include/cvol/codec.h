@@ -41,8 +41,8 @@ typedef struct cvol_compress_options {
     const char *attributes; /* of cvol_compress_stream: JSON text, or NULL */
     int no_lap;             /* cells are transformed by themselves, not through filters across their
                                faces: for volumes that will be multiplied or convolved */
-    int smallest;           /* to send or to keep: most of a dB more, in bricks of 64^3; takes fifty
-                               times as long, and twenty to read; without bounds for skipping. In
+    int smallest;           /* to send or to keep: most of a dB more, in bricks of 64^3; takes twenty
+                               times as long, to read as well; without bounds for skipping. In
                                blocks of 16, not with fast, lossless or max_error */
     int fast;               /* in haste: less than half the time, 3 to 9 % more bits; a PSNR
                                is met to within 0.1 dB below and 0.4 dB above */

@@ -103,7 +103,7 @@ def compress(
     background: a value behind sharp edges that is kept apart, exactly: "auto" finds one, None: none.
     lap: whether blocks overlap through filters; False: for volumes that will be multiplied or convolved.
     fast: less than half the time, 3 to 9 % more bits.
-    smallest: to send or keep: most of a dB more at the same size; fifty times as long to compress, twenty to read.
+    smallest: to send or keep: most of a dB more at the same size; twenty times as long to compress and to read.
     bricks: samples that are coded together, and read alone where a part of a file is sliced: 16, 32, 48 or 64,
         one number, or one for each axis in the array's order. None: 64, and less for planes of files of 2 MB and
         more that are made to a ratio or to bits. Smaller ones take more bits.

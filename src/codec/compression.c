@@ -51,8 +51,8 @@ static double slope_of(const cvol_search *search)
     return fmin(fmax(cvol_search_slope(search), 0.5), STALE_SLOPE);
 }
 
-/* Finds about where the step lies by encoding some bricks. */
-static int sample_step(cvol_compression *c, double *step, double slope)
+/* Finds about where the step lies by encoding some bricks, to which tables are fitted, or not. */
+static int sample_step(cvol_compression *c, double *step, double slope, int fits)
 {
     const double enough = c->trial.hasty          ? HASTY_MISS
                           : c->trial.shape->small ? SMALL_MISS
@@ -65,7 +65,8 @@ static int sample_step(cvol_compression *c, double *step, double slope)
         if (code)
             return code;
         const double miss = cvol_compression_sample_miss(c);
-        code = cvol_trial_fit(c->context, &c->trial);
+        if (fits)
+            code = cvol_trial_fit(c->context, &c->trial);
         if (code)
             return code;
         cvol_search_tell(&search, *step, miss);
@@ -125,21 +126,22 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
     c->trial.lap_known = c->trial.hasty;
     if (c->target == CVOL_TARGET_PSNR && c->trial.split == CVOL_SPLIT_FAST && c->trial.samples)
         return prepare_hastily(c, step);
-    int code = sample_step(c, step, slope);
+    int code = sample_step(c, step, slope, 1);
     const double bits = 8 * (double)c->trial.result.bytes; /* of the samples */
     if (!code && c->trial.shape->dependent && bits < DEPENDENT_LEAST * (double)c->trial.inside) {
         c->trial.shape->dependent = c->trial.shape->small = 0;
         *step = fmin(*step / DEPENDENT_SHARE, c->most_step);
-        code = sample_step(c, step, c->slope);
+        code = sample_step(c, step, c->slope, 1);
     }
     if (!code && may_lap && !c->trial.hasty)
         code = cvol_trial_choose_lap(c->context, &c->trial, *step);
     if (!code && c->trial.shape->lapped != may_lap)
-        code = sample_step(c, step, c->slope);
+        code = sample_step(c, step, c->slope, 1);
     if (!code && c->trial.shape->small) {
         code = cvol_trial_choose_share(c->context, &c->trial, *step);
+        /* Tables that were fitted to parts in favour would favour them once more. */
         if (!code)
-            code = sample_step(c, step, c->slope);
+            code = sample_step(c, step, c->slope, 0);
     }
     return code;
 }
