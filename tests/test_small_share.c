@@ -31,16 +31,17 @@ static float *make_samples(void)
 }
 
 /* Error and lambda bits, in squared steps, of all that is coded with a share. */
-static double cost_with(cvol_context *context, cvol_trial *trial, double step, float share)
+static double cost_with(cvol_context *context, cvol_trial *trial, double step,
+                        cvol_coarse_shares shares)
 {
-    trial->whole_share = share;
+    trial->coarse = shares;
     assert_int_equal(cvol_trial_encode(context, trial, step), 0);
     return trial->result.error / (step * step) +
            32 * (double)CVOL_LAMBDA_DEPENDENT * (double)trial->result.bytes;
 }
 
-/* The share that is chosen for a step; *gain: by how much whole cells with 0.95 cost less. */
-static float choose(double step, double *gain)
+/* The shares that are chosen for a step; *gain: by how much 0.95 for cells costs less than 1. */
+static cvol_coarse_shares choose(double step, double *gain)
 {
     cvol_context *context = cvol_context_create();
     const cvol_grid grid = cvol_grid_make(SIDE, SIDE, SIDE, CVOL_FLOAT32);
@@ -53,22 +54,23 @@ static float choose(double step, double *gain)
     cvol_trial_set_options(&trial, &options);
     assert_int_equal(cvol_trial_sample(context, &trial, step), 0);
     assert_int_equal(cvol_trial_fit(context, &trial), 0);
-    *gain = 1 - cost_with(context, &trial, step, 0.95f) / cost_with(context, &trial, step, 1);
+    *gain = 1 - cost_with(context, &trial, step, (cvol_coarse_shares){0.95f, 1}) /
+                    cost_with(context, &trial, step, (cvol_coarse_shares){1, 1});
     assert_int_equal(cvol_trial_choose_share(context, &trial, step), 0);
-    const float share = trial.whole_share;
+    const cvol_coarse_shares chosen = trial.coarse;
     cvol_trial_free(&trial);
     cvol_context_destroy(context);
     free(samples);
-    return share;
+    return chosen;
 }
 
 static void parts_are_favoured_where_that_pays(void **state)
 {
     (void)state;
     double gain;
-    assert_float_equal(choose(0.02, &gain), 0.95f, 1e-6f);
+    assert_float_equal(choose(0.02, &gain).cell, 0.95f, 1e-6f);
     assert_true(gain > 0.02); /* there is 0.03 */
-    assert_float_equal(choose(0.08, &gain), 1, 1e-6f);
+    assert_float_equal(choose(0.08, &gain).cell, 1, 1e-6f);
     assert_true(gain < 0); /* -0.002 */
 }
 

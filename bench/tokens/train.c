@@ -119,7 +119,7 @@ static run_result run(cvol_context *context, const cvol_volume *volume, const cv
     run_result result = {0};
     cvol_token_costs_set(&costs, tables);
     const cvol_slab slab = {volume->data, 0, volume->grid.dims[2]};
-    const cvol_brick_recipe recipe = {shape,  tables, &costs, {step, split, 0, shape->dependent, 0},
+    const cvol_brick_recipe recipe = {shape,  tables, &costs, {step, split, 0, shape->dependent, {0, 0}},
                                       counts, NULL};
     cvol_brick_maker *maker = cvol_brick_maker_create(shape);
     cvol_brick_coder *coder = cvol_brick_coder_create(tables);

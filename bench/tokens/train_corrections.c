@@ -128,7 +128,7 @@ static void make_base(subject *s, double step, const cvol_token_tables *tables, 
     array->ledger.value_max = s->max;
     array->step = step;
     const cvol_slab slab = {s->filled, 0, grid->dims[2]};
-    const cvol_brick_recipe recipe = {array, tables, &costs, {step, CVOL_SPLIT_BEST, 0, 0, 0},
+    const cvol_brick_recipe recipe = {array, tables, &costs, {step, CVOL_SPLIT_BEST, 0, 0, {0, 0}},
                                       NULL,  NULL};
     cvol_brick_maker *maker = cvol_brick_maker_create(array);
     cvol_brick_coder *coder = cvol_brick_coder_create(tables);

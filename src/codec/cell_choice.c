@@ -47,6 +47,7 @@ typedef struct choosing {
     int by_weight; /* whether what weights decide about octants needs no cost: it is not compared,
                       and values are chosen later */
     split_margins margins;
+    cvol_coarse_shares coarse;
     float eights[8], fours[8]; /* weights of the octants */
 } choosing;
 
@@ -210,7 +211,7 @@ static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
             (may_fours && choice.cost > CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST)) {
             int used[8];
             const cvol_part_choice fours = choose_fours(c, used, octant);
-            if (fours.cost < choice.cost) {
+            if (c->coarse.octant * fours.cost < choice.cost) {
                 take_fours(c, out, used, octant);
                 out->error += fours.error;
                 return fours.cost;
@@ -333,8 +334,9 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
                   .costs = costs,
                   .inverse = (float)((options->dependent ? 0.5 : 1) / options->step),
                   .plain = options->plain,
-                  .margins = options->whole_share > 0 ? small_margins : best_margins};
-    const float whole_share = options->whole_share > 0 ? options->whole_share : 1;
+                  .margins = options->coarse.cell > 0 ? small_margins : best_margins,
+                  .coarse = options->coarse.cell > 0 ? options->coarse
+                                                     : (cvol_coarse_shares){1, 1}};
     const ways tried = ways_worth_trying(&c, samples, split);
     cvol_part_choice whole = {.cost = INFINITY};
     *out = (cvol_cell_choice){.split = CVOL_CELL_OCTANTS};
@@ -353,7 +355,7 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
             cost += choose_octant(&c, out, octant, split);
         cost += CVOL_LAMBDA * bits_of_split(&c, cell, out->split);
     }
-    if (tried.whole && whole.cost <= whole_share * cost) {
+    if (tried.whole && whole.cost <= c.coarse.cell * cost) {
         *out = (cvol_cell_choice){.split = CVOL_CELL_WHOLE,
                                   .parts = 1,
                                   .error = whole.error,

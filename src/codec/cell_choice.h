@@ -15,14 +15,18 @@ typedef enum cvol_split_choice {
     CVOL_SPLIT_FOURS    /* DCTs of 4 */
 } cvol_split_choice;
 
+/* For the small coder (small_code.h): what a whole cell may cost at most, and an octant that is not
+ * split, as shares of what its parts do; more is tried then. 0: another coder. */
+typedef struct cvol_coarse_shares {
+    float cell, octant;
+} cvol_coarse_shares;
+
 typedef struct cvol_chooser_options {
     double step;
     cvol_split_choice split;
     int plain;     /* the nearest values */
     int dependent; /* indices (dependent.h); the step is half of what tells values apart */
-    /* 0, or, for the small coder (small_code.h): what a whole cell may cost at most, as a share of
-     * what its parts do. More is tried then. */
-    float whole_share;
+    cvol_coarse_shares coarse;
 } cvol_chooser_options;
 
 /* What was chosen for a cell. */

@@ -193,7 +193,7 @@ void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *opti
 {
     trial->hasty = options->fast;
     trial->shape->small = options->smallest && trial->shape->dependent;
-    trial->whole_share = trial->shape->small ? 1 : 0;
+    trial->coarse = trial->shape->small ? (cvol_coarse_shares){1, 1} : (cvol_coarse_shares){0};
     trial->small_bytes = CVOL_SMALL_BYTES;
     trial->small_error = 1;
     if (options->no_lap)
@@ -259,7 +259,7 @@ int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
         .source = &trial->source,
         .tables = trial->tables,
         .weight = trial->weight,
-        .options = {step, trial->split, trial->plain, trial->shape->dependent, trial->whole_share},
+        .options = {step, trial->split, trial->plain, trial->shape->dependent, trial->coarse},
         .sink = sink,
         .after = after,
         .user = user,

@@ -8,8 +8,8 @@
 #include "codec/sampler.h"
 #include "cvol/codec.h"
 
-/* What the small coder is taken to make of the usual one's bytes, until samples tell: of ten volumes
- * at ratio 30 it takes 0.85 to 0.97 of them. */
+/* What the small coder is taken to make of the usual one's bytes, until samples tell: of ten
+ * volumes at ratio 30 it takes 0.85 to 0.97 of them. */
 #define CVOL_SMALL_BYTES 0.92
 
 /* The work on one volume. */
@@ -27,11 +27,11 @@ typedef struct cvol_trial {
     int uncounted; /* no tables will be fitted to an encoding of all */
     int plain;     /* round to nearest: errors are least; else squared error at equal bytes is */
     double step;   /* of the last trial */
-    float whole_share; /* as for cvol_chooser_options */
+    cvol_coarse_shares coarse; /* as for cvol_chooser_options */
     /* What the small coder makes of bytes and squared error, as samples show them that are coded
      * as usual: a guess, until cvol_trial_choose_share has measured it. */
     double small_bytes, small_error;
-    double weight;     /* of bits, where all are encoded; 0: 1 */
+    double weight; /* of bits, where all are encoded; 0: 1 */
     cvol_token_tables *tables;
     cvol_token_counts *counts;   /* of the last trial */
     cvol_encode_result result;   /* of the last trial */

@@ -38,7 +38,7 @@ int cvol_trial_find_share(cvol_context *context, cvol_trial *trial, double step)
 {
     cvol_trial_set_step(trial, step);
     const cvol_chooser_options options = {step, trial->split, trial->plain, trial->shape->dependent,
-                                          trial->whole_share};
+                                          trial->coarse};
     int code = make_sampler(context, trial);
     if (!code)
         code = cvol_sampler_measure(context, &trial->error_share, trial->sampler, trial->shape,
@@ -69,7 +69,7 @@ static int run_sampler(cvol_context *context, cvol_encode_result *out, cvol_toke
 {
     cvol_trial_set_step(trial, step);
     const cvol_chooser_options options = {step, trial->split, trial->plain, trial->shape->dependent,
-                                          trial->whole_share};
+                                          trial->coarse};
     cvol_array shape = *trial->shape;
     shape.small = small;
     const int code = make_sampler(context, trial);
@@ -100,7 +100,7 @@ int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, s
         .shape = trial->shape,
         .source = &trial->source,
         .tables = trial->tables,
-        .options = {step, trial->split, trial->plain, trial->shape->dependent, trial->whole_share},
+        .options = {step, trial->split, trial->plain, trial->shape->dependent, trial->coarse},
         .counts = trial->counts,
         .every = every};
     const int code = cvol_encode_pass_run(context, &trial->result, &pass);
@@ -124,14 +124,14 @@ static double cost_of(const cvol_trial *trial, const cvol_encode_result *result,
 
 int cvol_trial_choose_share(cvol_context *context, cvol_trial *trial, double step)
 {
-    static const float shares[] = {1, 0.95f};
+    static const cvol_coarse_shares shares[] = {{1, 1}, {0.95f, 1}, {0.95f, 0.95f}};
     cvol_encode_result small = {0}, usual;
     double least = INFINITY;
-    float best = 1;
+    cvol_coarse_shares best = shares[0];
     int code = CVOL_OK;
     for (size_t i = 0; i < sizeof shares / sizeof *shares && !code; i++) {
         cvol_encode_result result = {0};
-        trial->whole_share = shares[i];
+        trial->coarse = shares[i];
         code = run_sampler(context, &result, NULL, trial, step, 1, SMALL_SAMPLED);
         const double cost = cost_of(trial, &result, step, 1);
         if (!code && cost < least) {
@@ -140,7 +140,7 @@ int cvol_trial_choose_share(cvol_context *context, cvol_trial *trial, double ste
             small = result;
         }
     }
-    trial->whole_share = best;
+    trial->coarse = best;
     if (!code)
         code = run_sampler(context, &usual, NULL, trial, step, 0, SMALL_SAMPLED);
     if (!code && usual.bytes && usual.error > 0) {
