@@ -143,18 +143,18 @@ CVOL_INLINE void cvol_dense_lines(float *out, int32_t *box, int begin, int end, 
         cvol_dense_sum(out + r * CVOL_DENSE, box + r * CVOL_DENSE, stride, 1, step, bases);
 }
 
-/* Step 1. Lines of row r in sheet s have the bases [s & 1][r & 1], by the last bit of the column;
- * `way` 1: those of all rows are the same, else 2. Once for all axes: it is long. */
-static __attribute__((noinline)) void cvol_dense_lanes(float *first, int32_t *box,
-                                                       cvol_block_rows *rows,
-                                                       const cvol_block *block,
-                                                       const float *const bases[2][2][2], int way,
-                                                       float step, int lane, int row, int sheet)
+/* Step 1, of the first `low_row` rows and `low_sheet` sheets. Lines of row r in sheet s have the
+ * bases [s & 1][r & 1], by the last bit of the column; `way` 1: those of all rows are the same,
+ * else 2. Once for all axes: it is long. */
+static __attribute__((noinline)) void
+cvol_dense_lanes(float *first, int32_t *box, cvol_block_rows *rows, const cvol_block *block,
+                 const float *const bases[2][2][2], int way, float step, int lane, int row,
+                 int sheet, int low_row, int low_sheet)
 {
     cvol_dense_put(box, block, lane, row, sheet);
-    for (int s = 0; s < block->low[sheet]; s++) {
+    for (int s = 0; s < low_sheet; s++) {
         const long at = (long)s * CVOL_DENSE * CVOL_DENSE;
-        const int count = cvol_dense_rows(box + at, block->low[row]);
+        const int count = cvol_dense_rows(box + at, low_row);
         rows->count[s] = (uint8_t)count;
         for (int half = 0; half < way; half++)
             cvol_dense_lines(first + at, box + at, half, count, way, step, bases[s & 1][half]);

@@ -86,6 +86,10 @@ CVOL_INLINE void cvol_block_sheets_words(const cvol_block_out *to, const cvol_bl
             cvol_block_words_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
                                   width, (long)rows * width, low_sheet, axes->sheet_basis, sheets,
                                   i, CVOL_LINES_TILE, lanes);
+        for (; CVOL_LINES_TILE > 2 && i + 2 <= wanted; i += 2)
+            cvol_block_words_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
+                                  width, (long)rows * width, low_sheet, axes->sheet_basis, sheets,
+                                  i, 2, lanes);
         for (; i < wanted; i++)
             cvol_block_words_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
                                   width, (long)rows * width, low_sheet, axes->sheet_basis, sheets,
@@ -99,13 +103,15 @@ CVOL_INLINE void cvol_block_inverse_of(const cvol_block_out *out, const cvol_blo
                                        cvol_block_work *work, int lane, int row, int sheet)
 {
     const int B = 1 << block_log2, width = B < 16 ? 16 : B;
-    const int low_sheet = block->low[sheet], rows = axes->row_points;
+    const int rows = axes->row_points;
+    const int low_row = cvol_block_frequencies(axes, rows, block->low[row]),
+              low_sheet = cvol_block_frequencies(axes, axes->sheet_points, block->low[sheet]);
     cvol_block_rows low_rows;
     if (block_log2 == CVOL_DENSE_LOG2 && cvol_dense_pays(block, lane, row, sheet)) {
         const float *const of = axes->lane_basis;
         const float *const bases[2][2][2] = {{{of, of}, {of, of}}, {{of, of}, {of, of}}};
         cvol_dense_lanes(work->first, (int32_t *)work->second, &low_rows, block, bases, 1, step,
-                         lane, row, sheet);
+                         lane, row, sheet, low_row, low_sheet);
     } else {
         cvol_block_gather_lanes(work->first, &low_rows, block, axes->lane_basis, block_log2, step,
                                 width, lane, row, sheet);
@@ -116,7 +122,8 @@ CVOL_INLINE void cvol_block_inverse_of(const cvol_block_out *out, const cvol_blo
             break;
         for (int s = 0; s < low_sheet; s++)
             cvol_lines_inverse(work->second + (long)s * rows * width + part, width,
-                               work->first + (long)s * B * width + part, width, low_rows.count[s],
+                               work->first + (long)s * B * width + part, width,
+                               cvol_block_frequencies(axes, rows, low_rows.count[s]),
                                axes->row_basis, rows, CVOL_LANES);
         if (out->are_words)
             cvol_block_sheets_words(out, axes, work->second + part, width, low_sheet, part, lanes);

@@ -20,7 +20,16 @@ typedef struct cvol_block_axes {
     /* 0: all sheets. Else only the two outermost are wanted, at the low end (1), the high (2), or
      * both; others may be written, or not. Then sheet_points is 16. */
     int sheet_ends;
+    /* Whether frequencies that so few rows or sheets cannot have are left out: they would come back
+     * as lower ones, and cost as much as those. */
+    int fewer;
 } cvol_block_axes;
+
+/* Frequencies of rows, or sheets, that are summed, of `low`. */
+static inline int cvol_block_frequencies(const cvol_block_axes *axes, int points, int low)
+{
+    return axes->fewer && points < low ? points : low;
+}
 
 /* Scratch memory of one thread. */
 typedef struct cvol_block_work {

@@ -20,6 +20,12 @@ typedef struct cvol_split_halves {
     int of[2];
 } cvol_split_halves;
 
+/* The same as cvol_block_frequencies: of every part as many, which stand side by side. */
+CVOL_INLINE int cvol_split_frequencies(const cvol_block_axes *axes, int points, int low)
+{
+    return cvol_block_frequencies(axes, (points + 3) / 4 * 4, low);
+}
+
 /* Octant bits along the view's axes. */
 CVOL_INLINE int cvol_split_kind(uint16_t split, const cvol_block_axes *axes, int lane_half,
                                 int row_half, int sheet_half)
@@ -136,7 +142,11 @@ CVOL_INLINE void cvol_split_lines(const cvol_split_out *out, long j, const float
     int i = begin;
     for (; i + 4 <= end; i += 4)
         cvol_split_tile(out, j, in, in_stride, reach, i, 4);
-    for (; i < end; i++)
+    if (i + 3 == end)
+        cvol_split_tile(out, j, in, in_stride, reach, i, 3);
+    else if (i + 2 == end)
+        cvol_split_tile(out, j, in, in_stride, reach, i, 2);
+    else if (i < end)
         cvol_split_tile(out, j, in, in_stride, reach, i, 1);
 }
 
@@ -296,11 +306,12 @@ CVOL_INLINE void cvol_split_rows(float *second, const float *first, const cvol_b
                                  cvol_vi own)
 {
     enum { B = 16 };
-    const int rows = axes->row_points;
-    for (int s = 0; s < block->low[axes->sheet]; s++) {
+    const int rows = axes->row_points,
+              low_sheet = cvol_split_frequencies(axes, axes->sheet_points, block->low[axes->sheet]);
+    for (int s = 0; s < low_sheet; s++) {
         const cvol_split_out out = {second + (long)s * rows * B, B, 0, 0, CVOL_LANES, 0};
         const float *in = first + (long)s * B * B;
-        const int K = low_rows->count[s], half = s & 1;
+        const int K = cvol_split_frequencies(axes, rows, low_rows->count[s]), half = s & 1;
         if (!cvol_split_wants(axes, half))
             continue;
         for (int c = 0; c < 2 && rows == B; c++)
@@ -322,7 +333,8 @@ CVOL_INLINE void cvol_split_sheets(const cvol_block_out *to, int part, int lanes
                                    const cvol_block_axes *axes, cvol_vi own)
 {
     enum { B = 16 };
-    const int rows = axes->row_points, sheets = axes->sheet_points, K = block->low[axes->sheet];
+    const int rows = axes->row_points, sheets = axes->sheet_points,
+              K = cvol_split_frequencies(axes, sheets, block->low[axes->sheet]);
     for (int half = 0; half < 2; half++) {
         const cvol_split_out out = cvol_split_out_of(to, part, half * rows / 2, lanes);
         const float *in = second + half * rows / 2 * B;
@@ -354,7 +366,9 @@ CVOL_INLINE void cvol_split_step_lanes(cvol_block_work *work, cvol_block_rows *r
                 bases[half >> 1][half & 1][f] = axes->lane_parts[kinds.of[f]];
         }
         cvol_dense_lanes(work->first, (int32_t *)work->second, rows, block,
-                         (const float *const(*)[2][2])bases, 2, step, lane, row, sheet);
+                         (const float *const(*)[2][2])bases, 2, step, lane, row, sheet,
+                         cvol_split_frequencies(axes, axes->row_points, block->low[row]),
+                         cvol_split_frequencies(axes, axes->sheet_points, block->low[sheet]));
     } else
         cvol_split_gather_lanes(work->first, rows, block, axes, step, lane, row, sheet);
 }

@@ -61,7 +61,7 @@ CVOL_INLINE void cvol_lines_end(cvol_vf near[CVOL_LINES_TILE], cvol_vf far[CVOL_
 #endif
 }
 
-/* `tile` outputs (1, or all of a tile) from i0 on and their mirror images: `start` and the sums.
+/* `tile` outputs (1, 2, or all of a tile) from i0 on and their mirror images: `start` and the sums.
  * Vectors of in lie in_stride floats apart. Of `lines` lines (1 or 2), `apart` floats apart: what
  * is read of the basis does for both. */
 CVOL_INLINE void cvol_lines_sums(cvol_vf near[][CVOL_LINES_TILE], cvol_vf far[][CVOL_LINES_TILE],
@@ -117,6 +117,8 @@ CVOL_INLINE void cvol_lines_inverse(float *out, long out_stride, const float *in
     int i = 0;
     for (; i + CVOL_LINES_TILE <= M / 2; i += CVOL_LINES_TILE)
         cvol_lines_tile(out, out_stride, in, in_stride, K, basis, M, i, CVOL_LINES_TILE, lanes);
+    for (; CVOL_LINES_TILE > 2 && i + 2 <= M / 2; i += 2)
+        cvol_lines_tile(out, out_stride, in, in_stride, K, basis, M, i, 2, lanes);
     for (; i < M / 2; i++)
         cvol_lines_tile(out, out_stride, in, in_stride, K, basis, M, i, 1, lanes);
 }
