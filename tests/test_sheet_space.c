@@ -16,6 +16,8 @@
 #include "base/cpu.h"
 #include "random.h"
 #include "render/sheet_bend.h"
+#include "render/sheet_plan.h"
+#include "render/sheet_rays.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_render.h"
@@ -155,10 +157,85 @@ static void test_light_on_what_is_rough(void **state)
     }
 }
 
+/* The plan of a picture of a function that is straight up to this opacity. */
+static cvol_sheet_plan plan_of(const cvol_array *array, double most, cvol_render_options options)
+{
+    const cvol_transfer_point points[] = {{30, 1, 1, 1, 0}, {130, 1, 1, 1, most}};
+    cvol_transfer *transfer;
+    cvol_view view;
+    cvol_sheet_plan plan;
+    assert_int_equal(cvol_transfer_create(context, &transfer, points, 2), CVOL_OK);
+    assert_int_equal(cvol_view_make(context, &view, &array->grid, &options), CVOL_OK);
+    const cvol_sheet_traits traits = cvol_sheet_traits_of(array, transfer);
+    cvol_sheet_rays_space(&view, &traits, &options);
+    assert_int_equal(cvol_sheet_plan_make(context, &plan, array, 0, &view), CVOL_OK);
+    cvol_sheet_plan_space(&plan, view.sheets_apart);
+    cvol_transfer_free(transfer);
+    return plan;
+}
+
+/* Of what is soft, and unlit, sheets lie no further apart along a ray than pixels are wide, and a
+ * half; of others as samples. */
+static void test_sheets_further_apart(void **state)
+{
+    (void)state;
+    cvol_volume volume = make_solid(0);
+    cvol_array *array = support_compress(context, &volume, 16, 80);
+    for (int azimuth = 0; azimuth < 360; azimuth += 25) {
+        const int size = 20 + azimuth / 5 % 7 * 9; /* the diagonal is 68 samples */
+        cvol_render_options options = support_square(size, CVOL_MODE_COMPOSITE, azimuth, 25);
+        const double pixel = sqrt(43.0 * 43 + 35 * 35 + 39 * 39) / size;
+        const cvol_sheet_plan whole = plan_of(array, 1, options),
+                              soft_one = plan_of(array, 0.5, options);
+        assert_int_equal(whole.points_sheet, 16);
+        assert_true(soft_one.distance <= fmax(whole.distance, fmax(pixel, 1.5) * 1.55));
+        assert_true(fabs(soft_one.distance - whole.distance * soft_one.pitch_sheet) < 1e-9);
+        assert_true(soft_one.points_sheet >= 8);
+        if (pixel > 1.6)
+            assert_true(soft_one.points_sheet < 16);
+        if (pixel < 1)
+            assert_int_equal(soft_one.points_sheet, 16);
+        options.shading.on = 1;
+        assert_int_equal(plan_of(array, 0.5, options).points_sheet, 16);
+    }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
+/* What is soft but not clear, by fewer sheets, is near to the ray engine, and another picture than
+ * by as many as samples. */
+static void test_near_by_fewer_sheets(void **state)
+{
+    (void)state;
+    static const cvol_transfer_point half[] = {{30, 0.1, 0.2, 1, 0}, {130, 1, 0.6, 0.1, 0.5}};
+    cvol_volume volume = make_solid(3);
+    cvol_array *array = support_compress(context, &volume, 16, 80);
+    for (int azimuth = 10; azimuth < 360; azimuth += 70) {
+        cvol_render_options options = support_square(45, CVOL_MODE_COMPOSITE, azimuth, 25);
+        cvol_image *fewer = support_sheet(context, array, half, 2, &options);
+        options.step_voxels = 0.125;
+        cvol_image *ray = support_ray(context, &volume, half, 2, &options);
+        options.step_voxels = 1.99; /* said, so that nothing is chosen */
+        cvol_image *all = support_sheet(context, array, half, 2, &options);
+        const double db = support_psnr(fewer, ray), all_db = support_psnr(all, ray);
+        if (getenv("CVOL_TEST_VERBOSE") || db < 41)
+            print_message("azimuth %d: %.2f dB by fewer sheets, %.2f by all\n", azimuth, db,
+                          all_db);
+        assert_true(db >= 41 || getenv("CVOL_TEST_VERBOSE"));
+        assert_true(support_difference(fewer, all) > 0);
+        cvol_image_free(fewer);
+        cvol_image_free(ray);
+        cvol_image_free(all);
+    }
+    cvol_array_free(array);
+    free(volume.data);
+}
+
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {TEST(test_outlines), TEST(test_further_apart),
-                                       TEST(test_light_on_what_is_rough)};
+    const struct CMUnitTest tests[] = {
+        TEST(test_outlines), TEST(test_further_apart), TEST(test_light_on_what_is_rough),
+        TEST(test_sheets_further_apart), TEST(test_near_by_fewer_sheets)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -211,7 +211,8 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
                             .sheet_points = plan->points_sheet,
                             .lane_basis = lane,
                             .row_basis = row,
-                            .sheet_basis = sheet};
+                            .sheet_basis = sheet,
+                            .fewer = plan->of_pixels && plan->points_sheet < B};
     cvol_sheet_basis(lane, B, axes.lane_points, (B < 16 ? 16 : B));
     cvol_sheet_basis(row, B, axes.row_points, axes.row_points);
     cvol_sheet_basis(sheet, B, axes.sheet_points, axes.sheet_points);
@@ -396,6 +397,8 @@ static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan 
     cvol_sheet_table_fill(table, subject->array, state->transfer, plan->distance / plan->parts);
     if (!plan->of_pixels && (state->traits.is_noisy || (table->is_clear && !plan->lit)))
         table->flat = table->flat_coarse;
+    if (state->traits.is_soft)
+        cvol_sheet_table_soften(table);
     cvol_sheet_table_slant(table,
                            plan->pitch_sheet * fmax(fabs(plan->shear_lane) / plan->pitch_lane,
                                                     fabs(plan->shear_row) / plan->pitch_row),
@@ -544,7 +547,8 @@ static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan
     of->extras = has_depth || plan->parts > 1 || plan->wide || state->counts;
     cvol_sheet_plan pixels = *plan;
     if (wanted && !plan->lit) {
-        cvol_sheet_plan_of_pixels(plan, of->view);
+        if (cvol_sheet_plan_of_pixels(plan, of->view))
+            cvol_sheet_plan_space(plan, of->view->sheets_apart);
     } else if (wanted && !has_depth && !is_one_sample_thick(state->array) &&
                cvol_sheet_plan_of_pixels(&pixels, of->view)) {
         pixels.parts = 1;

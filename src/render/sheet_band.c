@@ -348,8 +348,11 @@ void cvol_band_count_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
     const cvol_block *block = &frame->array->block_table[index];
     const cvol_block_axes *axes = &frame->axes;
     const uint64_t lanes = (uint64_t)axes->lane_points, rows = (uint64_t)axes->row_points,
-                   sheets = (uint64_t)axes->sheet_points, low_row = block->low[axes->row],
-                   low_sheet = block->low[axes->sheet], share = block->split ? 4 : 2;
+                   sheets = (uint64_t)axes->sheet_points, share = block->split ? 4 : 2,
+                   low_row = (uint64_t)cvol_block_frequencies(axes, axes->row_points,
+                                                              block->low[axes->row]),
+                   low_sheet = (uint64_t)cvol_block_frequencies(axes, axes->sheet_points,
+                                                                block->low[axes->sheet]);
     memory->multiply_adds += block->words * lanes + low_sheet * low_row * rows * lanes / share +
                              low_sheet * sheets * rows * lanes / share;
 }

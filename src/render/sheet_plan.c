@@ -193,10 +193,35 @@ void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int 
         plan->plane[i][3] = view->plane[i][3];
 }
 
-void cvol_sheet_plan_halve(cvol_sheet_plan *plan)
+/* Whether there may be fewer sheets than samples: of lapped arrays faces want two. */
+static int may_have_fewer(const cvol_sheet_plan *plan)
 {
     const size_t in_last = plan->sheets % (size_t)plan->block_sheet;
-    if (plan->level || plan->sheets < 2 || (plan->lapped && in_last == 2))
+    return !plan->level && plan->sheets > 1 && !(plan->lapped && in_last == 2);
+}
+
+void cvol_sheet_plan_space(cvol_sheet_plan *plan, double apart)
+{
+    const int block = plan->block_sheet, less = block < 16 ? 2 : block / 8;
+    int points = block;
+    if (!may_have_fewer(plan) || plan->points_sheet != block)
+        return;
+    while (points - less >= block / 2 && plan->distance * block / (points - less) <= apart)
+        points -= less;
+    if (points == block)
+        return;
+    plan->points_sheet = points;
+    plan->pitch_sheet = (double)block / points;
+    plan->first_sheet = (plan->pitch_sheet - 1) / 2;
+    const double last = (double)plan->sheets - 0.5; /* half a sample behind it */
+    plan->sheet_count = (size_t)((last - plan->first_sheet) / plan->pitch_sheet + 1e-6) + 1;
+    plan->beyond = 1;
+    plan->distance *= plan->pitch_sheet;
+}
+
+void cvol_sheet_plan_halve(cvol_sheet_plan *plan)
+{
+    if (!may_have_fewer(plan))
         return;
     plan->points_sheet = plan->block_sheet / 2;
     plan->pitch_sheet = 2;

@@ -17,6 +17,10 @@ void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int 
 /* Makes a sheet of every two, midway between these, if the volume allows it. */
 void cvol_sheet_plan_halve(cvol_sheet_plan *plan);
 
+/* Makes as few sheets as lie no further apart along a ray than `apart` mean spacings, if the volume
+ * allows it, and at least one of every two. */
+void cvol_sheet_plan_space(cvol_sheet_plan *plan, double apart);
+
 /* Makes a plan in parallel projection, at level 0, one whose rays are those of the picture's
  * pixels. 0, and it stays as it is, where neither lines nor columns of the picture run along lanes,
  * or pixels are more than 64 samples apart.

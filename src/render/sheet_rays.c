@@ -23,6 +23,13 @@
  * rays; and between the points that means are of. */
 #define CLEAR_APART 1.5
 #define MEAN_PITCH 1.3
+/* What is soft has no opacity above this, and bends slowly over such a part of all values. */
+#define SOFT 0.55
+#define SOFT_BROAD 0.05
+/* Where its pixels span more than a sample, sheets lie up to so much further apart along a ray, for
+ * each that they span more, and no more than so far: straight lines between them would be seen. */
+#define SOFT_APART 2.6
+#define SOFT_MOST_APART 2.25
 /* Of pixels that span less the grain shows of what is lit at sheets alone. */
 #define TURNING_PIXEL 0.55
 /* A jump counts as a slope over such a part of all values. */
@@ -45,14 +52,12 @@ static double find_steepest(const cvol_transfer *transfer, double lo, double hi)
     return least > 0 ? fmin(steepest, 1 / least) : 0;
 }
 
-/* Whether opacity is as good as straight over every CVOL_BROAD of what lies between two values, and
+/* Whether opacity is as good as straight over every such part of what lies between two values, and
  * where the function begins and ends. */
-static int is_broad(const cvol_transfer *transfer, double lo, double hi)
+static int is_broad(const cvol_transfer *transfer, double lo, double hi, double part)
 {
-    const int half = (int)(CVOL_BROAD * STEPS / 2);
+    const int half = (int)(part * STEPS / 2);
     double opacity[STEPS + 2 * BESIDE + 1];
-    lo = fmax(lo, transfer->points[0].value);
-    hi = fmin(hi, transfer->points[transfer->count - 1].value);
     if (hi <= lo)
         return cvol_transfer_before(transfer, lo).opacity == cvol_transfer_at(transfer, lo).opacity;
     for (int t = 0; t <= STEPS + 2 * BESIDE; t++)
@@ -68,10 +73,13 @@ cvol_sheet_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_trans
 {
     const double lo = array->ledger.value_min, hi = array->ledger.value_max;
     const double error = array->ledger.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
-    const double noise = error * find_steepest(transfer, lo, hi);
-    return (cvol_sheet_traits){.is_clear = cvol_transfer_max_opacity(transfer, lo, hi) <=
-                                               CVOL_CLEAR &&
-                                           is_broad(transfer, lo, hi),
+    const double noise = error * find_steepest(transfer, lo, hi),
+                 most = cvol_transfer_max_opacity(transfer, lo, hi);
+    const double from = fmax(lo, transfer->points[0].value),
+                 to = fmin(hi, transfer->points[transfer->count - 1].value);
+    return (cvol_sheet_traits){.is_clear = most <= CVOL_CLEAR &&
+                                           is_broad(transfer, from, to, CVOL_BROAD),
+                               .is_soft = most <= SOFT && is_broad(transfer, lo, hi, SOFT_BROAD),
                                .is_noisy = noise > MOST_NOISE,
                                .is_fine = noise <= FINE_NOISE,
                                .is_exact = noise <= EXACT_NOISE,
@@ -104,6 +112,10 @@ int cvol_sheet_rays_turn(const cvol_view *view)
 void cvol_sheet_rays_space(cvol_view *view, const cvol_sheet_traits *traits,
                            const cvol_render_options *options)
 {
+    if (options->mode == CVOL_MODE_COMPOSITE && traits->is_soft && !options->shading.on &&
+        !(view->step > 0) && !view->planes)
+        view->sheets_apart = fmin(1 + SOFT_APART * fmax(view->pixel / view->mean_spacing - 1, 0),
+                                  SOFT_MOST_APART);
     if (options->sheet.rays != CVOL_SHEET_RAYS_AUTO || view->rays != 1 || view->planes)
         return;
     const int is_mean = options->mode == CVOL_MODE_XRAY,

@@ -8,6 +8,7 @@
 /* Which rays an array is worth, as a transfer function shows it. */
 typedef struct cvol_sheet_traits {
     int is_clear; /* no opacity is high, and it bends slowly */
+    int is_soft;  /* none is very high, and it bends no faster than some samples */
     int is_noisy; /* the array's own error is more than what rays bring */
     int is_fine;  /* it is so small that a picture is as near as its rays are looked at */
     int is_exact; /* even where it is clear */
@@ -29,8 +30,8 @@ cvol_sheet_rays cvol_sheet_rays_suited(const cvol_sheet_traits *traits, const cv
  */
 int cvol_sheet_rays_turn(const cvol_view *view);
 
-/* Sets how far apart rays and points of the lattice then lie: `apart` and `coarsest` of the view.
- */
+/* Sets how far apart rays and points of the lattice, and sheets, then lie: `apart`, `coarsest` and
+ * `sheets_apart` of the view. */
 void cvol_sheet_rays_space(cvol_view *view, const cvol_sheet_traits *traits,
                            const cvol_render_options *options);
 

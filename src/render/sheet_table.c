@@ -219,6 +219,12 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
         table->pieces = fit_pieces(table, channels, share, CVOL_PIECES);
 }
 
+void cvol_sheet_table_soften(cvol_sheet_table *table)
+{
+    table->midway_ramp = table->midway = table->flat;
+    table->steep = 4 * table->flat;
+}
+
 void cvol_sheet_table_slant(cvol_sheet_table *table, double shear, int is_fine)
 {
     if (is_fine && table->midway < 0) {
