@@ -141,6 +141,7 @@ static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int ha
     const size_t width = (size_t)plan->width, height = (size_t)plan->height;
     image->width = plan->width;
     image->height = plan->height;
+    image->down = cvol_lines_at_once(plan);
     state->tiles.across = plan->width / CVOL_TILE;
     state->tiles.down = (plan->height + CVOL_TILE - 1) / CVOL_TILE;
     const size_t tiles = (size_t)state->tiles.across * (size_t)state->tiles.down;
@@ -162,8 +163,8 @@ static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int ha
                        1) &&
            cvol_ensure(&image->lines, &state->line_capacity, CVOL_LINES * width * height,
                        sizeof(float)) &&
-           cvol_ensure(&image->scratch, &state->scratch_capacity, 4 * width * (size_t)threads,
-                       sizeof(float)) &&
+           cvol_ensure(&image->scratch, &state->scratch_capacity,
+                       4 * width * (size_t)image->down * (size_t)threads, sizeof(float)) &&
            cvol_ensure(&image->spans, &state->span_capacity, 4 * height, sizeof(int)) &&
            cvol_ensure(&image->opaque, &state->opaque_capacity, width / CVOL_GROUP * height, 1) &&
            cvol_ensure(&image->met, &state->met_capacity, width / CVOL_GROUP * height,

@@ -44,6 +44,11 @@
 #define CVOL_CLEAR 0.45
 /* Pixels of the intermediate image are worked on in groups of this many. */
 #define CVOL_GROUP 16
+/* Of plans of pixels a group is a square of so many pixels, whose rays lie close together and so
+ * meet about the same. Their lines are so many lines of the picture, which lie in memory square by
+ * square. */
+#define CVOL_SQUARE 4
+#define CVOL_SQUARE_LOG2 2
 /* Samples left and right of each row of a sheet, so that a group may reach beyond it. */
 #define CVOL_SHEET_PAD 32
 
@@ -217,6 +222,7 @@ void cvol_sheet_basis(float *basis, int B, int points, int width);
 #define CVOL_LINES 6
 typedef struct cvol_intermediate {
     int width, height;
+    int down;        /* so many lines lie in one another: CVOL_SQUARE, or 1 */
     float *lines;    /* [height][CVOL_LINES][width] */
     float *scratch;  /* one line for each thread */
     int *spans;      /* [2][height][2]: where lines, and those around, are not empty (warp.c) */
@@ -231,6 +237,22 @@ typedef struct cvol_intermediate {
                        see sheet_between.h. Else NULL */
 } cvol_intermediate;
 
+/* Where pixel i of line j is in an array that has so many floats for each pixel, the k-th of them.
+ */
+static inline size_t cvol_pixel_place(const cvol_intermediate *image, int floats, int k, long i,
+                                      long j)
+{
+    const long width = image->width, down = image->down, first = j / down * down;
+    const long at = down == 1 ? i : i / down * CVOL_GROUP + (j - first) * down + i % down;
+    return (size_t)((first * floats + k * down) * width + at);
+}
+
+/* How many lines lie in one another. */
+static inline int cvol_lines_at_once(const cvol_sheet_plan *plan)
+{
+    return plan->of_pixels ? CVOL_SQUARE : 1;
+}
+
 /* Lines of `pending`; the last three only if samples may be without a value. */
 #define CVOL_PENDING_LINES 12
 #define CVOL_PENDING_LINES_PLAIN 9
@@ -240,7 +262,7 @@ typedef struct cvol_intermediate {
 #define CVOL_ADDS_OF_SAMPLE 4
 #define CVOL_ADDS_OF_PART 8
 
-/* One row of it, as kernels see it. */
+/* One row of it, as kernels see it, or `down` of them. */
 typedef struct cvol_line {
     float *values; /* [CVOL_LINES][width] */
     uint8_t *opaque;
@@ -249,7 +271,7 @@ typedef struct cvol_line {
     uint8_t *edges;
     float *depth, *between;
     uint64_t *multiply_adds; /* to be added to, if they are to be counted; else NULL */
-    int number, width;
+    int number, width;       /* of the first of the lines that lie in one another; of all of them */
 } cvol_line;
 
 /* Bits of a window: something in it can be seen; some samples in it have no value. */

@@ -329,7 +329,7 @@ cvol_line cvol_band_line(const cvol_intermediate *image, int j)
         .depth = image->depth ? image->depth + at * width : NULL,
         .between = image->between ? image->between + at * 2 * (CVOL_PARTS - 1) * width : NULL,
         .number = j,
-        .width = image->width};
+        .width = image->width * image->down};
 }
 
 cvol_line cvol_band_line_of(cvol_band_memory *memory, const cvol_sheet_frame *frame, int j)
@@ -359,8 +359,8 @@ void cvol_band_count_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
 
 static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
 {
-    const int width = frame->intermediate->width;
-    for (int j = begin; j < end; j++) {
+    const int down = frame->intermediate->down, width = frame->intermediate->width * down;
+    for (int j = begin; j < end; j += down) {
         cvol_line line = cvol_band_line(frame->intermediate, j);
         for (int i = 0; i < width && line.depth; i++)
             line.depth[i] = INFINITY;
@@ -406,7 +406,7 @@ static void draw_layer(cvol_sheet_share *share, int thread, cvol_band *band,
         for (; next_row <= last; next_row++)
             evaluate_row(memory, frame, skip, at, next_row);
         *pending = memchr(memory->seen + first, 1, last - first + 1) != NULL;
-        for (int j = from; j < to && (*pending || ends); j++) {
+        for (int j = from; j < to && (*pending || ends); j += cvol_lines_at_once(plan)) {
             const cvol_line line = cvol_band_line_of(memory, frame, j);
             frame->kernel(*pending ? &layer : &first_sheet, frame->table, &line);
         }
@@ -423,7 +423,7 @@ static void end_lines(const cvol_sheet_frame *frame, int begin, int end)
     layer.sheets[0].ordinal = (int)frame->plan->sheet_count + frame->plan->beyond;
     layer.cover_at = frame->plan->masked == CVOL_SHEET_SOME_VOID;
     layer.parts = frame->plan->parts;
-    for (int j = begin; j < end; j++) {
+    for (int j = begin; j < end; j += cvol_lines_at_once(frame->plan)) {
         const cvol_line line = cvol_band_line(frame->intermediate, j);
         frame->kernel(&layer, frame->table, &line);
     }

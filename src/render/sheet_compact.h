@@ -19,6 +19,9 @@
 /* Transmittance below which nothing is seen, see OPAQUE_BELOW. */
 #define OPAQUE_WORD 64
 
+/* Sheets that a run has at most: what closes within it need not know those behind. */
+#define RUN_SHEETS (SHEET_PIXELS ? 8 : CVOL_BLOCK_MAX)
+
 #define ONE_WORD 32767
 
 /* What a line is to the sheets, in words. */
@@ -29,6 +32,7 @@ typedef struct compact_job {
     __m512i ramp[2];                    /* lane steps to pixels 0 .. 31, in 2^-16 */
 #if SHEET_PIXELS                        /* or steps along lanes, and rows, to pixels 0 .. 15 */
     int32_t steps[2];
+    int32_t before[2][2], behind[2][2]; /* how far 16 pixels, or 32, reach from the first */
     int lanes_at_once; /* samples that hold 32 pixels' of a row: 32, 64, or 0: more */
     int rows[2];       /* the most rows that 16 pixels take samples of, and 32 */
 #endif
@@ -71,18 +75,34 @@ CVOL_INLINE void begin_words(compact_job *c, line_job *job, int unit)
     c->sample_rate = 1 / job->sample_scale;
     c->sample_from = -job->sample_offset / job->sample_scale;
 #if SHEET_PIXELS
-    const double steps[2] = {layer->sheets[0].lane_step, layer->sheets[0].row_right};
+    const cvol_sheet_view *view = &layer->sheets[0];
+    const double steps[2] = {view->lane_step, view->row_right},
+                 downs[2] = {view->lane_down, view->row_step};
+    const __m512i number = (__m512i)cvol_to_int(cvol_iota());
     for (int axis = 0; axis < 2; axis++) {
-        c->steps[axis] = (int32_t)lrint(steps[axis] * PLACE_ONE);
-        c->ramp[axis] = _mm512_mullo_epi32((__m512i)cvol_to_int(cvol_iota()),
-                                           _mm512_set1_epi32(c->steps[axis]));
+        const int32_t step = (int32_t)lrint(steps[axis] * PLACE_ONE),
+                      down = (int32_t)lrint(downs[axis] * PLACE_ONE);
+        c->steps[axis] = step;
+        c->ramp[axis] = _mm512_add_epi32(
+            _mm512_mullo_epi32(_mm512_and_si512(number, _mm512_set1_epi32(CVOL_SQUARE - 1)),
+                               _mm512_set1_epi32(step)),
+            _mm512_mullo_epi32(_mm512_srli_epi32(number, CVOL_SQUARE_LOG2),
+                               _mm512_set1_epi32(down)));
+        for (int pair = 0; pair < 2; pair++) {
+            const int across = GROUP_ACROSS * (pair + 1);
+            c->before[axis][pair] = (int32_t)(least_reach(step, across) +
+                                              least_reach(down, GROUP_DOWN));
+            c->behind[axis][pair] = (int32_t)(most_reach(step, across) +
+                                              most_reach(down, GROUP_DOWN));
+        }
     }
-    const double reach = (PAIR_LANES - 1) * steps[0] + 2;
-    c->lanes_at_once = reach < PAIR_LANES - 1       ? PAIR_LANES
-                       : reach < 2 * PAIR_LANES - 1 ? 2 * PAIR_LANES
-                                                    : 0;
+    const int reach = ((c->behind[0][1] - c->before[0][1]) >> 16) + 3;
+    c->lanes_at_once = reach <= CVOL_GROUP      ? CVOL_GROUP
+                       : reach < PAIR_LANES     ? PAIR_LANES
+                       : reach < 2 * PAIR_LANES ? 2 * PAIR_LANES
+                                                : 0;
     for (int pair = 0; pair < 2; pair++) /* one more if they begin late in a row */
-        c->rows[pair] = (abs(c->steps[1]) * (CVOL_GROUP * (pair + 1) - 1) >> 16) + 3;
+        c->rows[pair] = ((c->behind[1][pair] - c->before[1][pair]) >> 16) + 3;
     (void)unit;
 #else
     for (int s = 0; s < layer->sheet_count; s++) {
@@ -178,7 +198,8 @@ CVOL_INLINE cvol_vf floats_of(__m512i words, int half)
  */
 
 /* The `count` sheets from s on, of those groups that have bits in `halves`: known intervals, whole,
- * of samples that all have a value. */
+ * of samples that all have a value. Pixels that are opaque see nothing, whatever the others of
+ * their group do. */
 CVOL_INLINE void draw_words(pair_state *state, const compact_job *c, int s, int count, int group,
                             int halves, int unit)
 {
@@ -189,6 +210,10 @@ CVOL_INLINE void draw_words(pair_state *state, const compact_job *c, int s, int 
     group_state *g = state->groups;
     __m512i values[CVOL_BLOCK_MAX + 1];
     uint64_t live = 0;
+    __mmask32 sees[CVOL_BLOCK_MAX];
+    const __m512i start = words_of((__m512)(g[0].p[0].through * 32768),
+                                   (__m512)(g[1].p[0].through * 32768));
+    const __mmask32 open = mask & find_open(start);
     values[0] = words_of((__m512)(g[0].value[0] * c->sample_rate + c->sample_from),
                          (__m512)(g[1].value[0] * c->sample_rate + c->sample_from));
     for (int i = 0; i < count; i++) {
@@ -198,11 +223,12 @@ CVOL_INLINE void draw_words(pair_state *state, const compact_job *c, int s, int 
 #else
         const __m512i from = values[i], to = reconstruct_words(c, s + i, group, unit);
 #endif
-        const __mmask32 above = _mm512_mask_cmpge_epi16_mask(mask, _mm512_max_epi16(from, to),
+        const __mmask32 above = _mm512_mask_cmpge_epi16_mask(open, _mm512_max_epi16(from, to),
                                                              visible_from);
         const __mmask32 seen = _mm512_mask_cmple_epi16_mask(above, _mm512_min_epi16(from, to),
                                                             visible_to);
         values[i + 1] = to;
+        sees[i] = seen;
         live |= (uint64_t)(seen != 0) << i;
     }
     for (int half = 0; half < PAIR; half++)
@@ -214,8 +240,7 @@ CVOL_INLINE void draw_words(pair_state *state, const compact_job *c, int s, int 
     words_pixels p;
     for (int k = 0; k < 4; k++)
         p.gained[k] = _mm512_setzero_si512();
-    p.start = words_of((__m512)(g[0].p[0].through * 32768), (__m512)(g[1].p[0].through * 32768));
-    p.start = p.through = _mm512_maskz_mov_epi16(mask, p.start);
+    p.start = p.through = _mm512_maskz_mov_epi16(mask, start);
 #if SHEET_PIXELS
     const __m512i rise = _mm512_abs_epi16(_mm512_sub_epi16(values[count], values[count - 1]));
     if (is_last && find_bent(w, _mm512_mulhrs_epi16(rise, p.through)))
@@ -224,7 +249,7 @@ CVOL_INLINE void draw_words(pair_state *state, const compact_job *c, int s, int 
     if (!live)
         return;
     const words_run run = {c, s, group, halves};
-    draw_intervals(&p, &run, values, live);
+    draw_intervals(&p, &run, values, sees, live);
     const float unit_of = 1.0f / (float)(32768 << w->shift);
     for (int half = 0; half < PAIR; half++) {
         if (!(halves >> half & 1))
@@ -303,7 +328,7 @@ CVOL_INLINE void draw_pair(const compact_job *c, int group, int end, int unit, i
                 state.bent |= state.groups[half].bent << half;
                 state.closed[half] = is_closed(&state.groups[half]);
             }
-        const int count = find_run(&halves, &state, s);
+        const int all = find_run(&halves, &state, s), count = all < RUN_SHEETS ? all : RUN_SHEETS;
         if (halves) {
             const uint32_t done = (uint32_t)(((UINT64_C(1) << count) - 1) << s);
             draw_words(&state, c, s, count, group, halves, unit);

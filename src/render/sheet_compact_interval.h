@@ -85,10 +85,14 @@ CVOL_INLINE void replace_words(words_matter *m, __mmask32 mask, const words_matt
 /* ---- intervals ---------------------------------------------------------------------------------
  */
 
+CVOL_INLINE __mmask32 find_open(__m512i through)
+{
+    return _mm512_cmpge_epi16_mask(through, _mm512_set1_epi16(OPAQUE_WORD));
+}
+
 CVOL_INLINE int is_open(__m512i through, int half)
 {
-    const __mmask32 open = _mm512_cmpge_epi16_mask(through, _mm512_set1_epi16(OPAQUE_WORD));
-    return (open >> (half * CVOL_GROUP) & 0xffff) != 0;
+    return (find_open(through) >> (half * CVOL_GROUP) & 0xffff) != 0;
 }
 
 /* Some intervals that follow one another: what matter they have is found before any is composited,
@@ -134,7 +138,9 @@ CVOL_INLINE __m512i pass_interval(const cvol_sheet_words *w, __m512i through,
     return _mm512_subs_epu16(through, _mm512_mulhrs_epi16(through, opacity));
 }
 
-/* The `live` intervals between `values`, of which the first is the run's interval `first`. */
+/* The `live` intervals between `values`, of which the first is the run's interval `first`. Where
+ * one pixel sees something, what lies half way is looked at for all: shells that are thinner than
+ * an interval lie between two ends at which there is nothing. */
 CVOL_INLINE void find_turn(words_turn *turn, const words_run *run, int first, const __m512i *values,
                            unsigned live, const __m512i begin)
 {
@@ -154,14 +160,14 @@ CVOL_INLINE void find_turn(words_turn *turn, const words_run *run, int first, co
         turn->bent[i] = 0;
         const __mmask32 divided = find_divided(w, turn->rise[i], begin);
 #if SHEET_PIXELS
-        const __m512i seen = _mm512_mulhrs_epi16(turn->rise[i], through);
+        const __m512i seen = _mm512_mulhrs_epi16(turn->rise[i], through), before = through;
         through = pass_interval(w, through, &turn->ends[i], &turn->ends[i + 1]);
 #endif
         if (!divided)
             continue;
         __m512i middle = _mm512_avg_epu16(a, b);
 #if SHEET_PIXELS
-        turn->bent[i] = find_bent(w, seen);
+        turn->bent[i] = find_bent(w, seen) & find_open(before);
         if (turn->bent[i]) {
             middle = mix_midway(w, seen, middle,
                                 reconstruct_midway_words(run->job, run->s + first + i, run->group,
@@ -197,15 +203,23 @@ CVOL_INLINE void composite_divided(words_pixels *p, const cvol_sheet_words *w,
     composite_words(p, w, &last, &turn->ends[i + 1], parts, ~(__mmask32)0);
 }
 
-/* The `live` ones of the intervals between `values`. */
+/* The `live` ones of the intervals between `values`, of which pixels see something where `sees` has
+ * them; those that are opaque by then do not count. */
 CVOL_INLINE void draw_intervals(words_pixels *p, const words_run *run, const __m512i *values,
-                                uint64_t live)
+                                const __mmask32 *sees, uint64_t live)
 {
     const cvol_sheet_words *w = run->job->words;
     words_turn turn;
     while (live) {
         const int first = __builtin_ctzll(live);
-        const unsigned now = (unsigned)(live >> first) & ((1u << TURN) - 1);
+        unsigned now = (unsigned)(live >> first) & ((1u << TURN) - 1);
+        const __mmask32 open = find_open(p->through);
+        for (int i = 0; i < TURN; i++)
+            if (now >> i & 1 && !(sees[first + i] & open))
+                now &= ~(1u << i);
+        live &= ~((UINT64_C(1) << TURN) - 1) << first;
+        if (!now)
+            continue;
         find_turn(&turn, run, first, values + first, now, p->through);
         for (int i = 0; i < TURN; i++) {
             if (!(now >> i & 1))
@@ -219,8 +233,7 @@ CVOL_INLINE void draw_intervals(words_pixels *p, const words_run *run, const __m
             else
                 composite_divided(p, w, &turn, i, &parts);
         }
-        live &= ~((UINT64_C(1) << TURN) - 1) << first;
-        if (!_mm512_cmpge_epi16_mask(p->through, _mm512_set1_epi16(OPAQUE_WORD)))
+        if (!find_open(p->through))
             break;
     }
 }

@@ -36,9 +36,9 @@ static double interpolate(const cvol_intermediate *image, double u, double v)
         places[k] = INFINITY;
         if (i < 0 || j < 0 || i >= image->width || j >= image->height)
             continue;
-        places[k] = image->depth[i + j * image->width];
+        places[k] = image->depth[cvol_pixel_place(image, 1, 0, i, j)];
         weights[k] = (k % 2 ? s : 1 - s) * (k / 2 ? t : 1 - t);
-        opacity += weights[k] * (1 - image->lines[i + (CVOL_LINES * j + 3) * image->width]);
+        opacity += weights[k] * (1 - image->lines[cvol_pixel_place(image, CVOL_LINES, 3, i, j)]);
         if (weights[k] > most && !isinf(places[k])) {
             most = weights[k];
             nearest = places[k];

@@ -20,6 +20,53 @@
 #define SHEET_PIXELS 0
 #endif
 
+/* Columns of pixels that a group has, and lines. */
+#if SHEET_PIXELS
+#define GROUP_ACROSS CVOL_SQUARE
+#define GROUP_DOWN CVOL_SQUARE
+#else
+#define GROUP_ACROSS CVOL_GROUP
+#define GROUP_DOWN 1
+#endif
+
+/* Where the pixel is that is number i of a line as it lies in memory, the first of CVOL_LANES: its
+ * column, and how many lines further. */
+CVOL_INLINE int column_of(int i)
+{
+    return i / CVOL_GROUP * GROUP_ACROSS;
+}
+
+CVOL_INLINE int line_of(int i)
+{
+    return i % CVOL_GROUP / GROUP_ACROSS;
+}
+
+/* How far these CVOL_LANES pixels are from the first of them: `across` from column to column, and
+ * `down` from line to line. */
+CVOL_INLINE cvol_vf spread_pixels(float across, float down)
+{
+#if SHEET_PIXELS
+    const cvol_vi number = cvol_to_int(cvol_iota());
+    return cvol_to_float(number & (CVOL_SQUARE - 1)) * across +
+           cvol_to_float(number / CVOL_SQUARE) * down;
+#else
+    (void)down;
+    return cvol_iota() * across;
+#endif
+}
+
+/* The least and the most that something has in so many pixels of a row, or a line, which grows by
+ * `step`. */
+CVOL_INLINE double least_reach(double step, int count)
+{
+    return step < 0 ? (count - 1) * step : 0;
+}
+
+CVOL_INLINE double most_reach(double step, int count)
+{
+    return step < 0 ? 0 : (count - 1) * step;
+}
+
 /* Kernels are compiled for samples of either kind, see cvol_sheet_compact. */
 #ifdef SHEET_COMPACT
 typedef int16_t sheet_sample;
@@ -129,11 +176,12 @@ CVOL_INLINE void find_half_line(int *begin, int *end, double at, double step, in
     *end = groups;
     const double i = -at / step;
     if (step > 0)
-        *begin = clamp_to_groups(whole ? ceil(i / CVOL_GROUP) : floor(ceil(i) / CVOL_GROUP),
+        *begin = clamp_to_groups(whole ? ceil(i / GROUP_ACROSS) : floor(ceil(i) / GROUP_ACROSS),
                                  groups);
     else if (step < 0)
-        *end = clamp_to_groups(
-            whole ? floor((floor(i) + 1) / CVOL_GROUP) : floor(floor(i) / CVOL_GROUP) + 1, groups);
+        *end = clamp_to_groups(whole ? floor((floor(i) + 1) / GROUP_ACROSS)
+                                     : floor(floor(i) / GROUP_ACROSS) + 1,
+                               groups);
     else if (at < 0)
         *end = 0;
 }
@@ -150,10 +198,12 @@ static __attribute__((noinline)) void cut_groups(group_range *range, const cvol_
     for (int k = 0; k < layer->cuts; k++) {
         const cvol_sheet_cut *cut = &sheet->cuts[k];
         const double at = cut->value[0] + j * cut->value[2], rate = cut->rate[0] + j * cut->rate[2];
+        const double some = at + most_reach(cut->value[2], GROUP_DOWN), /* of a group's lines */
+            all = at + least_reach(cut->value[2], GROUP_DOWN);
         int begin[2], end[2];
         /* Straight along rays, so that it has its extremes at both ends. */
         for (int i = 0; i < 2; i++)
-            find_half_line(&begin[i], &end[i], at + (2 * i - 1) * rate,
+            find_half_line(&begin[i], &end[i], some + (2 * i - 1) * rate,
                            cut->value[1] + (2 * i - 1) * cut->rate[1], 0, groups);
         if (begin[0] >= end[0]) {
             begin[0] = begin[1];
@@ -165,7 +215,7 @@ static __attribute__((noinline)) void cut_groups(group_range *range, const cvol_
         range->begin = range->begin > begin[0] ? range->begin : begin[0];
         range->end = range->end < end[0] ? range->end : end[0];
         for (int i = 0; i < 2; i++) {
-            find_half_line(&begin[i], &end[i], at - 2 * i * rate,
+            find_half_line(&begin[i], &end[i], all - 2 * i * rate,
                            cut->value[1] - 2 * i * cut->rate[1], 1, groups);
             range->inside_begin = range->inside_begin > begin[i] ? range->inside_begin : begin[i];
             range->inside_end = range->inside_end < end[i] ? range->inside_end : end[i];
@@ -271,13 +321,18 @@ CVOL_INLINE cvol_vf find_crossings(cvol_vf value, cvol_vf rate)
     return -value / away;
 }
 
-/* Between which the CVOL_LANES pixels from pixel i of line j on, at `position`, are within what is
- * drawn: in sheets from this one. */
+/* Between which the CVOL_LANES pixels from number i of line j on, at `position` but for plans of
+ * pixels, are within what is drawn: in sheets from this one. */
 CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *layer,
                            const cvol_sheet_view *sheet, const line_view *view, double position,
                            int i, int j)
 {
-    const cvol_vf offset = cvol_iota() * (float)sheet->lane_step;
+    const int column = column_of(i);
+    j += line_of(i);
+#if SHEET_PIXELS
+    position = sheet->lane_at + column * sheet->lane_step + j * sheet->lane_down;
+#endif
+    const cvol_vf offset = spread_pixels((float)sheet->lane_step, (float)sheet->lane_down);
     if (layer->perspective) {
         const cvol_vf rate = (float)(sheet->lane_rate[0] + i * sheet->lane_rate[1]) +
                              cvol_iota() * (float)sheet->lane_rate[1];
@@ -290,8 +345,8 @@ CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *lay
         *leave = ((float)(layer->lane_leave - position) - offset) * layer->lane_turn;
     }
 #if SHEET_PIXELS
-    const double row = sheet->row_at + j * sheet->row_step + i * sheet->row_right;
-    const cvol_vf below = cvol_iota() * (float)sheet->row_right;
+    const double row = sheet->row_at + j * sheet->row_step + column * sheet->row_right;
+    const cvol_vf below = spread_pixels((float)sheet->row_right, (float)sheet->row_step);
     *enter = cvol_max(*enter, ((float)(layer->row_enter - row) - below) * layer->row_turn);
     *leave = cvol_min(*leave, ((float)(layer->row_leave - row) - below) * layer->row_turn);
 #endif
@@ -301,8 +356,10 @@ CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *lay
         const cvol_sheet_cut *cut = &sheet->cuts[k];
         const double at = cut->value[0] + j * cut->value[2],
                      grows = cut->rate[0] + j * cut->rate[2];
-        const cvol_vf value = (float)(at + i * cut->value[1]) + cvol_iota() * (float)cut->value[1];
-        const cvol_vf rate = (float)(grows + i * cut->rate[1]) + cvol_iota() * (float)cut->rate[1];
+        const cvol_vf value = (float)(at + column * cut->value[1]) +
+                              spread_pixels((float)cut->value[1], (float)cut->value[2]);
+        const cvol_vf rate = (float)(grows + column * cut->rate[1]) +
+                             spread_pixels((float)cut->rate[1], (float)cut->rate[2]);
         const cvol_vf crossing = find_crossings(value, rate);
         *enter = cvol_select(rate < 0, *enter, cvol_max(*enter, crossing));
         *leave = cvol_select(rate < 0, cvol_min(*leave, crossing), *leave);

@@ -263,7 +263,7 @@ void cvol_lapped_draw(cvol_sheet_share *share, int thread, cvol_band *band)
         const size_t rows = last - first + 1;
         const int drawn = before->reached && memchr(before->seen + first, 1, rows);
         const int here = memchr(layer->seen + first, 1, rows) != NULL;
-        for (int j = from; j < to && (drawn || here); j++) {
+        for (int j = from; j < to && (drawn || here); j += cvol_lines_at_once(plan)) {
             const cvol_line line = cvol_band_line_of(memory, frame, j);
             if (drawn && joins) {
                 frame->kernel(here ? &all : &all_and_first, frame->table, &line);

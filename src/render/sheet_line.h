@@ -57,8 +57,9 @@ typedef struct line_job {
         mixed[RUN + 1]; /* sheets in which a group sees something, but not all of its pixels do */
     uint32_t
         ways[RUN + 1]; /* sheets to which all samples are there on the way from the one before */
-    /* Of lit plans, of a group's pixels, along lanes and rows: steps in 2^-16, and their sums. */
-    int steps[2];
+    /* Of lit plans, along lanes and rows in 2^-16: how far before its first pixel a group begins,
+     * how far it reaches from there, and where its pixels are. */
+    int begins[2], reaches[2];
     cvol_vi ramp[2];
     int rows, samples; /* the most rows of samples, and how many of a row are loaded */
 #endif

@@ -5,7 +5,8 @@
  * cheap; the warp that follows interpolates between its pixels. Where opacity is high, a picture
  * has detail as fine as its pixels, which no interpolation gives: so here lines are those of the
  * picture, or its columns, whichever run more along the rows of samples, and cross these at a slant
- * (sheet_slant.h). The warp that is left copies, and turns where it has to.
+ * (sheet_slant.h). The warp that is left copies, and turns where it has to. Kernels draw
+ * CVOL_SQUARE lines at once, square by square.
  */
 #include <math.h>
 
@@ -13,8 +14,10 @@
 
 /* Kernels count places along a group in 16 bits; and so far apart all rays are alike. */
 #define MOST_SAMPLES 64
-/* With light, a group's samples of a row, and one beside them, lie within 64. */
+/* With light, a group's samples of a row, and one beside them, lie within 64: so far apart are its
+ * pixels, and those of a line and the next one together. */
 #define MOST_LIT_SAMPLES 3.9
+#define MOST_LIT_REACH 19
 
 /* How many rows of samples a line along one axis of the picture crosses from sample to sample. */
 static double slant_of(const cvol_sheet_plan *plan, int axis)
@@ -29,9 +32,11 @@ int cvol_sheet_plan_of_pixels(cvol_sheet_plan *plan, const cvol_view *view)
     const int along = slant_of(plan, 0) <= slant_of(plan, 1) ? 0 : 1, across = 1 - along;
     const int sizes[2] = {view->width, view->height};
     const int axes[2] = {along, across};
-    if (isinf(slant_of(plan, along)) || !(fabs(plan->warp[0][1 + along]) < MOST_SAMPLES) ||
-        !(fabs(plan->warp[1][1 + along]) < MOST_SAMPLES))
+    if (isinf(slant_of(plan, along)))
         return 0;
+    for (int k = 0; k < 4; k++)
+        if (!(fabs(plan->warp[k & 1][1 + k / 2]) < MOST_SAMPLES))
+            return 0;
     cvol_sheet_refine(plan);
     double warp[2][3] = {{0}};
     for (int k = 0; k < 2; k++) {
@@ -52,13 +57,15 @@ int cvol_sheet_plan_of_pixels(cvol_sheet_plan *plan, const cvol_view *view)
     for (int k = 0; k < 2; k++)
         for (int i = 0; i < 3; i++)
             plan->warp[k][i] = warp[k][i];
-    if (plan->lit && (plan->place[0][1] > MOST_LIT_SAMPLES * plan->pitch_lane ||
-                      fabs(plan->place[1][1]) > MOST_LIT_SAMPLES * plan->pitch_row))
+    if (plan->lit &&
+        (plan->place[0][1] + fabs(plan->place[0][2]) > MOST_LIT_REACH * plan->pitch_lane ||
+         plan->place[0][1] > MOST_LIT_SAMPLES * plan->pitch_lane ||
+         fabs(plan->place[1][1]) > MOST_LIT_SAMPLES * plan->pitch_row))
         return 0;
     plan->of_pixels = 1;
     plan->u0 = plan->v0 = 0;
     plan->du = plan->dv = 1;
     plan->width = (sizes[along] + CVOL_GROUP - 1) / CVOL_GROUP * CVOL_GROUP;
-    plan->height = sizes[across];
+    plan->height = (sizes[across] + CVOL_SQUARE - 1) / CVOL_SQUARE * CVOL_SQUARE;
     return 1;
 }

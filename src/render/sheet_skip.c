@@ -336,15 +336,20 @@ void cvol_layer_skip_make(cvol_layer_skip *skip, const cvol_skip_source *source,
 void cvol_tiles_update(const cvol_tiles *tiles, const cvol_intermediate *intermediate, int begin,
                        int end)
 {
-    const int groups = intermediate->width / CVOL_GROUP;
+    const int down = intermediate->down, groups = intermediate->width * down / CVOL_GROUP;
     const size_t first = (size_t)(begin / CVOL_TILE), last = (size_t)((end - 1) / CVOL_TILE);
     memset(tiles->open + first * (size_t)tiles->across, 0,
            (last - first + 1) * (size_t)tiles->across);
-    for (int j = begin; j < end; j++) {
-        const uint8_t *opaque = intermediate->opaque + (size_t)j * (size_t)groups;
+    for (int j = begin; j < end; j += down) {
+        const uint8_t *opaque = intermediate->opaque + (size_t)(j / down) * (size_t)groups;
         uint8_t *open = tiles->open + (size_t)(j / CVOL_TILE) * (size_t)tiles->across;
-        for (int g = 0; g < groups; g++)
-            open[g] |= !opaque[g];
+        if (down == 1)
+            for (int g = 0; g < groups; g++)
+                open[g] |= !opaque[g];
+        else
+            for (int g = 0; g < groups / CVOL_SQUARE; g++)
+                open[g] |= !(opaque[4 * g] & opaque[4 * g + 1] & opaque[4 * g + 2] &
+                             opaque[4 * g + 3]);
     }
 }
 

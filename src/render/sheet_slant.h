@@ -2,7 +2,10 @@
  * sheet_line.h's part, where lines run across rows of samples, so that every pixel has rows and
  * weights of its own.
  *
- * A group meets several windows of a sheet then; it sees something if one of them has something.
+ * A line has CVOL_SQUARE lines of the picture, and a group is a square of these: of 16 pixels side
+ * by side the first would meet a surface well before the last does, and all sheets between would be
+ * looked at for all of them. A group meets several windows of a sheet; it sees something if one of
+ * them has something.
  *
  * To be included by kernel files only, by sheet_line.h.
  */
@@ -18,21 +21,29 @@
 /* Sheets of a layer, and two before and one behind. */
 #define SHEETS_AROUND (CVOL_BLOCK_MAX + 3)
 
-/* The pixels between which a line's rays are within what is drawn, of one axis, sheet by sheet. */
+/* The columns between which rays are within what is drawn, of one axis, sheet by sheet: of some of
+ * a group's lines, and of all. */
 typedef struct pixels_within {
     double begin[SHEETS_AROUND], end[SHEETS_AROUND];
+    double inner_begin[SHEETS_AROUND], inner_end[SHEETS_AROUND];
 } pixels_within;
 
-/* Of `count` sheets, which are crossed at `at`, and `rate` further on each next one. */
+/* Of `count` sheets, which are crossed at `at`, and `rate` further on each next one; `step` from
+ * column to column, `down` from line to line. */
 CVOL_INLINE void find_pixels_within(pixels_within *out, int count, double at, double rate,
-                                    double step, double lo, double hi)
+                                    double step, double down, double lo, double hi)
 {
     const double least = 1e-9; /* lines along rows reach far, one way or the other */
     const double inverse = 1 / (fabs(step) > least ? step : step < 0 ? -least : least);
-    const double from = inverse < 0 ? hi : lo, to = inverse < 0 ? lo : hi;
+    const double before = least_reach(down, GROUP_DOWN), behind = most_reach(down, GROUP_DOWN);
+    const double some[2] = {lo - behind, hi - before}, all[2] = {lo - before, hi - behind};
+    const int turns = inverse < 0;
     for (int s = 0; s < count; s++) {
-        out->begin[s] = (from - (at + s * rate)) * inverse;
-        out->end[s] = (to - (at + s * rate)) * inverse;
+        const double place = at + s * rate;
+        out->begin[s] = (some[turns] - place) * inverse;
+        out->end[s] = (some[!turns] - place) * inverse;
+        out->inner_begin[s] = (all[turns] - place) * inverse;
+        out->inner_end[s] = (all[!turns] - place) * inverse;
     }
 }
 
@@ -58,7 +69,7 @@ CVOL_INLINE void store_groups(int *to, __mmask8 which, __m512d group, int groups
 CVOL_INLINE void find_group_ranges(group_ranges *out, const pixels_within within[2], int count,
                                    int groups)
 {
-    const double inverse = 1.0 / CVOL_GROUP;
+    const double inverse = 1.0 / GROUP_ACROSS;
 #if defined(__AVX512F__)
     enum { /* constants without optimisation, too */
            up = _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC,
@@ -69,13 +80,13 @@ CVOL_INLINE void find_group_ranges(group_ranges *out, const pixels_within within
         __m512d most[2], least[2];
         for (int axis = 0; axis < 2; axis++) {
             /* Straight from sheet to sheet. */
-            const double *begin = within[axis].begin + s, *end = within[axis].end + s;
+            const double *begin = within[axis].begin + s, *end = within[axis].end + s,
+                         *from = within[axis].inner_begin + s, *to = within[axis].inner_end + s;
             const __m512d first = _mm512_min_pd(_mm512_loadu_pd(begin + 1),
                                                 _mm512_loadu_pd(begin + 3)),
                           last = _mm512_max_pd(_mm512_loadu_pd(end + 1), _mm512_loadu_pd(end + 3)),
-                          inside = _mm512_max_pd(_mm512_loadu_pd(begin),
-                                                 _mm512_loadu_pd(begin + 2)),
-                          until = _mm512_min_pd(_mm512_loadu_pd(end), _mm512_loadu_pd(end + 2));
+                          inside = _mm512_max_pd(_mm512_loadu_pd(from), _mm512_loadu_pd(from + 2)),
+                          until = _mm512_min_pd(_mm512_loadu_pd(to), _mm512_loadu_pd(to + 2));
             most[0] = axis ? _mm512_max_pd(most[0], first) : first;
             most[1] = axis ? _mm512_min_pd(most[1], last) : last;
             least[0] = axis ? _mm512_max_pd(least[0], inside) : inside;
@@ -97,11 +108,12 @@ CVOL_INLINE void find_group_ranges(group_ranges *out, const pixels_within within
     for (int s = 0; s < count; s++) {
         double most[2] = {-INFINITY, INFINITY}, least[2] = {-INFINITY, INFINITY};
         for (int axis = 0; axis < 2; axis++) {
-            const double *begin = within[axis].begin + s, *end = within[axis].end + s;
+            const double *begin = within[axis].begin + s, *end = within[axis].end + s,
+                         *from = within[axis].inner_begin + s, *to = within[axis].inner_end + s;
             const double first = begin[1] < begin[3] ? begin[1] : begin[3],
                          last = end[1] > end[3] ? end[1] : end[3],
-                         inside = begin[0] > begin[2] ? begin[0] : begin[2],
-                         until = end[0] < end[2] ? end[0] : end[2];
+                         inside = from[0] > from[2] ? from[0] : from[2],
+                         until = to[0] < to[2] ? to[0] : to[2];
             most[0] = most[0] > first ? most[0] : first;
             most[1] = most[1] < last ? most[1] : last;
             least[0] = least[0] > inside ? least[0] : inside;
@@ -126,12 +138,12 @@ CVOL_INLINE void view_slanted(line_job *job)
         return;
     const cvol_sheet_view *near = &layer->sheets[0];
     pixels_within within[2];
-    find_pixels_within(&within[0], count + 3,
-                       near->lane_at + j * near->lane_down - 2 * near->lane_rate[0],
-                       near->lane_rate[0], near->lane_step, layer->lane_lo, layer->lane_hi);
+    find_pixels_within(
+        &within[0], count + 3, near->lane_at + j * near->lane_down - 2 * near->lane_rate[0],
+        near->lane_rate[0], near->lane_step, near->lane_down, layer->lane_lo, layer->lane_hi);
     find_pixels_within(&within[1], count + 3,
                        near->row_at + j * near->row_step - 2 * near->row_rate[0], near->row_rate[0],
-                       near->row_right, layer->row_lo, layer->row_hi);
+                       near->row_right, near->row_step, layer->row_lo, layer->row_hi);
     group_ranges ranges;
     find_group_ranges(&ranges, within, count, groups);
     for (int s = 0; s < count; s++) {
@@ -194,10 +206,10 @@ CVOL_INLINE int find_levels(cvol_vf *levels, const line_job *job, int s,
     group_windows at;
     place_windows(&at, 0, job, (float)lane_at, (float)row_at, group);
 #if defined(__AVX512F__)
-    const double i = group * CVOL_GROUP, begin = lane_at + i * sheet->lane_step,
+    const double i = group * GROUP_ACROSS, begin = lane_at + i * sheet->lane_step,
                  top = row_at + i * sheet->row_right;
-    const __m512i x = find_places(begin, sheet->lane_step),
-                  y = clamp_words(find_places(top, sheet->row_right), last);
+    const __m512i x = find_places(begin, sheet->lane_step, sheet->lane_down),
+                  y = clamp_words(find_places(top, sheet->row_right, sheet->row_step), last);
     const __m512i block = _mm512_cvttps_epi32(
         _mm512_mul_ps(_mm512_add_ps(_mm512_cvtepi32_ps(y), _mm512_set1_ps(0.5f)),
                       _mm512_set1_ps(1 / (float)layer->row_points)));
@@ -214,8 +226,9 @@ CVOL_INLINE int find_levels(cvol_vf *levels, const line_job *job, int s,
     levels[0] = (cvol_vf)_mm512_i32gather_ps(of, windows->within_level, 4);
 #else
     for (int k = 0; k < CVOL_GROUP; k++) {
-        const int i = group * CVOL_GROUP + k;
-        const double x = lane_at + i * sheet->lane_step, y = row_at + i * sheet->row_right;
+        const int i = group * GROUP_ACROSS + k % GROUP_ACROSS, j = k / GROUP_ACROSS;
+        const double x = lane_at + i * sheet->lane_step + j * sheet->lane_down,
+                     y = row_at + i * sheet->row_right + j * sheet->row_step;
         const uint64_t row = (uint64_t)(y < 0 ? 0 : y > last ? last : floor(y));
         const long block_row = clamp_row(windows, (int)(row * layer->row_points_inverse >> 32));
         long c = window_of((long)floor(x));
@@ -326,21 +339,38 @@ CVOL_INLINE __m512 kept_levels(const cvol_layer *layer, __m512 level)
 
 #endif
 
-/* Puts levels where the CVOL_LANES pixels from pixel i on see nothing. */
+/* Where a sheet is met by the first of the CVOL_LANES pixels from number i on, and how far it is
+ * there from column to column and from line to line: along lanes, and rows. */
+typedef struct slanted_part {
+    double at[2], right[2], down[2];
+} slanted_part;
+
+CVOL_INLINE slanted_part place_part(const line_job *job, const sheet_line *sheet, int i)
+{
+    const cvol_sheet_view *view = &job->layer->sheets[0];
+    const int column = column_of(i), line = line_of(i);
+    return (slanted_part){{sheet->lane_at + column * sheet->lane_step + line * view->lane_down,
+                           sheet->row_at + column * sheet->row_right + line * view->row_step},
+                          {sheet->lane_step, sheet->row_right},
+                          {view->lane_down, view->row_step}};
+}
+
+/* Puts levels where the CVOL_LANES pixels from number i on see nothing. */
 CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_line *sheet, int i)
 {
 #if defined(__AVX512F__)
-    const double x = sheet->lane_at + (double)i * sheet->lane_step,
-                 y = sheet->row_at + (double)i * sheet->row_right;
+    const slanted_part of = place_part(job, sheet, i);
     __m512 levels;
     const __mmask16 unseen = find_unseen(&levels, job->layer, sheet->windows,
-                                         find_places(x, sheet->lane_step),
-                                         find_places(y, sheet->row_right));
+                                         find_places(of.at[0], of.right[0], of.down[0]),
+                                         find_places(of.at[1], of.right[1], of.down[1]));
     return (cvol_vf)_mm512_mask_mov_ps((__m512)value, unseen, kept_levels(job->layer, levels));
 #else
+    const slanted_part of = place_part(job, sheet, i);
     for (int k = 0; k < CVOL_LANES; k++) {
-        const double x = sheet->lane_at + (i + k) * sheet->lane_step,
-                     y = sheet->row_at + (i + k) * sheet->row_right;
+        const int column = k % GROUP_ACROSS, line = k / GROUP_ACROSS;
+        const double x = of.at[0] + column * of.right[0] + line * of.down[0],
+                     y = of.at[1] + column * of.right[1] + line * of.down[1];
         float level;
         if (!is_window_seen(&level, job->layer, sheet->windows, (long)floor(x), (long)floor(y)))
             value[k] = kept_value(job->layer, level);
@@ -354,13 +384,13 @@ CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_lin
 CVOL_INLINE cvol_vf reconstruct_slanted(const line_job *job, const sheet_line *sheet, int i)
 {
     const cvol_layer *layer = job->layer;
-    const double x = sheet->lane_at + (double)i * sheet->lane_step,
-                 y = sheet->row_at + (double)i * sheet->row_right;
-    const double x0 = floor(x), y0 = floor(y);
-    const cvol_vf u = (float)(x - x0) + cvol_iota() * (float)sheet->lane_step,
-                  v = (float)(y - y0) + cvol_iota() * (float)sheet->row_right;
-    const float bias = 1024; /* rows may lie before the first pixel's */
-    const cvol_vi column = cvol_to_int(u), row = cvol_to_int(v + bias) - (int)bias;
+    const slanted_part of = place_part(job, sheet, i);
+    const double x0 = floor(of.at[0]), y0 = floor(of.at[1]);
+    const cvol_vf u = (float)(of.at[0] - x0) + spread_pixels((float)of.right[0], (float)of.down[0]),
+                  v = (float)(of.at[1] - y0) + spread_pixels((float)of.right[1], (float)of.down[1]);
+    const float bias = 1024; /* samples may lie before the first pixel's */
+    const cvol_vi column = cvol_to_int(u + bias) - (int)bias,
+                  row = cvol_to_int(v + bias) - (int)bias;
     const cvol_vf right = u - cvol_to_float(column), below = v - cvol_to_float(row);
     const long stride = layer->row_stride;
     cvol_vf a = {0}, b = {0}, c = {0}, d = {0};

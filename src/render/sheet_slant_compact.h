@@ -16,21 +16,24 @@ CVOL_INLINE __m512i join_words(__m512i low, __m512i high)
     return _mm512_permutex2var_epi16(low, even, high);
 }
 
-/* Where 32 pixels lie, from the first one's sample on: lanes and rows, and how far behind these. */
+/* Where 32 pixels lie, from the first sample and row on that any of them takes: lanes and rows, and
+ * how far behind these. */
 typedef struct slanted_place {
-    const int16_t *from;             /* the sample before the first pixel, in the row before it, */
+    const int16_t *from;             /* that sample, */
     int column, line;                /* which is this one */
     __m512i lane, right, row, below; /* in words; parts are times 2^15 */
-    int last_lane, first_row, last_row; /* of those pixels that are asked for */
+    int last_lane, last_row;         /* of those pixels that are asked for */
 } slanted_place;
 
 /* `count`: 16 pixels are asked for, or 32. */
 CVOL_INLINE slanted_place place_words(const compact_job *c, const sheet_line *sheet, int group,
                                       int count)
 {
-    const double i = (double)group * CVOL_GROUP;
-    const double x = sheet->lane_at + i * sheet->lane_step,
-                 y = sheet->row_at + i * sheet->row_right;
+    const double i = (double)group * GROUP_ACROSS;
+    const int pair = count == PAIR_LANES;
+    const int32_t u_before = c->before[0][pair], v_before = c->before[1][pair];
+    const double x = sheet->lane_at + i * sheet->lane_step + u_before * (1 / PLACE_ONE),
+                 y = sheet->row_at + i * sheet->row_right + v_before * (1 / PLACE_ONE);
     const double x0 = floor(x), y0 = floor(y);
     const __m512i odd = _mm512_set_epi16(63, 61, 59, 57, 55, 53, 51, 49, 47, 45, 43, 41, 39, 37, 35,
                                          33, 31, 29, 27, 25, 23, 21, 19, 17, 15, 13, 11, 9, 7, 5, 3,
@@ -38,11 +41,12 @@ CVOL_INLINE slanted_place place_words(const compact_job *c, const sheet_line *sh
     const int32_t u0 = (int32_t)((x - x0) * PLACE_ONE), v0 = (int32_t)((y - y0) * PLACE_ONE);
     __m512i u[2], v[2];
     for (int half = 0; half < 2; half++) {
-        const int further = half * CVOL_GROUP;
-        u[half] = _mm512_add_epi32(c->ramp[0], _mm512_set1_epi32(u0 + further * c->steps[0]));
-        v[half] = _mm512_add_epi32(c->ramp[1], _mm512_set1_epi32(v0 + further * c->steps[1]));
+        const int further = half * GROUP_ACROSS;
+        u[half] = _mm512_add_epi32(c->ramp[0],
+                                   _mm512_set1_epi32(u0 - u_before + further * c->steps[0]));
+        v[half] = _mm512_add_epi32(c->ramp[1],
+                                   _mm512_set1_epi32(v0 - v_before + further * c->steps[1]));
     }
-    const int end = (v0 + (count - 1) * c->steps[1]) >> 16;
     return (slanted_place){
         .from = sheet->origin + (long)y0 * c->job->layer->row_stride + (long)x0,
         .column = (int)x0,
@@ -51,9 +55,8 @@ CVOL_INLINE slanted_place place_words(const compact_job *c, const sheet_line *sh
         .right = _mm512_srli_epi16(join_words(u[0], u[1]), 1),
         .row = _mm512_permutex2var_epi16(v[0], odd, v[1]),
         .below = _mm512_srli_epi16(join_words(v[0], v[1]), 1),
-        .last_lane = (u0 + (count - 1) * c->steps[0]) >> 16,
-        .first_row = end < 0 ? end : 0,
-        .last_row = end < 0 ? 0 : end,
+        .last_lane = (u0 + c->behind[0][pair] - u_before) >> 16,
+        .last_row = (v0 + c->behind[1][pair] - v_before) >> 16,
     };
 }
 
@@ -130,7 +133,7 @@ CVOL_INLINE __m512i put_level_words(__m512i values, const compact_job *c, const 
     const int last = layer->block_rows * layer->row_points - 1, last_window = windows->count - 1;
     const int c0 = clamp_to((at->column + CVOL_GROUP) >> 4, last_window),
               c1 = clamp_to((at->column + at->last_lane + CVOL_GROUP) >> 4, last_window);
-    const uint64_t low = (uint64_t)clamp_to(at->line + at->first_row, last),
+    const uint64_t low = (uint64_t)clamp_to(at->line, last),
                    high = (uint64_t)clamp_to(at->line + at->last_row + 1, last);
     const int r0 = clamp_row(windows, (int)(low * layer->row_points_inverse >> 32)),
               r1 = clamp_row(windows, (int)(high * layer->row_points_inverse >> 32));
@@ -175,7 +178,7 @@ CVOL_INLINE around_words take_rows(const slanted_place *at, long stride, int row
     const int last = at->last_row + 1;
     __mmask32 far = 0;
     for (int k = 0; k < rows; k++) {
-        const int row = at->first_row + k < last ? at->first_row + k : last;
+        const int row = k < last ? k : last;
         const int16_t *line = at->from + row * stride;
         const __mmask32 near = _mm512_cmpeq_epi16_mask(at->row, _mm512_set1_epi16((int16_t)row));
         const __m512i low = load_row(line, other);
@@ -198,6 +201,57 @@ CVOL_INLINE around_words take_rows(const slanted_place *at, long stride, int row
     return out;
 }
 
+/* Two rows of 16 samples, one behind the other. */
+CVOL_INLINE __m512i load_two_rows(const int16_t *first, const int16_t *second)
+{
+    return _mm512_inserti64x4(_mm512_castsi256_si512(_mm256_loadu_si256((const __m256i *)first)),
+                              _mm256_loadu_si256((const __m256i *)second), 1);
+}
+
+/* Four rows of 16 samples, in which a place is found by one permutation. */
+typedef struct four_rows {
+    __m512i first, last;
+} four_rows;
+
+/* From row `from` on; those behind the last are that again. */
+CVOL_INLINE four_rows load_four_rows(const slanted_place *at, long stride, int from, long other)
+{
+    const int last = at->last_row + 1;
+    const int16_t *line[4];
+    for (int k = 0; k < 4; k++)
+        line[k] = at->from + (from + k < last ? from + k : last) * stride;
+    four_rows out = {load_two_rows(line[0], line[1]), load_two_rows(line[2], line[3])};
+    if (other) {
+        out.first = _mm512_avg_epu16(out.first, load_two_rows(line[0] + other, line[1] + other));
+        out.last = _mm512_avg_epu16(out.last, load_two_rows(line[2] + other, line[3] + other));
+    }
+    return out;
+}
+
+/* Where all samples of a row lie within 16: from so many times four rows. */
+CVOL_INLINE around_words take_fours(const slanted_place *at, long stride, int fours, long other)
+{
+    const __m512i place = _mm512_add_epi16(_mm512_slli_epi16(at->row, 4), at->lane);
+    __m512i out[4];
+    for (int k = 0; k < 4; k++)
+        out[k] = _mm512_setzero_si512();
+    for (int four = 0; four < fours; four++) {
+        const four_rows rows = load_four_rows(at, stride, 4 * four, other);
+        for (int k = 0; k < 4; k++) {
+            const __m512i sample = _mm512_add_epi16(
+                place, _mm512_set1_epi16((int16_t)((k & 1) + 16 * (k >> 1))));
+            const __m512i found = _mm512_permutex2var_epi16(rows.first, sample, rows.last);
+            out[k] = four ? _mm512_mask_mov_epi16(
+                                out[k],
+                                _mm512_cmpge_epi16_mask(sample,
+                                                        _mm512_set1_epi16((int16_t)(64 * four))),
+                                found)
+                          : found;
+        }
+    }
+    return (around_words){out[0], out[1], out[2], out[3]};
+}
+
 /* Few rows: as many as may be, whether these pixels take all of them or not, which is foreseen. */
 CVOL_INLINE around_words take_around(const slanted_place *at, long stride, int most, int wide,
                                      long other)
@@ -211,8 +265,12 @@ CVOL_INLINE around_words take_around(const slanted_place *at, long stride, int m
         return take_rows(at, stride, 5, wide, other);
     case 6:
         return take_rows(at, stride, 6, wide, other);
+    case 7:
+        return take_rows(at, stride, 7, wide, other);
+    case 8:
+        return take_rows(at, stride, 8, wide, other);
     default:
-        return take_rows(at, stride, at->last_row - at->first_row + 2, wide, other);
+        return take_rows(at, stride, at->last_row + 2, wide, other);
     }
 }
 
@@ -254,8 +312,12 @@ CVOL_INLINE around_words find_around(const compact_job *c, const slanted_place *
 {
     const long stride = c->job->layer->row_stride;
     const int rows = c->rows[count == PAIR_LANES];
+    if (c->lanes_at_once == CVOL_GROUP && rows <= 12)
+        return rows <= 4   ? take_fours(at, stride, 1, other)
+               : rows <= 8 ? take_fours(at, stride, 2, other)
+                           : take_fours(at, stride, 3, other);
     return c->lanes_at_once == 0 || rows > ROWS_MOST ? gather_around(at, stride, count, other)
-           : c->lanes_at_once == PAIR_LANES          ? take_around(at, stride, rows, 0, other)
+           : c->lanes_at_once <= PAIR_LANES          ? take_around(at, stride, rows, 0, other)
                                                      : take_around(at, stride, rows, 1, other);
 }
 

@@ -72,19 +72,34 @@ CVOL_INLINE int clamp_to(int value, int last)
     return value < 0 ? 0 : value;
 }
 
+/* How far a group reaches from its first pixel: lanes, and rows. */
+typedef struct group_extent {
+    float left, right, above, below;
+} group_extent;
+
+CVOL_INLINE group_extent find_extent(const cvol_layer *layer)
+{
+    const cvol_sheet_view *of = &layer->sheets[0];
+    return (group_extent){
+        (float)(least_reach(of->lane_step, GROUP_ACROSS) + least_reach(of->lane_down, GROUP_DOWN)),
+        (float)(most_reach(of->lane_step, GROUP_ACROSS) + most_reach(of->lane_down, GROUP_DOWN)),
+        (float)(least_reach(of->row_right, GROUP_ACROSS) + least_reach(of->row_step, GROUP_DOWN)),
+        (float)(most_reach(of->row_right, GROUP_ACROSS) + most_reach(of->row_step, GROUP_DOWN))};
+}
+
 /* The windows of a group of a line that begins at lane_at and row_at of sheet s. */
 CVOL_INLINE void place_windows(group_windows *out, int s, const line_job *job, float lane_at,
                                float row_at, int group)
 {
     const cvol_layer *layer = job->layer;
     const int last = layer->block_rows - 1, last_window = layer->windows.count - 1;
-    const float i = (float)(group * CVOL_GROUP), across = CVOL_GROUP - 1;
+    const group_extent extent = find_extent(layer);
+    const float i = (float)(group * GROUP_ACROSS);
     const float step = (float)layer->sheets[0].lane_step, right = (float)layer->sheets[0].row_right;
-    const float above = right < 0 ? across * right : 0, below = right < 0 ? 0 : across * right;
     const float inverse = 1 / (float)layer->row_points, half = 0.5f * inverse;
     const float x = lane_at + i * step, y = row_at + i * right;
-    const int x0 = (int)floorf(x), x1 = (int)floorf(x + across * step) + 1;
-    const float y0 = floorf(y + above), y1 = floorf(y + below) + 1;
+    const int x0 = (int)floorf(x + extent.left), x1 = (int)floorf(x + extent.right) + 1;
+    const float y0 = floorf(y + extent.above), y1 = floorf(y + extent.below) + 1;
     const int c0 = clamp_to((x0 + CVOL_GROUP) >> 4, last_window),
               c1 = clamp_to(x1 >> 4, last_window);
     out->c0[s] = c0;
@@ -116,13 +131,12 @@ CVOL_INLINE __m256i half_of(__m512i numbers, int half)
     return half ? _mm512_extracti64x4_epi64(numbers, 1) : _mm512_castsi512_si256(numbers);
 }
 
-/* The samples before which 16 pixels lie, from one at `at` on. */
-CVOL_INLINE __m512i find_places(double at, double step)
+/* The samples before which a group's 16 pixels lie, from one at `at` on. */
+CVOL_INLINE __m512i find_places(double at, double across, double down)
 {
     const double whole = floor(at);
-    const __m512 from = _mm512_fmadd_ps((__m512)cvol_iota(), _mm512_set1_ps((float)step),
-                                        _mm512_set1_ps((float)(at - whole)));
-    return _mm512_add_epi32(floor_words(from), _mm512_set1_epi32((int)whole));
+    const cvol_vf from = (float)(at - whole) + spread_pixels((float)across, (float)down);
+    return _mm512_add_epi32(floor_words((__m512)from), _mm512_set1_epi32((int)whole));
 }
 
 /* A bit for each of sixteen groups before that one. */
@@ -174,21 +188,18 @@ CVOL_INLINE void find_sixteen_windows(group_windows *out, int s, const cvol_laye
 #endif
 }
 
-/* How far a group reaches from its first pixel on: along lanes, and rows before and behind; and how
- * far it moves on its way from the sheet before, of which it may see something, too: lanes and rows
- * before where it is, and behind. */
+/* How far a group reaches, and how far it moves on its way from the sheet before, of which it may
+ * see something, too: lanes and rows before where it is, and behind. */
 typedef struct group_reach {
-    float lane, above, below, from_lane[2], from_row[2];
+    group_extent extent;
+    float from_lane[2], from_row[2];
 } group_reach;
 
 CVOL_INLINE group_reach find_reach(const cvol_layer *layer)
 {
-    const float across = CVOL_GROUP - 1, right = across * (float)layer->sheets[0].row_right;
     const float lane = (float)layer->sheets[0].lane_rate[0],
                 row = (float)layer->sheets[0].row_rate[0];
-    return (group_reach){across * (float)layer->sheets[0].lane_step,
-                         right < 0 ? right : 0,
-                         right < 0 ? 0 : right,
+    return (group_reach){find_extent(layer),
                          {lane > 0 ? -lane : 0, lane > 0 ? 0 : -lane},
                          {row > 0 ? -row : 0, row > 0 ? 0 : -row}};
 }
@@ -198,16 +209,17 @@ CVOL_INLINE void find_group_windows(group_windows *out, const line_job *job, int
 {
     const cvol_layer *layer = job->layer;
     const group_reach reach = find_reach(layer);
-    const float i = (float)(group * CVOL_GROUP), lane = i * (float)layer->sheets[0].lane_step,
+    const float i = (float)(group * GROUP_ACROSS), lane = i * (float)layer->sheets[0].lane_step,
                 row = i * (float)layer->sheets[0].row_right;
     for (int s = 0; s < layer->sheet_count; s += CVOL_GROUP) {
         sixteen_places at;
         for (int k = 0; k < CVOL_GROUP; k++) {
-            at.lane[0][k] = job->lane_at[s + k] + lane + reach.from_lane[0];
-            at.begin[k] = job->lane_at[s + k] + lane + reach.from_lane[1];
-            at.lane[1][k] = at.begin[k] + reach.lane;
-            at.row[0][k] = job->row_at[s + k] + row + reach.above + reach.from_row[0];
-            at.row[1][k] = job->row_at[s + k] + row + reach.below + reach.from_row[1];
+            const float x = job->lane_at[s + k] + lane, y = job->row_at[s + k] + row;
+            at.lane[0][k] = x + reach.extent.left + reach.from_lane[0];
+            at.begin[k] = x + reach.extent.left + reach.from_lane[1];
+            at.lane[1][k] = x + reach.extent.right + reach.from_lane[1];
+            at.row[0][k] = y + reach.extent.above + reach.from_row[0];
+            at.row[1][k] = y + reach.extent.below + reach.from_row[1];
         }
         find_sixteen_windows(out, s, layer, &at);
     }
@@ -220,20 +232,22 @@ CVOL_INLINE void find_boxes(group_windows *out, const line_job *job, int group, 
     const group_reach reach = find_reach(layer);
     const float *lane = job->lane_at, *row = job->row_at;
     const int k = end - 1; /* straight between */
-    const float lanes[2] = {(lane[s] < lane[k] ? lane[s] : lane[k]) + reach.from_lane[0],
+    const group_extent extent = reach.extent;
+    const float lanes[2] = {(lane[s] < lane[k] ? lane[s] : lane[k]) + reach.from_lane[0] +
+                                extent.left,
                             (lane[s] < lane[k] ? lane[k] : lane[s]) + reach.from_lane[1] +
-                                reach.lane},
-                rows[2] = {(row[s] < row[k] ? row[s] : row[k]) + reach.above + reach.from_row[0],
-                           (row[s] < row[k] ? row[k] : row[s]) + reach.below + reach.from_row[1]};
+                                extent.right},
+                rows[2] = {(row[s] < row[k] ? row[s] : row[k]) + reach.from_row[0] + extent.above,
+                           (row[s] < row[k] ? row[k] : row[s]) + reach.from_row[1] + extent.below};
     const float step = (float)layer->sheets[0].lane_step, right = (float)layer->sheets[0].row_right;
     sixteen_places at;
     for (int g = 0; g < CVOL_GROUP; g++) {
-        const float i = (float)((group + g) * CVOL_GROUP);
+        const float i = (float)((group + g) * GROUP_ACROSS);
         for (int end_of = 0; end_of < 2; end_of++) {
             at.lane[end_of][g] = lanes[end_of] + i * step;
             at.row[end_of][g] = rows[end_of] + i * right;
         }
-        at.begin[g] = at.lane[1][g] - reach.lane;
+        at.begin[g] = at.lane[1][g] - (extent.right - extent.left);
     }
     find_sixteen_windows(out, 0, layer, &at);
 }

@@ -16,10 +16,9 @@
 
 /* Where the pixels of a group lie. */
 typedef struct group_place {
-    const int16_t *from; /* the sample before the first pixel's, in the row before that */
+    const int16_t *from; /* the first sample that any takes, in the first row */
     long stride;
-    int first, last;    /* rows from there on that lie before pixels, */
-    int least, most;    /* and all that are there */
+    int least, most;    /* rows from there on that there are */
     int x, y;           /* that sample */
     __m512i lane;       /* in words: how far from there a pixel's sample lies */
     __m512i row;        /* that before it, and that behind */
@@ -31,15 +30,22 @@ typedef struct group_place {
 CVOL_INLINE void begin_places(line_job *job)
 {
     const cvol_sheet_view *sheet = &job->layer->sheets[0];
-    const double steps[2] = {sheet->lane_step, sheet->row_right};
+    const double steps[2] = {sheet->lane_step, sheet->row_right},
+                 downs[2] = {sheet->lane_down, sheet->row_step};
+    const cvol_vi number = cvol_to_int(cvol_iota());
     for (int axis = 0; axis < 2; axis++) {
-        job->steps[axis] = (int)lrint(steps[axis] * PLACE_ONE);
-        job->ramp[axis] = cvol_to_int(cvol_iota()) * job->steps[axis];
+        const int step = (int)lrint(steps[axis] * PLACE_ONE),
+                  down = (int)lrint(downs[axis] * PLACE_ONE);
+        job->begins[axis] = (int)(least_reach(step, GROUP_ACROSS) + least_reach(down, GROUP_DOWN));
+        job->reaches[axis] = (int)(most_reach(step, GROUP_ACROSS) + most_reach(down, GROUP_DOWN)) -
+                             job->begins[axis];
+        job->ramp[axis] = (number & (CVOL_SQUARE - 1)) * step + number / CVOL_SQUARE * down -
+                          job->begins[axis];
     }
-    const double reach = (CVOL_GROUP - 1) * sheet->lane_step + 4;
+    const int reach = (job->reaches[0] >> 16) + 5;
     job->samples = reach < 16 ? 16 : reach < 32 ? 32 : 64;
     /* One more if they begin late in a row. */
-    job->rows = (abs(job->steps[1]) * (CVOL_GROUP - 1) >> 16) + 3;
+    job->rows = (job->reaches[1] >> 16) + 3;
 }
 
 /* What weights of left and right are together. */
@@ -64,9 +70,9 @@ CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_
                              int group)
 {
     const cvol_layer *layer = job->layer;
-    const double i = (double)group * CVOL_GROUP;
-    const double x = sheet->lane_at + i * sheet->lane_step,
-                 y = sheet->row_at + i * sheet->row_right;
+    const double i = (double)group * GROUP_ACROSS;
+    const double x = sheet->lane_at + i * sheet->lane_step + job->begins[0] * (1 / PLACE_ONE),
+                 y = sheet->row_at + i * sheet->row_right + job->begins[1] * (1 / PLACE_ONE);
     const double x0 = floor(x), y0 = floor(y);
     const int u0 = (int)((x - x0) * PLACE_ONE), v0 = (int)((y - y0) * PLACE_ONE);
     const __m512i u = _mm512_add_epi32((__m512i)job->ramp[0], _mm512_set1_epi32(u0)),
@@ -74,13 +80,10 @@ CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_
     const __m512i part = _mm512_set1_epi32(0xffff);
     const __m512i behind = _mm512_broadcast_i32x4(_mm_set_epi16(1, 1, 1, 1, 0, 0, 0, 0));
     const __m512i right = _mm512_srli_epi32(_mm512_and_si512(u, part), 2);
-    const int end = (v0 + (CVOL_GROUP - 1) * job->steps[1]) >> 16;
     out->x = (int)x0;
     out->y = (int)y0;
     out->from = sheet->origin + (long)out->y * layer->row_stride + (long)out->x;
     out->stride = layer->row_stride;
-    out->first = end < 0 ? end : 0;
-    out->last = end < 0 ? 0 : end;
     out->least = layer->from_row - out->y;
     out->most = layer->to_row - out->y;
     out->lane = spread_words(_mm512_srli_epi32(u, 16));
@@ -162,7 +165,7 @@ CVOL_INLINE __mmask32 pixels_of_row(const group_place *at, int row)
 
 CVOL_INLINE int first_row(const group_place *at)
 {
-    const int first = at->first > at->least ? at->first : at->least;
+    const int first = at->least > 0 ? at->least : 0;
     return first < at->most ? first : at->most;
 }
 
@@ -193,6 +196,10 @@ CVOL_INLINE long stride_to_next(const group_place *at, int row)
             call(5, samples);                \
         else if ((job)->rows == 6)           \
             call(6, samples);                \
+        else if ((job)->rows == 7)           \
+            call(7, samples);                \
+        else if ((job)->rows == 8)           \
+            call(8, samples);                \
         else                                 \
             call((job)->rows, samples);      \
     } while (0)
@@ -224,10 +231,47 @@ CVOL_INLINE void take_values(word_pair *out, const group_place *at, long offset,
     }
 }
 
+/* The same where the samples of a row lie within 16, and rows are `fours` times four or fewer: four
+ * of these, and a place is found by one permutation. */
+CVOL_INLINE void take_fours(word_pair *out, const group_place *at, long offset, int rows, int fours)
+{
+    const int first = first_row(at);
+    const __m512i left = _mm512_add_epi16(
+                      _mm512_slli_epi16(
+                          _mm512_sub_epi16(at->row, _mm512_set1_epi16((int16_t)first)), 4),
+                      at->lane),
+                  right = _mm512_add_epi16(left, _mm512_set1_epi16(1));
+    const int16_t *line = at->from + offset + first * at->stride;
+    int row = first;
+    for (int four = 0; four < fours; four++) {
+        __m512i pairs[2];
+        for (int k = 0; k < 2; k++) {
+            const __m256i low = _mm256_loadu_si256((const __m256i *)line);
+            line += row < first + rows - 1 ? stride_to_next(at, row++) : 0;
+            pairs[k] = _mm512_inserti64x4(_mm512_castsi256_si512(low),
+                                          _mm256_loadu_si256((const __m256i *)line), 1);
+            line += row < first + rows - 1 ? stride_to_next(at, row++) : 0;
+        }
+        const __m512i a = _mm512_permutex2var_epi16(pairs[0], left, pairs[1]),
+                      b = _mm512_permutex2var_epi16(pairs[0], right, pairs[1]);
+        const __mmask32 own = _mm512_cmpge_epi16_mask(left,
+                                                      _mm512_set1_epi16((int16_t)(64 * four)));
+        out->left = four ? _mm512_mask_mov_epi16(out->left, own, a) : a;
+        out->right = four ? _mm512_mask_mov_epi16(out->right, own, b) : b;
+    }
+}
+
 /* Samples, `offset` behind the sheet's. */
 CVOL_APART cvol_vf value_of_group(const line_job *job, const group_place *at, long offset)
 {
     word_pair values;
+    if (job->samples == 16 && job->rows <= 8) {
+        if (job->rows <= 4)
+            take_fours(&values, at, offset, job->rows, 1);
+        else
+            take_fours(&values, at, offset, job->rows, 2);
+        return weigh_words(at, &values);
+    }
 #define TAKE_VALUES(rows, samples) take_values(&values, at, offset, rows, samples)
     CVOL_OF_ROWS(job, TAKE_VALUES);
 #undef TAKE_VALUES

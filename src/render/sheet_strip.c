@@ -19,23 +19,31 @@
 #define LINES_BEFORE 2
 #define LINES_BEHIND 3
 
+/* A multiple of the lines that lie in one another. */
+static int whole_lines(const cvol_sheet_plan *plan, int lines)
+{
+    const int once = cvol_lines_at_once(plan);
+    return (lines + once - 1) / once * once;
+}
+
 static int strip_lines(const cvol_sheet_plan *plan, int count)
 {
-    return (plan->height + count - 1) / count;
+    return whole_lines(plan, (plan->height + count - 1) / count);
 }
 
 cvol_sheet_plan cvol_strip_make(const cvol_sheet_plan *plan, int index, int count)
 {
     cvol_sheet_plan out = *plan;
-    const int lines = strip_lines(plan, count), begin = index * lines, end = begin + lines;
+    const int lines = strip_lines(plan, count), begin = index * lines, end = begin + lines,
+              before = whole_lines(plan, LINES_BEFORE), behind = whole_lines(plan, LINES_BEHIND);
     if (count == 1)
         return out;
-    const int first = begin > LINES_BEFORE ? begin - LINES_BEFORE : 0,
-              last = end + LINES_BEHIND < plan->height ? end + LINES_BEHIND : plan->height;
+    const int first = begin > before ? begin - before : 0,
+              last = end + behind < plan->height ? end + behind : plan->height;
     out.v0 = plan->v0 + first * plan->dv;
     for (int k = 0; k < 2; k++)
         out.place[k][0] += first * out.place[k][2];
-    out.height = last > first ? last - first : 1;
+    out.height = last > first ? last - first : cvol_lines_at_once(plan);
     out.own[0] = index ? plan->v0 + begin * plan->dv : -INFINITY;
     out.own[1] = index + 1 < count ? plan->v0 + end * plan->dv : INFINITY;
     return out;

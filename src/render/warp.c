@@ -23,22 +23,37 @@ static void find_means(float *lines, int width)
         }
 }
 
-/* Four lines of `width` floats into `width` pixels of four, in place; `line` is scratch. Finds the
- * span of the pixels that are not empty: begin .. end - 1. */
-static void interleave(float *restrict lines, float *restrict line, int width, pixel_values empty,
-                       int *begin, int *end)
+/* Of a line of pixels of four: begin .. end - 1 are not empty. */
+static void find_filled(int *begin, int *end, const float *pixels, int width, pixel_values empty)
 {
-    memcpy(line, lines, 4 * sizeof *line * (size_t)width);
-    for (int i = 0; i < width; i++)
-        for (int k = 0; k < 4; k++)
-            lines[4 * i + k] = line[k * width + i];
     int lo = 0, hi = width;
-    while (lo < hi && !memcmp(lines + 4 * lo, &empty, sizeof empty))
+    while (lo < hi && !memcmp(pixels + 4 * lo, &empty, sizeof empty))
         lo++;
-    while (hi > lo && !memcmp(lines + 4 * (hi - 1), &empty, sizeof empty))
+    while (hi > lo && !memcmp(pixels + 4 * (hi - 1), &empty, sizeof empty))
         hi--;
     *begin = lo;
     *end = hi;
+}
+
+/* Four lines of floats into lines of pixels of four, in place, those from line j on that lie in one
+ * another; `scratch` is as long as the four. Finds the spans of the pixels that are not empty. */
+static void interleave(const cvol_intermediate *image, float *restrict scratch, int j,
+                       pixel_values empty)
+{
+    const long width = image->width, down = image->down;
+    float *restrict lines = image->lines + CVOL_LINES * j * width;
+    memcpy(scratch, lines, 4 * sizeof *lines * (size_t)(width * down));
+    for (long row = 0; row < down; row++) {
+        float *out = lines + CVOL_LINES * row * width;
+        const float *from = scratch + row * down;
+        for (long i = 0; i < width; i++) {
+            const long at = down == 1 ? i : i / CVOL_SQUARE * CVOL_GROUP + i % CVOL_SQUARE;
+            for (int k = 0; k < 4; k++)
+                out[4 * i + k] = from[k * down * width + at];
+        }
+        int *span = image->spans + 2 * (j + row);
+        find_filled(&span[0], &span[1], out, image->width, empty);
+    }
 }
 
 /* What the spans of lines j - 1 .. j + 2 have together. */
@@ -272,25 +287,23 @@ static void copy_line(cvol_image *image, int y, const cvol_intermediate *interme
                       const cvol_sheet_plan *plan, const pixel_writer *writer)
 {
     float values[4 * CVOL_WARP_CHUNK] __attribute__((aligned(64)));
-    const long width = intermediate->width;
+    const long stride = (long)intermediate->width * intermediate->down;
     const int way = plan->warp[0][1] < 0 ? -1 : 1;
-    const double j = (plan->warp[1][0] + y * plan->warp[1][2] - plan->v0) / plan->dv;
+    const long line = (long)((plan->warp[1][0] + y * plan->warp[1][2] - plan->v0) / plan->dv + 0.5);
     int begin, end;
     cvol_warp_pixels(&begin, &end, plan, y, image->width);
     if (begin >= end)
         return;
-    const float *line = intermediate->lines + CVOL_LINES * (long)(j + 0.5) * width;
+    const float *row = intermediate->lines + cvol_pixel_place(intermediate, CVOL_LINES, 0, 0, line);
     for (int first = begin; first < end; first += CVOL_WARP_CHUNK) {
         const int count = end - first < CVOL_WARP_CHUNK ? end - first : CVOL_WARP_CHUNK;
-        const float *from = line + (long)((plan->warp[0][0] - plan->u0) / plan->du) + way * first;
-        if (way > 0)
-            for (int i = 0; i < count; i++)
-                for (int k = 0; k < 4; k++)
-                    values[4 * i + k] = from[k * width + i];
-        else
-            for (int i = 0; i < count; i++)
-                for (int k = 0; k < 4; k++)
-                    values[4 * i + k] = from[k * width - i];
+        const long start = (long)((plan->warp[0][0] - plan->u0) / plan->du) + way * first;
+        for (int i = 0; i < count; i++) {
+            const unsigned long at = (unsigned long)(start + way * i);
+            const float *from = row + at / CVOL_SQUARE * CVOL_GROUP + at % CVOL_SQUARE;
+            for (int k = 0; k < 4; k++)
+                values[4 * i + k] = from[k * stride];
+        }
         write_chunk(image, (size_t)y * (size_t)image->width + (size_t)first, writer, values, count);
     }
 }
@@ -319,14 +332,13 @@ static void warp(cvol_image *image, cvol_intermediate *intermediate, const cvol_
     write_bytes(nothing, writer, values, CVOL_WARP_CHUNK);
 #pragma omp parallel num_threads(threads)
     {
-        float *line = scratch + 4 * (size_t)cvol_thread_index() * (size_t)width;
+        const size_t own = 4 * (size_t)width * (size_t)intermediate->down;
+        float *line = scratch + own * (size_t)cvol_thread_index();
 #pragma omp for schedule(static)
-        for (int j = 0; j < height; j++) {
-            float *lines = intermediate->lines + CVOL_LINES * (size_t)j * (size_t)width;
+        for (int j = 0; j < height; j += intermediate->down) {
             if (writer->grey)
-                find_means(lines, width);
-            interleave(lines, line, width, writer->empty, &intermediate->spans[2 * j],
-                       &intermediate->spans[2 * j + 1]);
+                find_means(intermediate->lines + CVOL_LINES * (size_t)j * (size_t)width, width);
+            interleave(intermediate, line, j, writer->empty);
         }
 #pragma omp for schedule(static)
         for (int j = 0; j < height; j++)
