@@ -269,10 +269,7 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
         if (s == layer->sheet_count - 1)
             g->bent |= any_above(find_bend(from, to, g->p[k].through), job->table->midway);
 #endif
-        if (SHEET_PIXELS && !any_within(cvol_max(from, to), cvol_min(from, to),
-                                        job->table->visible_from, job->table->visible_to)) {
-            g->value[k] = value;
-        } else if (!inside) {
+        if (!inside) {
             span within;
             find_within(&within, job, s, group * CVOL_GROUP + k * CVOL_LANES);
             composite_within(&g->p[k], job->table, from, to, &within, ordinal, weight, pieces);

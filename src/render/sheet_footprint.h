@@ -33,12 +33,12 @@
  * column, and how many lines further. */
 CVOL_INLINE int column_of(int i)
 {
-    return i / CVOL_GROUP * GROUP_ACROSS;
+    return SHEET_PIXELS ? i / CVOL_GROUP * GROUP_ACROSS : i;
 }
 
 CVOL_INLINE int line_of(int i)
 {
-    return i % CVOL_GROUP / GROUP_ACROSS;
+    return SHEET_PIXELS ? i % CVOL_GROUP / GROUP_ACROSS : 0;
 }
 
 /* How far these CVOL_LANES pixels are from the first of them: `across` from column to column, and

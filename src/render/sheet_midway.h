@@ -58,14 +58,12 @@ CVOL_COLD cvol_vf find_midway(const line_job *job, int s, int group, int k, cvol
 }
 
 /* Lets part k of a group have what lies half way through the interval that ends at sheet s, in
- * *middle, where that is looked at: between ends of which something is seen. */
+ * *middle, where that is looked at. */
 CVOL_INLINE void look_midway(interval *i, cvol_vf *middle, const line_job *job, int s, int group,
                              int k, cvol_vf through)
 {
     const cvol_vf bend = find_bend(i->a, i->b, through);
-    if (job->layer->parts != 1 || !any_above(bend, job->table->midway) ||
-        !any_within(cvol_max(i->a, i->b), cvol_min(i->a, i->b), job->table->visible_from,
-                    job->table->visible_to))
+    if (job->layer->parts != 1 || !any_above(bend, job->table->midway))
         return;
     const cvol_vf straight = 0.5f * (i->a + i->b),
                   share = cvol_min((bend - job->table->midway) * (1 / job->table->midway_ramp),
