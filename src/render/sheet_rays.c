@@ -28,8 +28,8 @@
 #define SOFT_BROAD 0.05
 /* Where its pixels span more than a sample, sheets lie up to so much further apart along a ray, for
  * each that they span more, and no more than so far: straight lines between them would be seen. */
-#define SOFT_APART 2.6
-#define SOFT_MOST_APART 2.25
+#define SOFT_APART 1.7
+#define SOFT_MOST_APART 1.8
 /* Of pixels that span less the grain shows of what is lit at sheets alone. */
 #define TURNING_PIXEL 0.55
 /* A jump counts as a slope over such a part of all values. */
