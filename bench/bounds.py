@@ -18,8 +18,8 @@ import tempfile
 import numpy
 
 from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run, run_json, say,
-                    write_results)
-from volumes import Refused, all_paths, read_volume, short_name
+                    unfolded, write_results)
+from volumes import Refused, all_paths, folder_paths, read_volume, short_name
 
 PARTS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5)
 FILLS = {'ocean_v': 1e35}
@@ -152,10 +152,11 @@ def main():
     arguments = parse_arguments()
     cvol = check_cvol(arguments.cvol)
     wanted = arguments.volumes.split(',') if arguments.volumes else None
-    paths = [p for p in all_paths(arguments.data) if not wanted or short_name(p) in wanted]
+    paths = [p for p in all_paths(arguments.data) + folder_paths(arguments.data)
+             if not wanted or short_name(p) in wanted]
     rows = []
     with tempfile.TemporaryDirectory() as folder:
-        for path in sorted(paths, key=os.path.getsize):
+        for path in sorted((unfolded(cvol, p, folder) for p in paths), key=os.path.getsize):
             rows += measure(arguments, cvol, path, folder)
     bounds = [r for r in rows if r['asked'] != 'lossless']
     exact = [r for r in rows if r['asked'] == 'lossless']

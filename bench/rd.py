@@ -14,8 +14,8 @@ import tempfile
 import time
 
 from tables import (Failed, add_common_arguments, check_cvol, markdown, provenance, run, run_json,
-                    say, write_results)
-from volumes import BENCH, all_paths, raw_options, short_name
+                    say, unfolded, write_results)
+from volumes import BENCH, all_paths, folder_paths, raw_options, short_name
 
 RATES = tuple(0.03 * (4 / 0.03) ** (k / 5) for k in range(6))  # evenly spaced in their logarithm
 TOLERANCES = 24
@@ -135,7 +135,7 @@ def main():
     wanted = arguments.volumes.split(',') if arguments.volumes else None
     rows, curves, left_out = [], {}, []
     with tempfile.TemporaryDirectory(prefix='cvol-bench-') as folder:
-        for path in all_paths(arguments.data):
+        for path in all_paths(arguments.data) + folder_paths(arguments.data):
             name = short_name(path)
             if wanted and name not in wanted:
                 continue
@@ -143,7 +143,8 @@ def main():
                 left_out.append(f'{name} is left out: {LEFT_OUT[name]}.')
                 continue
             try:
-                found, curves[name] = measure_volume(arguments, cvol, tool, path, folder)
+                found, curves[name] = measure_volume(arguments, cvol, tool,
+                                                      unfolded(cvol, path, folder), folder)
                 rows += found
             except Failed as problem:
                 left_out.append(f'{name} failed: {problem}.')

@@ -42,6 +42,17 @@ def run_json(command, notes=None):
     return json.loads(run(command, notes))
 
 
+def unfolded(cvol, path, folder):
+    """A volume's file: the path itself, or, of a folder of slices, NAME.nrrd of the same samples in `folder`."""
+    if not os.path.isdir(path):
+        return path
+    whole = os.path.join(folder, os.path.basename(path))
+    run([cvol, 'compress', path, whole + '.cvol', '--lossless'])
+    run([cvol, 'decompress', whole + '.cvol', whole + '.nrrd'])
+    os.remove(whole + '.cvol')
+    return whole + '.nrrd'
+
+
 def say(text):
     print(text, file=sys.stderr, flush=True)
 

@@ -54,6 +54,14 @@ def all_paths(data):
     return [path for path in paths if os.path.exists(path)]
 
 
+def folder_paths(data):
+    """Folders of slices there, of which cvol makes volumes."""
+    if not os.path.isdir(data):
+        return []
+    return [os.path.join(data, name) for name in sorted(os.listdir(data))
+            if os.path.isdir(os.path.join(data, name))]
+
+
 def unread_names(data):
     """What else lies in the data folder: formats that are folders, or that cvol does not read."""
     if not os.path.isdir(data):
