@@ -10,12 +10,21 @@ jobs=$2
 # Threads that wait do so without taking processors from other tests.
 export OMP_WAIT_POLICY=passive
 
+phase_begin=$(date +%s)
+say_phase() { # WHAT: how long it took, so that one sees where the time goes
+    now=$(date +%s)
+    echo "check: $1 took $((now - phase_begin)) s"
+    phase_begin=$now
+}
+
 build_and_test() { # FOLDER CMAKE_OPTIONS...
     where=$1
     shift
     cmake -S . -B "$where" -DCVOL_WERROR=ON -DCVOL_TESTS=ON "$@" >/dev/null
     cmake --build "$where" -j "$jobs"
+    say_phase "building $where"
     ctest --test-dir "$where" --output-on-failure -j "$jobs"
+    say_phase "testing $where"
 }
 
 tests/check_rooms.sh
@@ -31,6 +40,7 @@ build_and_test "$folder-sanitize" -DCVOL_SANITIZE=ON -DCMAKE_BUILD_TYPE=RelWithD
 # A third build, by clang, of the readers and what they stand on.
 if command -v clang >/dev/null 2>&1; then
     JOBS=$jobs fuzz/run.sh 8
+    say_phase fuzzing
 else
     echo 'skipped: no clang, so that no reader is fuzzed'
 fi
