@@ -104,6 +104,16 @@ static int count_pixels(int *count, double lo, double hi, double delta)
     return *count <= CVOL_INTERMEDIATE_MAX;
 }
 
+/* How far before the eye the last sheet lies that a ray meets: up to one behind the face of a clip,
+ * but none behind the last of the volume. */
+static double find_farthest(const cvol_sheet_plan *plan, double far)
+{
+    const double beyond = plan->beyond ? plan->pitch_sheet : 0;
+    const double last = cvol_sheet_place(plan, plan->sheet_count - 1) + beyond - plan->eye_sheet,
+                 first = cvol_sheet_place(plan, 0) - beyond - plan->eye_sheet;
+    return fmin(plan->ascending ? last : -first, far + plan->pitch_sheet);
+}
+
 /* Resolution, extent and the longest interval. */
 static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, const cvol_view *view,
                       double near, double far, int *empty)
@@ -133,6 +143,7 @@ static int plan_image(cvol_sheet_plan *plan, const polygon *p, int block, const 
     }
     plan->du = fmin(pixel[0], plan->pitch_lane / far / rays);
     plan->dv = fmin(pixel[1], plan->pitch_row / far / rays);
+    cvol_sheet_plan_limit(plan, find_farthest(plan, far));
     const double delta[2] = {plan->du, plan->dv};
     for (int k = 0; k < 2; k++) {
         double sight[2];

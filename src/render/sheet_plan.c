@@ -230,6 +230,12 @@ void cvol_sheet_plan_halve(cvol_sheet_plan *plan)
     plan->beyond = 1;
 }
 
+void cvol_sheet_plan_limit(cvol_sheet_plan *plan, double farthest)
+{
+    plan->du = fmin(plan->du, plan->pitch_lane / farthest);
+    plan->dv = fmin(plan->dv, plan->pitch_row / farthest);
+}
+
 int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
                          int level, const cvol_view *view)
 {
@@ -258,6 +264,7 @@ int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvo
         cvol_sheet_resolution(&plan->points_row, &plan->pitch_row, &plan->first_row, &plan->dv,
                               view, 1 / pixels[1], array->block);
     }
+    cvol_sheet_plan_limit(plan, 1);
     if (!find_extent(&plan->u0, &plan->width, plan->du, plan->shear_lane, plan, 0, plan->warp[0],
                      view) ||
         !find_extent(&plan->v0, &plan->height, plan->dv, plan->shear_row, plan, 1, plan->warp[1],

@@ -21,6 +21,12 @@ void cvol_sheet_plan_halve(cvol_sheet_plan *plan);
  * allows it, and at least one of every two. */
 void cvol_sheet_plan_space(cvol_sheet_plan *plan, double apart);
 
+/* The line kernels reconstruct a group of pixels from the points of one window, and from a fixed
+ * number of vectors of points: they need pixels that lie at most one point apart on every sheet.
+ * This limits `du` and `dv` to that. `farthest`: the largest scale of a sheet that a ray meets (see
+ * cvol_sheet_crossing), 1 in parallel projection. */
+void cvol_sheet_plan_limit(cvol_sheet_plan *plan, double farthest);
+
 /* Makes a plan in parallel projection, at level 0, one whose rays are those of the picture's
  * pixels. 0, and it stays as it is, where neither lines nor columns of the picture run along lanes,
  * or pixels are more than 64 samples apart.
