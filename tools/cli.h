@@ -210,6 +210,7 @@ typedef struct volume_labels {
     char **names;    /* [channels], "" where there is none */
     double *colours; /* [3 channels] */
     int channels;
+    int are_colours; /* the channels are red, green and blue of one colour, and alpha */
 } volume_labels;
 /* Of a file that has as many of both as count_volumes says; the caller frees it, after a failure
  * too. Exit status. */

@@ -230,10 +230,10 @@ static json_t *describe_contents(const cvol_series *series)
                 json_pack("{s:i, s:i, s:I, s:I}", "time", t, "channel", c, "offset",
                           (json_int_t)cvol_series_volume_offset(series, t, c), "file_bytes",
                           (json_int_t)cvol_series_volume_bytes(series, t, c)));
-    return json_pack("{s:s, s:i, s:i, s:o, s:o, s:o, s:o}", "kind", "series", "times", times,
-                     "channels", channels, "time_values", values, "time_unit",
-                     json_text(cvol_series_time_unit(series)), "channel", names, "volumes",
-                     volumes);
+    return json_pack("{s:s, s:i, s:i, s:b, s:o, s:o, s:o, s:o}", "kind", "series", "times", times,
+                     "channels", channels, "colours", cvol_series_colours(series), "time_values",
+                     values, "time_unit", json_text(cvol_series_time_unit(series)), "channel",
+                     names, "volumes", volumes);
 }
 
 /* The same in few lines. */
@@ -248,9 +248,10 @@ static void print_contents(const char *path, const cvol_series *series)
         most = bytes > most ? bytes : most;
     }
     clear_progress();
-    printf("%s\n  %-16s %d, %g to %g%s%s\n  %-16s %d\n", path, "times", times,
+    printf("%s\n  %-16s %d, %g to %g%s%s\n  %-16s %d%s\n", path, "times", times,
            cvol_series_time(series, 0), cvol_series_time(series, times - 1), unit[0] ? " " : "",
-           unit, "channels", channels);
+           unit, "channels", channels,
+           cvol_series_colours(series) ? ", the components of one colour" : "");
     for (int c = 0; c < channels; c++) {
         double rgb[3];
         cvol_series_channel_colour(series, c, rgb);

@@ -285,6 +285,8 @@ static int describe_and_write(series_job *job)
         status = split_names(&names, &names_text, a->channel_names, job->channels);
     job->options.channel_names = names ? names : (const char *const *)said->names;
     job->options.channel_colours = said->colours;
+    job->options.colours = said->are_colours && job->channels == job->channels_inside &&
+                           !a->channel_colours && !a->channel_names;
     if (!status && a->channel_colours) {
         status = parse_colours(colours, job->channels, a->channel_colours);
         job->options.channel_colours = colours;

@@ -3,8 +3,12 @@
  *
  * Adding, not screening (1 - product of 1 - c), is what microscopes and Fiji's composites do: green
  * and magenta of equal strength are white, and a channel looks the same where the others are dark.
+ *
+ * The channels of RGB files are the components of one colour: they have one window, and a picture
+ * shows the colours of the samples.
  */
 #include <math.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,18 +22,98 @@ static int can_be_added(const scene *s, const render_arguments *a)
            picture_kind_of(a->output) != PICTURE_CVI && !a->depth_name && !a->budget_given;
 }
 
-/* Colours as they were given, as the file has them, or the usual ones. */
-static int find_colours(cvol_context *context, double *colours, int channels, render_arguments *a,
-                        const char *path)
+/* Colours as they were given, as the file has them, or the usual ones. *are_components: the file
+ * says that the channels are red, green and blue of one colour. */
+static int find_colours(cvol_context *context, double *colours, int *are_components, int channels,
+                        render_arguments *a, const char *path)
 {
+    *are_components = 0;
     if (a->channel_colours)
         return parse_colours(colours, channels, a->channel_colours);
     volume_labels said;
     const int status = find_labels(context, &said, &a->common, path, 1, channels);
     if (!status)
         memcpy(colours, said.colours, 3 * (size_t)channels * sizeof *colours);
+    *are_components = !status && said.are_colours;
     free_labels(&said);
     return status;
+}
+
+/* The values that are black and white in all components of a colour: the type's range. */
+static void find_range(double range[2], const scene *s)
+{
+    range[0] = 0;
+    switch (input_grid(&s->in)->type) {
+    case CVOL_UINT8:
+        range[1] = UINT8_MAX;
+        break;
+    case CVOL_INT8:
+        range[1] = INT8_MAX;
+        break;
+    case CVOL_UINT16:
+        range[1] = UINT16_MAX;
+        break;
+    case CVOL_INT16:
+        range[1] = INT16_MAX;
+        break;
+    case CVOL_UINT32:
+        range[1] = UINT32_MAX;
+        break;
+    case CVOL_INT32:
+        range[1] = INT32_MAX;
+        break;
+    default:
+        range[1] = 1;
+    }
+}
+
+/* Components darker than this part of the range are clear; from the next one on they are as opaque
+ * as the brightest. So a component that is dark where others are bright is seen at the same depth,
+ * and what is seen has the colour of the samples. */
+#define CLEAR_PART 0.02
+#define OPAQUE_PART 0.1
+#define COMPONENT_OPACITY 0.2
+
+/* Of mode composite: a value of a component is its light. */
+static int show_component(cvol_context *context, scene *s, const double range[2],
+                          double opacity_scale)
+{
+    static const double parts[] = {0, CLEAR_PART, OPAQUE_PART, 1};
+    cvol_transfer_point points[4];
+    cvol_transfer *plain = NULL, *own = NULL;
+    for (int i = 0; i < 4; i++)
+        points[i] = (cvol_transfer_point){.value = range[0] + parts[i] * (range[1] - range[0]),
+                                          .r = parts[i] * s->colour[0],
+                                          .g = parts[i] * s->colour[1],
+                                          .b = parts[i] * s->colour[2],
+                                          .opacity = i < 2 ? 0 : COMPONENT_OPACITY};
+    int code = cvol_transfer_create(context, &plain, points, 4);
+    if (!code)
+        code = cvol_transfer_create_adjusted(context, &own, plain, NULL, opacity_scale);
+    if (!code)
+        code = cvol_renderer_set_transfer(context, s->renderer, own);
+    cvol_transfer_free(plain);
+    cvol_transfer_free(own ? s->transfer : NULL);
+    if (own)
+        s->transfer = own;
+    return code ? complain_context(context, code, NULL) : EXIT_DONE;
+}
+
+/* Opens a component of a colour: all three have one window. */
+static int open_component(cvol_context *context, scene *s, render_arguments *a, const char *path)
+{
+    double range[2];
+    int status = open_scene(context, s, a, path);
+    if (status)
+        return status;
+    find_range(range, s);
+    if (a->window_text)
+        for (int k = 0; k < 2; k++)
+            range[k] = a->window[0] + (k ? 0.5 : -0.5) * a->window[1];
+    if (s->options.mode == CVOL_MODE_COMPOSITE)
+        return show_component(context, s, range, a->opacity_scale);
+    memcpy(s->options.window, range, sizeof range);
+    return EXIT_DONE;
 }
 
 /* Of mode composite: the colours of what is seen become the channel's, as bright as they were. */
@@ -59,11 +143,13 @@ static int recolour(cvol_context *context, scene *s)
 }
 
 static int open_channel(cvol_context *context, scene *s, const render_arguments *arguments,
-                        int channel, const char *path)
+                        int channel, int is_component, const char *path)
 {
     render_arguments a = *arguments;
     a.common.read.has_channel = 1;
     a.common.read.channel = channel;
+    if (is_component && !a.transfer_given && !a.window_auto)
+        return open_component(context, s, &a, path);
     if (!a.transfer_given)
         a.transfer_name = "microscopy";
     if (s->options.mode != CVOL_MODE_COMPOSITE && !a.window_text) {
@@ -103,9 +189,15 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
         return complain(EXIT_MISUSED, "%s: has %d channels, more than %d: choose one by --channel",
                         path, channels, CHANNELS_MAX);
     double colours[3 * CHANNELS_MAX];
-    status = find_colours(context, colours, channels, a, path);
+    int are_components;
+    status = find_colours(context, colours, &are_components, channels, a, path);
     if (status)
         return status;
+    if (are_components && channels == 4) {
+        channels = 3;
+        clear_progress();
+        fprintf(stderr, "cvol: %s: its alpha is not drawn; --channel 3 shows it\n", path);
+    }
     const scene fresh = *s;
     double load_ms = 0;
     scene *others = calloc((size_t)channels, sizeof *others);
@@ -117,7 +209,7 @@ int open_channels(cvol_context *context, scene *s, render_arguments *a, const ch
         memcpy(of->colour, colours + 3 * c, sizeof of->colour);
         if (fresh.shared)
             of->shared = fresh.shared + c;
-        status = open_channel(context, of, a, c, path);
+        status = open_channel(context, of, a, c, are_components, path);
         load_ms += of->load_ms;
         a->common.choice_said = 1; /* the first has said it */
         if (!c)

@@ -101,6 +101,7 @@ static int labels_of_series(cvol_context *context, volume_labels *out,
         out->names[c] = strdup(cvol_series_channel_name(series, channel + c));
         cvol_series_channel_colour(series, channel + c, out->colours + 3 * c);
     }
+    out->are_colours = out->channels > 1 && cvol_series_colours(series);
     cvol_series_free(series);
     return EXIT_DONE;
 }
@@ -132,6 +133,7 @@ static int labels_of_stream(cvol_context *context, volume_labels *out,
         out->names[c] = strdup(cvol_volume_stream_channel_name(stream, from));
         cvol_volume_stream_channel_colour(stream, from, out->colours + 3 * c);
     }
+    out->are_colours = out->channels > 1 && cvol_volume_stream_colours(stream);
     cvol_volume_stream_close(stream);
     return EXIT_DONE;
 }

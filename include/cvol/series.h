@@ -43,6 +43,9 @@ CVOL_API const char *cvol_series_time_unit(const cvol_series *series);
  * each 0 to 1. 0 <= channel < channels. */
 CVOL_API const char *cvol_series_channel_name(const cvol_series *series, int channel);
 CVOL_API void cvol_series_channel_colour(const cvol_series *series, int channel, double rgb[3]);
+/* 1 if channels 0, 1 and 2 are red, green and blue of one colour, and channel 3, if there is one,
+ * its alpha. Pictures then have one window for all. 0: channels are volumes of their own. */
+CVOL_API int cvol_series_colours(const cvol_series *series);
 /* A volume's bytes, and where they begin in the file. */
 CVOL_API uint64_t cvol_series_volume_bytes(const cvol_series *series, int time, int channel);
 CVOL_API uint64_t cvol_series_volume_offset(const cvol_series *series, int time, int channel);
@@ -65,6 +68,7 @@ typedef struct cvol_series_options {
     const char *time_unit;            /* at most 15 bytes; NULL: "" */
     const char *const *channel_names; /* UTF-8, at most 63 bytes each; NULL, or one is NULL: "" */
     const double *channel_colours;    /* [3 channels], each 0 to 1; NULL: the default ones */
+    int colours;                      /* see cvol_series_colours; of 3 or 4 channels */
 } cvol_series_options;
 
 /* One time, one channel. */

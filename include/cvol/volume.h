@@ -100,6 +100,10 @@ CVOL_API const char *cvol_volume_stream_channel_name(const cvol_volume_stream *s
  * as it is. */
 CVOL_API int cvol_volume_stream_channel_colour(const cvol_volume_stream *stream, int channel,
                                                double rgb[3]);
+/* 1 if channels 0, 1 and 2 are red, green and blue of one colour, and channel 3, if there is one,
+ * its alpha: RGB and RGBA of TIFF and NIfTI, and bytes of VTK, VTI and NumPy that lie in threes and
+ * fours. 0: channels are volumes of their own. */
+CVOL_API int cvol_volume_stream_colours(const cvol_volume_stream *stream);
 /* Sheets first_sheet .. first_sheet + sheets - 1 into `out`, in the machine's byte order: sheets nx
  * ny samples, x fastest. Calls may come in any order, also after one that failed. Cost: one pass
  * over these samples; in compressed files (NRRD gzip, MetaImage zlib, .nii.gz) also over all that

@@ -332,6 +332,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("time_unit", "s", ()),
         ("channel_names", "*", ()),
         ("channel_colours", "*", ()),
+        ("colours", "i", ()),
     ],
     "cvol_volume": [
         ("grid", "cvol_grid", ()),
@@ -539,6 +540,7 @@ FUNCTIONS = {
     "series_time_unit": "s *",
     "series_channel_name": "s * i",
     "series_channel_colour": "v * i *",
+    "series_colours": "i *",
     "series_volume_bytes": "u * i i",
     "series_volume_offset": "u * i i",
     "series_extract": "i * s i i s *",
@@ -561,6 +563,7 @@ FUNCTIONS = {
     "volume_stream_time_step": "d * *",
     "volume_stream_channel_name": "s * i",
     "volume_stream_channel_colour": "i * i *",
+    "volume_stream_colours": "i *",
     "volume_stream_read": "i * * * z z",
     "volume_stream_close": "v *",
     "volume_sink_open": "i * * s *",

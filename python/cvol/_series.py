@@ -21,6 +21,7 @@ class Contents:
 
     time_values: one for each time, in time_unit ("s"; "": numbers without a unit).
     channel_names ("": none), channel_colours (red, green, blue, 0 to 1): one for each channel.
+    colours: channels 0, 1 and 2 are red, green and blue of one colour, and channel 3, if there is one, its alpha.
     file_bytes[time][channel]: of each volume.
     """
 
@@ -30,6 +31,7 @@ class Contents:
     time_unit: str
     channel_names: tuple[str, ...]
     channel_colours: tuple[Colour, ...]
+    colours: bool
     file_bytes: tuple[tuple[int, ...], ...]
 
 
@@ -55,6 +57,7 @@ def contents(path: Path) -> Contents:
             time_unit=f["series_time_unit"](p).decode(errors="replace"),
             channel_names=tuple(f["series_channel_name"](p, i).decode(errors="replace") for i in channels),
             channel_colours=tuple(_colour(p, i) for i in channels),
+            colours=bool(f["series_colours"](p)),
             file_bytes=tuple(tuple(f["series_volume_bytes"](p, t, i) for i in channels) for t in times),
         )
     handle.close()
@@ -71,6 +74,7 @@ def save_series(
     time_unit: str = "",
     channel_names: Optional[Sequence[str]] = None,
     channel_colours: Optional[Sequence[Colour]] = None,
+    colours: bool = False,
 ) -> int:
     """Writes many volumes of one shape, type and place into one .cvol file, which appears under its name only
     when it is whole. Returns its bytes.
@@ -79,6 +83,7 @@ def save_series(
         then only one is in memory: ``save_series("run.cvol", (cvol.compress(a) for a in arrays), times=20)``.
     time_values: one for each time (default 0, 1, 2, ...), in time_unit.
     channel_names, channel_colours (red, green, blue, 0 to 1): one for each channel.
+    colours: the 3 or 4 channels are red, green, blue (and alpha) of one colour; see `Contents`.
     """
     if times is None:
         volumes = list(volumes)
@@ -86,7 +91,9 @@ def save_series(
         if rest:
             raise ValueError(f"{len(volumes)} volumes are no whole number of times of {channels} channels")
     o: Any = _abi.functions["series_options_defaults"]()
-    o.times, o.channels, o.time_unit = times, channels, time_unit.encode()
+    o.times, o.channels, o.time_unit, o.colours = times, channels, time_unit.encode(), int(colours)
+    if colours and channel_colours is None:
+        channel_colours = [(1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0)][:channels]
     kept = []
     for name, values, count, kind in (
         ("time_values", time_values, times, c.c_double),

@@ -18,7 +18,7 @@ typedef struct cvol_extent {
 } cvol_extent;
 
 struct cvol_series {
-    int times, channels, is_list;
+    int times, channels, is_list, are_colours;
     char unit[CVOL_TIME_UNIT_BYTES];
     cvol_channel *channel;
     double *time;

@@ -13,7 +13,8 @@ enum {
     LIST_HEAD = 8 + CVOL_TIME_UNIT_BYTES,
     LIST_CHANNEL = 24 + CVOL_CHANNEL_NAME_BYTES,
     LIST_TIME = 8,
-    LIST_VOLUME = 16
+    LIST_VOLUME = 16,
+    LIST_TAIL = 4 /* files of before colours lack it */
 };
 
 int cvol_series_make(cvol_context *context, cvol_series **out, int times, int channels)
@@ -61,6 +62,11 @@ int cvol_series_channels(const cvol_series *series)
 int cvol_series_is_list(const cvol_series *series)
 {
     return series->is_list;
+}
+
+int cvol_series_colours(const cvol_series *series)
+{
+    return series->are_colours;
 }
 
 double cvol_series_time(const cvol_series *series, int time)
@@ -116,10 +122,16 @@ void cvol_series_default_colour(double rgb[3], int channel, int channels)
 
 /* ---- writing ---------------------------------------------------------------------------- */
 
+/* Without what stands at its end. */
+static uint64_t least_list_bytes(uint64_t times, uint64_t channels)
+{
+    return LIST_HEAD + LIST_CHANNEL * channels + LIST_TIME * times + LIST_VOLUME * times * channels;
+}
+
 uint64_t cvol_series_list_bytes(const cvol_series *series)
 {
     const uint64_t times = (uint64_t)series->times, channels = (uint64_t)series->channels;
-    return LIST_HEAD + LIST_CHANNEL * channels + LIST_TIME * times + LIST_VOLUME * times * channels;
+    return least_list_bytes(times, channels) + LIST_TAIL;
 }
 
 void cvol_series_put(cvol_bytes *out, const cvol_series *series)
@@ -138,6 +150,7 @@ void cvol_series_put(cvol_bytes *out, const cvol_series *series)
         cvol_bytes_put_u64(out, series->volumes[i].offset);
         cvol_bytes_put_u64(out, series->volumes[i].length);
     }
+    cvol_bytes_put_u32(out, series->are_colours ? 1 : 0);
 }
 
 /* ---- reading ---------------------------------------------------------------------------- */
@@ -174,12 +187,11 @@ static int take_counts(cvol_context *context, cvol_series **out, cvol_cursor *co
                          "%s: section LIST: tells of %u times and %u channels, more than %d "
                          "volumes",
                          name, times, channels, (int)CVOL_SERIES_MOST);
-    const cvol_series claimed = {.times = (int)times, .channels = (int)channels};
-    if (cvol_series_list_bytes(&claimed) > content->size)
+    if (least_list_bytes(times, channels) > content->size)
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
                          "%s: section LIST: %u times and %u channels take %llu bytes, it has %zu",
                          name, times, channels,
-                         (unsigned long long)cvol_series_list_bytes(&claimed), content->size);
+                         (unsigned long long)least_list_bytes(times, channels), content->size);
     return cvol_series_make(context, out, (int)times, (int)channels);
 }
 
@@ -236,7 +248,12 @@ static int take_rest(cvol_context *context, cvol_series *series, cvol_cursor *co
         if (!isfinite(series->time[t]))
             code = fail(context, name, "a time is no number");
     }
-    return code ? code : take_volumes(context, series, content, name);
+    if (!code)
+        code = take_volumes(context, series, content, name);
+    if (!code && content->size - content->at >= LIST_TAIL)
+        series->are_colours = (cvol_cursor_u32(content) & 1) &&
+                              (series->channels == 3 || series->channels == 4);
+    return code;
 }
 
 int cvol_series_take_list(cvol_context *context, cvol_series **out, cvol_cursor *content,

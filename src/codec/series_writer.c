@@ -33,6 +33,11 @@ static int check_counts(cvol_context *context, const cvol_series_options *option
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "a file of %d times and %d channels: there must be 1 to %d volumes",
                          options->times, options->channels, (int)CVOL_SERIES_MOST);
+    if (options->colours && options->channels != 3 && options->channels != 4)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "a file of colours has %d channels: there must be 3 (red, green, blue) or "
+                         "4 (and alpha)",
+                         options->channels);
     if (options->time_unit && strlen(options->time_unit) >= CVOL_TIME_UNIT_BYTES)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "the unit of time is '%s', must have at most %d bytes", options->time_unit,
@@ -67,6 +72,7 @@ static int describe(cvol_context *context, cvol_series *series, const cvol_serie
 {
     int code = CVOL_OK;
     series->is_list = 1;
+    series->are_colours = options->colours;
     if (options->time_unit)
         memcpy(series->unit, options->time_unit, strlen(options->time_unit));
     for (int c = 0; c < series->channels && !code; c++)

@@ -65,3 +65,11 @@ int cvol_axes_choose(cvol_context *context, cvol_axes *axes, cvol_grid *grid, co
                       options->index);
     return code;
 }
+
+int cvol_axes_label(cvol_labels *labels, const cvol_axes *axes, cvol_type type)
+{
+    const int last = axes->rank - 1;
+    return type != CVOL_UINT8 || last < 3 || axes->of[0] == last
+               ? 1
+               : cvol_labels_set_colours(labels, (size_t)axes->dims[last]);
+}

@@ -3,6 +3,7 @@
 #define CVOL_VOLUME_AXES_H
 
 #include "cvol/volume.h"
+#include "volume/stored.h"
 
 #define CVOL_AXES_MOST 8
 
@@ -21,5 +22,9 @@ typedef struct cvol_axes {
  * Errors: those of cvol_format_choose, UNSUPPORTED. */
 int cvol_axes_choose(cvol_context *context, cvol_axes *axes, cvol_grid *grid, const char *path,
                      const cvol_read_options *options);
+
+/* Bytes whose last axis has three or four places, and is of channels, are colours: says so. 1, or 0
+ * where memory is short. */
+int cvol_axes_label(cvol_labels *labels, const cvol_axes *axes, cvol_type type);
 
 #endif

@@ -156,7 +156,11 @@ static int find_hdf5(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     if (!code && !functions()->open(&h->dataset, &h->shape, file, inside, message, sizeof message))
         code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s", path, message);
     free(file);
-    return code ? code : read_shape(context, h, grid, options);
+    if (!code)
+        code = read_shape(context, h, grid, options);
+    if (!code && !cvol_axes_label(&stored->labels, &h->axes, grid->type))
+        code = cvol_fail_memory(context, sizeof(cvol_channel_label), path);
+    return code;
 }
 
 const cvol_format cvol_format_hdf5 = {

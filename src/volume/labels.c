@@ -1,4 +1,5 @@
 /* Names of channels and units of time as files spell them. */
+#include <stdlib.h>
 #include <string.h>
 
 #include "volume/stored.h"
@@ -54,4 +55,25 @@ void cvol_labels_set_unit(cvol_labels *labels, const char *text, size_t size)
     for (size_t i = 0; i < sizeof names / sizeof *names; i++)
         if (strlen(names[i][0]) == size && !memcmp(names[i][0], text, size))
             memcpy(labels->time_unit, names[i][1], strlen(names[i][1]));
+}
+
+int cvol_labels_set_colours(cvol_labels *labels, size_t channels)
+{
+    static const char *const names[] = {"red", "green", "blue", "alpha"};
+    if (channels != 3 && channels != 4)
+        return 1;
+    cvol_channel_label *channel = calloc(channels, sizeof *channel);
+    if (!channel)
+        return 0;
+    for (size_t c = 0; c < channels; c++) {
+        cvol_labels_set_name(&channel[c], names[c], strlen(names[c]));
+        channel[c].has_colour = 1;
+        if (c < 3)
+            channel[c].colour[c] = 1; /* alpha gives no light */
+    }
+    free(labels->channel);
+    labels->channel = channel;
+    labels->channels = channels;
+    labels->are_colours = 1;
+    return 1;
 }

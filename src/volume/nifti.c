@@ -348,6 +348,8 @@ static int choose_volume(nifti *n, cvol_stored *stored, const cvol_read_options 
     if (code)
         return code;
     const uint64_t bytes = cvol_grid_bytes(&n->grid);
+    if (n->has_colours && !cvol_labels_set_colours(&stored->labels, n->channels))
+        return cvol_fail_memory(n->context, n->channels * sizeof(cvol_channel_label), n->path);
     if (n->has_colours)
         return bytes > SIZE_MAX / 4
                    ? cvol_fail_memory(n->context, SIZE_MAX, n->path)

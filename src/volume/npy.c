@@ -233,6 +233,8 @@ static int find_in(npy *n, cvol_grid *grid, cvol_stored *stored, const cvol_read
         return code;
     *grid = cvol_grid_make(1, 1, 1, n->type);
     code = cvol_axes_choose(n->context, &n->axes, grid, n->path, options);
+    if (!code && !cvol_axes_label(&stored->labels, &n->axes, n->type))
+        code = cvol_fail_memory(n->context, sizeof(cvol_channel_label), n->path);
     if (!code)
         code = check_size(n, &elements);
     if (!code)

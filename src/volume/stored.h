@@ -26,7 +26,12 @@ typedef struct cvol_labels {
     char time_unit[16]; /* "s", "ms", ..., or "" */
     size_t channels;    /* of which something is said */
     cvol_channel_label *channel;
+    int are_colours; /* channels 0, 1 and 2 are red, green and blue of one colour; a fourth is alpha */
 } cvol_labels;
+
+/* Says that the channels are the components of colours: names, colours, `are_colours`. Does nothing
+ * unless there are three or four. 1, or 0 where memory is short. */
+int cvol_labels_set_colours(cvol_labels *labels, size_t channels);
 
 /* The file's text of `size` bytes as a channel's name: bytes that are no UTF-8, or are not printed,
  * give none. What is too long is cut between letters. */

@@ -313,6 +313,11 @@ int cvol_volume_stream_channel_colour(const cvol_volume_stream *stream, int chan
     return 1;
 }
 
+int cvol_volume_stream_colours(const cvol_volume_stream *stream)
+{
+    return stream->stored.labels.are_colours;
+}
+
 cvol_volume *cvol_stream_take_whole(cvol_volume_stream *stream)
 {
     cvol_volume *whole = stream->whole;

@@ -325,6 +325,9 @@ static int find_tiff(cvol_context *context, cvol_grid *grid, cvol_stored *stored
     if ((!code || was_asked) && said.known &&
         !cvol_tiff_read_labels(&stored->labels, description, said.channels, s->first.samples))
         code = cvol_fail_memory(context, said.channels * sizeof(cvol_channel_label), path);
+    else if ((!code || was_asked) && s->first.are_colours && said.channels == 1 &&
+             !cvol_labels_set_colours(&stored->labels, s->first.samples))
+        code = cvol_fail_memory(context, s->first.samples * sizeof(cvol_channel_label), path);
     else if (was_asked && !options->has_channel)
         code = say_names(context, &stored->labels, code);
     free(description);

@@ -225,6 +225,8 @@ int cvol_tiff_read_page(cvol_context *context, cvol_tiff_file *file, cvol_tiff_p
     page->width = width;
     page->height = height;
     page->samples = get_16(file, TIFFTAG_SAMPLESPERPIXEL, 1);
+    const unsigned photometric = get_16(file, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+    page->are_colours = photometric == PHOTOMETRIC_RGB || photometric == PHOTOMETRIC_YCBCR;
     page->big_endian = TIFFIsBigEndian(file->tiff);
     int code = read_type(context, file, &page->type);
     if (!code && page->samples == 0)

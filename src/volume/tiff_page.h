@@ -15,7 +15,8 @@ typedef struct cvol_tiff_page {
     uint64_t offset;      /* of its directory */
     uint64_t raw_offset;  /* of its samples, if they lie there in one piece as they are, else 0 */
     int big_endian;
-    int is_extra; /* a reduced image, or a mask */
+    int is_extra;    /* a reduced image, or a mask */
+    int are_colours; /* the first three samples of a pixel are red, green and blue */
 } cvol_tiff_page;
 
 /* Opens a file at its first page. */

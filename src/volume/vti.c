@@ -291,6 +291,8 @@ static int find_array(vti *v, cvol_stored *stored, const cvol_read_options *opti
                                   v->components, options->has_channel, options->channel);
     if (code)
         return code;
+    if (v->grid.type == CVOL_UINT8 && !cvol_labels_set_colours(&stored->labels, v->components))
+        return cvol_fail_memory(v->context, v->components * sizeof(cvol_channel_label), v->path);
     if (!strcmp(v->format, "appended"))
         return find_appended(v, stored, channel);
     if (!strcmp(v->format, "binary")) {

@@ -229,6 +229,8 @@ static int find_samples(vtk *v, cvol_stored *stored, const cvol_read_options *op
                                   v->components, options->has_channel, options->channel);
     if (code)
         return code;
+    if (v->grid.type == CVOL_UINT8 && !cvol_labels_set_colours(&stored->labels, v->components))
+        return cvol_fail_memory(v->context, v->components * sizeof(cvol_channel_label), v->path);
     stored->offset = v->header.at;
     stored->may_go_on = 1; /* with other arrays */
     stored->big_endian = 1;
