@@ -1,7 +1,8 @@
 /* json_get KEY [KIND]: reads standard input, which must be one JSON object and nothing else, and
  * prints the value at KEY. KEY is names and indices with dots between them: "frame_ms.all.0". KIND
- * is what the value must be: number, integer, string, boolean, array or object. Strings are printed
- * bare, arrays and objects on one line. Fails, and says why, if anything of that does not hold. */
+ * is what the value must be: number, integer, string, boolean, array, object, null or decibels (a
+ * number or null). Strings are printed bare, arrays and objects on one line. Fails, and says why,
+ * if anything of that does not hold. */
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
@@ -34,6 +35,8 @@ static int is_of_kind(const json_t *value, const char *kind)
            (!strcmp(kind, "integer") && json_is_integer(value)) ||
            (!strcmp(kind, "string") && json_is_string(value)) ||
            (!strcmp(kind, "boolean") && json_is_boolean(value)) ||
+           (!strcmp(kind, "null") && json_is_null(value)) ||
+           (!strcmp(kind, "decibels") && (json_is_number(value) || json_is_null(value))) ||
            (!strcmp(kind, "array") && json_is_array(value)) ||
            (!strcmp(kind, "object") && json_is_object(value));
 }

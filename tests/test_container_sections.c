@@ -339,6 +339,37 @@ static void results_have_no_attributes(void **state)
     cvol_array_free(array);
 }
 
+/* A PSNR of 999, as files may have it that were written by others, says what an infinite one does.
+ */
+static void large_decibels_are_exact(void **state)
+{
+    (void)state;
+    cvol_array *array = container_small_array(), *back;
+    size_t size;
+    uint8_t *data = container_file_of(array, &size);
+    cvol_file_layout layout;
+    const double stored[] = {998.5, 999, 1e6, (double)INFINITY};
+    assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_OK);
+    for (size_t i = 0; i < sizeof stored / sizeof *stored; i++) {
+        cvol_array_info info;
+        for (int s = 0; s < layout.section_count; s++) {
+            const cvol_file_section *section = &layout.sections[s];
+            uint8_t *content = data + section->offset + 24;
+            if (strcmp(section->tag, "ERRS"))
+                continue;
+            memcpy(content, &stored[i], 8);
+            put_u32(data + section->offset + 16, cvol_crc32c(content, (size_t)section->length));
+            flag(data, section, section->flags);
+        }
+        assert_int_equal(cvol_container_read(context, &back, data, size, "f"), CVOL_OK);
+        cvol_array_get_info(back, &info);
+        assert_true(i ? isinf(info.psnr_db) && info.psnr_db > 0 : info.psnr_db == stored[0]);
+        cvol_array_free(back);
+    }
+    free(data);
+    cvol_array_free(array);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -350,6 +381,7 @@ int main(void)
         cmocka_unit_test(attributes_are_kept),
         cmocka_unit_test(what_is_no_json_is_refused),
         cmocka_unit_test(results_have_no_attributes),
+        cmocka_unit_test(large_decibels_are_exact),
     };
     return cmocka_run_group_tests(tests, container_start, container_stop);
 }

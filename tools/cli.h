@@ -231,8 +231,14 @@ double milliseconds(void);
 
 /* A number, or null where it is none that JSON can hold. */
 json_t *json_number(double value);
-/* A PSNR: infinity (that of equal things) becomes 999, minus infinity -999. */
+/* Whether a PSNR is that of equal things. */
+int is_exact(double psnr_db);
+/* A PSNR, or null where there is none: of equal things, beside which "exact" is true, and of a
+ * range of zero. */
 json_t *json_decibels(double value);
+/* "PSNR 43.21 dB", or "exact"; `text` has room for it. */
+enum { PSNR_TEXT = 64 };
+const char *psnr_text(char text[PSNR_TEXT], double psnr_db);
 /* A text, or what is left of it as ASCII where it is not UTF-8. */
 json_t *json_text(const char *text);
 json_t *json_triple(const double values[3]);

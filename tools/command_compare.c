@@ -5,8 +5,9 @@ static const char description[] =
     "Compares two volumes of one shape (any format, compressed or not), or two pictures of one\n"
     "size, PNG or compressed. PSNR of volumes is over the range of A; of pictures over 255, also "
     "over the foreground\n"
-    "alone (pixels where either has a channel above 2), with SSIM beside it. Equal things have a\n"
-    "PSNR of infinity, 999 in JSON. --time, --channel and --series choose of A, the first two "
+    "alone (pixels where either has a channel above 2), with SSIM beside it. Equal things are\n"
+    "called exact, and have no PSNR in JSON. --time, --channel and --series choose of A, the first "
+    "two "
     "also\n"
     "of a .cvol of many as B, and of that alone if A holds but one volume.";
 
@@ -23,6 +24,7 @@ static int compare_pictures(cvol_context *context, const common_options *common,
 {
     cvol_image *a = NULL, *b = NULL;
     cvol_image_difference d;
+    char whole[PSNR_TEXT], foreground[PSNR_TEXT];
     int status = EXIT_DONE;
     /* Sizes that differ are the files' fault: not misuse, whatever the code. */
     if (read_picture(context, &a, a_path) || read_picture(context, &b, b_path) ||
@@ -30,13 +32,14 @@ static int compare_pictures(cvol_context *context, const common_options *common,
         status = complain_context(context, 0, NULL);
     else if (common->json)
         status = print_json(json_pack(
-            "{s:i, s:i, s:o, s:o, s:f, s:f, s:f, s:I}", "width", a->width, "height", a->height,
-            "psnr_db", json_decibels(d.psnr_db), "psnr_foreground_db",
+            "{s:i, s:i, s:o, s:b, s:o, s:f, s:f, s:f, s:I}", "width", a->width, "height", a->height,
+            "psnr_db", json_decibels(d.psnr_db), "exact", is_exact(d.psnr_db), "psnr_foreground_db",
             json_decibels(d.psnr_foreground_db), "ssim", d.ssim, "rmse", d.rmse, "max_abs_error",
             d.max_abs_error, "foreground_pixels", (json_int_t)d.foreground_pixels));
     else
-        printf("PSNR %.2f dB, foreground %.2f dB (%zu pixels), SSIM %.4f, largest difference %g\n",
-               d.psnr_db, d.psnr_foreground_db, d.foreground_pixels, d.ssim, d.max_abs_error);
+        printf("%s, foreground %s (%zu pixels), SSIM %.4f, largest difference %g\n",
+               psnr_text(whole, d.psnr_db), psnr_text(foreground, d.psnr_foreground_db),
+               d.foreground_pixels, d.ssim, d.max_abs_error);
     cvol_image_free(a);
     cvol_image_free(b);
     return status;
@@ -67,6 +70,7 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
 {
     input a = {0}, b = {0};
     cvol_volume_difference d;
+    char psnr[PSNR_TEXT];
     common_options plain_a = *common, raw_b = *common, plain_b;
     plain_a.read = cvol_read_options_defaults();
     plain_a.type_name = NULL;
@@ -99,11 +103,13 @@ static int compare_volumes(cvol_context *context, common_options *common, const 
         status = complain(EXIT_FAILED, "%s and %s: %s", a_path, b_path,
                           cvol_context_message(context));
     if (!status && common->json)
-        status = print_json(json_pack("{s:o, s:o, s:o, s:o}", "psnr_db", json_decibels(d.psnr_db),
+        status = print_json(json_pack("{s:o, s:b, s:o, s:o, s:o}", "psnr_db",
+                                      json_decibels(d.psnr_db), "exact", is_exact(d.psnr_db),
                                       "rmse", json_number(d.rmse), "max_abs_error",
                                       json_number(d.max_abs_error), "peak", json_number(d.peak)));
     else if (!status)
-        printf("PSNR %.2f dB, RMSE %g, largest error %g\n", d.psnr_db, d.rmse, d.max_abs_error);
+        printf("%s, RMSE %g, largest error %g\n", psnr_text(psnr, d.psnr_db), d.rmse,
+               d.max_abs_error);
     close_input(&a);
     close_input(&b);
     return status;

@@ -44,7 +44,7 @@ static json_t *describe_array(const input *in)
     json_t *more = json_pack(
         "{s:f, s:f, s:i, s:s, s:i, s:o, s:f, s:I, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:b, s:o, "
         "s:o, "
-        "s:o, s:f, s:f, s:b, s:i, s:o, s:I, s:o}",
+        "s:o, s:f, s:f, s:b, s:i, s:o, s:I, s:o, s:b}",
         "min", info.value_min, "max", info.value_max, "rank", info.rank, "transform",
         cvol_transform_name(info.transform), "block", info.block, "low", json_dims(info.low),
         "step", info.step, "coefficients", (json_int_t)info.coefficients, "rho", info.rho, "ratio",
@@ -58,7 +58,7 @@ static json_t *describe_array(const input *in)
         "whole", !in->cut, "level", in->level, "background",
         info.background_samples ? json_real(info.background) : json_null(), "background_samples",
         (json_int_t)info.background_samples, "brick",
-        info.brick[0] ? json_dims(info.brick) : json_null());
+        info.brick[0] ? json_dims(info.brick) : json_null(), "exact", is_exact(info.psnr_db));
     json_object_update(object, more);
     json_decref(more);
     return object;
@@ -88,11 +88,14 @@ static const char *label_of(const char *key)
                                        : key;
 }
 
-/* One line a field, in the object's own order. */
+/* One line a field, in the object's own order; on paper an exact file's PSNR is called so. */
 static void print_fields(json_t *object)
 {
     const char *key;
     json_t *value;
+    if (json_is_true(json_object_get(object, "exact")))
+        json_object_set_new(object, "psnr_db", json_string("exact"));
+    json_object_del(object, "exact");
     json_object_foreach(object, key, value)
     {
         printf("  %-16s ", label_of(key));

@@ -271,9 +271,23 @@ json_t *json_number(double value)
     return isfinite(value) ? json_real(value) : json_null();
 }
 
+int is_exact(double psnr_db)
+{
+    return isinf(psnr_db) && psnr_db > 0;
+}
+
 json_t *json_decibels(double value)
 {
-    return json_number(value > 999 ? 999 : value < -999 ? -999 : value);
+    return json_number(value);
+}
+
+const char *psnr_text(char text[PSNR_TEXT], double psnr_db)
+{
+    if (is_exact(psnr_db))
+        snprintf(text, PSNR_TEXT, "exact");
+    else
+        snprintf(text, PSNR_TEXT, "PSNR %.2f dB", psnr_db);
+    return text;
 }
 
 json_t *json_text(const char *text)

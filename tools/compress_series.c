@@ -99,12 +99,13 @@ static void note(series_job *job, const char *path, const cvol_grid *grid,
     job->missed += !report->target_met && !report->lossless;
     if (job->volumes)
         json_array_append_new(job->volumes,
-                              json_pack("{s:o, s:I, s:f, s:o, s:f, s:b, s:b}", "input",
+                              json_pack("{s:o, s:I, s:f, s:o, s:b, s:f, s:b, s:b}", "input",
                                         json_text(path), "bytes", (json_int_t)report->file_bytes,
                                         "ratio", raw_bytes / (double)report->file_bytes, "psnr_db",
-                                        json_decibels(report->psnr_db), "max_error",
-                                        report->max_error, "lossless", report->lossless,
-                                        "target_met", report->target_met));
+                                        json_decibels(report->psnr_db), "exact",
+                                        is_exact(report->psnr_db), "max_error", report->max_error,
+                                        "lossless", report->lossless, "target_met",
+                                        report->target_met));
 }
 
 static int add_slabs(series_job *job, slab_input *in, const char *path)
@@ -187,10 +188,10 @@ static int add_all(series_job *job)
 static int report_json(const series_job *job)
 {
     return print_json(json_pack(
-        "{s:i, s:i, s:I, s:f, s:o, s:f, s:O}", "times", job->times, "channels", job->channels,
+        "{s:i, s:i, s:I, s:f, s:o, s:b, s:f, s:O}", "times", job->times, "channels", job->channels,
         "file_bytes", (json_int_t)job->file_bytes, "ratio",
         job->raw_bytes / (double)job->file_bytes, "psnr_db", json_decibels(job->least_psnr),
-        "max_error", job->max_error, "volumes", job->volumes));
+        "exact", is_exact(job->least_psnr), "max_error", job->max_error, "volumes", job->volumes));
 }
 
 static void report_text(const series_job *job)
@@ -204,7 +205,7 @@ static void report_text(const series_job *job)
     printf("%llu bytes, 1/%.2f of the raw samples, ", (unsigned long long)job->file_bytes,
            job->raw_bytes / (double)job->file_bytes);
     if (isinf(job->least_psnr))
-        printf("lossless\n");
+        printf("exact\n");
     else if (isinf(job->most_psnr))
         printf("PSNR %.2f dB and more, largest error %g\n", job->least_psnr, job->max_error);
     else

@@ -40,7 +40,7 @@ json_t *describe_picture(const cvol_picture_info *info)
 {
     return json_pack(
         "{s:s, s:i, s:i, s:[I, I], s:i, s:s, s:o, s:s, s:i, s:f, s:I, s:f, s:f, s:f, s:I, s:I, "
-        "s:o, s:o, s:o}",
+        "s:o, s:b, s:o, s:o}",
         "kind", "picture", "width", info->width, "height", info->height, "lattice",
         (json_int_t)info->lattice[0], (json_int_t)info->lattice[1], "planes", info->planes,
         "opacity",
@@ -52,8 +52,9 @@ json_t *describe_picture(const cvol_picture_info *info)
         "coefficients", (json_int_t)info->terms, "rho", info->rho, "ratio", info->ratio,
         "bits_per_pixel", 8 * (double)info->file_bytes / ((double)info->width * info->height),
         "file_bytes", (json_int_t)info->file_bytes, "resident_bytes",
-        (json_int_t)info->resident_bytes, "psnr_db", json_decibels(info->psnr_db), "l2_error",
-        json_number(info->l2_error), "rms_bound", json_number(info->rms_bound));
+        (json_int_t)info->resident_bytes, "psnr_db", json_decibels(info->psnr_db), "exact",
+        is_exact(info->psnr_db), "l2_error", json_number(info->l2_error), "rms_bound",
+        json_number(info->rms_bound));
 }
 
 int compress_picture(cvol_context *context, const char *in_path, const char *out_path,
@@ -62,6 +63,7 @@ int compress_picture(cvol_context *context, const char *in_path, const char *out
     cvol_image *image = NULL;
     cvol_picture *picture = NULL;
     cvol_picture_info info;
+    char psnr[PSNR_TEXT];
     int code = cvol_image_read_png(context, &image, in_path);
     if (code)
         return complain_context(context, code, NULL);
@@ -75,8 +77,8 @@ int compress_picture(cvol_context *context, const char *in_path, const char *out
     if (!code && json)
         code = print_json(describe_picture(&info));
     else if (!code)
-        printf("%s: %llu bytes, 1/%.1f of the pixels, PSNR %.2f dB\n", out_path,
-               (unsigned long long)info.file_bytes, info.ratio, info.psnr_db);
+        printf("%s: %llu bytes, 1/%.1f of the pixels, %s\n", out_path,
+               (unsigned long long)info.file_bytes, info.ratio, psnr_text(psnr, info.psnr_db));
     cvol_picture_free(picture);
     cvol_image_free(image);
     return code;

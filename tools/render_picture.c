@@ -286,9 +286,10 @@ int write_picture(cvol_context *context, scene *s, const render_arguments *a, co
     if (status || a->common.json)
         return status;
     printf("%s: %d x %d, ", output, s->options.width, s->options.height);
+    char psnr[PSNR_TEXT];
     if (result->is_compressed)
-        printf("%llu bytes, PSNR %.2f dB, ", (unsigned long long)result->info.file_bytes,
-               result->info.psnr_db);
+        printf("%llu bytes, %s, ", (unsigned long long)result->info.file_bytes,
+               psnr_text(psnr, result->info.psnr_db));
     printf("loaded in %.0f ms", s->load_ms);
     if (s->in.level && !s->options.level)
         printf(" (up to level %d, enough at this size)", s->in.level);

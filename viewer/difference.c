@@ -115,7 +115,8 @@ static answer run(job *j, cvol_context *context, void *state)
     figures.render_ms += ms;
     subtract(image, other, d->gain);
     cvol_image_free(other);
-    json_t *more = json_pack("{s:o, s:o, s:o}", "psnr_db", answer_number(apart.psnr_db),
+    json_t *more = json_pack("{s:o, s:b, s:o, s:o}", "psnr_db", answer_number(apart.psnr_db),
+                             "exact", isinf(apart.psnr_db) && apart.psnr_db > 0,
                              "psnr_foreground_db", answer_number(apart.psnr_foreground_db), "ssim",
                              answer_number(apart.ssim));
     const answer a = frame_answer(context, j, image, &figures, &d->frame, more);

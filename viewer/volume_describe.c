@@ -39,13 +39,14 @@ static void describe_ready(json_t *object, const shown_volume *v)
     int mirrored = 0;
     const double ratio = (double)v->raw_bytes / (double)v->compressed_bytes;
     json_t *more = json_pack(
-        "{s:[I,I,I], s:o, s:s, s:s, s:f, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:o, s:o}", "dims",
+        "{s:[I,I,I], s:o, s:s, s:s, s:f, s:f, s:f, s:f, s:I, s:I, s:o, s:o, s:b, s:o, s:o}", "dims",
         (json_int_t)g->dims[0], (json_int_t)g->dims[1], (json_int_t)g->dims[2], "spacing",
         triple(g->spacing), "unit", g->unit, "type", cvol_type_name(g->type), "min",
         v->histogram.min, "max", v->histogram.max, "value_scale", g->value_scale, "value_offset",
         g->value_offset, "raw_bytes", (json_int_t)v->raw_bytes, "compressed_bytes",
         (json_int_t)v->compressed_bytes, "ratio", answer_number(ratio), "psnr_db",
-        answer_number(v->psnr_db), "max_error", answer_number(v->max_error), "rescale",
+        answer_number(v->psnr_db), "exact", isinf(v->psnr_db) && v->psnr_db > 0, "max_error",
+        answer_number(v->max_error), "rescale",
         fabs(v->rescale[0]) > 0 ? json_pack("[f, f]", v->rescale[0], v->rescale[1]) : json_null());
     json_object_update(object, more);
     json_decref(more);

@@ -41,16 +41,16 @@ typedef struct cvol_compress_options {
     const char *attributes; /* of cvol_compress_stream: JSON text, or NULL */
     int no_lap;             /* cells are transformed by themselves, not through filters across their
                                faces: for volumes that will be multiplied or convolved */
-    int smallest;           /* to send or to keep: most of a dB more, in bricks of 64^3; takes twenty
-                               times as long, to read as well; without bounds for skipping. In
-                               blocks of 16, not with fast, lossless or max_error */
-    int fast;               /* in haste: less than half the time, 3 to 9 % more bits; a PSNR
-                               is met to within 0.1 dB below and 0.4 dB above */
-    int brick[3];           /* samples along x, y, z that are coded together, and read alone where a
-                               part of the file is asked for: 16, 32, 48 or 64, multiples of the
-                               block. 0, 0, 0: 64, 64, 64, and less for planes of files of 2 MB and more
-                               that are made to a ratio or to bits a sample (doc/format.md, section
-                               6); transcoding: as the array has them. Smaller ones take more bits */
+    int smallest; /* to send or to keep: most of a dB more, in bricks of 64^3; takes twenty
+                     times as long, to read as well; without bounds for skipping. In
+                     blocks of 16, not with fast, lossless or max_error */
+    int fast;     /* in haste: less than half the time, 3 to 9 % more bits; a PSNR
+                     may be 0.5 dB above what was asked */
+    int brick[3]; /* samples along x, y, z that are coded together, and read alone where a
+                     part of the file is asked for: 16, 32, 48 or 64, multiples of the
+                     block. 0, 0, 0: 64, 64, 64, and less for planes of files of 2 MB and more
+                     that are made to a ratio or to bits a sample (doc/format.md, section
+                     6); transcoding: as the array has them. Smaller ones take more bits */
 } cvol_compress_options;
 
 /* DCT blocks of 16^3 at ratio 30. */
@@ -64,7 +64,9 @@ typedef struct cvol_compress_report {
     double max_error;
     uint64_t file_bytes;
     int lossless;   /* decoded samples equal the original ones */
-    int target_met; /* 0 only for a ratio (or bits) beyond lossless or beyond the coarsest step */
+    int target_met; /* 0 only for a ratio (or bits) that the coarsest step does not reach, or of
+                       float samples the finest does not come down to; what is lossless and smaller
+                       than was asked for meets it */
     int trials;     /* steps tried */
     uint64_t coefficients;       /* terms kept */
     uint64_t background_samples; /* samples of the background that is kept apart */

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes as c
 import json
+import math
 import os
 from dataclasses import dataclass
 from typing import Any, Optional, Union
@@ -33,6 +34,7 @@ class Info:
     error_bound: of the L2 norm, over all samples, of (exact - evaluated); certified.
     measured: psnr_db and max_error (largest |original - decoded|) were measured when compressing; else they
         follow from error_bound: at least, at most.
+    exact: slices are the original samples; then psnr_db is infinite.
     background: a value that is kept apart, exactly, as a mask (None: there is none).
     bricks: samples along each axis that a file has coded together, and slicing reads alone (None: no volume in
         DCT blocks).
@@ -51,6 +53,7 @@ class Info:
     error_bound: float
     measured: bool
     psnr_db: float
+    exact: bool
     max_error: float
     background: Optional[float]
     background_samples: int
@@ -138,6 +141,7 @@ class Volume(Algebra):
             rank=i.rank, transform=_TRANSFORMS[i.transform], block=i.block, terms=i.coefficients, rho=i.rho,
             step=i.step, resident_bytes=i.resident_bytes, value_min=i.value_min, value_max=i.value_max,
             max_abs=i.max_abs, error_bound=i.l2_error, measured=bool(i.measured), psnr_db=i.psnr_db,
+            exact=i.psnr_db == math.inf,
             max_error=i.max_error, background=i.background if i.background_samples else None,
             background_samples=i.background_samples, bricks=(i.brick[2], i.brick[1], i.brick[0]) if i.brick[0] else None,
         )  # fmt: skip

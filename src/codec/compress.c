@@ -169,11 +169,12 @@ static int search_weight(cvol_compression *c, double step, double over)
 
 static int search_psnr(cvol_compression *c)
 {
-    const double least = c->trial.hasty ? c->value - CVOL_PSNR_HASTY_LESS : c->value;
     double step;
     int code = prepare(c, &step);
     const int smallest = c->trial.shape->small;
-    const double aim = smallest ? SMALLEST_PSNR_AIM : CVOL_PSNR_AIM;
+    const double aim = c->trial.hasty ? CVOL_PSNR_HASTY_AIM
+                       : smallest     ? SMALLEST_PSNR_AIM
+                                      : CVOL_PSNR_AIM;
     const double most = c->value + (c->trial.hasty ? CVOL_PSNR_HASTY_MORE
                                     : smallest     ? SMALLEST_PSNR_ACCEPTED
                                                    : CVOL_PSNR_ACCEPTED);
@@ -187,11 +188,11 @@ static int search_psnr(cvol_compression *c)
             return code;
         const double psnr = c->trial.array->psnr_db, over = psnr - c->value - aim;
         c->reached = fmax(c->reached, psnr);
-        if (psnr >= least && step > c->best_step) {
+        if (psnr >= c->value && step > c->best_step) {
             c->best_step = step;
             best = psnr;
         }
-        if (psnr >= least && psnr < most)
+        if (psnr >= c->value && psnr < most)
             break;
         cvol_search_tell(&search, step, -(over > 30 ? 30 : over) / CVOL_DB_PER_E);
         if (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
@@ -259,8 +260,9 @@ static int run_ratio(cvol_compression *c, int *met)
         code = settle(c, c->best_step);
     if (!code && c->best_step > 0 && may_be_lossless(c))
         code = try_lossless(c, c->value);
-    *met = is_met(c) || (ratio_of(c) >= c->value && c->best_step > c->least_step * 1.000001 &&
-                         c->trial.array->max_error > 0);
+    const int is_exact = !(c->trial.array->max_error > 0);
+    *met = is_met(c) ||
+           (ratio_of(c) >= c->value && (is_exact || c->best_step > c->least_step * 1.000001));
     return code;
 }
 
@@ -283,8 +285,7 @@ static int run(cvol_compression *c, int *met)
     *met = 1;
     if (!(c->trial.shape->ledger.value_max > c->trial.shape->ledger.value_min)) { /* constant */
         int code = settle(c, 1);
-        *met = c->target != CVOL_TARGET_RATIO ||
-               (ratio_of(c) >= c->value && ratio_of(c) <= c->value * CVOL_RATIO_MOST);
+        *met = c->target != CVOL_TARGET_RATIO || ratio_of(c) >= c->value;
         return code;
     }
     cvol_compression_limits(c);

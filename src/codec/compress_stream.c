@@ -169,14 +169,14 @@ static int write_file(cvol_compression *c, attempt *a, const file_start *start)
 }
 
 static void fill_report(cvol_compress_report *report, const cvol_compression *c,
-                        const cvol_array *found, int met)
+                        const cvol_array *found, int kept, int met)
 {
     *report = (cvol_compress_report){.ratio = (double)c->raw_bytes / (double)c->file_bytes,
                                      .psnr_db = found->psnr_db,
                                      .max_error = found->max_error,
                                      .file_bytes = c->file_bytes,
                                      .lossless = found->max_error <= 0,
-                                     .target_met = met,
+                                     .target_met = met || (kept && found->max_error <= 0),
                                      .trials = c->trial.count,
                                      .coefficients = found->coefficients};
 }
@@ -297,7 +297,7 @@ static int run(cvol_compression *c, const char *path, cvol_output *within, const
     if (!code)
         code = write_file(c, &now, &start);
     if (!code && report)
-        fill_report(report, c, now.found, good);
+        fill_report(report, c, now.found, kept, good);
     attempt_drop(&now);
     free(start.tables);
     return code;

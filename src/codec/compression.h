@@ -16,10 +16,9 @@
 #define CVOL_RATIO_MOST 1.02
 #define CVOL_PSNR_AIM 0.03
 #define CVOL_PSNR_ACCEPTED 0.08
-/* In haste a PSNR may be a little less, too. */
-#define CVOL_PSNR_HASTY_AIM 0.1
-#define CVOL_PSNR_HASTY_LESS 0.1
-#define CVOL_PSNR_HASTY_MORE 0.4
+/* In haste the first trial is to be within these. */
+#define CVOL_PSNR_HASTY_AIM 0.2
+#define CVOL_PSNR_HASTY_MORE 0.5
 #define CVOL_DB_PER_E (20 / 2.302585092994046)
 
 typedef struct cvol_compression {

@@ -412,6 +412,8 @@ int cvol_errors_take(cvol_context *context, cvol_header *header, cvol_cursor *co
                      const char *name)
 {
     header->psnr_db = cvol_cursor_f64(content);
+    if (header->psnr_db >= CVOL_PSNR_EXACT)
+        header->psnr_db = (double)INFINITY;
     header->max_error = cvol_cursor_f64(content);
     header->ledger.l2_error = cvol_cursor_f64(content);
     header->ledger.max_abs = cvol_cursor_f64(content);

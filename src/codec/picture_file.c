@@ -165,6 +165,8 @@ static const char *take_numbers(cvol_picture *picture, plane_record *records, cv
         sound &= picture->background[c] >= 0 && picture->background[c] <= 1;
     }
     picture->psnr_db = cvol_cursor_f64(content);
+    if (picture->psnr_db >= CVOL_PSNR_EXACT)
+        picture->psnr_db = (double)INFINITY;
     sound &= !isnan(picture->psnr_db) && picture->psnr_db > -1e300;
     for (int c = 0; c < picture->plane_count; c++) {
         plane_record *record = &records[c];

@@ -12,6 +12,9 @@
 #include "base/bytes.h"
 #include "cvol/base.h"
 
+/* A PSNR of so many dB or more says that nothing is lost, as an infinite one does. */
+#define CVOL_PSNR_EXACT 999.0
+
 enum { CVOL_SECTION_HEADER_BYTES = 24, CVOL_SECTION_REQUIRED = 1 };
 
 /* In the order in which they stand in a file. The four shells follow each other. PICT, BAKE and

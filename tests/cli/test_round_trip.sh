@@ -33,7 +33,7 @@ for type in ${CVOL_FEWER:-$types}; do
         # Beside a file that describes itself, the options speak of the raw one.
         expect_done cvol compare a.$format raw.raw --dims $odd --type $type --json
         expect_equal "$(value_of max_abs_error)" 0.0
-        expect_equal "$(value_of psnr_db)" 999.0
+        expect_field psnr_db null
         # And back: what is decoded is compressed without loss where it was before.
         [ $error != 0 ] || expect_done cvol compress a.$format b.cvol --max-error 0
         [ $error != 0 ] || expect_done cvol compare a.cvol b.cvol
@@ -69,7 +69,7 @@ raw="--dims $dims --type $type"
 # After compress --json into a.cvol: $ratio $psnr $max_error $lossless, and the checks.
 check_figures() {
     for key in dims:array type:string file_bytes:integer ratio:number bits_per_voxel:number \
-        psnr_db:number max_error:number lossless:boolean target_met:boolean block:integer \
+        psnr_db:decibels max_error:number lossless:boolean target_met:boolean block:integer \
         step:number coefficients:integer rho:number; do
         expect_field "${key%:*}" "${key#*:}"
     done
@@ -142,6 +142,24 @@ expect_done cvol compress flat.raw a.cvol $raw --ratio 2
 grep -q 'lossless before ratio 2 is reached' "$out" || fail 'must say that it is lossless'
 expect_done cvol compress flat.raw a.cvol $raw --bpv 8
 grep -q 'lossless before 8 bits a voxel are reached' "$out" || fail 'must say that it is lossless'
+# Which meets the target, and is called exact wherever a file's error is told.
+expect_done cvol compress flat.raw a.cvol $raw --ratio 2 --json
+expect_equal "$(value_of target_met) $(value_of exact)" 'true true'
+expect_field psnr_db null
+expect_done cvol info a.cvol --json
+expect_equal "$(value_of exact)" true
+expect_field psnr_db null
+expect_done cvol info a.cvol
+grep -q '^  psnr_db  *exact$' "$out" || fail 'must call it exact'
+expect_done cvol compare flat.raw a.cvol $raw --json
+expect_equal "$(value_of exact)" true
+expect_field psnr_db null
+expect_done cvol compare flat.raw a.cvol $raw
+grep -q '^exact, ' "$out" || fail 'must call them exact'
+expect_done cvol compress flat.raw a.cvol $raw --lossless
+grep -q ', exact' "$out" || fail 'must call it exact'
+expect_done cvol compress in.raw a.cvol $raw --psnr 50 --json
+expect_equal "$(value_of exact)" false
 # And less than the coarsest there is cannot be had: that is said, too.
 expect_done cvol compress in.raw a.cvol $raw --bpv 0.0001
 grep -q '(0.0001 bits a voxel are out of reach' "$out" || fail 'must say that it is out of reach'

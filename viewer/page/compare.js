@@ -92,7 +92,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
   function showFigures({ server }) {
     if (server.psnr_db === undefined) return;
     const parts = [
-      `PSNR of the pictures ${decibels(server.psnr_db)}`,
+      server.exact ? "the pictures are the same" : `PSNR of the pictures ${decibels(server.psnr_db)}`,
       server.psnr_foreground_db !== undefined && `foreground ${decibels(server.psnr_foreground_db)}`,
       server.ssim !== undefined && `SSIM ${server.ssim.toFixed(4)}`,
     ];
@@ -122,7 +122,7 @@ export function mount(panel, { store, api, volumes, stage, view3d }) {
       volume.name,
       `1/${volume.ratio.toPrecision(3)}`,
       bytesText(volume.compressed_bytes),
-      volume.psnr_db !== null && `PSNR ${volume.measured ? "" : "≥ "}${volume.psnr_db.toFixed(1)} dB`,
+      volume.exact ? "exact" : volume.psnr_db !== null && `PSNR ${volume.measured ? "" : "≥ "}${volume.psnr_db.toFixed(1)} dB`,
     ];
     if (mode === "side" || !volume) {
       label.textContent = facts ? facts.filter(Boolean).join(" · ") : "";

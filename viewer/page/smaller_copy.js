@@ -90,8 +90,8 @@ export function createSmallerCopy({ api, volumes, viewer, chosen }) {
     const parts = [
       `1/${volume.ratio.toPrecision(3)}`,
       bytesText(volume.compressed_bytes),
-      volume.psnr_db !== null ? `PSNR ${volume.measured ? "" : "at least "}${volume.psnr_db.toFixed(1)} dB` : null,
-      volume.max_error !== null ? `largest error ${Number(volume.max_error.toPrecision(3))}` : null,
+      volume.exact ? "exact" : volume.psnr_db !== null ? `PSNR ${volume.measured ? "" : "at least "}${volume.psnr_db.toFixed(1)} dB` : null,
+      volume.max_error !== null && !volume.exact ? `largest error ${Number(volume.max_error.toPrecision(3))}` : null,
     ];
     const short = volume.ratio < 0.95 * asked ? " It does not get smaller than that." : "";
     status.say(`${parts.filter(Boolean).join(" · ")}.${short}`);

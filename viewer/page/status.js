@@ -26,14 +26,14 @@ export function mountStatus(footer) {
       kind.textContent = volume?.path ?? "";
       return;
     }
-    const { raw_bytes, compressed_bytes, ratio, psnr_db, max_error, measured, dims, spacing, unit, type } = volume;
+    const { raw_bytes, compressed_bytes, ratio, psnr_db, exact, max_error, measured, dims, spacing, unit, type } = volume;
     size.replaceChildren(
       make("b", {}, bytesText(compressed_bytes)),
       ` of ${bytesText(raw_bytes)}, 1/${Number(ratio.toPrecision(3))}`,
     );
     size.title = `Compressed: ${compressed_bytes} bytes; the samples: ${raw_bytes} bytes`;
     if (psnr_db !== null) error.replaceChildren(measured ? "PSNR " : "PSNR at least ", make("b", {}, `${psnr_db.toFixed(1)} dB`));
-    else error.replaceChildren(max_error === 0 ? "without loss" : "error not known");
+    else error.replaceChildren(exact ? "exact" : "error not known");
     if (volume.whole_level) error.replaceChildren(make("b", {}, "ends early"), `: level ${volume.whole_level} is whole`);
     error.title = max_error === null ? "" : `Largest error of a sample: ${max_error}`;
     kind.textContent =
