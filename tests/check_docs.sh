@@ -1,9 +1,13 @@
 #!/bin/sh
-# Runs what the documents show, block by block: commands (```sh), C programs (```c, compiled against the
-# public headers) and Python (```python), and the demo, in an empty folder that has the samples, folders of
-# slices, and what the blocks before have made. The demo sees all of the scan; for the rest it is as large, but
-# empty above its lowest 80 slices, which takes less time. Python of the two READMEs is run by the tests of the
-# package.
+# Runs what the documents show, block by block: commands (```sh), C programs (```c, compiled against the public
+# headers) and Python (```python), in an empty folder that has the samples, folders of slices, stand-ins for the
+# readers' own files, and what the blocks before have made. Then it runs the demo. Python of the two READMEs is run
+# by the tests of the package.
+#
+# A block of output (```text) is compared, number by number (check_figures.py), with what the last command before it
+# prints of the whole scan. For the rest, but the demo, the scan is as large, but empty above its lowest 80 slices,
+# which takes less time. Other measured figures of README.md, guide.md and pictures.md must stand in a section that
+# names the program in bench/ that measures them.
 # usage: tests/check_docs.sh SOURCE_FOLDER CVOL LIBRARY_SO COMPILER [DOCUMENT...]
 set -eu
 source=$(cd "$1" && pwd)
@@ -24,7 +28,7 @@ export HDF5_PLUGIN_PATH
 
 shift 4
 if [ $# -eq 0 ]; then
-    set -- README.md doc/guide.md doc/recipes.md doc/method.md doc/reference/main.md
+    set -- README.md doc/guide.md doc/pictures.md doc/recipes.md doc/method.md doc/reference/main.md
     if [ -d "$HDF5_PLUGIN_PATH" ] && command -v h5repack >/dev/null && "$python" -c 'import h5py' 2>/dev/null; then
         set -- "$@" doc/hdf5.md
     else
@@ -45,6 +49,12 @@ slice=$((301 * 370))
 } | gzip -1 >empty.nii.gz
 mv samples/ch2better.nii.gz all.nii.gz
 mv empty.nii.gz samples/ch2better.nii.gz
+"$python" "$source/tests/make_standins.py"
+for name in head tooth; do cvol compress $name.nrrd $name.cvol >output; done
+ln -s "$source/bench" bench
+for document in README.md doc/guide.md doc/pictures.md; do
+    "$python" "$source/tests/check_figures.py" prose "$source/$document"
+done
 folders=yes # of slices, for which Python's packages are needed
 "$python" "$source/tests/make_formats.py" folders || folders=
 
@@ -80,15 +90,37 @@ run_commands() { # FILE
     done <"$1"
 }
 
+# What a command prints of the whole scan, in a folder that has brain.cvol and what such commands have made.
+expect_output() { # FILE COMMAND
+    if [ ! -d whole ]; then
+        mkdir -p whole/samples
+        ln -s ../../all.nii.gz whole/samples/ch2better.nii.gz
+        (cd whole && cvol compress samples/ch2better.nii.gz brain.cvol >/dev/null)
+    fi
+    echo "+ of the whole scan: $2"
+    (cd whole && sh -c "$2") >printed 2>/dev/null || {
+        echo "$document: '$2' fails on the whole scan" >&2
+        exit 1
+    }
+    "$python" "$source/tests/check_figures.py" output "$1" printed || {
+        echo "$document: put what is printed into the block behind '$2', rounded as you like" >&2
+        exit 1
+    }
+}
+
 for document in $documents; do
     rm -f blocks/*
-    awk '/^```(sh|c|python)$/ { on = 1; name = sprintf("blocks/%03d.%s", ++n, substr($0, 4)); next }
+    awk '/^```(sh|c|python|text)$/ { on = 1; name = sprintf("blocks/%03d.%s", ++n, substr($0, 4)); next }
          /^```$/ { on = 0 } on { print > name }' "$source/$document"
     set -- blocks/*
     [ -s "$1" ] || { echo "$document shows nothing" >&2; exit 1; }
     for block in "$@"; do
         case $block in
-        *.sh) run_commands "$block" ;;
+        *.sh)
+            run_commands "$block"
+            last=$(tail -1 "$block")
+            ;;
+        *.text) expect_output "$block" "$last" ;;
         *.py*)
             [ "$document" != README.md ] || continue
             echo "+ python: $(grep -v '^$' "$block" | head -1)"

@@ -66,7 +66,7 @@ def check_prose(paths):
         with open(path, encoding="utf-8") as file:
             text = file.read()
         for section in re.split(r"(?m)^(?=#+ )", text):
-            if "bench/" in section:
+            if re.search(r"bench/\w+\.(py|sh|c)\b", section):
                 continue
             shown = " ".join(re.findall(r"(?ms)^```text\n(.*?)^```", section))
             prose = re.sub(r"(?ms)^```.*?^```|`[^`]*`|^ {4,}.*?$", " ", section)

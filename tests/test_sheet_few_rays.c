@@ -163,6 +163,7 @@ static void test_pictures(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(67, 50, 59);
+    cvol_context_set_threads(context, 1); /* many small pictures */
     cvol_array *array = support_compress(context, &volume, 16, 60);
     expect_pictures(array, "blocks", LEAST_DB);
     cvol_array_free(array);
