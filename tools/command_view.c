@@ -153,6 +153,17 @@ static void begin_again_passively(int argc, char **argv)
     free(program);
 }
 
+/* Of many volumes the viewer shows one: the first, unless one is chosen. Says which, once a file.
+ */
+static int say_choice(cvol_context *context, const char *path, const cvol_read_options *read)
+{
+    common_options common = {.read = *read};
+    cvol_file_part part = {.time = 0};
+    return cvol_file_kind_of(path) == CVOL_FILE_SERIES
+               ? choose_volume(context, &common, path, &part)
+               : EXIT_DONE;
+}
+
 /* What can be told of a file before it is read: that it is none that a reader knows. */
 static int check_file(cvol_context *context, const char *path, const cvol_read_options *read)
 {
@@ -160,7 +171,7 @@ static int check_file(cvol_context *context, const char *path, const cvol_read_o
     if (access(path, R_OK) && !strchr(path, ':'))
         return complain(EXIT_FAILED, "%s: %s", path, strerror(errno));
     if (cvol_file_is_cvol(path))
-        return EXIT_DONE;
+        return say_choice(context, path, read);
     const int code = cvol_volume_stream_open(context, &stream, path, read);
     cvol_volume_stream_close(stream);
     if (code)

@@ -75,3 +75,16 @@ expect_status 0 cvol render red.tif -o one.png --size 40 --channel 1
 expect_status 0 cvol render red.tif -o seen.pfm --size 100 --view front --mode mip --window 55,110
 run colours see seen.pfm 255 70 70
 [ $status -eq 0 ] || fail "one window for all: $(cat "$out")"
+
+# ---- the viewer shows one channel, and says so ----------------------------------------------
+
+cvol view red.cvol --no-browser >address 2>said &
+viewer=$!
+for _ in 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20; do
+    if [ -s address ] || ! kill -0 $viewer 2>/dev/null; then break; fi
+    sleep 0.25
+done
+kill $viewer 2>/dev/null || :
+wait $viewer || :
+grep -q 'has no viewer' said || grep -q 'red.cvol: this is channel 0 of 3; --channel chooses another' said ||
+    fail "the viewer must say which channel it shows: $(cat said)"
