@@ -61,10 +61,10 @@ def crc32c(data):
     return crc ^ 0xFFFFFFFF
 
 
-ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "MODE", "BRKS", "TRUE", "SMAL", "RNGE", "TABL", "INDX", "MASK", "SHL0",
+ORDER = ["HEAD", "GEOM", "ATTR", "ERRS", "MODE", "BRKS", "TRUE", "SMAL", "SUMM", "RNGE", "TABL", "INDX", "MASK", "SHL0",
          "SHL1", "SHL2", "SHL3", "CORR", "TERM", "SPEC", "PICT", "BAKE", "PLNS",
          "ENDS"]
-OPTIONAL = {"ATTR", "RNGE"}
+OPTIONAL = {"ATTR", "SUMM", "RNGE"}
 SHELLS = ["SHL0", "SHL1", "SHL2", "SHL3"]
 
 
@@ -1118,6 +1118,58 @@ def crop(header, samples):
     return samples[:nz, :ny, :nx]
 
 
+# ---- 22. SUMM ------------------------------------------------------------------------------------
+
+def read_summary(content):
+    """The levels of all bins: what a decoder of samples does with SUMM is to see that it holds."""
+    def leb128(at):
+        number, shift = 0, 0
+        while True:
+            need(at < len(content) and shift < 64, "SUMM: a number")
+            number |= (content[at] & 127) << shift
+            shift += 7
+            at += 1
+            if content[at - 1] < 128:
+                return number, at
+
+    need(len(content) >= 2 and not content[0] & 8 and content[0] >> 4 <= 4, "SUMM: flags")
+    distinct, at = leb128(1)
+    need(distinct <= 256, "SUMM: distinct")
+    if content[0] & 2:
+        need(len(content) >= at + 16, "SUMM: its range")
+        lo, hi = struct.unpack_from("<2d", content, at)
+        need(math.isfinite(lo) and math.isfinite(hi) and lo <= hi, "SUMM: its range")
+        at += 16
+    if content[0] & 4:
+        need(len(content) >= at + 8 and math.isfinite(struct.unpack_from("<d", content, at)[0]), "SUMM: its mark")
+        count, at = leb128(at + 8)
+        need(count > 0, "SUMM: its mark")
+    decoder = RangeDecoder(content[at:])
+
+    def contexts(*shape):
+        return [contexts(*shape[1:]) for _ in range(shape[0])] if shape else [2 ** 15, 2 ** 15]
+
+    empty, change, sign, more = contexts(3), contexts(3), contexts(2), contexts(3, 12)
+    levels, last, lately, down = [1, 1], 0, 16, 0
+    for _ in range(2 ** (4 + (content[0] >> 4))):
+        if decoder.bit(empty[(levels[-1] == 0) + (levels[-2] == 0)]):
+            levels.append(0)
+            continue
+        c, m = (lately >= 8) + (lately >= 24), 0
+        if decoder.bit(change[c]):
+            down, m = decoder.bit(sign[down]), 1
+            while m < 253 and decoder.bit(more[c][min(m, 12) - 1]):
+                m += 1
+            lately += int((8 * m - lately) / 4)
+        else:
+            lately -= lately // 4
+        last += -m if down else m
+        need(1 <= last <= 253, "SUMM: a level")
+        levels.append(last)
+    need(decoder.at - 7 <= len(content) - at, "SUMM is too short")
+    return levels[2:]
+
+
 # ---- 12. MODE ------------------------------------------------------------------------------------
 
 BOUNDED, EXACT, PACKED = 1, 2, 3
@@ -1435,6 +1487,8 @@ def read_volume(header, sections, shells):
             for s, tag in enumerate(SHELLS[:shells])]
     others = {tag: cut_bricks(*sections[tag], lengths[4 + s], sums[4 + s], run, tag)
               for s, tag in enumerate(streams) if tag in sections}
+    if "SUMM" in sections:
+        read_summary(sections["SUMM"][0])
     if "RNGE" in sections:
         check_ranges(header, sections["RNGE"][0])
     blocks = header.blocks()

@@ -44,6 +44,7 @@ int cvol_h5z_read_options(cvol_compress_options *options, const unsigned *words,
                           char *message, size_t room)
 {
     *options = cvol_compress_options_defaults();
+    options->no_histogram = 1; /* nobody draws a chunk by itself */
     options->background = CVOL_BACKGROUND_FIND;
     if (count == 0)
         return 1;

@@ -119,7 +119,7 @@ static void flags_are_looked_at(void **state)
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_OK);
     for (int i = 0; i < layout.section_count; i++) {
         const cvol_file_section *section = &layout.sections[i];
-        if (!strcmp(section->tag, "ATTR")) {
+        if (!strcmp(section->tag, "ATTR") || !strcmp(section->tag, "SUMM")) {
             assert_int_equal(section->flags, 0);
             flag(data, section, 0x80000000);
             assert_int_equal(container_read_code(data, size), CVOL_OK);
@@ -163,11 +163,11 @@ static void longer_records_are_read(void **state)
 {
     (void)state;
     cvol_array *array = container_small_array(), *back;
-    const int order[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9};
+    const int order[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10};
     for (size_t more = 1; more < 60; more += 17) {
         size_t size;
         uint8_t *data = container_file_of(array, &size);
-        uint8_t *longer = arrange(data, &size, order, 10, more);
+        uint8_t *longer = arrange(data, &size, order, 11, more);
         cvol_file_layout layout;
         assert_int_equal(cvol_layout_verify(context, &layout, longer, size, "f"), CVOL_OK);
         assert_int_equal(cvol_container_read(context, &back, longer, size, "f"), CVOL_OK);
@@ -180,25 +180,29 @@ static void longer_records_are_read(void **state)
     cvol_array_free(array);
 }
 
-/* HEAD GEOM ERRS TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS */
+/* HEAD GEOM ERRS SUMM TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS */
 static void other_orders_are_refused(void **state)
 {
     (void)state;
     static const struct {
-        int order[11], count;
+        int order[12], count;
         const char *sentence;
     } cases[] = {
-        {{0, 2, 3, 4, 5, 6, 7, 8, 9}, 9, "section ERRS at byte 124 stands where GEOM must be"},
-        {{1, 0, 2, 3, 4, 5, 6, 7, 8, 9}, 10, "section GEOM at byte 12 stands where HEAD or "},
-        {{0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 11, "stands where GEOM must be"},
-        {{0, 1, 3, 4, 5, 6, 7, 8, 9}, 9, "section TABL at byte 304 stands where ATTR or ERRS must"},
-        {{0, 1, 2, 4, 5, 6, 7, 8, 9},
+        {{0, 2, 3, 4, 5, 6, 7, 8, 9, 10}, 10, "section ERRS at byte 124 stands where GEOM must be"},
+        {{1, 0, 2, 3, 4, 5, 6, 7, 8, 9, 10}, 11, "section GEOM at byte 12 stands where HEAD or "},
+        {{0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, 12, "stands where GEOM must be"},
+        {{0, 1, 3, 4, 5, 6, 7, 8, 9, 10},
+         10,
+         "section SUMM at byte 304 stands where ATTR or ERRS must"},
+        {{0, 1, 2, 3, 5, 6, 7, 8, 9, 10}, 10, "stands where RNGE or TABL must be"},
+        {{0, 1, 2, 5, 6, 7, 8, 9, 10},
          9,
-         "stands where MODE or BRKS or TRUE or SMAL or RNGE or TABL or TERM or SPEC must be"},
-        {{0, 1, 2, 3, 4, 5, 7, 6, 8, 9}, 10, "section SHL2 at byte "},
-        {{0, 1, 2, 3, 4, 5, 6, 7, 9}, 9, "stands where SHL3 must be"},
-        {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9}, 11, "24 bytes follow the end"},
-        {{0, 1, 2, 3, 4, 5, 6, 7, 8}, 9, "truncated: of section CORR or ENDS at byte "},
+         "stands where MODE or BRKS or TRUE or SMAL or SUMM or RNGE or TABL or TERM or SPEC must "
+         "be"},
+        {{0, 1, 2, 3, 4, 5, 6, 8, 7, 9, 10}, 11, "section SHL2 at byte "},
+        {{0, 1, 2, 3, 4, 5, 6, 7, 8, 10}, 10, "stands where SHL3 must be"},
+        {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 10}, 12, "24 bytes follow the end"},
+        {{0, 1, 2, 3, 4, 5, 6, 7, 8, 9}, 10, "truncated: of section CORR or ENDS at byte "},
         {{0}, 0, " at byte 12 0 of 24 bytes of its header are there"},
     };
     cvol_array *array = container_small_array();
@@ -225,7 +229,7 @@ static void expect_index_lie(const uint8_t *file, size_t size, size_t at, uint8_
     assert_non_null(data);
     memcpy(data, file, size);
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_OK);
-    const cvol_file_section *index = &layout.sections[4];
+    const cvol_file_section *index = &layout.sections[5];
     assert_string_equal(index->tag, "INDX");
     data[index->offset + 24 + at] = value;
     put_u32(data + index->offset + 16,

@@ -93,7 +93,7 @@ static void whole_files_are_whole(void **state)
         cvol_transform transform;
         int block;
         const char *tags;
-    } cases[] = {{CVOL_DCT, 8, "HEAD GEOM ERRS TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS "},
+    } cases[] = {{CVOL_DCT, 8, "HEAD GEOM ERRS SUMM TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS "},
                  {CVOL_DHT, 16, "HEAD GEOM ERRS TERM ENDS "},
                  {CVOL_DFT, 8, "HEAD GEOM ERRS TERM ENDS "},
                  {CVOL_DFT, 0, "HEAD GEOM ERRS SPEC ENDS "}};
@@ -194,7 +194,7 @@ static void what_follows_the_end_is_seen(void **state)
     assert_int_equal(cvol_layout_verify(context, &layout, data, size + 3, "f"), CVOL_ERROR_CORRUPT);
     snprintf(wanted, sizeof wanted, "f: 3 bytes follow the end, at byte %zu", size);
     assert_string_equal(cvol_context_message(context), wanted);
-    assert_int_equal(layout.section_count, 10);
+    assert_int_equal(layout.section_count, 11);
     free(data);
 }
 
@@ -206,23 +206,23 @@ static void damage_is_followed(void **state)
     cvol_file_layout layout, whole;
     assert_int_equal(cvol_layout_walk(context, &whole, data, size, "f"), CVOL_OK);
     /* The index is damaged: then nobody knows where runs end, but the rest is looked at. */
-    data[whole.sections[4].offset + 24] ^= 1;
+    data[whole.sections[5].offset + 24] ^= 1;
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
     assert_non_null(strstr(cvol_context_message(context), "f: section INDX at byte "));
-    assert_int_equal(layout.section_count, 10);
+    assert_int_equal(layout.section_count, 11);
     assert_int_equal(layout.level, -1);
-    assert_int_equal(layout.sections[3].state, CVOL_SECTION_SOUND);
-    assert_int_equal(layout.sections[4].state, CVOL_SECTION_DAMAGED);
-    for (int i = 5; i < 9; i++)
+    assert_int_equal(layout.sections[4].state, CVOL_SECTION_SOUND);
+    assert_int_equal(layout.sections[5].state, CVOL_SECTION_DAMAGED);
+    for (int i = 6; i < 10; i++)
         assert_int_equal(layout.sections[i].state, CVOL_SECTION_UNCHECKED);
-    assert_int_equal(layout.sections[9].state, CVOL_SECTION_SOUND);
-    data[whole.sections[4].offset + 24] ^= 1;
+    assert_int_equal(layout.sections[10].state, CVOL_SECTION_SOUND);
+    data[whole.sections[5].offset + 24] ^= 1;
     /* The last run: it is named, and what is sound before it. */
     data[size - 25] ^= 1;
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
     assert_non_null(strstr(cvol_context_message(context), "f: section SHL3 at byte "));
     assert_non_null(strstr(cvol_context_message(context), ": run 0 of 1, "));
-    assert_int_equal(layout.sections[8].state, CVOL_SECTION_DAMAGED);
+    assert_int_equal(layout.sections[9].state, CVOL_SECTION_DAMAGED);
     assert_int_equal(layout.level, 1);
     free(data);
     assert_string_equal(cvol_section_state_name(CVOL_SECTION_TRUNCATED), "truncated");
@@ -246,7 +246,7 @@ static void lies_are_told_with_their_place(void **state)
     }
     /* Nobody knows then how many bricks there are. */
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_OK);
-    assert_int_equal(layout.sections[5].state, CVOL_SECTION_UNCHECKED);
+    assert_int_equal(layout.sections[6].state, CVOL_SECTION_UNCHECKED);
     assert_int_equal(cvol_layout_verify(context, &layout, data, size, "f"), CVOL_ERROR_CORRUPT);
     assert_string_equal(cvol_context_message(context), "f: section HEAD: rank is 9, must be 1, 2 "
                                                        "or 3 (section HEAD is at byte 12)");

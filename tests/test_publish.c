@@ -215,6 +215,46 @@ static cvol_histogram ct_histogram(double slope, double offset)
     return h;
 }
 
+/* The guess for samples of a box of 32^3. */
+static cvol_hounsfield guess_of(const uint16_t *samples, cvol_grid *grid)
+{
+    double rescale[2];
+    cvol_histogram h;
+    const cvol_volume volume = {*grid, (void *)samples};
+    assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
+    return cvol_hounsfield_guess(rescale, &h, grid);
+}
+
+/* Labels, identifiers and other integers are not Hounsfield units, whatever values they have. */
+static void test_labels_are_no_hounsfield_units(void **state)
+{
+    enum { COUNT = 32 * 32 * 32 };
+    (void)state;
+    cvol_grid grid = cvol_grid_make(32, 32, 32, CVOL_UINT16);
+    uint16_t *samples = malloc(COUNT * sizeof *samples);
+    random_state r = {1};
+    assert_non_null(samples);
+    for (int i = 0; i < COUNT; i++) /* a parcellation: 1000 and more left, 2000 and more right */
+        samples[i] = i % 3 ? 0 : (uint16_t)(1000 * (1 + (i / 3) % 2) + (i / 1024) * 3 % 36);
+    assert_int_equal(guess_of(samples, &grid), CVOL_HOUNSFIELD_NO);
+    for (int i = 0; i < COUNT; i++) /* 101 labels from 1000 to 3000 in nothing */
+        samples[i] = i % 2 ? 0 : (uint16_t)(1000 + 20 * ((i / 8) % 101));
+    assert_int_equal(guess_of(samples, &grid), CVOL_HOUNSFIELD_NO);
+    for (int i = 0; i < COUNT; i++) /* identifiers */
+        samples[i] = (uint16_t)random_below(&r, 3001);
+    assert_int_equal(guess_of(samples, &grid), CVOL_HOUNSFIELD_NO);
+    for (int i = 0; i < COUNT; i++) /* a magnetic resonance image */
+        samples[i] = (uint16_t)(i % 2 ? random_below(&r, 60)
+                                      : (i % 4 ? 550 : 1050) + random_below(&r, 200));
+    assert_int_equal(guess_of(samples, &grid), CVOL_HOUNSFIELD_NO);
+    for (int i = 0; i < COUNT; i++) /* a body: air, fat and muscle, some bone */
+        samples[i] = (uint16_t)(i % 2    ? random_below(&r, 50)
+                                : i % 20 ? 930 + random_below(&r, 180)
+                                         : 1300 + random_below(&r, 900));
+    assert_int_equal(guess_of(samples, &grid), CVOL_HOUNSFIELD_SHIFTED);
+    free(samples);
+}
+
 static void test_hounsfield(void **state)
 {
     (void)state;
@@ -238,6 +278,11 @@ static void test_hounsfield(void **state)
         h.bins[i] = 10;
     assert_int_equal(cvol_hounsfield_guess(rescale, &h, &grid), CVOL_HOUNSFIELD_NO);
     h.max = 65535; /* 16 bits of a microscope */
+    assert_int_equal(cvol_hounsfield_guess(rescale, &h, &grid), CVOL_HOUNSFIELD_NO);
+    h.min = -32768; /* amplitudes around zero */
+    h.max = 32767;
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        h.bins[i] = (uint64_t)(1e6 * exp(-0.5 * pow((i - 127.5) / 30, 2)));
     assert_int_equal(cvol_hounsfield_guess(rescale, &h, &grid), CVOL_HOUNSFIELD_NO);
 
     static const char *const names[] = {"ct-bone", "ct-skin", "ct-lung", "ct-vessels"};
@@ -274,6 +319,8 @@ int main(void)
                                         context_teardown),
         cmocka_unit_test_setup_teardown(test_adjusted, context_setup, context_teardown),
         cmocka_unit_test_setup_teardown(test_hounsfield, context_setup, context_teardown),
+        cmocka_unit_test_setup_teardown(test_labels_are_no_hounsfield_units, context_setup,
+                                        context_teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

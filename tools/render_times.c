@@ -71,6 +71,11 @@ static int fit_channel(cvol_context *context, cvol_histogram *out, const scene *
     for (int k = 0; k < count && !status; k++) {
         out->min = k ? fmin(out->min, each[k].min) : each[k].min;
         out->max = k ? fmax(out->max, each[k].max) : each[k].max;
+        out->integers = each[k].integers && (k == 0 || out->integers);
+        out->distinct = k == 0 ? each[k].distinct
+                        : each[k].distinct > 0 && out->distinct > 0
+                            ? (int)fmax(out->distinct, each[k].distinct)
+                            : 0;
     }
     for (int k = 0; k < count && !status; k++)
         add_histogram(out, &each[k]);

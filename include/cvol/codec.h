@@ -46,6 +46,8 @@ typedef struct cvol_compress_options {
                      blocks of 16, not with fast, lossless or max_error */
     int fast;     /* in haste: less than half the time, 3 to 9 % more bits; a PSNR
                      may be 0.5 dB above what was asked */
+    int no_histogram; /* the file does not carry how the samples are distributed, which takes
+                         40 to 200 bytes: for volumes that are not drawn by themselves */
     int brick[3]; /* samples along x, y, z that are coded together, and read alone where a
                      part of the file is asked for: 16, 32, 48 or 64, multiples of the
                      block. 0, 0, 0: 64, 64, 64, and less for planes of files of 2 MB and more

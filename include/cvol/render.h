@@ -46,7 +46,10 @@ CVOL_API cvol_transfer_point cvol_transfer_get(const cvol_transfer *transfer, si
 
 /* How the samples of a volume are distributed: `bins` equal intervals of min..max. A value that
  * lies a thousand times as far from all others as these are apart stands for no value: it is not
- * counted, and min and max are those of the others. */
+ * counted, and min and max are those of the others; nor are NaN and infinity counted. Counts are
+ * rounded to quarters of octaves, and volumes of less than 2^20, 2^17, 2^14, 2^11 samples have 128,
+ * 64, 32, 16 different counts: each is that of 2, 4, 8, 16 bins. So the histogram of the samples is
+ * the one that their .cvol file carries, of a few bytes. */
 #define CVOL_HISTOGRAM_BINS 256
 typedef struct cvol_histogram {
     double min, max;
@@ -54,9 +57,13 @@ typedef struct cvol_histogram {
     double chord; /* the mean length of a ray through the volume, in mean spacings; 0: unknown */
     double mark;  /* the value that stands for none, if there is one */
     uint64_t mark_count; /* how many samples have it */
+    int integers;        /* 1: all samples are integers */
+    int distinct; /* how many different values the samples have; 0: more than 256, or unknown */
 } cvol_histogram;
-/* Of an array: from a regular subset of its blocks (at most 1,024 of them), decoded.
- * Of a volume: from a regular subset of its samples (at most 4 million).
+/* Of an array: that of the samples it was compressed from, at any ratio and of any level or part of
+ * a file. An array without (a result of operations, a file of an early version): from a regular
+ * subset of its blocks (at most 1,024 of them), decoded.
+ * Of a volume: from all samples.
  * Errors: UNSUPPORTED (an array that is not of rank 3 in DCT blocks), ARGUMENT, MEMORY. */
 CVOL_API int cvol_array_histogram(cvol_context *context, cvol_histogram *out,
                                   const cvol_array *array);
@@ -94,7 +101,9 @@ typedef enum cvol_hounsfield {
     CVOL_HOUNSFIELD_SHIFTED = 2
 } cvol_hounsfield;
 /* Whether a volume's values look like Hounsfield units: by the grid's scale and offset, or by these
- * after 1024 is taken away, as some files leave it out (then air is near 0). Sets rescale. */
+ * after 1024 is taken away, as some files leave it out (then air is near 0). The latter is claimed
+ * only of integers with more than 256 different values that are distributed as those of a body are:
+ * labels are not. Sets rescale. */
 CVOL_API cvol_hounsfield cvol_hounsfield_guess(double rescale[2], const cvol_histogram *histogram,
                                                const cvol_grid *grid);
 

@@ -104,6 +104,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("no_lap", "i", ()),
         ("smallest", "i", ()),
         ("fast", "i", ()),
+        ("no_histogram", "i", ()),
         ("brick", "i", (3,)),
     ],
     "cvol_compress_report": [
@@ -208,6 +209,8 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("chord", "d", ()),
         ("mark", "d", ()),
         ("mark_count", "u", ()),
+        ("integers", "i", ()),
+        ("distinct", "i", ()),
     ],
     "cvol_camera": [
         ("azimuth_deg", "d", ()),

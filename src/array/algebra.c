@@ -91,6 +91,7 @@ static int scale(cvol_context *context, cvol_array **out, double alpha, const cv
     code = start(context, &array, a, &ledger, &like, operation);
     if (code)
         return code;
+    array->summary = cvol_summary_scale(&a->summary, alpha, beta);
     code = a->block ? cvol_blocks_scale(context, array, &result, alpha, a, beta)
                     : cvol_whole_scale(context, array, &result, alpha, a, beta);
     return finish(context, out, array, &result, operation, code);
@@ -133,6 +134,7 @@ int cvol_array_truncate(cvol_context *context, cvol_array **out, const cvol_arra
     int code = start(context, &array, a, &a->ledger, keep, "truncate");
     if (code)
         return code;
+    array->summary = a->summary;
     code = a->block ? cvol_blocks_truncate(context, array, &result, a, keep)
                     : cvol_whole_truncate(context, array, &result, a, keep);
     if (low_box_grew(array, a))

@@ -17,6 +17,7 @@
 #include "array/ledger.h"
 #include "array/mask.h"
 #include "array/spectrum.h"
+#include "array/summary.h"
 #include "cvol/algebra.h"
 #include "cvol/array.h"
 
@@ -54,6 +55,7 @@ struct cvol_array {
     void (*free_coded)(void *coded);
     char *attributes; /* JSON text, or NULL: of the volume it was read with */
     double offset;    /* added to every sample; whole arrays: 0 */
+    cvol_summary summary; /* volumes: how the original samples are distributed */
     /* Volumes only: samples without a value, which evaluate to their fills; both may be NULL. */
     cvol_mask *mask;
     cvol_corrections *corrections;

@@ -46,6 +46,8 @@ int cvol_array_compress(cvol_context *context, cvol_array **out, const void *sam
     code = cvol_keep_check(context, keep, array);
     if (!code)
         code = survey(context, &array->ledger, samples, grid);
+    if (!code && cvol_array_is_volume(array))
+        code = cvol_summarise_samples(context, &array->summary, samples, grid, NULL);
     if (!code)
         code = block ? cvol_blocks_compress(context, array, &result, samples, keep)
                      : cvol_whole_compress(context, array, &result, samples, keep);

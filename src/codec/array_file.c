@@ -152,6 +152,9 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
     cvol_array plain;
     if (!code)
         code = choose_coding(context, &array, &plain);
+    cvol_summary summary = array->summary;
+    if (!code && is_volume && summary.state == CVOL_SUMMARY_NONE) /* of what operations gave */
+        code = cvol_summarise_array(context, &summary, array);
     if (code)
         return code;
     const size_t bricks = is_volume ? cvol_brick_count(array) : 0, run = array->brick.run;
@@ -160,6 +163,7 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
     if (code)
         return code;
     cvol_header header = cvol_header_of(array);
+    header.summary = summary;
     cvol_file_front front = {.header = &header, .attributes = array->attributes};
     if (is_volume) {
         const cvol_coded *coded = cvol_coded_of(array);

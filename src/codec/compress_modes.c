@@ -29,7 +29,8 @@ typedef struct modes {
     const void *samples;
     void *filled; /* NULL: as samples */
     cvol_mask *mask;
-    double bound; /* of every sample; negative: none */
+    cvol_summary summary; /* with a mask: of the samples that have a value */
+    double bound;         /* of every sample; negative: none */
     cvol_trial trial;
 } modes;
 
@@ -70,6 +71,21 @@ static int make_mask(modes *m)
     return code || !fills.count
                ? code
                : cvol_mask_make(m->context, &m->mask, &m->filled, m->samples, m->grid, &fills);
+}
+
+/* With a mask, trials are told of filled samples: the file's summary is of those with a value. */
+static int summarise(modes *m)
+{
+    if (!m->mask || m->options->no_histogram)
+        return CVOL_OK;
+    return cvol_summarise_samples(m->context, &m->summary, m->samples, m->grid,
+                                  cvol_mask_fills(m->mask));
+}
+
+static void set_summary(const modes *m, cvol_array *array)
+{
+    if (m->summary.state == CVOL_SUMMARY_KNOWN)
+        array->summary = m->summary;
 }
 
 /* ---- the volume ------------------------------------------------------------------------- */
@@ -212,6 +228,8 @@ static int run_bound(modes *m, int *same)
     int code = cvol_trial_start(m->context, &m->trial, samples, m->grid, m->options);
     if (!code)
         cvol_trial_set_options(&m->trial, m->options);
+    if (!code)
+        set_summary(m, m->trial.shape);
     if (!code && !(m->trial.shape->ledger.value_max > m->trial.shape->ledger.value_min))
         step = 1;
     else if (!code)
@@ -292,6 +310,7 @@ static int run_filled(modes *m, cvol_array **out, cvol_compress_report *report)
         if (code || !m->mask)
             return code;
         (*out)->mask = m->mask;
+        set_summary(m, *out);
         code = cvol_measure_stored(m->context, *out, m->samples, &same);
         if (!code)
             code = fill_report(m, report, *out, same);
@@ -331,6 +350,8 @@ int cvol_compress_modes(cvol_context *context, cvol_array **out, cvol_compress_r
     if (cvol_type_is_integer(grid->type) && m->bound > 0 && m->bound < 1)
         m->bound = 0;
     code = make_mask(m);
+    if (!code)
+        code = summarise(m);
     if (!code && m->bound < 0) {
         code = run_filled(m, out, report);
     } else if (!code) {

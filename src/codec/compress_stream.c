@@ -105,6 +105,29 @@ static int attempt_size(cvol_compression *c, const attempt *a, const file_start 
     return cvol_file_writer_bytes(c->context, a->writer, &front, &c->file_bytes);
 }
 
+/* What is done with a layer's samples once they are encoded. */
+typedef struct layer_work {
+    cvol_layer_measure *measure;
+    cvol_trial *trial;
+} layer_work;
+
+static int after_layers(cvol_context *context, void *user, const cvol_slab *slab, size_t layer,
+                        size_t end)
+{
+    const layer_work *work = user;
+    const cvol_array *shape = work->trial->shape;
+    const size_t *dims = shape->grid.dims, side = shape->brick.side[2];
+    const size_t sheet_bytes = dims[0] * dims[1] * cvol_type_size(shape->grid.type);
+    const size_t from = layer * side, to = end * side < dims[2] ? end * side : dims[2];
+    int code = CVOL_OK;
+    if (work->trial->tally)
+        code = cvol_tally_add(context, work->trial->tally,
+                              (const uint8_t *)slab->samples +
+                                  (from - slab->first_sheet) * sheet_bytes,
+                              (to - from) * dims[0] * dims[1]);
+    return code ? code : cvol_layer_measure_after(context, work->measure, slab, layer, end);
+}
+
 static int attempt_run(cvol_compression *c, attempt *a, const char *path, double step,
                        const file_start *start)
 {
@@ -123,9 +146,11 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
         code = cvol_layer_measure_make(c->context, &measure, shape, step, trial->tables, &sink);
     if (!code) {
         const cvol_brick_sink through = cvol_layer_measure_sink(measure);
-        code = cvol_trial_pass(c->context, trial, step, &through, cvol_layer_measure_after,
-                               measure);
+        layer_work work = {measure, trial};
+        code = cvol_trial_pass(c->context, trial, step, &through, after_layers, &work);
     }
+    if (!code && trial->tally)
+        cvol_trial_end_tally(trial);
     if (!code) {
         cvol_array *found = a->found;
         found->ends = shape->ends;
@@ -135,6 +160,7 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
         found->dependent = shape->dependent;
         found->small = shape->small;
         found->brick = shape->brick;
+        found->summary = shape->summary;
         found->ledger.value_min = shape->ledger.value_min;
         found->ledger.value_max = shape->ledger.value_max;
         cvol_layer_measure_tell(measure, found, a->shell_norm);

@@ -16,6 +16,7 @@
 #include "codec/ranges.h"
 #include "codec/series.h"
 #include "codec/shells.h"
+#include "codec/summary_section.h"
 #include "codec/terms.h"
 
 /* A byte with the high bit (7-bit lines), the name, CR LF (translations), ^Z (TYPE), LF. */
@@ -147,7 +148,7 @@ static int check_box(const reading *r)
     return CVOL_OK;
 }
 
-/* HEAD, GEOM, ERRS and, if they are there, MODE, BRKS and TRUE. */
+/* HEAD, GEOM, ERRS and, if they are there, MODE, BRKS, TRUE, SMAL and SUMM. */
 static int read_header(reading *r)
 {
     typedef struct record {
@@ -160,7 +161,8 @@ static int read_header(reading *r)
     static const record others[] = {{CVOL_MODE, cvol_modes_take},
                                     {CVOL_BRKS, cvol_bricks_take},
                                     {CVOL_TRUE, cvol_ends_take},
-                                    {CVOL_SMAL, cvol_small_take}};
+                                    {CVOL_SMAL, cvol_small_take},
+                                    {CVOL_SUMM, cvol_summary_take}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         int code = need(r, parts[i].kind);
         cvol_cursor content = cvol_section_cursor(&r->sections[parts[i].kind]);
@@ -221,6 +223,7 @@ static int make_array(reading *r)
     array->measured = (int)header->measured;
     array->psnr_db = header->psnr_db;
     array->max_error = header->max_error;
+    array->summary = header->summary;
     return read_attributes(r);
 }
 

@@ -29,7 +29,8 @@ cvol_header cvol_header_of(const cvol_array *array)
                           .psnr_db = array->psnr_db,
                           .max_error = array->max_error,
                           .threshold = array->threshold,
-                          .measured = (uint32_t)array->measured};
+                          .measured = (uint32_t)array->measured,
+                          .summary = array->summary};
     if (!array->block)
         header.coefficients = array->whole.low_count + array->whole.sparse_count;
     if (cvol_array_is_volume(array))

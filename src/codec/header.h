@@ -23,6 +23,7 @@ typedef struct cvol_header {
     double psnr_db, max_error, threshold;
     double shell_norm[CVOL_SHELLS]; /* volumes: L2 norms of the coefficients of each shell */
     uint32_t measured;
+    cvol_summary summary; /* SUMM, of volumes; state NONE without */
     /* MODE, of volumes that have corrections or a mask */
     cvol_brick_shape brick; /* volumes; of HEAD that of files without BRKS */
     cvol_corrected_kind corrections;

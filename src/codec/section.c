@@ -27,13 +27,17 @@ static const struct section_row {
                    "DCTs of true length where the volume ends"},
     [CVOL_SMAL] = {"SMAL", BIT(CVOL_ERRS) | BIT(CVOL_MODE) | BIT(CVOL_BRKS) | BIT(CVOL_TRUE), 0,
                    "coefficients are coded smallest, by networks"},
-    [CVOL_RNGE] = {"RNGE",
+    [CVOL_SUMM] = {"SUMM",
                    BIT(CVOL_ERRS) | BIT(CVOL_MODE) | BIT(CVOL_BRKS) | BIT(CVOL_TRUE) |
                        BIT(CVOL_SMAL),
+                   1, "how the original samples are distributed"},
+    [CVOL_RNGE] = {"RNGE",
+                   BIT(CVOL_ERRS) | BIT(CVOL_MODE) | BIT(CVOL_BRKS) | BIT(CVOL_TRUE) |
+                       BIT(CVOL_SMAL) | BIT(CVOL_SUMM),
                    1, "bounds of the decoded samples, for skipping"},
     [CVOL_TABL] = {"TABL",
                    BIT(CVOL_ERRS) | BIT(CVOL_MODE) | BIT(CVOL_BRKS) | BIT(CVOL_TRUE) |
-                       BIT(CVOL_SMAL) | BIT(CVOL_RNGE),
+                       BIT(CVOL_SMAL) | BIT(CVOL_SUMM) | BIT(CVOL_RNGE),
                    0, "the coder's probabilities"},
     [CVOL_INDX] = {"INDX", BIT(CVOL_TABL), 0, "length of each brick, checksums of runs of them"},
     [CVOL_MASK] = {"MASK", BIT(CVOL_INDX), 0, "which samples have no value, brick by brick"},
@@ -103,13 +107,13 @@ static cvol_section_kind kind_of(const uint8_t *tag)
 }
 
 /* The tags that may come next: "ATTR or ERRS". */
-static void list_followers(char out[64], cvol_section_kind last)
+static void list_followers(char out[96], cvol_section_kind last)
 {
     int used = 0;
     out[0] = '\0';
     for (int kind = 0; kind < CVOL_SECTION_KINDS; kind++)
         if (rows[kind].after & BIT(last))
-            used += snprintf(out + used, (size_t)(64 - used), "%s%s", used ? " or " : "",
+            used += snprintf(out + used, (size_t)(96 - used), "%s%s", used ? " or " : "",
                              rows[kind].tag);
 }
 
@@ -144,7 +148,7 @@ static int check_header(cvol_context *context, const cvol_section *section,
     int code = check_flags(context, section, name);
     if (!code && section->kind != CVOL_SECTION_UNKNOWN &&
         !(rows[section->kind].after & BIT(walk->last))) {
-        char wanted[64];
+        char wanted[96];
         list_followers(wanted, walk->last);
         code = cvol_fail(context, CVOL_ERROR_CORRUPT,
                          "%s: section %s at byte %llu stands where %s must be", name, section->tag,
@@ -160,7 +164,7 @@ int cvol_section_next(cvol_context *context, cvol_section *section, cvol_section
     *section = (cvol_section){.kind = CVOL_SECTION_UNKNOWN, .offset = at};
     const uint8_t *header = cvol_cursor_take(&walk->file, CVOL_SECTION_HEADER_BYTES);
     if (!header) {
-        char wanted[64];
+        char wanted[96];
         list_followers(wanted, walk->last);
         walk->cut = 1;
         return cvol_fail(context, CVOL_ERROR_CORRUPT,

@@ -28,6 +28,7 @@ typedef enum cvol_section_kind {
     CVOL_BRKS,
     CVOL_TRUE,
     CVOL_SMAL,
+    CVOL_SUMM,
     CVOL_RNGE,
     CVOL_TABL,
     CVOL_INDX,

@@ -64,6 +64,7 @@ static int make_like(cvol_context *context, cvol_array **out, const cvol_array *
     array->brick = from->brick;
     array->threshold = from->threshold;
     array->ledger = from->ledger;
+    array->summary = from->summary;
     return from->attributes ? cvol_array_keep_attributes(context, array, from->attributes,
                                                          strlen(from->attributes))
                             : CVOL_OK;
@@ -440,7 +441,7 @@ static int check(cvol_context *context, transcoding *t, const cvol_compress_opti
 int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                          const cvol_array *array, const cvol_compress_options *options)
 {
-    cvol_array from = *array; /* but for its bricks */
+    cvol_array from = *array; /* but for its bricks and its summary */
     transcoding t = {.context = context, .from = &from};
     int met = 0;
     *out = NULL;
@@ -449,6 +450,10 @@ int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_
         code = cvol_brick_sides_check(context, options->brick, array->block);
     if (!code && options->brick[0])
         from.brick = cvol_brick_shape_make(options->brick);
+    if (!code && options->no_histogram)
+        from.summary.state = CVOL_SUMMARY_LEFT_OUT;
+    else if (!code && from.summary.state != CVOL_SUMMARY_LEFT_OUT)
+        code = cvol_summarise_array(context, &from.summary, array);
     if (code)
         return code;
     t.tables = cvol_token_tables_create();

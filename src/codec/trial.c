@@ -13,6 +13,7 @@
 #include "codec/cell_ends.h"
 #include "codec/mask_make.h"
 #include "codec/mask_section.h"
+#include "codec/summary_section.h"
 #include "codec/survey.h"
 #include "transform/lap.h"
 
@@ -42,7 +43,8 @@ static uint64_t front_estimate(const cvol_array *shape, size_t table_bytes)
 {
     const size_t run = shape->brick.run;
     const uint64_t a_brick = 2 * CVOL_SHELLS + (run > 1 ? 4 * CVOL_SHELLS / run : 2 * CVOL_SHELLS);
-    return 640 + a_brick * (uint64_t)cvol_brick_count(shape) + table_bytes;
+    return 640 + a_brick * (uint64_t)cvol_brick_count(shape) + table_bytes +
+           cvol_summary_section_bytes(&shape->summary, &shape->ledger);
 }
 
 static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid *grid,
@@ -64,7 +66,6 @@ static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid 
     trial->counts = cvol_allocate_zero(1, sizeof *trial->counts);
     if (!trial->tables || !trial->counts)
         return cvol_fail_memory(context, sizeof *trial->tables, "the coder's tables");
-    trial->front_bytes = front_estimate(trial->shape, 0);
     return CVOL_OK;
 }
 
@@ -85,6 +86,19 @@ static int take_range(cvol_context *context, cvol_array *shape, double least, do
     return CVOL_OK;
 }
 
+/* How the samples are distributed, for the file. */
+static int summarise(cvol_context *context, cvol_trial *trial, const cvol_compress_options *options)
+{
+    cvol_array *shape = trial->shape;
+    int code = CVOL_OK;
+    if (options->no_histogram)
+        shape->summary.state = CVOL_SUMMARY_LEFT_OUT;
+    else
+        code = cvol_summarise_samples(context, &shape->summary, trial->truth, &shape->grid, NULL);
+    trial->front_bytes = front_estimate(shape, 0);
+    return code;
+}
+
 int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *samples,
                      const cvol_grid *grid, const cvol_compress_options *options)
 {
@@ -93,7 +107,9 @@ int cvol_trial_start(cvol_context *context, cvol_trial *trial, const void *sampl
     int code = make_shape(context, trial, grid, options);
     if (!code)
         code = cvol_survey_samples(context, &least, &most, samples, grid);
-    return code ? code : take_range(context, trial->shape, least, most);
+    if (!code)
+        code = take_range(context, trial->shape, least, most);
+    return code ? code : summarise(context, trial, options);
 }
 
 /* What a mask needs in a file: streams, their lengths and checksums. */
@@ -130,6 +146,8 @@ static int start_masked(cvol_context *context, cvol_trial *trial, const void *sa
     }
     trial->truth = samples;
     trial->shape->mask = mask;
+    if (!code) /* of all samples, instead of the filled ones */
+        code = summarise(context, trial, options);
     const cvol_ledger *ledger = &trial->shape->ledger;
     if (!code)
         code = take_range(context, trial->shape, fmin(ledger->value_min, value),
@@ -169,6 +187,8 @@ int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
     double least = INFINITY, most = -INFINITY;
     *trial = (cvol_trial){.source = *source};
     int code = make_shape(context, trial, grid, options);
+    if (!code && !options->no_histogram)
+        code = cvol_tally_create(context, &trial->tally, grid, NULL);
     for (size_t first = 0; first < grid->dims[2] && !code; first += CVOL_BRICK_SIDE) {
         const size_t left = grid->dims[2] - first;
         cvol_grid part = *grid;
@@ -178,6 +198,8 @@ int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
         code = source->fetch(context, source->user, &slab, first, part.dims[2]);
         if (!code)
             code = cvol_survey_sheets(context, &from, &to, slab.samples, &part, first);
+        if (!code && trial->tally)
+            code = cvol_tally_add(context, trial->tally, slab.samples, cvol_grid_samples(&part));
         if (!code)
             code = cvol_report_progress(context, "looking through the samples",
                                         (double)first / (double)grid->dims[2]);
@@ -186,7 +208,21 @@ int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
             most = fmax(most, to);
         }
     }
-    return code ? code : take_range(context, trial->shape, least, most);
+    if (!code)
+        code = take_range(context, trial->shape, least, most);
+    if (!code && !trial->tally)
+        trial->shape->summary.state = CVOL_SUMMARY_LEFT_OUT;
+    else if (!code && !cvol_tally_again(trial->tally))
+        cvol_trial_end_tally(trial);
+    trial->front_bytes = code ? 0 : front_estimate(trial->shape, 0);
+    return code;
+}
+
+void cvol_trial_end_tally(cvol_trial *trial)
+{
+    cvol_tally_finish(trial->tally, &trial->shape->summary);
+    cvol_tally_free(trial->tally);
+    trial->tally = NULL;
 }
 
 void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *options)
@@ -230,6 +266,7 @@ void cvol_trial_free(cvol_trial *trial)
     drop(trial, &trial->kept);
     cvol_array_free(trial->shape);
     free(trial->filled);
+    cvol_tally_free(trial->tally);
     cvol_coded_free(trial->coded);
     cvol_sampler_free(trial->sampler);
     cvol_cell_sample_free(trial->cells);
@@ -287,6 +324,7 @@ static int make_array(cvol_context *context, cvol_array **out, const cvol_trial 
     (*out)->dependent = shape->dependent;
     (*out)->small = shape->small;
     (*out)->brick = shape->brick;
+    (*out)->summary = shape->summary;
     (*out)->mask = cvol_mask_is_background(shape->mask) ? shape->mask : NULL;
     (*out)->ledger.value_min = shape->ledger.value_min;
     (*out)->ledger.value_max = shape->ledger.value_max;

@@ -46,6 +46,7 @@ typedef struct cvol_trial {
     cvol_array *array;  /* of the last cvol_trial_decode */
     double error_share; /* of coefficients' squared error that samples have */
     uint64_t inside;    /* samples of the last trial within the volume */
+    cvol_tally *tally;  /* of samples that are read and must be counted in one more pass, or NULL */
     int count;          /* encodings so far */
 } cvol_trial;
 
@@ -61,6 +62,8 @@ int cvol_trial_start_with_background(cvol_context *context, cvol_trial *trial, c
 int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
                             const cvol_slab_source *source, const cvol_grid *grid,
                             const cvol_compress_options *options);
+/* All samples were counted: the shape's summary becomes known. */
+void cvol_trial_end_tally(cvol_trial *trial);
 /* How options say that it is to be coded; before the first trial. */
 void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *options);
 void cvol_trial_free(cvol_trial *trial);

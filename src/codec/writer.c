@@ -11,6 +11,7 @@
 #include "codec/brick_shape.h"
 #include "codec/container.h"
 #include "codec/section.h"
+#include "codec/summary_section.h"
 
 struct cvol_file_writer {
     cvol_output *output; /* NULL: only counting */
@@ -160,6 +161,8 @@ static void put_start(cvol_bytes *out, const cvol_file_front *front)
         put_record(out, CVOL_TRUE, front->header, cvol_ends_put);
     if (front->header->small)
         put_record(out, CVOL_SMAL, front->header, cvol_small_put);
+    if (front->header->summary.state == CVOL_SUMMARY_KNOWN)
+        put_record(out, CVOL_SUMM, front->header, cvol_summary_put);
 }
 
 /* TABL and INDX. */

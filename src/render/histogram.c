@@ -1,20 +1,15 @@
-/* Counting samples.
+/* Histograms of arrays and of volumes, both from a summary of the samples (array/summary.h).
  *
- * A value that lies a thousand times as far from all others as these are apart, 1e35, say, where
- * others are between -1 and 1, is a mark that stands for no value. It is noticed by a histogram
- * that has nothing but its two ends; then the range is that of the others, and they are counted
- * again.
+ * A summary may have fewer bins than a histogram. Each of its counts is then the count of every
+ * histogram bin within its interval: only shares matter to what is fitted to a histogram.
  *
  * Mean length of chords of a convex body: 4 V / S (Cauchy).
  */
-#include "render/histogram.h"
+#include "array/array.h"
+#include "base/context.h"
+#include "cvol/render.h"
 
-#include <math.h>
-#include <string.h>
-
-#define MARK_FAR 1000
-
-double cvol_histogram_chord(const cvol_grid *grid)
+static double chord_of(const cvol_grid *grid)
 {
     double inverse = 0, mean = 0;
     for (int a = 0; a < 3; a++) {
@@ -24,60 +19,39 @@ double cvol_histogram_chord(const cvol_grid *grid)
     return 2 / inverse / mean;
 }
 
-static void count(void *user, double value)
+static void expand(cvol_histogram *out, const cvol_summary *summary, const cvol_grid *grid)
 {
-    cvol_histogram *histogram = user;
-    if (!(value >= histogram->min && value <= histogram->max) && histogram->mark_count)
-        return;
-    /* Halves, since max - min may overflow. */
-    double span = histogram->max / 2 - histogram->min / 2;
-    double place = span > 0 ? (value / 2 - histogram->min / 2) / span * CVOL_HISTOGRAM_BINS : 0;
-    size_t bin = place > 0 ? (size_t)place : 0;
-    histogram->bins[bin < CVOL_HISTOGRAM_BINS ? bin : CVOL_HISTOGRAM_BINS - 1]++;
+    const int each = CVOL_HISTOGRAM_BINS >> summary->bins_log2;
+    *out = (cvol_histogram){.min = summary->min,
+                            .max = summary->max,
+                            .chord = chord_of(grid),
+                            .mark = summary->mark,
+                            .mark_count = summary->mark_count,
+                            .integers = summary->integers,
+                            .distinct = (int)summary->distinct};
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        out->bins[i] = cvol_summary_count(summary->levels[i / each]);
 }
 
-/* The two ends of a range, each with the samples that are nearer to it. */
-typedef struct ends {
-    double middle, min[2], max[2];
-} ends;
-
-static void widen(void *user, double value)
+int cvol_array_histogram(cvol_context *context, cvol_histogram *out, const cvol_array *array)
 {
-    ends *e = user;
-    const int k = value > e->middle;
-    e->min[k] = fmin(e->min[k], value);
-    e->max[k] = fmax(e->max[k], value);
+    cvol_summary summary;
+    int code = cvol_array_need_volume(context, array, "a histogram");
+    if (!code)
+        code = cvol_summarise_array(context, &summary, array);
+    if (!code)
+        expand(out, &summary, &array->grid);
+    return code;
 }
 
-/* Whether one end is a mark; sets the range of the others. */
-static int find_mark(cvol_histogram *out, const ends *e)
+int cvol_volume_histogram(cvol_context *context, cvol_histogram *out, const cvol_volume *volume)
 {
-    const double gap = e->min[1] / 2 - e->max[0] / 2;
-    for (int k = 0; k < 2; k++) {
-        const double spread = e->max[1 - k] - e->min[1 - k];
-        if (e->max[k] > e->min[k] || !(spread > 0) || !(gap > MARK_FAR * (spread / 2)))
-            continue;
-        out->mark = e->min[k];
-        out->mark_count = out->bins[k ? CVOL_HISTOGRAM_BINS - 1 : 0];
-        out->min = e->min[1 - k];
-        out->max = e->max[1 - k];
-        return 1;
-    }
-    return 0;
-}
-
-void cvol_histogram_count(cvol_histogram *out, const cvol_sample_source *source)
-{
-    source->each(source, count, out);
-    if (!out->bins[0] || !out->bins[CVOL_HISTOGRAM_BINS - 1])
-        return;
-    for (int i = 1; i < CVOL_HISTOGRAM_BINS - 1; i++)
-        if (out->bins[i])
-            return;
-    ends e = {out->min / 2 + out->max / 2, {INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
-    source->each(source, widen, &e);
-    if (!find_mark(out, &e))
-        return;
-    memset(out->bins, 0, sizeof out->bins);
-    source->each(source, count, out);
+    cvol_summary summary;
+    *out = (cvol_histogram){0};
+    int code = cvol_grid_check(context, &volume->grid, "volume");
+    if (!code)
+        code = cvol_summarise_samples(context, &summary, volume->data, &volume->grid, NULL);
+    if (!code)
+        expand(out, &summary, &volume->grid);
+    return code;
 }

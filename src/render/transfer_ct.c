@@ -12,6 +12,7 @@
 #include "cvol/render.h"
 
 #define POINTS_MAX 8
+#define OUTSIDE_MOST 0.05 /* of the samples: values that no body has */
 
 static const struct preset {
     const char *name;
@@ -110,15 +111,33 @@ static double share_within(const cvol_histogram *histogram, const double rescale
     return all > 0 ? inside / all : 0;
 }
 
-/* Reaches from air to bone or at least to soft matter, no further than scanners do, and has some of
- * either; nothing lies much below air but padding. */
+/* The values reach from air to bone or at least to soft matter, no further than scanners do, and
+ * there is some soft matter. Little lies beyond bone, and nothing below air but padding, which is
+ * one value. */
 static int looks_like(const cvol_histogram *histogram, const double rescale[2])
 {
     const double a = rescale[0] * histogram->min + rescale[1];
     const double b = rescale[0] * histogram->max + rescale[1];
     const double least = fmin(a, b), most = fmax(a, b);
+    const double padding = (most - least) / CVOL_HISTOGRAM_BINS;
     return least <= -900 && least >= -32768 && most >= 150 && most <= 32767 &&
-           share_within(histogram, rescale, -200, 300) >= 0.02;
+           share_within(histogram, rescale, -200, 300) >= 0.02 &&
+           share_within(histogram, rescale, least + padding, -1200) < OUTSIDE_MOST &&
+           share_within(histogram, rescale, 4000, INFINITY) < OUTSIDE_MOST;
+}
+
+/* Whether values that a file does not call Hounsfield units are such, and 1024: many integers, of
+ * which much is air; soft matter is common among the rest, and what lies between it and air is
+ * rare. Labels and most other integers are not so. */
+static int looks_shifted(const cvol_histogram *histogram, const double shifted[2],
+                         const cvol_grid *grid)
+{
+    const double matter = share_within(histogram, shifted, -850, INFINITY);
+    const double soft = share_within(histogram, shifted, -200, 300);
+    return (histogram->integers || cvol_type_is_integer(grid->type)) && !histogram->distinct &&
+           looks_like(histogram, shifted) &&
+           share_within(histogram, shifted, -1100, -900) >= 0.02 && soft >= 0.25 * matter &&
+           share_within(histogram, shifted, -700, -300) <= 0.5 * soft;
 }
 
 cvol_hounsfield cvol_hounsfield_guess(double rescale[2], const cvol_histogram *histogram,
@@ -129,7 +148,7 @@ cvol_hounsfield cvol_hounsfield_guess(double rescale[2], const cvol_histogram *h
     if (looks_like(histogram, rescale))
         return CVOL_HOUNSFIELD_YES;
     const double shifted[2] = {rescale[0], rescale[1] - 1024};
-    if (!looks_like(histogram, shifted) || share_within(histogram, shifted, -1100, -900) < 0.02)
+    if (!looks_shifted(histogram, shifted, grid))
         return CVOL_HOUNSFIELD_NO;
     rescale[1] -= 1024;
     return CVOL_HOUNSFIELD_SHIFTED;

@@ -24,7 +24,7 @@ offset_of() {
 
 # Around the ends of the signature, the version, and each section's header and content; and in steps.
 ends='8 12'
-for tag in HEAD GEOM ERRS TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS; do
+for tag in HEAD GEOM ERRS SUMM TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS; do
     at=$(offset_of $tag)
     expect_number "$at" '>=' 12
     ends="$ends $at $((at + 24))"
@@ -106,7 +106,7 @@ for at in 8 9 10 11; do
 done
 
 # What a section's checksum does not cover is what its header says: a length beyond the file.
-for tag in HEAD GEOM ERRS TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS; do
+for tag in HEAD GEOM ERRS SUMM TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS; do
     for length in 1 -1 2147483648 4611686018427387904; do
         cp good.cvol bad.cvol
         poke bad.cvol $(($(offset_of $tag) + 8)) i64 $length

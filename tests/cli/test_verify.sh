@@ -12,7 +12,7 @@ size=$(wc -c <good.cvol)
 # ---- verify ---------------------------------------------------------------------------------
 
 expect_done cvol verify good.cvol
-expect_equal "$(cat "$out")" "good.cvol: whole, 11 sections, $size bytes"
+expect_equal "$(cat "$out")" "good.cvol: whole, 12 sections, $size bytes"
 expect_done cvol verify good.cvol whole.cvol cells.cvol
 expect_equal "$(wc -l <"$out")" 3
 grep -q '^whole.cvol: whole, 5 sections, ' "$out" || fail 'must tell of each file'
@@ -20,7 +20,7 @@ expect_done cvol verify good.cvol whole.cvol --json
 expect_equal "$(value_of whole boolean)" true
 expect_equal "$(value_of damaged_files)" 0
 expect_equal "$(value_of files.1.file)" whole.cvol
-expect_equal "$(value_of files.0.sections)" 11
+expect_equal "$(value_of files.0.sections)" 12
 expect_equal "$(value_of files.0.file_bytes)" "$size"
 expect_equal "$(value_of files.0.damage)" null
 
@@ -63,9 +63,9 @@ expect_failure 2 '0 of 1 arguments given; usage: cvol verify' cvol verify
 # ---- info --layout --------------------------------------------------------------------------
 
 expect_done cvol info good.cvol --layout
-expect_equal "$(wc -l <"$out")" 13
-expect_equal "$(awk 'NR > 2 { printf "%s ", $1 }' "$out")" 'HEAD GEOM ERRS TRUE TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS '
-expect_equal "$(awk 'NR > 2 { printf "%s ", $4 }' "$out")" 'sound sound sound sound sound sound sound sound sound sound sound '
+expect_equal "$(wc -l <"$out")" 14
+expect_equal "$(awk 'NR > 2 { printf "%s ", $1 }' "$out")" 'HEAD GEOM ERRS TRUE SUMM TABL INDX SHL0 SHL1 SHL2 SHL3 ENDS '
+expect_equal "$(awk 'NR > 2 { printf "%s ", $4 }' "$out")" 'sound sound sound sound sound sound sound sound sound sound sound sound '
 expect_equal "$(awk 'NR == 3 { print $2, $3 }' "$out")" '12 88'
 expect_done cvol info whole.cvol --layout
 expect_equal "$(awk 'NR > 2 { printf "%s ", $1 }' "$out")" 'HEAD GEOM ERRS SPEC ENDS '
@@ -73,25 +73,25 @@ expect_done cvol info good.cvol --layout --json
 expect_equal "$(value_of version)" 1
 expect_equal "$(value_of level)" 0
 expect_equal "$(value_of file_bytes)" "$size"
-expect_equal "$(value_of sections.10.tag)" ENDS
-expect_equal "$(value_of sections.10.checksum)" sound
-expect_field sections.10.content string
-expect_field sections.10.required boolean
-expect_equal $(($(value_of sections.10.offset) + 24 + $(value_of sections.10.length))) "$size"
+expect_equal "$(value_of sections.11.tag)" ENDS
+expect_equal "$(value_of sections.11.checksum)" sound
+expect_field sections.11.content string
+expect_field sections.11.required boolean
+expect_equal $(($(value_of sections.11.offset) + 24 + $(value_of sections.11.length))) "$size"
 
 # Of a damaged file: what is there, and what is wrong.
 cp good.cvol bad.cvol
-poke bad.cvol $(($(value_of sections.5.offset) + 25)) xor 4
+poke bad.cvol $(($(value_of sections.6.offset) + 25)) xor 4
 expect_status 1 cvol info bad.cvol --layout
 expect_sentence 'bad.cvol: section INDX at byte '
-expect_equal "$(awk 'NR > 2 { printf "%s ", $4 }' "$out")" 'sound sound sound sound sound damaged not not not not sound '
+expect_equal "$(awk 'NR > 2 { printf "%s ", $4 }' "$out")" 'sound sound sound sound sound sound damaged not not not not sound '
 expect_status 1 cvol info bad.cvol --layout --json
-expect_equal "$(value_of sections.5.checksum)" damaged
-expect_equal "$(value_of sections.6.checksum)" 'not checked'
+expect_equal "$(value_of sections.6.checksum)" damaged
+expect_equal "$(value_of sections.7.checksum)" 'not checked'
 expect_equal "$(value_of level)" null
 head -c $((size - 30)) good.cvol >bad.cvol
 expect_status 1 cvol info bad.cvol --layout
 expect_sentence 'bad.cvol: truncated: section SHL3 at byte '
-expect_equal "$(awk 'NR == 12 { print $1, $4 }' "$out")" 'SHL3 truncated'
+expect_equal "$(awk 'NR == 13 { print $1, $4 }' "$out")" 'SHL3 truncated'
 expect_failure 1 'in.raw: is not a .cvol file' cvol info in.raw --layout
 expect_failure 2 '--layout is for .cvol files' cvol info in.raw $raw --layout
