@@ -177,7 +177,7 @@ typedef struct input {
     cvol_array *array;
     cvol_volume *volume;
     uint64_t file_bytes;
-    int level, cut; /* cvol_file_report */
+    int level, cut, residual_missing; /* cvol_file_report */
     int has_fill;   /* need_array: samples that are `fill` have no value */
     double fill;
 } input;

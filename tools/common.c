@@ -177,6 +177,7 @@ int open_input(cvol_context *context, input *in, const char *path, common_option
         in->file_bytes = report.file_bytes;
         in->level = report.level;
         in->cut = report.cut;
+        in->residual_missing = report.residual_missing;
         return EXIT_DONE;
     }
     in->file_bytes = file_size(path);

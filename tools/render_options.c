@@ -522,8 +522,14 @@ int open_scene(cvol_context *context, scene *s, render_arguments *arguments, con
     arguments->common.level = given;
     if (!status && s->in.cut) {
         clear_progress();
-        fprintf(stderr, "cvol: %s: ends early; drawn at level %d, which is whole\n", path,
-                s->in.level);
+        if (s->in.residual_missing)
+            fprintf(stderr,
+                    "cvol: %s: ends early; drawn without the corrections that make its samples "
+                    "exact or keep their bound\n",
+                    path);
+        else
+            fprintf(stderr, "cvol: %s: ends early; drawn at level %d, which is whole\n", path,
+                    s->in.level);
     }
     const int level = s->in.level > enough ? s->in.level : arguments->level_given ? enough : 0;
     s->options.level = s->engine == CVOL_ENGINE_SHEET ? level : 0;

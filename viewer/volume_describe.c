@@ -54,6 +54,8 @@ static void describe_ready(json_t *object, const shown_volume *v)
     json_object_set_new(object, "mirrored", json_boolean(mirrored));
     json_object_set_new(object, "measured", json_boolean(v->measured));
     json_object_set_new(object, "whole_level", json_integer(v->level));
+    json_object_set_new(object, "whole", json_boolean(!v->cut));
+    json_object_set_new(object, "residual_missing", json_boolean(v->residual_missing));
     json_object_set_new(object, "patient", json_boolean(g->space != CVOL_SPACE_UNKNOWN));
 }
 

@@ -41,6 +41,8 @@ static int read_compressed(cvol_context *context, shown_volume *v, const cvol_re
         return code;
     cvol_array_get_info(v->array, &info);
     v->level = report.level;
+    v->cut = report.cut;
+    v->residual_missing = report.residual_missing;
     v->compressed_bytes = report.file_bytes;
     v->psnr_db = info.psnr_db;
     v->max_error = info.max_error;
@@ -137,6 +139,8 @@ int volume_make_copy(cvol_context *context, shown_volume *v)
     if (code)
         return code;
     v->level = parent->level;
+    v->cut = parent->cut;
+    v->residual_missing = parent->residual_missing;
     note_report(v, &report);
     return finish(context, v);
 }

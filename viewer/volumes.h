@@ -45,6 +45,7 @@ typedef struct shown_volume {
     cvol_grid grid;
     cvol_histogram histogram;
     int level; /* of a file that ends early: which one is whole; else 0 */
+    int cut, residual_missing; /* cvol_file_report */
     uint64_t raw_bytes, compressed_bytes;
     double psnr_db, max_error; /* NaN: not known */
     int measured;              /* else the PSNR is at least that, the error at most */

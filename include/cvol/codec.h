@@ -171,7 +171,8 @@ typedef struct cvol_file_part {
      * not looked at. l2_error and max_abs count what is left away. */
     int level;
     /* 1: of a volume whose file ends early, the finest level that is whole (but no finer than
-     * `level`) instead of an error. */
+     * `level`) instead of an error. If all that is missing are corrections, that is level 0 without
+     * them: its figures are those of the terms alone, not measured. */
     int cut;
     /* Which volume of a file of many (cvol/series.h), from 0; other files have one of each. */
     int time, channel;
@@ -182,6 +183,8 @@ typedef struct cvol_file_report {
     uint64_t file_bytes; /* of a volume among many: its own */
     int level;           /* of the array */
     int cut;             /* 1: the file ends early */
+    int residual_missing; /* 1: it ends within the corrections that make samples exact, or keep
+                             their bound: the array is without, all of its figures are of that */
 } cvol_file_report;
 
 /* Reads a part of a .cvol file. Other arrays than volumes in DCT blocks are read whole. The file is

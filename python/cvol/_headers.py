@@ -135,6 +135,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("file_bytes", "u", ()),
         ("level", "i", ()),
         ("cut", "i", ()),
+        ("residual_missing", "i", ()),
     ],
     "cvol_file_section": [
         ("tag", "c", (5,)),

@@ -156,8 +156,7 @@ static size_t bin_of(const cvol_tally *tally, double value)
     /* Halves, since max - min may overflow. */
     const double span = tally->max / 2 - tally->min / 2;
     const double place = span > 0 ? (value / 2 - tally->min / 2) / span * bins : 0;
-    const size_t bin = place > 0 ? (size_t)place : 0;
-    return bin < (size_t)bins ? bin : (size_t)bins - 1;
+    return !(place > 0) ? 0 : place < bins ? (size_t)place : (size_t)bins - 1;
 }
 
 static int is_fill(const cvol_tally *tally, double value)

@@ -83,6 +83,15 @@ static int is_partial(const reading *r)
     return r->part.begin || r->part.level;
 }
 
+/* Whether the file has corrections, and ends before these do. The kind of corrections stands first
+ * in MODE. */
+static int lacks_residual(const reading *r)
+{
+    const cvol_section *mode = &r->sections[CVOL_MODE];
+    return r->cut && !has(r, CVOL_CORR) && has(r, CVOL_MODE) && mode->length > 0 &&
+           mode->content[0] > 0;
+}
+
 /* Adds to the sentence about a file that ends early what can be had of it. */
 static int say_level(const reading *r, int code)
 {
@@ -90,8 +99,11 @@ static int say_level(const reading *r, int code)
     if (!r->shells)
         return code;
     strcpy(what, cvol_context_message(r->context));
-    return cvol_fail(r->context, code, "%s; it is whole up to level %d", what,
-                     CVOL_SHELLS - r->shells);
+    return cvol_fail(r->context, code, "%s; it is whole up to level %d%s", what,
+                     CVOL_SHELLS - r->shells,
+                     lacks_residual(r) && r->shells == CVOL_SHELLS
+                         ? ", without the corrections that make it exact or keep its bound"
+                         : "");
 }
 
 /* Follows the sections as far as they are needed: to the end, or to the last shell of a level. */
@@ -313,6 +325,8 @@ static int read_volume(reading *r)
         code = read_bricks(r, &index);
     if (!code && r->used < CVOL_SHELLS)
         cvol_shells_leave(r->array, r->header.shell_norm, CVOL_SHELLS - r->used);
+    else if (!code && lacks_residual(r)) /* what was measured is of samples with corrections */
+        cvol_array_derive_figures(r->array);
     cvol_brick_index_free(&index);
     return code;
 }
@@ -437,7 +451,8 @@ int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_
         *report = (cvol_file_report){
             .file_bytes = size,
             .level = cvol_header_is_volume(&r.header) ? CVOL_SHELLS - r.used : 0,
-            .cut = r.cut};
+            .cut = r.cut,
+            .residual_missing = r.used == CVOL_SHELLS && lacks_residual(&r)};
     return CVOL_OK;
 }
 

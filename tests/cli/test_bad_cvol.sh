@@ -76,6 +76,18 @@ for length in $(offset_of SHL1) $(($(offset_of SHL3) + 30)) $((size - 1)); do
 done
 expect_done cvol info good.cvol --json
 expect_equal "$(value_of level) $(value_of whole)" '0 true'
+# An exact file that ends within its corrections is not exact any more, and says so.
+expect_done cvol compress in.raw exact.cvol --dims 21x18x9 --type uint8 --lossless
+expect_done cvol info exact.cvol --json
+expect_equal "$(value_of max_error) $(value_of residual_missing)" '0.0 false'
+head -c $(($(wc -c <exact.cvol) - 30)) exact.cvol >bad.cvol
+expect_done cvol info bad.cvol --json
+expect_equal "$(value_of level) $(value_of whole) $(value_of residual_missing) $(value_of measured)" '0 false true false'
+[ "$(value_of max_error)" != 0 ] || fail 'must not claim to be exact'
+expect_failure 1 'bad.cvol:*it is whole up to level 0, without the corrections that make it exact' cvol decompress bad.cvol out.raw
+expect_status 0 cvol render bad.cvol -o bad.png
+expect_sentence 'bad.cvol: ends early; drawn without the corrections that make its samples exact'
+rm bad.png exact.cvol
 expect_failure 2 '--level is 4, must be 0 to 3' cvol render good.cvol -o out.png --level 4
 { cat good.cvol; echo; } >bad.cvol
 refuse 'follow the end'

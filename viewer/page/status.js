@@ -35,6 +35,7 @@ export function mountStatus(footer) {
     if (psnr_db !== null) error.replaceChildren(measured ? "PSNR " : "PSNR at least ", make("b", {}, `${psnr_db.toFixed(1)} dB`));
     else error.replaceChildren(exact ? "exact" : "error not known");
     if (volume.whole_level) error.replaceChildren(make("b", {}, "ends early"), `: level ${volume.whole_level} is whole`);
+    else if (volume.residual_missing) error.replaceChildren(make("b", {}, "ends early"), ": not exact, corrections are missing");
     error.title = max_error === null ? "" : `Largest error of a sample: ${max_error}`;
     kind.textContent =
       `${dims.join(" × ")} ${type}, ${spacing.map((s) => Number(s.toPrecision(4))).join(" × ")} ${unit}`.trim();
