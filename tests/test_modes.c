@@ -171,6 +171,44 @@ static void test_psnr_and_bound_both_hold(void **state)
     cvol_context_destroy(context);
 }
 
+/* All modes whose terms stand beneath corrections, with and without a mask. */
+static void test_no_lap_holds_with_all_modes(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    cvol_grid grid;
+    for (int kind = 0; kind < 7; kind++) {
+        const int masked = kind >= 4;
+        uint8_t *samples = make_samples(&grid, CVOL_UINT8, 5);
+        cvol_compress_options options = cvol_compress_options_defaults();
+        cvol_compress_report report;
+        cvol_array *array;
+        if (kind % 4 == 0) {
+            options.lossless = 1;
+        } else if (kind % 4 == 1) {
+            options.target = CVOL_TARGET_MAX_ERROR;
+            options.target_value = 3;
+        } else if (kind % 4 == 2) {
+            options.target = CVOL_TARGET_PSNR;
+            options.target_value = 45;
+            options.max_error = 3;
+        } else { /* lossless takes less */
+            options.target_value = 1.1;
+        }
+        for (size_t i = 0; masked && i < cvol_grid_samples(&grid) / 3; i++)
+            samples[i] = 0;
+        options.has_fill = masked;
+        options.no_lap = 1;
+        if (cvol_compress(context, &array, &report, samples, &grid, &options))
+            fail_msg("kind %d: %s", kind, cvol_context_message(context));
+        assert_false(array->lapped);
+        cvol_array_free(array);
+        check(context, samples, &grid, &options, kind % 4 == 1 || kind % 4 == 2 ? 3 : 0);
+        free(samples);
+    }
+    cvol_context_destroy(context);
+}
+
 /* 1e35 in a ball, NaN in a corner; what does not say so is refused. */
 static float *make_holes(cvol_grid *grid, int with_nan)
 {
@@ -376,6 +414,7 @@ int main(void)
         cmocka_unit_test(test_lossless_of_all_types),
         cmocka_unit_test(test_bounds_of_all_types),
         cmocka_unit_test(test_psnr_and_bound_both_hold),
+        cmocka_unit_test(test_no_lap_holds_with_all_modes),
         cmocka_unit_test(test_masked_samples_come_back),
         cmocka_unit_test(test_strange_samples_are_refused_or_masked),
         cmocka_unit_test(test_repeated_samples_are_packed),

@@ -216,6 +216,8 @@ static int try_lossless(cvol_compression *c, double least_ratio)
     cvol_array *array;
     options.lossless = 1;
     options.block = c->trial.shape->block;
+    options.no_lap = c->options->no_lap;
+    options.no_histogram = c->options->no_histogram;
     memcpy(options.brick, c->options->brick, sizeof options.brick);
     int code = cvol_compress_modes(c->context, &array, &report, c->trial.truth,
                                    &c->trial.shape->grid, &options);

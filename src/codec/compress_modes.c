@@ -95,7 +95,7 @@ static int make_base(modes *m, double step)
 {
     cvol_trial *trial = &m->trial;
     int code = cvol_trial_sample(m->context, trial, step);
-    if (!code && trial->shape->block == 16) {
+    if (!code && trial->may_lap) {
         trial->shape->lapped = 1;
         code = cvol_trial_choose_lap(m->context, trial, step);
         if (!code)

@@ -55,7 +55,7 @@ static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid 
     if (code)
         return code;
     trial->shape->brick = cvol_brick_shape_choose(grid, options);
-    trial->shape->lapped = block == 16;
+    trial->shape->lapped = trial->may_lap = block == 16;
     trial->shape->dependent = block == 16;
     for (int a = 0; a < 3 && block == 16; a++)
         if (grid->dims[a] % CVOL_CELL)
@@ -233,7 +233,7 @@ void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *opti
     trial->small_bytes = CVOL_SMALL_BYTES;
     trial->small_error = 1;
     if (options->no_lap)
-        trial->shape->lapped = 0;
+        trial->shape->lapped = trial->may_lap = 0;
     if (options->fast && trial->split == CVOL_SPLIT_BEST)
         trial->split = CVOL_SPLIT_FAST;
     /* What corrections stand on is rounded for their sake. */

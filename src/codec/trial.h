@@ -21,6 +21,7 @@ typedef struct cvol_trial {
     cvol_array *shape;   /* grid, block, lapped, offset, range of values, mask; no terms. Arrays of
                             trials borrow its mask */
     int may_end;         /* whether the volume's ends may be coded so (cell_ends.h) */
+    int may_lap;         /* whether the options and the block allow shape->lapped */
     cvol_split_choice split;
     int hasty;     /* a step found roughly will do, and lapping is not questioned */
     int lap_known; /* sampled bricks are only needed as shape->lapped says */
