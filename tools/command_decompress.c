@@ -162,12 +162,62 @@ static int loses_rescale(const part *p, const char *out_path)
     return p->grid.value_scale != 1 || p->grid.value_offset != 0;
 }
 
+/* Of where samples lie in the world, what the format has no place for: at most PLACES names, which
+ * are returned as a count. */
+enum { PLACES = 5 };
+static int lost_places(const part *p, const char *out_path, const char *lost[PLACES])
+{
+    const int is_tiff = has_ending(out_path, ".tif") || has_ending(out_path, ".tiff");
+    const int is_vti = has_ending(out_path, ".vti");
+    const cvol_grid *g = &p->grid;
+    int spaced = 0, placed = 0, turned = 0, count = 0;
+    if (!is_tiff && !is_vti && !has_ending(out_path, ".npy") && !has_ending(out_path, ".raw"))
+        return 0;
+    for (int a = 0; a < 3; a++) {
+        spaced |= g->spacing[a] != 1;
+        placed |= g->origin[a] != 0;
+        for (int i = 0; i < 3; i++)
+            turned |= g->direction[a][i] != (a == i);
+    }
+    if (spaced && !is_tiff && !is_vti)
+        lost[count++] = "spacing";
+    if (turned && !is_vti)
+        lost[count++] = "directions";
+    if (placed && !is_vti)
+        lost[count++] = "origin";
+    if (g->space != CVOL_SPACE_UNKNOWN)
+        lost[count++] = "patient space";
+    if (g->unit[0] && !is_tiff)
+        lost[count++] = "unit";
+    return count;
+}
+
+static void print_lost_places(const part *p, const char *out_path)
+{
+    const char *lost[PLACES];
+    const int count = lost_places(p, out_path, lost);
+    for (int i = 0; i < count; i++)
+        printf("%s%s", !i ? "; the format has no place for " : i + 1 < count ? ", " : " and ",
+               lost[i]);
+}
+
+static json_t *json_lost_places(const part *p, const char *out_path)
+{
+    const char *lost[PLACES];
+    const int count = lost_places(p, out_path, lost);
+    json_t *list = json_array();
+    for (int i = 0; i < count; i++)
+        json_array_append_new(list, json_string(lost[i]));
+    return list;
+}
+
 static int report_json(const part *p, const char *out_path, double decode_ms)
 {
-    json_t *object = json_pack("{s:o, s:s, s:[f, f], s:b, s:I, s:f}", "dims",
+    json_t *object = json_pack("{s:o, s:s, s:[f, f], s:b, s:o, s:I, s:f}", "dims",
                                json_dims(p->grid.dims), "type", cvol_type_name(p->grid.type),
                                "rescale", p->grid.value_scale, p->grid.value_offset, "rescale_lost",
-                               loses_rescale(p, out_path), "file_bytes",
+                               loses_rescale(p, out_path), "geometry_lost",
+                               json_lost_places(p, out_path), "file_bytes",
                                (json_int_t)file_size(out_path), "decode_ms", decode_ms);
     if (p->is_box && object) {
         json_object_set_new(object, "begin", json_dims(p->begin));
@@ -222,6 +272,7 @@ static int decompress(cvol_context *context, common_options *common, const size_
             "; a sample s means %.7g s %c %.7g, which NIfTI and MetaImage have a place for, this "
             "format has not",
             p.grid.value_scale, p.grid.value_offset < 0 ? '-' : '+', fabs(p.grid.value_offset));
+    print_lost_places(&p, out_path);
     printf("\n");
     return EXIT_DONE;
 }

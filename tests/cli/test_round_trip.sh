@@ -302,6 +302,45 @@ for format in nrrd nhdr tif npy vti raw; do
     expect_equal "$(value_of rescale_lost boolean)" true
 done
 
+# ---- where samples lie: kept where the format has a place for it, else said ------------------------
+
+cat >oblique.nrrd <<'END'
+NRRD0004
+type: uint8
+dimension: 3
+sizes: 4 3 2
+space: left-posterior-superior
+space directions: (0.6,0.8,0) (-0.8,0.6,0) (0,0,3)
+space origin: (7,8,9)
+space units: "mm" "mm" "mm"
+encoding: raw
+
+END
+head -c 24 in.raw >>oblique.nrrd
+expect_done cvol compress oblique.nrrd oblique.cvol --lossless
+expect_done cvol decompress oblique.cvol kept.nrrd
+! grep -q 'no place' "$out" || fail 'nothing is lost'
+# expect_lost ENDING SENTENCE JSON
+expect_lost() {
+    expect_done cvol decompress oblique.cvol "lost.$1"
+    expect_equal "$(sed 's/^.*; //' "$out")" "the format has no place for $2"
+    expect_equal "$(wc -l <"$out")" 1
+    expect_done cvol decompress oblique.cvol "lost.$1" --json
+    expect_equal "$(value_of geometry_lost)" "$3"
+}
+expect_lost tif 'directions, origin and patient space' '["directions","origin","patient space"]'
+expect_lost vti 'patient space and unit' '["patient space","unit"]'
+expect_lost npy 'spacing, directions, origin, patient space and unit' \
+    '["spacing","directions","origin","patient space","unit"]'
+# What is said to be lost is, and nothing else.
+for file in lost.tif lost.vti; do
+    expect_done cvol info $file --json
+    expect_equal "$(value_of spacing)" '[1.0,1.0,3.0]'
+done
+expect_equal "$(value_of origin)" '[7.0,8.0,9.0]'
+expect_done cvol decompress a.cvol plain.vti
+! grep -q 'no place' "$out" || fail 'nothing is lost'
+
 # ---- the sample scan, as a person would --------------------------------------------------------
 
 expect_done cvol compress "$CVOL_SAMPLES/ch2better.nii.gz" brain.cvol
