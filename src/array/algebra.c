@@ -91,9 +91,11 @@ static int scale(cvol_context *context, cvol_array **out, double alpha, const cv
     code = start(context, &array, a, &ledger, &like, operation);
     if (code)
         return code;
-    array->summary = cvol_summary_scale(&a->summary, alpha, beta);
-    code = a->block ? cvol_blocks_scale(context, array, &result, alpha, a, beta)
-                    : cvol_whole_scale(context, array, &result, alpha, a, beta);
+    const cvol_summary summary = cvol_summary_scale(cvol_array_summary(a), alpha, beta);
+    code = cvol_array_set_summary(context, array, &summary);
+    if (!code)
+        code = a->block ? cvol_blocks_scale(context, array, &result, alpha, a, beta)
+                        : cvol_whole_scale(context, array, &result, alpha, a, beta);
     return finish(context, out, array, &result, operation, code);
 }
 
@@ -134,9 +136,10 @@ int cvol_array_truncate(cvol_context *context, cvol_array **out, const cvol_arra
     int code = start(context, &array, a, &a->ledger, keep, "truncate");
     if (code)
         return code;
-    array->summary = a->summary;
-    code = a->block ? cvol_blocks_truncate(context, array, &result, a, keep)
-                    : cvol_whole_truncate(context, array, &result, a, keep);
+    code = cvol_array_set_summary(context, array, cvol_array_summary(a));
+    if (!code)
+        code = a->block ? cvol_blocks_truncate(context, array, &result, a, keep)
+                        : cvol_whole_truncate(context, array, &result, a, keep);
     if (low_box_grew(array, a))
         array->ledger.support_known = 0;
     return finish(context, out, array, &result, "truncate", code);

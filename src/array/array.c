@@ -146,6 +146,7 @@ void cvol_array_free(cvol_array *array)
     free(array->block_table);
     cvol_spectrum_free(&array->whole);
     free(array->attributes);
+    free(array->summary);
     if (array->coded)
         array->free_coded(array->coded);
     cvol_array_drop_modes(array);
@@ -184,6 +185,8 @@ static uint64_t resident_bytes(const cvol_array *array)
                      array->pool_words * sizeof(uint32_t);
     if (array->block)
         bytes += array->block_count * sizeof *array->block_table;
+    if (array->summary)
+        bytes += sizeof *array->summary;
     if (array->mask)
         bytes += cvol_mask_bytes(array->mask);
     if (array->corrections)

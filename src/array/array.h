@@ -55,7 +55,7 @@ struct cvol_array {
     void (*free_coded)(void *coded);
     char *attributes; /* JSON text, or NULL: of the volume it was read with */
     double offset;    /* added to every sample; whole arrays: 0 */
-    cvol_summary summary; /* volumes: how the original samples are distributed */
+    cvol_summary *summary; /* volumes: how the original samples are distributed; or NULL */
     /* Volumes only: samples without a value, which evaluate to their fills; both may be NULL. */
     cvol_mask *mask;
     cvol_corrections *corrections;

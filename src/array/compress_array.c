@@ -30,6 +30,13 @@ static int survey(cvol_context *context, cvol_ledger *ledger, const void *sample
     return CVOL_OK;
 }
 
+static int summarise(cvol_context *context, cvol_array *array, const void *samples)
+{
+    cvol_summary summary;
+    const int code = cvol_summarise_samples(context, &summary, samples, &array->grid, NULL);
+    return code ? code : cvol_array_set_summary(context, array, &summary);
+}
+
 int cvol_array_compress(cvol_context *context, cvol_array **out, const void *samples,
                         const cvol_grid *grid, int rank, cvol_transform transform, int block,
                         const cvol_keep *keep)
@@ -47,7 +54,7 @@ int cvol_array_compress(cvol_context *context, cvol_array **out, const void *sam
     if (!code)
         code = survey(context, &array->ledger, samples, grid);
     if (!code && cvol_array_is_volume(array))
-        code = cvol_summarise_samples(context, &array->summary, samples, grid, NULL);
+        code = summarise(context, array, samples);
     if (!code)
         code = block ? cvol_blocks_compress(context, array, &result, samples, keep)
                      : cvol_whole_compress(context, array, &result, samples, keep);

@@ -53,7 +53,6 @@ int cvol_array_flatten(cvol_context *context, cvol_array **out, const cvol_array
     ledger->l2_error += array->ledger.l2_error;
     ledger->value_min = array->ledger.value_min;
     ledger->value_max = array->ledger.value_max;
-    (*out)->summary = array->summary;
     cvol_array_derive_figures(*out);
-    return CVOL_OK;
+    return cvol_array_set_summary(context, *out, cvol_array_summary(array));
 }

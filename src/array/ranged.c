@@ -222,10 +222,16 @@ int cvol_array_share(cvol_context *context, cvol_array **out, const cvol_array *
     memcpy(table, array->block_table, bytes);
     (*out)->block_table = table;
     (*out)->attributes = NULL;
+    (*out)->summary = NULL;
     (*out)->coded = NULL;
     (*out)->mask = NULL;
     (*out)->corrections = NULL;
     (*out)->pools = NULL;
     (*out)->pool_count = (*out)->pool_capacity = 0;
-    return CVOL_OK;
+    const int code = cvol_array_set_summary(context, *out, cvol_array_summary(array));
+    if (code) {
+        cvol_array_free(*out);
+        *out = NULL;
+    }
+    return code;
 }

@@ -82,6 +82,12 @@ int cvol_summarise_samples(cvol_context *context, cvol_summary *out, const void 
  * of its blocks (at most 1,024 of them). Volumes only. Errors: MEMORY. */
 int cvol_summarise_array(cvol_context *context, cvol_summary *out, const struct cvol_array *array);
 
+/* The array's own summary; one of state NONE if it has none. It stays the array's. */
+const cvol_summary *cvol_array_summary(const struct cvol_array *array);
+/* The array keeps a copy of the summary. Errors: MEMORY. */
+int cvol_array_set_summary(cvol_context *context, struct cvol_array *array,
+                           const cvol_summary *summary);
+
 /* That of alpha s + beta for each sample s; none if alpha is 0. */
 cvol_summary cvol_summary_scale(const cvol_summary *of, double alpha, double beta);
 

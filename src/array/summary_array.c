@@ -11,6 +11,27 @@
 
 enum { BLOCKS_MAX = 1024 };
 
+const cvol_summary *cvol_array_summary(const cvol_array *array)
+{
+    static const cvol_summary none = {.state = CVOL_SUMMARY_NONE};
+    return array->summary ? array->summary : &none;
+}
+
+int cvol_array_set_summary(cvol_context *context, cvol_array *array, const cvol_summary *summary)
+{
+    if (summary->state == CVOL_SUMMARY_NONE) {
+        free(array->summary);
+        array->summary = NULL;
+        return CVOL_OK;
+    }
+    if (!array->summary)
+        array->summary = cvol_allocate(1, sizeof *array->summary);
+    if (!array->summary)
+        return cvol_fail_memory(context, sizeof *summary, "the summary of the samples");
+    *array->summary = *summary;
+    return CVOL_OK;
+}
+
 /* Samples of a block along one axis that lie within the volume. */
 static size_t inside(const cvol_array *array, size_t place, int axis)
 {
@@ -83,8 +104,8 @@ int cvol_summarise_array(cvol_context *context, cvol_summary *out, const cvol_ar
     cvol_grid grid = array->grid;
     cvol_tally *tally = NULL;
     double range[2];
-    if (array->summary.state == CVOL_SUMMARY_KNOWN) {
-        *out = array->summary;
+    if (cvol_array_summary(array)->state == CVOL_SUMMARY_KNOWN) {
+        *out = *array->summary;
         return CVOL_OK;
     }
     *out = (cvol_summary){0};

@@ -152,7 +152,7 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
     cvol_array plain;
     if (!code)
         code = choose_coding(context, &array, &plain);
-    cvol_summary summary = array->summary;
+    cvol_summary summary = *cvol_array_summary(array);
     if (!code && is_volume && summary.state == CVOL_SUMMARY_NONE) /* of what operations gave */
         code = cvol_summarise_array(context, &summary, array);
     if (code)

@@ -82,10 +82,11 @@ static int summarise(modes *m)
                                   cvol_mask_fills(m->mask));
 }
 
-static void set_summary(const modes *m, cvol_array *array)
+static int set_summary(const modes *m, cvol_array *array)
 {
-    if (m->summary.state == CVOL_SUMMARY_KNOWN)
-        array->summary = m->summary;
+    return m->summary.state == CVOL_SUMMARY_KNOWN
+               ? cvol_array_set_summary(m->context, array, &m->summary)
+               : CVOL_OK;
 }
 
 /* ---- the volume ------------------------------------------------------------------------- */
@@ -229,7 +230,7 @@ static int run_bound(modes *m, int *same)
     if (!code)
         cvol_trial_set_options(&m->trial, m->options);
     if (!code)
-        set_summary(m, m->trial.shape);
+        code = set_summary(m, m->trial.shape);
     if (!code && !(m->trial.shape->ledger.value_max > m->trial.shape->ledger.value_min))
         step = 1;
     else if (!code)
@@ -310,8 +311,9 @@ static int run_filled(modes *m, cvol_array **out, cvol_compress_report *report)
         if (code || !m->mask)
             return code;
         (*out)->mask = m->mask;
-        set_summary(m, *out);
-        code = cvol_measure_stored(m->context, *out, m->samples, &same);
+        code = set_summary(m, *out);
+        if (!code)
+            code = cvol_measure_stored(m->context, *out, m->samples, &same);
         if (!code)
             code = fill_report(m, report, *out, same);
         if (code || is_held(m, &plain, report)) {

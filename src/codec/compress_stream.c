@@ -150,7 +150,7 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
         code = cvol_trial_pass(c->context, trial, step, &through, after_layers, &work);
     }
     if (!code && trial->tally)
-        cvol_trial_end_tally(trial);
+        code = cvol_trial_end_tally(c->context, trial);
     if (!code) {
         cvol_array *found = a->found;
         found->ends = shape->ends;
@@ -160,10 +160,10 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
         found->dependent = shape->dependent;
         found->small = shape->small;
         found->brick = shape->brick;
-        found->summary = shape->summary;
         found->ledger.value_min = shape->ledger.value_min;
         found->ledger.value_max = shape->ledger.value_max;
         cvol_layer_measure_tell(measure, found, a->shell_norm);
+        code = cvol_array_set_summary(c->context, found, cvol_array_summary(shape));
     }
     cvol_layer_measure_free(measure);
     return code ? code : attempt_size(c, a, start);

@@ -235,8 +235,8 @@ static int make_array(reading *r)
     array->measured = (int)header->measured;
     array->psnr_db = header->psnr_db;
     array->max_error = header->max_error;
-    array->summary = header->summary;
-    return read_attributes(r);
+    code = cvol_array_set_summary(r->context, array, &header->summary);
+    return code ? code : read_attributes(r);
 }
 
 /* ---- volumes ---------------------------------------------------------------------------- */

@@ -30,7 +30,7 @@ cvol_header cvol_header_of(const cvol_array *array)
                           .max_error = array->max_error,
                           .threshold = array->threshold,
                           .measured = (uint32_t)array->measured,
-                          .summary = array->summary};
+                          .summary = *cvol_array_summary(array)};
     if (!array->block)
         header.coefficients = array->whole.low_count + array->whole.sparse_count;
     if (cvol_array_is_volume(array))

@@ -64,7 +64,9 @@ static int make_like(cvol_context *context, cvol_array **out, const cvol_array *
     array->brick = from->brick;
     array->threshold = from->threshold;
     array->ledger = from->ledger;
-    array->summary = from->summary;
+    code = cvol_array_set_summary(context, array, cvol_array_summary(from));
+    if (code)
+        return code;
     return from->attributes ? cvol_array_keep_attributes(context, array, from->attributes,
                                                          strlen(from->attributes))
                             : CVOL_OK;
@@ -442,6 +444,7 @@ int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_
                          const cvol_array *array, const cvol_compress_options *options)
 {
     cvol_array from = *array; /* but for its bricks and its summary */
+    cvol_summary summary = *cvol_array_summary(array);
     transcoding t = {.context = context, .from = &from};
     int met = 0;
     *out = NULL;
@@ -451,9 +454,10 @@ int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_
     if (!code && options->brick[0])
         from.brick = cvol_brick_shape_make(options->brick);
     if (!code && options->no_histogram)
-        from.summary.state = CVOL_SUMMARY_LEFT_OUT;
-    else if (!code && from.summary.state != CVOL_SUMMARY_LEFT_OUT)
-        code = cvol_summarise_array(context, &from.summary, array);
+        summary.state = CVOL_SUMMARY_LEFT_OUT;
+    else if (!code && summary.state != CVOL_SUMMARY_LEFT_OUT)
+        code = cvol_summarise_array(context, &summary, array);
+    from.summary = &summary;
     if (code)
         return code;
     t.tables = cvol_token_tables_create();

@@ -44,7 +44,7 @@ static uint64_t front_estimate(const cvol_array *shape, size_t table_bytes)
     const size_t run = shape->brick.run;
     const uint64_t a_brick = 2 * CVOL_SHELLS + (run > 1 ? 4 * CVOL_SHELLS / run : 2 * CVOL_SHELLS);
     return 640 + a_brick * (uint64_t)cvol_brick_count(shape) + table_bytes +
-           cvol_summary_section_bytes(&shape->summary, &shape->ledger);
+           cvol_summary_section_bytes(cvol_array_summary(shape), &shape->ledger);
 }
 
 static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid *grid,
@@ -90,11 +90,12 @@ static int take_range(cvol_context *context, cvol_array *shape, double least, do
 static int summarise(cvol_context *context, cvol_trial *trial, const cvol_compress_options *options)
 {
     cvol_array *shape = trial->shape;
+    cvol_summary summary = {.state = CVOL_SUMMARY_LEFT_OUT};
     int code = CVOL_OK;
-    if (options->no_histogram)
-        shape->summary.state = CVOL_SUMMARY_LEFT_OUT;
-    else
-        code = cvol_summarise_samples(context, &shape->summary, trial->truth, &shape->grid, NULL);
+    if (!options->no_histogram)
+        code = cvol_summarise_samples(context, &summary, trial->truth, &shape->grid, NULL);
+    if (!code)
+        code = cvol_array_set_summary(context, shape, &summary);
     trial->front_bytes = front_estimate(shape, 0);
     return code;
 }
@@ -211,18 +212,21 @@ int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
     if (!code)
         code = take_range(context, trial->shape, least, most);
     if (!code && !trial->tally)
-        trial->shape->summary.state = CVOL_SUMMARY_LEFT_OUT;
+        code = cvol_array_set_summary(context, trial->shape,
+                                      &(cvol_summary){.state = CVOL_SUMMARY_LEFT_OUT});
     else if (!code && !cvol_tally_again(trial->tally))
-        cvol_trial_end_tally(trial);
+        code = cvol_trial_end_tally(context, trial);
     trial->front_bytes = code ? 0 : front_estimate(trial->shape, 0);
     return code;
 }
 
-void cvol_trial_end_tally(cvol_trial *trial)
+int cvol_trial_end_tally(cvol_context *context, cvol_trial *trial)
 {
-    cvol_tally_finish(trial->tally, &trial->shape->summary);
+    cvol_summary summary;
+    cvol_tally_finish(trial->tally, &summary);
     cvol_tally_free(trial->tally);
     trial->tally = NULL;
+    return cvol_array_set_summary(context, trial->shape, &summary);
 }
 
 void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *options)
@@ -324,11 +328,10 @@ static int make_array(cvol_context *context, cvol_array **out, const cvol_trial 
     (*out)->dependent = shape->dependent;
     (*out)->small = shape->small;
     (*out)->brick = shape->brick;
-    (*out)->summary = shape->summary;
     (*out)->mask = cvol_mask_is_background(shape->mask) ? shape->mask : NULL;
     (*out)->ledger.value_min = shape->ledger.value_min;
     (*out)->ledger.value_max = shape->ledger.value_max;
-    return CVOL_OK;
+    return cvol_array_set_summary(context, *out, cvol_array_summary(shape));
 }
 
 int cvol_trial_encode(cvol_context *context, cvol_trial *trial, double step)

@@ -64,7 +64,7 @@ int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
                             const cvol_slab_source *source, const cvol_grid *grid,
                             const cvol_compress_options *options);
 /* All samples were counted: the shape's summary becomes known. */
-void cvol_trial_end_tally(cvol_trial *trial);
+int cvol_trial_end_tally(cvol_context *context, cvol_trial *trial);
 /* How options say that it is to be coded; before the first trial. */
 void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *options);
 void cvol_trial_free(cvol_trial *trial);
