@@ -348,6 +348,11 @@ static void test_real_samples_and_ranges(void **state)
     free(volume.data);
 }
 
+/* The edge of a background is as sharp as in the samples; without a background, the codec smooths
+ * it. Pixels that are three samples apart see more of such an edge: where samples are floats (sets
+ * below AVX-512), up to 1.24 dB. */
+#define COARSE_LOSS 1.5
+
 /* The sheet engine's picture is as near to the ray engine's of the decoded samples as it is without
  * a background: of all modes, sizes and directions, and of lapped volumes and others. */
 static void test_pictures(void **state)
@@ -381,7 +386,7 @@ static void test_pictures(void **state)
         }
         if (getenv("CVOL_TEST_VERBOSE"))
             print_message("view %d: %.2f without, %.2f dB with\n", k, psnr[0], psnr[1]);
-        else if (psnr[1] < fmin(psnr[0] - 0.7, 45))
+        else if (psnr[1] < fmin(psnr[0] - (view.width < NX ? COARSE_LOSS : 0.7), 45))
             fail_msg("view %d: %.2f dB, without a background %.2f", k, psnr[1], psnr[0]);
     }
     free(volume.data);
