@@ -29,6 +29,7 @@ build_and_test() { # FOLDER CMAKE_OPTIONS...
 
 tests/check_rooms.sh
 tests/check_headers.sh
+tests/check_contraction.sh
 build_and_test "$folder" -DCVOL_SANITIZE=OFF
 # Leaks are failures too; and no test needs more memory than this unless it means trouble.
 ASAN_OPTIONS=detect_leaks=1:allocator_may_return_null=1

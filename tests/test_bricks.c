@@ -480,9 +480,26 @@ static void shapes_that_cannot_be_asked_for(void **state)
     free(samples);
 }
 
+/* A stream of which there are no bytes lies nowhere, and so do its runs and bricks: no arithmetic
+ * on NULL. */
+static void streams_without_bytes_lie_nowhere(void **state)
+{
+    (void)state;
+    cvol_brick_index index;
+    check_ok(cvol_brick_index_make(context, &index, 3, 2));
+    for (int s = 0; s < CVOL_STREAMS; s++)
+        for (size_t b = 0; b < 3; b++) {
+            const cvol_span brick = cvol_brick_index_brick(&index, s, b, NULL);
+            const cvol_span run = cvol_brick_index_run(&index, s, b / 2, NULL);
+            assert_true(!brick.data && !brick.size && !run.data && !run.size);
+        }
+    cvol_brick_index_free(&index);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(any_shape_decodes),
+                                       cmocka_unit_test(streams_without_bytes_lie_nowhere),
                                        cmocka_unit_test(the_usual_shape_is_not_said),
                                        cmocka_unit_test(shapes_are_kept_and_changed),
                                        cmocka_unit_test(streams_have_shapes),

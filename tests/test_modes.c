@@ -128,6 +128,36 @@ static void test_lossless_of_all_types(void **state)
     cvol_context_destroy(context);
 }
 
+/* Lossless compression looks at no target, so any value of it is taken. */
+static void test_lossless_takes_any_target(void **state)
+{
+    (void)state;
+    cvol_context *context = cvol_context_create();
+    const double values[] = {(double)NAN, (double)INFINITY, -(double)INFINITY, -1, 0, 1e300};
+    const size_t zero[3] = {0, 0, 0};
+    const cvol_grid grid = cvol_grid_make(5, 4, 3, CVOL_UINT8);
+    uint8_t samples[60], decoded[60];
+    for (int k = 0; k < 60; k++)
+        samples[k] = (uint8_t)(k * k);
+    cvol_compress_options options = cvol_compress_options_defaults();
+    options.lossless = 1;
+    for (int target = CVOL_TARGET_RATIO; target <= CVOL_TARGET_BITS; target++)
+        for (size_t i = 0; i < sizeof values / sizeof *values; i++) {
+            cvol_array *array;
+            cvol_compress_report report;
+            options.target = (cvol_target)target;
+            options.target_value = values[i];
+            if (cvol_compress(context, &array, &report, samples, &grid, &options))
+                fail_msg("target %d, %g: %s", target, values[i], cvol_context_message(context));
+            assert_true(report.lossless && report.target_met);
+            assert_int_equal(cvol_array_evaluate_box(context, decoded, array, zero, grid.dims),
+                             CVOL_OK);
+            assert_memory_equal(decoded, samples, sizeof samples);
+            cvol_array_free(array);
+        }
+    cvol_context_destroy(context);
+}
+
 static void test_bounds_of_all_types(void **state)
 {
     (void)state;
@@ -412,6 +442,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_lossless_of_all_types),
+        cmocka_unit_test(test_lossless_takes_any_target),
         cmocka_unit_test(test_bounds_of_all_types),
         cmocka_unit_test(test_psnr_and_bound_both_hold),
         cmocka_unit_test(test_no_lap_holds_with_all_modes),

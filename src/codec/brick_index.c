@@ -178,11 +178,17 @@ int cvol_brick_index_check(cvol_context *context, const cvol_brick_index *index,
                      section->tag, (unsigned long long)section->offset, section->checksum, found);
 }
 
+/* A stream without bytes may lie nowhere. */
+static cvol_span span_of(const uint8_t *data, uint64_t begin, uint64_t end)
+{
+    return (cvol_span){data ? data + begin : NULL, (size_t)(end - begin)};
+}
+
 cvol_span cvol_brick_index_brick(const cvol_brick_index *index, int shell, size_t brick,
                                  const uint8_t *data)
 {
     const uint64_t begin = begin_of(index, shell, brick);
-    return (cvol_span){data + begin, (size_t)(*end_of(index, shell, brick) - begin)};
+    return span_of(data, begin, *end_of(index, shell, brick));
 }
 
 cvol_span cvol_brick_index_run(const cvol_brick_index *index, int shell, size_t run,
@@ -191,5 +197,5 @@ cvol_span cvol_brick_index_run(const cvol_brick_index *index, int shell, size_t 
     const size_t first = run * index->run, left = index->bricks - first;
     const size_t last = first + (left < index->run ? left : index->run) - 1;
     const uint64_t begin = begin_of(index, shell, first);
-    return (cvol_span){data + begin, (size_t)(*end_of(index, shell, last) - begin)};
+    return span_of(data, begin, *end_of(index, shell, last));
 }

@@ -223,7 +223,8 @@ static int check_finished(const modes *m, int same)
 /* With a bound, and maybe a PSNR. */
 static int run_bound(modes *m, int *same)
 {
-    const double wanted = m->options->target == CVOL_TARGET_PSNR ? m->options->target_value : 0;
+    const int wants_psnr = m->options->target == CVOL_TARGET_PSNR && !m->options->lossless;
+    const double wanted = wants_psnr ? m->options->target_value : 0;
     const void *samples = m->filled ? m->filled : m->samples;
     double step;
     int code = cvol_trial_start(m->context, &m->trial, samples, m->grid, m->options);
