@@ -271,6 +271,45 @@ static void files_that_are_none(void **state)
     free(other);
 }
 
+/* Empties the file as soon as verifying it gets to its bricks. */
+static int empty_file(void *user, const char *what, double fraction)
+{
+    (void)what;
+    (void)fraction;
+    support_write_text(path, "");
+    ++*(int *)user;
+    return 0;
+}
+
+/* Pages of a mapping that a file no longer has kill whoever touches them. */
+static void files_that_shrink_are_verified(void **state)
+{
+    (void)state;
+    cvol_grid grid = cvol_grid_make(200, 140, 70, CVOL_UINT8);
+    const size_t count = cvol_grid_samples(&grid);
+    uint8_t *samples = malloc(count);
+    random_state r = {7};
+    cvol_compress_options options = cvol_compress_options_defaults();
+    cvol_file_layout layout;
+    cvol_array *array;
+    uint64_t bytes;
+    int calls = 0;
+    assert_non_null(samples);
+    for (size_t i = 0; i < count; i++)
+        samples[i] = (uint8_t)random_below(&r, 256);
+    options.lossless = 1;
+    assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
+    assert_int_equal(cvol_array_write(context, array, path, &bytes), CVOL_OK);
+    cvol_array_free(array);
+    free(samples);
+    cvol_context_set_progress(context, empty_file, &calls);
+    const int code = cvol_file_verify(context, &layout, path);
+    cvol_context_set_progress(context, NULL, NULL);
+    assert_int_equal(code, CVOL_OK); /* it was whole when it was read */
+    assert_true(calls && layout.file_bytes == bytes);
+    assert_int_not_equal(cvol_file_verify(context, &layout, path), CVOL_OK);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -280,6 +319,7 @@ int main(void)
         cmocka_unit_test(damage_is_followed),
         cmocka_unit_test(lies_are_told_with_their_place),
         cmocka_unit_test(files_that_are_none),
+        cmocka_unit_test(files_that_shrink_are_verified),
     };
     return cmocka_run_group_tests(tests, start, stop);
 }

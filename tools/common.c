@@ -63,6 +63,19 @@ void clear_progress(void)
     progress_state.visible = 0;
 }
 
+/* Files are read where they are mapped: the process is told by SIGBUS that a page is gone, or that
+ * a disk cannot be read. Which file that was, nobody knows here. */
+static void on_lost_page(int signal_number)
+{
+    static const char sentence[] =
+        "\r\033[Kcvol: a file became shorter, or could not be read any more, "
+        "while it was being read\n";
+    const size_t skipped = progress_state.visible ? 0 : 4; /* what clears the line of progress */
+    (void)signal_number;
+    (void)!write(STDERR_FILENO, sentence + skipped, sizeof sentence - 1 - skipped);
+    _exit(EXIT_FAILED);
+}
+
 cvol_context *begin_command(const common_options *common)
 {
     cvol_context *context = cvol_context_create();
@@ -76,6 +89,7 @@ cvol_context *begin_command(const common_options *common)
     sigaction(SIGTERM, &action, NULL);
     if (!sigaction(SIGHUP, NULL, &before) && before.sa_handler != SIG_IGN) /* as under nohup */
         sigaction(SIGHUP, &action, NULL);
+    signal(SIGBUS, on_lost_page);
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN); /* a limit of files' sizes is told as any failure to write */
     progress_state.on_terminal = isatty(STDERR_FILENO);

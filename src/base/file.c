@@ -1,4 +1,4 @@
-/* Whole-file reads, and mappings. */
+/* Whole-file reads, mappings, and copies instead of them. */
 #define _GNU_SOURCE
 #include "base/file.h"
 
@@ -127,6 +127,28 @@ int cvol_file_map(cvol_context *context, cvol_map *map, const char *path)
     if (data)
         map->data = data;
     return code;
+}
+
+/* A quarter of the machine's memory; 0: unknown. */
+static uint64_t bytes_to_copy(void)
+{
+    const long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+    return pages > 0 && page > 0 ? (uint64_t)pages * (uint64_t)page / 4 : 0;
+}
+
+int cvol_file_copy(cvol_context *context, cvol_map *map, const char *path)
+{
+    struct stat status;
+    *map = (cvol_map){0};
+    if (!stat(path, &status) && S_ISREG(status.st_mode) &&
+        (uint64_t)status.st_size <= bytes_to_copy()) {
+        uint8_t *data;
+        const int code = cvol_file_read(context, &data, &map->size, path, 0, SIZE_MAX);
+        map->data = map->memory = data;
+        if (code != CVOL_ERROR_MEMORY && code != CVOL_ERROR_LIMIT)
+            return code;
+    }
+    return cvol_file_map(context, map, path);
 }
 
 void cvol_file_unmap(cvol_map *map)

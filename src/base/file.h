@@ -30,6 +30,9 @@ typedef struct cvol_map {
 /* Errors: IO, LIMIT, MEMORY. A file must not shrink while it is mapped (its size is what it was
  * here; pages that are gone kill the process): ours are replaced, never rewritten. */
 int cvol_file_map(cvol_context *context, cvol_map *map, const char *path);
+/* The same bytes, read into memory, so that the file may shrink. One that is larger than a quarter
+ * of the machine's memory, or than what may be allocated, is mapped instead. */
+int cvol_file_copy(cvol_context *context, cvol_map *map, const char *path);
 void cvol_file_unmap(cvol_map *map);
 
 /* An output without a name, in the folder of its final one, or under a temporary name where there

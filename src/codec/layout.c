@@ -282,7 +282,7 @@ static int look_at(cvol_context *context, cvol_file_layout *out, const char *pat
 {
     cvol_map file;
     *out = (cvol_file_layout){.level = -1};
-    int code = cvol_file_map(context, &file, path);
+    int code = cvol_file_copy(context, &file, path); /* damaged ones may be changing just now */
     if (code)
         return code;
     code = what(context, out, file.data, file.size, path);

@@ -41,6 +41,14 @@ for signal in INT TERM; do
         expect_equal "$(ls -A | tr '\n' ' ')" 'before names old.cvol out.cvol '
     done
 done
+
+# A page of a mapped file is gone, as the system tells it: it is told in one sentence, too.
+interrupt BUS 0.5 "$CVOL" compress "$scan" out.cvol --psnr 50 --threads 1
+expect_equal "$status" 1
+expect_sentence 'a file became shorter, or could not be read any more, while it was being read'
+expect_no_output
+expect_same_file out.cvol old.cvol
+
 awk 'BEGIN { for (i = 0; i < 20000; i++) print i % 360, 20, 0 }' >poses.csv
 for after in 0.2 3; do
     interrupt INT $after "$CVOL" render "$scan" --threads 1 --engine fourier --poses poses.csv -o out.nrrd
