@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "codec/brick_internal.h"
 #include "codec/cell_ends.h"
+#include "codec/dependent.h"
 #include "codec/part_choice.h"
 #include "codec/part_trellis.h"
 
@@ -18,6 +19,7 @@ typedef struct requantiser {
     cvol_brick_coder *coder;
     float *coefficients;   /* a block's, by place; zero between blocks */
     float *scaled;         /* a part's, in scan order */
+    int32_t *values;       /* of a cell that the volume ends in, by place; zero between cells */
     cvol_trellis *trellis; /* of a dependent array */
     cvol_token_counts counts;
 } requantiser;
@@ -39,7 +41,7 @@ typedef struct requantising {
     size_t room;
 } requantising;
 
-/* ---- a block -------------------------------------------------------------------------------- */
+/* ---- coefficients --------------------------------------------------------------------------- */
 
 /* Spreads a block's coefficients out by place, in units of the new step; or clears them. */
 static void spread(float *coefficients, const cvol_block *block, int block_log2, double share)
@@ -50,6 +52,12 @@ static void spread(float *coefficients, const cvol_block *block, int block_log2,
         const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));
         coefficients[place] = (float)(share * value);
     }
+}
+
+/* What terms are multiplied by. */
+static double coefficient_share(const requantising *all)
+{
+    return all->array->step / all->step * (all->array->dependent ? 0.5 : 1);
 }
 
 /* From terms to what a file has of a cell that the volume ends in. */
@@ -63,6 +71,76 @@ static void bring_to_ends(float *coefficients, const int inside[3], uint16_t spl
         coefficients[i] = (float)cell[i];
 }
 
+/* ---- cells that the volume ends in --------------------------------------------------------- */
+
+/* Notes what a part's values stand for, by place. */
+static void note_values(int32_t *values, const cvol_scan *scan, const int32_t *indices, int used,
+                        int dependent)
+{
+    int state = 0;
+    for (int i = 0; i < used; i++) {
+        const uint32_t size = cvol_magnitude(indices[i]);
+        int32_t value = (int32_t)size;
+        if (dependent && i == 0)
+            value = (int32_t)(2 * size);
+        else if (dependent)
+            value = (int32_t)cvol_dependent_magnitude(state, size);
+        values[scan->entries[i].in_cell] = indices[i] < 0 ? -value : value;
+        if (i)
+            state = cvol_state_after[state][size & 1];
+    }
+}
+
+/* Readers round what a file has of such a cell to terms (cell_ends.h). By how much the cell's
+ * squared error is then larger than the values': in steps squared. The cell's coefficients are in
+ * r->coefficients, its values in r->values. */
+static double rounding_of_ends(requantiser *r, const cvol_array *array, const int inside[3],
+                               uint16_t split)
+{
+    uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
+    double cell[CVOL_CELL_SAMPLES], before = 0, after = 0;
+    const double unit = array->dependent ? 2 : 1, finer = 1.0 / (1 << array->ends);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++) {
+        const double off = (double)r->values[i] - unit * (double)r->coefficients[i];
+        before += off * off;
+        found[i / 64] |= (uint64_t)(r->values[i] != 0) << i % 64;
+    }
+    cvol_cell_ends_take(r->values, found, inside, split, array->ends);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        cell[i] = r->values[i] * finer;
+    cvol_cell_ends_from_terms(cell, inside, split);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++) {
+        const double off = cell[i] - unit * (double)r->coefficients[i];
+        after += off * off;
+    }
+    memset(r->values, 0, sizeof *r->values * CVOL_CELL_SAMPLES);
+    return after - before;
+}
+
+/* The same of all such cells of a brick of the small coder, whose values are chosen last. */
+static double rounding_of_small(requantiser *r, const requantising *all, const cvol_brick_box *box)
+{
+    const cvol_array *array = all->array;
+    double sum = 0;
+    for (size_t i = 0; i < cvol_brick_box_blocks(box); i++) {
+        const cvol_block *block = &array->block_table[cvol_brick_block_index(array, box, i)];
+        uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
+        size_t place[3];
+        int inside[3];
+        cvol_brick_box_place(place, box, i);
+        if (!cvol_brick_cell_inside(inside, &r->coder->context, place))
+            continue;
+        spread(r->coefficients, block, array->block_log2, coefficient_share(all));
+        bring_to_ends(r->coefficients, inside, block->split);
+        cvol_small_cell(r->coder->small, place, r->values, found);
+        sum += rounding_of_ends(r, array, inside, block->split);
+        memset(r->coefficients, 0, sizeof *r->coefficients * CVOL_CELL_SAMPLES);
+    }
+    return sum;
+}
+
+/* ---- a block --------------------------------------------------------------------------------- */
+
 static void code_block(requantiser *r, coded_brick *out, const requantising *all,
                        const cvol_block *block, const size_t place[3])
 {
@@ -74,9 +152,9 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
     int inside[3];
     if (in_cell)
         cvol_brick_put_split(coder, place, block->split);
-    spread(r->coefficients, block, array->block_log2,
-           array->step / all->step * (array->dependent ? 0.5 : 1));
-    if (cvol_brick_cell_inside(inside, &coder->context, place))
+    spread(r->coefficients, block, array->block_log2, coefficient_share(all));
+    const int ended = cvol_brick_cell_inside(inside, &coder->context, place) != NULL;
+    if (ended)
         bring_to_ends(r->coefficients, inside, block->split);
     for (int p = 0; p < count; p++) {
         const cvol_cell_part *part = &parts[p];
@@ -109,7 +187,11 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
         cvol_brick_put_part(coder, at, scan, coder->scanned, choice.used, array->dependent);
         if (array->dependent)
             cvol_brick_keep_scaled(coder, r->scaled, scan->count);
+        if (ended && !array->small)
+            note_values(r->values + first, scan, coder->scanned, choice.used, array->dependent);
     }
+    if (ended && !array->small)
+        out->error += rounding_of_ends(r, array, inside, block->split);
     if (array->ends)
         memset(r->coefficients, 0, sizeof *r->coefficients * CVOL_CELL_SAMPLES);
     else
@@ -133,6 +215,8 @@ static void code_brick(requantiser *r, coded_brick *out, const requantising *all
         out->error += cvol_brick_choose_again(r->coder, &all->costs);
     if (!out->code && !cvol_brick_finish(r->coder, out->shells))
         out->code = CVOL_ERROR_MEMORY;
+    if (!out->code && all->array->small && all->array->ends)
+        out->error += rounding_of_small(r, all, &box);
     cvol_brick_coder_count(r->coder, &r->counts);
 }
 
@@ -144,6 +228,7 @@ static void free_all(requantising *all)
         cvol_brick_coder_free(all->threads[t].coder);
         free(all->threads[t].coefficients);
         free(all->threads[t].scaled);
+        free(all->threads[t].values);
         cvol_trellis_free(all->threads[t].trellis);
     }
     for (size_t i = 0; all->bricks && i < all->room; i++)
@@ -174,9 +259,11 @@ static requantising *make_all(cvol_context *context, const cvol_array *array,
         r->coder = cvol_brick_coder_create(tables);
         r->coefficients = cvol_allocate_zero(CVOL_PART_SAMPLES_MAX, sizeof *r->coefficients);
         r->scaled = cvol_allocate(CVOL_PART_SAMPLES_MAX, sizeof *r->scaled);
+        r->values = cvol_allocate_zero(CVOL_CELL_SAMPLES, sizeof *r->values);
         if (array->dependent)
             r->trellis = cvol_trellis_create();
-        made = r->coder && r->coefficients && r->scaled && (r->trellis || !array->dependent);
+        made = r->coder && r->coefficients && r->scaled && r->values &&
+               (r->trellis || !array->dependent);
     }
     if (made)
         return all;

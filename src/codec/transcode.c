@@ -76,7 +76,7 @@ static int make_like(cvol_context *context, cvol_array **out, const cvol_array *
  * no larger than the two norms' sum. */
 static void account(const transcoding *t, cvol_array *array)
 {
-    const double distance = sqrt(t->error);
+    const double distance = sqrt(fmax(t->error, 0));
     const double samples = (double)cvol_grid_samples(&array->grid);
     const double norm = (t->from->ledger.max_abs + fabs(t->from->offset)) * sqrt(samples);
     const cvol_build_result result = {.dropped = distance * (1 + CVOL_ROUNDING),
