@@ -15,6 +15,7 @@
 #include "cvol/cvol.h"
 #include "random.h"
 #include "support.h"
+#include "support_exact.h"
 #include "support_lapped.h"
 #include "support_split.h"
 
@@ -29,11 +30,7 @@ typedef struct subject {
     size_t count;
 } subject;
 
-typedef struct shape {
-    size_t dims[3];
-    int rank, block;
-    cvol_transform transform;
-} shape;
+typedef support_shape shape;
 
 typedef struct chain {
     cvol_context *context;
@@ -240,87 +237,6 @@ static subject make_subject(chain *c)
     return out;
 }
 
-/* ---- the operations on exact samples --------------------------------------------------------- */
-
-static size_t extended(const shape *s, long x, size_t n)
-{
-    const int periodic = s->block == 0 && s->transform != CVOL_DCT;
-    const long period = periodic ? (long)n : 2 * (long)n;
-    x %= period;
-    x += x < 0 ? period : 0;
-    return (size_t)(x < (long)n ? x : period - 1 - x);
-}
-
-static void filter_axis(double *out, const double *in, const shape *s, const cvol_kernel_line *line,
-                        int axis)
-{
-    const size_t *n = s->dims, count = n[0] * n[1] * n[2];
-    const size_t stride = axis == 0 ? 1 : axis == 1 ? n[0] : n[0] * n[1];
-    for (size_t i = 0; i < count; i++) {
-        const size_t x = i / stride % n[axis], start = i - x * stride;
-        double sum = 0;
-        for (int m = -line->radius; m <= line->radius; m++) {
-            double tap = line->taps[abs(m)];
-            if (m < 0 && line->antisymmetric)
-                tap = -tap;
-            sum += tap * in[start + stride * extended(s, (long)x - m, n[axis])];
-        }
-        out[i] = sum;
-    }
-}
-
-static void filter_exactly(double *samples, const shape *s, const cvol_kernel *kernel)
-{
-    const size_t count = s->dims[0] * s->dims[1] * s->dims[2];
-    double *work = malloc(3 * count * sizeof *work), *sum = work + 2 * count;
-    assert_non_null(work);
-    memset(sum, 0, count * sizeof *sum);
-    for (int p = 0; p < kernel->parts; p++) {
-        memcpy(work, samples, count * sizeof *work);
-        for (int axis = 0; axis < s->rank; axis++) {
-            filter_axis(work + count, work, s, &kernel->line[p][axis], axis);
-            memcpy(work, work + count, count * sizeof *work);
-        }
-        for (size_t i = 0; i < count; i++)
-            sum[i] += kernel->weight[p] * work[i];
-    }
-    memcpy(samples, sum, count * sizeof *sum);
-    free(work);
-}
-
-static void gradient_exactly(double *samples, const shape *s, const double spacing[3])
-{
-    const size_t count = s->dims[0] * s->dims[1] * s->dims[2];
-    double *work = malloc(2 * count * sizeof *work), *sum = work + count;
-    assert_non_null(work);
-    memset(sum, 0, count * sizeof *sum);
-    const cvol_kernel_line line = {.radius = 1, .antisymmetric = 1, .taps = {0, -0.5}};
-    for (int axis = 0; axis < s->rank; axis++) {
-        filter_axis(work, samples, s, &line, axis);
-        for (size_t i = 0; i < count; i++)
-            sum[i] += work[i] * work[i] / spacing[axis] / spacing[axis];
-    }
-    for (size_t i = 0; i < count; i++)
-        samples[i] = sqrt(sum[i]);
-    free(work);
-}
-
-static void convolve_exactly(double *a, const double *b, const shape *s)
-{
-    const size_t *n = s->dims, count = n[0] * n[1] * n[2];
-    double *out = calloc(count, sizeof *out);
-    assert_non_null(out);
-    for (size_t i = 0; i < count; i++)
-        for (size_t j = 0; j < count; j++) {
-            size_t to = (i % n[0] + j % n[0]) % n[0] +
-                        n[0] * ((i / n[0] % n[1] + j / n[0] % n[1]) % n[1] +
-                                n[1] * ((i / n[0] / n[1] + j / n[0] / n[1]) % n[2]));
-            out[to] += a[i] * b[j];
-        }
-    memcpy(a, out, count * sizeof *out);
-    free(out);
-}
-
 /* ---- one operation, both ways ---------------------------------------------------------------- */
 
 typedef enum operation {
@@ -411,17 +327,17 @@ static void apply(chain *c, subject *s, operation op)
             must(c, choose_kernel(c, &kernel));
             code = cvol_array_convolve_kernel(c->context, &out, s->array, &kernel, keep);
             if (!code)
-                filter_exactly(s->exact, &c->shape, &kernel);
+                support_filter(s->exact, &c->shape, &kernel);
             break;
         case GRADIENT:
             code = cvol_array_gradient(c->context, &out, s->array, keep);
             if (!code)
-                gradient_exactly(s->exact, &c->shape, cvol_array_grid(s->array)->spacing);
+                support_gradient(s->exact, &c->shape, cvol_array_grid(s->array)->spacing);
             break;
         case CONVOLVE:
             code = cvol_array_convolve(c->context, &out, s->array, other.array, keep);
             if (!code)
-                convolve_exactly(s->exact, other.exact, &c->shape);
+                support_convolve(s->exact, other.exact, &c->shape);
             break;
         case SHIFT:
             code = cvol_array_shift(c->context, &out, s->array, offset);
@@ -431,12 +347,15 @@ static void apply(chain *c, subject *s, operation op)
                 const size_t *n = c->shape.dims;
                 for (size_t i = 0; i < s->count; i++)
                     moved[i] =
-                        s->exact[extended(&c->shape, (long)(i % n[0]) - (long)offset[0], n[0]) +
-                                 n[0] * (extended(&c->shape,
-                                                  (long)(i / n[0] % n[1]) - (long)offset[1], n[1]) +
-                                         n[1] * extended(&c->shape,
-                                                         (long)(i / n[0] / n[1]) - (long)offset[2],
-                                                         n[2]))];
+                        s->exact[support_extended(&c->shape, (long)(i % n[0]) - (long)offset[0],
+                                                  n[0]) +
+                                 n[0] *
+                                     (support_extended(&c->shape,
+                                                       (long)(i / n[0] % n[1]) - (long)offset[1],
+                                                       n[1]) +
+                                      n[1] * support_extended(
+                                                 &c->shape,
+                                                 (long)(i / n[0] / n[1]) - (long)offset[2], n[2]))];
                 free(s->exact);
                 s->exact = moved;
             }
