@@ -17,7 +17,7 @@ static int check_factor(cvol_context *context, double value, const char *name)
 static int start(cvol_context *context, cvol_array **array, const cvol_array *like,
                  const cvol_ledger *ledger, const cvol_keep *keep, const char *operation)
 {
-    int code = cvol_ledger_check(context, ledger, operation);
+    int code = cvol_array_check_ledger(context, like, ledger, operation);
     if (!code)
         code = cvol_keep_check(context, keep, like);
     if (!code)
@@ -40,7 +40,7 @@ static int finish(cvol_context *context, cvol_array **out, cvol_array *array,
         if (result->max_abs >= 0)
             array->ledger.max_abs = fmin(array->ledger.max_abs, result->max_abs);
         cvol_array_account(array, result, 0);
-        code = cvol_ledger_check(context, &array->ledger, operation);
+        code = cvol_array_check_ledger(context, array, &array->ledger, operation);
     }
     if (code) {
         cvol_array_free(array);

@@ -1,6 +1,7 @@
 /* Compressed arrays: making, owning and describing them. */
 #include "array/array.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -251,10 +252,18 @@ double cvol_array_coefficient_bound(const cvol_array *array)
            (array->ledger.max_abs + fabs(array->offset));
 }
 
+/* What a sample may lose where float32 underflows, times the square root of how many samples there
+ * are: numbers near its least are multiples of 2^-149, and transforms add up what each of them
+ * lost. */
+#define UNDERFLOW 0x1p-143
+
 void cvol_array_account(cvol_array *array, const cvol_build_result *result, double factors)
 {
     const double constant = fabs(array->offset) * sqrt((double)cvol_grid_samples(&array->grid));
     double sample = (double)INFINITY, dropped = result->dropped, norm = result->norm;
+    double underflow = 0;
+    if (norm > 0 || array->ledger.max_abs > 0 || cvol_ledger_largest(&array->ledger) > 0)
+        underflow = UNDERFLOW * (double)cvol_grid_samples(&array->grid) * fmax(result->gain, 1);
     if (array->block)
         sample = result->sample + CVOL_ROUNDING * cvol_array_coefficient_bound(array);
     if (array->lapped) { /* the filter's norms, and its rounding, which the L2 one includes */
@@ -263,7 +272,24 @@ void cvol_array_account(cvol_array *array, const cvol_build_result *result, doub
         norm *= rounding;
         sample *= CVOL_LAP_POST_PEAK_3 * rounding;
     }
-    cvol_ledger_drop(&array->ledger, dropped, norm + factors + constant, sample);
+    norm += factors + constant + underflow / CVOL_ROUNDING;
+    cvol_ledger_drop(&array->ledger, dropped, norm, sample + underflow);
+}
+
+int cvol_array_check_ledger(cvol_context *context, const cvol_array *array,
+                            const cvol_ledger *ledger, const char *operation)
+{
+    const double largest = fmax(cvol_ledger_largest(ledger), ledger->max_abs);
+    /* By how much coefficients, and the sums that they are computed from, may be larger. */
+    const double room = array->block
+                            ? (array->lapped ? 16 : 4) * sqrt((double)cvol_array_block_terms(array))
+                            : 8 * (double)cvol_grid_samples(&array->grid);
+    if (!(largest > (double)FLT_MAX / room))
+        return cvol_ledger_check(context, ledger, operation);
+    return cvol_fail(context, CVOL_ERROR_DATA,
+                     "%s: values may reach %g, beyond what transforms in float32 can hold (%g); "
+                     "scale the operands down first",
+                     operation, largest, (double)FLT_MAX / room);
 }
 
 /* ---- what operations ask of their operands ---------------------------------------------- */

@@ -34,13 +34,13 @@ static int produce(const void *user, cvol_dense_block *block, size_t index, void
             for (size_t x = 0; x < side[0]; x++) {
                 const float *here = around + (x + 1) + stride[1] * (y + (rank > 1)) +
                                     stride[2] * (z + (rank > 2));
-                float sum = 0;
+                double sum = 0; /* squares of floats may be beyond floats */
                 for (int a = 0; a < rank; a++) {
-                    const float half = (float)(g->weight[a] / 2);
-                    const float d = half * (here[stride[a]] - *(here - stride[a]));
+                    const double d = g->weight[a] / 2 *
+                                     ((double)here[stride[a]] - (double)*(here - stride[a]));
                     sum += d * d;
                 }
-                samples[x + side[0] * (y + side[1] * z)] = sqrtf(sum);
+                samples[x + side[0] * (y + side[1] * z)] = (float)sqrt(sum);
             }
     block->max_abs = cvol_halo_finish(block->coefficients, samples, g->shape, index);
     return CVOL_OK;

@@ -44,6 +44,7 @@ typedef struct cvol_build_result {
     double norm;    /* L2 norm of all coefficients produced */
     double max_abs; /* the largest of the blocks' own; negative if one was not known */
     double sample;  /* bounds what a sample lost: the most that a block did (L2); blocks only */
+    double gain; /* what the operation multiplies samples by at most, where that is more than 1 */
 } cvol_build_result;
 
 /* Fills `array` (created, without terms). array->ledger.max_abs and array->offset must be set: as

@@ -25,7 +25,7 @@ static int finish(cvol_context *context, cvol_array **out, cvol_array *array,
     if (result->max_abs >= 0)
         array->ledger.max_abs = fmin(array->ledger.max_abs, result->max_abs);
     cvol_array_account(array, result, 0);
-    int code = cvol_ledger_check(context, &array->ledger, operation);
+    int code = cvol_array_check_ledger(context, array, &array->ledger, operation);
     if (code)
         return code;
     cvol_array_derive_figures(array);
@@ -74,11 +74,12 @@ int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cv
         goto done;
     cvol_kernel_bounds(kernel, &norm, &sum);
     array->ledger = cvol_ledger_filter(&a->ledger, norm, sum, cvol_kernel_total(kernel));
-    code = cvol_ledger_check(context, &array->ledger, "convolve");
+    code = cvol_array_check_ledger(context, array, &array->ledger, "convolve");
     if (code)
         goto done;
     code = a->block ? cvol_blocks_convolve_kernel(context, array, &result, a, kernel, rule)
                     : cvol_whole_convolve_kernel(context, array, &result, a, kernel, rule);
+    result.gain = sum;
     if (!code)
         code = finish(context, out, array, &result, "convolve");
 done:
@@ -149,7 +150,7 @@ int cvol_array_convolve(cvol_context *context, cvol_array **out, const cvol_arra
     if (code)
         goto done;
     array->ledger = convolve_ledger(a, &A, b, &B);
-    code = cvol_ledger_check(context, &array->ledger, "convolve");
+    code = cvol_array_check_ledger(context, array, &array->ledger, "convolve");
     if (!code)
         code = cvol_whole_convolve(context, array, &result, a, b, rule);
     if (!code)
@@ -187,11 +188,12 @@ int cvol_array_gradient(cvol_context *context, cvol_array **out, const cvol_arra
                                   .value_min = 0,
                                   .value_max = norm * (a->ledger.value_max - a->ledger.value_min) /
                                                2};
-    code = cvol_ledger_check(context, &array->ledger, "gradient");
+    code = cvol_array_check_ledger(context, array, &array->ledger, "gradient");
     if (code)
         goto done;
     code = a->block ? cvol_blocks_gradient(context, array, &result, a, weight, rule)
                     : cvol_whole_gradient(context, array, &result, a, weight, rule);
+    result.gain = norm;
     if (!code)
         code = finish(context, out, array, &result, "gradient");
 done:

@@ -215,15 +215,19 @@ int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_arra
     if (code)
         return code;
     array->ledger = cvol_ledger_multiply(&a->ledger, &b->ledger);
-    code = cvol_ledger_check(context, &array->ledger, "multiply");
+    code = cvol_array_check_ledger(context, array, &array->ledger, "multiply");
     cvol_build_result result = {.max_abs = -1};
     if (!code)
         code = run(context, array, &result, a, b, &wanted, plan, &own);
+    if (!code) {
+        result.gain = cvol_ledger_tighten(&a->ledger) + cvol_ledger_tighten(&b->ledger);
+        set_bound(array, a, b, &result);
+        code = cvol_array_check_ledger(context, array, &array->ledger, "multiply");
+    }
     if (code) {
         cvol_array_free(array);
         return code;
     }
-    set_bound(array, a, b, &result);
     cvol_array_derive_figures(array);
     own.terms_a = terms_of(a);
     own.terms_b = terms_of(b);

@@ -108,6 +108,9 @@ int cvol_array_resample(cvol_context *context, cvol_array **out, const cvol_arra
         sum *= axis_sum;
     }
     array->ledger = cvol_ledger_filter(&a->ledger, norm, sum, 1);
+    code = cvol_array_check_ledger(context, array, &array->ledger, "resample");
+    if (code)
+        goto done;
     code = a->block ? cvol_blocks_resample(context, array, &result, a, rule)
                     : cvol_whole_resample(context, array, &result, a, rule);
     if (code)
@@ -115,7 +118,7 @@ int cvol_array_resample(cvol_context *context, cvol_array **out, const cvol_arra
     if (result.max_abs >= 0)
         array->ledger.max_abs = fmin(array->ledger.max_abs, result.max_abs);
     cvol_array_account(array, &result, 0);
-    code = cvol_ledger_check(context, &array->ledger, "resample");
+    code = cvol_array_check_ledger(context, array, &array->ledger, "resample");
     if (code)
         goto done;
     cvol_array_derive_figures(array);

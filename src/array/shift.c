@@ -79,7 +79,7 @@ int cvol_array_shift(cvol_context *context, cvol_array **out, const cvol_array *
     }
     cvol_array *array = NULL;
     cvol_spectrum terms;
-    cvol_build_result result;
+    cvol_build_result result = {0};
     const cvol_keep all = cvol_keep_all();
     memset(&terms, 0, sizeof terms);
     int code = cvol_array_create_like(context, &array, a);
@@ -94,7 +94,7 @@ int cvol_array_shift(cvol_context *context, cvol_array **out, const cvol_array *
         goto done;
     array->ledger = cvol_ledger_filter(&a->ledger, 1, sum_of_taps(&r), 1);
     cvol_array_account(array, &result, 0);
-    code = cvol_ledger_check(context, &array->ledger, "shift");
+    code = cvol_array_check_ledger(context, array, &array->ledger, "shift");
     if (code)
         goto done;
     cvol_array_derive_figures(array);

@@ -56,9 +56,6 @@ int cvol_whole_compress(cvol_context *context, cvol_array *out, cvol_build_resul
         candidates.box[a] = dims[a];
     }
     code = cvol_truncate(context, out, &result->dropped, &candidates, keep);
-    /* Numbers near the least float round by a share that CVOL_ROUNDING does not know. */
-    if (result->norm > 0)
-        result->dropped += 16 * sqrt((double)n) * (double)FLT_TRUE_MIN;
     if (!code)
         code = cvol_report_progress(context, "keeping", 1);
 done:

@@ -12,22 +12,24 @@
 #include "array/operations.h"
 #include "array/truncate.h"
 #include "base/context.h"
+#include "base/memory.h"
+#include "base/thread.h"
 #include "transform/fft.h"
 #include "transform/whole.h"
 
 /* Squares of the differences along one axis of the row that begins at `row`, added to out[0 .. nx).
  */
-static void add_squares(float *out, const float *samples, const size_t dims[3], size_t row,
+static void add_squares(double *out, const float *samples, const size_t dims[3], size_t row,
                         int axis, int mirrored, double weight)
 {
     const size_t n = dims[axis], nx = dims[0];
-    const float factor = (float)(weight / 2);
+    const double factor = weight / 2;
     const float *at = samples + row * nx;
     if (axis == 0) {
         for (size_t x = 0; x < nx; x++) {
             const float before = x ? at[x - 1] : mirrored ? at[0] : at[n - 1];
             const float after = x + 1 < n ? at[x + 1] : mirrored ? at[n - 1] : at[0];
-            const float d = factor * (after - before);
+            const double d = factor * ((double)after - (double)before);
             out[x] += d * d;
         }
         return;
@@ -39,7 +41,7 @@ static void add_squares(float *out, const float *samples, const size_t dims[3], 
     const float *before = samples + (first + below * stride) * nx;
     const float *after = samples + (first + above * stride) * nx;
     for (size_t x = 0; x < nx; x++) {
-        const float d = factor * (after[x] - before[x]);
+        const double d = factor * ((double)after[x] - (double)before[x]);
         out[x] += d * d;
     }
 }
@@ -50,9 +52,11 @@ int cvol_whole_gradient(cvol_context *context, cvol_array *out, cvol_build_resul
     const size_t *dims = a->grid.dims, N = cvol_grid_samples(&a->grid), nx = dims[0];
     const ptrdiff_t rows = (ptrdiff_t)(dims[1] * dims[2]);
     const int mirrored = a->transform == CVOL_DCT;
+    const int threads = cvol_context_threads(context);
     float *samples = cvol_fft_allocate(N), *length = cvol_fft_allocate(N);
+    double *lines = cvol_allocate((size_t)threads * nx, sizeof *lines);
     int code = CVOL_OK;
-    if (!samples || !length) {
+    if (!samples || !length || !lines) {
         code = cvol_fail_memory(context, 2 * N * sizeof *samples, "all samples of a gradient");
         goto done;
     }
@@ -66,14 +70,15 @@ int cvol_whole_gradient(cvol_context *context, cvol_array *out, cvol_build_resul
         code = cvol_whole_inverse(context, a->transform, samples, samples, dims);
     if (code)
         goto done;
-#pragma omp parallel for num_threads(cvol_context_threads(context)) schedule(static)
+#pragma omp parallel for num_threads(threads) schedule(static)
     for (ptrdiff_t row = 0; row < rows; row++) {
-        float *to = length + (size_t)row * nx;
+        /* Squares of floats are beyond floats where these are below 1e-19 or above 1e19. */
+        double *to = lines + (size_t)cvol_thread_index() * nx;
         memset(to, 0, nx * sizeof *to);
         for (int axis = 0; axis < a->rank; axis++)
             add_squares(to, samples, dims, (size_t)row, axis, mirrored, weight[axis]);
         for (size_t x = 0; x < nx; x++)
-            to[x] = sqrtf(to[x]);
+            length[(size_t)row * nx + x] = (float)sqrt(to[x]);
     }
     code = cvol_report_progress(context, "differentiating", 0.5);
     if (!code)
@@ -99,5 +104,6 @@ int cvol_whole_gradient(cvol_context *context, cvol_array *out, cvol_build_resul
 done:
     free(samples);
     free(length);
+    free(lines);
     return code;
 }
