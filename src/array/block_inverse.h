@@ -106,12 +106,13 @@ CVOL_INLINE void cvol_block_inverse_of(const cvol_block_out *out, const cvol_blo
     const int rows = axes->row_points;
     const int low_row = cvol_block_frequencies(axes, rows, block->low[row]),
               low_sheet = cvol_block_frequencies(axes, axes->sheet_points, block->low[sheet]);
+    float *second = cvol_block_second(work, block_log2);
     cvol_block_rows low_rows;
     if (block_log2 == CVOL_DENSE_LOG2 && cvol_dense_pays(block, lane, row, sheet)) {
         const float *const of = axes->lane_basis;
         const float *const bases[2][2][2] = {{{of, of}, {of, of}}, {{of, of}, {of, of}}};
-        cvol_dense_lanes(work->first, (int32_t *)work->second, &low_rows, block, bases, 1, step,
-                         lane, row, sheet, low_row, low_sheet);
+        cvol_dense_lanes(work->first, (int32_t *)second, &low_rows, block, bases, 1, step, lane,
+                         row, sheet, low_row, low_sheet);
     } else {
         cvol_block_gather_lanes(work->first, &low_rows, block, axes->lane_basis, block_log2, step,
                                 width, lane, row, sheet);
@@ -121,14 +122,14 @@ CVOL_INLINE void cvol_block_inverse_of(const cvol_block_out *out, const cvol_blo
         if (lanes <= 0)
             break;
         for (int s = 0; s < low_sheet; s++)
-            cvol_lines_inverse(work->second + (long)s * rows * width + part, width,
+            cvol_lines_inverse(second + (long)s * rows * width + part, width,
                                work->first + (long)s * B * width + part, width,
                                cvol_block_frequencies(axes, rows, low_rows.count[s]),
                                axes->row_basis, rows, CVOL_LANES);
         if (out->are_words)
-            cvol_block_sheets_words(out, axes, work->second + part, width, low_sheet, part, lanes);
+            cvol_block_sheets_words(out, axes, second + part, width, low_sheet, part, lanes);
         else
-            cvol_block_sheets(out, axes, work->second + part, width, low_sheet, part, lanes);
+            cvol_block_sheets(out, axes, second + part, width, low_sheet, part, lanes);
     }
 }
 

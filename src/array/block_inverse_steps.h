@@ -37,6 +37,18 @@ typedef struct cvol_block_work {
     float second[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
 } cvol_block_work;
 
+/* Of one that evaluates blocks of 16 and 8 only: it may be used as a cvol_block_work, whose
+ * beginning is all that they need. */
+enum { CVOL_CELL_WORK = 16 * 16 * 16 };
+typedef struct cvol_cell_work {
+    float first[CVOL_CELL_WORK], second[CVOL_CELL_WORK];
+} __attribute__((aligned(64))) cvol_cell_work;
+
+CVOL_INLINE float *cvol_block_second(cvol_block_work *work, int block_log2)
+{
+    return block_log2 > 4 ? work->second : work->first + CVOL_CELL_WORK;
+}
+
 /* Where samples go: sample i of row j in sheet z to at[z sheet_stride + j row_stride + i]. Whether
  * they are words is known when this is compiled. */
 typedef struct cvol_block_out {

@@ -11,10 +11,9 @@
 #include "transform/whole.h"
 
 #define PI 3.14159265358979323846
-#define CUBE (CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX)
 
 CVOL_SIMD_DECLARE(void, cvol_block_matrix,
-                  (float *data, float *work, const float *matrix, const float *transposed, int rank,
+                  (float *data, const float *matrix, const float *transposed, int rank,
                    int block_log2));
 
 /* ---- matrices, filled once and only read after ----------------------------------------------- */
@@ -37,8 +36,8 @@ static void fill_all(void)
     }
 }
 
-/* data: B^rank samples or slots; work: as many. */
-static void apply_matrix(float *data, float *work, const cvol_array *shape, int inverse)
+/* data: B^rank samples or slots, in place. */
+static void apply_matrix(float *data, const cvol_array *shape, int inverse)
 {
     pthread_once(&once, fill_all);
     const float *forward = cvol_block_basis(shape->block);
@@ -46,25 +45,36 @@ static void apply_matrix(float *data, float *work, const cvol_array *shape, int 
     if (shape->transform != CVOL_DCT)
         forward = backward = cas[shape->block_log2 - 3];
     CVOL_SIMD_CHOOSE(cvol_block_matrix)
-    (data, work, inverse ? backward : forward, inverse ? forward : backward, shape->rank,
+    (data, inverse ? backward : forward, inverse ? forward : backward, shape->rank,
      shape->block_log2);
 }
 
 /* ---- DHT and DFT ------------------------------------------------------------------------------
  */
 
-/* out = what the formulas above make of the separable transform `in`; its own inverse. */
-static void combine(float *out, const float *in, int rank, int block_log2)
+/* What the formulas above make of the separable transform, in place; its own inverse. A place and
+ * its mirror images, bit a of whose number says that they are mirrored along axis a, depend on one
+ * another alone. */
+static void combine(float *data, int rank, int block_log2)
 {
     const uint32_t X = (UINT32_C(1) << block_log2) - 1, Y = X << block_log2, Z = Y << block_log2;
     const uint32_t count = UINT32_C(1) << rank * block_log2;
+    const int images = 1 << rank;
     for (uint32_t p = 0; p < count; p++) {
-        const uint32_t x = p & X, y = p & Y, z = p & Z;
-        const uint32_t mx = cvol_block_mirror(p, X), my = cvol_block_mirror(p, Y),
-                       mz = cvol_block_mirror(p, Z);
-        out[p] = rank == 2 ? 0.5f * ((in[p] + in[mx | y]) + (in[x | my] - in[mx | my]))
-                           : 0.5f * ((in[mx | y | z] + in[x | my | z]) +
-                                     (in[x | y | mz] - in[mx | my | mz]));
+        const uint32_t at[3][2] = {{p & X, cvol_block_mirror(p, X)},
+                                   {p & Y, cvol_block_mirror(p, Y)},
+                                   {p & Z, cvol_block_mirror(p, Z)}};
+        float in[8] = {0};
+        uint32_t place[8] = {0};
+        if (at[0][0] > at[0][1] || at[1][0] > at[1][1] || at[2][0] > at[2][1])
+            continue;
+        for (int i = 0; i < images; i++) {
+            place[i] = at[0][i & 1] | at[1][i >> 1 & 1] | at[2][i >> 2];
+            in[i] = data[place[i]];
+        }
+        for (int i = 0; i < images; i++)
+            data[place[i]] = rank == 2 ? 0.5f * ((in[i] + in[i ^ 1]) + (in[i ^ 2] - in[i ^ 3]))
+                                       : 0.5f * ((in[i ^ 1] + in[i ^ 2]) + (in[i ^ 4] - in[i ^ 7]));
     }
 }
 
@@ -101,32 +111,23 @@ void cvol_block_to_slots(float *slots, const float *samples, const cvol_array *s
         cvol_block_forward(slots, samples, shape->block);
         return;
     }
-    float work[CUBE] __attribute__((aligned(64)));
-    const size_t bytes = cvol_array_block_terms(shape) * sizeof *slots;
-    memcpy(slots, samples, bytes);
-    apply_matrix(slots, work, shape, 0);
+    memcpy(slots, samples, cvol_array_block_terms(shape) * sizeof *slots);
+    apply_matrix(slots, shape, 0);
     if (shape->transform == CVOL_DCT)
         return;
-    if (shape->rank > 1) {
-        memcpy(work, slots, bytes);
-        combine(slots, work, shape->rank, shape->block_log2);
-    }
+    if (shape->rank > 1)
+        combine(slots, shape->rank, shape->block_log2);
     if (shape->transform == CVOL_DFT)
         pair_slots(slots, shape->rank, shape->block_log2, 1);
 }
 
-void cvol_block_from_slots(float *samples, const float *slots, const cvol_array *shape)
+void cvol_block_from_slots(float *data, const cvol_array *shape)
 {
-    float work[CUBE] __attribute__((aligned(64)));
-    const size_t bytes = cvol_array_block_terms(shape) * sizeof *slots;
-    memcpy(samples, slots, bytes);
     if (shape->transform == CVOL_DFT)
-        pair_slots(samples, shape->rank, shape->block_log2, 0);
-    if (shape->transform != CVOL_DCT && shape->rank > 1) {
-        memcpy(work, samples, bytes);
-        combine(samples, work, shape->rank, shape->block_log2);
-    }
-    apply_matrix(samples, work, shape, 1);
+        pair_slots(data, shape->rank, shape->block_log2, 0);
+    if (shape->transform != CVOL_DCT && shape->rank > 1)
+        combine(data, shape->rank, shape->block_log2);
+    apply_matrix(data, shape, 1);
 }
 
 void cvol_block_unpack(float *slots, const cvol_array *array, size_t index)

@@ -20,7 +20,8 @@ static inline uint32_t cvol_block_mirror(uint32_t place, uint32_t field)
 
 /* `shape`: rank, transform and block are read. */
 void cvol_block_to_slots(float *slots, const float *samples, const cvol_array *shape);
-void cvol_block_from_slots(float *samples, const float *slots, const cvol_array *shape);
+/* In place. */
+void cvol_block_from_slots(float *data, const cvol_array *shape);
 
 /* The slots of block `index`, zero where there is no term, without the offset. */
 void cvol_block_unpack(float *slots, const cvol_array *array, size_t index);

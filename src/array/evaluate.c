@@ -30,22 +30,11 @@ static const float *lane_basis(float *padded, const float *basis, int block)
     return padded;
 }
 
-void cvol_block_evaluate(float *out, const cvol_array *array, size_t index)
+static void decode(float *out, const cvol_array *array, const cvol_block *block,
+                   cvol_block_work *work)
 {
     const int B = array->block;
-    const cvol_block *block = &array->block_table[index];
-    if (block->words == 0) {
-        memset(out, 0, sizeof *out * cvol_array_block_terms(array));
-        return;
-    }
-    if (array->rank != 3 || array->transform != CVOL_DCT) {
-        float slots[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
-        cvol_block_unpack(slots, array, index);
-        cvol_block_from_slots(out, slots, array);
-        return;
-    }
     float padded[8 * 16] __attribute__((aligned(64)));
-    cvol_block_work work;
     const float *basis = cvol_block_basis(B);
     cvol_block_axes axes = {.lane = 0,
                             .row = 1,
@@ -61,7 +50,40 @@ void cvol_block_evaluate(float *out, const cvol_array *array, size_t index)
             axes.lane_parts[i] = axes.row_parts[i] = axes.sheet_parts[i] = cvol_cell_samples_basis(
                 i ? 4 : 8);
     CVOL_SIMD_CHOOSE(cvol_block_decode)
-    (out, block, &axes, array->block_log2, (float)array->step, &work);
+    (out, block, &axes, array->block_log2, (float)array->step, work);
+}
+
+/* Without working memory: dense matrices, in place. */
+static void evaluate_slots(float *out, const cvol_array *array, size_t index)
+{
+    cvol_block_unpack(out, array, index);
+    cvol_block_from_slots(out, array);
+}
+
+/* What larger blocks need is too much for the stack of a thread. Where there is no memory, the
+ * slower way is taken, which rounds otherwise. */
+static void evaluate_large(float *out, const cvol_array *array, size_t index)
+{
+    cvol_block_work *work = cvol_allocate(1, sizeof *work);
+    if (work)
+        decode(out, array, &array->block_table[index], work);
+    else
+        evaluate_slots(out, array, index);
+    free(work);
+}
+
+void cvol_block_evaluate(float *out, const cvol_array *array, size_t index)
+{
+    const cvol_block *block = &array->block_table[index];
+    cvol_cell_work work;
+    if (block->words == 0)
+        memset(out, 0, sizeof *out * cvol_array_block_terms(array));
+    else if (array->rank != 3 || array->transform != CVOL_DCT)
+        evaluate_slots(out, array, index);
+    else if (array->block > 16)
+        evaluate_large(out, array, index);
+    else
+        decode(out, array, block, (cvol_block_work *)(void *)&work);
 }
 
 /* Copies the part of block (x fastest, origin `at`; its samples as they are stored) that lies

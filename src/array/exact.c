@@ -144,25 +144,23 @@ static void line_reference(int64_t *line, int64_t stride, const int32_t *C, int 
     }
 }
 
-/* One part, M^3, gathered from a block of side B whose coefficients are by place. */
+/* One part, M^3, gathered from a block of side B whose coefficients are by place, and transformed
+ * where its samples lie. */
 static void part_reference(int64_t *out, const int64_t *places, const cvol_cell_part *part, int B)
 {
-    int64_t values[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
-    const int M = part->side, apart = B / M;
+    const int M = part->side, apart = B / M, strides[3] = {1, B, B * B};
     const int32_t *C = cvol_exact_matrix(M == 4 ? 2 : M == 8 ? 3 : M == 16 ? 4 : 5);
+    int64_t *corner = out + part->begin[0] + B * (part->begin[1] + B * part->begin[2]);
     for (int i = 0; i < M * M * M; i++) {
-        const int at[3] = {part->first[0] + i % M * apart, part->first[1] + i / M % M * apart,
-                           part->first[2] + i / M / M * apart};
-        values[i] = places[at[0] + B * (at[1] + B * at[2])];
+        const int at[3] = {i % M, i / M % M, i / M / M};
+        corner[at[0] + B * (at[1] + B * at[2])] =
+            places[part->first[0] + at[0] * apart +
+                   B * (part->first[1] + at[1] * apart + B * (part->first[2] + at[2] * apart))];
     }
-    for (int a = 0, stride = 1; a < 3; a++, stride *= M)
+    for (int a = 0; a < 3; a++)
         for (int i = 0; i < M * M; i++)
-            line_reference(values + i % stride + i / stride * stride * M, stride, C, M);
-    for (int i = 0; i < M * M * M; i++) {
-        const int at[3] = {part->begin[0] + i % M, part->begin[1] + i / M % M,
-                           part->begin[2] + i / M / M};
-        out[at[0] + B * (at[1] + B * at[2])] = values[i];
-    }
+            line_reference(corner + i % M * strides[a == 0] + i / M * strides[a == 2 ? 1 : 2],
+                           strides[a], C, M);
 }
 
 static void block_reference(int64_t *out, int64_t *places, const cvol_array *array, size_t index,

@@ -365,7 +365,7 @@ CVOL_INLINE void cvol_split_step_lanes(cvol_block_work *work, cvol_block_rows *r
             for (int f = 0; f < 2; f++)
                 bases[half >> 1][half & 1][f] = axes->lane_parts[kinds.of[f]];
         }
-        cvol_dense_lanes(work->first, (int32_t *)work->second, rows, block,
+        cvol_dense_lanes(work->first, (int32_t *)cvol_block_second(work, 4), rows, block,
                          (const float *const(*)[2][2])bases, 2, step, lane, row, sheet,
                          cvol_split_frequencies(axes, axes->row_points, block->low[row]),
                          cvol_split_frequencies(axes, axes->sheet_points, block->low[sheet]));
@@ -389,8 +389,9 @@ CVOL_INLINE void cvol_split_inverse(const cvol_block_out *out, const cvol_block 
         cvol_vi own;
         for (int i = 0; i < CVOL_LANES; i++)
             own[i] = part + i < axes->lane_points / 2 ? -1 : 0;
-        cvol_split_rows(work->second + part, work->first + part, block, axes, &low_rows, own);
-        cvol_split_sheets(out, part, lanes, work->second + part, block, axes, own);
+        cvol_split_rows(cvol_block_second(work, 4) + part, work->first + part, block, axes,
+                        &low_rows, own);
+        cvol_split_sheets(out, part, lanes, cvol_block_second(work, 4) + part, block, axes, own);
     }
 }
 

@@ -15,7 +15,7 @@
 #include "codec/sampler.h"
 #include "transform/lap.h"
 
-enum { SIDE = CVOL_BRICK_SIDE };
+enum { SIDE = CVOL_BRICK_SIDE, BLOCK = 32 * 32 * 32 };
 
 typedef struct brick_error {
     double coefficients, samples, filtered; /* squares */
@@ -36,11 +36,12 @@ static double squares(const float *samples, const size_t size[3])
     return sum;
 }
 
-/* Decoded cells less the cells they were made of, and these themselves, as cubes of 64^3. */
-static void subtract(float *errors, float *own, const cvol_array *decoded, const float *cells)
+/* Decoded cells less the cells they were made of, and these themselves, as cubes of 64^3. block:
+ * room for one. */
+static void subtract(float *errors, float *own, float *block, const cvol_array *decoded,
+                     const float *cells)
 {
     const size_t B = (size_t)decoded->block, *blocks = decoded->blocks;
-    float block[32 * 32 * 32] __attribute__((aligned(64)));
     for (size_t i = 0; i < decoded->block_count; i++) {
         const size_t at[3] = {i % blocks[0] * B, i / blocks[0] % blocks[1] * B,
                               i / blocks[0] / blocks[1] * B};
@@ -134,7 +135,7 @@ static double face_share(const cvol_array *shape, const size_t size[3])
     return all > 0 ? share / all : 0;
 }
 
-/* errors: room for two cubes. */
+/* errors: room for two cubes and a block. */
 static brick_error measure(cvol_context *context, cvol_brick_maker *maker, float *errors,
                            const cvol_brick_recipe *recipe, const float *cells, size_t brick)
 {
@@ -154,7 +155,7 @@ static brick_error measure(cvol_context *context, cvol_brick_maker *maker, float
         result.code = decode(context, &decoded, recipe->shape, size, recipe->tables, shells,
                              recipe->options.step);
     if (!result.code) {
-        subtract(errors, own, decoded, cells);
+        subtract(errors, own, own + CVOL_BRICK_SAMPLES, decoded, cells);
         result.samples = result.filtered = squares(errors, size);
         if (recipe->shape->lapped) {
             filter(errors, size);
@@ -179,7 +180,7 @@ int cvol_sampler_measure(cvol_context *context, double *share, const cvol_sample
 {
     cvol_token_costs *costs = malloc(sizeof *costs);
     cvol_brick_maker *maker = cvol_brick_maker_create(shape);
-    float *errors = cvol_allocate(2 * CVOL_BRICK_SAMPLES, sizeof *errors);
+    float *errors = cvol_allocate(2 * CVOL_BRICK_SAMPLES + BLOCK, sizeof *errors);
     const size_t count = cvol_sampler_count(sampler);
     const size_t stride = count / most ? count / most : 1;
     double coefficients = 0, samples = 0, clamped = 0, unclamped = 0;

@@ -36,34 +36,57 @@ int cvol_shell_of(uint32_t place, int block_log2, uint16_t split)
     return shell;
 }
 
-/* Of a cell that the volume ends in: by what levels' samples lack, as terms are rounded in each. */
-static void ended_squares(double squares[CVOL_SHELLS], const cvol_block *block, const int inside[3],
-                          int bits)
+/* Threads' stacks may be small: these arrays lie in frames that do not wait for one another. */
+#define APART static __attribute__((noinline))
+
+/* What a level's samples lack of a cell that the volume ends in, squared. */
+APART double lack_of(const cvol_block *block, const int32_t *level, const int inside[3])
 {
-    int32_t terms[CVOL_CELL_SAMPLES] = {0}, coded[CVOL_CELL_SAMPLES], level[CVOL_CELL_SAMPLES];
-    double lacks[CVOL_CELL_SAMPLES], before = 0;
+    double lacks[CVOL_CELL_SAMPLES], all = 0;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        lacks[i] = 0 - (double)level[i];
+    while (words < end) {
+        uint32_t place;
+        const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(4));
+        lacks[place] = (double)value - (double)level[place];
+    }
+    cvol_cell_ends_from_terms(lacks, inside, block->split);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        all += lacks[i] * lacks[i];
+    return all;
+}
+
+/* The same of the level that has `left` shells. */
+APART double lack_with(const cvol_block *block, const int32_t *coded, const int inside[3], int bits,
+                       int left)
+{
+    int32_t level[CVOL_CELL_SAMPLES];
+    uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
+    for (uint32_t place = 0; place < CVOL_CELL_SAMPLES; place++) {
+        const int shell = cvol_shell_of(place, 4, block->split);
+        level[place] = shell < left ? coded[place] : 0;
+        found[place / 64] |= (uint64_t)(level[place] != 0) << place % 64;
+    }
+    cvol_cell_ends_take(level, found, inside, block->split, bits);
+    return lack_of(block, level, inside);
+}
+
+/* Of a cell that the volume ends in: by what levels' samples lack, as terms are rounded in each. */
+APART void ended_squares(double squares[CVOL_SHELLS], const cvol_block *block, const int inside[3],
+                         int bits)
+{
+    int32_t coded[CVOL_CELL_SAMPLES] = {0};
+    double before = 0;
     const uint32_t *words = block->terms, *end = cvol_block_end(block);
     while (words < end) {
         uint32_t place;
         const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(4));
-        terms[place] = value;
+        coded[place] = value;
     }
-    memcpy(coded, terms, sizeof coded);
     cvol_cell_ends_put(coded, inside, block->split, bits);
     for (int left = CVOL_SHELLS - 1; left >= 0; left--) {
-        uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
-        double all = 0;
-        for (uint32_t place = 0; place < CVOL_CELL_SAMPLES; place++) {
-            const int shell = cvol_shell_of(place, 4, block->split);
-            level[place] = shell < left ? coded[place] : 0;
-            found[place / 64] |= (uint64_t)(level[place] != 0) << place % 64;
-        }
-        cvol_cell_ends_take(level, found, inside, block->split, bits);
-        for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
-            lacks[i] = (double)terms[i] - (double)level[i];
-        cvol_cell_ends_from_terms(lacks, inside, block->split);
-        for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
-            all += lacks[i] * lacks[i];
+        const double all = lack_with(block, coded, inside, bits, left);
         squares[left] += fmax(all - before, 0);
         before = fmax(all, before);
     }

@@ -660,15 +660,21 @@ static int check_footprint(cvol_context *context, const cvol_sheet_options *opti
 }
 
 /* Which rays a picture in parallel projection is drawn along, where that is left to the engine. */
-static void choose_lattice(sheet_state *state, const cvol_sheet_subject *subject, cvol_view *view,
-                           cvol_render_options *options)
+static int choose_lattice(cvol_context *context, sheet_state *state,
+                          const cvol_sheet_subject *subject, cvol_view *view,
+                          cvol_render_options *options)
 {
-    if (!subject->level.samples && cvol_sheet_rays_want_bend(&state->traits, options))
+    if (!subject->level.samples && cvol_sheet_rays_want_bend(&state->traits, options)) {
         state->traits.bend = cvol_sheet_bend(subject->array, state->transfer,
                                              &subject->by_transfer);
+        if (state->traits.bend < 0)
+            return cvol_fail_memory(context, cvol_array_block_terms(subject->array) * sizeof(float),
+                                    "a block");
+    }
     cvol_sheet_rays_space(view, &state->traits, options);
     if (options->mode == CVOL_MODE_COMPOSITE)
         options->sheet.rays = cvol_sheet_rays_suited(&state->traits, view, options);
+    return CVOL_OK;
 }
 
 static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *image,
@@ -687,9 +693,10 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
         return draw_all_along(context, state, subject, image, view, options);
     cvol_view seen = *view;
     cvol_render_options chosen = *options;
-    choose_lattice(state, subject, &seen, &chosen);
-    code = cvol_sheet_plan_make(context, &plan, state->array,
-                                subject->level.samples ? options->level : 0, &seen);
+    code = choose_lattice(context, state, subject, &seen, &chosen);
+    if (!code)
+        code = cvol_sheet_plan_make(context, &plan, state->array,
+                                    subject->level.samples ? options->level : 0, &seen);
     return code ? code : draw_parallel(context, state, subject, image, &plan, &seen, &chosen);
 }
 

@@ -384,13 +384,13 @@ static void draw_layer(cvol_sheet_share *share, int thread, cvol_band *band,
     cvol_band_memory *memory = &share->bands[thread];
     const cvol_sheet_plan *plan = frame->plan;
     size_t next_row = at->first_row;
-    cvol_layer layer, first_sheet;
-    cvol_layer_describe(&layer, memory->samples, memory->row_stride, memory->sheet_stride, skip,
+    cvol_layer *layer = &memory->layer, *first_sheet = &memory->first_sheet;
+    cvol_layer_describe(layer, memory->samples, memory->row_stride, memory->sheet_stride, skip,
                         before, plan, at);
-    layer.cover_at = memory->cover_at;
-    layer.bounded = frame->extremes.sign != 0;
-    first_sheet = layer;
-    first_sheet.sheet_count = 1;
+    layer->cover_at = memory->cover_at;
+    layer->bounded = frame->extremes.sign != 0;
+    *first_sheet = *layer;
+    first_sheet->sheet_count = 1;
     for (int from = band->begin; from < band->end; from += CVOL_TILE) {
         size_t first, last;
         cvol_share_tile(share, thread, band, from);
@@ -408,7 +408,7 @@ static void draw_layer(cvol_sheet_share *share, int thread, cvol_band *band,
         *pending = memchr(memory->seen + first, 1, last - first + 1) != NULL;
         for (int j = from; j < to && (*pending || ends); j += cvol_lines_at_once(plan)) {
             const cvol_line line = cvol_band_line_of(memory, frame, j);
-            frame->kernel(*pending ? &layer : &first_sheet, frame->table, &line);
+            frame->kernel(*pending ? layer : first_sheet, frame->table, &line);
         }
         if (*pending || ends)
             cvol_extremes_update(&frame->extremes, frame->tiles, frame->intermediate, from, to);
@@ -416,16 +416,15 @@ static void draw_layer(cvol_sheet_share *share, int thread, cvol_band *band,
 }
 
 /* Behind the last sheet. */
-static void end_lines(const cvol_sheet_frame *frame, int begin, int end)
+static void end_lines(cvol_layer *layer, const cvol_sheet_frame *frame, int begin, int end)
 {
-    cvol_layer layer;
-    memset(&layer, 0, sizeof layer);
-    layer.sheets[0].ordinal = (int)frame->plan->sheet_count + frame->plan->beyond;
-    layer.cover_at = frame->plan->masked == CVOL_SHEET_SOME_VOID;
-    layer.parts = frame->plan->parts;
+    memset(layer, 0, sizeof *layer);
+    layer->sheets[0].ordinal = (int)frame->plan->sheet_count + frame->plan->beyond;
+    layer->cover_at = frame->plan->masked == CVOL_SHEET_SOME_VOID;
+    layer->parts = frame->plan->parts;
     for (int j = begin; j < end; j += cvol_lines_at_once(frame->plan)) {
         const cvol_line line = cvol_band_line(frame->intermediate, j);
-        frame->kernel(&layer, frame->table, &line);
+        frame->kernel(layer, frame->table, &line);
     }
 }
 
@@ -484,5 +483,5 @@ void cvol_band_draw(cvol_sheet_share *share, int thread, cvol_band *band)
         atomic_fetch_add_explicit(&share->drawn, band->end - band->begin, memory_order_relaxed);
     }
     if (plan->lit)
-        end_lines(frame, band->begin, band->end);
+        end_lines(&share->bands[thread].layer, frame, band->begin, band->end);
 }

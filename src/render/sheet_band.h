@@ -53,6 +53,7 @@ struct cvol_band_memory {
     uint8_t *pending; /* for each row of tiles: whether the layer before was drawn to its end */
     cvol_block_work *work;
     size_t sample_capacity, seen_capacity, pending_capacity, work_capacity;
+    cvol_layer layer, first_sheet; /* what is drawn: large for a thread's stack */
     cvol_lapped_memory lapped;
     uint64_t multiply_adds;
     cvol_seat seat;

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "array/array.h"
+#include "base/memory.h"
 
 /* So many blocks are looked at, evenly among those that show. */
 #define BLOCKS 160
@@ -70,13 +71,15 @@ static void find_ends(int end[3], const cvol_array *array, size_t index)
 double cvol_sheet_bend(const cvol_array *array, const cvol_transfer *transfer,
                        const cvol_visibility *visibility)
 {
-    _Alignas(64) float samples[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX];
     const int block = array->block;
     opacities table;
     bends sum = {0, 0, 0};
     size_t shown = 0, met = 0;
     if (!(array->range_max > array->range_min))
         return 0;
+    float *samples = cvol_allocate(cvol_array_block_terms(array), sizeof *samples);
+    if (!samples)
+        return -1;
     fill_opacities(&table, array, transfer);
     for (size_t i = 0; i < array->block_count; i++)
         shown += cvol_visibility_of(visibility, &array->block_table[i]) != 0;
@@ -92,5 +95,6 @@ double cvol_sheet_bend(const cvol_array *array, const cvol_transfer *transfer,
         for (int stride = 1; stride < block * block * block; stride *= block)
             add_bends(&sum, &table, samples, block, end, stride);
     }
+    free(samples);
     return sum.opacity > 0 ? sqrt(sum.squares * (double)sum.count) / sum.opacity : 0;
 }

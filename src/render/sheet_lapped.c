@@ -215,7 +215,6 @@ void cvol_lapped_go_on(cvol_band_memory *memory, const cvol_sheet_frame *frame,
     const size_t step = band->step - 1;
     cvol_lapped_layer *layers = memory->lapped.layers, *layer = &layers[step % 3],
                       *before = &layers[(step + 2) % 3];
-    cvol_layer now;
     if (step > 0) {
         open_layer(memory, frame, step - 1, band);
         open_layer(memory, frame, step, band);
@@ -223,7 +222,7 @@ void cvol_lapped_go_on(cvol_band_memory *memory, const cvol_sheet_frame *frame,
     open_layers(memory, frame, step, band);
     if (!layer->reached)
         return;
-    describe(&now, memory, frame, layer, before);
+    describe(&memory->lapped.now, memory, frame, layer, before);
     size_t next_row = layer->at.first_row;
     evaluate_rows(memory, frame, step, &next_row, layer->at.last_row);
 }
@@ -239,15 +238,16 @@ void cvol_lapped_draw(cvol_sheet_share *share, int thread, cvol_band *band)
     open_layers(memory, frame, step, band);
     if (!layer->reached)
         return;
-    cvol_layer now, first_sheet, all, all_and_first;
-    describe(&now, memory, frame, layer, before);
-    first_sheet = now;
-    first_sheet.sheet_count = 1;
+    cvol_layer *now = &memory->lapped.now, *first_sheet = &memory->lapped.first_sheet;
+    cvol_layer *all = &memory->lapped.all, *all_and_first = &memory->lapped.all_and_first;
+    describe(now, memory, frame, layer, before);
+    *first_sheet = *now;
+    first_sheet->sheet_count = 1;
     /* Those that read samples of 16 bits look at nothing but a sheet itself. */
     const int joins = plan->compact.scale > 0 && before->reached;
     if (joins) {
-        join(&all, &before->drawn, &now);
-        join(&all_and_first, &before->drawn, &first_sheet);
+        join(all, &before->drawn, now);
+        join(all_and_first, &before->drawn, first_sheet);
     }
     size_t next_row = layer->at.first_row;
     for (int from = band->begin; from < band->end; from += CVOL_TILE) {
@@ -266,12 +266,12 @@ void cvol_lapped_draw(cvol_sheet_share *share, int thread, cvol_band *band)
         for (int j = from; j < to && (drawn || here); j += cvol_lines_at_once(plan)) {
             const cvol_line line = cvol_band_line_of(memory, frame, j);
             if (drawn && joins) {
-                frame->kernel(here ? &all : &all_and_first, frame->table, &line);
+                frame->kernel(here ? all : all_and_first, frame->table, &line);
                 continue;
             }
             if (drawn)
                 frame->kernel(&before->drawn, frame->table, &line);
-            frame->kernel(here ? &now : &first_sheet, frame->table, &line);
+            frame->kernel(here ? now : first_sheet, frame->table, &line);
         }
         if (drawn || here)
             cvol_extremes_update(&frame->extremes, frame->tiles, frame->intermediate, from, to);

@@ -36,9 +36,11 @@ typedef struct cvol_lapped_layer {
     size_t have_capacity, seen_capacity;
 } cvol_lapped_layer;
 
-/* The layer before, this one, the next: in turn. */
+/* The layer before, this one, the next: in turn; and the views of them that are drawn, which are
+ * large for a thread's stack. */
 typedef struct cvol_lapped_memory {
     cvol_lapped_layer layers[3];
+    cvol_layer now, first_sheet, all, all_and_first;
 } cvol_lapped_memory;
 
 /* Makes room; 0 without memory. */

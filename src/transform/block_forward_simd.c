@@ -58,7 +58,8 @@ CVOL_INLINE void forward(float *out, const float *in, const float *basis, int B)
 {
     const int width = B < 16 ? 16 : B;
     float columns[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
-    float work[CVOL_BLOCK_MAX * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX] __attribute__((aligned(64)));
+    float wide[8 * 8 * 16] __attribute__((aligned(64)));
+    float *work = B == width ? out : wide;
     transpose_basis(columns, basis, B, width);
     transform_x(work, in, columns, B, width);
     for (int z = 0; z < B; z++)
@@ -68,7 +69,7 @@ CVOL_INLINE void forward(float *out, const float *in, const float *basis, int B)
     for (int y = 0; y < B; y++)
         for (int part = 0; part < width; part += CVOL_LANES)
             transform_line(work + y * width + part, work + y * width + part, basis, B, B * width);
-    for (int row = 0; row < B * B; row++)
+    for (int row = 0; row < B * B && work != out; row++)
         memcpy(out + row * B, work + row * width, sizeof(float) * (size_t)B);
 }
 
