@@ -161,12 +161,43 @@ static void what_overflows_is_refused(void **state)
     }
 }
 
+/* Sums of many terms lose more than fast transforms do. A jump at 129 is about the worst. */
+static void large_primes_round_more(void **state)
+{
+    (void)state;
+    static const size_t lengths[] = {97, 127, 131, 139, 151, 163, 167, 326, 652, 834, 2641, 359};
+    for (int i = 0; i < 12; i++)
+        for (int transform = CVOL_DCT; transform <= CVOL_DHT; transform++) {
+            const support_shape s = {{lengths[i], 1, 1}, 1, 0, (cvol_transform)transform};
+            const cvol_grid grid = cvol_grid_make(lengths[i], 1, 1, CVOL_FLOAT32);
+            const cvol_keep all = cvol_keep_all();
+            float *samples = malloc(lengths[i] * sizeof *samples);
+            double *exact = malloc(lengths[i] * sizeof *exact);
+            assert_true(samples && exact);
+            for (int mean = 0; mean < 2; mean++) {
+                cvol_array *array;
+                for (size_t x = 0; x < lengths[i]; x++) {
+                    samples[x] = mean ? -80.6271591f : x < 129 ? -2 : -0.49f;
+                    exact[x] = (double)samples[x];
+                }
+                assert_int_equal(
+                    cvol_array_compress(context, &array, samples, &grid, 1, s.transform, 0, &all),
+                    CVOL_OK);
+                check(array, exact, &s, 1e-5);
+                cvol_array_free(array);
+            }
+            free(samples);
+            free(exact);
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gradients_of_any_size),
         cmocka_unit_test(what_underflows_is_in_the_bound),
         cmocka_unit_test(what_overflows_is_refused),
+        cmocka_unit_test(large_primes_round_more),
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

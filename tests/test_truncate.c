@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "array/operations.h"
 #include "array/truncate.h"
 #include "random.h"
 #include "transform/whole.h"
@@ -258,13 +259,13 @@ static void check_rule(unsigned seed, const cvol_array *array, const cvol_keep *
     case CVOL_KEEP_PSNR:
     case CVOL_KEEP_L2: {
         const double range = array->ledger.value_max - array->ledger.value_min;
-        double allowed = keep->value;
+        double allowed = keep->value, rounding = cvol_array_rounding(array) * norm;
         if (keep->rule == CVOL_KEEP_PSNR)
             allowed = range * sqrt((double)n) * pow(10, -keep->value / 20);
-        CHECK(dropped + CVOL_ROUNDING * norm <= allowed * (1 + 1e-12));
+        CHECK(dropped + rounding <= allowed * (1 + 1e-12));
         const size_t fewer = s->sparse_count > 1 + pair ? s->sparse_count - 1 - pair : 0;
         if (s->sparse_count > 1 + pair)
-            CHECK(least_dropped(array, fewer, &nonzero) + 2e-6 * norm >= allowed * (1 - 1e-6));
+            CHECK(least_dropped(array, fewer, &nonzero) + 2 * rounding >= allowed * (1 - 1e-6));
         break;
     }
     case CVOL_KEEP_THRESHOLD:

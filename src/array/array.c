@@ -257,6 +257,35 @@ double cvol_array_coefficient_bound(const cvol_array *array)
  * lost. */
 #define UNDERFLOW 0x1p-143
 
+/* FFTW has its own kernels for lengths up to 16. A larger prime p, up to 172, is summed term by
+ * term: the error of such a sum grows with its length, by a quarter of 2^-24 p in the worst that
+ * tests found, where CVOL_ROUNDING is of fast transforms. Still larger ones are convolutions of
+ * length p - 1 (Rader). */
+enum { KERNEL_LENGTHS = 16, RADER = 173 };
+
+/* The sum of the lengths of all sums that a transform of length n is made of. */
+static double summed_lengths(size_t n)
+{
+    double sum = 0;
+    for (size_t p = 2; n > 1; p++) {
+        p = p * p > n ? n : p;
+        for (; n % p == 0; n /= p)
+            if (p >= RADER)
+                sum += KERNEL_LENGTHS + 2 * summed_lengths(p - 1);
+            else if (p > KERNEL_LENGTHS)
+                sum += (double)p;
+    }
+    return sum;
+}
+
+double cvol_array_rounding(const cvol_array *array)
+{
+    double sum = 0;
+    for (int axis = 0; axis < array->rank && !array->block; axis++)
+        sum += summed_lengths(array->grid.dims[axis]);
+    return CVOL_ROUNDING + 0x1p-24 * sum;
+}
+
 void cvol_array_account(cvol_array *array, const cvol_build_result *result, double factors)
 {
     const double constant = fabs(array->offset) * sqrt((double)cvol_grid_samples(&array->grid));
@@ -272,7 +301,8 @@ void cvol_array_account(cvol_array *array, const cvol_build_result *result, doub
         norm *= rounding;
         sample *= CVOL_LAP_POST_PEAK_3 * rounding;
     }
-    norm += factors + constant + underflow / CVOL_ROUNDING;
+    norm = (norm + factors + constant) * cvol_array_rounding(array) / CVOL_ROUNDING +
+           underflow / CVOL_ROUNDING;
     cvol_ledger_drop(&array->ledger, dropped, norm, sample + underflow);
 }
 

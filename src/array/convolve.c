@@ -110,7 +110,7 @@ static cvol_ledger convolve_ledger(const cvol_array *a, const cvol_largest *A, c
     const double exact = (kept_a + x->l2_error) * (kept_b + y->l2_error);
     cvol_ledger out = {
         .l2_error = root * (error_through(A, y) + error_through(B, x) + x->l2_error * y->l2_error),
-        .max_abs = fmin(kept_a * kept_b * (1 + CVOL_ROUNDING),
+        .max_abs = fmin(kept_a * kept_b * (1 + cvol_array_rounding(a)),
                         N * cvol_ledger_tighten(x) * cvol_ledger_tighten(y)),
         .value_min = fmax(-exact, N * product.value_min),
         .value_max = fmin(exact, N * product.value_max)};

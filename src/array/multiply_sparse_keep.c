@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "array/multiply_sparse.h"
+#include "array/operations.h"
 #include "array/truncate.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -214,7 +215,7 @@ int cvol_sparse_keep(cvol_context *context, cvol_array *out, cvol_build_result *
     if (isfinite(allowed)) {
         rest.rule = CVOL_KEEP_L2;
         rest.value = allowed - spent - 2 * rounding;
-        if (rest.value <= 2 * CVOL_ROUNDING * result->norm)
+        if (rest.value <= 2 * cvol_array_rounding(out) * result->norm)
             goto done;
     }
     const cvol_candidates candidates = {

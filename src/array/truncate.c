@@ -9,8 +9,8 @@
  * O(n) time, one float a candidate besides them. A term that is 0 is kept in the low box only,
  * or beside its partner in a pair.
  *
- * PSNR and L2 leave out the share that single precision may lose (CVOL_ROUNDING of the norm), so
- * that the bound which the result carries keeps what was asked for.
+ * PSNR and L2 leave out the share that single precision may lose (cvol_array_rounding of the norm),
+ * so that the bound which the result carries keeps what was asked for.
  */
 #include "array/truncate.h"
 
@@ -21,6 +21,7 @@
 #include "array/candidates.h"
 #include "array/level.h"
 #include "array/low_choice.h"
+#include "array/operations.h"
 #include "base/context.h"
 #include "base/memory.h"
 
@@ -43,13 +44,13 @@ typedef struct truncation {
 static int find_energy(truncation *t, double allowed)
 {
     const double norm = sqrt(cvol_sum_squares(t->keys, t->total)),
-                 left = allowed - CVOL_ROUNDING * norm;
+                 rounding = cvol_array_rounding(t->array) * norm, left = allowed - rounding;
     if (left <= 0 && norm > 0)
         return cvol_fail(t->context, CVOL_ERROR_TARGET,
                          "%s %g allows an L2 error of %g; single precision holds these samples (L2 "
                          "norm %g) to %g: ask for less, or keep all",
                          t->keep->rule == CVOL_KEEP_PSNR ? "a PSNR of" : "an L2 error of",
-                         t->keep->value, allowed, norm, CVOL_ROUNDING * norm);
+                         t->keep->value, allowed, norm, rounding);
     /* The margin covers that magnitudes are rounded to floats. */
     t->limit = left > 0 ? left * left * (1 - 1e-6) : 0;
     t->at_least = 1;
