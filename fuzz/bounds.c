@@ -1,0 +1,460 @@
+/* Random arrays and chains of all operations of the algebra, each beside the same on dense samples
+ * in double precision: what an array is off never exceeds its certified bound, and values lie
+ * within theirs. Magnitudes from 1e-38 to 1e38, lengths from 1 to 4,000, most of them with large
+ * primes. A result that is refused with a sentence ends its chain.
+ *
+ * usage: bounds [FIRST_SEED [CHAINS [SECONDS]]]   one chain a seed; every array is counted
+ * A violation is printed with its seed and story; exit 1 where there was one. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "cvol/cvol.h"
+#include "random.h"
+#include "support_exact.h"
+
+enum { LENGTH_MOST = 4, SAMPLES_MOST = 12000, STORY = 800 };
+
+typedef struct subject {
+    cvol_array *array;
+    double *exact;
+    support_shape shape;
+    size_t count;
+} subject;
+
+typedef struct chain {
+    cvol_context *context;
+    random_state random;
+    uint64_t seed;
+    double magnitude; /* 10^x of the chain's samples */
+    char story[STORY];
+    int refused;
+} chain;
+
+static unsigned long long arrays, violations, refusals, worst_seed;
+static double worst; /* error / bound */
+static int verbose;  /* CVOL_TEST_VERBOSE: every array is printed */
+
+static double uniform(chain *c, double lo, double hi)
+{
+    return lo + (hi - lo) * ((double)(random_u64(&c->random) >> 11) * 0x1p-53);
+}
+
+static int below(chain *c, int count)
+{
+    return (int)random_below(&c->random, (uint32_t)(count > 0 ? count : 1));
+}
+
+static void *need(void *memory)
+{
+    if (!memory)
+        abort();
+    return memory;
+}
+
+#define TELL(c, ...)                                                             \
+    do {                                                                         \
+        const size_t length_ = strlen((c)->story);                               \
+        snprintf((c)->story + length_, sizeof(c)->story - length_, __VA_ARGS__); \
+    } while (0)
+
+/* ---- shapes and samples -------------------------------------------------------------------- */
+
+static size_t choose_length(chain *c, int most)
+{
+    static const int primes[] = {17,  31,  61,  89,  97,  101, 103, 107, 109,  113,  127,  131,
+                                 137, 139, 149, 151, 157, 163, 167, 173, 179,  191,  211,  257,
+                                 347, 359, 383, 479, 503, 719, 839, 983, 1019, 1367, 1997, 3989};
+    if (below(c, 3) == 0)
+        return 1 + (size_t)below(c, most < 40 ? most : 40);
+    if (below(c, 3) == 0)
+        return 1 + (size_t)below(c, most);
+    const int prime = primes[below(c, 36)];
+    return prime > most ? 1 + (size_t)below(c, most)
+                        : (size_t)(prime * (1 + below(c, most / prime)));
+}
+
+static support_shape choose_shape(chain *c)
+{
+    static const int blocks[] = {0, 0, 0, 8, 16, 32};
+    support_shape s = {.dims = {1, 1, 1}};
+    s.rank = below(c, 2) ? 1 : 1 + below(c, 3);
+    s.block = blocks[below(c, 6)];
+    s.transform = (cvol_transform)(CVOL_DCT + below(c, 3));
+    int left = s.rank == 1 ? 4000 : SAMPLES_MOST / 4;
+    for (int a = 0; a < s.rank; a++) {
+        s.dims[a] = choose_length(c, left < 4000 ? left : 4000);
+        left = left / (int)s.dims[a] + 1;
+    }
+    return s;
+}
+
+static void fill(chain *c, double *samples, size_t count)
+{
+    const int kind = below(c, 8);
+    const size_t edge = (size_t)below(c, (int)count);
+    const double size = c->magnitude * pow(10, uniform(c, -1, 1)), mean = uniform(c, -3, 3);
+    const double wave = uniform(c, 0, 1);
+    for (size_t i = 0; i < count; i++) {
+        const double noise = uniform(c, -1, 1);
+        double value = kind == 0   ? noise
+                       : kind == 1 ? mean
+                       : kind == 2 ? (below(c, 50) == 0)
+                       : kind == 3 ? (i < edge ? -2 : -0.49)
+                       : kind == 4 ? sin(wave * (double)i)
+                       : kind == 5 ? (i == edge)
+                       : kind == 6 ? mean + 1e-3 * noise
+                                   : noise * pow(10, uniform(c, -6, 0));
+        samples[i] = size * value;
+    }
+}
+
+static cvol_keep choose_keep(chain *c, const support_shape *s, size_t count)
+{
+    cvol_keep keep = cvol_keep_all();
+    switch (below(c, 10)) {
+    case 0:
+        return cvol_keep_terms(0, 0);
+    case 1:
+        return cvol_keep_rho(uniform(c, 0.02, 0.9));
+    case 2:
+        return cvol_keep_psnr(uniform(c, 10, 90));
+    case 3:
+        return cvol_keep_ratio(uniform(c, 1.5, 40));
+    case 4:
+        return cvol_keep_l2(c->magnitude * pow(10, uniform(c, -6, 1)));
+    case 5:
+        return cvol_keep_threshold(c->magnitude * pow(10, uniform(c, -6, 1)));
+    case 6:
+        keep = cvol_keep_terms(0, (uint64_t)below(c, (int)(count / 2 + 1)));
+        for (int a = 0; a < s->rank; a++) {
+            const size_t k = 1 + (size_t)below(c, 4);
+            keep.low[a] = k < s->dims[a] / 2 + 1 ? k : 1;
+        }
+        return keep;
+    default:
+        return keep;
+    }
+}
+
+static void drop(subject *s)
+{
+    cvol_array_free(s->array);
+    free(s->exact);
+    *s = (subject){0};
+}
+
+/* Samples of this shape, stored as some type; the exact ones are those that were stored. */
+static subject make_subject(chain *c, const support_shape *shape)
+{
+    static const cvol_type types[] = {CVOL_FLOAT32, CVOL_FLOAT64, CVOL_INT16};
+    const cvol_type type = types[below(c, 3)];
+    const cvol_grid grid = cvol_grid_make(shape->dims[0], shape->dims[1], shape->dims[2], type);
+    subject out = {.shape = *shape, .count = cvol_grid_samples(&grid)};
+    void *stored = need(malloc(out.count * sizeof(double)));
+    out.exact = need(malloc(out.count * sizeof *out.exact));
+    fill(c, out.exact, out.count);
+    for (size_t i = 0; i < out.count; i++)
+        if (type == CVOL_FLOAT32) {
+            ((float *)stored)[i] = (float)out.exact[i];
+            out.exact[i] = (double)((float *)stored)[i];
+        } else if (type == CVOL_FLOAT64) {
+            ((double *)stored)[i] = out.exact[i];
+        } else {
+            ((int16_t *)stored)[i] = (int16_t)fmax(
+                -32768, fmin(32767, rint(out.exact[i] / c->magnitude * 100)));
+            out.exact[i] = ((int16_t *)stored)[i];
+        }
+    for (int attempt = 0; attempt < 2 && !out.array; attempt++) {
+        const cvol_keep keep = attempt ? cvol_keep_all() : choose_keep(c, shape, out.count);
+        const int code = cvol_array_compress(c->context, &out.array, stored, &grid, shape->rank,
+                                             shape->transform, shape->block, &keep);
+        if (!attempt)
+            TELL(c, " [%s keep %d %g]", cvol_type_name(type), (int)keep.rule, keep.value);
+        c->refused = code != CVOL_OK;
+    }
+    free(stored);
+    if (!out.array)
+        drop(&out);
+    return out;
+}
+
+/* ---- measuring ----------------------------------------------------------------------------- */
+
+static void measure(chain *c, const subject *s)
+{
+    const size_t begin[3] = {0, 0, 0};
+    float *samples = need(malloc(s->count * sizeof *samples));
+    cvol_array_info info;
+    arrays++;
+    cvol_array_get_info(s->array, &info);
+    if (cvol_array_evaluate_real(c->context, samples, s->array, begin, s->shape.dims)) {
+        printf("seed %llu:%s: %s\n", (unsigned long long)c->seed, c->story,
+               cvol_context_message(c->context));
+        violations++;
+    }
+    double error = 0, largest = 0, lo = s->exact[0], hi = s->exact[0];
+    for (size_t i = 0; i < s->count; i++) {
+        error = hypot(error, (double)samples[i] - s->exact[i]);
+        largest = isnan(samples[i]) ? (double)NAN : fmax(largest, fabs((double)samples[i]));
+        lo = fmin(lo, s->exact[i]);
+        hi = fmax(hi, s->exact[i]);
+    }
+    free(samples);
+    /* Samples' bounds are of exact arithmetic: what evaluating rounds is allowed for. */
+    const double slack = 1e-5 * fmax(fabs(lo), fabs(hi)) + 1e-40;
+    if (verbose)
+        printf("%s: error %.9g, bound %.9g; largest %.9g, bound %.9g; values %.9g .. %.9g, bounds "
+               "%.9g .. %.9g\n",
+               c->story, error, info.l2_error, largest, info.max_abs, lo, hi, info.value_min,
+               info.value_max);
+    if (info.l2_error > 0 && error / info.l2_error > worst) {
+        worst = error / info.l2_error;
+        worst_seed = c->seed;
+    }
+    if (error <= info.l2_error && largest <= info.max_abs + slack && lo >= info.value_min - slack &&
+        hi <= info.value_max + slack)
+        return;
+    violations++;
+    printf("seed %llu:%s: error %g, bound %g; largest %g, bound %g; values %g .. %g, bounds %g .. "
+           "%g\n",
+           (unsigned long long)c->seed, c->story, error, info.l2_error, largest, info.max_abs, lo,
+           hi, info.value_min, info.value_max);
+}
+
+/* ---- operations ---------------------------------------------------------------------------- */
+
+typedef enum operation {
+    ADD,
+    SCALE,
+    NEGATE,
+    ONE_MINUS,
+    TRUNCATE,
+    MULTIPLY,
+    FILTER,
+    GRADIENT,
+    RESAMPLE,
+    CONVOLVE,
+    SHIFT,
+    OPERATIONS
+} operation;
+
+static const char *const names[OPERATIONS] = {"add",      "scale",    "negate", "one_minus",
+                                              "truncate", "multiply", "filter", "gradient",
+                                              "resample", "convolve", "shift"};
+
+static int applies(const subject *s, operation op)
+{
+    const int periodic = s->shape.block == 0 && s->shape.transform != CVOL_DCT;
+    if (op == CONVOLVE)
+        return periodic && s->count <= 800;
+    if (op == SHIFT)
+        return periodic;
+    return op != RESAMPLE || (s->shape.block && s->count < SAMPLES_MOST);
+}
+
+static int choose_kernel(chain *c, cvol_kernel *kernel, int rank)
+{
+    char text[40];
+    switch (below(c, 5)) {
+    case 0:
+        snprintf(text, sizeof text, "gaussian:%.3f", uniform(c, 0.3, 0.75));
+        break;
+    case 1:
+        snprintf(text, sizeof text, "box:3");
+        break;
+    case 2:
+        snprintf(text, sizeof text, "laplacian");
+        break;
+    case 3:
+        snprintf(text, sizeof text, "unsharp:0.7,%.3f", uniform(c, 0.1, 3));
+        break;
+    default:
+        snprintf(text, sizeof text, "derivative:%c", "xyz"[below(c, rank)]);
+    }
+    TELL(c, " %s", text);
+    return cvol_kernel_parse(c->context, kernel, rank, text);
+}
+
+static double *shifted(const subject *s, const double offset[3])
+{
+    const size_t *n = s->shape.dims;
+    double *moved = need(malloc(s->count * sizeof *moved));
+    for (size_t i = 0; i < s->count; i++)
+        moved[i] =
+            s->exact[support_extended(&s->shape, (long)(i % n[0]) - (long)offset[0], n[0]) +
+                     n[0] * (support_extended(&s->shape, (long)(i / n[0] % n[1]) - (long)offset[1],
+                                              n[1]) +
+                             n[1] * support_extended(&s->shape,
+                                                     (long)(i / n[0] / n[1]) - (long)offset[2],
+                                                     n[2]))];
+    return moved;
+}
+
+/* A factor: plain, or one that brings values to somewhere else between 1e-38 and 1e38. */
+static double choose_factor(chain *c)
+{
+    return below(c, 3) ? uniform(c, -2, 2) : uniform(c, -2, 2) * pow(10, uniform(c, -38, 38));
+}
+
+/* Replaces *s by the operation's result; 0 if that was refused. */
+static int apply(chain *c, subject *s, operation op)
+{
+    cvol_array *out = NULL;
+    subject other = {0};
+    const cvol_keep chosen = choose_keep(c, &s->shape, s->count);
+    const cvol_keep *keep = below(c, 3) ? NULL : &chosen;
+    const double alpha = choose_factor(c), beta = below(c, 2) ? 0 : choose_factor(c);
+    double offset[3] = {0, 0, 0}, *moved;
+    cvol_kernel kernel;
+    int code = CVOL_OK;
+    TELL(c, " %s", names[op]);
+    if (keep)
+        TELL(c, " (keep %d %g)", (int)keep->rule, keep->value);
+    if (op == ADD || op == MULTIPLY || op == CONVOLVE) {
+        if (op == MULTIPLY)
+            c->magnitude = pow(10, uniform(c, -38, 19));
+        other = make_subject(c, &s->shape);
+        if (!other.array)
+            return 0;
+        measure(c, &other);
+    }
+    for (int a = 0; a < s->shape.rank; a++)
+        offset[a] = below(c, 9) - 4;
+    switch (op) {
+    case ADD:
+        TELL(c, " %g %g", alpha, beta);
+        code = cvol_array_add(c->context, &out, alpha, s->array, beta, other.array, keep);
+        for (size_t i = 0; i < s->count; i++)
+            s->exact[i] = alpha * s->exact[i] + beta * other.exact[i];
+        break;
+    case SCALE:
+        TELL(c, " %g %g", alpha, beta);
+        code = cvol_array_scale(c->context, &out, alpha, s->array, beta);
+        for (size_t i = 0; i < s->count; i++)
+            s->exact[i] = alpha * s->exact[i] + beta;
+        break;
+    case NEGATE:
+        code = cvol_array_negate(c->context, &out, s->array);
+        for (size_t i = 0; i < s->count; i++)
+            s->exact[i] = -s->exact[i];
+        break;
+    case ONE_MINUS:
+        code = cvol_array_one_minus(c->context, &out, s->array);
+        for (size_t i = 0; i < s->count; i++)
+            s->exact[i] = 1 - s->exact[i];
+        break;
+    case TRUNCATE:
+        code = cvol_array_truncate(c->context, &out, s->array, &chosen);
+        break;
+    case MULTIPLY:
+        code = cvol_array_multiply(c->context, &out, s->array, other.array, keep,
+                                   s->shape.block || below(c, 2)
+                                       ? CVOL_PLAN_AUTO
+                                       : (cvol_plan)(CVOL_PLAN_DIRECT + below(c, 4)),
+                                   NULL);
+        for (size_t i = 0; i < s->count; i++)
+            s->exact[i] *= other.exact[i];
+        break;
+    case FILTER:
+        code = choose_kernel(c, &kernel, s->shape.rank);
+        if (!code)
+            code = cvol_array_convolve_kernel(c->context, &out, s->array, &kernel, keep);
+        if (!code)
+            support_filter(s->exact, &s->shape, &kernel);
+        break;
+    case GRADIENT:
+        code = cvol_array_gradient(c->context, &out, s->array, keep);
+        if (!code)
+            support_gradient(s->exact, &s->shape, cvol_array_grid(s->array)->spacing);
+        break;
+    case RESAMPLE: {
+        const int factor = below(c, 2) ? 2 : -2;
+        TELL(c, " %d", factor);
+        code = cvol_array_resample(c->context, &out, s->array, factor, keep);
+        if (code)
+            break;
+        moved = support_resample(s->exact, &s->shape, factor);
+        free(s->exact);
+        s->exact = moved;
+        s->count = s->shape.dims[0] * s->shape.dims[1] * s->shape.dims[2];
+        break;
+    }
+    case CONVOLVE:
+        code = cvol_array_convolve(c->context, &out, s->array, other.array, keep);
+        if (!code)
+            support_convolve(s->exact, other.exact, &s->shape);
+        break;
+    default:
+        code = cvol_array_shift(c->context, &out, s->array, offset);
+        moved = shifted(s, offset);
+        free(s->exact);
+        s->exact = moved;
+    }
+    drop(&other);
+    if (code) {
+        refusals++;
+        if (!*cvol_context_message(c->context)) {
+            printf("seed %llu:%s: refused (%d) without a sentence\n", (unsigned long long)c->seed,
+                   c->story, code);
+            violations++;
+        }
+        return 0;
+    }
+    cvol_array_free(s->array);
+    s->array = out;
+    return 1;
+}
+
+static void run_chain(uint64_t seed, cvol_context *context)
+{
+    chain c = {.context = context, .random = {seed}, .seed = seed};
+    c.magnitude = pow(10, below(&c, 2) ? uniform(&c, -38, 18) : uniform(&c, -3, 3));
+    const support_shape shape = choose_shape(&c);
+    TELL(&c, " %s block %d %zux%zux%zu, %.1g:", cvol_transform_name(shape.transform), shape.block,
+         shape.dims[0], shape.dims[1], shape.dims[2], c.magnitude);
+    subject s = make_subject(&c, &shape);
+    if (!s.array) {
+        refusals++;
+        return;
+    }
+    measure(&c, &s);
+    const int length = below(&c, LENGTH_MOST + 1);
+    for (int link = 0; link < length; link++) {
+        operation op;
+        do
+            op = (operation)below(&c, OPERATIONS);
+        while (!applies(&s, op));
+        if (!apply(&c, &s, op))
+            break;
+        measure(&c, &s);
+    }
+    drop(&s);
+}
+
+int main(int argc, char **argv)
+{
+    const uint64_t first = argc > 1 ? strtoull(argv[1], NULL, 10) : 1;
+    const uint64_t chains = argc > 2 ? strtoull(argv[2], NULL, 10) : 2000;
+    const double seconds = argc > 3 ? strtod(argv[3], NULL) : 0;
+    const time_t begin = time(NULL);
+    cvol_context *context = need(cvol_context_create());
+    uint64_t seed = first;
+    verbose = getenv("CVOL_TEST_VERBOSE") != NULL;
+    setvbuf(stdout, NULL, _IOLBF, 0);
+    cvol_context_set_threads(context, 1);
+    for (; seed < first + chains; seed++) {
+        if (seconds > 0 && difftime(time(NULL), begin) >= seconds)
+            break;
+        run_chain(seed, context);
+    }
+    cvol_context_destroy(context);
+    printf(
+        "bounds: seeds %llu .. %llu: %llu arrays, %llu violations, %llu refused; largest error / "
+        "bound %.3f (seed %llu)\n",
+        (unsigned long long)first, (unsigned long long)seed - 1, arrays, violations, refusals,
+        worst, worst_seed);
+    return violations != 0;
+}
