@@ -287,3 +287,25 @@ def test_threads(path):
         thread.join()
     assert not wrong
     assert v.closed
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
+def test_children_that_are_forked(path):
+    """A child reads and renders after its parent has; it hung for ever."""
+    volume = cvol.open(path)
+    expected = volume[3:40].copy()
+    volume.render(size=64)
+    for _ in range(3):
+        child = os.fork()
+        if not child:
+            signal.signal(signal.SIGALRM, signal.SIG_DFL)
+            signal.alarm(60)
+            status = 1
+            try:
+                same = np.array_equal(volume[3:40], expected) and np.array_equal(cvol.open(path)[3:40], expected)
+                volume.render(size=64)
+                status = 0 if same else 2
+            finally:
+                os._exit(status)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0
+        assert np.array_equal(volume[3:40], expected)

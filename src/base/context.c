@@ -5,9 +5,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#ifdef _OPENMP
-#include <omp.h>
-#endif
+#include "base/thread.h"
 
 #define DEFAULT_LIMIT_BYTES (UINT64_C(64) << 30)
 
@@ -22,6 +20,7 @@ const char *cvol_version(void)
 cvol_context *cvol_context_create(void)
 {
     cvol_context *context = calloc(1, sizeof *context);
+    cvol_threads_survive_fork();
     if (context)
         context->limit_bytes = DEFAULT_LIMIT_BYTES;
     return context;

@@ -1,4 +1,4 @@
-/* Which thread of a parallel region this is; 0 without OpenMP. */
+/* Which thread of a parallel region this is; and threads of processes that fork. */
 #ifndef CVOL_BASE_THREAD_H
 #define CVOL_BASE_THREAD_H
 
@@ -6,6 +6,7 @@
 #include <omp.h>
 #endif
 
+/* 0 without OpenMP. */
 static inline int cvol_thread_index(void)
 {
 #ifdef _OPENMP
@@ -14,5 +15,8 @@ static inline int cvol_thread_index(void)
     return 0;
 #endif
 }
+
+/* From here on a child of fork may use threads, whatever its parent used. */
+void cvol_threads_survive_fork(void);
 
 #endif

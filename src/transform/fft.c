@@ -35,6 +35,23 @@ static pthread_mutex_t cache_lock = PTHREAD_MUTEX_INITIALIZER;
 static plan_entry *cache[MOST_PLANS];
 static size_t cache_count;
 static uint64_t cache_calls;
+static pthread_once_t fork_once = PTHREAD_ONCE_INIT;
+
+static void lock_cache(void)
+{
+    pthread_mutex_lock(&cache_lock);
+}
+
+static void unlock_cache(void)
+{
+    pthread_mutex_unlock(&cache_lock);
+}
+
+/* A child of fork must not find the lock taken, by a thread that it does not have. */
+static void register_locks(void)
+{
+    (void)pthread_atfork(lock_cache, unlock_cache, unlock_cache);
+}
 
 /* ---- plans ------------------------------------------------------------------------------- */
 
@@ -153,18 +170,19 @@ static int run(cvol_context *context, plan_key *key, cvol_fft_kind kind, float *
     key->in_alignment = fftwf_alignment_of(in);
     key->out_alignment = fftwf_alignment_of(out);
     int cached;
-    pthread_mutex_lock(&cache_lock);
+    pthread_once(&fork_once, register_locks);
+    lock_cache();
     plan_entry *entry = acquire_plan(key, out, in, &cached);
-    pthread_mutex_unlock(&cache_lock);
+    unlock_cache();
     if (!entry)
         return cvol_fail(context, CVOL_ERROR_MEMORY, "no plan for a transform of %td x %td x %td",
                          key->axes[0].n, key->axes[1].n, key->axes[2].n);
     execute_plan(entry, out, in);
-    pthread_mutex_lock(&cache_lock);
+    lock_cache();
     entry->users--;
     if (!cached)
         destroy_entry(entry);
-    pthread_mutex_unlock(&cache_lock);
+    unlock_cache();
     return CVOL_OK;
 }
 

@@ -1,0 +1,121 @@
+/* Processes that fork after they have used threads: children read, decode and draw as their parent
+ * does, and so do theirs; and the parent goes on.
+ */
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "support.h"
+#include "support_context.h"
+#include "support_tour.h"
+
+enum { SECONDS = 60 };
+
+static tour t;
+static char *folder, *path;
+
+/* The first error of these steps, 0 if there is none. */
+static int go(const tour_step *steps)
+{
+    int code = 0;
+    for (; steps->name && !code; steps++)
+        code = steps->go(&t);
+    return code;
+}
+
+static int go_on(void)
+{
+    const int code = go(tour_reading);
+    return code ? code : tour_pictures[0].go(&t);
+}
+
+/* What a child that does this, and has `children` generations below it, ends with. */
+static int in_child(int children)
+{
+    const pid_t child = fork();
+    if (!child) {
+        signal(SIGALRM, SIG_DFL);
+        alarm(SECONDS); /* one that hangs is ended by a signal */
+        const int code = go_on();
+        _exit(code ? 1 : children ? in_child(children - 1) : 0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+static void children_use_threads(void **state)
+{
+    (void)state;
+    assert_int_equal(go_on(), CVOL_OK);
+    for (int i = 0; i < 3; i++) {
+        assert_int_equal(in_child(1), 0);
+        assert_int_equal(go_on(), CVOL_OK);
+    }
+}
+
+/* A process that forks within its progress callback, between two parallel regions of a call. */
+static int fork_once(void *user, const char *what, double fraction)
+{
+    int *result = user;
+    (void)what;
+    (void)fraction;
+    if (*result >= 0)
+        return 0;
+    cvol_context *own = cvol_context_create(), *before = t.context;
+    cvol_context_set_threads(own, 4);
+    t.context = own;
+    *result = 0;
+    *result = in_child(0);
+    t.context = before;
+    cvol_context_destroy(own);
+    return 0;
+}
+
+static void children_of_callbacks_use_threads(void **state)
+{
+    (void)state;
+    int result = -1;
+    cvol_context_set_progress(context, fork_once, &result);
+    const int code = tour_reading[0].go(&t);
+    cvol_context_set_progress(context, NULL, NULL);
+    assert_int_equal(code, CVOL_OK);
+    assert_int_equal(result, 0);
+}
+
+static int start(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    cvol_context_set_threads(context, 4);
+    folder = support_folder_make();
+    path = support_path(folder, "a.cvol");
+    return !tour_begin(&t, context, path) || tour_write(&t, 1);
+}
+
+static int stop(void **state)
+{
+    (void)state;
+    free(t.volume.data);
+    free(path);
+    support_folder_remove(folder);
+    cvol_context_destroy(context);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(children_use_threads),
+        cmocka_unit_test(children_of_callbacks_use_threads),
+    };
+    return cmocka_run_group_tests(tests, start, stop);
+}
