@@ -1,15 +1,14 @@
 /* cvol view: volumes in a browser. */
 #define _XOPEN_SOURCE 700
 #include <errno.h>
-#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "cli.h"
 #ifdef CVOL_HAVE_VIEWER
+#include "browser.h"
 #include "ffmpeg.h"
 #include "viewer/viewer.h"
 
@@ -33,27 +32,6 @@ typedef struct view_arguments {
     double keep_mb;
     text_list hosts;
 } view_arguments;
-
-/* A program that shows addresses, as a process of its own. */
-static void open_browser(const char *address)
-{
-    if (!getenv("DISPLAY") && !getenv("WAYLAND_DISPLAY"))
-        return;
-    const pid_t child = fork();
-    if (child > 0)
-        waitpid(child, NULL, 0);
-    if (child)
-        return;
-    if (fork()) /* its parent ends at once, so that nobody need wait for it */
-        _exit(0);
-    const int quiet = open("/dev/null", O_RDWR);
-    if (quiet >= 0) {
-        dup2(quiet, STDOUT_FILENO);
-        dup2(quiet, STDERR_FILENO);
-    }
-    execlp("xdg-open", "xdg-open", address, (char *)NULL);
-    _exit(127);
-}
 
 /* Films through ffmpeg, where it is installed. */
 static void *start_movie(const char *path, int width, int height, const cvol_film_options *options,
@@ -192,10 +170,12 @@ static int show(cvol_context *context, const view_arguments *a, const command_li
     if (viewer_open(&v, message, sizeof message, &options))
         return complain(EXIT_FAILED, "%s", message);
     const int status = tell_address(a, v);
+    browser_page page = {"", ""};
     if (!status) {
         if (!a->no_browser && !a->common.json)
-            open_browser(viewer_address(v));
+            open_browser(&page, viewer_address(v));
         wait_for_end(v);
+        close_browser(&page);
     }
     viewer_close(v);
     return status;

@@ -13,12 +13,16 @@
 
 enum { IDLE_S = 20, THREADS = 2, CONNECTION_MEMORY = 64 << 10 };
 
-/* Longer than this nobody takes to ask, or to take what was answered. */
-static const double asking_ms = 30e3, taking_ms = 300e3;
+/* Longer than this nobody takes to ask, or to take what was answered. Who has not shown the token
+ * yet, a stranger, has less time for all of it; and there are no more strangers at once than this:
+ * the newest push out the oldest. */
+static const double asking_ms = 30e3, taking_ms = 300e3, stranger_ms = 4e3;
+enum { STRANGERS_MAX = 32 };
 
 /* A connection, as long as it is open. */
 typedef struct client {
     int fd, answering, waiting; /* waiting: for a job */
+    int known, closing;         /* known: it has shown the token */
     double since;
     struct client *next, **place;
 } client;
@@ -53,8 +57,48 @@ static void note_client(server *s, client *c, int answering, int waiting)
     pthread_mutex_lock(&s->lock);
     c->answering = answering;
     c->waiting = waiting;
+    if (c->known) /* of a stranger's time nothing is given back */
+        c->since = jobs_now();
+    pthread_mutex_unlock(&s->lock);
+}
+
+static void know_client(server *s, client *c)
+{
+    if (!c)
+        return;
+    pthread_mutex_lock(&s->lock);
+    c->known = 1;
     c->since = jobs_now();
     pthread_mutex_unlock(&s->lock);
+}
+
+static int is_known(server *s, client *c)
+{
+    pthread_mutex_lock(&s->lock);
+    const int known = c && c->known;
+    pthread_mutex_unlock(&s->lock);
+    return known;
+}
+
+/* The library closes it as soon as it sees that. Under the lock. */
+static void end_client(client *c)
+{
+    c->closing = 1;
+    shutdown(c->fd, SHUT_RDWR);
+}
+
+/* Ends the oldest stranger, if there are too many; the oldest come last. Under the lock. */
+static void limit_strangers(server *s)
+{
+    client *oldest = NULL;
+    int count = 0;
+    for (client *c = s->clients; c; c = c->next)
+        if (!c->known && !c->closing) {
+            oldest = c;
+            count++;
+        }
+    if (count > STRANGERS_MAX)
+        end_client(oldest);
 }
 
 static void on_connection(void *user, struct MHD_Connection *connection, void **context,
@@ -75,6 +119,7 @@ static void on_connection(void *user, struct MHD_Connection *connection, void **
         if (s->clients)
             s->clients->place = &c->next;
         s->clients = c;
+        limit_strangers(s);
         pthread_mutex_unlock(&s->lock);
         *context = c;
     } else if (*context) {
@@ -94,8 +139,11 @@ void server_sweep(server *s)
     const double now = jobs_now();
     pthread_mutex_lock(&s->lock);
     for (client *c = s->clients; c; c = c->next)
-        if (!c->waiting && now - c->since > (c->answering ? taking_ms : asking_ms))
-            shutdown(c->fd, SHUT_RDWR);
+        if (!c->closing && !c->waiting &&
+            now - c->since > (!c->known      ? stranger_ms
+                              : c->answering ? taking_ms
+                                             : asking_ms))
+            end_client(c);
     pthread_mutex_unlock(&s->lock);
 }
 
@@ -146,6 +194,8 @@ static enum MHD_Result give(exchange *e)
         MHD_add_response_header(response, a->header_names[i], a->headers[i]);
     for (size_t i = 0; i < sizeof safety / sizeof *safety; i++)
         MHD_add_response_header(response, safety[i][0], safety[i][1]);
+    if (!is_known(e->server, e->client))
+        MHD_add_response_header(response, MHD_HTTP_HEADER_CONNECTION, "close");
     note_client(e->server, e->client, 1, 0);
     const enum MHD_Result result = MHD_queue_response(e->connection, (unsigned)a->status, response);
     MHD_destroy_response(response);
@@ -275,6 +325,17 @@ static size_t unescape(void *user, struct MHD_Connection *connection, char *text
     return length;
 }
 
+/* Whether a browser is led to the page itself, as by the file that the command opens, or a link in
+ * a message: that is another site to it. It must know the token, and is no page's script or frame.
+ */
+static int is_led_to(const exchange *e, const char *path, const char *method)
+{
+    const char *mode = header(e->connection, "Sec-Fetch-Mode"),
+               *to = header(e->connection, "Sec-Fetch-Dest");
+    return !strcmp(method, MHD_HTTP_METHOD_GET) && strlen(path) == TOKEN_LETTERS + 2 && mode &&
+           !strcmp(mode, "navigate") && to && !strcmp(to, "document");
+}
+
 /* The first time that a request is heard of: its headers are there. An answer now means that its
  * body is not waited for. */
 static answer begin(exchange *e, const char *path, const char *method)
@@ -283,9 +344,11 @@ static answer begin(exchange *e, const char *path, const char *method)
     const char *length = header(e->connection, MHD_HTTP_HEADER_CONTENT_LENGTH);
     const char *behind = gate_pass(
         e->server->gate, &refusal, path, header(e->connection, MHD_HTTP_HEADER_HOST),
-        header(e->connection, "Origin"), header(e->connection, "Sec-Fetch-Site"));
+        header(e->connection, "Origin"),
+        is_led_to(e, path, method) ? NULL : header(e->connection, "Sec-Fetch-Site"));
     if (!behind)
         return refusal;
+    know_client(e->server, e->client);
     if (is_repeated(e->connection, MHD_HTTP_HEADER_HOST) || is_repeated(e->connection, "Origin"))
         return answer_error(403, "the request has more than one Host, or Origin");
     if (length && strtoull(length, NULL, 10) > BODY_MAX)
