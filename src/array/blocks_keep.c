@@ -83,6 +83,7 @@ cvol_keep cvol_blocks_keep_for_filter(const cvol_array *out, const cvol_keep *ke
 
 void cvol_blocks_expect(cvol_array *out, cvol_ledger ledger)
 {
-    if (!(out->ledger.max_abs > 0))
+    const cvol_ledger *own = &out->ledger; /* an array that evaluates to zero may have an error */
+    if (!(own->max_abs > 0 || own->l2_error > 0 || cvol_ledger_largest(own) > 0))
         out->ledger = ledger;
 }

@@ -68,8 +68,10 @@ cvol_ledger cvol_ledger_filter(const cvol_ledger *a, double norm, double sum, do
     const double middle = (a->value_min + a->value_max) / 2;
     const double half = (a->value_max - a->value_min) / 2;
     cvol_ledger out = cvol_ledger_convolve(a, norm, sum);
-    out.value_min = total * middle - sum * half;
-    out.value_max = total * middle + sum * half;
+    /* Both ends may be much smaller than what they are the difference of. */
+    const double rounding = 4 * DBL_EPSILON * (fabs(total * middle) + sum * half);
+    out.value_min = total * middle - sum * half - rounding;
+    out.value_max = total * middle + sum * half + rounding;
     return out;
 }
 

@@ -202,7 +202,8 @@ int cvol_array_know_ranges(cvol_context *context, cvol_array *array)
     if (code)
         return code;
     const double largest = fmax(fabs(array->range_min), fabs(array->range_max));
-    array->ledger.max_abs = fmin(array->ledger.max_abs, largest * (1 + CVOL_ROUNDING));
+    array->ledger.max_abs = fmin(array->ledger.max_abs,
+                                 largest + CVOL_ROUNDING * (largest + fabs(array->offset)));
     array->has_ranges = 1;
     return CVOL_OK;
 }

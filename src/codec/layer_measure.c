@@ -191,7 +191,7 @@ void cvol_layer_measure_tell(const cvol_layer_measure *measure, cvol_array *arra
     cvol_distance distance = measure->sum;
     cvol_distance_finish(&distance);
     cvol_array_set_measured(array, &distance);
-    const double rounding = CVOL_ROUNDING * distance.real_norm;
+    const double rounding = cvol_distance_rounding(array, &distance);
     array->ledger.l2_error = distance.real_l2_error + rounding;
     array->ledger.max_abs = distance.real_max_abs + rounding;
     array->coefficients = measure->array->coefficients;

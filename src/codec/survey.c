@@ -89,6 +89,12 @@ static void add_distances(cvol_distance *out, const cvol_distance *distances, si
     }
 }
 
+double cvol_distance_rounding(const cvol_array *array, const cvol_distance *distance)
+{
+    const double samples = (double)cvol_grid_samples(&array->grid);
+    return CVOL_ROUNDING * (distance->real_norm + fabs(array->offset) * sqrt(samples));
+}
+
 void cvol_distance_finish(cvol_distance *sum)
 {
     sum->l2_error = sqrt(sum->l2_error);
@@ -140,7 +146,7 @@ int cvol_array_measure(cvol_context *context, cvol_array *array, const void *sam
             compare_sheet(&distances[z], array, samples, real, stored, z);
         add_distances(&sum, distances, sheets);
         cvol_distance_finish(&sum);
-        const double rounding = CVOL_ROUNDING * sum.real_norm;
+        const double rounding = cvol_distance_rounding(array, &sum);
         cvol_ledger *ledger = &array->ledger;
         cvol_array_set_measured(array, &sum);
         ledger->l2_error = fmin(ledger->l2_error, sum.real_l2_error + rounding);

@@ -19,6 +19,9 @@ void cvol_array_set_measured(cvol_array *array, const cvol_distance *distance);
  * or NULL. Errors: MEMORY, CANCELLED. */
 int cvol_measure_sheets(cvol_context *context, cvol_distance *sum, const cvol_array *array,
                         const cvol_slab *slab, size_t begin, size_t end, const char *what);
+/* What rounding may lose when the array is evaluated in another way than it was measured: terms and
+ * the offset may be much larger than what they add up to. */
+double cvol_distance_rounding(const cvol_array *array, const cvol_distance *distance);
 /* Norms of sums of squares. */
 void cvol_distance_finish(cvol_distance *sum);
 

@@ -106,7 +106,7 @@ static int account_samples(const transcoding *t, cvol_array *array)
     if (code)
         return code;
     const double samples = sqrt((double)cvol_grid_samples(&array->grid));
-    const double norm = from->ledger.max_abs * samples + apart.real_l2;
+    const double norm = (from->ledger.max_abs + fabs(from->offset)) * samples + apart.real_l2;
     const double l2_error = from->ledger.l2_error + apart.real_l2 + CVOL_ROUNDING * norm;
     if (l2_error < array->ledger.l2_error) {
         array->ledger.l2_error = l2_error;

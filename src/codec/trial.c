@@ -402,7 +402,7 @@ static int decode(cvol_context *context, cvol_trial *trial)
     if (code)
         return code;
     cvol_array_set_measured(array, &distance);
-    const double rounding = CVOL_ROUNDING * distance.real_norm;
+    const double rounding = cvol_distance_rounding(array, &distance);
     array->ledger.l2_error = distance.real_l2_error + rounding;
     array->ledger.max_abs = distance.real_max_abs + rounding;
     return CVOL_OK;
