@@ -8,6 +8,7 @@
 #include "array/exact.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/packed.h"
 
 enum {
     BRICK_SAMPLES = CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE,
@@ -324,9 +325,10 @@ static int take_packed(cvol_context *context, cvol_corrected *c, const cvol_arra
     c->samples = malloc(size);
     if (!c->samples || c->data.failed)
         return cvol_fail_memory(context, size, "the packed samples");
-    const size_t found = ZSTD_decompress(c->samples, size, section->content,
-                                         (size_t)section->length);
-    if (found != size)
+    code = cvol_zstd_take(c->samples, size, section->content, (size_t)section->length);
+    if (code == CVOL_ERROR_MEMORY)
+        return cvol_fail_memory(context, size, "unpacking the samples");
+    if (code)
         return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: section CORR does not unpack", name);
     return CVOL_OK;
 }

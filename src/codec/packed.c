@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <zstd.h>
+#include <zstd_errors.h>
 
 #include "base/context.h"
 #include "base/memory.h"
@@ -51,6 +52,15 @@ int cvol_packed_put(cvol_context *context, cvol_bytes *out, const cvol_bytes *ra
     return CVOL_OK;
 }
 
+int cvol_zstd_take(void *out, size_t size, const uint8_t *frame, size_t bytes)
+{
+    const size_t found = frame ? ZSTD_decompress(out, size, frame, bytes) : 0;
+    if (frame && found == size)
+        return CVOL_OK;
+    return ZSTD_getErrorCode(found) == ZSTD_error_memory_allocation ? CVOL_ERROR_MEMORY
+                                                                    : CVOL_ERROR_CORRUPT;
+}
+
 int cvol_packed_take(cvol_context *context, uint8_t **raw, uint64_t size, cvol_cursor *content,
                      const char *tag, const char *name)
 {
@@ -67,10 +77,13 @@ int cvol_packed_take(cvol_context *context, uint8_t **raw, uint64_t size, cvol_c
     *raw = cvol_allocate((size_t)size, 1);
     if (!*raw)
         return cvol_fail_memory(context, (size_t)size, "the file's terms");
-    if (frame && ZSTD_decompress(*raw, (size_t)size, frame, left) == size)
+    const int code = cvol_zstd_take(*raw, (size_t)size, frame, left);
+    if (!code)
         return CVOL_OK;
     free(*raw);
     *raw = NULL;
+    if (code == CVOL_ERROR_MEMORY)
+        return cvol_fail_memory(context, (size_t)size, "unpacking the file's terms");
     return cvol_fail(context, CVOL_ERROR_CORRUPT,
                      "%s: section %s does not hold %llu bytes of terms", name, tag,
                      (unsigned long long)size);

@@ -27,4 +27,8 @@ int cvol_packed_put(cvol_context *context, cvol_bytes *out, const cvol_bytes *ra
 int cvol_packed_take(cvol_context *context, uint8_t **raw, uint64_t size, cvol_cursor *content,
                      const char *tag, const char *name);
 
+/* Unpacks one frame into `size` bytes, all of them. CVOL_ERROR_MEMORY where zstd has none, which is
+ * no damage; CVOL_ERROR_CORRUPT; no message. */
+int cvol_zstd_take(void *out, size_t size, const uint8_t *frame, size_t bytes);
+
 #endif

@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/packed.h"
 
 enum { CELL_SIDE = 16, ZSTD_LEVEL = 19 };
 
@@ -143,7 +144,8 @@ int cvol_ranges_take(cvol_context *context, cvol_array *array, const cvol_sectio
     uint8_t *codes = cvol_allocate(size, 1);
     if (!codes)
         return cvol_fail_memory(context, size, "block ranges");
-    int sound = ZSTD_decompress(codes, size, cvol_cursor_take(&content, left), left) == size;
+    code = cvol_zstd_take(codes, size, cvol_cursor_take(&content, left), left);
+    int sound = !code;
     for (size_t c = 0; c < grid.count && sound; c++) {
         sound = codes[c] + codes[grid.count + c] <= 255;
         codes[grid.count + c] = (uint8_t)(codes[grid.count + c] + codes[c]);
@@ -152,6 +154,8 @@ int cvol_ranges_take(cvol_context *context, cvol_array *array, const cvol_sectio
         spread(array, codes, &grid);
     array->has_ranges = sound;
     free(codes);
+    if (code == CVOL_ERROR_MEMORY)
+        return cvol_fail_memory(context, size, "unpacking block ranges");
     if (!sound)
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
                          "%s: section RNGE does not hold the ranges of %zu cells", name,

@@ -95,8 +95,10 @@ static void read_rows(png_job *job)
 static int decode(png_job *job)
 {
     if (setjmp(png_jmpbuf(job->png)))
-        return cvol_fail(job->context, CVOL_ERROR_FORMAT, "%s: PNG: %s", job->path,
-                         job->message.text);
+        return cvol_fail(job->context,
+                         job->message.is_memory ? CVOL_ERROR_MEMORY : CVOL_ERROR_FORMAT,
+                         job->message.is_memory ? "%s: not enough memory: %s" : "%s: PNG: %s",
+                         job->path, job->message.text);
     png_set_read_fn(job->png, job, read_from_cursor);
     /* The limits are check_header's, so that they have their own error code. */
     png_set_user_limits(job->png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
@@ -127,8 +129,7 @@ int cvol_image_read_png(cvol_context *context, cvol_image **out, const char *pat
         code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s", path,
                          size ? "is not a PNG file" : "is empty");
     else {
-        job.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &job.message, cvol_png_on_error,
-                                         cvol_png_on_warning);
+        job.png = cvol_png_reader(&job.message);
         job.info = job.png ? png_create_info_struct(job.png) : NULL;
         code = job.info ? decode(&job) : cvol_fail_memory(context, sizeof job, "libpng");
         png_destroy_read_struct(&job.png, &job.info, NULL);

@@ -8,9 +8,11 @@
 /* The last error, in libpng's own words: what png_create_*_struct is given to call back with. */
 typedef struct cvol_png_words {
     char text[200];
+    int is_memory; /* whether it had none */
 } cvol_png_words;
 
-void cvol_png_on_error(png_structp png, png_const_charp message);
-void cvol_png_on_warning(png_structp png, png_const_charp message);
+/* png_create_read_struct and png_create_write_struct with these words; NULL without memory. */
+png_structp cvol_png_reader(cvol_png_words *words);
+png_structp cvol_png_writer(cvol_png_words *words);
 
 #endif

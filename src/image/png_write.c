@@ -81,8 +81,7 @@ static int make_file(cvol_context *context, cvol_bytes *out, const cvol_png_rows
     int code;
     job.row = cvol_allocate((size_t)rows->width, (size_t)(rows->channels * rows->bits / 8));
     if (job.row)
-        job.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &job.message, cvol_png_on_error,
-                                          cvol_png_on_warning);
+        job.png = cvol_png_writer(&job.message);
     if (job.png)
         job.info = png_create_info_struct(job.png);
     code = job.info ? encode(&job, rows) : cvol_fail_memory(context, sizeof job, "libpng");

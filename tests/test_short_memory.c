@@ -1,0 +1,166 @@
+/* Memory that runs out: of each step of the tour the n-th allocation fails, for n = 1, 2, 3, ...
+ * (from the sixtieth on only some), alone or with all that follow it. What comes of it is the
+ * step's work or CVOL_ERROR_MEMORY with a sentence, never a file called damaged, and no crash.
+ * Where the C library lets a program replace its allocation.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support.h"
+#include "support_context.h"
+#include "support_tour.h"
+
+/* ---- allocation that fails -------------------------------------------------------------- */
+
+static atomic_int failing; /* 0: nothing fails; 1: one allocation does; 2: all do from there on */
+static atomic_long left;   /* allocations until then */
+
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__clang__)
+#define REPLACED 1
+
+#define SEEN                                                                            \
+    __attribute__((visibility("default"))) /* by the libraries that ours stands on, too \
+                                            */
+
+void *__libc_malloc(size_t bytes);
+void *__libc_calloc(size_t count, size_t bytes);
+void *__libc_realloc(void *memory, size_t bytes);
+void *__libc_memalign(size_t alignment, size_t bytes);
+
+static int fails(void)
+{
+    const int how = atomic_load(&failing);
+    if (!how)
+        return 0;
+    const long now = atomic_fetch_sub(&left, 1);
+    return how == 1 ? now == 1 : now <= 1;
+}
+
+SEEN void *malloc(size_t bytes)
+{
+    return fails() ? NULL : __libc_malloc(bytes);
+}
+
+SEEN void *calloc(size_t items, size_t bytes)
+{
+    return fails() ? NULL : __libc_calloc(items, bytes);
+}
+
+SEEN void *realloc(void *memory, size_t bytes)
+{
+    return fails() ? NULL : __libc_realloc(memory, bytes);
+}
+
+SEEN void *aligned_alloc(size_t alignment, size_t bytes)
+{
+    return fails() ? NULL : __libc_memalign(alignment, bytes);
+}
+#else
+#define REPLACED 0
+#endif
+
+/* ---- steps ------------------------------------------------------------------------------ */
+
+static tour t;
+static char *folder, *path;
+
+/* 1: the step came to its end before anything failed. */
+static int try(const tour_step *step, long n, int how)
+{
+    atomic_store(&left, n);
+    atomic_store(&failing, how);
+    const int code = step->go(&t);
+    atomic_store(&failing, 0);
+    if (code && code != CVOL_ERROR_MEMORY)
+        fail_msg("%s, allocation %ld%s: code %d, '%s'", step->name, n, how == 2 ? " and more" : "",
+                 code, cvol_context_message(t.context));
+    return atomic_load(&left) > 0;
+}
+
+static void try_all(const tour_step *steps)
+{
+    if (!REPLACED)
+        skip();
+    for (; steps->name; steps++) {
+        long n = 1;
+        assert_int_equal(steps->go(&t), CVOL_OK); /* what is made once is made */
+        for (; !try(steps, n, 1); n += n < 60 ? 1 : n / 3)
+            (void)try(steps, n, 2);
+        if (getenv("CVOL_TEST_VERBOSE"))
+            print_message("%s: %ld allocations\n", steps->name, n);
+    }
+}
+
+/* Files of all kinds: each of these steps leaves one. */
+static void read_files_of(const tour_step *steps)
+{
+    if (!REPLACED)
+        skip();
+    for (; steps->name; steps++) {
+        assert_int_equal(steps->go(&t), CVOL_OK);
+        if (getenv("CVOL_TEST_VERBOSE"))
+            print_message("%s:\n", steps->name);
+        try_all(tour_reading);
+    }
+}
+
+static void reading_volumes(void **state)
+{
+    (void)state;
+    const tour_step some[] = {
+        tour_compressing[0], tour_compressing[6], tour_compressing[7], {NULL, NULL}};
+    read_files_of(some); /* to a ratio, without loss, with a fill */
+}
+
+static void reading_arrays(void **state)
+{
+    (void)state;
+    read_files_of(tour_operations);
+}
+
+static void pictures(void **state)
+{
+    (void)state;
+    assert_int_equal(tour_write(&t, 1), CVOL_OK);
+    try_all(tour_pictures);
+}
+
+static int start(void **state)
+{
+    (void)state;
+    context = cvol_context_create();
+    cvol_context_set_threads(context, 1); /* OpenMP ends a process that it cannot give threads */
+    folder = support_folder_make();
+    path = support_path(folder, "a.cvol");
+    return !tour_begin(&t, context, path) || tour_write(&t, 0);
+}
+
+static int stop(void **state)
+{
+    (void)state;
+    free(t.volume.data);
+    free(path);
+    support_folder_remove(folder);
+    cvol_context_destroy(context);
+    return 0;
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(reading_volumes),
+        cmocka_unit_test(reading_arrays),
+        cmocka_unit_test(pictures),
+    };
+    if (getenv("CVOL_TEST_ONLY"))
+        cmocka_set_test_filter(getenv("CVOL_TEST_ONLY"));
+    return cmocka_run_group_tests(tests, start, stop);
+}
