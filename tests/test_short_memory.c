@@ -3,6 +3,7 @@
  * step's work or CVOL_ERROR_MEMORY with a sentence, never a file called damaged, and no crash.
  * Where the C library lets a program replace its allocation.
  */
+#include <limits.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdatomic.h>
@@ -133,6 +134,20 @@ static void pictures(void **state)
     try_all(tour_pictures);
 }
 
+/* No machine has a use for so many, and OpenMP would end the process. */
+static void threads_are_limited(void **state)
+{
+    (void)state;
+    cvol_context *many = cvol_context_create(), *before = t.context;
+    cvol_context_set_threads(many, INT_MAX);
+    assert_in_range(cvol_context_threads(many), 1, 1 << 14);
+    t.context = many;
+    const int code = tour_reading[0].go(&t);
+    t.context = before;
+    cvol_context_destroy(many);
+    assert_int_equal(code, CVOL_OK);
+}
+
 static int start(void **state)
 {
     (void)state;
@@ -159,6 +174,7 @@ int main(void)
         cmocka_unit_test(reading_volumes),
         cmocka_unit_test(reading_arrays),
         cmocka_unit_test(pictures),
+        cmocka_unit_test(threads_are_limited),
     };
     if (getenv("CVOL_TEST_ONLY"))
         cmocka_set_test_filter(getenv("CVOL_TEST_ONLY"));

@@ -1,6 +1,7 @@
 /* Contexts: the message of the last failure, threads, limits, progress. */
 #include "base/context.h"
 
+#include <limits.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -21,8 +22,10 @@ cvol_context *cvol_context_create(void)
 {
     cvol_context *context = calloc(1, sizeof *context);
     cvol_threads_survive_fork();
-    if (context)
-        context->limit_bytes = DEFAULT_LIMIT_BYTES;
+    if (!context)
+        return NULL;
+    context->limit_bytes = DEFAULT_LIMIT_BYTES;
+    cvol_context_set_threads(context, 0);
     return context;
 }
 
@@ -38,13 +41,17 @@ const char *cvol_context_message(const cvol_context *context)
 
 void cvol_context_set_threads(cvol_context *context, int threads)
 {
-    context->threads = threads > 0 ? threads : 0;
+    context->threads_possible = cvol_threads_possible(threads > 0 ? threads : INT_MAX);
+    context->threads = threads > 0 ? context->threads_possible : 0;
 }
 
 int cvol_context_threads(const cvol_context *context)
 {
 #ifdef _OPENMP
-    return context->threads ? context->threads : omp_get_max_threads();
+    const int threads = omp_get_max_threads();
+    if (context->threads)
+        return context->threads;
+    return threads < context->threads_possible ? threads : context->threads_possible;
 #else
     (void)context;
     return 1;

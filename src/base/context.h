@@ -8,7 +8,8 @@
 
 struct cvol_context {
     char message[CVOL_MESSAGE_BYTES];
-    int threads;
+    int threads;          /* 0: as many as OpenMP would have */
+    int threads_possible; /* at most; the same as long as the context lives, or is told a number */
     uint64_t limit_bytes;
     cvol_progress_fn progress;
     void *progress_user;

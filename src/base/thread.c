@@ -1,12 +1,55 @@
-/* Threads and fork.
+/* How many threads there may be; threads and fork.
+ *
+ * libgomp ends the process where it cannot start a thread. So none are asked for that have no stack
+ * within the limit of the address space (ulimit -v), nor a number that no machine has a use for.
  *
  * libgomp keeps a thread's workers for its next parallel region. A child of fork has that thread
  * without its workers, and waits for them for ever. So they are ended before a fork; parent and
  * child start others when they need some. Clang's runtime sees to that itself.
  */
+#define _GNU_SOURCE
 #include "base/thread.h"
 
 #include <pthread.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+enum { THREADS_MOST = 256, THREADS_PER_CORE = 4 };
+/* What work itself needs, beside stacks. */
+static const size_t spare_bytes = (size_t)32 << 20;
+
+/* Of the system's own choice; OMP_STACKSIZE may say less. */
+static size_t stack_bytes(void)
+{
+    pthread_attr_t attributes;
+    size_t bytes = 0;
+    if (pthread_attr_init(&attributes) || pthread_attr_getstacksize(&attributes, &bytes) || !bytes)
+        bytes = (size_t)8 << 20;
+    return bytes;
+}
+
+static int has_room(size_t bytes)
+{
+    void *memory = mmap(NULL, bytes, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    return memory != MAP_FAILED && !munmap(memory, bytes);
+}
+
+int cvol_threads_possible(int threads)
+{
+    const long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    const int most = cores > THREADS_MOST / THREADS_PER_CORE ? (int)cores * THREADS_PER_CORE
+                                                             : THREADS_MOST;
+    struct rlimit limit;
+    if (threads > most)
+        threads = most;
+    if (!getrlimit(RLIMIT_AS, &limit) && limit.rlim_cur != RLIM_INFINITY) {
+        const size_t stack = stack_bytes();
+        while (threads > 1 && !has_room(spare_bytes + (size_t)(threads - 1) * stack))
+            threads--;
+    }
+    return threads;
+}
 
 #if defined(_OPENMP) && defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 9
 #define ENDS_WORKERS 1

@@ -1,4 +1,5 @@
-/* Which thread of a parallel region this is; and threads of processes that fork. */
+/* Which thread of a parallel region this is; how many there may be; and threads of processes that
+ * fork. */
 #ifndef CVOL_BASE_THREAD_H
 #define CVOL_BASE_THREAD_H
 
@@ -15,6 +16,9 @@ static inline int cvol_thread_index(void)
     return 0;
 #endif
 }
+
+/* So many threads, or as many as there may be. */
+int cvol_threads_possible(int threads);
 
 /* From here on a child of fork may use threads, whatever its parent used. */
 void cvol_threads_survive_fork(void);

@@ -141,13 +141,27 @@ static int keep_plan(plan_entry *entry)
     return 1;
 }
 
+/* FFTW ends the process where it has no memory: what a plan takes is asked for before. */
+enum { PLAN_BYTES = 4 << 20, PLAN_BYTES_A_POINT = 64 };
+
+static int has_memory_for_plan(const plan_key *key)
+{
+    size_t points = (size_t)key->lines.n;
+    for (int a = 0; a < key->rank; a++)
+        points += (size_t)key->axes[a].n;
+    void *memory = malloc(PLAN_BYTES + PLAN_BYTES_A_POINT * points);
+    const int has = memory != NULL;
+    free(memory);
+    return has;
+}
+
 /* The key's entry, counted as in use; NULL without memory or where FFTW has no plan. */
 static plan_entry *acquire_plan(const plan_key *key, float *out, float *in, int *cached)
 {
     *cached = 1;
     plan_entry *entry = find_plan(key);
     if (!entry) {
-        entry = calloc(1, sizeof *entry);
+        entry = has_memory_for_plan(key) ? calloc(1, sizeof *entry) : NULL;
         if (!entry)
             return NULL;
         memcpy(&entry->key, key, sizeof *key);
