@@ -465,6 +465,51 @@ static void test_pencil_finds_places(void **state)
     print_message("interpolate pencil: terms off by %.2g at most\n", worst);
 }
 
+/* Places that lie close to each other, and few values: right, or refused. */
+static void test_pencil_is_right_or_refuses(void **state)
+{
+    (void)state;
+    int refused = 0;
+    for (int seed = 1180; seed <= 1240; seed++) {
+        random_state r = {.state = (uint64_t)seed};
+        const cvol_transform transform = transforms[1 + seed % 2];
+        const size_t n = 20 + random_below(&r, 800), wanted = 1 + random_below(&r, 5);
+        uint32_t places[10];
+        size_t terms = 0;
+        uint8_t *chosen = calloc(n, 1);
+        assert_non_null(chosen);
+        for (size_t i = 0; i < wanted; i++) {
+            const size_t u = random_below(&r, (uint32_t)n);
+            chosen[u] = chosen[cvol_mirror_index(u, n)] = 1;
+        }
+        for (size_t u = 0; u < n; u++)
+            if (chosen[u])
+                places[terms++] = (uint32_t)u;
+        free(chosen);
+        size_t most = terms + random_below(&r, 12);
+        most = most < n ? terms + random_below(&r, 12) : terms;
+        cvol_array *array = make_sparse(n, transform, places, terms, &r), *back;
+        float values[80];
+        double residual;
+        const double start[3] = {0, 0, 0}, step[3] = {1, 1, 1};
+        const size_t counts[3] = {2 * most, 1, 1};
+        assert_int_equal(cvol_array_evaluate_chirp(context, values, array, start, step, counts),
+                         CVOL_OK);
+        const int code = cvol_array_interpolate_pencil(context, &back, &residual, values, most,
+                                                       &array->grid, transform);
+        if (code) {
+            assert_int_equal(code, CVOL_ERROR_TARGET);
+            refused++;
+        } else if (term_distance(array, back) > 1e-4) {
+            fail_msg("seed %d, n %zu, %zu terms: off by %g, residual %g", seed, n, terms,
+                     term_distance(array, back), residual);
+        }
+        cvol_array_free(array);
+        cvol_array_free(back);
+    }
+    assert_true(refused <= 6);
+}
+
 /* As few values as there can be: 2 most for exactly most places. */
 static void test_pencil_tight(void **state)
 {
@@ -523,12 +568,18 @@ static void test_pencil_refuses(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_least_squares),        cmocka_unit_test(test_orthogonal_columns),
-        cmocka_unit_test(test_eigenvalues),          cmocka_unit_test(test_grid_passes_through),
-        cmocka_unit_test(test_grid_is_exact_within), cmocka_unit_test(test_chirp_finds_terms),
-        cmocka_unit_test(test_chirp_large),          cmocka_unit_test(test_chirp_refuses),
-        cmocka_unit_test(test_pencil_finds_places),  cmocka_unit_test(test_pencil_tight),
+        cmocka_unit_test(test_least_squares),
+        cmocka_unit_test(test_orthogonal_columns),
+        cmocka_unit_test(test_eigenvalues),
+        cmocka_unit_test(test_grid_passes_through),
+        cmocka_unit_test(test_grid_is_exact_within),
+        cmocka_unit_test(test_chirp_finds_terms),
+        cmocka_unit_test(test_chirp_large),
+        cmocka_unit_test(test_chirp_refuses),
+        cmocka_unit_test(test_pencil_finds_places),
+        cmocka_unit_test(test_pencil_tight),
         cmocka_unit_test(test_pencil_refuses),
+        cmocka_unit_test(test_pencil_is_right_or_refuses),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

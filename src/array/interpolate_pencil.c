@@ -8,7 +8,9 @@
  * rounded to places, which are completed to pairs, and the terms follow by least squares.
  *
  * How many singular vectors count is tried from those that stand out on: the first rank whose terms
- * pass through the values within single precision, else the best.
+ * pass through the values within single precision, else the best, whose places are then moved one
+ * after the other as long as that brings it nearer. Terms are believed only if none of the
+ * neighbouring places would do as well.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -26,6 +28,9 @@
 #define GOOD 2e-7     /* of the values' norm: they are given in single precision */
 #define ACCEPTED 1e-4 /* what the interface promises */
 #define STANDS_OUT 1e-3
+#define WORTH_MOVING 0.1 /* of the norm; worse is not near any terms */
+#define TOLD_APART 2e-6  /* of the norm: less cannot be told from rounding of the values */
+enum { MOVES_MOST = 8, FARTHEST = 3 };
 
 typedef struct terms {
     size_t count;
@@ -141,6 +146,59 @@ static void find_terms(terms *best, pencil *of)
     }
 }
 
+/* The terms with the pair of number `t` moved by `by` places; 0 if there is no such place. */
+static int move_pair(terms *to, pencil *of, const terms *from, size_t t, long by)
+{
+    const size_t u = from->places[t], mirror = cvol_mirror_index(u, of->n);
+    const long place = (long)u + by;
+    if (u > mirror || place < 0 || 2 * (size_t)place > of->n)
+        return 0;
+    to->count = 0;
+    for (size_t i = 0; i < from->count; i++)
+        if (from->places[i] != u && from->places[i] != mirror)
+            add_place(to, from->places[i]);
+    add_place(to, (size_t)place);
+    add_place(to, cvol_mirror_index((size_t)place, of->n));
+    if (to->count > of->most)
+        return 0;
+    fit_terms(to, of);
+    return 1;
+}
+
+/* Moves the pair for which that helps most, until none does. */
+static void move_places(terms *best, pencil *of)
+{
+    terms found, better;
+    for (int move = 0; move < MOVES_MOST && best->residual > GOOD * of->norm; move++) {
+        better = *best;
+        for (size_t t = 0; t < best->count; t++)
+            for (long by = -FARTHEST; by <= FARTHEST; by++)
+                if (by && move_pair(&found, of, best, t, by) && found.residual < better.residual)
+                    better = found;
+        if (!(better.residual < best->residual))
+            return;
+        *best = better;
+    }
+}
+
+/* Whether a neighbouring place would do as well for a pair that matters. */
+static int is_doubtful(const terms *best, pencil *of)
+{
+    const double least = fmax(TOLD_APART * of->norm, 4 * best->residual);
+    const double scale = sqrt((double)of->count / (double)of->n);
+    terms found;
+    for (size_t t = 0; t < best->count; t++) {
+        double size = 0;
+        for (size_t m = 0; m < best->count; m++)
+            if (m == t || best->places[m] == cvol_mirror_index(best->places[t], of->n))
+                size += fabs(best->values[m]);
+        for (long by = -1; by <= 1 && size * scale > ACCEPTED * of->norm; by += 2)
+            if (move_pair(&found, of, best, t, by) && found.residual <= least)
+                return 1;
+    }
+    return 0;
+}
+
 /* Leaves out terms that single precision values cannot tell from zero; pairs of a DFT together. */
 static void drop_noise(terms *of, const pencil *from)
 {
@@ -202,11 +260,20 @@ int cvol_array_interpolate_pencil(cvol_context *context, cvol_array **out, doubl
     of->norm = sqrt(of->norm);
     if (of->norm > 0)
         find_terms(&best, of);
+    if (best.residual < WORTH_MOVING * of->norm)
+        move_places(&best, of);
     if (best.residual > ACCEPTED * of->norm) {
         code = cvol_fail(context, CVOL_ERROR_TARGET,
                          "no %zu terms pass through the values: the best miss them by %g of %g "
                          "(L2)",
                          most, best.residual, of->norm);
+        goto done;
+    }
+    if (is_doubtful(&best, of)) {
+        code = cvol_fail(context, CVOL_ERROR_TARGET,
+                         "the %zu values do not tell places apart: terms at others pass through "
+                         "them as well, within what single precision holds; give more values",
+                         of->count);
         goto done;
     }
     drop_noise(&best, of);
