@@ -92,7 +92,7 @@ static void add_distances(cvol_distance *out, const cvol_distance *distances, si
 double cvol_distance_rounding(const cvol_array *array, const cvol_distance *distance)
 {
     const double samples = (double)cvol_grid_samples(&array->grid);
-    return CVOL_ROUNDING * (distance->real_norm + fabs(array->offset) * sqrt(samples));
+    return fmax(CVOL_ROUNDING * distance->real_norm, 0x1p-22 * fabs(array->offset) * sqrt(samples));
 }
 
 void cvol_distance_finish(cvol_distance *sum)
