@@ -3,6 +3,7 @@
 #define CVOL_CODEC_H
 
 #include "cvol/array.h"
+#include "cvol/volume.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -77,9 +78,10 @@ typedef struct cvol_compress_report {
 
 /* Compresses the samples (described by `grid`, x fastest) into a new array.
  * The step is searched so that the target holds, and the result is verified by decoding the
- * encoded bytes. A ratio lower than what is lossless already gives the lossless array
- * (report->lossless, a ratio above the asked one); bits a sample are a ratio, of the bits of the
- * samples' type. report may be NULL. The caller frees *out.
+ * encoded bytes. Where a lossless array takes no more bytes than the lossy one, or than a ratio
+ * allows, it is the result (report->lossless, a ratio above the asked one), and where no step has a
+ * PSNR; whether to try is estimated. Bits a sample are a ratio, of the bits of the samples'
+ * type. report may be NULL. The caller frees *out.
  * A bound of errors and lossless compression add corrections to what the terms give, which samples
  * in the array's own type (cvol_array_evaluate_box) are made with; floats
  * (cvol_array_evaluate_real, pictures, operations) are what the terms give. Samples without a value
@@ -113,9 +115,16 @@ CVOL_API int cvol_compress_stream(cvol_context *context, cvol_compress_report *r
                                   const char *path, const cvol_sample_source *source,
                                   const cvol_grid *grid, const cvol_compress_options *options);
 
+/* 1 if a volume's samples are labels: names of what lies where, of which the mean of two means
+ * nothing, so that they should be compressed without loss. A file says so (`path`, which may be NULL:
+ * NIfTI's intent code 1002, names in .seg.nrrd), or the samples look like it: integers of at most
+ * 4,096 values, that are the same over regions and jump between them. Cost: one pass. */
+CVOL_API int cvol_volume_is_labels(const cvol_volume *volume, const char *path);
+
 /* A coarser array from a compressed volume (DCT blocks), without going through samples: terms are
  * requantised with the step that the ratio, the bits or the PSNR need; cells stay as they are,
- * attributes and masks too; corrections do not. What is known of the result is certified, not
+ * attributes and masks too. Of an array with corrections, the decoded samples are compressed instead
+ * (as cvol_compress does it), since its terms are coarser than what it decodes to. What is known of the result is certified, not
  * measured: the bound of `array` and how far the samples moved. A PSNR is what that bound promises,
  * 2 to 3 dB below what it is. A ratio is kept, and is 3 % above what was asked at most, unless no
  * weight of bits gives such a size. report (may be NULL) and *out are as those of cvol_compress;

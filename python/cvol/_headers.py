@@ -446,6 +446,7 @@ FUNCTIONS = {
     "compress_options_defaults": "cvol_compress_options",
     "compress": "i * * * * * *",
     "compress_stream": "i * * s * * *",
+    "volume_is_labels": "i * s",
     "array_transcode": "i * * * * *",
     "array_measure": "i * * *",
     "array_write": "i * * s *",

@@ -2,6 +2,7 @@
 #include <float.h>
 #include <math.h>
 
+#include "array/decoded_terms.h"
 #include "array/operations.h"
 #include "array/truncate.h"
 #include "base/context.h"
@@ -64,6 +65,10 @@ int cvol_array_add(cvol_context *context, cvol_array **out, double alpha, const 
         code = check_factor(context, beta, "beta");
     if (!code)
         code = cvol_array_agree(context, a, b);
+    if (!code)
+        code = cvol_array_decoded_terms(context, &a, a);
+    if (!code)
+        code = cvol_array_decoded_terms(context, &b, b);
     if (code)
         return code;
     const cvol_ledger ledger = cvol_ledger_add(alpha, &a->ledger, beta, &b->ledger);
@@ -85,6 +90,8 @@ static int scale(cvol_context *context, cvol_array **out, double alpha, const cv
     int code = check_factor(context, alpha, "alpha");
     if (!code)
         code = check_factor(context, beta, "beta");
+    if (!code)
+        code = cvol_array_decoded_terms(context, &a, a);
     if (code)
         return code;
     const cvol_ledger ledger = cvol_ledger_scale(alpha, &a->ledger, beta);
@@ -133,7 +140,9 @@ int cvol_array_truncate(cvol_context *context, cvol_array **out, const cvol_arra
     cvol_array *array = NULL;
     *out = NULL;
     keep = keep ? keep : &like;
-    int code = start(context, &array, a, &a->ledger, keep, "truncate");
+    int code = cvol_array_decoded_terms(context, &a, a);
+    if (!code)
+        code = start(context, &array, a, &a->ledger, keep, "truncate");
     if (code)
         return code;
     code = cvol_array_set_summary(context, array, cvol_array_summary(a));

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/decoded_terms.h"
 #include "array/operations.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -130,9 +131,11 @@ int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_a
 
 void cvol_array_drop_modes(cvol_array *array)
 {
-    cvol_mask_free(array->mask);
-    if (array->corrections)
+    if (array->corrections) {
+        cvol_array_drop_decoded(array->corrections);
         array->corrections->free(array->corrections);
+    }
+    cvol_mask_free(array->mask);
     array->mask = NULL;
     array->corrections = NULL;
 }
@@ -191,7 +194,8 @@ static uint64_t resident_bytes(const cvol_array *array)
     if (array->mask)
         bytes += cvol_mask_bytes(array->mask);
     if (array->corrections)
-        bytes += array->corrections->bytes(array->corrections);
+        bytes += array->corrections->bytes(array->corrections) +
+                 (array->corrections->decoded ? resident_bytes(array->corrections->decoded) : 0);
     return bytes + whole->low_count * sizeof *whole->low_values +
            whole->sparse_capacity * (sizeof *whole->places + sizeof *whole->values);
 }
@@ -218,6 +222,8 @@ void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
     out->value_max = array->ledger.value_max;
     out->l2_error = array->ledger.l2_error;
     out->max_abs = array->ledger.max_abs;
+    if (array->corrections) /* what they make of the terms is within the range */
+        out->max_abs = fmax(out->max_abs, cvol_ledger_largest(&array->ledger));
     out->measured = array->measured;
     out->psnr_db = array->psnr_db;
     out->max_error = array->max_error;

@@ -14,6 +14,7 @@
  */
 #include <math.h>
 
+#include "array/decoded_terms.h"
 #include "array/operations.h"
 #include "array/truncate.h"
 #include "base/context.h"
@@ -65,7 +66,9 @@ int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cv
     cvol_array *array = NULL;
     cvol_build_result result = {.max_abs = -1};
     double norm, sum;
-    int code = check_kernel(context, a, kernel);
+    int code = cvol_array_decoded_terms(context, &a, a);
+    if (!code)
+        code = check_kernel(context, a, kernel);
     if (!code)
         code = cvol_array_create_like(context, &array, a);
     if (!code)
@@ -177,7 +180,9 @@ int cvol_array_gradient(cvol_context *context, cvol_array **out, const cvol_arra
         weight[axis] = 1 / a->grid.spacing[axis];
         squares += weight[axis] * weight[axis];
     }
-    int code = cvol_array_create_like(context, &array, a);
+    int code = cvol_array_decoded_terms(context, &a, a);
+    if (!code)
+        code = cvol_array_create_like(context, &array, a);
     if (!code)
         code = cvol_keep_check(context, rule, array);
     if (code)

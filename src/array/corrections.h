@@ -1,7 +1,7 @@
 /* What an array adds to its evaluated samples so that they are within a bound of the original, or
- * equal to it: of whatever kind, made by whoever reads or makes such arrays. Evaluating samples in
- * the array's own type uses them; floats for rendering and operations do not, and what operations
- * give has none.
+ * equal to it: of whatever kind, made by whoever reads or makes such arrays. Evaluating samples uses
+ * them; rendering and operations are on the terms of decoded samples (array/decoded_terms.h), and
+ * what operations give has no corrections.
  */
 #ifndef CVOL_ARRAY_CORRECTIONS_H
 #define CVOL_ARRAY_CORRECTIONS_H
@@ -18,6 +18,7 @@ struct cvol_corrections {
                     const size_t begin[3], const size_t end[3]);
     void (*free)(cvol_corrections *corrections);
     uint64_t (*bytes)(const cvol_corrections *corrections); /* of memory */
+    cvol_array *decoded; /* array/decoded_terms.h; NULL until it is asked for */
 };
 
 #endif

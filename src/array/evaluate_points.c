@@ -8,6 +8,7 @@
 
 #include "array/array.h"
 #include "array/block_transform.h"
+#include "array/decoded_terms.h"
 #include "array/halo.h"
 #include "array/interpolant.h"
 #include "base/context.h"
@@ -283,13 +284,16 @@ static int check_points(cvol_context *context, const double *points, size_t coun
 int cvol_array_evaluate_points(cvol_context *context, float *out, const cvol_array *array,
                                const double *points, size_t count)
 {
+    int code = cvol_array_decoded_terms(context, &array, array);
+    if (code)
+        return code;
     const size_t rank = (size_t)array->rank;
     const int threads = cvol_context_threads(context);
     point_sum sum = {.array = array};
     double *tables = NULL;
     cell_work *cells = NULL;
     const int sampled = array->lapped || cvol_array_has_splits(array);
-    int code = check_points(context, points, count, array->rank);
+    code = check_points(context, points, count, array->rank);
     if (!code && !array->block)
         code = prepare_whole(context, &sum);
     if (array->block)

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/decoded_terms.h"
 #include "array/operations.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -34,12 +35,29 @@ static void apply_background(cvol_context *context, float *out, const cvol_array
     }
 }
 
+static int evaluate_decoded(cvol_context *context, float *out, const cvol_array *array,
+                            const size_t begin[3], const size_t end[3])
+{
+    const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
+    void *samples = cvol_allocate(count, cvol_type_size(array->grid.type));
+    if (!samples)
+        return cvol_fail_memory(context, count * cvol_type_size(array->grid.type),
+                                "a box of samples");
+    const int code = cvol_array_decoded_samples(context, samples, array, begin, end);
+    if (!code)
+        cvol_samples_load(out, samples, array->grid.type, 0, count, 0);
+    free(samples);
+    return code;
+}
+
 int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,
                              const size_t begin[3], const size_t end[3])
 {
     int code = cvol_array_check_box(context, array, begin, end);
     if (code)
         return code;
+    if (array->corrections)
+        return evaluate_decoded(context, out, array, begin, end);
     code = array->block ? cvol_blocks_evaluate(context, out, array, begin, end)
                         : cvol_whole_evaluate(context, out, array, begin, end);
     if (!code && cvol_mask_is_background(array->mask))

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "array/decoded_terms.h"
 #include "array/multiply_cost.h"
 #include "array/operations.h"
 #include "array/truncate.h"
@@ -204,6 +205,10 @@ int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_arra
     cvol_multiply_report own;
     memset(&own, 0, sizeof own);
     int code = cvol_array_agree(context, a, b);
+    if (!code)
+        code = cvol_array_decoded_terms(context, &a, a);
+    if (!code)
+        code = cvol_array_decoded_terms(context, &b, b);
     if (code)
         return code;
     const cvol_keep wanted = resolve_keep(keep, a, b);

@@ -15,6 +15,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "array/decoded_terms.h"
 #include "array/operations.h"
 
 static int sums_of(cvol_context *context, double *sum, double *squares, const cvol_array *a)
@@ -25,14 +26,16 @@ static int sums_of(cvol_context *context, double *sum, double *squares, const cv
 
 int cvol_array_statistics_of(cvol_context *context, cvol_array_statistics *out, const cvol_array *a)
 {
-    const double samples = (double)cvol_grid_samples(&a->grid), error = a->ledger.l2_error;
     double sum, squares;
     memset(out, 0, sizeof *out);
     int code = cvol_array_need_plain(context, a);
     if (!code)
+        code = cvol_array_decoded_terms(context, &a, a);
+    if (!code)
         code = sums_of(context, &sum, &squares, a);
     if (code)
         return code;
+    const double samples = (double)cvol_grid_samples(&a->grid), error = a->ledger.l2_error;
     out->sum = sum;
     out->mean = sum / samples;
     out->l2_norm = sqrt(squares);
@@ -52,6 +55,10 @@ int cvol_array_inner_product(cvol_context *context, double *out, const cvol_arra
 {
     *out = 0;
     int code = cvol_array_agree(context, a, b);
+    if (!code)
+        code = cvol_array_decoded_terms(context, &a, a);
+    if (!code)
+        code = cvol_array_decoded_terms(context, &b, b);
     if (code)
         return code;
     return a->block ? cvol_blocks_inner(context, out, a, b) : cvol_whole_inner(context, out, a, b);
@@ -77,6 +84,10 @@ int cvol_array_compare(cvol_context *context, cvol_array_comparison *out, const 
     double sum, inner, square_a, square_b;
     memset(out, 0, sizeof *out);
     int code = cvol_array_agree(context, a, b);
+    if (!code)
+        code = cvol_array_decoded_terms(context, &a, a);
+    if (!code)
+        code = cvol_array_decoded_terms(context, &b, b);
     if (!code)
         code = sums_of(context, &sum, &square_a, a);
     if (!code)

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "array/array.h"
+#include "array/decoded_terms.h"
 #include "array/summary.h"
 #include "base/context.h"
 #include "base/memory.h"
@@ -109,12 +109,15 @@ int cvol_summarise_array(cvol_context *context, cvol_summary *out, const cvol_ar
         return CVOL_OK;
     }
     *out = (cvol_summary){0};
+    int code = cvol_array_decoded_terms(context, &array, array);
+    if (code)
+        return code;
     grid.type = CVOL_FLOAT64;
     const scratch s = {cvol_allocate(terms, sizeof *s.samples), cvol_allocate(terms, 1),
                        cvol_allocate(terms, sizeof *s.values)};
-    int code = s.samples && s.which && s.values
-                   ? cvol_tally_create(context, &tally, &grid, NULL)
-                   : cvol_fail_memory(context, terms * sizeof *s.values, "a block");
+    code = s.samples && s.which && s.values
+               ? cvol_tally_create(context, &tally, &grid, NULL)
+               : cvol_fail_memory(context, terms * sizeof *s.values, "a block");
     if (!code)
         code = add_blocks(context, tally, &s, array);
     if (!code && cvol_tally_again(tally)) {

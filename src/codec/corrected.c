@@ -13,7 +13,10 @@
 enum {
     BRICK_SAMPLES = CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE,
     PACK_LEVEL = 19,
-    PACK_QUICKLY = 3
+    PACK_QUICKLY = 3,
+    /* What of large volumes is packed to know about how many bytes all would take. */
+    ESTIMATED_CHUNKS = 8,
+    ESTIMATED_CHUNK = 2 << 20
 };
 
 /* ---- bricks ----------------------------------------------------------------------------- */
@@ -234,7 +237,7 @@ int cvol_corrected_create(cvol_context *context, cvol_corrected **out,
     *out = NULL;
     if (!c)
         return cvol_fail_memory(context, sizeof *c, "the corrections");
-    c->as = (cvol_corrections){evaluate, free_as, bytes_as};
+    c->as = (cvol_corrections){.evaluate = evaluate, .free = free_as, .bytes = bytes_as};
     c->ends = calloc(bricks ? bricks : 1, sizeof *c->ends);
     c->tables = tables ? cvol_token_tables_create() : NULL;
     if (!c->ends || (tables && !c->tables)) {
@@ -281,6 +284,23 @@ int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes
     const size_t quickly = ZSTD_compress(quick, most, samples, raw, PACK_QUICKLY);
     free(quick);
     return !ZSTD_isError(quickly) && (double)quickly <= 1.5 * bytes;
+}
+
+double cvol_packed_estimate(const void *samples, const cvol_grid *grid)
+{
+    const size_t raw = cvol_grid_bytes(grid);
+    const size_t chunks = raw > ESTIMATED_CHUNKS * (size_t)ESTIMATED_CHUNK ? ESTIMATED_CHUNKS : 1;
+    const size_t chunk = chunks > 1 ? ESTIMATED_CHUNK : raw, most = ZSTD_compressBound(chunk);
+    void *quick = malloc(most);
+    double bytes = 0;
+    for (size_t i = 0; i < chunks && quick; i++) {
+        const size_t at = chunks > 1 ? (raw - chunk) / (chunks - 1) * i : 0;
+        const size_t packed = ZSTD_compress(quick, most, (const uint8_t *)samples + at, chunk,
+                                            PACK_QUICKLY);
+        bytes += ZSTD_isError(packed) ? (double)chunk : (double)packed;
+    }
+    free(quick);
+    return quick ? bytes * (double)raw / (double)(chunks * chunk) : (double)raw;
 }
 
 int cvol_corrected_pack(cvol_context *context, cvol_corrected **out, const void *samples,

@@ -440,6 +440,44 @@ static int check(cvol_context *context, transcoding *t, const cvol_compress_opti
     return code;
 }
 
+/* An array with corrections: its terms are coarser than what it decodes to, so the decoded samples
+ * are compressed. Errors of the samples themselves are added to the bound. */
+static int compress_decoded(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                            const cvol_array *array, const cvol_compress_options *options)
+{
+    const size_t zero[3] = {0, 0, 0};
+    const cvol_fills *fills = cvol_mask_is_void(array->mask) ? cvol_mask_fills(array->mask) : NULL;
+    cvol_compress_options how = *options;
+    void *samples = cvol_allocate(cvol_grid_samples(&array->grid),
+                                  cvol_type_size(array->grid.type));
+    if (!samples)
+        return cvol_fail_memory(context, cvol_grid_bytes(&array->grid), "the decoded samples");
+    how.has_fill = fills && fills->count == 1;
+    if (how.has_fill)
+        how.fill = cvol_fills_value(fills, 0, array->grid.type);
+    if (!how.block)
+        how.block = array->block;
+    int code = cvol_array_evaluate_box(context, samples, array, zero, array->grid.dims);
+    if (!code)
+        code = cvol_compress(context, out, report, samples, &array->grid, &how);
+    if (!code && array->attributes)
+        code = cvol_array_keep_attributes(context, *out, array->attributes,
+                                          strlen(array->attributes));
+    if (!code && array->max_error > 0) {
+        const double samples_error = array->max_error *
+                                     sqrt((double)cvol_grid_samples(&array->grid));
+        (*out)->ledger.l2_error += samples_error;
+        (*out)->max_error += array->max_error;
+        (*out)->measured = 0;
+    }
+    free(samples);
+    if (code) {
+        cvol_array_free(*out);
+        *out = NULL;
+    }
+    return code;
+}
+
 int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                          const cvol_array *array, const cvol_compress_options *options)
 {
@@ -451,6 +489,8 @@ int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_
     int code = check(context, &t, options);
     if (!code)
         code = cvol_brick_sides_check(context, options->brick, array->block);
+    if (!code && array->corrections)
+        return compress_decoded(context, out, report, array, options);
     if (!code && options->brick[0])
         from.brick = cvol_brick_shape_make(options->brick);
     if (!code && options->no_histogram)

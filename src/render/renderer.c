@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "array/array.h"
+#include "array/decoded_terms.h"
 #include "base/context.h"
 
 typedef int (*create_fn)(cvol_context *context, void **state, const void *source);
@@ -77,8 +77,11 @@ static int create_renderer(cvol_context *context, cvol_renderer **out, const cvo
 
 int cvol_renderer_create_sheet(cvol_context *context, cvol_renderer **out, const cvol_array *array)
 {
-    const int code = create_renderer(context, out, cvol_array_grid(array), &cvol_sheet_engine,
-                                     create_sheet, array);
+    *out = NULL;
+    int code = cvol_array_decoded_terms(context, &array, array);
+    if (!code)
+        code = create_renderer(context, out, cvol_array_grid(array), &cvol_sheet_engine,
+                               create_sheet, array);
     if (!code) {
         (*out)->has_range = 1;
         (*out)->range[0] = array->ledger.value_min;
