@@ -135,6 +135,10 @@ static int choose_method(method *m, compress_arguments *a)
         status = parse_bricks(m->options.brick, a->bricks);
     if (status)
         return status;
+    if (strcmp(a->labels, "auto") && strcmp(a->labels, "yes") && strcmp(a->labels, "no"))
+        return complain(EXIT_MISUSED, "--labels is '%s', must be auto, yes or no", a->labels);
+    if (!strcmp(a->labels, "yes") && count_targets(a) > a->lossless)
+        return complain(EXIT_MISUSED, "--labels yes is lossless: leave the target away");
     m->options.block = m->block = a->block;
     m->transform = cvol_transform_from_name(a->transform);
     if (a->block != 0 && a->block != 8 && a->block != 16 && a->block != 32)
@@ -318,6 +322,26 @@ static void note_marks(cvol_context *context, const compress_arguments *a,
             path, histogram.mark, histogram.mark);
 }
 
+/* Labels are compressed without loss, unless a target or --labels says otherwise. *m becomes that.
+ */
+static void spare_labels(const compress_arguments *a, method *m, const cvol_volume *volume,
+                         const char *path)
+{
+    const int always = !strcmp(a->labels, "yes");
+    if (!strcmp(a->labels, "no") || m->truncate || (!always && count_targets(a)))
+        return;
+    if (!always && !cvol_volume_is_labels(volume, path))
+        return;
+    m->options.lossless = 1;
+    if (!always && !a->common.json) {
+        clear_progress();
+        fprintf(stderr,
+                "cvol: %s: samples are labels, which are kept without loss; --labels no or a "
+                "target, as --ratio 30, does otherwise\n",
+                path);
+    }
+}
+
 int compress_to_array(cvol_context *context, compress_arguments *arguments, const method *m,
                       const char *in_path, cvol_array **array, cvol_compress_report *report)
 {
@@ -330,7 +354,12 @@ int compress_to_array(cvol_context *context, compress_arguments *arguments, cons
     arguments->was_compressed = !status && in.array;
     if (arguments->was_compressed)
         status = need_volume(context, &in);
-    if (!status && !arguments->was_compressed)
+    method own = *m;
+    if (!status && !arguments->was_compressed) {
+        spare_labels(arguments, &own, in.volume, in_path);
+        m = &own;
+    }
+    if (!status && !arguments->was_compressed && !m->options.lossless)
         note_marks(context, arguments, in.volume, in_path);
     int code = 0;
     if (!status)
@@ -488,7 +517,7 @@ static int run(compress_arguments *a, const method *m, const volume_list *inputs
 
 int command_compress(int argc, char **argv)
 {
-    compress_arguments a = {.ratio = 30, .block = 16, .transform = "dct"};
+    compress_arguments a = {.ratio = 30, .block = 16, .transform = "dct", .labels = "auto"};
     method m;
     const option_spec specs[] = {
         {NULL, NULL, "Target (one of):", OPTION_HEADING, NULL, 0, NULL},
@@ -504,6 +533,9 @@ int command_compress(int argc, char **argv)
          OPTION_NUMBER, &a.max_error, 0, &a.max_error_given},
         {"--lossless", NULL, "every sample comes back to the bit", OPTION_FLAG, &a.lossless, 0,
          NULL},
+        {"--labels", "auto|yes|no",
+         "labels are lossless; auto: what the file or the samples say, without a target",
+         OPTION_TEXT, &a.labels, 0, NULL},
         {"--keep", "K,S", "the K lowest frequencies of each axis, S others", OPTION_TEXT, &a.keep,
          0, NULL},
         {NULL, NULL, "Samples that are no part of the transform:", OPTION_HEADING, NULL, 0, NULL},

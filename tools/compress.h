@@ -21,6 +21,7 @@ typedef struct compress_arguments {
     int block, stream;
     int lossless, no_lap, fast, smallest;
     const char *transform, *keep, *attributes, *fill, *background, *bricks;
+    const char *labels; /* auto, yes or no */
     const char *output, *as, *channel_names, *channel_colours; /* NULL: not given */
     double time_step;
     int time_step_given;

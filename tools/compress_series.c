@@ -130,7 +130,12 @@ static int add_array(series_job *job, compress_arguments *a, const char *path)
 {
     cvol_array *array;
     cvol_compress_report report = {0};
-    int status = compress_to_array(job->context, a, job->m, path, &array, &report);
+    compress_arguments own = *a;
+    if (!strcmp(a->labels,
+                "auto")) /* channels and times are seldom labels, and would be one by one */
+        own.labels = "no";
+    int status = compress_to_array(job->context, &own, job->m, path, &array, &report);
+    a->was_compressed = own.was_compressed;
     int code;
     if (!status && (code = cvol_series_add(job->context, job->writer, array, &report.file_bytes)))
         status = complain_context(job->context, code, path);

@@ -1,4 +1,4 @@
-/* Compressing to a target: the search for the step.
+/* Compressing to a target by terms alone: the search for the step.
  *
  * A miss (search.h) is a difference of logarithms: of the ratio and the asked one, or of PSNR in
  * units of a factor e. Sizes are estimated on a few bricks first where there are many.
@@ -9,18 +9,12 @@
 
 #include "base/context.h"
 #include "codec/array_file.h"
-#include "codec/compress_modes.h"
+#include "codec/compress_terms.h"
 #include "codec/compression.h"
-#include "codec/corrected.h"
 #include "codec/ranges.h"
 
 /* What the searches aim at: a part of the step. */
 #define FINEST_WIDTH 2e-4
-/* Of a mean squared error below the first, exact integers may take fewer bytes; below the second,
- * if they repeat themselves. */
-#define EXACT_ERROR 0.02
-#define PACKED_ERROR 0.5
-
 /* Where a trial takes a moment, a ratio is met more closely than cvol_compress promises. */
 #define SMALL_SAMPLES 4000000
 #define SMALL_RATIO_AIM 1.0015
@@ -180,14 +174,12 @@ static int search_psnr(cvol_compression *c)
                                                    : CVOL_PSNR_ACCEPTED);
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.8);
     c->best_step = 0;
-    c->reached = 0;
     double best = 0;
     for (int i = 0; i < TRIALS_MOST && !code; i++) {
         code = try_step(c, step, 1);
         if (code)
             return code;
         const double psnr = c->trial.array->psnr_db, over = psnr - c->value - aim;
-        c->reached = fmax(c->reached, psnr);
         if (psnr >= c->value && step > c->best_step) {
             c->best_step = step;
             best = psnr;
@@ -206,49 +198,11 @@ static int search_psnr(cvol_compression *c)
     return code;
 }
 
-/* ---- cvol_compress ---------------------------------------------------------------------- */
-
-/* Takes the lossless array if it is at most so large. */
-static int try_lossless(cvol_compression *c, double least_ratio)
-{
-    cvol_compress_options options = cvol_compress_options_defaults();
-    cvol_compress_report report;
-    cvol_array *array;
-    options.lossless = 1;
-    options.block = c->trial.shape->block;
-    options.no_lap = c->options->no_lap;
-    options.no_histogram = c->options->no_histogram;
-    memcpy(options.brick, c->options->brick, sizeof options.brick);
-    int code = cvol_compress_modes(c->context, &array, &report, c->trial.truth,
-                                   &c->trial.shape->grid, &options);
-    if (code)
-        return code;
-    c->trial.count += report.trials;
-    if (report.ratio >= least_ratio) {
-        cvol_array_free(cvol_trial_take_array(&c->trial));
-        c->trial.array = array;
-        c->file_bytes = report.file_bytes;
-    } else {
-        cvol_array_free(array);
-    }
-    return CVOL_OK;
-}
+/* ---- to a target ------------------------------------------------------------------------ */
 
 static int is_met(const cvol_compression *c)
 {
     return ratio_of(c) >= c->value && ratio_of(c) <= c->value * CVOL_RATIO_MOST;
-}
-
-/* Whether exact integers could take as few bytes. */
-static int may_be_lossless(const cvol_compression *c)
-{
-    const cvol_array *array = c->trial.array;
-    const double span = array->ledger.value_max - array->ledger.value_min;
-    const double error = span * span * pow(10, -array->psnr_db / 10);
-    if (!cvol_type_is_integer(array->grid.type) || !(error < PACKED_ERROR))
-        return 0;
-    return error < EXACT_ERROR ||
-           cvol_packed_may_fit(c->trial.truth, &array->grid, (double)c->raw_bytes / c->value);
 }
 
 static int run_ratio(cvol_compression *c, int *met)
@@ -260,8 +214,8 @@ static int run_ratio(cvol_compression *c, int *met)
         code = settle(c, c->most_step);
     else
         code = settle(c, c->best_step);
-    if (!code && c->best_step > 0 && may_be_lossless(c))
-        code = try_lossless(c, c->value);
+    if (code)
+        return code;
     const int is_exact = !(c->trial.array->max_error > 0);
     *met = is_met(c) ||
            (ratio_of(c) >= c->value && (is_exact || c->best_step > c->least_step * 1.000001));
@@ -275,11 +229,8 @@ static int run_psnr(cvol_compression *c)
         return code;
     if (c->best_step > 0)
         return settle(c, c->best_step);
-    if (cvol_type_is_integer(c->trial.shape->grid.type))
-        return try_lossless(c, 0);
-    return cvol_fail(c->context, CVOL_ERROR_TARGET,
-                     "a PSNR of %g dB cannot be reached for these %s samples, %.2f dB can",
-                     c->value, cvol_type_name(c->trial.shape->grid.type), c->reached);
+    cvol_array_free(cvol_trial_take_array(&c->trial));
+    return CVOL_OK;
 }
 
 static int run(cvol_compression *c, int *met)
@@ -311,7 +262,8 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
     }
 }
 
-/* *mask_bytes: how many of the file's are of a background's mask. */
+/* *mask_bytes: how many of the file's are of a background's mask. *out is NULL where no step has
+ * the PSNR. */
 static int compress_terms(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                           uint64_t *mask_bytes, const void *samples, const cvol_grid *grid,
                           const cvol_compress_options *options)
@@ -337,7 +289,7 @@ static int compress_terms(cvol_context *context, cvol_array **out, cvol_compress
         c.trial.uncounted = 1;
         code = run(&c, &met);
     }
-    if (!code) {
+    if (!code && c.trial.array) {
         fill_report(report, &c, met);
         *mask_bytes = report->background_samples ? c.trial.mask_bytes : 0;
         *out = cvol_trial_take_array(&c.trial);
@@ -382,7 +334,7 @@ static int try_without(cvol_context *context, cvol_array **array, cvol_compress_
         cvol_context_set_progress(context, tell_second_half, &at);
     const int code = compress_terms(context, &without, &of_it, &none, samples, grid, &plain);
     cvol_context_set_progress(context, at.progress, at.user);
-    if (code)
+    if (code || !without)
         return code;
     of_it.trials += report->trials;
     report->trials = of_it.trials;
@@ -396,32 +348,21 @@ static int try_without(cvol_context *context, cvol_array **array, cvol_compress_
     return CVOL_OK;
 }
 
-int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,
-                  const void *samples, const cvol_grid *grid, const cvol_compress_options *options)
+int cvol_compress_terms(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                        const void *samples, const cvol_grid *grid,
+                        const cvol_compress_options *options)
 {
-    *out = NULL;
-    int code = cvol_compress_options_check(context, options);
-    if (code)
-        return code;
-    if (cvol_compress_needs_modes(options))
-        return cvol_compress_modes(context, out, report, samples, grid, options);
-    cvol_array *array = NULL;
-    cvol_compress_report of_it;
-    uint64_t mask_bytes;
-    code = compress_terms(context, &array, &of_it, &mask_bytes, samples, grid, options);
+    uint64_t mask_bytes = 0;
     const double sure = options->target == CVOL_TARGET_PSNR ? MASK_SHARE_SURE_OF_PSNR
                                                             : MASK_SHARE_SURE;
-    if (!code && options->background == CVOL_BACKGROUND_FIND &&
-        (double)mask_bytes > sure * (double)of_it.file_bytes)
-        code = try_without(context, &array, &of_it, samples, grid, options);
-    if (!code)
-        code = cvol_report_progress(context, "compressing", 1);
+    *out = NULL;
+    int code = compress_terms(context, out, report, &mask_bytes, samples, grid, options);
+    if (!code && *out && options->background == CVOL_BACKGROUND_FIND &&
+        (double)mask_bytes > sure * (double)report->file_bytes)
+        code = try_without(context, out, report, samples, grid, options);
     if (code) {
-        cvol_array_free(array);
-        return code;
+        cvol_array_free(*out);
+        *out = NULL;
     }
-    if (report)
-        *report = of_it;
-    *out = array;
-    return CVOL_OK;
+    return code;
 }

@@ -8,10 +8,12 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/array_file.h"
+#include "codec/compress_terms.h"
 #include "codec/compression.h"
 #include "codec/correcting.h"
 #include "codec/correction_step.h"
 #include "codec/mask_make.h"
+#include "codec/outliers.h"
 #include "codec/ranges.h"
 
 enum {
@@ -21,13 +23,18 @@ enum {
     PREVIEW_SHARE = 20
 };
 
+/* Terms of samples that reach less far cannot be told apart in single precision. */
+#define LEAST_SPAN 1e-30
+
 /* One compression. */
 typedef struct modes {
     cvol_context *context;
     const cvol_compress_options *options;
     const cvol_grid *grid;
     const void *samples;
-    void *filled; /* NULL: as samples */
+    void *filled;  /* NULL: as samples */
+    void *clamped; /* the same without outliers, for the base of corrections; NULL: as filled */
+    double least, most; /* of the samples that have a value, outliers too; with clamped only */
     cvol_mask *mask;
     cvol_summary summary; /* with a mask: of the samples that have a value */
     double bound;         /* of every sample; negative: none */
@@ -148,6 +155,15 @@ static int correct(modes *m)
     return CVOL_OK;
 }
 
+/* Outliers, which the base does not have, are within the range. */
+static void widen_range(const modes *m, cvol_array *array)
+{
+    if (m->clamped) {
+        array->ledger.value_min = m->least;
+        array->ledger.value_max = m->most;
+    }
+}
+
 /* Base and corrections of a step that may have to grow. */
 static int make_corrected(modes *m, double *step)
 {
@@ -155,6 +171,7 @@ static int make_corrected(modes *m, double *step)
     for (int i = 0; i < TRIES_MOST && code == CVOL_ERROR_TARGET; i++) {
         code = make_base(m, *step);
         if (!code) {
+            widen_range(m, m->trial.array);
             m->trial.array->mask = m->mask;
             code = correct(m);
             m->trial.array->mask = NULL;
@@ -187,10 +204,12 @@ static int try_packed(modes *m)
         code = make_base(m, step);
     while (!code && m->trial.result.bytes > packed->data.size / PREVIEW_SHARE && step < span &&
            (step *= 2) > 0);
-    if (code)
+    if (code) {
         cvol_corrected_free(packed);
-    else
+    } else {
+        widen_range(m, m->trial.array);
         m->trial.array->corrections = &packed->as;
+    }
     return code;
 }
 
@@ -227,13 +246,20 @@ static int run_bound(modes *m, int *same)
     const double wanted = wants_psnr ? m->options->target_value : 0;
     const void *samples = m->filled ? m->filled : m->samples;
     double step;
-    int code = cvol_trial_start(m->context, &m->trial, samples, m->grid, m->options);
+    int code = cvol_outliers_clamp(m->context, &m->clamped, samples, m->grid);
+    if (!code && m->clamped) {
+        code = cvol_survey_samples(m->context, &m->least, &m->most, samples, m->grid);
+        samples = m->clamped;
+    }
+    if (!code)
+        code = cvol_trial_start(m->context, &m->trial, samples, m->grid, m->options);
     if (!code)
         cvol_trial_set_options(&m->trial, m->options);
     if (!code)
         code = set_summary(m, m->trial.shape);
-    if (!code && !(m->trial.shape->ledger.value_max > m->trial.shape->ledger.value_min))
-        step = 1;
+    if (!code &&
+        !(m->trial.shape->ledger.value_max - m->trial.shape->ledger.value_min > LEAST_SPAN))
+        step = 1; /* no terms */
     else if (!code)
         code = cvol_correction_step(m->context, &step,
                                     &(cvol_step_question){.options = m->options,
@@ -280,6 +306,7 @@ static int fill_report(modes *m, cvol_compress_report *report, const cvol_array 
     report->max_error = array->max_error;
     report->file_bytes = bytes;
     report->lossless = same;
+    report->coefficients = array->coefficients;
     return CVOL_OK;
 }
 
@@ -300,16 +327,18 @@ static int is_held(const modes *m, cvol_compress_options *plain, const cvol_comp
     return over <= 1 || !report->target_met;
 }
 
-/* Without a bound: as ever, of the filled samples; then what the mask changes is made good. */
+/* Without a bound: as ever, of the filled samples; then what the mask changes is made good. Not by
+ * corrections, which would have to know the mask: what is lossless is tried by itself. */
 static int run_filled(modes *m, cvol_array **out, cvol_compress_report *report)
 {
     cvol_compress_options plain = *m->options;
     plain.has_fill = 0;
     plain.background = CVOL_BACKGROUND_NONE;
     for (int i = 0; i < TRIES_MOST; i++) {
-        int same, code = cvol_compress(m->context, out, report, m->filled ? m->filled : m->samples,
+        int same;
+        int code = cvol_compress_terms(m->context, out, report, m->filled ? m->filled : m->samples,
                                        m->grid, &plain);
-        if (code || !m->mask)
+        if (code || !*out || !m->mask)
             return code;
         (*out)->mask = m->mask;
         code = set_summary(m, *out);
@@ -367,8 +396,6 @@ int cvol_compress_modes(cvol_context *context, cvol_array **out, cvol_compress_r
             m->trial.array = NULL;
         }
     }
-    if (!code)
-        code = cvol_report_progress(context, "compressing", 1);
     if (code) {
         cvol_array_free(*out);
         *out = NULL;
@@ -376,6 +403,7 @@ int cvol_compress_modes(cvol_context *context, cvol_array **out, cvol_compress_r
     cvol_trial_free(&m->trial);
     cvol_mask_free(m->mask);
     free(m->filled);
+    free(m->clamped);
     free(m);
     return code;
 }

@@ -47,6 +47,8 @@ const cvol_corrected *cvol_corrected_of(const cvol_array *array);
 
 /* Whether samples packed whole could take so many bytes, going by a quick try. */
 int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes);
+/* About how many bytes zstd takes quickly; of large volumes some parts tell. */
+double cvol_packed_estimate(const void *samples, const cvol_grid *grid);
 /* Packs an array's samples into new corrections. Errors: MEMORY. */
 int cvol_corrected_pack(cvol_context *context, cvol_corrected **out, const void *samples,
                         const cvol_grid *grid);

@@ -70,7 +70,11 @@ cvol_correction_rule cvol_correction_rule_for(cvol_type type, double bound, doub
      * less than that of a double. */
     const double place = largest * (type == CVOL_FLOAT32 ? (double)FLT_EPSILON : DBL_EPSILON);
     rule.quantum = 2 * bound * (1 - 0x1p-40) - place - 4 * largest * DBL_EPSILON;
-    if (!(bound > 0 && rule.quantum > bound) || (value_max - value_min) / rule.quantum > 0x1p48)
+    /* Where a place is too wide for that, half of the quantum does: a sum within half of it of a
+     * sample rounds to this one where places are wider, and else to at most a quantum beside it. */
+    if (bound > 0 && !(rule.quantum > bound))
+        rule.quantum = bound * (1 - 0x1p-40) - 8 * largest * DBL_EPSILON;
+    if (!(bound > 0 && rule.quantum > bound / 2) || (value_max - value_min) / rule.quantum > 0x1p48)
         choose_cells(&rule, step, grain, largest);
     return rule;
 }

@@ -19,6 +19,7 @@
 #include "volume/inflate.h"
 #include "volume/interleaved.h"
 #include "volume/nifti_fields.h"
+#include "volume/nifti_intent.h"
 #include "volume/text.h"
 
 static const struct {
@@ -147,6 +148,20 @@ static int read_header(nifti *n)
         code = fetch_header(n, &input, &size);
     cvol_input_close(&input);
     return code ? code : check_header(n, size);
+}
+
+int cvol_nifti_has_label_intent(const char *path)
+{
+    cvol_context *quiet = cvol_context_create();
+    nifti n = {.context = quiet, .path = path};
+    int code = quiet ? read_header(&n) : CVOL_ERROR_MEMORY;
+    if (!code) {
+        const int first = n.header.at->version == 1;
+        code = get_integer(&n, first ? 68 : 504, first ? 2 : 4) == NIFTI_INTENT_LABEL ? CVOL_OK
+                                                                                      : -1;
+    }
+    cvol_context_destroy(quiet);
+    return !code;
 }
 
 static int64_t get_dim(const nifti *n, size_t i)

@@ -1,0 +1,110 @@
+/* Whether a volume's samples are labels: what its file says, or what they look like.
+ *
+ * Regions of one label are wide, so nearly all neighbours are equal, and what differs across a face
+ * of two regions differs by any amount. Scanned samples have noise, and computed ones change by
+ * small amounts. Only pairs that are not both of the commonest value (the background) are looked
+ * at. */
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/for_type.h"
+#include "cvol/codec.h"
+#include "volume/format.h"
+#include "volume/nifti_intent.h"
+
+enum { VALUES_MOST = 4096, OFFSETS = 1 << 16 };
+/* Of pairs of neighbours, how many have to be equal; of those that differ, how many by 2 or more.
+ */
+#define EQUAL_SHARE 0.85
+#define JUMP_SHARE 0.3
+
+static int ends_in(const char *path, const char *ending)
+{
+    const size_t size = strlen(path), most = strlen(ending);
+    return size >= most && !strcmp(path + size - most, ending);
+}
+
+/* Pairs of neighbours along x. */
+typedef struct pairs {
+    size_t equal, apart, jumps;
+} pairs;
+
+/* The commonest value, and how many there are; 0: more than VALUES_MOST, or too far apart. */
+static size_t find_commonest(double *commonest, const double *lines, size_t count)
+{
+    double least = lines[0], most = lines[0];
+    for (size_t i = 1; i < count; i++) {
+        least = lines[i] < least ? lines[i] : least;
+        most = lines[i] > most ? lines[i] : most;
+    }
+    if (most - least >= OFFSETS)
+        return 0;
+    const size_t bins = (size_t)(most - least) + 1;
+    size_t *counts = calloc(bins, sizeof *counts), best = 0, values = 0;
+    for (size_t i = 0; i < count && counts; i++)
+        counts[(size_t)(lines[i] - least)]++;
+    for (size_t i = 0; i < bins && counts; i++) {
+        values += counts[i] > 0;
+        best = counts[i] > counts[best] ? i : best;
+    }
+    *commonest = least + (double)best;
+    const int found = counts != NULL && values <= VALUES_MOST;
+    free(counts);
+    return found ? values : 0;
+}
+
+static void add_pairs(pairs *out, const double *samples, size_t count, size_t width,
+                      double commonest)
+{
+    for (size_t i = 1; i < count; i++) {
+        const double a = samples[i - 1], b = samples[i];
+        if (i % width == 0 ||
+            (!(a > commonest) && !(a < commonest) && !(b > commonest) && !(b < commonest)))
+            continue;
+        const double apart = a < b ? b - a : a - b;
+        out->equal += apart < 0.5;
+        out->apart += apart >= 0.5;
+        out->jumps += apart >= 1.5;
+    }
+}
+
+/* The samples as doubles; NULL when memory is short. */
+static double *load(const cvol_volume *volume, size_t count)
+{
+    double *out = malloc(count * sizeof *out);
+#define LOAD(t)                               \
+    for (size_t i = 0; i < count && out; i++) \
+    out[i] = (double)((const t *)volume->data)[i]
+    CVOL_FOR_TYPE(volume->grid.type, LOAD);
+#undef LOAD
+    return out;
+}
+
+static int look_like_labels(const cvol_volume *volume)
+{
+    const size_t width = volume->grid.dims[0], count = cvol_grid_samples(&volume->grid);
+    double commonest = 0;
+    pairs of = {0};
+    if (!cvol_type_is_integer(volume->grid.type) || width < 2)
+        return 0;
+    double *samples = load(volume, count);
+    const size_t values = samples ? find_commonest(&commonest, samples, count) : 0;
+    if (values > 1)
+        add_pairs(&of, samples, count, width, commonest);
+    free(samples);
+    if (values < 2 || !of.equal)
+        return 0;
+    const double all = (double)of.equal + (double)of.apart;
+    if ((double)of.equal < EQUAL_SHARE * all)
+        return 0;
+    return values <= 2 || (double)of.jumps >= JUMP_SHARE * (double)of.apart;
+}
+
+int cvol_volume_is_labels(const cvol_volume *volume, const char *path)
+{
+    if (path && cvol_type_is_integer(volume->grid.type) &&
+        (ends_in(path, ".seg.nrrd") || cvol_nifti_has_label_intent(path)))
+        return 1;
+    return look_like_labels(volume);
+}

@@ -1,0 +1,45 @@
+#!/bin/sh
+# Labels are lossless without being asked for: by what the file says, or what the samples look like.
+. "$(dirname "$0")/lib.sh"
+
+# Twelve samples of one label, twelve of another; and one at the front that is like neither.
+line=$(printf '\\003%.0s' 1 2 3 4 5 6 7 8 9 10 11 12; printf '\\011%.0s' 1 2 3 4 5 6 7 8 9 10 11 12)
+i=0
+while [ $i -lt 320 ]; do
+    printf "$line"
+    i=$((i + 1))
+done >labels.raw
+raw='--dims 24x20x16 --type uint8'
+expect_status 0 cvol compress labels.raw out.cvol $raw
+grep -q 'samples are labels.*--labels no' "$err" || fail 'must say that samples are labels'
+expect_done cvol info out.cvol --json
+expect_equal "$(value_of exact)" true
+expect_done cvol decompress out.cvol back.raw
+expect_same_file back.raw labels.raw
+
+# A target, or --labels no, is what is done.
+expect_done cvol compress labels.raw lossy.cvol $raw --labels no --json
+expect_done cvol compress labels.raw lossy.cvol $raw --psnr 20
+expect_failure 2 '--labels is*maybe' cvol compress labels.raw no.cvol $raw --labels maybe
+expect_failure 2 '--labels yes*target' cvol compress labels.raw no.cvol $raw --labels yes --ratio 30
+
+# Smooth samples are no labels, unless one says so, or their file does.
+make_volume smooth.raw uint8 24x20x16
+expect_done cvol compress smooth.raw smooth.cvol $raw --psnr 40
+expect_done cvol info smooth.cvol --json
+expect_equal "$(value_of exact)" false
+expect_done cvol compress smooth.raw kept.cvol $raw --labels yes
+expect_done cvol decompress kept.cvol back.raw
+expect_same_file back.raw smooth.raw
+expect_done cvol decompress kept.cvol mine.nrrd
+cp mine.nrrd mine.seg.nrrd
+run cvol compress mine.seg.nrrd seg.cvol
+grep -q 'samples are labels' "$err" || fail 'must say that .seg.nrrd holds labels'
+expect_done cvol decompress seg.cvol back.raw
+expect_same_file back.raw smooth.raw
+expect_done cvol decompress kept.cvol mine.nii
+printf '\352\003' | dd of=mine.nii bs=1 seek=68 conv=notrunc 2>/dev/null # intent code 1002
+run cvol compress mine.nii nii.cvol
+grep -q 'samples are labels' "$err" || fail 'must say that the intent is labels'
+expect_done cvol decompress nii.cvol back.raw
+expect_same_file back.raw smooth.raw

@@ -1,0 +1,227 @@
+/* Floats of all magnitudes, outliers and NaN: lossless is to the bit, a largest error holds, a
+ * PSNR that terms cannot have gives a lossless file, and an outlier costs a few bytes. */
+#include <float.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "array/array.h"
+#include "cvol/codec.h"
+#include "random.h"
+#include "support_context.h"
+
+enum { NX = 37, NY = 30, NZ = 33, COUNT = NX * NY * NZ };
+
+static double smooth(size_t i)
+{
+    const double x = (double)(i % NX), y = (double)(i / NX % NY), z = (double)(i / NX / NY);
+    return sin(0.15 * x + 0.1 * y) * cos(0.12 * z) + 0.02 * y;
+}
+
+static void set(void *samples, cvol_type type, size_t i, double value)
+{
+    if (type == CVOL_FLOAT32)
+        ((float *)samples)[i] = (float)value;
+    else
+        ((double *)samples)[i] = value;
+}
+
+static double get(const void *samples, cvol_type type, size_t i)
+{
+    return type == CVOL_FLOAT32 ? (double)((const float *)samples)[i]
+                                : ((const double *)samples)[i];
+}
+
+/* Compresses, writes, reads and decodes. The caller frees. */
+static void *there_and_back(uint64_t *bytes, cvol_compress_report *report, const void *samples,
+                            const cvol_grid *grid, const cvol_compress_options *options,
+                            const char *name)
+{
+    const size_t zero[3] = {0, 0, 0};
+    cvol_array *array, *read;
+    void *file, *back = malloc(cvol_grid_bytes(grid));
+    size_t size;
+    if (cvol_compress(context, &array, report, samples, grid, options) ||
+        cvol_array_write_memory(context, array, &file, &size) ||
+        cvol_array_read_memory(context, &read, file, size, name) ||
+        cvol_array_evaluate_box(context, back, read, zero, grid->dims))
+        fail_msg("%s: %s", name, cvol_context_message(context));
+    *bytes = size;
+    free(file);
+    cvol_array_free(array);
+    cvol_array_free(read);
+    return back;
+}
+
+/* ---- lossless -------------------------------------------------------------------------------- */
+
+/* A unit, what it is spread by over the samples (decades), and one sample that is something else.
+ */
+typedef struct magnitude {
+    cvol_type type;
+    double unit, decades, other;
+    const char *name;
+} magnitude;
+
+static const magnitude magnitudes[] = {
+    {CVOL_FLOAT32, 1, 0, 9.97e36, "a fill of netCDF"},
+    {CVOL_FLOAT32, 1, 0, FLT_MAX, "the largest float"},
+    {CVOL_FLOAT32, 1, 0, -FLT_MAX, "the least float"},
+    {CVOL_FLOAT32, 1e37, 0, 0, "large floats"},
+    {CVOL_FLOAT32, 1e-38, 0, 0, "small floats"},
+    {CVOL_FLOAT32, 1e-44, 0, 0, "denormal floats"},
+    {CVOL_FLOAT32, 1, 70, 0, "floats of all magnitudes"},
+    {CVOL_FLOAT64, 1e50, 0, 0, "large doubles"},
+    {CVOL_FLOAT64, 1e-60, 0, 0, "small doubles"},
+    {CVOL_FLOAT64, 1, 0, DBL_MAX, "the largest double"},
+    {CVOL_FLOAT64, 1, 600, -DBL_MAX, "doubles of all magnitudes"},
+    {CVOL_FLOAT64, 5e-324, 0, 1, "denormal doubles"},
+};
+
+static void *make(cvol_grid *grid, const magnitude *of)
+{
+    random_state r = {11};
+    *grid = cvol_grid_make(NX, NY, NZ, of->type);
+    void *samples = malloc(cvol_grid_bytes(grid));
+    for (size_t i = 0; i < COUNT; i++)
+        set(samples, of->type, i,
+            of->unit * smooth(i) * pow(10, of->decades / 2 * random_signed(&r)));
+    if (of->other != 0)
+        set(samples, of->type, 1234, of->other);
+    return samples;
+}
+
+static void test_lossless_is_to_the_bit(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < sizeof magnitudes / sizeof *magnitudes; k++) {
+        const magnitude *of = &magnitudes[k];
+        cvol_grid grid;
+        cvol_compress_report report;
+        uint64_t bytes;
+        void *samples = make(&grid, of);
+        cvol_compress_options options = cvol_compress_options_defaults();
+        options.lossless = 1;
+        void *back = there_and_back(&bytes, &report, samples, &grid, &options, of->name);
+        if (memcmp(samples, back, cvol_grid_bytes(&grid)) || !report.lossless)
+            fail_msg("%s: not lossless", of->name);
+        free(back);
+        free(samples);
+    }
+}
+
+/* Every target is kept, or the file is lossless. */
+static void test_targets_at_all_magnitudes(void **state)
+{
+    (void)state;
+    for (size_t k = 0; k < sizeof magnitudes / sizeof *magnitudes; k++) {
+        const magnitude *of = &magnitudes[k];
+        cvol_grid grid;
+        cvol_compress_report report;
+        uint64_t bytes;
+        void *samples = make(&grid, of);
+        for (int t = 0; t < 2; t++) {
+            cvol_compress_options options = cvol_compress_options_defaults();
+            const double bound = 0.01 * of->unit;
+            options.target = t ? CVOL_TARGET_MAX_ERROR : CVOL_TARGET_PSNR;
+            options.target_value = t ? bound : 60;
+            if (t && bound <= 0)
+                continue;
+            void *back = there_and_back(&bytes, &report, samples, &grid, &options, of->name);
+            double most = 0, squares = 0, lo = INFINITY, hi = -INFINITY;
+            for (size_t i = 0; i < COUNT; i++) {
+                const double value = get(samples, of->type, i);
+                const double off = fabs(value - get(back, of->type, i));
+                most = fmax(most, off);
+                lo = fmin(lo, value);
+                hi = fmax(hi, value);
+                squares += off > 0 ? pow(off / 1e150, 2) : 0;
+            }
+            if (t && !(most <= bound))
+                fail_msg("%s: error %g, %g was asked for", of->name, most, bound);
+            if (!t && !(sqrt(squares / COUNT) * 1e150 <= 1e-3 * (hi - lo)) && isfinite(hi - lo) &&
+                hi - lo > 1e-140)
+                fail_msg("%s: less than 60 dB", of->name);
+            free(back);
+        }
+        free(samples);
+    }
+}
+
+/* ---- outliers -------------------------------------------------------------------------------- */
+
+static void test_an_outlier_costs_little(void **state)
+{
+    (void)state;
+    static const double outliers[] = {0, 1e4, -1e6, 1e9};
+    uint64_t bytes[4];
+    for (int k = 0; k < 4; k++) {
+        const magnitude of = {CVOL_FLOAT32, 1, 0, outliers[k], "outlier"};
+        cvol_grid grid;
+        cvol_compress_report report;
+        void *samples = make(&grid, &of);
+        cvol_compress_options options = cvol_compress_options_defaults();
+        options.target = CVOL_TARGET_MAX_ERROR;
+        options.target_value = 0.01;
+        void *back = there_and_back(&bytes[k], &report, samples, &grid, &options, of.name);
+        for (size_t i = 0; i < COUNT; i++)
+            if (!(fabs(get(back, CVOL_FLOAT32, i) - get(samples, CVOL_FLOAT32, i)) <= 0.01))
+                fail_msg("outlier %g: sample %zu is %g instead of %g", outliers[k], i,
+                         get(back, CVOL_FLOAT32, i), get(samples, CVOL_FLOAT32, i));
+        if (getenv("CVOL_TEST_VERBOSE"))
+            print_message("outlier %g: %llu bytes\n", outliers[k], (unsigned long long)bytes[k]);
+        free(back);
+        free(samples);
+    }
+    for (int k = 1; k < 4; k++)
+        if (bytes[k] > 2 * bytes[0] + 1000)
+            fail_msg("outlier %g: %llu bytes, without %llu", outliers[k],
+                     (unsigned long long)bytes[k], (unsigned long long)bytes[0]);
+}
+
+/* ---- NaN ------------------------------------------------------------------------------------- */
+
+/* NaN samples have no value, whatever is asked for: they come back as they are. */
+static void test_nan_is_a_mask(void **state)
+{
+    (void)state;
+    for (int t = 0; t < 4; t++) {
+        const magnitude of = {t % 2 ? CVOL_FLOAT64 : CVOL_FLOAT32, 100, 0, 0, "NaN"};
+        cvol_grid grid;
+        cvol_compress_report report;
+        uint64_t bytes;
+        void *samples = make(&grid, &of);
+        for (size_t i = 0; i < COUNT; i++)
+            if (i % NX > 20)
+                set(samples, of.type, i, NAN);
+        cvol_compress_options options = cvol_compress_options_defaults();
+        options.target = t < 2 ? CVOL_TARGET_PSNR : CVOL_TARGET_MAX_ERROR;
+        options.target_value = t < 2 ? 50 : 0.3;
+        void *back = there_and_back(&bytes, &report, samples, &grid, &options, of.name);
+        for (size_t i = 0; i < COUNT; i++) {
+            const double value = get(back, of.type, i), truth = get(samples, of.type, i);
+            if (isnan(value) != isnan(truth) || fabs(value - truth) > 10)
+                fail_msg("sample %zu is %g instead of %g", i, value, truth);
+        }
+        assert_true(report.target_met);
+        free(back);
+        free(samples);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_lossless_is_to_the_bit),
+        cmocka_unit_test(test_targets_at_all_magnitudes),
+        cmocka_unit_test(test_an_outlier_costs_little),
+        cmocka_unit_test(test_nan_is_a_mask),
+    };
+    return cmocka_run_group_tests(tests, context_setup_two, context_teardown);
+}
