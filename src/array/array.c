@@ -223,7 +223,8 @@ void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
     out->l2_error = array->ledger.l2_error;
     out->max_abs = array->ledger.max_abs;
     if (array->corrections) /* what they make of the terms is within the range */
-        out->max_abs = fmax(out->max_abs, cvol_ledger_largest(&array->ledger));
+        out->max_abs = fmax(out->max_abs,
+                            cvol_ledger_largest(&array->ledger) * (1 + CVOL_ROUNDING));
     out->measured = array->measured;
     out->psnr_db = array->psnr_db;
     out->max_error = array->max_error;
