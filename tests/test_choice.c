@@ -115,8 +115,10 @@ static void test_masked_integers_at_loose_targets(void **state)
         target(CVOL_TARGET_RATIO, 30), target(CVOL_TARGET_PSNR, 80)};
     static const cvol_type types[] = {CVOL_UINT8, CVOL_INT16, CVOL_INT32};
     for (int i = 0; i < 5 * 3 * 2; i++) {
-        cvol_grid grid;
         const kind what = i % 2 ? SMOOTH : STRIPPED;
+        if (what == SMOOTH && i / 2 % 3 != i / 6 % 3) /* of one type alone */
+            continue;
+        cvol_grid grid;
         const cvol_type type = what == SMOOTH ? CVOL_INT32 : types[i / 2 % 3];
         void *samples = make(&grid, what, type);
         cvol_compress_options options = asked[i / 6];
