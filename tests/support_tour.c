@@ -481,7 +481,7 @@ static int pictures(tour *t)
     if (code)
         return code;
     for (int i = 0; i < 4 * 90 * 70; i++)
-        image->rgba[i] = i % 4 == 3 ? 255 : (uint8_t)(i / 40);
+        image->rgba[i] = (uint8_t)(i % 4 == 3 ? 255 : i / 40);
     code = cvol_image_write_png(t->context, image, t->path);
     cvol_image_free(image);
     image = NULL;
