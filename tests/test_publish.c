@@ -235,10 +235,10 @@ static void test_labels_are_no_hounsfield_units(void **state)
     random_state r = {1};
     assert_non_null(samples);
     for (int i = 0; i < COUNT; i++) /* a parcellation: 1000 and more left, 2000 and more right */
-        samples[i] = i % 3 ? 0 : (uint16_t)(1000 * (1 + (i / 3) % 2) + (i / 1024) * 3 % 36);
+        samples[i] = (uint16_t)(i % 3 ? 0 : 1000 * (1 + (i / 3) % 2) + (i / 1024) * 3 % 36);
     assert_int_equal(guess_of(samples, &grid), CVOL_HOUNSFIELD_NO);
     for (int i = 0; i < COUNT; i++) /* 101 labels from 1000 to 3000 in nothing */
-        samples[i] = i % 2 ? 0 : (uint16_t)(1000 + 20 * ((i / 8) % 101));
+        samples[i] = (uint16_t)(i % 2 ? 0 : 1000 + 20 * ((i / 8) % 101));
     assert_int_equal(guess_of(samples, &grid), CVOL_HOUNSFIELD_NO);
     for (int i = 0; i < COUNT; i++) /* identifiers */
         samples[i] = (uint16_t)random_below(&r, 3001);
