@@ -140,7 +140,8 @@ static void test_meta_lies(void **state)
                "MET_LONG_LONG");
     read_fails(MHA(12, "2 3 2", "int", ""), CVOL_ERROR_FORMAT, "ElementType", "int");
     read_fails(MHA(12, "2 3 2", "MET_UCHAR", "ElementNumberOfChannels = 3\n"),
-               CVOL_ERROR_UNSUPPORTED, "ElementNumberOfChannels", "3");
+               CVOL_ERROR_UNSUPPORTED, "ElementNumberOfChannels '3'",
+               "each channel into a file of its own");
     read_fails(MHA(12, "2 3 2", "MET_UCHAR", "CompressedData = True\n"), CVOL_ERROR_FORMAT,
                "damaged", "");
     read_fails(MHA(12, "900 900 900", "MET_UCHAR", "CompressedData = True\n"), CVOL_ERROR_FORMAT,

@@ -144,6 +144,14 @@ static void test_nrrd_axes(void **state)
     cvol_volume_free(v);
     read_fails(nrrd(TYPE8 "dimension: 4\nsizes: 2 3 2 5\n" RAW, 60), CVOL_ERROR_UNSUPPORTED,
                "sizes '2 3 2 5'", "series");
+    read_fails(
+        nrrd(TYPE8 "dimension: 4\nsizes: 3 2 3 2\nkinds: RGB-color domain domain domain\n" RAW, 36),
+        CVOL_ERROR_UNSUPPORTED, "kinds 'RGB-color domain domain domain'",
+        "each colour into a file of its own");
+    read_fails(nrrd(TYPE8 "dimension: 3\nsizes: 2 2 4\nkinds: domain space 4-COLOR\n" RAW, 16),
+               CVOL_ERROR_UNSUPPORTED, "kinds 'domain space 4-COLOR'", "colours");
+    v = read_ok(nrrd(TYPE8 "dimension: 3\nsizes: 2 3 2\nkinds: domain domain -color\n" RAW, 12));
+    cvol_volume_free(v);
     read_fails(nrrd(TYPE8 "dimension: 5\nsizes: 1 1 2 3 2\n" RAW, 12), CVOL_ERROR_UNSUPPORTED,
                "dimension '5'", "");
     read_fails(nrrd(TYPE8 "dimension: 1\nsizes: 12\n" RAW, 12), CVOL_ERROR_UNSUPPORTED,

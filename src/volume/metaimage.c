@@ -197,7 +197,8 @@ static int read_shape(meta *m)
         code = cvol_text_field_integer(m->context, m->path, keys[CHANNELS], m->value[CHANNELS], 1,
                                        1 << 20, &channels);
     if (!code && channels != 1)
-        code = unsupported(m, CHANNELS, "is not supported: samples are single numbers");
+        code = unsupported(m, CHANNELS,
+                           "is not supported: write each channel into a file of its own");
     return code;
 }
 

@@ -25,6 +25,7 @@ static const struct {
     {"type", NRRD_TYPE},
     {"dimension", NRRD_DIMENSION},
     {"sizes", NRRD_SIZES},
+    {"kinds", NRRD_KINDS},
     {"encoding", NRRD_ENCODING},
     {"endian", NRRD_ENDIAN},
     {"spacings", NRRD_SPACINGS},

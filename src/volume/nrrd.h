@@ -9,6 +9,7 @@ enum nrrd_field {
     NRRD_TYPE,
     NRRD_DIMENSION,
     NRRD_SIZES,
+    NRRD_KINDS,
     NRRD_ENCODING,
     NRRD_ENDIAN,
     NRRD_SPACINGS,

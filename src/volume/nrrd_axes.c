@@ -53,6 +53,22 @@ static int axis_to_leave(const size_t *sizes, const int *known)
     return leave;
 }
 
+/* 1 if the header says that an axis is the components of a colour: "RGB-color", "4-color". */
+static int has_colours(const nrrd *n)
+{
+    static const char ending[] = "-color";
+    const size_t most = sizeof ending - 1;
+    const char *kind = n->value[NRRD_KINDS];
+    while (kind && *kind) {
+        kind += strspn(kind, " \t");
+        const size_t length = strcspn(kind, " \t");
+        if (length > most && !strncasecmp(kind + length - most, ending, most))
+            return 1;
+        kind += length;
+    }
+    return 0;
+}
+
 static int read_sizes(nrrd *n, const int *known)
 {
     size_t sizes[MOST_AXES];
@@ -60,11 +76,15 @@ static int read_sizes(nrrd *n, const int *known)
                                n->dimension, "dimension");
     if (code)
         return code;
+    if (has_colours(n))
+        return cvol_nrrd_unsupported(n, "kinds", n->value[NRRD_KINDS],
+                                     "have an axis of colours, which is not supported: write each "
+                                     "colour into a file of its own");
     int leave = n->dimension == 4 ? axis_to_leave(sizes, known) : MOST_AXES;
     if (leave < 0)
-        return cvol_nrrd_unsupported(
-            n, "sizes", n->value[NRRD_SIZES],
-            "are a series of volumes; one volume of three axes can be read");
+        return cvol_nrrd_unsupported(n, "sizes", n->value[NRRD_SIZES],
+                                     "have a fourth axis, a series of volumes or of channels, "
+                                     "which is not supported: write each into a file of its own");
     for (size_t a = 0, kept = 0; a < n->dimension; a++)
         if ((int)a != leave) {
             n->grid.dims[kept] = sizes[a];

@@ -108,6 +108,7 @@ nrrd '120 of the 144 bytes' sizes '6 6 4'
 nrrd 'more than the 96 bytes' sizes '6 4 4'
 nrrd 'sizes has 2 values' sizes '6 20'
 nrrd 'sizes' sizes 'six five four'
+nrrd "kinds 'RGB-color domain domain' have an axis of colours, which is not supported: write each" kinds 'RGB-color domain domain'
 nrrd "no 'sizes'" sizes none
 nrrd 'type' type uint7
 nrrd 'type' type 'long long'
@@ -177,7 +178,7 @@ meta '' ElementSpacing '1 nan 1'
 meta '' CompressedData True
 meta 'CompressedData' CompressedData Maybe
 meta '' HeaderSize 1000
-meta 'ElementNumberOfChannels' ElementNumberOfChannels 3
+meta "ElementNumberOfChannels '3' is not supported: write each channel" ElementNumberOfChannels 3
 printf 'ObjectType = Image\nNDims = 3\nDimSize = 6 5 4\nElementType = MET_UCHAR\nElementDataFile = %s\n' \
     in.raw >good.mhd
 expect_done cvol info good.mhd
