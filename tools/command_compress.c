@@ -57,6 +57,12 @@ static int choose_fill(cvol_compress_options *options, compress_arguments *a)
     return EXIT_DONE;
 }
 
+/* Which option made the file lossless. */
+static const char *lossless_option(const compress_arguments *a)
+{
+    return strcmp(a->labels, "yes") ? "--lossless" : "--labels yes";
+}
+
 /* A value behind sharp edges that is kept apart: found, given, or none. Volumes that will be
  * multiplied are better off without, and haste has no time for it. */
 static int choose_background(cvol_compress_options *options, const compress_arguments *a)
@@ -75,7 +81,7 @@ static int choose_background(cvol_compress_options *options, const compress_argu
         return complain(EXIT_MISUSED, "--background is '%s', must be auto, none or a number",
                         a->background);
     const char *beside = a->fill              ? "--fill"
-                         : a->lossless        ? "--lossless"
+                         : a->lossless        ? lossless_option(a)
                          : a->max_error_given ? "--max-error"
                          : a->stream          ? "--stream"
                                               : NULL;
@@ -123,10 +129,25 @@ static int choose_target(method *m, compress_arguments *a)
     return a->keep ? parse_keep(&m->keep, a->keep) : EXIT_DONE;
 }
 
+/* Labels that somebody names are lossless, like anything else that is asked to be. */
+static int choose_labels(compress_arguments *a)
+{
+    if (strcmp(a->labels, "auto") && strcmp(a->labels, "yes") && strcmp(a->labels, "no"))
+        return complain(EXIT_MISUSED, "--labels is '%s', must be auto, yes or no", a->labels);
+    if (strcmp(a->labels, "yes"))
+        return EXIT_DONE;
+    if (count_targets(a) > a->lossless)
+        return complain(EXIT_MISUSED, "--labels yes is lossless: leave the target away");
+    a->lossless = 1;
+    return EXIT_DONE;
+}
+
 static int choose_method(method *m, compress_arguments *a)
 {
     m->options = cvol_compress_options_defaults();
-    int status = choose_target(m, a);
+    int status = choose_labels(a);
+    if (!status)
+        status = choose_target(m, a);
     if (!status)
         status = choose_fill(&m->options, a);
     if (!status)
@@ -135,10 +156,6 @@ static int choose_method(method *m, compress_arguments *a)
         status = parse_bricks(m->options.brick, a->bricks);
     if (status)
         return status;
-    if (strcmp(a->labels, "auto") && strcmp(a->labels, "yes") && strcmp(a->labels, "no"))
-        return complain(EXIT_MISUSED, "--labels is '%s', must be auto, yes or no", a->labels);
-    if (!strcmp(a->labels, "yes") && count_targets(a) > a->lossless)
-        return complain(EXIT_MISUSED, "--labels yes is lossless: leave the target away");
     m->options.block = m->block = a->block;
     m->transform = cvol_transform_from_name(a->transform);
     if (a->block != 0 && a->block != 8 && a->block != 16 && a->block != 32)
@@ -149,7 +166,7 @@ static int choose_method(method *m, compress_arguments *a)
     m->truncate = m->transform != CVOL_DCT || m->block == 0 || a->keep;
     const char *of_blocks = a->bits_given                                    ? "--bpv"
                             : a->max_error_given                             ? "--max-error"
-                            : a->lossless                                    ? "--lossless"
+                            : a->lossless                                    ? lossless_option(a)
                             : isnan(m->options.fill)                         ? "--fill nan"
                             : m->options.background == CVOL_BACKGROUND_VALUE ? "--background"
                             : a->bricks                                      ? "--bricks"
@@ -322,18 +339,19 @@ static void note_marks(cvol_context *context, const compress_arguments *a,
             path, histogram.mark, histogram.mark);
 }
 
-/* Labels are compressed without loss, unless a target or --labels says otherwise. *m becomes that.
- */
+/* Labels are compressed without loss, unless a target or --labels says otherwise. *m becomes that,
+ * without the options that only lossy files have. */
 static void spare_labels(const compress_arguments *a, method *m, const cvol_volume *volume,
                          const char *path)
 {
-    const int always = !strcmp(a->labels, "yes");
-    if (!strcmp(a->labels, "no") || m->truncate || (!always && count_targets(a)))
-        return;
-    if (!always && !cvol_volume_is_labels(volume, path))
+    if (!strcmp(a->labels, "no") || m->truncate || count_targets(a) ||
+        !cvol_volume_is_labels(volume, path))
         return;
     m->options.lossless = 1;
-    if (!always && !a->common.json) {
+    m->options.smallest = 0;
+    if (m->options.background == CVOL_BACKGROUND_VALUE)
+        m->options.background = CVOL_BACKGROUND_NONE;
+    if (!a->common.json) {
         clear_progress();
         fprintf(stderr,
                 "cvol: %s: samples are labels, which are kept without loss; --labels no or a "
@@ -472,7 +490,7 @@ static int check_png(const compress_arguments *a, const char *in_path, const cha
 {
     const char *given = a->bits_given                 ? "--bpv"
                         : a->max_error_given          ? "--max-error"
-                        : a->lossless                 ? "--lossless"
+                        : a->lossless                 ? lossless_option(a)
                         : a->keep                     ? "--keep"
                         : a->fill                     ? "--fill"
                         : a->attributes               ? "--attributes"

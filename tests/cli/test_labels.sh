@@ -23,6 +23,21 @@ expect_done cvol compress labels.raw lossy.cvol $raw --psnr 20
 expect_failure 2 '--labels is*maybe' cvol compress labels.raw no.cvol $raw --labels maybe
 expect_failure 2 '--labels yes*target' cvol compress labels.raw no.cvol $raw --labels yes --ratio 30
 
+# What only lossy files have does not stand in the way.
+for more in --smallest '--background 3' --fast --no-lap; do
+    expect_status 0 cvol compress labels.raw more.cvol $raw $more
+    grep -q 'samples are labels' "$err" || fail "must say that samples are labels, with $more"
+    expect_done cvol decompress more.cvol back.raw
+    expect_same_file back.raw labels.raw
+done
+
+# Who says that samples are labels gets no file with loss.
+expect_failure 2 '--labels yes needs dct blocks' cvol compress labels.raw no.cvol $raw --labels yes --block 0
+expect_failure 2 '--labels yes needs dct blocks' cvol compress labels.raw no.cvol $raw --labels yes --transform dht
+expect_failure 2 '--stream compresses*by --ratio' cvol compress labels.raw no.cvol $raw --labels yes --stream
+expect_failure 2 '--background and --labels yes do not' cvol compress labels.raw no.cvol $raw --labels yes --background 3
+expect_done cvol compress labels.raw kept.cvol $raw --labels yes --lossless
+
 # Smooth samples are no labels, unless one says so, or their file does.
 make_volume smooth.raw uint8 24x20x16
 expect_done cvol compress smooth.raw smooth.cvol $raw --psnr 40
