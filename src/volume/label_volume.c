@@ -30,20 +30,50 @@ typedef struct pairs {
     size_t equal, apart, jumps;
 } pairs;
 
-/* The commonest value, and how many there are; 0: more than VALUES_MOST, or too far apart. */
-static size_t find_commonest(double *commonest, const double *lines, size_t count)
+/* Samples as doubles, `width` of them from `line` on. */
+static void load_line(double *out, const cvol_volume *volume, size_t line, size_t width)
 {
-    double least = lines[0], most = lines[0];
-    for (size_t i = 1; i < count; i++) {
-        least = lines[i] < least ? lines[i] : least;
-        most = lines[i] > most ? lines[i] : most;
+#define LOAD(t)                        \
+    for (size_t i = 0; i < width; i++) \
+    out[i] = (double)((const t *)volume->data)[line * width + i]
+    CVOL_FOR_TYPE(volume->grid.type, LOAD);
+#undef LOAD
+}
+
+/* The samples, a line along x at a time. */
+typedef struct lines {
+    const cvol_volume *volume;
+    double *line;
+    size_t width, count;
+} lines;
+
+static void find_range(double *least, double *most, const lines *of)
+{
+    load_line(of->line, of->volume, 0, of->width);
+    *least = *most = of->line[0];
+    for (size_t l = 0; l < of->count && *most - *least < OFFSETS; l++) {
+        load_line(of->line, of->volume, l, of->width);
+        for (size_t i = 0; i < of->width; i++) {
+            *least = of->line[i] < *least ? of->line[i] : *least;
+            *most = of->line[i] > *most ? of->line[i] : *most;
+        }
     }
+}
+
+/* The commonest value, and how many there are; 0: more than VALUES_MOST, or too far apart. */
+static size_t find_commonest(double *commonest, const lines *of)
+{
+    double least, most;
+    find_range(&least, &most, of);
     if (most - least >= OFFSETS)
         return 0;
     const size_t bins = (size_t)(most - least) + 1;
     size_t *counts = calloc(bins, sizeof *counts), best = 0, values = 0;
-    for (size_t i = 0; i < count && counts; i++)
-        counts[(size_t)(lines[i] - least)]++;
+    for (size_t l = 0; l < of->count && counts; l++) {
+        load_line(of->line, of->volume, l, of->width);
+        for (size_t i = 0; i < of->width; i++)
+            counts[(size_t)(of->line[i] - least)]++;
+    }
     for (size_t i = 0; i < bins && counts; i++) {
         values += counts[i] > 0;
         best = counts[i] > counts[best] ? i : best;
@@ -54,13 +84,11 @@ static size_t find_commonest(double *commonest, const double *lines, size_t coun
     return found ? values : 0;
 }
 
-static void add_pairs(pairs *out, const double *samples, size_t count, size_t width,
-                      double commonest)
+static void add_pairs(pairs *out, const double *line, size_t width, double commonest)
 {
-    for (size_t i = 1; i < count; i++) {
-        const double a = samples[i - 1], b = samples[i];
-        if (i % width == 0 ||
-            (!(a > commonest) && !(a < commonest) && !(b > commonest) && !(b < commonest)))
+    for (size_t i = 1; i < width; i++) {
+        const double a = line[i - 1], b = line[i];
+        if (!(a > commonest) && !(a < commonest) && !(b > commonest) && !(b < commonest))
             continue;
         const double apart = a < b ? b - a : a - b;
         out->equal += apart < 0.5;
@@ -69,30 +97,21 @@ static void add_pairs(pairs *out, const double *samples, size_t count, size_t wi
     }
 }
 
-/* The samples as doubles; NULL when memory is short. */
-static double *load(const cvol_volume *volume, size_t count)
-{
-    double *out = malloc(count * sizeof *out);
-#define LOAD(t)                               \
-    for (size_t i = 0; i < count && out; i++) \
-    out[i] = (double)((const t *)volume->data)[i]
-    CVOL_FOR_TYPE(volume->grid.type, LOAD);
-#undef LOAD
-    return out;
-}
-
 static int look_like_labels(const cvol_volume *volume)
 {
-    const size_t width = volume->grid.dims[0], count = cvol_grid_samples(&volume->grid);
+    const size_t width = volume->grid.dims[0];
     double commonest = 0;
     pairs of = {0};
     if (!cvol_type_is_integer(volume->grid.type) || width < 2)
         return 0;
-    double *samples = load(volume, count);
-    const size_t values = samples ? find_commonest(&commonest, samples, count) : 0;
-    if (values > 1)
-        add_pairs(&of, samples, count, width, commonest);
-    free(samples);
+    const lines all_lines = {volume, malloc(width * sizeof(double)), width,
+                             cvol_grid_samples(&volume->grid) / width};
+    const size_t values = all_lines.line ? find_commonest(&commonest, &all_lines) : 0;
+    for (size_t l = 0; l < all_lines.count && values > 1; l++) {
+        load_line(all_lines.line, volume, l, width);
+        add_pairs(&of, all_lines.line, width, commonest);
+    }
+    free(all_lines.line);
     if (values < 2 || !of.equal)
         return 0;
     const double all = (double)of.equal + (double)of.apart;
