@@ -26,7 +26,7 @@ from ._call import (
     options,
 )
 from ._algebra import Comparison, Statistics
-from ._compress import compress, transcode
+from ._compress import compress, is_labels, transcode
 from ._files import formats, open, read, write
 from ._geometry import Geometry
 from ._keep import Keep
@@ -40,6 +40,6 @@ from ._volume import Info, Volume
 __all__ = [
     "ArgumentError", "Cancelled", "Comparison", "Contents", "CorruptError", "DataError", "Error", "FileError", "FormatError",
     "Geometry", "Info", "Keep", "LimitError", "MissingFileError", "OutOfMemoryError", "Renderer", "Statistics",
-    "TargetError", "UnsupportedError", "Volume", "__version__", "compress", "contents", "encode_png", "formats", "open",
-    "options", "read", "save_png", "save_series", "transcode", "transfer_names", "write",
+    "TargetError", "UnsupportedError", "Volume", "__version__", "compress", "contents", "encode_png", "formats",
+    "is_labels", "open", "options", "read", "save_png", "save_series", "transcode", "transfer_names", "write",
 ]  # fmt: skip

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _abi
-from ._call import Call, Progress, options, out_pointer
+from ._call import Call, Progress, options, out_pointer, path_bytes
 from ._geometry import Geometry, address, make_grid, samples_of
 from ._keep import Keep
 from ._volume import Volume
@@ -19,10 +19,15 @@ from ._volume import Volume
 _RATIO, _PSNR, _MAX_ERROR, _BITS = 1, 2, 3, 4
 
 
-def _target(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, keep: Any) -> tuple[int, float]:
-    given = [name for name, value in (
+def _named(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, keep: Any) -> list[str]:
+    """The targets that were given."""
+    return [name for name, value in (
         ("ratio", ratio), ("psnr", psnr), ("max_error", max_error), ("bits", bits), ("keep", keep),
         ("lossless", lossless or None)) if value is not None]  # fmt: skip
+
+
+def _target(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, keep: Any) -> tuple[int, float]:
+    given = _named(ratio, psnr, max_error, bits, lossless, keep)
     if len(given) > 1 and given != ["psnr", "max_error"]:
         raise ValueError(f"give only one of {' and '.join(given)} (but psnr and max_error go together)")
     if psnr is not None:
@@ -32,6 +37,38 @@ def _target(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, ke
     if bits is not None:
         return _BITS, float(bits)
     return _RATIO, 30.0 if ratio is None else float(ratio)
+
+
+def is_labels(array: Any, path: Optional[Union[str, "os.PathLike[str]"]] = None) -> bool:
+    """Whether samples are labels: numbers that name what lies where, so that a mean of two of them means nothing.
+
+    array: three axes of bool, which are labels, or of integers; of any other array the answer is False.
+    path: the file that the samples were read from. The answer is True if the file says so: NIfTI's intent code 1002,
+        or a name that ends in .seg.nrrd. Other files, and no file, leave it to the samples: at most 4,096 values
+        that are the same over regions and jump between them.
+    """
+    samples = samples_of(array)
+    if samples.ndim != 3 or not samples.size:
+        return False
+    if np.asanyarray(array).dtype == np.bool_:
+        return True
+    volume = _abi.Volume(make_grid(samples.shape, samples.dtype), address(samples))
+    name = None if path is None else path_bytes(path)
+    return bool(_abi.functions["volume_is_labels"](c.byref(volume), name))
+
+
+def _keep_labels(labels: Any, array: Any, named: list[str], of_blocks: bool) -> bool:
+    """Whether an array's file is lossless because of `labels`. named: the targets that were given; of_blocks: a
+    lossless file is possible."""
+    if labels is not None and not isinstance(labels, (bool, np.bool_)):
+        raise TypeError(f"labels is {labels!r}, must be True, False or None")
+    if labels is None:
+        return of_blocks and not named and is_labels(array)
+    if labels and named not in ([], ["lossless"]):
+        raise ValueError(f"labels=True is lossless: leave {' and '.join(named)} away")
+    if labels and not of_blocks:
+        raise ValueError("labels=True is lossless, which needs three axes in DCT blocks")
+    return bool(labels)
 
 
 def _sides(bricks: Any) -> tuple[int, int, int]:
@@ -71,6 +108,7 @@ def compress(
     max_error: Optional[float] = None,
     bits: Optional[float] = None,
     lossless: bool = False,
+    labels: Optional[bool] = None,
     keep: Optional[Keep] = None,
     spacing: Any = None,
     geometry: Optional[Geometry] = None,
@@ -95,6 +133,8 @@ def compress(
         bits: bits a sample in the file.
         lossless: every sample comes back to the bit.
         keep: a `Keep`: terms, not bytes; the largest ones of a transform.
+    labels: whether samples name what lies where, and must come back to the bit. None: without a target, `is_labels`
+        decides by the samples. True: the file is lossless. False: the target holds, of labels too.
     spacing: distance of neighbours: one number, or one for each axis in the array's order.
     geometry: all of where samples lie; spacing, if it is given, goes before its own.
     transform, block: "dct", "dht" or "dft" of blocks of 8, 16 or 32 samples a side, or (block 0) of the whole
@@ -121,8 +161,15 @@ def compress(
     if not number:
         raise ValueError(f"transform is {transform!r}, must be 'dct', 'dht' or 'dft'")
     target, value = _target(ratio, psnr, max_error, bits, lossless, keep)
+    of_blocks = keep is None and number == 1 and block != 0 and samples.ndim == 3
+    named = _named(ratio, psnr, max_error, bits, lossless, keep)
+    if _keep_labels(labels, array, named, of_blocks) and not lossless:
+        lossless = True
+        if labels is None:  # what only lossy files have
+            smallest = False
+            background = None if isinstance(background, (int, float)) else background
     with options(progress=progress):
-        if keep is None and number == 1 and block and samples.ndim == 3:
+        if of_blocks:
             o = _abi.functions["compress_options_defaults"]()
             o.block, o.target, o.target_value = block, target, value
             o.max_error = float(max_error) if target == _PSNR and max_error is not None else 0
