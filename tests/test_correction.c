@@ -321,6 +321,22 @@ static void test_rules_that_make_no_sense(void **state)
     assert_false(cvol_correction_rule_valid(&rule));
 }
 
+/* NaN and infinities have no last place: the survey passes over them. */
+static void test_survey_of_finite_samples(void **state)
+{
+    (void)state;
+    const float samples[] = {1, NAN, INFINITY, -2.5f, -INFINITY, 0};
+    const double doubles[] = {NAN, 0.25, INFINITY, 3};
+    int grain = INT_MAX;
+    double largest = 0;
+    cvol_correction_survey(&grain, &largest, CVOL_FLOAT32, samples, NULL, 6);
+    assert_int_equal(grain, -1);
+    assert_float_equal(largest, 2.5, 0);
+    cvol_correction_survey(&grain, &largest, CVOL_FLOAT64, doubles, NULL, 4);
+    assert_int_equal(grain, -2);
+    assert_float_equal(largest, 3, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -330,6 +346,7 @@ int main(void)
         cmocka_unit_test(test_coarse_floats_are_cheap),
         cmocka_unit_test(test_nothing_to_correct_takes_nothing),
         cmocka_unit_test(test_damage_is_refused_or_harmless),
+        cmocka_unit_test(test_survey_of_finite_samples),
         cmocka_unit_test(test_rules_that_make_no_sense),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

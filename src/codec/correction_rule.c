@@ -33,6 +33,8 @@ void cvol_correction_survey(int *grain, double *largest, cvol_type type, const v
             continue;
         const double value = type == CVOL_FLOAT32 ? (double)((const float *)samples)[i]
                                                   : ((const double *)samples)[i];
+        if (!isfinite(value)) /* nothing that corrections hold: masked, or refused later */
+            continue;
         const int last = last_bit(value);
         *grain = last < *grain ? last : *grain;
         *largest = fabs(value) > *largest ? fabs(value) : *largest;
