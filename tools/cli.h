@@ -172,6 +172,11 @@ int end_command(cvol_context *context, int status);
 
 /* ---- volumes and files ------------------------------------------------------------------- */
 
+/* What a volume keeps, in dB, unless --force says that a ratio or bits a voxel go before it; and the
+ * PSNR that it is compressed to where nothing was asked for and the usual ratio would leave less. */
+#define LEAST_PSNR 25
+#define PSNR_INSTEAD 35
+
 /* A volume as the user gave it: compressed or dense. */
 typedef struct input {
     cvol_array *array;

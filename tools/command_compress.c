@@ -122,6 +122,7 @@ static int choose_target(method *m, compress_arguments *a)
         m->options.max_error = a->max_error;
     /* Nothing may be wrong: any PSNR holds. */
     m->options.lossless = a->lossless || (a->max_error_given && a->max_error <= 0);
+    m->options.least_psnr = a->force ? 0 : LEAST_PSNR;
     m->options.no_lap = a->no_lap;
     m->options.fast = a->fast;
     m->options.smallest = a->smallest;
@@ -185,20 +186,20 @@ static double bits_a_voxel(const cvol_grid *grid, const cvol_compress_report *re
 }
 
 static int report_json(const cvol_grid *grid, const cvol_array_info *info,
-                       const cvol_compress_report *report, int by_slab)
+                       const cvol_compress_report *report, int by_slab, int has_yielded)
 {
     return print_json(json_pack(
-        "{s:o, s:s, s:I, s:f, s:f, s:o, s:b, s:f, s:b, s:b, s:i, s:f, s:I, s:f, "
+        "{s:o, s:s, s:I, s:f, s:f, s:o, s:b, s:f, s:b, s:b, s:b, s:i, s:f, s:I, s:f, "
         "s:s, s:i, s:o, s:o, s:b, s:o, s:I}",
         "dims", json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
         (json_int_t)report->file_bytes, "ratio", report->ratio, "bits_per_voxel",
         bits_a_voxel(grid, report), "psnr_db", json_decibels(report->psnr_db), "exact",
         is_exact(report->psnr_db), "max_error", report->max_error, "lossless", report->lossless,
-        "target_met", report->target_met, "block", info->block, "step", info->step, "coefficients",
-        (json_int_t)info->coefficients, "rho", info->rho, "transform",
-        cvol_transform_name(info->transform), "rank", info->rank, "low", json_dims(info->low),
-        "l2_error", json_number(info->l2_error), "by_slab", by_slab, "background",
-        report->background_samples ? json_real(report->background) : json_null(),
+        "target_met", report->target_met, "yielded_to_psnr", has_yielded, "block", info->block,
+        "step", info->step, "coefficients", (json_int_t)info->coefficients, "rho", info->rho,
+        "transform", cvol_transform_name(info->transform), "rank", info->rank, "low",
+        json_dims(info->low), "l2_error", json_number(info->l2_error), "by_slab", by_slab,
+        "background", report->background_samples ? json_real(report->background) : json_null(),
         "background_samples", (json_int_t)report->background_samples));
 }
 
@@ -213,7 +214,7 @@ static void report_miss(const cvol_compress_report *report, const char *asked, d
 }
 
 static void report_text(const char *path, const method *m, const cvol_compress_report *report,
-                        double bits)
+                        double bits, int has_yielded)
 {
     const double wanted = m->options.target_value;
     char asked[64];
@@ -227,7 +228,7 @@ static void report_text(const char *path, const method *m, const cvol_compress_r
     if (report->background_samples)
         printf(", background %g kept apart", report->background);
     printf("\n");
-    if (m->truncate || m->options.lossless)
+    if (m->truncate || m->options.lossless || has_yielded)
         return;
     if (m->options.target == CVOL_TARGET_BITS) {
         snprintf(asked, sizeof asked, "%g bits a voxel are", wanted);
@@ -237,6 +238,46 @@ static void report_text(const char *path, const method *m, const cvol_compress_r
         report_miss(report, asked,
                     m->options.target == CVOL_TARGET_RATIO ? report->ratio / wanted : 0);
     }
+}
+
+/* ---- too little left ------------------------------------------------------------------------ */
+
+static int leaves_too_little(const cvol_compress_options *options, int code,
+                             const cvol_compress_report *report)
+{
+    return code == CVOL_ERROR_TARGET && report->psnr_db < options->least_psnr &&
+           (options->target == CVOL_TARGET_RATIO || options->target == CVOL_TARGET_BITS);
+}
+
+int yields_to_psnr(compress_arguments *a, cvol_compress_options *options, int code,
+                   const cvol_compress_report *report)
+{
+    if (count_targets(a) || !leaves_too_little(options, code, report))
+        return 0;
+    options->target = CVOL_TARGET_PSNR;
+    options->target_value = PSNR_INSTEAD;
+    a->has_yielded = 1;
+    return 1;
+}
+
+int complain_compression(cvol_context *context, int code, const char *path,
+                         const cvol_compress_options *options, const cvol_compress_report *report)
+{
+    if (!leaves_too_little(options, code, report))
+        return complain_context(context, code, path);
+    return complain(EXIT_FAILED, "%s: %s; --psnr %d keeps more, --force does what was asked", path,
+                    cvol_context_message(context), PSNR_INSTEAD);
+}
+
+void note_yielding(const compress_arguments *a, const char *path, double psnr_db)
+{
+    if (a->common.json || a->is_one_of_many)
+        return;
+    clear_progress();
+    fprintf(stderr,
+            "cvol: %s: ratio %g would leave a PSNR of %.2f dB; compressed to %d dB instead "
+            "(--force keeps to the ratio)\n",
+            path, a->ratio, psnr_db, PSNR_INSTEAD);
 }
 
 /* ---- compressing ---------------------------------------------------------------------------- */
@@ -249,8 +290,8 @@ static int rank_of(const cvol_grid *grid, const method *m)
     return grid->dims[2] > 1 ? 3 : grid->dims[1] > 1 ? 2 : 1;
 }
 
-static int truncate_samples(cvol_context *context, cvol_array **array, const cvol_volume *volume,
-                            const method *m)
+static int truncate_to(cvol_context *context, cvol_array **array, const cvol_volume *volume,
+                       const method *m)
 {
     const cvol_grid *grid = &volume->grid;
     int code = cvol_array_compress(context, array, volume->data, grid, rank_of(grid, m),
@@ -267,6 +308,44 @@ void fill_report(cvol_compress_report *report, const cvol_array *array)
     report->max_error = info.max_error;
     report->lossless = info.max_error <= 0;
     report->target_met = 1;
+}
+
+/* By truncation; a number of terms is what was asked for, whatever it leaves. */
+static int truncate_samples(cvol_context *context, compress_arguments *a, const method *m,
+                            const char *path, const cvol_volume *volume, cvol_array **array)
+{
+    method own = *m;
+    cvol_compress_report report = {0};
+    int code = truncate_to(context, array, volume, m);
+    if (!code)
+        fill_report(&report, *array);
+    if (code || a->keep || a->psnr_given || !(report.psnr_db < m->options.least_psnr))
+        return code ? complain_context(context, code, path) : EXIT_DONE;
+    if (!yields_to_psnr(a, &own.options, CVOL_ERROR_TARGET, &report))
+        return complain(EXIT_FAILED,
+                        "%s: ratio %g leaves a PSNR of %.2f dB, less than %d dB; --psnr %d keeps "
+                        "more, --force does what was asked",
+                        path, a->ratio, report.psnr_db, LEAST_PSNR, PSNR_INSTEAD);
+    note_yielding(a, path, report.psnr_db);
+    cvol_array_free(*array);
+    *array = NULL;
+    own.keep = cvol_keep_psnr(PSNR_INSTEAD);
+    code = truncate_to(context, array, volume, &own);
+    return code ? complain_context(context, code, path) : EXIT_DONE;
+}
+
+/* By the codec. */
+static int compress_samples(cvol_context *context, compress_arguments *a, const method *m,
+                            const char *path, const cvol_volume *volume, cvol_array **array,
+                            cvol_compress_report *report)
+{
+    cvol_compress_options options = m->options;
+    int code = cvol_compress(context, array, report, volume->data, &volume->grid, &options);
+    if (code && yields_to_psnr(a, &options, code, report)) {
+        note_yielding(a, path, report->psnr_db);
+        code = cvol_compress(context, array, report, volume->data, &volume->grid, &options);
+    }
+    return code ? complain_compression(context, code, path, &options, report) : EXIT_DONE;
 }
 
 /* A file as text, which the caller frees; NULL after a sentence. */
@@ -379,13 +458,11 @@ int compress_to_array(cvol_context *context, compress_arguments *arguments, cons
     }
     if (!status && !arguments->was_compressed && !m->options.lossless)
         note_marks(context, arguments, in.volume, in_path);
-    int code = 0;
+    int code;
     if (!status)
-        code = m->truncate ? truncate_samples(context, array, in.volume, m)
-                           : cvol_compress(context, array, report, in.volume->data,
-                                           &in.volume->grid, &m->options);
-    if (code)
-        status = complain_context(context, code, in_path);
+        status = m->truncate
+                     ? truncate_samples(context, arguments, m, in_path, in.volume, array)
+                     : compress_samples(context, arguments, m, in_path, in.volume, array, report);
     close_input(&in);
     if (!status && (code = cvol_array_set_attributes(context, *array, attributes)))
         status = complain_context(context, code, arguments->attributes);
@@ -408,9 +485,9 @@ static int compress_in_memory(cvol_context *context, compress_arguments *argumen
         cvol_array_info info;
         cvol_array_get_info(array, &info);
         if (arguments->common.json)
-            status = report_json(grid, &info, &report, 0);
+            status = report_json(grid, &info, &report, 0, arguments->has_yielded);
         else
-            report_text(out_path, m, &report, bits_a_voxel(grid, &report));
+            report_text(out_path, m, &report, bits_a_voxel(grid, &report), arguments->has_yielded);
         if (arguments->was_compressed && !arguments->common.json)
             printf("(%s is compressed already: errors are against what it decodes to)\n", in_path);
     }
@@ -423,20 +500,29 @@ static int compress_by_slab(cvol_context *context, compress_arguments *arguments
 {
     const input none = {0};
     char *attributes = NULL;
-    cvol_compress_report report;
+    cvol_compress_report report = {0};
     cvol_array_info info;
     const cvol_grid grid = *slab_input_grid(in);
     int status = find_attributes(&attributes, &none, arguments->attributes);
     if (!status) {
         cvol_compress_options options = m->options;
         options.attributes = attributes;
-        status = compress_slabs(context, in, out_path, &options, &report, &info);
+        int code = compress_slabs(context, in, out_path, &options, &report);
+        if (code && yields_to_psnr(arguments, &options, code, &report)) {
+            note_yielding(arguments, in->path, report.psnr_db);
+            code = compress_slabs(context, in, out_path, &options, &report);
+        }
+        if (code)
+            status = complain_compression(context, code, code == CVOL_ERROR_IO ? NULL : in->path,
+                                          &options, &report);
+        else
+            status = read_streamed_info(context, &info, out_path, &grid, &report);
     }
     free(attributes);
     if (!status && arguments->common.json)
-        status = report_json(&grid, &info, &report, 1);
+        status = report_json(&grid, &info, &report, 1, arguments->has_yielded);
     else if (!status)
-        report_text(out_path, m, &report, bits_a_voxel(&grid, &report));
+        report_text(out_path, m, &report, bits_a_voxel(&grid, &report), arguments->has_yielded);
     return status;
 }
 
@@ -578,6 +664,9 @@ int command_compress(int argc, char **argv)
          OPTION_FLAG, &a.fast, 0, NULL},
         {"--smallest", NULL, "to send or keep: most of a dB more, slow: twenty times, to read too",
          OPTION_FLAG, &a.smallest, 0, NULL},
+        {"--force", NULL,
+         "a ratio or bits a voxel also where less than 25 dB are left (else: --psnr 35)",
+         OPTION_FLAG, &a.force, 0, NULL},
         {"--stream", NULL, "slab by slab, in little memory, whatever the volume's size",
          OPTION_FLAG, &a.stream, 0, NULL},
         {NULL, NULL, "Many volumes in one file:", OPTION_HEADING, NULL, 0, NULL},

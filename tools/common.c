@@ -235,8 +235,15 @@ int need_array(cvol_context *context, input *in, const char *path, int block,
     options.fast = background == CVOL_BACKGROUND_FIND; /* a picture, which somebody waits for */
     options.has_fill = in->has_fill;
     options.fill = in->fill;
+    options.least_psnr = LEAST_PSNR;
     int code = cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid,
                              &options);
+    if (code == CVOL_ERROR_TARGET) {
+        options.target = CVOL_TARGET_PSNR;
+        options.target_value = PSNR_INSTEAD;
+        code = cvol_compress(context, &in->array, &report, in->volume->data, &in->volume->grid,
+                             &options);
+    }
     if (code)
         return complain_context(context, code, path);
     clear_progress();

@@ -19,19 +19,30 @@ typedef struct compress_arguments {
     double ratio, psnr, max_error, bits;
     int ratio_given, psnr_given, max_error_given, bits_given;
     int block, stream;
-    int lossless, no_lap, fast, smallest;
+    int lossless, no_lap, fast, smallest, force;
     const char *transform, *keep, *attributes, *fill, *background, *bricks;
     const char *labels; /* auto, yes or no */
     const char *output, *as, *channel_names, *channel_colours; /* NULL: not given */
     double time_step;
     int time_step_given;
     int was_compressed; /* what compress_to_array found */
+    int has_yielded;    /* the usual ratio has, to PSNR_INSTEAD */
+    int is_one_of_many; /* which are told of together */
 } compress_arguments;
 
 /* command_compress.c: one volume compressed, in memory, with its attributes; the caller frees
  * *array. Exit status. */
 int compress_to_array(cvol_context *context, compress_arguments *arguments, const method *m,
                       const char *in_path, cvol_array **array, cvol_compress_report *report);
+/* After a compression that returned `code`: whether it is made again, to PSNR_INSTEAD, which *options
+ * then say, as the usual ratio leaves too little. */
+int yields_to_psnr(compress_arguments *a, cvol_compress_options *options, int code,
+                   const cvol_compress_report *report);
+/* That it is made again: what the usual ratio would leave. */
+void note_yielding(const compress_arguments *a, const char *path, double psnr_db);
+/* The sentence of a compression that failed; EXIT_FAILED or EXIT_MISUSED. */
+int complain_compression(cvol_context *context, int code, const char *path,
+                         const cvol_compress_options *options, const cvol_compress_report *report);
 /* The figures that the codec does not report itself. */
 void fill_report(cvol_compress_report *report, const cvol_array *array);
 /* The attributes of the file named so, or those of a .cvol that is compressed again; the caller

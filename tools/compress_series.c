@@ -20,7 +20,8 @@ typedef struct series_job {
     cvol_series_writer *writer;
     double least_psnr, most_psnr, max_error, raw_bytes;
     uint64_t file_bytes;
-    int missed; /* targets */
+    int missed;  /* targets */
+    int yielded; /* the usual ratio, to a PSNR */
     json_t *volumes;
 } series_job;
 
@@ -89,40 +90,43 @@ static int split_names(const char ***out, char **copy, const char *text, int cou
 /* ---- a volume ------------------------------------------------------------------------------- */
 
 static void note(series_job *job, const char *path, const cvol_grid *grid,
-                 const cvol_compress_report *report)
+                 const cvol_compress_report *report, int has_yielded)
 {
     const double raw_bytes = (double)cvol_grid_bytes(grid);
     job->least_psnr = fmin(job->least_psnr, report->psnr_db);
     job->most_psnr = fmax(job->most_psnr, report->psnr_db);
     job->max_error = fmax(job->max_error, report->max_error);
     job->raw_bytes += raw_bytes;
+    job->yielded += has_yielded;
     job->missed += !report->target_met && !report->lossless;
     if (job->volumes)
         json_array_append_new(job->volumes,
-                              json_pack("{s:o, s:I, s:f, s:o, s:b, s:f, s:b, s:b}", "input",
+                              json_pack("{s:o, s:I, s:f, s:o, s:b, s:f, s:b, s:b, s:b}", "input",
                                         json_text(path), "bytes", (json_int_t)report->file_bytes,
                                         "ratio", raw_bytes / (double)report->file_bytes, "psnr_db",
                                         json_decibels(report->psnr_db), "exact",
                                         is_exact(report->psnr_db), "max_error", report->max_error,
                                         "lossless", report->lossless, "target_met",
-                                        report->target_met));
+                                        report->target_met, "yielded_to_psnr", has_yielded));
 }
 
-static int add_slabs(series_job *job, slab_input *in, const char *path)
+static int add_slabs(series_job *job, compress_arguments *a, slab_input *in, const char *path)
 {
     const input none = {0};
-    cvol_compress_report report;
+    cvol_compress_report report = {0};
     cvol_compress_options options = job->m->options;
     char *attributes = NULL;
     const cvol_grid grid = *slab_input_grid(in);
-    const int status = find_attributes(&attributes, &none, job->a->attributes);
+    const int status = find_attributes(&attributes, &none, a->attributes);
     options.attributes = attributes;
-    const int code = status ? 0 : add_slabs_to(job->context, job->writer, in, &report, &options);
+    int code = status ? 0 : add_slabs_to(job->context, job->writer, in, &report, &options);
+    if (code && yields_to_psnr(a, &options, code, &report))
+        code = add_slabs_to(job->context, job->writer, in, &report, &options);
     free(attributes);
     if (code)
-        return complain_context(job->context, code, path);
+        return complain_compression(job->context, code, path, &options, &report);
     if (!status)
-        note(job, path, &grid, &report);
+        note(job, path, &grid, &report, a->has_yielded);
     return status;
 }
 
@@ -142,7 +146,7 @@ static int add_array(series_job *job, compress_arguments *a, const char *path)
     if (!status && job->m->truncate)
         fill_report(&report, array);
     if (!status)
-        note(job, path, cvol_array_grid(array), &report);
+        note(job, path, cvol_array_grid(array), &report, own.has_yielded);
     cvol_array_free(array);
     return status;
 }
@@ -150,6 +154,7 @@ static int add_array(series_job *job, compress_arguments *a, const char *path)
 static int add_volume(series_job *job, int time, int channel)
 {
     compress_arguments a = *job->a;
+    a.is_one_of_many = 1;
     cvol_read_options *read = &a.common.read;
     const int file = job->inputs->count == 1 ? 0 : job->by_channel ? channel : time;
     const char *path = job->inputs->paths[file];
@@ -167,7 +172,7 @@ static int add_volume(series_job *job, int time, int channel)
     if (can_be_streamed(&a, job->m) && !is_cvol)
         status = open_slab_input(job->context, &in, path, &a.common, a.stream);
     if (!status)
-        status = in.stream ? add_slabs(job, &in, path) : add_array(job, &a, path);
+        status = in.stream ? add_slabs(job, &a, &in, path) : add_array(job, &a, path);
     close_slab_input(&in);
     return status;
 }
@@ -216,6 +221,11 @@ static void report_text(const series_job *job)
     else
         printf("PSNR %.2f to %.2f dB, largest error %g\n", job->least_psnr, job->most_psnr,
                job->max_error);
+    if (job->yielded)
+        printf(
+            "(of %d volumes ratio %g would leave a PSNR below %d dB: they are compressed to %d dB "
+            "instead; --force keeps to the ratio)\n",
+            job->yielded, job->a->ratio, LEAST_PSNR, PSNR_INSTEAD);
     if (job->missed)
         printf("(of %d volumes what was asked is out of reach: they are the coarsest there are)\n",
                job->missed);

@@ -65,8 +65,8 @@ static int read_slab(cvol_context *context, void *user, void *samples, size_t fi
 }
 
 /* What the file says of itself, but that only a part of it is read. */
-static int read_info(cvol_context *context, cvol_array_info *info, const char *path,
-                     const cvol_grid *grid, const cvol_compress_report *report)
+int read_streamed_info(cvol_context *context, cvol_array_info *info, const char *path,
+                       const cvol_grid *grid, const cvol_compress_report *report)
 {
     static const size_t zero[3] = {0, 0, 0}, one[3] = {1, 1, 1};
     const cvol_file_part part = {.begin = zero, .end = one};
@@ -82,15 +82,10 @@ static int read_info(cvol_context *context, cvol_array_info *info, const char *p
 }
 
 int compress_slabs(cvol_context *context, slab_input *in, const char *out_path,
-                   const cvol_compress_options *options, cvol_compress_report *report,
-                   cvol_array_info *info)
+                   const cvol_compress_options *options, cvol_compress_report *report)
 {
     const cvol_sample_source source = {read_slab, in};
-    const cvol_grid *grid = slab_input_grid(in);
-    int code = cvol_compress_stream(context, report, out_path, &source, grid, options);
-    if (code)
-        return complain_context(context, code, code == CVOL_ERROR_IO ? NULL : in->path);
-    return read_info(context, info, out_path, grid, report);
+    return cvol_compress_stream(context, report, out_path, &source, slab_input_grid(in), options);
 }
 
 int add_slabs_to(cvol_context *context, cvol_series_writer *writer, slab_input *in,

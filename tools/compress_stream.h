@@ -19,14 +19,15 @@ int open_slab_input(cvol_context *context, slab_input *in, const char *path, com
 void close_slab_input(slab_input *in);
 const cvol_grid *slab_input_grid(const slab_input *in);
 
-/* Exit status, after a sentence. */
+/* A library's code, after which the context has the sentence. */
 int compress_slabs(cvol_context *context, slab_input *in, const char *out_path,
-                   const cvol_compress_options *options, cvol_compress_report *report,
-                   cvol_array_info *info);
-
-/* The same as the next volume of a file of many; a library's code, after which the context has the
- * sentence. */
+                   const cvol_compress_options *options, cvol_compress_report *report);
+/* The same as the next volume of a file of many. */
 int add_slabs_to(cvol_context *context, cvol_series_writer *writer, slab_input *in,
                  cvol_compress_report *report, const cvol_compress_options *options);
+
+/* What the file that compress_slabs() made says of itself. Exit status, after a sentence. */
+int read_streamed_info(cvol_context *context, cvol_array_info *info, const char *path,
+              const cvol_grid *grid, const cvol_compress_report *report);
 
 #endif

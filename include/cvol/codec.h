@@ -32,7 +32,9 @@ typedef struct cvol_compress_options {
     int block;                /* 8, 16 or 32 */
     cvol_target target;
     double target_value;
-    double max_error; /* beside a PSNR: no sample is further off than this; 0: none asked for */
+    double least_psnr; /* dB: where a ratio, or bits, would leave less, compressing fails with TARGET
+                          and a report; 0: whatever is left. Not of transcoding */
+    double max_error;  /* beside a PSNR: no sample is further off than this; 0: none asked for */
     int lossless;     /* every sample comes back to the bit, of any type; target does not matter */
     int has_fill;     /* samples that equal `fill` have no value; NaN: all NaN and infinite ones */
     double fill;
@@ -89,7 +91,8 @@ typedef struct cvol_compress_report {
  * With a background kept apart a copy of the samples is made, filled in.
  * Lossless floats may be NaN or infinite, of at most 7 bit patterns. Cost: one forward transform,
  * and per trial one quantisation and coding of it. Errors: ARGUMENT, DATA (NaN or infinite samples:
- * how many and the index of the first), TARGET, MEMORY, CANCELLED, UNSUPPORTED. */
+ * how many and the index of the first), TARGET (no step reaches the PSNR or the bound; or the result
+ * is below least_psnr, and the report says by how much), MEMORY, CANCELLED, UNSUPPORTED. */
 CVOL_API int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                            const void *samples, const cvol_grid *grid,
                            const cvol_compress_options *options);

@@ -94,6 +94,7 @@ STRUCTS: Dict[str, List[Tuple[str, str, Tuple[Any, ...]]]] = {
         ("block", "i", ()),
         ("target", "i", ()),
         ("target_value", "d", ()),
+        ("least_psnr", "d", ()),
         ("max_error", "d", ()),
         ("lossless", "i", ()),
         ("has_fill", "i", ()),

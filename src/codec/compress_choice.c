@@ -158,14 +158,16 @@ int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report 
         code = CVOL_OK; /* no step of terms is near enough, or single precision cannot hold them */
     if (!code && (!array || may_be_smaller(array, (double)of_it.file_bytes, samples)))
         code = try_lossless(context, &array, &of_it, samples, grid, options);
+    if (!code && report)
+        *report = of_it;
+    if (!code)
+        code = cvol_compress_check_least(context, options, of_it.psnr_db);
     if (!code)
         code = cvol_report_progress(context, "compressing", 1);
     if (code) {
         cvol_array_free(array);
         return code;
     }
-    if (report)
-        *report = of_it;
     *out = array;
     return CVOL_OK;
 }

@@ -32,6 +32,9 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
                               options->target == CVOL_TARGET_MAX_ERROR))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "smallest beside haste, a largest error or lossless compression");
+    if (!(options->least_psnr >= 0) || !isfinite(options->least_psnr))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the least PSNR is %g dB, must be 0 or more",
+                         options->least_psnr);
     if (!(options->max_error >= 0) || !isfinite(options->max_error))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "maximum error is %g, must be 0 or more",
                          options->max_error);
@@ -70,6 +73,19 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
         return CVOL_OK;
     }
     return cvol_fail(context, CVOL_ERROR_ARGUMENT, "target %d is none", (int)options->target);
+}
+
+int cvol_compress_check_least(cvol_context *context, const cvol_compress_options *options,
+                              double psnr_db)
+{
+    const int by_size = options->target == CVOL_TARGET_RATIO || options->target == CVOL_TARGET_BITS;
+    if (!by_size || options->lossless || !(psnr_db < options->least_psnr))
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_TARGET,
+                     options->target == CVOL_TARGET_RATIO
+                         ? "ratio %g leaves a PSNR of %.2f dB, less than %g dB"
+                         : "%g bits a sample leave a PSNR of %.2f dB, less than %g dB",
+                     options->target_value, psnr_db, options->least_psnr);
 }
 
 /* Bits a sample, as the ratio that they are. */

@@ -318,6 +318,10 @@ static int run(cvol_compression *c, const char *path, cvol_output *within, const
         code = cvol_fail(c->context, CVOL_ERROR_TARGET,
                          "a PSNR of %g dB cannot be reached for these %s samples, %.2f dB can",
                          c->value, cvol_type_name(c->trial.shape->grid.type), now.found->psnr_db);
+    if (!code && report)
+        fill_report(report, c, now.found, kept, good);
+    if (!code)
+        code = cvol_compress_check_least(c->context, c->options, now.found->psnr_db);
     if (!code) /* the last moment to cancel */
         code = cvol_report_progress(c->context, "compressing", 1);
     if (!code)
@@ -334,8 +338,10 @@ static int compress_into(cvol_context *context, cvol_compress_report *report, co
                          const cvol_grid *grid, const cvol_compress_options *options,
                          size_t estimated)
 {
-    cvol_compression c = {
-        .context = context, .target = options->target, .value = options->target_value};
+    cvol_compression c = {.context = context,
+                          .options = options,
+                          .target = options->target,
+                          .value = options->target_value};
     slabs memory = {.source = source};
     const cvol_slab_source from = {fetch, &memory, 0};
     int code = cvol_compress_options_check(context, options);

@@ -452,6 +452,7 @@ static int compress_decoded(cvol_context *context, cvol_array **out, cvol_compre
                                   cvol_type_size(array->grid.type));
     if (!samples)
         return cvol_fail_memory(context, cvol_grid_bytes(&array->grid), "the decoded samples");
+    how.least_psnr = 0;
     how.has_fill = fills && fills->count == 1;
     if (how.has_fill)
         how.fill = cvol_fills_value(fills, 0, array->grid.type);

@@ -5,8 +5,8 @@
 make_volume in.raw uint8 21x18x9
 raw='--dims 21x18x9 --type uint8'
 printf '{"patient": "M\303\274ller",\n  "dose": 1.50, "runs": [1, 2]}\n' >in.json
-expect_done cvol compress in.raw plain.cvol $raw --ratio 6
-expect_done cvol compress in.raw out.cvol $raw --ratio 6 --attributes in.json
+expect_done cvol compress in.raw plain.cvol $raw --ratio 6 --force
+expect_done cvol compress in.raw out.cvol $raw --ratio 6 --force --attributes in.json
 expect_done cvol info out.cvol --json
 expect_equal "$(value_of attributes.runs.1)" 2
 expect_field attributes.patient string
@@ -17,11 +17,11 @@ expect_equal "$(value_of attributes)" null
 expect_done cvol verify out.cvol
 
 # They stay when a .cvol is compressed again, unless others are given; results have none.
-expect_done cvol compress out.cvol again.cvol --ratio 8
+expect_done cvol compress out.cvol again.cvol --ratio 8 --force
 expect_done cvol info again.cvol --json
 expect_equal "$(value_of attributes.runs.0)" 1
 echo '[3]' >other.json
-expect_done cvol compress out.cvol again.cvol --ratio 8 --attributes other.json
+expect_done cvol compress out.cvol again.cvol --ratio 8 --force --attributes other.json
 expect_done cvol info again.cvol --json
 expect_equal "$(value_of attributes.0)" 3
 expect_done cvol compress in.raw whole.cvol $raw --block 0 --keep 3,9 --attributes other.json

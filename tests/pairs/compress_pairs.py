@@ -23,6 +23,7 @@ AXES = {
     "speed": ["", "--fast", "--smallest"],
     "labels": ["", "--labels no"],
     "bricks": ["", "--bricks 32"],
+    "force": ["", "--force"],
 }
 
 
@@ -90,6 +91,8 @@ def check_file(cvol, row, path, report, original, folder):
     asked = dict(zip(words[::2], words[1::2]))
     if row["target"] == "--lossless" and not exact:
         raise Failure("not lossless")
+    if not (row["force"] or exact or "--psnr" in asked or "--max-error" in asked) and psnr < 25 - 1e-3:
+        raise Failure("%.3f dB, without --force" % psnr)
     if "--psnr" in asked and psnr < float(asked["--psnr"]) - 1e-3 and report["target_met"]:
         raise Failure("%.3f dB" % psnr)
     if "--max-error" in asked and most > float(asked["--max-error"]):
