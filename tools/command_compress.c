@@ -260,24 +260,27 @@ int yields_to_psnr(compress_arguments *a, cvol_compress_options *options, int co
     return 1;
 }
 
+static int complain_too_little(const char *path, const char *says)
+{
+    return complain(EXIT_FAILED, "%s: %s; --psnr %d keeps more, --force does what was asked", path,
+                    says, PSNR_INSTEAD);
+}
+
 int complain_compression(cvol_context *context, int code, const char *path,
                          const cvol_compress_options *options, const cvol_compress_report *report)
 {
-    if (!leaves_too_little(options, code, report))
-        return complain_context(context, code, path);
-    return complain(EXIT_FAILED, "%s: %s; --psnr %d keeps more, --force does what was asked", path,
-                    cvol_context_message(context), PSNR_INSTEAD);
+    return leaves_too_little(options, code, report)
+               ? complain_too_little(path, cvol_context_message(context))
+               : complain_context(context, code, path);
 }
 
-void note_yielding(const compress_arguments *a, const char *path, double psnr_db)
+void note_yielding(const compress_arguments *a, const char *path, const char *says)
 {
     if (a->common.json || a->is_one_of_many)
         return;
     clear_progress();
-    fprintf(stderr,
-            "cvol: %s: ratio %g would leave a PSNR of %.2f dB; compressed to %d dB instead "
-            "(--force keeps to the ratio)\n",
-            path, a->ratio, psnr_db, PSNR_INSTEAD);
+    fprintf(stderr, "cvol: %s: %s; compressed to %d dB instead (--force keeps to the ratio)\n",
+            path, says, PSNR_INSTEAD);
 }
 
 /* ---- compressing ---------------------------------------------------------------------------- */
@@ -316,17 +319,23 @@ static int truncate_samples(cvol_context *context, compress_arguments *a, const 
 {
     method own = *m;
     cvol_compress_report report = {0};
+    char says[160] = "";
     int code = truncate_to(context, array, volume, m);
     if (!code)
         fill_report(&report, *array);
-    if (code || a->keep || a->psnr_given || !(report.psnr_db < m->options.least_psnr))
-        return code ? complain_context(context, code, path) : EXIT_DONE;
+    if (code == CVOL_ERROR_TARGET && !count_targets(a) &&
+        !a->force) /* few samples: it takes more without any */
+        snprintf(says, sizeof says, "%s", cvol_context_message(context));
+    else if (!code && !a->keep && !a->psnr_given && report.psnr_db < m->options.least_psnr)
+        snprintf(says, sizeof says, "ratio %g leaves a PSNR of %.2f dB, less than %d dB", a->ratio,
+                 report.psnr_db, LEAST_PSNR);
+    if (code && !*says)
+        return complain_context(context, code, path);
+    if (!*says)
+        return EXIT_DONE;
     if (!yields_to_psnr(a, &own.options, CVOL_ERROR_TARGET, &report))
-        return complain(EXIT_FAILED,
-                        "%s: ratio %g leaves a PSNR of %.2f dB, less than %d dB; --psnr %d keeps "
-                        "more, --force does what was asked",
-                        path, a->ratio, report.psnr_db, LEAST_PSNR, PSNR_INSTEAD);
-    note_yielding(a, path, report.psnr_db);
+        return complain_too_little(path, says);
+    note_yielding(a, path, says);
     cvol_array_free(*array);
     *array = NULL;
     own.keep = cvol_keep_psnr(PSNR_INSTEAD);
@@ -342,7 +351,7 @@ static int compress_samples(cvol_context *context, compress_arguments *a, const 
     cvol_compress_options options = m->options;
     int code = cvol_compress(context, array, report, volume->data, &volume->grid, &options);
     if (code && yields_to_psnr(a, &options, code, report)) {
-        note_yielding(a, path, report->psnr_db);
+        note_yielding(a, path, cvol_context_message(context));
         code = cvol_compress(context, array, report, volume->data, &volume->grid, &options);
     }
     return code ? complain_compression(context, code, path, &options, report) : EXIT_DONE;
@@ -509,7 +518,7 @@ static int compress_by_slab(cvol_context *context, compress_arguments *arguments
         options.attributes = attributes;
         int code = compress_slabs(context, in, out_path, &options, &report);
         if (code && yields_to_psnr(arguments, &options, code, &report)) {
-            note_yielding(arguments, in->path, report.psnr_db);
+            note_yielding(arguments, in->path, cvol_context_message(context));
             code = compress_slabs(context, in, out_path, &options, &report);
         }
         if (code)

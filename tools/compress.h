@@ -38,8 +38,8 @@ int compress_to_array(cvol_context *context, compress_arguments *arguments, cons
  * then say, as the usual ratio leaves too little. */
 int yields_to_psnr(compress_arguments *a, cvol_compress_options *options, int code,
                    const cvol_compress_report *report);
-/* That it is made again: what the usual ratio would leave. */
-void note_yielding(const compress_arguments *a, const char *path, double psnr_db);
+/* That it is made again, and why: what the library says of the usual ratio. */
+void note_yielding(const compress_arguments *a, const char *path, const char *says);
 /* The sentence of a compression that failed; EXIT_FAILED or EXIT_MISUSED. */
 int complain_compression(cvol_context *context, int code, const char *path,
                          const cvol_compress_options *options, const cvol_compress_report *report);

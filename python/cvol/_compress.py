@@ -5,18 +5,20 @@ from __future__ import annotations
 import ctypes as c
 import math
 import os
+import warnings
 from typing import Any, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _abi
-from ._call import Call, Progress, options, out_pointer, path_bytes
+from ._call import Call, Progress, TargetError, options, out_pointer, path_bytes
 from ._geometry import Geometry, address, make_grid, samples_of
 from ._keep import Keep
 from ._volume import Volume
 
 _RATIO, _PSNR, _MAX_ERROR, _BITS = 1, 2, 3, 4
+_LEAST_PSNR, _PSNR_INSTEAD = 25, 35  # where a ratio leaves less than the first, the default becomes the second
 
 
 def _named(ratio: Any, psnr: Any, max_error: Any, bits: Any, lossless: bool, keep: Any) -> list[str]:
@@ -88,6 +90,16 @@ def _by_codec(samples: NDArray[Any], grid: Any, o: Any) -> Volume:
         return Volume._take(out)
 
 
+def _yielding(ratio: float, says: str) -> None:
+    """Warns that the default's ratio is given up."""
+    warnings.warn(f"{says}; compressed to {_PSNR_INSTEAD} dB instead (ratio={ratio:g}, force=True keeps to it)",
+                  stacklevel=3)  # fmt: skip
+
+
+def _refusal(says: str) -> TargetError:
+    return TargetError(f"{says}; psnr={_PSNR_INSTEAD} keeps more, force=True does what was asked")
+
+
 def _by_truncation(samples: NDArray[Any], grid: Any, transform: int, block: int, keep: Any) -> Volume:
     out = out_pointer()
     with Call() as call:
@@ -120,6 +132,7 @@ def compress(
     fast: bool = False,
     smallest: bool = False,
     bricks: Union[int, tuple[int, int, int], None] = None,
+    force: bool = False,
     attributes: Any = None,
     progress: Optional[Progress] = None,
 ) -> Volume:
@@ -147,6 +160,8 @@ def compress(
     bricks: samples that are coded together, and read alone where a part of a file is sliced: 16, 32, 48 or 64,
         one number, or one for each axis in the array's order. None: 64, and less for planes of files of 2 MB and
         more that are made to a ratio or to bits. Smaller ones take more bits.
+    force: a ratio, or bits, also where less than 25 dB are left. Else that is a `TargetError`, and without a target
+        a warning: the volume then has 35 dB.
     attributes: anything that JSON can hold; the file keeps it.
 
     Of a volume (three axes, DCT blocks) the error is measured by decoding what the file would hold.
@@ -183,7 +198,18 @@ def compress(
                 raise ValueError(f"background is {background!r}, must be 'auto', a number or None")
             elif background is not None:
                 o.background, o.background_value = 2, float(background)
-            volume = _by_codec(samples, grid, o)
+            if target in (_RATIO, _BITS) and not force:
+                o.least_psnr = _LEAST_PSNR
+            try:
+                volume = _by_codec(samples, grid, o)
+            except TargetError as error:
+                if not o.least_psnr:
+                    raise
+                if named:
+                    raise _refusal(str(error)) from None
+                _yielding(value, str(error))
+                o.target, o.target_value = _PSNR, _PSNR_INSTEAD
+                volume = _by_codec(samples, grid, o)
         else:
             if keep is None and (target in (_MAX_ERROR, _BITS) or lossless):
                 raise ValueError("max_error, bits and lossless are of three axes in DCT blocks")
@@ -191,9 +217,21 @@ def compress(
                 raise ValueError("bricks are of three axes in DCT blocks, and not of what `keep` says")
             if fill is not None or isinstance(background, (int, float)):
                 raise ValueError("fill and background are of three axes in DCT blocks")
-            if keep is None:
-                keep = Keep.psnr(value) if target == _PSNR else Keep.ratio(value)
-            volume = _by_truncation(samples, grid, number, block, keep._value)
+            terms = keep or (Keep.psnr(value) if target == _PSNR else Keep.ratio(value))
+            says = ""
+            try:
+                volume = _by_truncation(samples, grid, number, block, terms._value)
+                if keep is None and target == _RATIO and not force and volume.info.psnr_db < _LEAST_PSNR:
+                    says = f"ratio {value:g} leaves a PSNR of {volume.info.psnr_db:.2f} dB, less than {_LEAST_PSNR} dB"
+                    if named:
+                        raise _refusal(says)
+            except TargetError as error:  # of few samples the array without terms takes more
+                if named or force:
+                    raise
+                says = str(error)
+            if says:
+                _yielding(value, says)
+                volume = _by_truncation(samples, grid, number, block, Keep.psnr(_PSNR_INSTEAD)._value)
     if attributes is not None:
         volume.attributes = attributes
     return volume

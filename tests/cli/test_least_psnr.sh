@@ -11,7 +11,7 @@ raw='--dims 300x20x16 --type uint8'
 
 # The default yields, and says so.
 expect_status 0 cvol compress noise.raw default.cvol $raw --labels no
-grep -q 'noise.raw: ratio 30 would leave a PSNR of .* dB; compressed to 35 dB instead' "$err" ||
+grep -q 'noise.raw: ratio 30 leaves a PSNR of .* less than 25 dB; compressed to 35 dB instead' "$err" ||
     fail 'must say that the ratio yields'
 expect_done cvol compare noise.raw default.cvol $raw --json
 [ "$(value_of psnr_db | cut -d. -f1)" -ge 35 ] || fail 'must have 35 dB'
@@ -53,6 +53,11 @@ expect_failure 1 'noise.raw: ratio 30 leaves*--force' \
 expect_status 0 cvol compress noise.raw dht.cvol $raw --transform dht
 grep -q 'compressed to 35 dB instead' "$err" || fail 'must say that the ratio yields'
 expect_done cvol compress noise.raw dht.cvol $raw --transform dht --force
+
+head -c 2000 noise.raw >few.raw
+expect_status 0 cvol compress few.raw few.cvol --dims 50x40x1 --type uint8 --block 0
+grep -q 'compressed to 35 dB instead' "$err" || fail 'must say that the ratio yields'
+expect_failure 1 'few.raw: ' cvol compress few.raw no.cvol --dims 50x40x1 --type uint8 --block 0 --ratio 30
 
 # Many volumes in one file.
 cp noise.raw noise2.raw
