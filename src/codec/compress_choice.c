@@ -24,6 +24,10 @@
 #define EXACT_ERROR 0.04
 #define EXACT_PSNR 40 /* nearly exact floats have more */
 #define REPEATED 2.2
+
+/* Bricks are coded by one thread each. Threads beyond that wait for them, which OpenMP does by
+ * turning round: two thirds of the processors' time went into that. */
+#define SAMPLES_A_THREAD (1 << 17)
 #define REPEATED_MORE 4096 /* bytes: of small files tables are a part */
 
 /* ---- progress --------------------------------------------------------------------------- */
@@ -130,8 +134,9 @@ static int try_lossless(cvol_context *context, cvol_array **array, cvol_compress
     return CVOL_OK;
 }
 
-int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,
-                  const void *samples, const cvol_grid *grid, const cvol_compress_options *options)
+static int compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                    const void *samples, const cvol_grid *grid,
+                    const cvol_compress_options *options)
 {
     cvol_array *array = NULL;
     cvol_compress_report of_it = {0};
@@ -170,4 +175,15 @@ int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report 
     }
     *out = array;
     return CVOL_OK;
+}
+
+int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                  const void *samples, const cvol_grid *grid, const cvol_compress_options *options)
+{
+    const int asked = context->threads, threads = cvol_context_threads(context);
+    const size_t useful = cvol_grid_samples(grid) / SAMPLES_A_THREAD + 1;
+    context->threads = useful < (size_t)threads ? (int)useful : threads;
+    const int code = compress(context, out, report, samples, grid, options);
+    context->threads = asked;
+    return code;
 }
