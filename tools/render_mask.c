@@ -1,13 +1,35 @@
 /* Samples without a value: those of an array's mask, and dense ones that are marked. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "render_options.h"
 
-/* Dense samples of a value that is far from all others have no value. Exit status. */
+static double float_sample(const cvol_volume *volume, size_t i)
+{
+    return volume->grid.type == CVOL_FLOAT64 ? ((const double *)volume->data)[i]
+                                             : (double)((const float *)volume->data)[i];
+}
+
+static int has_nan(const cvol_volume *volume)
+{
+    const size_t count = cvol_grid_samples(&volume->grid);
+    if (cvol_type_is_integer(volume->grid.type))
+        return 0;
+    for (size_t i = 0; i < count; i++)
+        if (isnan(float_sample(volume, i)))
+            return 1;
+    return 0;
+}
+
+/* Dense samples of a value that is far from all others have no value; nor has NaN. Exit status. */
 int find_marks(cvol_context *context, scene *s, const char *path)
 {
     cvol_histogram histogram;
+    if (s->in.volume && has_nan(s->in.volume)) {
+        s->in.has_fill = 1;
+        s->in.fill = NAN;
+    }
     const int code = s->in.volume ? cvol_volume_histogram(context, &histogram, s->in.volume) : 0;
     if (code)
         return complain_context(context, code, path);
@@ -48,10 +70,12 @@ static void find_marked(uint8_t *mask, const cvol_volume *volume, double mark)
     const size_t count = cvol_grid_samples(&volume->grid);
     const size_t size = cvol_type_size(volume->grid.type);
     const uint8_t *samples = volume->data;
+    const int is_float = !cvol_type_is_integer(volume->grid.type);
     uint8_t bytes[8];
     encode(bytes, mark, volume->grid.type);
     for (size_t i = 0; i < count; i++)
-        mask[i] = !memcmp(samples + i * size, bytes, size);
+        mask[i] = !memcmp(samples + i * size, bytes, size) ||
+                  (is_float && !isfinite(float_sample(volume, i)));
 }
 
 int find_mask(scene *s)

@@ -1,0 +1,327 @@
+"""usage: render_pairs.py CVOL FOLDER [SEED [PARTS]]
+
+Every pair of choices of a file and options of `cvol render`, engine by engine, is in a picture: the picture of the
+file and that of the volume that it decompresses to must agree, and those of engines sheet and ray. Pairs that do
+not go together are refused, of file and volume alike. PARTS: one row of so many is tried. `Job.least` tells how far
+pictures may be apart."""
+import concurrent.futures
+import json
+import math
+import multiprocessing
+import os
+import random
+import subprocess
+import sys
+
+import pairwise
+import pictures
+import render_volumes
+
+LIGHT = ["--shade", "--shade --light 1,-2,3 --specular 0.5 --shininess 30", "--shade --gradient-opacity {60}"]
+COMPOSITE = ["--mode composite", "--opacity-scale 3"] + LIGHT
+LOOK = COMPOSITE + ["--mode xray", "--mode mip", "--mode min", "--mode iso --iso {420}",
+                    "--mode iso --iso {300} --light 1,-2,3"]  # values in braces are of 0 to 1000
+VALUES = ["--transfer own", "", "--transfer hot", "--transfer own --window {500},{900}",
+          "--transfer ct-bone --rescale 2,-1000", "--transfer thin"]
+PARALLEL = ["", "--azimuth 30 --elevation 20", "--azimuth 90 --zoom 3", "--view left --look-at 6,-3,4",
+            "--view top --roll 15 --mirror", "--azimuth 45 --zoom 0.6"]
+CAMERA = PARALLEL + ["--azimuth 225 --elevation -60 --roll 100 --perspective 40",
+                     "--perspective 70 --eye 3,-30,5 --look-at 0,40,0",
+                     "--perspective 100 --eye 0,0,5 --look-at 10,20,-3 --up 0,1,1 --mirror"]
+CLIP = ["", "--clip ,50%:,", "--clip 5.5:20,3:,:15.2", "--clip-plane 1,1,-1,0",
+        "--clip-plane 1,0.2,0.3,-9 --clip-plane -1,0,0.4,-8 --clip :30,,"]
+OUTPUT = ["pfm", "pfm --background 0.2,0.4,0.6", "png --background transparent", "png --bits 16 --background white",
+          "png --annotate"]
+MAPS = ["", "--depth", "--opacity", "--depth --opacity"]
+SIZES = ["", "--footprint-size 3", "--footprint-size 9"]
+LOOKS = {"output": OUTPUT, "size": ["--size 64", "--size 72x50"], "threads": ["", "--threads 1"]}
+AXES = {
+    "sheet": {"look": LOOK, "values": VALUES, "camera": CAMERA, "clip": CLIP, "maps": MAPS,
+              "level": ["", "--level 0", "--level 1", "--level 2", "--level 3"],
+              "oversample": ["", "--oversample 0.5", "--oversample 2", "--oversample 3.3"],
+              "step": ["", "--step 0.4", "--step 1.3", "--step 4"],
+              "rays": ["", "--rays pixels", "--rays lattice"],
+              "footprint": ["", "--footprint catmull-rom", "--footprint b-spline", "--footprint gaussian --sigma 0.6"],
+              "keep": ["", "--keep-mb 20", "--budget-ms 1e9"]},
+    "ray": {"look": LOOK, "values": VALUES, "camera": CAMERA, "clip": CLIP, "maps": MAPS,
+            "level": ["", "--level 1", "--level 3"], "step": ["", "--step 0.3", "--step 2"]},
+    "splat": {"look": COMPOSITE, "values": VALUES, "camera": PARALLEL, "maps": ["", "--opacity"],
+              "level": ["", "--level 1"], "footprint size": SIZES,
+              "footprint": ["", "--footprint cone", "--footprint sinc", "--footprint box", "--sigma 0.6"],
+              "order": ["", "--order back"],
+              "plane": ["", "--footprint-plane view", "--footprint-plane slices"]},
+    "transform": {"look": COMPOSITE, "values": VALUES, "camera": PARALLEL, "maps": ["", "--opacity"],
+                  "level": ["", "--level 1"], "footprint size": SIZES,
+                  "footprint": ["", "--footprint sinc", "--footprint box", "--sigma 0.6"],
+                  "order": ["", "--order back"],
+                  "spectrum": ["", "--spectrum dft", "--spectrum dht", "--tile 0", "--tile 8", "--tile 32"],
+                  "rho": ["", "--rho 1", "--rho 0.03"], "schedule": ["", "--schedule literal"]},
+    "fourier": {"values": ["--window {500},{900}", "", "--window auto"], "camera": PARALLEL,
+                "maps": ["", "--opacity"], "level": ["", "--level 1"], "rho": ["", "--rho 0.2", "--rho 1"],
+                "cue": ["", "--depth-cue 0.7"]},
+}
+TRANSFERS = {  # of values 0 to 1
+    "own": [[0, 0, 0, 0, 0], [0.1, 0.8, 0.2, 0.1, 0], [0.4, 1, 0.7, 0.4, 0.15], [1, 1, 1, 0.9, 0.5]],
+    "thin": [[0.3, 0, 0, 1, 0], [0.35, 0, 1, 0, 0.9], [0.4, 0, 0, 1, 0], [0.6, 1, 0.6, 0.2, 0], [0.8, 1, 1, 1, 1]],
+}
+
+
+# What two pictures agree by at least, in dB.
+SAME = 80  # samples that are equal but for the rounding of float32, which transfer function and light multiply by 100
+AMPLIFIED = 30  # less than their samples: a transfer function rises by up to 10 over the range, and light by 3
+TRUNCATED = 40  # the same, where near-equal terms, of which some are left out, may change places
+SHEET = 40  # one way by engine sheet, but blocks are skipped by other bounds: it may be 4 / 255 in a pixel
+ENGINES = 22  # a sample from the middle of a vessel or half a sample beside it
+COARSE = 15  # every other sample or fewer: half of a vessel may be gone
+INSIDE = 8  # the same from an eye in the volume, which sees samples many pixels wide
+# Where light or a surface ends, neighbours differ however near samples are: a pixel of so many is not counted.
+SPARED = 1 / 200
+ALONE = 200  # pairs of options that are tried by themselves
+
+
+class Failure(Exception):
+    pass
+
+
+def allowed(engine, row):
+    """Whether a row has no options that the command's help says do not go together."""
+    look, maps = row.get("look", ""), row["maps"]
+    grey = engine == "fourier" or any(mode in look for mode in ("xray", "mip", "min"))
+    return not ((grey and "--depth" in maps) or ("iso" in look and "--window" in row["values"]) or
+                (grey and engine == "sheet" and row["step"] == "--step 0.4") or
+                ("--annotate" in row["output"] and "--opacity" in maps))
+
+
+def words_of(engine, row, **others):
+    """The options of a row, `others` instead of those of these axes."""
+    row = dict(row, **others)
+    words = ["--engine", engine] + row["output"].split()[1:]
+    for axis, choice in row.items():
+        if axis not in ("file", "maps", "output"):
+            words += choice.split()
+    return words
+
+
+def is_fitted(engine, row):
+    """Whether colours or greys are fitted to the histogram of the samples."""
+    look = row.get("look", "")
+    if look in COMPOSITE:
+        return row["values"] in ("", "--transfer hot")
+    return "iso" not in look and "--window {" not in row["values"]
+
+
+def is_coarse(row):
+    """Whether engine sheet looks at fewer samples than there are."""
+    return (row["level"] not in ("", "--level 0") or row["step"] == "--step 4" or "0.5" in row["oversample"] or
+            "--zoom 0.6" in row["camera"])
+
+
+class Job:
+    """A row, and the pictures of it."""
+
+    def __init__(self, cvol, folder, engine, row, number):
+        self.cvol, self.engine, self.row, self.folder = cvol, engine, row, folder
+        self.stem = os.path.join(folder, "picture-%s-%d" % (engine, number))
+        self.commands, self.said, self.wrong, self.failure, self.empty = [], [], [], None, False
+
+    def words(self, engine, **others):
+        words = []
+        for word in words_of(engine, self.row, **others):
+            word = render_volumes.scaled(word, self.row["file"])
+            if word == "2,-1000":  # Hounsfield units of 0 to 1000
+                word = "%g,-1000" % (2000 / render_volumes.FILES[self.row["file"]][1])
+            if word in TRANSFERS:
+                word = os.path.join(self.folder, "%s-%d.json" % (word, render_volumes.FILES[self.row["file"]][1]))
+            words.append(word)
+        return words
+
+    def draw(self, name, tag, words):
+        """The files of the picture and of the maps with it, by name."""
+        made = {"picture": "%s-%s.%s" % (self.stem, tag, self.row["output"].split()[0])}
+        for option in self.row["maps"].split():
+            made[option[2:]] = "%s-%s-%s.pfm" % (self.stem, tag, option[2:])
+            words = words + [option, made[option[2:]]]
+        command = [self.cvol, "render", os.path.join(self.folder, name), "-o", made["picture"]] + words
+        self.commands.append(" ".join(command[1:]))
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120)
+        if done.returncode:
+            raise Failure("exit %d: %s" % (done.returncode, done.stderr.strip()))
+        out = {}
+        for name, path in made.items():
+            with open(path, "rb") as file:
+                out[name] = file.read()
+            os.remove(path)
+        return out
+
+    def least(self, what):
+        """How near pictures must be to the one that is told by `what`: of the volume that the file decompresses to,
+        by the same engine, dense or compressed again; of the original, where values are fitted to its histogram,
+        which the file carries; or by engine ray."""
+        name, engine = self.row["file"], self.engine
+        coding = min(render_volumes.CODED.get(name, 70), 70)  # 70 dB: whole numbers to 1000, rounded
+        coded = coding - (TRUNCATED if engine == "transform" else AMPLIFIED)
+        if "coarse" in what:
+            return INSIDE if "--eye" in self.row["camera"] else COARSE
+        if what == "ray":
+            return ENGINES
+        if what == "original":
+            return min(coded, SHEET) if engine == "sheet" else coded
+        if engine == "sheet":
+            return SHEET
+        full = self.row["level"] == ""
+        return SAME if engine == "ray" or (name in render_volumes.EXACT and full) else coded
+
+    def compare(self, what, mine, others):
+        coarse, ray = "coarse" in what, what.startswith("ray")
+        for name in mine:
+            if name == "depth":
+                self.compare_depth(what, mine[name], others[name])
+                continue
+            least, decibels = self.least(what), math.inf
+            if mine[name] != others[name]:
+                pair = [pictures.parse(mine[name]), pictures.parse(others[name])]
+                if coarse or ray:
+                    pair = [pictures.blurred(picture) for picture in pair]
+                decibels = pictures.psnr(*pair)
+                if decibels < least:
+                    decibels = pictures.psnr(*pair, spared=SPARED)
+            self.said.append((what, name, decibels, least))
+            if not decibels >= least:
+                self.wrong.append("%s: %s %.1f dB, not %g" % (what, name, decibels, least))
+
+    def compare_depth(self, what, mine, other):
+        coarse, ray = "coarse" in what, what.startswith("ray")
+        share = pictures.share_apart(pictures.parse(mine), pictures.parse(other), 1 if ray or coarse else 0.2)
+        most = 0.5 if coarse else 0.1 if ray else 0.02
+        self.said.append((what, "depth", share, most))
+        if not share <= most:
+            self.wrong.append("%s: %.0f %% of depths differ" % (what, 100 * share))
+
+    def run(self):
+        row, engine, name = self.row, self.engine, self.row["file"]
+        level = int(row["level"].split()[1]) if row["level"] else 0
+        mine = self.draw(name + ".cvol", "a", self.words(engine))
+        self.empty = row["output"].startswith("pfm") and pictures.spread(pictures.parse(mine["picture"])) == 0
+        hole = render_volumes.FILES[name][-1]
+        exact, fitted = name in render_volumes.EXACT, is_fitted(engine, row)
+        # A dense volume says by NaN and 1e35 alone that samples have no value, and is compressed then.
+        dense = engine != "sheet" and (hole is None or (engine == "ray" and hole != -5))
+        if fitted and not exact:
+            what, path, words = "original", name + "-original.cvol", self.words(engine)
+        elif dense and not (fitted and level):
+            what, path, words = "dense", "%s-%d.nrrd" % (name, level), self.words(engine, level="")
+        else:
+            what, path, words = "again", name + "-again.cvol", self.words(engine)
+        coarse = is_coarse(row) if engine == "sheet" else level and what != "dense"
+        self.compare(what + (" coarse" if coarse else ""), mine, self.draw(path, "b", words))
+        if engine == "sheet" and level < 2:
+            free = dict(oversample="", rays="", footprint="", keep="", step="--step 0.25")
+            ray = self.draw(name + ".cvol", "c", self.words("ray", **free))
+            self.compare("ray" + (" coarse" if coarse else ""), mine, ray)
+        if self.wrong:
+            raise Failure("; ".join(self.wrong))
+
+
+def attempt(job):
+    """None, or what failed; and whether the picture is of one colour."""
+    try:
+        job.run()
+    except (Failure, subprocess.TimeoutExpired) as failure:
+        job.failure = failure
+    return job
+
+
+def refusal(cvol, path, words, out):
+    """Nothing, or the sentence by which the command refuses to draw."""
+    done = subprocess.run([cvol, "render", path, "-o", out, "--size", "16", "--json"] + words, capture_output=True,
+                          text=True, timeout=120)
+    if not done.returncode:
+        return ""
+    sentences = [line for line in done.stderr.strip().split("\n") if line]
+    said = sentences[-1] if sentences else ""
+    if done.returncode != 2 or len(sentences) != 1 or not said.startswith("cvol: ") or len(said) < 15:
+        raise Failure("exit %d with %r" % (done.returncode, done.stderr))
+    return said.replace(path, "IN").replace(os.path.basename(path), "IN")
+
+
+def try_alone(task):
+    """Two options by themselves: file and volume are both drawn, or both refused in the same words."""
+    cvol, folder, number, words = task
+    words = [os.path.join(folder, word + "-1000.json") if word in TRANSFERS else render_volumes.scaled(word, "exact-float")
+             for word in words]
+    words = [w for word in words for w in ([word, os.path.join(folder, "map-%d-%s.pfm" % (number, word[2:]))]
+                                           if word in ("--depth", "--opacity") else [word])]
+    try:
+        said = [refusal(cvol, os.path.join(folder, name), words, os.path.join(folder, "alone-%d.png" % number))
+                for name in ("tiny.cvol", "tiny.nrrd")]
+        if said[0] != said[1]:
+            raise Failure("of the file %r, of the volume %r" % tuple(said))
+    except Failure as failure:
+        return " ".join(words), str(failure), False
+    return " ".join(words), "", said[0] != ""
+
+
+def pairs_alone(seed):
+    """Some pairs of options of all engines, without and with an engine."""
+    choices = sorted({choice for axes in AXES.values() for axis, some in axes.items() for choice in some if choice})
+    draw = random.Random(seed)
+    for _ in range(ALONE):
+        pair = draw.sample(choices, 2)
+        engine = draw.choice(["", "--engine " + draw.choice(list(AXES))])
+        yield (engine + " " + " ".join(pair)).split()
+
+
+def tell(done):
+    """How far pictures are apart, of each kind the worst first."""
+    said = {}
+    for job in done:
+        for what, name, value, least in job.said:
+            said.setdefault((job.engine, what, name, least), []).append(value)
+    for kind in sorted(said):
+        values = sorted(said[kind], reverse=kind[2] == "depth")
+        print(*kind, " ".join("%.3g" % v for v in values[:12]), "of", len(values))
+
+
+def main():
+    cvol, folder = sys.argv[1:3]
+    seed = int(sys.argv[3]) if len(sys.argv) > 3 else 1
+    parts = int(sys.argv[4]) if len(sys.argv) > 4 else 1
+    os.makedirs(folder, exist_ok=True)
+    for name, points in TRANSFERS.items():
+        for most in (250, 1000):
+            with open(os.path.join(folder, "%s-%d.json" % (name, most)), "w") as file:
+                json.dump({"points": [[most * p[0]] + p[1:] for p in points]}, file)
+    jobs, left_out = [], 0
+    with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("fork")) as pool:
+        makers = [pool.submit(render_volumes.make, cvol, folder, name) for name in render_volumes.FILES]
+        for engine, axes in AXES.items():
+            made, without = pairwise.rows({"file": list(render_volumes.FILES), **axes, **LOOKS}, seed,
+                                          lambda row: allowed(engine, row))
+            jobs += [Job(cvol, folder, engine, row, i) for i, row in enumerate(made)]
+            left_out += len(without)
+        for maker in makers:
+            maker.result()
+        render_volumes.make_tiny(cvol, folder)
+        done = list(pool.map(attempt, jobs[seed % parts::parts]))
+        alone = list(pool.map(try_alone, [(cvol, folder, i, words) for i, words in enumerate(pairs_alone(seed))][::parts]))
+    failures = 0
+    for job in done:
+        if job.failure:
+            failures += 1
+            print("FAILED: %s: %s\n    %s" % (" | ".join(v or "-" for v in job.row.values()), job.failure,
+                                           "\n    ".join(job.commands)))
+    for words, wrong, _ in alone:
+        if wrong:
+            failures += 1
+            print("FAILED: render %s: %s" % (words, wrong))
+    empty, refused = sum(job.empty for job in done), sum(no for _, _, no in alone)
+    print("seed %d: %d rows, %d pictures, %d of one colour; %d pairs alone, %d refused; %d failures; %d pairs that "
+          "cannot be" % (seed, len(done), sum(len(job.commands) for job in done), empty, len(alone), refused, failures,
+                         left_out))
+    if os.environ.get("CVOL_TEST_VERBOSE"):
+        tell(done)
+    return failures > 0 or empty > len(done) / 10 or not 0 < refused < len(alone)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
