@@ -34,7 +34,7 @@ OUTPUT = ["pfm", "pfm --background 0.2,0.4,0.6", "png --background transparent",
           "png --annotate"]
 MAPS = ["", "--depth", "--opacity", "--depth --opacity"]
 SIZES = ["", "--footprint-size 3", "--footprint-size 9"]
-LOOKS = {"output": OUTPUT, "size": ["--size 64", "--size 72x50"], "threads": ["", "--threads 1"]}
+LOOKS = {"output": OUTPUT, "size": ["--size 64", "--size 72x50"], "threads": ["--threads 1", "--threads 3"]}
 AXES = {
     "sheet": {"look": LOOK, "values": VALUES, "camera": CAMERA, "clip": CLIP, "maps": MAPS,
               "level": ["", "--level 0", "--level 1", "--level 2", "--level 3"],

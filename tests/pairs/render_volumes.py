@@ -101,7 +101,7 @@ def make(cvol, folder, name):
     commands += [["compress", path + "-0.nrrd", path + "-again.cvol", "--lossless"] + other + fill,
                  ["compress", path + ".nrrd", path + "-original.cvol", "--lossless"] + block + lap + fill]
     for command in commands:
-        subprocess.run([cvol] + command, check=True, capture_output=True, timeout=120)
+        subprocess.run([cvol] + command + ["--threads", "1"], check=True, capture_output=True, timeout=120)
 
 
 def make_tiny(cvol, folder):
