@@ -247,8 +247,8 @@ def refusal(cvol, path, words, out):
 def try_alone(task):
     """Two options by themselves: file and volume are both drawn, or both refused in the same words."""
     cvol, folder, number, words = task
-    words = [os.path.join(folder, word + "-1000.json") if word in TRANSFERS else render_volumes.scaled(word, "exact-float")
-             for word in words]
+    words = [os.path.join(folder, word + "-1000.json") if word in TRANSFERS else
+             render_volumes.scaled(word, "exact-float") for word in words]
     words = [w for word in words for w in ([word, os.path.join(folder, "map-%d-%s.pfm" % (number, word[2:]))]
                                            if word in ("--depth", "--opacity") else [word])]
     try:
@@ -303,7 +303,8 @@ def main():
             maker.result()
         render_volumes.make_tiny(cvol, folder)
         done = list(pool.map(attempt, jobs[seed % parts::parts]))
-        alone = list(pool.map(try_alone, [(cvol, folder, i, words) for i, words in enumerate(pairs_alone(seed))][::parts]))
+        tasks = [(cvol, folder, i, words) for i, words in enumerate(pairs_alone(seed))]
+        alone = list(pool.map(try_alone, tasks[::parts]))
     failures = 0
     for job in done:
         if job.failure:

@@ -87,8 +87,8 @@ def write_nrrd(path, kind, data, shape=SHAPE):
 
 
 def make(cvol, folder, name):
-    """NAME.nrrd; NAME.cvol of it; NAME-L.nrrd, what that decompresses to at levels 0 and up; and without loss NAME-again.cvol
-    of NAME-0.nrrd, in blocks of another size if NAME.cvol is exact, and NAME-original.cvol of NAME.nrrd."""
+    """NAME.nrrd; NAME.cvol of it; NAME-L.nrrd, what that decompresses to at levels 0 and up; and without loss
+    NAME-again.cvol of NAME-0.nrrd, in blocks of another size if NAME.cvol is exact, and NAME-original.cvol of NAME.nrrd."""
     kind, most, noise, options, hole = FILES[name]
     path = os.path.join(folder, name)
     write_nrrd(path + ".nrrd", kind, samples(kind, most, noise, hole))
@@ -97,7 +97,8 @@ def make(cvol, folder, name):
     lap = ["--no-lap"] if "--no-lap" in options else []
     other = (["--block", "16"] if block else ["--block", "8"]) if name in EXACT else block + lap
     commands = [["compress", path + ".nrrd", path + ".cvol", "--labels", "no"] + options.split()]
-    commands += [["decompress", path + ".cvol", "%s-%d.nrrd" % (path, level), "--level", str(level)] for level in range(4)]
+    for level in "0123":
+        commands.append(["decompress", path + ".cvol", "%s-%s.nrrd" % (path, level), "--level", level])
     commands += [["compress", path + "-0.nrrd", path + "-again.cvol", "--lossless"] + other + fill,
                  ["compress", path + ".nrrd", path + "-original.cvol", "--lossless"] + block + lap + fill]
     for command in commands:
