@@ -14,6 +14,8 @@
 
 #include <cmocka.h>
 
+#include "codec/section_pack.h"
+
 char *support_path(const char *folder, const char *name)
 {
     char *path = NULL;
@@ -86,5 +88,20 @@ unsigned char *support_read(const char *path, size_t *size)
     *size = fread(data, 1, (size_t)length, file);
     assert_int_equal(*size, length);
     fclose(file);
+    return data;
+}
+
+unsigned char *support_unpack(unsigned char *data, size_t *size)
+{
+    cvol_context *context = cvol_context_create();
+    cvol_unpacked unpacked;
+    if (cvol_pack_is(data, *size)) {
+        if (cvol_unpack(context, &unpacked, data, *size, "packed"))
+            fail_msg("%s", cvol_context_message(context));
+        free(data);
+        data = unpacked.plain.data;
+        *size = unpacked.plain.size;
+    }
+    cvol_context_destroy(context);
     return data;
 }

@@ -34,5 +34,8 @@ void support_write(const char *path, const void *data, size_t size);
 void support_write_text(const char *path, const char *text);
 /* Reads a file whole; the caller frees it. */
 unsigned char *support_read(const char *path, size_t *size);
+/* A .cvol file with its sections one after the other, whether it is packed (section PACK) or not;
+ * frees `data`, and the caller what it becomes. The test fails if it cannot be unpacked. */
+unsigned char *support_unpack(unsigned char *data, size_t *size);
 
 #endif

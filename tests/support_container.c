@@ -27,7 +27,7 @@ int container_stop(void **state)
     return context_teardown(state);
 }
 
-uint8_t *container_file_of(const cvol_array *array, size_t *size)
+uint8_t *container_written(const cvol_array *array, size_t *size)
 {
     uint64_t bytes;
     if (cvol_array_write(context, array, container_path, &bytes))
@@ -35,6 +35,11 @@ uint8_t *container_file_of(const cvol_array *array, size_t *size)
     uint8_t *data = support_read(container_path, size);
     assert_int_equal(*size, bytes);
     return data;
+}
+
+uint8_t *container_file_of(const cvol_array *array, size_t *size)
+{
+    return support_unpack(container_written(array, size), size);
 }
 
 cvol_array *container_small_array(void)

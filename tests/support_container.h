@@ -13,7 +13,9 @@ extern char *container_folder, *container_path;
 int container_start(void **state);
 int container_stop(void **state);
 
-/* The bytes that the array is written as; the caller frees them. */
+/* The bytes that the array is written as, in container_path too; and those of the same file
+ * without section PACK. The caller frees them. */
+uint8_t *container_written(const cvol_array *array, size_t *size);
 uint8_t *container_file_of(const cvol_array *array, size_t *size);
 /* Split and lapped, of several bricks. */
 cvol_array *container_small_array(void);

@@ -94,7 +94,7 @@ static uint8_t *small_file(size_t *size)
     cvol_array_free(array);
     free(path);
     support_folder_remove(folder);
-    return data;
+    return support_unpack(data, size);
 }
 
 static int read_code(const uint8_t *data, size_t size)
@@ -303,7 +303,7 @@ static void boxes_see_the_damage_that_they_touch(void **state)
     char *folder = support_folder_make(), *path = support_path(folder, "a.cvol");
     size_t size;
     cvol_array *whole = bricked_file(path), *part;
-    uint8_t *data = support_read(path, &size);
+    uint8_t *data = support_unpack(support_read(path, &size), &size);
     data[size - 25] ^= 1; /* the finest shell of the last brick, behind which ENDS stands */
     support_write(path, data, size);
     assert_int_equal(cvol_array_read(context, &part, path, NULL), CVOL_ERROR_CORRUPT);

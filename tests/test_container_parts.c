@@ -121,7 +121,7 @@ static void levels_have_the_low_frequencies(void **state)
                                                                          .lapped = block == 16,
                                                                          .seed = (uint64_t)block});
         size_t size;
-        uint8_t *data = container_file_of(array, &size);
+        uint8_t *data = container_written(array, &size);
         for (int level = 0; level < 4; level++) {
             const cvol_file_part part = {.level = level};
             cvol_file_report report;

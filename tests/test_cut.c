@@ -13,6 +13,7 @@
 #include "codec/layout.h"
 #include "cvol/codec.h"
 #include "random.h"
+#include "support.h"
 #include "support_volume.h"
 
 enum { NX = 33, NY = 20, NZ = 18, COUNT = NX * NY * NZ, CUTS = 24 };
@@ -127,7 +128,7 @@ static void test_what_is_cut_says_so(void **state)
     cvol_context_set_threads(context, 1);
     for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         const exact_case *c = &cases[k];
-        void *samples = make_samples(c), *data;
+        void *samples = make_samples(c), *file;
         const cvol_grid grid = cvol_grid_make(NX, NY, NZ, c->type);
         cvol_compress_options options = cvol_compress_options_defaults();
         cvol_array *array;
@@ -139,7 +140,8 @@ static void test_what_is_cut_says_so(void **state)
             options.target_value = c->max_error;
         }
         check_ok(cvol_compress(context, &array, NULL, samples, &grid, &options));
-        check_ok(cvol_array_write_memory(context, array, &data, &size));
+        check_ok(cvol_array_write_memory(context, array, &file, &size));
+        uint8_t *data = support_unpack(file, &size);
         expect_true_figures(array, samples, c->type);
         /* From the end of the first shell, through the last one and the corrections. */
         const size_t first = find_section(data, size, "SHL1");

@@ -64,7 +64,7 @@ static uint8_t *make_file(size_t *size, size_t nx, cvol_transform transform, int
     assert_int_equal(cvol_array_write(context, array, path, NULL), CVOL_OK);
     cvol_array_free(array);
     free(samples);
-    return support_read(path, size);
+    return support_unpack(support_read(path, size), size);
 }
 
 static void expect_whole(const uint8_t *data, size_t size, const char *tags)

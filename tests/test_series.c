@@ -87,7 +87,7 @@ static void test_volumes_are_files(void **state)
         const int time = i / CHANNELS, channel = i % CHANNELS;
         cvol_array *array = make_array(i, 4), *read;
         size_t alone;
-        uint8_t *bytes = container_file_of(array, &alone);
+        uint8_t *bytes = container_written(array, &alone);
         assert_int_equal(cvol_series_volume_bytes(series, time, channel), alone);
         assert_memory_equal(bytes, data + cvol_series_volume_offset(series, time, channel), alone);
         const cvol_file_part part = {.time = time, .channel = channel};
@@ -137,7 +137,7 @@ static void test_no_such_volume(void **state)
     assert_int_equal(read_code(data, size, 0, -1), CVOL_ERROR_ARGUMENT);
     free(data);
     cvol_array *array = make_array(0, 4);
-    data = container_file_of(array, &size);
+    data = container_written(array, &size);
     assert_int_equal(read_code(data, size, 0, 0), CVOL_OK);
     assert_int_equal(read_code(data, size, 1, 0), CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "f: has one time"));
@@ -283,7 +283,7 @@ static void test_what_is_no_volume(void **state)
     (void)state;
     cvol_array *array = make_array(0, 4);
     size_t alone, size, nested;
-    uint8_t *bytes = container_file_of(array, &alone);
+    uint8_t *bytes = container_written(array, &alone);
     uint8_t *data = wrap(bytes, alone, 2, &size);
     assert_int_equal(read_code(data, size, 1, 0), CVOL_OK);
     assert_int_equal(verify_code(data, size), CVOL_OK);

@@ -108,20 +108,27 @@ static int search_ratio(cvol_compression *c)
     const double accepted = smallest ? SMALLEST_RATIO_ACCEPTED
                             : small  ? SMALL_RATIO_ACCEPTED
                                      : CVOL_RATIO_ACCEPTED;
+    int is_sure = 0; /* the best step's file is known, and not only estimated */
     c->best_step = 0;
     for (int i = 0; i < TRIALS_MOST && !code; i++) {
         code = try_step(c, step, 0);
         const uint64_t estimated = c->file_bytes;
-        if (!code && ratio_of(c) >= c->value * 0.9995 && ratio_of(c) <= c->value * CVOL_RATIO_MOST)
+        const int settles = ratio_of(c) >= c->value * 0.9995 &&
+                            ratio_of(c) <= c->value * CVOL_RATIO_MOST;
+        if (!code && settles)
             code = settle(c, step);
         if (code)
             return code;
         /* What was told with a wrong estimate misleads. */
-        if (fabs((double)c->file_bytes - (double)estimated) > 1e-3 * (double)estimated)
+        if (fabs((double)c->file_bytes - (double)estimated) > 1e-3 * (double)estimated) {
             search = cvol_search_make(c->least_step, c->most_step, search.slope);
+            c->best_step = is_sure ? c->best_step : 0;
+        }
         const double ratio = ratio_of(c);
-        if (ratio >= c->value && (c->best_step <= 0 || step < c->best_step))
+        if (ratio >= c->value && (c->best_step <= 0 || step < c->best_step)) {
             c->best_step = step;
+            is_sure = settles;
+        }
         if (ratio >= c->value && ratio <= c->value * accepted)
             break;
         cvol_search_tell(&search, step, log(ratio / c->value / aim));

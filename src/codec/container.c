@@ -14,6 +14,7 @@
 #include "codec/mask_section.h"
 #include "codec/plane_file.h"
 #include "codec/ranges.h"
+#include "codec/section_pack.h"
 #include "codec/series.h"
 #include "codec/shells.h"
 #include "codec/summary_section.h"
@@ -71,6 +72,7 @@ typedef struct reading {
     int is_tried;     /* only: the array is of no use */
     cvol_header header;
     cvol_array *array;
+    cvol_unpacked unpacked; /* of a packed file: where its sections are */
 } reading;
 
 static int has(const reading *r, cvol_section_kind kind)
@@ -110,6 +112,7 @@ static int say_level(const reading *r, int code)
 static int follow(reading *r, cvol_cursor file)
 {
     cvol_section_walk walk = cvol_section_walk_make(file);
+    walk.places = r->unpacked.plain.data ? &r->unpacked.places : NULL;
     while (!cvol_section_walk_ended(&walk) && !(r->part.level && r->shells == r->used)) {
         cvol_section section;
         int code = cvol_section_next(r->context, &section, &walk, r->name);
@@ -394,7 +397,13 @@ static int read_front(reading *r, const uint8_t *data, size_t size)
         return cvol_fail(r->context, CVOL_ERROR_ARGUMENT, "level is %d, must be 0 to %d",
                          r->part.level, CVOL_SHELLS - 1);
     r->used = CVOL_SHELLS - r->part.level;
-    code = follow(r, file);
+    if (cvol_pack_is(data, size)) {
+        code = cvol_unpack(r->context, &r->unpacked, data, size, r->name);
+        file = cvol_cursor_make(r->unpacked.plain.data, r->unpacked.plain.size);
+        cvol_cursor_take(&file, CVOL_SECTIONS_AT);
+    }
+    if (!code)
+        code = follow(r, file);
     return code ? code : read_header(r);
 }
 
@@ -442,6 +451,8 @@ int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_
     int code = find_volume(&r, &place, &data, &size);
     if (!code)
         code = read_all(&r, data, size);
+    const int residual_missing = !code && r.used == CVOL_SHELLS && lacks_residual(&r);
+    cvol_unpacked_free(&r.unpacked);
     if (code) {
         cvol_array_free(r.array);
         return code;
@@ -452,7 +463,7 @@ int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_
             .file_bytes = size,
             .level = cvol_header_is_volume(&r.header) ? CVOL_SHELLS - r.used : 0,
             .cut = r.cut,
-            .residual_missing = r.used == CVOL_SHELLS && lacks_residual(&r)};
+            .residual_missing = residual_missing};
     return CVOL_OK;
 }
 
@@ -468,6 +479,7 @@ int cvol_container_read_grid(cvol_context *context, cvol_grid *out, const uint8_
     int code = find_volume(&r, &place, &data, &size);
     if (!code)
         code = read_front(&r, data, size);
+    cvol_unpacked_free(&r.unpacked);
     if (!code)
         *out = r.header.grid;
     return code;
@@ -483,6 +495,7 @@ int cvol_container_try(cvol_context *context, const uint8_t *data, size_t size, 
 {
     reading r = {.context = context, .name = name, .is_tried = 1};
     const int code = read_all(&r, data, size);
+    cvol_unpacked_free(&r.unpacked);
     cvol_array_free(r.array);
     return code;
 }

@@ -17,6 +17,7 @@
 #include "codec/picture.h"
 #include "codec/plane_file.h"
 #include "codec/section.h"
+#include "codec/section_pack.h"
 #include "codec/series.h"
 
 const char *cvol_section_state_name(cvol_section_state state)
@@ -83,7 +84,7 @@ static cvol_section_state check_shell(walk *w, const cvol_section *section)
         const uint32_t found = cvol_crc32c(run.data, run.size);
         if (stored == found)
             continue;
-        const unsigned long long begin = section->offset + CVOL_SECTION_HEADER_BYTES +
+        const unsigned long long begin = section->content_offset +
                                          (uint64_t)(run.data - section->content);
         note(w, cvol_fail(w->context, CVOL_ERROR_CORRUPT,
                           "%s: section %s at byte %llu: run %zu of %zu, %zu bytes from byte %llu: "
@@ -129,7 +130,7 @@ static cvol_section_state check_volume(walk *w, const cvol_section *section)
     char name[512];
     snprintf(name, sizeof name, "%.400s, time %zu, channel %zu (from byte %llu)", w->name,
              number / (size_t)channels, number % (size_t)channels,
-             (unsigned long long)section->offset + CVOL_SECTION_HEADER_BYTES);
+             (unsigned long long)section->content_offset);
     if (inside &&
         cvol_plane_file_kind(section->content, (size_t)section->length) == CVOL_FILE_ARRAY)
         note(w,
@@ -156,6 +157,19 @@ static cvol_section_state check_content(walk *w, const cvol_section *section)
     return code ? CVOL_SECTION_DAMAGED : CVOL_SECTION_SOUND;
 }
 
+static void list_section(walk *w, const cvol_section *section, cvol_section_state state)
+{
+    if (w->out->section_count == CVOL_FILE_SECTIONS_MAX)
+        return;
+    cvol_file_section *out = &w->out->sections[w->out->section_count++];
+    *out = (cvol_file_section){.flags = section->flags,
+                               .offset = section->offset,
+                               .length = section->length,
+                               .content = cvol_section_content(section->kind),
+                               .state = state};
+    memcpy(out->tag, section->tag, sizeof out->tag);
+}
+
 /* The section that comes next; 0: what follows it cannot be found. */
 static int take_section(walk *w)
 {
@@ -167,16 +181,25 @@ static int take_section(walk *w)
     cvol_section_state state = w->sections.cut    ? CVOL_SECTION_TRUNCATED
                                : !section.content ? CVOL_SECTION_DAMAGED
                                                   : check_content(w, &section);
-    if (w->out->section_count < CVOL_FILE_SECTIONS_MAX) {
-        cvol_file_section *out = &w->out->sections[w->out->section_count++];
-        *out = (cvol_file_section){.flags = section.flags,
-                                   .offset = section.offset,
-                                   .length = section.length,
-                                   .content = cvol_section_content(section.kind),
-                                   .state = state};
-        memcpy(out->tag, section.tag, sizeof out->tag);
-    }
+    if (!(w->sections.places && section.kind == CVOL_ENDS)) /* packed files have none */
+        list_section(w, &section, state);
     return section.content && !code;
+}
+
+/* Goes on to the sections that a packed file holds; *file becomes the unpacked one, which is empty
+ * where there is none. */
+static void take_packed(walk *w, cvol_unpacked *unpacked, cvol_cursor *file, const uint8_t *data,
+                        size_t size)
+{
+    const int code = cvol_unpack(w->context, unpacked, data, size, w->name);
+    note(w, code);
+    if (unpacked->pack.tag[0])
+        list_section(w, &unpacked->pack,
+                     unpacked->is_cut ? CVOL_SECTION_TRUNCATED
+                     : code           ? CVOL_SECTION_DAMAGED
+                                      : CVOL_SECTION_SOUND);
+    *file = cvol_cursor_make(unpacked->plain.data, unpacked->plain.size);
+    cvol_cursor_take(file, CVOL_SECTIONS_AT);
 }
 
 /* The finest level that whole shells give, with all that stands before them. */
@@ -185,7 +208,8 @@ static int find_level(const cvol_file_layout *layout)
     int shells = 0;
     for (int i = 0; i < layout->section_count; i++) {
         const cvol_file_section *s = &layout->sections[i];
-        if (s->state != CVOL_SECTION_SOUND)
+        if (s->state != CVOL_SECTION_SOUND &&
+            !(s->state == CVOL_SECTION_TRUNCATED && !strcmp(s->tag, cvol_section_tag(CVOL_PACK))))
             break;
         shells += !strncmp(s->tag, "SHL", 3);
     }
@@ -221,10 +245,17 @@ int cvol_layout_walk(cvol_context *context, cvol_file_layout *out, const uint8_t
     int code = take_start(context, out, &file, name);
     if (code)
         return code;
+    cvol_unpacked unpacked = {.is_cut = 0};
+    const int is_packed = cvol_pack_is(data, size);
+    if (is_packed)
+        take_packed(&w, &unpacked, &file, data, size);
     w.sections = cvol_section_walk_make(file);
-    while (!cvol_section_walk_ended(&w.sections) && take_section(&w))
-        continue;
+    w.sections.places = is_packed ? &unpacked.places : NULL;
+    int go_on = !w.code;
+    while (go_on && !cvol_section_walk_ended(&w.sections))
+        go_on = take_section(&w);
     out->level = find_level(out);
+    cvol_unpacked_free(&unpacked);
     cvol_brick_index_free(&w.index);
     cvol_series_free(w.series);
     return w.code ? cvol_fail(context, w.code, "%s", w.message) : CVOL_OK;

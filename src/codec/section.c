@@ -54,6 +54,7 @@ static const struct section_row {
     [CVOL_PLNS] = {"PLNS", BIT(CVOL_PICT) | BIT(CVOL_BAKE), 0, "the coefficients of all planes"},
     [CVOL_LIST] = {"LIST", START, 0, "times and channels, and where their volumes lie"},
     [CVOL_VOLM] = {"VOLM", BIT(CVOL_LIST) | BIT(CVOL_VOLM), 0, "a volume, a file by itself"},
+    [CVOL_PACK] = {"PACK", START, 0, "all sections of a small file"},
     [CVOL_ENDS] = {"ENDS",
                    BIT(CVOL_SHL3) | BIT(CVOL_CORR) | BIT(CVOL_TERM) | BIT(CVOL_SPEC) |
                        BIT(CVOL_PLNS) | BIT(CVOL_VOLM),
@@ -157,18 +158,34 @@ static int check_header(cvol_context *context, const cvol_section *section,
     return code;
 }
 
+/* Where the section lies whose header is at byte `at` of what the walk follows. */
+static uint64_t place_of(const cvol_section_walk *walk, uint64_t at)
+{
+    const cvol_section_places *places = walk->places;
+    if (!places)
+        return at;
+    uint64_t place = places->front_at;
+    for (int i = 0; i < places->count; i++)
+        if (at >= places->streams[i].header)
+            place = places->streams[i].at;
+    return place;
+}
+
 int cvol_section_next(cvol_context *context, cvol_section *section, cvol_section_walk *walk,
                       const char *name)
 {
-    const size_t left = cvol_cursor_left(&walk->file), at = walk->file.size - left;
-    *section = (cvol_section){.kind = CVOL_SECTION_UNKNOWN, .offset = at};
+    const size_t left = cvol_cursor_left(&walk->file);
+    const unsigned long long at = place_of(walk, walk->file.size - left);
+    *section = (cvol_section){.kind = CVOL_SECTION_UNKNOWN,
+                              .offset = at,
+                              .content_offset = walk->places ? at : at + CVOL_SECTION_HEADER_BYTES};
     const uint8_t *header = cvol_cursor_take(&walk->file, CVOL_SECTION_HEADER_BYTES);
     if (!header) {
         char wanted[96];
         list_followers(wanted, walk->last);
         walk->cut = 1;
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: truncated: of section %s at byte %zu %zu of %d bytes of its header "
+                         "%s: truncated: of section %s at byte %llu %zu of %d bytes of its header "
                          "are there",
                          name, wanted, at, left, (int)CVOL_SECTION_HEADER_BYTES);
     }
@@ -182,7 +199,7 @@ int cvol_section_next(cvol_context *context, cvol_section *section, cvol_section
     const uint32_t stored = cvol_cursor_u32(&fields), found = cvol_crc32c(header, 20);
     if (stored != found)
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: section %s at byte %zu: its header's checksum is %08x, its fields "
+                         "%s: section %s at byte %llu: its header's checksum is %08x, its fields "
                          "give %08x",
                          name, section->tag, at, stored, found);
     int code = check_header(context, section, walk, name);
@@ -191,14 +208,14 @@ int cvol_section_next(cvol_context *context, cvol_section *section, cvol_section
     if (section->length > cvol_cursor_left(&walk->file)) {
         walk->cut = 1;
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
-                         "%s: truncated: section %s at byte %zu has %zu of %llu bytes", name,
+                         "%s: truncated: section %s at byte %llu has %zu of %llu bytes", name,
                          section->tag, at, cvol_cursor_left(&walk->file),
                          (unsigned long long)section->length);
     }
     section->content = cvol_cursor_take(&walk->file, (size_t)section->length);
     if (section->kind != CVOL_SECTION_UNKNOWN)
         walk->last = section->kind;
-    if (section->kind == CVOL_ENDS && cvol_cursor_left(&walk->file))
+    if (cvol_section_walk_ended(walk) && cvol_cursor_left(&walk->file))
         return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: %zu bytes follow the end, at byte %zu",
                          name, cvol_cursor_left(&walk->file),
                          walk->file.size - cvol_cursor_left(&walk->file));

@@ -18,7 +18,8 @@
 enum { CVOL_SECTION_HEADER_BYTES = 24, CVOL_SECTION_REQUIRED = 1 };
 
 /* In the order in which they stand in a file. The four shells follow each other. PICT, BAKE and
- * LIST stand where HEAD does in other kinds of files; VOLM is the one that there may be many of. */
+ * LIST stand where HEAD does in other kinds of files; VOLM is the one that there may be many of.
+ * PACK (section_pack.h) is the only section of its file. */
 typedef enum cvol_section_kind {
     CVOL_HEAD,
     CVOL_GEOM,
@@ -45,6 +46,7 @@ typedef enum cvol_section_kind {
     CVOL_PLNS,
     CVOL_LIST,
     CVOL_VOLM,
+    CVOL_PACK,
     CVOL_ENDS,
     CVOL_SECTION_KINDS, /* how many; also: none of them */
     CVOL_SECTION_UNKNOWN = CVOL_SECTION_KINDS
@@ -69,26 +71,38 @@ typedef struct cvol_section {
     char tag[5]; /* letters that cannot be printed are '?' */
     uint32_t flags, checksum;
     uint64_t offset, length; /* of its header in the file; of its content, as the header says */
+    uint64_t content_offset; /* of its content in the file */
     const uint8_t *content;  /* NULL if it is not all there */
 } cvol_section;
+
+/* Where sections lie in a packed file, by where they lie in the unpacked one. */
+enum { CVOL_SECTION_STREAMS_MOST = 8 };
+typedef struct cvol_section_places {
+    uint64_t front, front_at; /* sections before byte `front` are packed at byte `front_at` */
+    int count;
+    struct {
+        uint64_t header, at; /* of the unpacked header, and of the first byte in the packed file */
+    } streams[CVOL_SECTION_STREAMS_MOST];
+} cvol_section_places;
 
 /* The way through a file's sections; `file` begins behind the version. */
 typedef struct cvol_section_walk {
     cvol_cursor file;
     cvol_section_kind last; /* the last known one; CVOL_SECTION_UNKNOWN: none yet */
     int cut;                /* the file ends where it should go on: within the section, or before */
+    const cvol_section_places *places; /* `file` was unpacked: where sections lie; else NULL */
 } cvol_section_walk;
 
 cvol_section_walk cvol_section_walk_make(cvol_cursor file);
 /* The next section's header, checked: its checksum, that it may stand there, and that its content
- * is there. ENDS is the last: nothing may follow it. *section is filled as far as could be, its tag
+ * is there. ENDS, or PACK, is the last: nothing may follow it. *section is filled as far as could be, its tag
  * is empty if there was nothing. Errors: CORRUPT (with walk->cut if all that is wrong is that the
  * file ends), UNSUPPORTED (required, and unknown). The message names the section's byte. */
 int cvol_section_next(cvol_context *context, cvol_section *section, cvol_section_walk *walk,
                       const char *name);
 static inline int cvol_section_walk_ended(const cvol_section_walk *walk)
 {
-    return walk->last == CVOL_ENDS;
+    return walk->last == CVOL_ENDS || walk->last == CVOL_PACK;
 }
 
 /* Compares the content's checksum with what the header says; not that of a shell, whose checksum is

@@ -5,7 +5,6 @@
 #include "base/context.h"
 #include "base/file.h"
 #include "codec/container.h"
-#include "codec/header.h"
 #include "codec/plane_file.h"
 #include "codec/series.h"
 
@@ -214,30 +213,13 @@ static int check_sections(cvol_context *context, const cvol_series *series, cons
                                       found, count);
 }
 
-/* A volume's shape and type: of a file that was found to decode. */
-static int take_shape(cvol_context *context, cvol_grid *grid, const cvol_series_place *place)
-{
-    cvol_cursor file = cvol_cursor_make(place->data, place->size);
-    cvol_section section = {.kind = CVOL_SECTION_UNKNOWN};
-    cvol_header header = {.rank = 0};
-    cvol_cursor_take(&file, CVOL_SECTIONS_AT);
-    cvol_section_walk walk = cvol_section_walk_make(file);
-    int code = CVOL_OK;
-    while (!code && section.kind != CVOL_HEAD)
-        code = cvol_section_next(context, &section, &walk, place->name);
-    cvol_cursor content = code ? cvol_cursor_make(NULL, 0) : cvol_section_cursor(&section);
-    if (!code)
-        code = cvol_head_take(context, &header, &content, place->name);
-    *grid = header.grid;
-    return code;
-}
-
 static int try_volume(cvol_context *context, cvol_grid *first, const cvol_series_place *place)
 {
     cvol_grid grid;
     int code = cvol_container_try(context, place->data, place->size, place->name);
     if (!code)
-        code = take_shape(context, &grid, place);
+        code = cvol_container_read_grid(context, &grid, place->data, place->size, NULL,
+                                        place->name);
     if (code)
         return code;
     if (!first->dims[0])

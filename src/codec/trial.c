@@ -13,6 +13,7 @@
 #include "codec/cell_ends.h"
 #include "codec/mask_make.h"
 #include "codec/mask_section.h"
+#include "codec/section_pack.h"
 #include "codec/summary_section.h"
 #include "codec/survey.h"
 #include "transform/lap.h"
@@ -39,12 +40,29 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
 
 /* Sections in front of the shells: headers and records, two bytes a brick and shell, a checksum a
  * run and shell (half of which may be empty where a brick is one), and the tables. */
-static uint64_t front_estimate(const cvol_array *shape, size_t table_bytes)
+static uint64_t front_estimate(const cvol_trial *trial, size_t table_bytes)
 {
+    const cvol_array *shape = trial->shape;
     const size_t run = shape->brick.run;
     const uint64_t a_brick = 2 * CVOL_SHELLS + (run > 1 ? 4 * CVOL_SHELLS / run : 2 * CVOL_SHELLS);
-    return 640 + a_brick * (uint64_t)cvol_brick_count(shape) + table_bytes +
-           cvol_summary_section_bytes(cvol_array_summary(shape), &shape->ledger);
+    const uint64_t summary = cvol_summary_section_bytes(cvol_array_summary(shape), &shape->ledger);
+    if (trial->is_packed) /* the first brick's share is usual */
+        return CVOL_PACK_USUAL_BYTES + a_brick * (uint64_t)(cvol_brick_count(shape) - 1) +
+               table_bytes + (summary ? summary - CVOL_SECTION_HEADER_BYTES : 0);
+    return 640 + a_brick * (uint64_t)cvol_brick_count(shape) + table_bytes + summary;
+}
+
+/* Whether the bytes that a target allows are within least .. most; a PSNR allows any. */
+static int allows(const cvol_compress_options *options, const cvol_grid *grid, double least,
+                  double most)
+{
+    const double value = options->target_value;
+    if (options->target == CVOL_TARGET_PSNR)
+        return 1;
+    const double budget = options->target == CVOL_TARGET_BITS
+                              ? (double)cvol_grid_samples(grid) * value / 8
+                              : (double)cvol_grid_bytes(grid) / value;
+    return least <= budget && budget <= most;
 }
 
 static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid *grid,
@@ -55,6 +73,8 @@ static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid 
     if (code)
         return code;
     trial->shape->brick = cvol_brick_shape_choose(grid, options);
+    trial->is_packed = cvol_brick_count(trial->shape) <= (size_t)trial->shape->brick.run &&
+                       allows(options, grid, 0, (double)CVOL_PACK_MOST);
     trial->shape->lapped = trial->may_lap = block == 16;
     trial->shape->dependent = block == 16;
     for (int a = 0; a < 3 && block == 16; a++)
@@ -96,7 +116,7 @@ static int summarise(cvol_context *context, cvol_trial *trial, const cvol_compre
         code = cvol_summarise_samples(context, &summary, trial->truth, &shape->grid, NULL);
     if (!code)
         code = cvol_array_set_summary(context, shape, &summary);
-    trial->front_bytes = front_estimate(shape, 0);
+    trial->front_bytes = front_estimate(trial, 0);
     return code;
 }
 
@@ -125,13 +145,7 @@ static int measure_mask(cvol_context *context, cvol_trial *trial)
 /* Whether a mask leaves some of the bytes that a target allows. */
 static int can_pay(const cvol_compress_options *options, const cvol_grid *grid, uint64_t bytes)
 {
-    const double samples = (double)cvol_grid_samples(grid), value = options->target_value;
-    if (options->target == CVOL_TARGET_PSNR)
-        return 1;
-    const double budget = options->target == CVOL_TARGET_BITS
-                              ? samples * value / 8
-                              : (double)cvol_grid_bytes(grid) / value;
-    return (double)bytes <= MASK_SHARE_MOST * budget;
+    return allows(options, grid, (double)bytes / MASK_SHARE_MOST, (double)INFINITY);
 }
 
 static int start_masked(cvol_context *context, cvol_trial *trial, const void *samples,
@@ -216,7 +230,7 @@ int cvol_trial_start_source(cvol_context *context, cvol_trial *trial,
                                       &(cvol_summary){.state = CVOL_SUMMARY_LEFT_OUT});
     else if (!code && !cvol_tally_again(trial->tally))
         code = cvol_trial_end_tally(context, trial);
-    trial->front_bytes = code ? 0 : front_estimate(trial->shape, 0);
+    trial->front_bytes = code ? 0 : front_estimate(trial, 0);
     return code;
 }
 
@@ -355,7 +369,7 @@ int cvol_trial_fit(cvol_context *context, cvol_trial *trial)
     cvol_bytes section = {0};
     cvol_token_tables_fit(trial->tables, trial->counts);
     const int code = cvol_token_tables_put(context, &section, trial->tables);
-    trial->front_bytes = front_estimate(trial->shape, trial->shape->small ? 0 : section.size) +
+    trial->front_bytes = front_estimate(trial, trial->shape->small ? 0 : section.size) +
                          trial->mask_bytes;
     cvol_bytes_free(&section);
     return code;

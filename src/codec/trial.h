@@ -26,6 +26,7 @@ typedef struct cvol_trial {
     int hasty;     /* a step found roughly will do, and lapping is not questioned */
     int lap_known; /* sampled bricks are only needed as shape->lapped says */
     int uncounted; /* no tables will be fitted to an encoding of all */
+    int is_packed; /* the file will be small, and its front is (section_pack.h) */
     int plain;     /* round to nearest: errors are least; else squared error at equal bytes is */
     double step;   /* of the last trial */
     cvol_coarse_shares coarse; /* as for cvol_chooser_options */

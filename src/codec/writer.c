@@ -11,6 +11,7 @@
 #include "codec/brick_shape.h"
 #include "codec/container.h"
 #include "codec/section.h"
+#include "codec/section_pack.h"
 #include "codec/summary_section.h"
 
 struct cvol_file_writer {
@@ -230,31 +231,81 @@ static int flush(cvol_context *context, cvol_file_writer *writer, cvol_bytes *by
     return code;
 }
 
-/* The section of a stream, if the file has it. */
-static int write_stream(cvol_context *context, cvol_file_writer *writer, cvol_section_kind kind,
-                        int stream, cvol_bytes *bytes, uint64_t *written)
+/* The streams in the file's order, and their sections. */
+static const struct stream_row {
+    cvol_section_kind kind;
+    int stream;
+} stream_rows[CVOL_STREAMS] = {{CVOL_MASK, CVOL_STREAM_MASK},
+                               {CVOL_SHL0, 0},
+                               {CVOL_SHL1, 1},
+                               {CVOL_SHL2, 2},
+                               {CVOL_SHL3, 3},
+                               {CVOL_CORR, CVOL_STREAM_CORRECTIONS}};
+
+static int has_stream(const cvol_file_writer *writer, int stream)
 {
-    if (!(writer->index.present >> stream & 1))
-        return CVOL_OK;
-    const uint64_t size = cvol_brick_index_size(&writer->index, stream);
-    cvol_section_put_header(bytes, kind, size, cvol_brick_index_checksum(&writer->index, stream));
-    int code = flush(context, writer, bytes, written);
-    if (!code && writer->output)
-        code = cvol_spool_copy(context, &writer->spools[stream], writer->output);
-    *written += size;
+    return (int)(writer->index.present >> stream & 1);
+}
+
+/* The bytes of all streams, and of CORR where it is none. */
+static uint64_t stream_bytes(const cvol_file_writer *writer, const cvol_file_front *front)
+{
+    uint64_t bytes = front->packed ? front->packed->size : 0;
+    for (int s = 0; s < CVOL_STREAMS; s++)
+        bytes += has_stream(writer, s) ? cvol_brick_index_size(&writer->index, s) : 0;
+    return bytes;
+}
+
+/* Whether a file with so many bytes in front of its streams is written as one section PACK. */
+static int is_packed(const cvol_file_writer *writer, const cvol_file_front *front, uint64_t bytes)
+{
+    return !front->terms && writer->index.runs == 1 &&
+           bytes + stream_bytes(writer, front) <= CVOL_PACK_MOST;
+}
+
+/* Makes of the front of a file that of a packed one. */
+static int pack_front(cvol_context *context, const cvol_file_writer *writer,
+                      const cvol_file_front *front, cvol_bytes *bytes)
+{
+    cvol_bytes packed = {0};
+    const int code = cvol_pack_put(context, &packed, bytes, stream_bytes(writer, front),
+                                   front->packed);
+    cvol_bytes_free(bytes);
+    *bytes = packed;
     return code;
 }
 
-static int write_bricks(cvol_context *context, cvol_file_writer *writer,
-                        const cvol_file_front *front, cvol_bytes *bytes, uint64_t *written)
+/* A stream's bytes, if the file has it. */
+static int write_stream(cvol_context *context, cvol_file_writer *writer, int stream,
+                        uint64_t *written)
 {
-    int code = write_stream(context, writer, CVOL_MASK, CVOL_STREAM_MASK, bytes, written);
-    for (int s = 0; s < CVOL_SHELLS && !code; s++)
-        code = write_stream(context, writer, (cvol_section_kind)(CVOL_SHL0 + s), s, bytes, written);
-    if (!code)
-        code = write_stream(context, writer, CVOL_CORR, CVOL_STREAM_CORRECTIONS, bytes, written);
-    if (front->packed)
+    if (!has_stream(writer, stream))
+        return CVOL_OK;
+    *written += cvol_brick_index_size(&writer->index, stream);
+    return writer->output ? cvol_spool_copy(context, &writer->spools[stream], writer->output)
+                          : CVOL_OK;
+}
+
+/* All streams; with_headers: each as a section. */
+static int write_bricks(cvol_context *context, cvol_file_writer *writer,
+                        const cvol_file_front *front, int with_headers, cvol_bytes *bytes,
+                        uint64_t *written)
+{
+    int code = CVOL_OK;
+    for (int i = 0; i < CVOL_STREAMS && !code; i++) {
+        const struct stream_row *row = &stream_rows[i];
+        if (with_headers && has_stream(writer, row->stream))
+            cvol_section_put_header(bytes, row->kind,
+                                    cvol_brick_index_size(&writer->index, row->stream),
+                                    cvol_brick_index_checksum(&writer->index, row->stream));
+        code = flush(context, writer, bytes, written);
+        if (!code)
+            code = write_stream(context, writer, row->stream, written);
+    }
+    if (front->packed && with_headers)
         cvol_section_put(bytes, CVOL_CORR, front->packed);
+    else if (front->packed)
+        cvol_bytes_append(bytes, front->packed->data, front->packed->size);
     return code;
 }
 
@@ -263,10 +314,14 @@ static int write_all(cvol_context *context, cvol_file_writer *writer, const cvol
 {
     cvol_bytes bytes = {0};
     int code = put_front(context, &bytes, writer, front);
+    const int packs = !code && is_packed(writer, front, bytes.size);
+    if (packs)
+        code = pack_front(context, writer, front, &bytes);
     if (!front->terms && !code)
-        code = write_bricks(context, writer, front, &bytes, written);
+        code = write_bricks(context, writer, front, !packs, &bytes, written);
     if (!code) {
-        cvol_section_put(&bytes, CVOL_ENDS, &(cvol_bytes){0});
+        if (!packs)
+            cvol_section_put(&bytes, CVOL_ENDS, &(cvol_bytes){0});
         code = flush(context, writer, &bytes, written);
     }
     cvol_bytes_free(&bytes);
@@ -277,9 +332,12 @@ int cvol_file_writer_bytes(cvol_context *context, const cvol_file_writer *writer
                            const cvol_file_front *front, uint64_t *file_bytes)
 {
     cvol_bytes bytes = {0};
-    const int code = put_front(context, &bytes, writer, front);
-    const int shells = front->terms ? 0 : CVOL_SHELLS;
-    *file_bytes = bytes.size + writer->shells + (uint64_t)(shells + 1) * CVOL_SECTION_HEADER_BYTES;
+    int code = put_front(context, &bytes, writer, front);
+    const int packs = !code && is_packed(writer, front, bytes.size);
+    const int headers = packs ? 0 : front->terms ? 1 : CVOL_SHELLS + 1;
+    if (packs)
+        code = pack_front(context, writer, front, &bytes);
+    *file_bytes = bytes.size + writer->shells + (uint64_t)headers * CVOL_SECTION_HEADER_BYTES;
     cvol_bytes_free(&bytes);
     return code;
 }

@@ -1,6 +1,6 @@
 # What the tests of the command share; sourced first of all. They run with
 #   CVOL            the command
-#   CVOL_HELPERS    the folder of make_volume, make_terms, json_get and poke
+#   CVOL_HELPERS    the folder of make_volume, make_terms, json_get, poke and unpack
 #   CVOL_DOC        the folder of the documents
 #   CVOL_SAMPLES    the folder of the sample scan
 #   CVOL_TEST_DATA  the folder of larger real volumes; it may be missing

@@ -4,7 +4,8 @@
 . "$(dirname "$0")/lib.sh"
 
 make_volume in.raw uint8 21x18x9
-expect_done cvol compress in.raw good.cvol --dims 21x18x9 --type uint8 --psnr 32
+expect_done cvol compress in.raw packed.cvol --dims 21x18x9 --type uint8 --psnr 32
+unpack packed.cvol good.cvol || fail 'must unpack' # its sections one after the other
 size=$(wc -c <good.cvol)
 expect_number "$size" '<' 1800
 echo old >out.nrrd
@@ -78,6 +79,8 @@ expect_done cvol info good.cvol --json
 expect_equal "$(value_of level) $(value_of whole)" '0 true'
 # An exact file that ends within its corrections is not exact any more, and says so.
 expect_done cvol compress in.raw exact.cvol --dims 21x18x9 --type uint8 --lossless
+cp exact.cvol packed_exact.cvol
+unpack packed_exact.cvol exact.cvol || fail 'must unpack'
 expect_done cvol info exact.cvol --json
 expect_equal "$(value_of max_error) $(value_of residual_missing)" '0.0 false'
 head -c $(($(wc -c <exact.cvol) - 30)) exact.cvol >bad.cvol
@@ -87,7 +90,7 @@ expect_equal "$(value_of level) $(value_of whole) $(value_of residual_missing) $
 expect_failure 1 'bad.cvol:*it is whole up to level 0, without the corrections that make it exact' cvol decompress bad.cvol out.raw
 expect_status 0 cvol render bad.cvol -o bad.png
 expect_sentence 'bad.cvol: ends early; drawn without the corrections that make its samples exact'
-rm bad.png exact.cvol
+rm bad.png exact.cvol packed_exact.cvol
 expect_failure 2 '--level is 4, must be 0 to 3' cvol render good.cvol -o out.png --level 4
 { cat good.cvol; echo; } >bad.cvol
 refuse 'follow the end'
@@ -129,3 +132,35 @@ done
 expect_same_file out.nrrd old.nrrd
 cp good.cvol bad.cvol
 expect_done cvol decompress bad.cvol out.nrrd
+
+# ---- packed ---------------------------------------------------------------------------------
+
+# The same of a file whose sections are one: cut, flipped, and with more behind its end.
+whole=$size
+size=$(wc -c <packed.cvol)
+expect_number $((size + 400)) '<' "$whole"
+expect_done cvol decompress packed.cvol packed.nrrd
+expect_same_file packed.nrrd out.nrrd
+rm packed.nrrd
+echo old >out.nrrd
+length=0
+while [ $length -lt "$size" ]; do
+    head -c $length packed.cvol >bad.cvol
+    refuse ''
+    length=$((length + 5))
+done
+at=0
+while [ $at -lt "$size" ]; do
+    cp packed.cvol bad.cvol
+    poke bad.cvol $at xor 4
+    refuse ''
+    at=$((at + 3))
+done
+head -c $((size - 1)) packed.cvol >bad.cvol
+refuse '*truncated: section SHL3 at byte *; it is whole up to level 1'
+expect_status 0 cvol render bad.cvol -o bad.png
+expect_sentence 'bad.cvol: ends early; drawn at level 1, which is whole'
+rm bad.png
+{ cat packed.cvol; echo; } >bad.cvol
+refuse "1 bytes follow the end, at byte $size"
+expect_same_file out.nrrd old.nrrd

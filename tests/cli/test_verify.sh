@@ -4,7 +4,8 @@
 
 make_volume in.raw uint8 21x18x9
 raw='--dims 21x18x9 --type uint8'
-expect_done cvol compress in.raw good.cvol $raw --psnr 40
+expect_done cvol compress in.raw packed.cvol $raw --psnr 40
+unpack packed.cvol good.cvol || fail 'must unpack' # its sections one after the other
 expect_done cvol compress in.raw whole.cvol $raw --transform dft --block 0 --keep 3,20
 expect_done cvol compress in.raw cells.cvol $raw --transform dht --block 8 --keep 3,20
 size=$(wc -c <good.cvol)
@@ -95,3 +96,35 @@ expect_sentence 'bad.cvol: truncated: section SHL3 at byte '
 expect_equal "$(awk 'NR == 13 { print $1, $4 }' "$out")" 'SHL3 truncated'
 expect_failure 1 'in.raw: is not a .cvol file' cvol info in.raw --layout
 expect_failure 2 '--layout is for .cvol files' cvol info in.raw $raw --layout
+
+# ---- packed ---------------------------------------------------------------------------------
+
+# A small file is one section, whose sections are told as they are in it.
+size=$(wc -c <packed.cvol)
+expect_done cvol verify packed.cvol
+expect_equal "$(cat "$out")" "packed.cvol: whole, 12 sections, $size bytes"
+expect_done cvol info packed.cvol --layout
+expect_equal "$(awk 'NR > 2 { printf "%s ", $1 }' "$out")" 'PACK HEAD GEOM ERRS TRUE SUMM TABL INDX SHL0 SHL1 SHL2 SHL3 '
+expect_equal "$(awk 'NR > 2 { printf "%s ", $4 }' "$out")" 'sound sound sound sound sound sound sound sound sound sound sound sound '
+expect_equal "$(awk 'NR == 3 { print $2, $3 }' "$out")" "12 $((size - 36))"
+expect_equal "$(awk 'NR == 4 { print $2, $3 }' "$out")" '12 88'
+expect_equal "$(awk 'NR == 14 { print $2 + $3 }' "$out")" "$size"
+for at in 0 5 8 11 12 17 25 30 36 40 60 90; do
+    cp packed.cvol bad.cvol
+    poke bad.cvol $at xor 1
+    expect_failure 1 'bad.cvol: '*'byte ' cvol verify bad.cvol
+done
+cp packed.cvol bad.cvol
+poke bad.cvol 50 xor 1
+expect_failure 1 'bad.cvol: section PACK at byte 12: checksum is ' cvol verify bad.cvol
+cp packed.cvol bad.cvol
+poke bad.cvol $((size - 5)) xor 16
+expect_failure 1 'bad.cvol: section SHL3 at byte '*'run 0 of 1, '*' bytes from byte '*'checksum is ' cvol verify bad.cvol
+for length in 1 7 8 11 12 31 32 100 $((size - 1)); do
+    head -c $length packed.cvol >bad.cvol
+    expect_failure 1 'bad.cvol: truncated: ' cvol verify bad.cvol
+done
+head -c $((size - 3)) packed.cvol >bad.cvol
+expect_status 1 cvol info bad.cvol --layout
+expect_sentence 'bad.cvol: truncated: section SHL3 at byte '
+expect_equal "$(awk 'NR == 3 || NR == 14 { print $1, $4 }' "$out" | tr '\n' ' ')" 'PACK truncated SHL3 truncated '
