@@ -70,6 +70,8 @@ SHELLS = ["SHL0", "SHL1", "SHL2", "SHL3"]
 
 def read_sections(data, last):
     """{tag: (content, checksum)} of the sections up to and with `last`."""
+    if data[12:16] == b"PACK":
+        data = unpack_file(data)
     need(data[:8] == b"\x8bCVL\r\n\x1a\n", "is no .cvol file")
     need(len(data) >= 12, "is cut off in its version")
     version, = struct.unpack_from("<I", data, 8)
@@ -1460,6 +1462,128 @@ def corrected(header, modes, sections, bricks, sides, data, rows, v):
         out[box] = correct(header, modes, Stream(data["CORR"][number], rows), base[box],
                            which).astype(kind)
     return out
+
+
+# ---- 23. PACK ------------------------------------------------------------------------------------
+
+ONE, FOUR = 0x3FF0 << 48, 0x4010 << 48
+BEFORE = None  # the usual value is that of the field before
+# (tag, usually there, usual length, fields); a field: (bytes, class, usual value).
+FRONT = (
+    ("HEAD", 1, 88, ((8, 1, 0), (8, 1, BEFORE), (8, 1, BEFORE), (4, 1, 1), (4, 0, 1), (4, 0, 3), (4, 0, 16), (4, 1, 0),
+                     (4, 0, 1), (8, 3, FOUR), (8, 3, 0), (8, 2, BEFORE), (8, 3, FOUR), (8, 1, 0))),
+    ("GEOM", 1, 156, ((4, 0, 0), (8, 2, ONE), (8, 2, BEFORE), (8, 2, BEFORE), *[(8, 2, 0)] * 3,
+                      *[(8, 2, 0 if i % 4 else ONE) for i in range(9)], (8, 0, 0), (8, 0, 0), (8, 2, ONE), (8, 2, 0))),
+    ("ATTR", 0, 0, ()),
+    ("ERRS", 1, 76, (*[(8, 3, FOUR)] * 4, (8, 2, 0), (8, 3, FOUR), *[(8, 3, 0)] * 3, (4, 0, 1))),
+    ("MODE", 0, 32, ((4, 1, 0), (4, 1, 0), (8, 3, ONE), *[(4, 1, 0)] * 4)),
+    ("BRKS", 0, 16, ((4, 1, 64), (4, 1, BEFORE), (4, 1, BEFORE), (4, 1, 1))),
+    ("TRUE", 1, 4, ((4, 0, 2),)),
+    ("SMAL", 0, 4, ((4, 0, 1),)),
+    ("SUMM", 1, 14, ()),
+    ("RNGE", 0, 0, ()),
+    ("TABL", 1, 9, ()),
+    ("INDX", 1, 20, ()),
+    ("CORR", 0, 12, ((8, 1, 0), (4, 1, 0))))
+
+
+class FrontReader:
+    def __init__(self, front):
+        self.coded, self.raw, self.size = RangeDecoder(front), Stream(front, None), len(front)
+        self.there, self.length = [57344] * 2, [2 ** 15] * 2
+        self.differs = [[start] * 2 for start in (64512, 2 ** 15, 64512, 16384)]
+        self.count, self.top = [contexts(8) for _ in range(4)], [contexts(256) for _ in range(4)]
+        self.other, self.value = [[57344] * 2, [16384] * 2], contexts(256)
+
+    def tree(self, nodes, bits):
+        node = 1
+        for _ in range(bits):
+            node = 2 * node + self.coded.bit(nodes[node])
+        return node - 2 ** bits
+
+    def difference(self, kind):
+        if not self.coded.bit(self.differs[kind]):
+            return 0
+        m = 1 + self.tree(self.count[kind], 3)
+        number = self.tree(self.top[kind], 8)
+        for _ in range(m - 1):
+            number = number << 8 | self.raw.raw(8)
+        return number << 8 * (8 - m) if kind >= 2 else number
+
+    def content(self, length, fields):
+        out, value = bytearray(), 0
+        for width, kind, usual in fields:
+            value = (value if usual is BEFORE else usual) ^ self.difference(kind)
+            value &= 2 ** (8 * width) - 1
+            out += value.to_bytes(width, "little")
+        other = 1
+        while len(out) < length:
+            other = self.coded.bit(self.other[other])
+            out.append(self.tree(self.value, 8) if other else 0)
+        return bytes(out)
+
+    def sections(self):
+        """{tag: content}"""
+        found, total = {}, 0
+        for tag, usual, usual_length, fields in FRONT:
+            if self.coded.bit(self.there) == usual:
+                continue
+            length = usual_length
+            if self.coded.bit(self.length):
+                bits = self.raw.raw(5)
+                length = 2 ** bits + self.raw.raw(bits) - 1
+            total += length
+            need(total <= 2 ** 17, "PACK: a section is too long")
+            found[tag] = self.content(length, fields if length >= usual_length else ())
+        need(self.coded.at - 7 + -(-self.raw.bits // 8) <= self.size, "PACK is too short")
+        return found
+
+
+def put_section(tag, content, length=None, checksum=None):
+    """As in a file that is not packed; `content` may be less than `length` says."""
+    checksum = crc32c(content) if checksum is None else checksum
+    start = struct.pack("<4sIQI", tag.encode(), 0 if tag in OPTIONAL else 1,
+                        len(content) if length is None else length, checksum)
+    return start + struct.pack("<I", crc32c(start)) + content
+
+
+def unpack_file(data):
+    """The file without PACK; cut where the file is."""
+    need(len(data) >= 36, "is cut off in PACK's header")
+    tag, flags, length, checksum, own = struct.unpack_from("<4sIQII", data, 12)
+    need(flags == 1 and own == crc32c(data[12:32]), "PACK: its header")
+    need(len(data) <= 36 + length, "goes on behind its end")
+    size, at, shift = 0, 36, 0
+    while at == 36 or data[at - 1] >= 128:
+        need(at < len(data) and shift < 64, "is cut off in PACK")
+        size |= (data[at] & 127) << shift
+        at, shift = at + 1, shift + 7
+    end = at + size
+    need(end <= len(data), "is cut off in PACK")
+    need(checksum == crc32c(data[36:end]), "PACK: the checksum does not hold")
+    found = FrontReader(data[at:end]).sections()
+    out = data[:12] + b"".join(put_section(tag, content) for tag, content in found.items() if tag != "CORR")
+    header, modes = Header(found["HEAD"], found["GEOM"], found["ERRS"]), Modes(found.get("MODE"))
+    need(header.is_volume(), "PACK is for volumes")
+    sides, run = read_shape(header, found.get("BRKS"))
+    bricks = math.prod(-(-n // side) for n, side in zip(header.dims, sides))
+    others = ["MASK"] * (len(modes.fills) > 0) + ["CORR"] * (modes.kind in (1, 2))
+    lengths, sums = read_index(found["INDX"], bricks, run, len(others))
+    streams = {tag: (sum(n), crc32c(struct.pack(f"<{len(s)}I", *s)))
+               for tag, n, s in zip(SHELLS + others, lengths, sums)}
+    need((modes.kind == PACKED) == ("CORR" in found), "PACK: CORR")
+    if modes.kind == PACKED:
+        need(len(found["CORR"]) == 12, "PACK: CORR")
+        streams["CORR"] = struct.unpack("<QI", found["CORR"])
+    need(end - 36 + sum(size for size, _ in streams.values()) == length, "PACK: its length")
+    for tag in ["MASK"] + SHELLS + ["CORR"]:
+        if tag in streams:
+            size, checksum = streams[tag]
+            out += put_section(tag, data[end:end + size], size, checksum)
+            if end + size > len(data):
+                return out
+            end += size
+    return out + put_section("ENDS", b"")
 
 
 # ---- the three kinds -----------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 #!/bin/sh
 # Writes the fuzzer's volumes anew, in today's format: run it when the format changes; and small files of
 # other formats, as their own tools write them.
-# usage: fuzz/corpus.sh BUILD       from the project's root; a build with tests (make_volume, make_terms, poke)
+# usage: fuzz/corpus.sh BUILD       from the project's root; a build with tests (make_volume, make_terms, poke, unpack)
 set -eu
 tools=$(cd "$1" && pwd)
 out=$(pwd)/fuzz/corpus/cvol
@@ -62,6 +62,14 @@ done
 "$tools/cvol" compress many_0.cvol many_1.cvol -o "$out/series.cvol" --psnr 30 --time-step 2 >/dev/null
 "$tools/cvol" compress many_0.cvol many_1.cvol -o "$out/channels.cvol" --as channels --psnr 25 \
     --channel-names A,B >/dev/null
+
+# Mutations reach more of files whose sections stand one after the other; these two stay packed.
+for file in "$out"/*.cvol; do
+    "$tools/tests/helpers/unpack" "$file" plain
+    cp plain "$file"
+done
+seed packed uint8 12x11x10 --psnr 30
+seed packed_lossless uint8 6x5x4 --lossless
 
 for kind in tiff dicom npy mrc vtk; do
     mkdir "$kind"

@@ -134,6 +134,18 @@ static size_t fuzz_bricks(const uint8_t *head, const uint32_t shape[4], size_t m
     return (size_t)bricks;
 }
 
+/* Section PACK, of which `left` bytes are there: its checksum is that of the front, and of the
+ * front's length. What is in it cannot be repaired. */
+static void fuzz_repair_pack(uint8_t *header, size_t left)
+{
+    uint8_t *content = header + CVOL_SECTION_HEADER_BYTES;
+    cvol_cursor front = cvol_cursor_make(content, left - CVOL_SECTION_HEADER_BYTES);
+    const uint64_t length = cvol_cursor_varint(&front);
+    if (!front.failed && length <= cvol_cursor_left(&front))
+        fuzz_put_u32(header + 16, cvol_crc32c(content, front.at + (size_t)length));
+    fuzz_put_u32(header + 20, cvol_crc32c(header, 20));
+}
+
 static void fuzz_repair_at(uint8_t *file, size_t size, int depth)
 {
     fuzz_streams streams = {{0}, {0}};
@@ -150,6 +162,10 @@ static void fuzz_repair_at(uint8_t *file, size_t size, int depth)
             const int is_there = length <= size - at - CVOL_SECTION_HEADER_BYTES;
             const int stream = fuzz_stream_of(header);
             const int is_shell = stream < CVOL_SHELLS, is_index = !memcmp(header, "INDX", 4);
+            if (!memcmp(header, "PACK", 4)) { /* nothing follows it */
+                fuzz_repair_pack(header, size - at);
+                break;
+            }
             if (is_there && !pass && depth < 2 && !memcmp(header, "VOLM", 4))
                 fuzz_repair_at(header + CVOL_SECTION_HEADER_BYTES, (size_t)length, depth + 1);
             if (is_there && !is_shell && pass == is_index)

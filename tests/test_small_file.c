@@ -243,7 +243,7 @@ static void every_flip_is_seen(void **state)
     for (size_t k = 0; k < CASES; k++) {
         size_t size;
         uint8_t *data = make_file(&cases[k], &size);
-        for (size_t at = 0; at < size; at++) {
+        for (size_t at = 0; at < size; at += at < 250 ? 1 : SUPPORT_STRIDE) {
             cvol_file_layout layout;
             const uint8_t was = data[at];
             data[at] ^= (uint8_t)(1 + random_below(&r, 255));
@@ -376,7 +376,7 @@ static void hostile_fronts_do_no_harm(void **state)
     const size_t front = 37 + data[36]; /* its length is one byte */
     assert_non_null(copy);
     assert_true(data[36] < 128 && front < size);
-    for (int i = 0; i < 20000; i++) {
+    for (int i = 0; i < 4000; i++) {
         memcpy(copy, data, size);
         for (uint32_t flips = 1 + random_below(&r, 4); flips; flips--)
             copy[36 + random_below(&r, (uint32_t)(front - 36))] = (uint8_t)random_below(&r, 256);

@@ -233,8 +233,11 @@ CVOL_API const char *cvol_section_state_name(cvol_section_state state);
 typedef struct cvol_file_section {
     char tag[5];         /* "HEAD", ...; letters that cannot be printed are '?' */
     uint32_t flags;      /* bit 0: readers must know it */
-    uint64_t offset;     /* of its header in the file; the content begins 24 bytes behind */
-    uint64_t length;     /* of its content in bytes, as its header says */
+    /* of its header in the file; the content begins 24 bytes behind. In packed files, whose first
+     * section is PACK, others have no header: of the shells, MASK and CORR it is the place of their
+     * first byte; of those in front of them it is that of PACK */
+    uint64_t offset;
+    uint64_t length;     /* of its content in bytes, as its header says; unpacked */
     const char *content; /* what it is, in words; static storage */
     cvol_section_state state;
 } cvol_file_section;

@@ -71,7 +71,7 @@ static const field modes_fields[] = {
 };
 static const field bricks_fields[] = {
     {4, COUNT, 0, 64}, {4, COUNT, 1, 0}, {4, COUNT, 1, 0}, {4, COUNT, 0, 1}};
-static const field ends_fields[] = {{4, STEADY, 0, 4}};
+static const field ends_fields[] = {{4, STEADY, 0, 2}};
 static const field small_fields[] = {{4, STEADY, 0, 1}};
 /* Of CORR what the index does not have: length and checksum of the content. */
 static const field corrections_fields[] = {{8, COUNT, 0, 0}, {4, COUNT, 0, 0}};
@@ -91,9 +91,9 @@ static const struct front_row {
                   {CVOL_ERRS, 1, 76, FIELDS(errors_fields)},
                   {CVOL_MODE, 0, 32, FIELDS(modes_fields)},
                   {CVOL_BRKS, 0, 16, FIELDS(bricks_fields)},
-                  {CVOL_TRUE, 0, 4, FIELDS(ends_fields)},
+                  {CVOL_TRUE, 1, 4, FIELDS(ends_fields)},
                   {CVOL_SMAL, 0, 4, FIELDS(small_fields)},
-                  {CVOL_SUMM, 1, 10, NULL, 0},
+                  {CVOL_SUMM, 1, 14, NULL, 0},
                   {CVOL_RNGE, 0, 0, NULL, 0},
                   {CVOL_TABL, 1, 9, NULL, 0},
                   {CVOL_INDX, 1, 20, NULL, 0},
