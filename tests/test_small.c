@@ -333,6 +333,7 @@ static void later_networks_are_refused(void **state)
     char *path = support_path(folder, "a.cvol");
     size_t size, at = 0;
     uint8_t *data = bytes_of(made, &size);
+    data = support_unpack(data, &size);
     while (memcmp(data + at, "SMAL", 4))
         at++;
     data[at + 24] = 2;
