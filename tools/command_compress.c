@@ -429,17 +429,18 @@ static void note_marks(cvol_context *context, const compress_arguments *a,
 
 /* Labels are compressed without loss, unless a target or --labels says otherwise. *m becomes that,
  * without the options that only lossy files have. */
-static void spare_labels(const compress_arguments *a, method *m, const cvol_volume *volume,
+static void spare_labels(compress_arguments *a, method *m, const cvol_volume *volume,
                          const char *path)
 {
     if (!strcmp(a->labels, "no") || m->truncate || count_targets(a) ||
         !cvol_volume_is_labels(volume, path))
         return;
+    a->has_labels = 1;
     m->options.lossless = 1;
     m->options.smallest = 0;
     if (m->options.background == CVOL_BACKGROUND_VALUE)
         m->options.background = CVOL_BACKGROUND_NONE;
-    if (!a->common.json) {
+    if (!a->common.json && !a->is_one_of_many) {
         clear_progress();
         fprintf(stderr,
                 "cvol: %s: samples are labels, which are kept without loss; --labels no or a "

@@ -27,6 +27,7 @@ typedef struct compress_arguments {
     int time_step_given;
     int was_compressed; /* what compress_to_array found */
     int has_yielded;    /* the usual ratio has, to PSNR_INSTEAD */
+    int has_labels;     /* kept without loss without being asked for */
     int is_one_of_many; /* which are told of together */
 } compress_arguments;
 
@@ -34,8 +35,8 @@ typedef struct compress_arguments {
  * *array. Exit status. */
 int compress_to_array(cvol_context *context, compress_arguments *arguments, const method *m,
                       const char *in_path, cvol_array **array, cvol_compress_report *report);
-/* After a compression that returned `code`: whether it is made again, to PSNR_INSTEAD, which *options
- * then say, as the usual ratio leaves too little. */
+/* After a compression that returned `code`: whether it is made again, to PSNR_INSTEAD, which
+ * *options then say, as the usual ratio leaves too little. */
 int yields_to_psnr(compress_arguments *a, cvol_compress_options *options, int code,
                    const cvol_compress_report *report);
 /* That it is made again, and why: what the library says of the usual ratio. */

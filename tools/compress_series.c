@@ -22,6 +22,7 @@ typedef struct series_job {
     uint64_t file_bytes;
     int missed;  /* targets */
     int yielded; /* the usual ratio, to a PSNR */
+    int labels;  /* volumes of them, kept without loss */
     json_t *volumes;
 } series_job;
 
@@ -135,9 +136,6 @@ static int add_array(series_job *job, compress_arguments *a, const char *path)
     cvol_array *array;
     cvol_compress_report report = {0};
     compress_arguments own = *a;
-    if (!strcmp(a->labels,
-                "auto")) /* channels and times are seldom labels, and would be one by one */
-        own.labels = "no";
     int status = compress_to_array(job->context, &own, job->m, path, &array, &report);
     a->was_compressed = own.was_compressed;
     int code;
@@ -147,6 +145,7 @@ static int add_array(series_job *job, compress_arguments *a, const char *path)
         fill_report(&report, array);
     if (!status)
         note(job, path, cvol_array_grid(array), &report, own.has_yielded);
+    job->labels += !status && own.has_labels;
     cvol_array_free(array);
     return status;
 }
@@ -221,6 +220,11 @@ static void report_text(const series_job *job)
     else
         printf("PSNR %.2f to %.2f dB, largest error %g\n", job->least_psnr, job->most_psnr,
                job->max_error);
+    if (job->labels)
+        printf("(%d of %d volumes are labels, which are kept without loss; --labels no or a "
+               "target, as "
+               "--ratio 30, does otherwise)\n",
+               job->labels, job->times * job->channels);
     if (job->yielded)
         printf(
             "(of %d volumes ratio %g would leave a PSNR below %d dB: they are compressed to %d dB "

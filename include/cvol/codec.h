@@ -32,8 +32,8 @@ typedef struct cvol_compress_options {
     int block;                /* 8, 16 or 32 */
     cvol_target target;
     double target_value;
-    double least_psnr; /* dB: where a ratio, or bits, would leave less, compressing fails with TARGET
-                          and a report; 0: whatever is left. Not of transcoding */
+    double least_psnr; /* dB: where a ratio, or bits, would leave less, compressing fails with
+                          TARGET and a report; 0: whatever is left. Not of transcoding */
     double max_error;  /* beside a PSNR: no sample is further off than this; 0: none asked for */
     int lossless;     /* every sample comes back to the bit, of any type; target does not matter */
     int has_fill;     /* samples that equal `fill` have no value; NaN: all NaN and infinite ones */
@@ -91,8 +91,8 @@ typedef struct cvol_compress_report {
  * With a background kept apart a copy of the samples is made, filled in.
  * Lossless floats may be NaN or infinite, of at most 7 bit patterns. Cost: one forward transform,
  * and per trial one quantisation and coding of it. Errors: ARGUMENT, DATA (NaN or infinite samples:
- * how many and the index of the first), TARGET (no step reaches the PSNR or the bound; or the result
- * is below least_psnr, and the report says by how much), MEMORY, CANCELLED, UNSUPPORTED. */
+ * how many and the index of the first), TARGET (no step reaches the PSNR or the bound; or the
+ * result is below least_psnr, and the report says by how much), MEMORY, CANCELLED, UNSUPPORTED. */
 CVOL_API int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                            const void *samples, const cvol_grid *grid,
                            const cvol_compress_options *options);
@@ -121,7 +121,7 @@ CVOL_API int cvol_compress_stream(cvol_context *context, cvol_compress_report *r
 /* 1 if a volume's samples are labels: names of what lies where, of which the mean of two means
  * nothing, so that they should be compressed without loss. A file says so (`path`, which may be NULL:
  * NIfTI's intent code 1002, names in .seg.nrrd), or the samples look like it: integers of at most
- * 4,096 values, that are the same over regions and jump between them. Cost: one pass. */
+ * 4,096 values, that are the same over regions and jump between them. Cost: at most three passes. */
 CVOL_API int cvol_volume_is_labels(const cvol_volume *volume, const char *path);
 
 /* A coarser array from a compressed volume (DCT blocks), without going through samples: terms are

@@ -26,12 +26,12 @@ int cvol_compress_options_check(cvol_context *context, const cvol_compress_optio
     if (code)
         return code;
     if (options->smallest && options->block != CVOL_CELL)
-        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "smallest with blocks of %d, must be 16",
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "smallest needs blocks of 16, not of %d",
                          options->block);
     if (options->smallest && (options->fast || options->lossless || options->max_error > 0 ||
                               options->target == CVOL_TARGET_MAX_ERROR))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
-                         "smallest beside haste, a largest error or lossless compression");
+                         "smallest does not go together with fast, lossless or a largest error");
     if (!(options->least_psnr >= 0) || !isfinite(options->least_psnr))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the least PSNR is %g dB, must be 0 or more",
                          options->least_psnr);

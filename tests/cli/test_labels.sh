@@ -58,3 +58,15 @@ run cvol compress mine.nii nii.cvol
 grep -q 'samples are labels' "$err" || fail 'must say that the intent is labels'
 expect_done cvol decompress nii.cvol back.raw
 expect_same_file back.raw smooth.raw
+
+# Of many volumes each is looked at, and they are told of together.
+cp labels.raw labels2.raw
+expect_done cvol compress labels.raw smooth.raw labels2.raw -o many.cvol $raw
+grep -q '2 of 3 volumes are labels' "$out" || fail 'must count volumes of labels'
+expect_done cvol decompress many.cvol back.raw --time 2
+expect_same_file back.raw labels.raw
+expect_done cvol compress labels.raw smooth.raw labels2.raw -o many.cvol $raw --labels no
+grep -q 'are labels' "$out" && fail 'must look for no labels'
+expect_done cvol compress labels.raw labels2.raw -o many.cvol $raw --labels yes
+expect_done cvol decompress many.cvol back.raw --time 1
+expect_same_file back.raw labels.raw
