@@ -218,7 +218,7 @@ def test_errors(tmp_path, array, path):
     with pytest.raises(TypeError, match="cvol.read"):
         cvol.compress(str(tmp_path / "text.cvol"))
     with pytest.raises(cvol.TargetError, match="4096 samples take .* of ratio"):
-        cvol.compress(np.zeros((64, 64), np.uint8))
+        cvol.compress(np.zeros((64, 64), np.uint8), 30)
     with pytest.raises(ValueError, match="only one of"):
         cvol.compress(array, 3, psnr=40)
     with pytest.raises(ValueError, match="4 axes"):
