@@ -481,7 +481,7 @@ static void lies_do_no_harm(void **state)
             cvol_array *back;
             char *path = support_path(folder, "a.cvol");
             size_t size;
-            uint8_t *data = bytes_of(array, &size);
+            uint8_t *data = support_unpack(bytes_of(array, &size), &size);
             assert_int_equal(data[DEPENDENT_AT], !fast);
             data[DEPENDENT_AT] = (uint8_t)lie;
             for (int i = 0; i < 2; i++) { /* of the content, then of the header that has it */

@@ -374,7 +374,7 @@ static void lies_are_told(void **state)
     for (uint32_t bits = 0; bits < 20; bits += 3) {
         size_t size, at = 0;
         check_ok(cvol_array_write(context, array, path, NULL));
-        uint8_t *data = support_read(path, &size);
+        uint8_t *data = support_unpack(support_read(path, &size), &size);
         while (memcmp(data + at, "TRUE", 4))
             at++;
         data[at + 24] = (uint8_t)bits;

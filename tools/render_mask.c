@@ -11,22 +11,26 @@ static double float_sample(const cvol_volume *volume, size_t i)
                                              : (double)((const float *)volume->data)[i];
 }
 
-static int has_nan(const cvol_volume *volume)
+/* Infinite samples beside them are refused, as compressing does it. */
+static int has_nan_alone(const cvol_volume *volume)
 {
     const size_t count = cvol_grid_samples(&volume->grid);
+    int has_nan = 0;
     if (cvol_type_is_integer(volume->grid.type))
         return 0;
-    for (size_t i = 0; i < count; i++)
-        if (isnan(float_sample(volume, i)))
-            return 1;
-    return 0;
+    for (size_t i = 0; i < count; i++) {
+        if (isinf(float_sample(volume, i)))
+            return 0;
+        has_nan |= isnan(float_sample(volume, i));
+    }
+    return has_nan;
 }
 
 /* Dense samples of a value that is far from all others have no value; nor has NaN. Exit status. */
 int find_marks(cvol_context *context, scene *s, const char *path)
 {
     cvol_histogram histogram;
-    if (s->in.volume && has_nan(s->in.volume)) {
+    if (s->in.volume && has_nan_alone(s->in.volume)) {
         s->in.has_fill = 1;
         s->in.fill = NAN;
     }
@@ -75,7 +79,7 @@ static void find_marked(uint8_t *mask, const cvol_volume *volume, double mark)
     encode(bytes, mark, volume->grid.type);
     for (size_t i = 0; i < count; i++)
         mask[i] = !memcmp(samples + i * size, bytes, size) ||
-                  (is_float && !isfinite(float_sample(volume, i)));
+                  (is_float && isnan(float_sample(volume, i)));
 }
 
 int find_mask(scene *s)
