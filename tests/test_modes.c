@@ -164,7 +164,7 @@ static void test_bounds_of_all_types(void **state)
     cvol_context *context = cvol_context_create();
     cvol_compress_options options = cvol_compress_options_defaults();
     options.target = CVOL_TARGET_MAX_ERROR;
-    for (int i = 0; i < 10; i++) {
+    for (int i = 0; i < 10; i += SUPPORT_STRIDE) {
         static const cvol_type types[] = {CVOL_UINT8, CVOL_INT16, CVOL_UINT16, CVOL_FLOAT32,
                                           CVOL_FLOAT64};
         cvol_grid grid;
@@ -207,7 +207,7 @@ static void test_no_lap_holds_with_all_modes(void **state)
     (void)state;
     cvol_context *context = cvol_context_create();
     cvol_grid grid;
-    for (int kind = 0; kind < 8; kind++) {
+    for (int kind = 0; kind < 8; kind += SUPPORT_STRIDE) {
         const int masked = kind >= 4;
         uint8_t *samples = make_samples(&grid, CVOL_UINT8, 5);
         cvol_compress_options options = cvol_compress_options_defaults();
