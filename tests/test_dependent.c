@@ -15,6 +15,7 @@
 #include "base/cpu.h"
 #include "codec/array_file.h"
 #include "codec/dependent.h"
+#include "codec/quantise.h"
 #include "codec/section.h"
 #include "codec/trellis_kernel.h"
 #include "cvol/algebra.h"
@@ -507,6 +508,24 @@ static void lies_do_no_harm(void **state)
     free(samples);
 }
 
+/* Samples near the largest float have terms that are infinite, or no number. */
+static void what_is_no_number_does_not_fit(void **state)
+{
+    (void)state;
+    float terms[40] = {0};
+    for (int i = 0; i < 40; i++) {
+        assert_true(cvol_quantise_fits(terms, 40, 0.5));
+        terms[i] = NAN;
+        assert_false(cvol_quantise_fits(terms, 40, 0.5));
+        terms[i] = -INFINITY;
+        assert_false(cvol_quantise_fits(terms, 40, 0.5));
+        terms[i] = i % 2 ? 0x1p28f : -3;
+    }
+    terms[7] = 0x1p29f;
+    assert_false(cvol_quantise_fits(terms, 40, 0.5));
+    assert_true(cvol_quantise_fits(terms, 40, 1));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -520,6 +539,7 @@ int main(void)
         cmocka_unit_test(changed_terms_are_coded_as_they_are),
         cmocka_unit_test(parts_are_read),
         cmocka_unit_test(lies_do_no_harm),
+        cmocka_unit_test(what_is_no_number_does_not_fit),
     };
     return cmocka_run_group_tests(tests, open_all, close_all);
 }

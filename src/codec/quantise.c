@@ -27,9 +27,10 @@ int cvol_quantise_extent(const float *c, int count, float threshold)
 
 int cvol_quantise_fits(const float *c, int count, double step)
 {
-    float most = 0;
+    /* 256: floats near 2^30 are 64 apart. Written so that infinity and NaN fail. */
+    const float limit = (float)((CVOL_VALUE_LIMIT - 256) * step);
+    int fits = 1;
     for (int i = 0; i < count; i++)
-        most = fabsf(c[i]) > most ? fabsf(c[i]) : most;
-    /* 256: floats near 2^30 are 64 apart. Written so that an infinity fails. */
-    return (double)most / step < CVOL_VALUE_LIMIT - 256;
+        fits &= fabsf(c[i]) < limit;
+    return fits;
 }
