@@ -177,12 +177,41 @@ static void test_floats_are_lossless_where_no_step_is_near_enough(void **state)
     free(samples);
 }
 
+/* Nearly empty volumes: as the lossless file is sure to be small enough, it is the only one made.
+ */
+static void test_sparse_volumes_are_lossless_at_once(void **state)
+{
+    (void)state;
+    const cvol_grid grid = cvol_grid_make(64, 64, 40, CVOL_UINT8);
+    uint8_t *samples = calloc(cvol_grid_samples(&grid), 1);
+    assert_non_null(samples);
+    random_state r = {11};
+    for (int i = 0; i < 300; i++)
+        samples[random_below(&r, 64 * 64 * 40)] = (uint8_t)(1 + random_below(&r, 255));
+    cvol_compress_options options = cvol_compress_options_defaults();
+    for (int fill = 0; fill < 2; fill++) {
+        cvol_array *array;
+        cvol_compress_report with, without;
+        options.has_fill = fill;
+        options.lossless = 1;
+        assert_int_equal(cvol_compress(context, &array, &without, samples, &grid, &options), 0);
+        cvol_array_free(array);
+        options.lossless = 0;
+        assert_int_equal(cvol_compress(context, &array, &with, samples, &grid, &options), 0);
+        cvol_array_free(array);
+        assert_true(with.lossless && with.target_met && with.file_bytes == without.file_bytes);
+        assert_int_equal(with.trials, without.trials);
+    }
+    free(samples);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_masked_integers_at_loose_targets),
         cmocka_unit_test(test_no_lossy_file_is_larger_than_the_lossless_one),
         cmocka_unit_test(test_floats_are_lossless_where_no_step_is_near_enough),
+        cmocka_unit_test(test_sparse_volumes_are_lossless_at_once),
     };
     return cmocka_run_group_tests(tests, context_setup_two, context_teardown);
 }

@@ -134,6 +134,27 @@ static int try_lossless(cvol_context *context, cvol_array **array, cvol_compress
     return CVOL_OK;
 }
 
+/* The lossless array if it surely takes no more bytes than the target allows, as zstd takes no more
+ * in haste: then no terms need to be tried. *array stays NULL where it does not. Of small volumes
+ * terms take little time. */
+static int try_lossless_first(cvol_context *context, cvol_array **array,
+                              cvol_compress_report *report, const void *samples,
+                              const cvol_grid *grid, const cvol_compress_options *options)
+{
+    const double allowed = options->lossless ? 0 : allowed_bytes(options, grid);
+    if (cvol_grid_samples(grid) < SAMPLES_A_THREAD || allowed <= 0 ||
+        cvol_packed_estimate(samples, grid) > allowed)
+        return CVOL_OK;
+    const int code = try_lossless(context, array, report, samples, grid, options);
+    if (code)
+        return code == CVOL_ERROR_DATA || code == CVOL_ERROR_TARGET ? CVOL_OK : code;
+    if ((double)report->file_bytes > allowed) {
+        cvol_array_free(*array);
+        *array = NULL;
+    }
+    return CVOL_OK;
+}
+
 static int compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                     const void *samples, const cvol_grid *grid,
                     const cvol_compress_options *options)
@@ -154,14 +175,17 @@ static int compress(cvol_context *context, cvol_array **out, cvol_compress_repor
         with_nan.background = CVOL_BACKGROUND_NONE;
         options = &with_nan;
     }
-    code = cvol_compress_needs_modes(options)
-               ? cvol_compress_modes(context, &array, &of_it, samples, grid, options)
-               : cvol_compress_terms(context, &array, &of_it, samples, grid, options);
+    code = try_lossless_first(context, &array, &of_it, samples, grid, options);
+    const int is_chosen = array != NULL;
+    if (!code && !is_chosen)
+        code = cvol_compress_needs_modes(options)
+                   ? cvol_compress_modes(context, &array, &of_it, samples, grid, options)
+                   : cvol_compress_terms(context, &array, &of_it, samples, grid, options);
     if (!cvol_type_is_integer(grid->type) &&
         (code == CVOL_ERROR_TARGET || code == CVOL_ERROR_CORRUPT ||
          (code == CVOL_ERROR_DATA && are_finite(samples, grid))))
         code = CVOL_OK; /* no step of terms is near enough, or single precision cannot hold them */
-    if (!code && (!array || may_be_smaller(array, (double)of_it.file_bytes, samples)))
+    if (!code && !is_chosen && (!array || may_be_smaller(array, (double)of_it.file_bytes, samples)))
         code = try_lossless(context, &array, &of_it, samples, grid, options);
     if (!code && report)
         *report = of_it;
