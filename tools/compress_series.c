@@ -227,9 +227,9 @@ static void report_text(const series_job *job)
                job->labels, job->times * job->channels);
     if (job->yielded)
         printf(
-            "(of %d volumes ratio %g would leave a PSNR below %d dB: they are compressed to %d dB "
-            "instead; --force keeps to the ratio)\n",
-            job->yielded, job->a->ratio, LEAST_PSNR, PSNR_INSTEAD);
+            "(%d of %d volumes: ratio %g would leave a PSNR below %d dB; they have %d dB instead; "
+            "--force keeps to the ratio)\n",
+            job->yielded, job->times * job->channels, job->a->ratio, LEAST_PSNR, PSNR_INSTEAD);
     if (job->missed)
         printf("(of %d volumes what was asked is out of reach: they are the coarsest there are)\n",
                job->missed);

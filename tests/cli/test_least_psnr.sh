@@ -64,7 +64,7 @@ cp noise.raw noise2.raw
 expect_failure 1 'noise.raw: ratio 30 leaves*--force' \
     cvol compress noise.raw noise2.raw -o no.cvol $raw --ratio 30
 expect_done cvol compress noise.raw noise2.raw -o many.cvol $raw
-grep -q 'of 2 volumes ratio 30 would leave.*35 dB' "$out" || fail 'must say that the ratio yields'
+grep -q '2 of 2 volumes: ratio 30 would leave.*35 dB' "$out" || fail 'must say that the ratio yields'
 expect_done cvol compress noise.raw noise2.raw -o many.cvol $raw --force
 
 # A picture of samples that are compressed for it.
