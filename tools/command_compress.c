@@ -1,6 +1,5 @@
 /* cvol compress: a dense volume into a .cvol file. */
 #define _GNU_SOURCE
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -89,8 +88,7 @@ static int choose_background(cvol_compress_options *options, const compress_argu
                   : EXIT_DONE;
 }
 
-/* How many targets are asked for; a PSNR and a bound may be together. */
-static int count_targets(const compress_arguments *a)
+int count_targets(const compress_arguments *a)
 {
     const int bounded = a->psnr_given || a->max_error_given;
     return a->ratio_given + a->bits_given + bounded + (a->keep != NULL) + a->lossless;
@@ -178,111 +176,6 @@ static int choose_method(method *m, compress_arguments *a)
     return EXIT_DONE;
 }
 
-/* ---- what came of it ------------------------------------------------------------------------ */
-
-static double bits_a_voxel(const cvol_grid *grid, const cvol_compress_report *report)
-{
-    return 8 * (double)report->file_bytes / (double)cvol_grid_samples(grid);
-}
-
-static int report_json(const cvol_grid *grid, const cvol_array_info *info,
-                       const cvol_compress_report *report, int by_slab, int has_yielded)
-{
-    return print_json(json_pack(
-        "{s:o, s:s, s:I, s:f, s:f, s:o, s:b, s:f, s:b, s:b, s:b, s:i, s:f, s:I, s:f, "
-        "s:s, s:i, s:o, s:o, s:b, s:o, s:I}",
-        "dims", json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
-        (json_int_t)report->file_bytes, "ratio", report->ratio, "bits_per_voxel",
-        bits_a_voxel(grid, report), "psnr_db", json_decibels(report->psnr_db), "exact",
-        is_exact(report->psnr_db), "max_error", report->max_error, "lossless", report->lossless,
-        "target_met", report->target_met, "yielded_to_psnr", has_yielded, "block", info->block,
-        "step", info->step, "coefficients", (json_int_t)info->coefficients, "rho", info->rho,
-        "transform", cvol_transform_name(info->transform), "rank", info->rank, "low",
-        json_dims(info->low), "l2_error", json_number(info->l2_error), "by_slab", by_slab,
-        "background", report->background_samples ? json_real(report->background) : json_null(),
-        "background_samples", (json_int_t)report->background_samples));
-}
-
-/* A target by size that was missed, and which way: `asked` names it. */
-static void report_miss(const cvol_compress_report *report, const char *asked, double shortfall)
-{
-    if (report->lossless && shortfall > 1.02)
-        printf("(the volume is lossless before %s reached)\n", asked);
-    else if (!report->target_met)
-        printf("(%s out of reach: this is the coarsest there is; --psnr or --lossless keep more)\n",
-               asked);
-}
-
-static void report_text(const char *path, const method *m, const cvol_compress_report *report,
-                        double bits, int has_yielded)
-{
-    const double wanted = m->options.target_value;
-    char asked[64];
-    clear_progress();
-    printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits a voxel, ", path,
-           (unsigned long long)report->file_bytes, report->ratio, bits);
-    if (report->lossless)
-        printf("exact");
-    else
-        printf("PSNR %.2f dB, largest error %g", report->psnr_db, report->max_error);
-    if (report->background_samples)
-        printf(", background %g kept apart", report->background);
-    printf("\n");
-    if (m->truncate || m->options.lossless || has_yielded)
-        return;
-    if (m->options.target == CVOL_TARGET_BITS) {
-        snprintf(asked, sizeof asked, "%g bits a voxel are", wanted);
-        report_miss(report, asked, wanted / bits);
-    } else {
-        snprintf(asked, sizeof asked, "ratio %g is", wanted);
-        report_miss(report, asked,
-                    m->options.target == CVOL_TARGET_RATIO ? report->ratio / wanted : 0);
-    }
-}
-
-/* ---- too little left ------------------------------------------------------------------------ */
-
-static int leaves_too_little(const cvol_compress_options *options, int code,
-                             const cvol_compress_report *report)
-{
-    return code == CVOL_ERROR_TARGET && report->psnr_db < options->least_psnr &&
-           (options->target == CVOL_TARGET_RATIO || options->target == CVOL_TARGET_BITS);
-}
-
-int yields_to_psnr(compress_arguments *a, cvol_compress_options *options, int code,
-                   const cvol_compress_report *report)
-{
-    if (count_targets(a) || !leaves_too_little(options, code, report))
-        return 0;
-    options->target = CVOL_TARGET_PSNR;
-    options->target_value = PSNR_INSTEAD;
-    a->has_yielded = 1;
-    return 1;
-}
-
-static int complain_too_little(const char *path, const char *says)
-{
-    return complain(EXIT_FAILED, "%s: %s; --psnr %d keeps more, --force does what was asked", path,
-                    says, PSNR_INSTEAD);
-}
-
-int complain_compression(cvol_context *context, int code, const char *path,
-                         const cvol_compress_options *options, const cvol_compress_report *report)
-{
-    return leaves_too_little(options, code, report)
-               ? complain_too_little(path, cvol_context_message(context))
-               : complain_context(context, code, path);
-}
-
-void note_yielding(const compress_arguments *a, const char *path, const char *says)
-{
-    if (a->common.json || a->is_one_of_many)
-        return;
-    clear_progress();
-    fprintf(stderr, "cvol: %s: %s; compressed to %d dB instead (--force keeps to the ratio)\n",
-            path, says, PSNR_INSTEAD);
-}
-
 /* ---- compressing ---------------------------------------------------------------------------- */
 
 /* Axes beyond the rank have one sample. Volumes in DCT blocks have rank 3 whatever their shape. */
@@ -355,59 +248,6 @@ static int compress_samples(cvol_context *context, compress_arguments *a, const 
         code = cvol_compress(context, array, report, volume->data, &volume->grid, &options);
     }
     return code ? complain_compression(context, code, path, &options, report) : EXIT_DONE;
-}
-
-/* A file as text, which the caller frees; NULL after a sentence. */
-static char *read_text(const char *path)
-{
-    FILE *file = fopen(path, "rb");
-    char *text = NULL;
-    size_t size = 0;
-    if (!file) {
-        complain(EXIT_FAILED, "%s: %s", path, strerror(errno));
-        return NULL;
-    }
-    for (size_t capacity = 4096;; capacity *= 2) {
-        char *more = realloc(text, capacity);
-        if (!more) {
-            complain(EXIT_FAILED, "%s: not enough memory", path);
-            break;
-        }
-        text = more;
-        size += fread(text + size, 1, capacity - 1 - size, file);
-        if (size < capacity - 1) {
-            const int trouble = ferror(file) ? errno : 0;
-            fclose(file);
-            text[size] = '\0';
-            if (!trouble && strlen(text) == size)
-                return text;
-            complain(EXIT_FAILED, "%s: %s", path, trouble ? strerror(trouble) : "is no text");
-            free(text);
-            return NULL;
-        }
-    }
-    fclose(file);
-    free(text);
-    return NULL;
-}
-
-int find_attributes(char **text, const input *in, const char *path)
-{
-    const char *old = in->array ? cvol_array_attributes(in->array) : NULL;
-    json_error_t error;
-    *text = NULL;
-    if (!path && old && !(*text = strdup(old)))
-        return complain(EXIT_FAILED, "not enough memory");
-    if (!path)
-        return EXIT_DONE;
-    *text = read_text(path);
-    if (!*text)
-        return EXIT_FAILED;
-    json_t *value = json_loads(*text, JSON_DECODE_ANY | JSON_ALLOW_NUL, &error);
-    json_decref(value);
-    return value ? EXIT_DONE
-                 : complain(EXIT_FAILED, "%s: is no JSON: line %d, column %d: %s", path, error.line,
-                            error.column, error.text);
 }
 
 /* A value that stands for none and is not named takes all bits there are: the volume would come
@@ -495,9 +335,9 @@ static int compress_in_memory(cvol_context *context, compress_arguments *argumen
         cvol_array_info info;
         cvol_array_get_info(array, &info);
         if (arguments->common.json)
-            status = report_json(grid, &info, &report, 0, arguments->has_yielded);
+            status = report_one_json(grid, &info, &report, 0, arguments->has_yielded);
         else
-            report_text(out_path, m, &report, bits_a_voxel(grid, &report), arguments->has_yielded);
+            report_one_text(out_path, m, grid, &report, arguments->has_yielded);
         if (arguments->was_compressed && !arguments->common.json)
             printf("(%s is compressed already: errors are against what it decodes to)\n", in_path);
     }
@@ -530,9 +370,9 @@ static int compress_by_slab(cvol_context *context, compress_arguments *arguments
     }
     free(attributes);
     if (!status && arguments->common.json)
-        status = report_json(&grid, &info, &report, 1, arguments->has_yielded);
+        status = report_one_json(&grid, &info, &report, 1, arguments->has_yielded);
     else if (!status)
-        report_text(out_path, m, &report, bits_a_voxel(&grid, &report), arguments->has_yielded);
+        report_one_text(out_path, m, &grid, &report, arguments->has_yielded);
     return status;
 }
 

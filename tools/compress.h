@@ -35,18 +35,30 @@ typedef struct compress_arguments {
  * *array. Exit status. */
 int compress_to_array(cvol_context *context, compress_arguments *arguments, const method *m,
                       const char *in_path, cvol_array **array, cvol_compress_report *report);
-/* After a compression that returned `code`: whether it is made again, to PSNR_INSTEAD, which
+/* How many targets are asked for; a PSNR and a bound may be together. */
+int count_targets(const compress_arguments *a);
+
+/* compress_report.c: what came of one volume; has_yielded: as compress_arguments has it. */
+int report_one_json(const cvol_grid *grid, const cvol_array_info *info,
+                    const cvol_compress_report *report, int by_slab, int has_yielded);
+void report_one_text(const char *path, const method *m, const cvol_grid *grid,
+                     const cvol_compress_report *report, int has_yielded);
+
+/* compress_least_psnr.c.
+ * After a compression that returned `code`: whether it is made again, to PSNR_INSTEAD, which
  * *options then say, as the usual ratio leaves too little. */
 int yields_to_psnr(compress_arguments *a, cvol_compress_options *options, int code,
                    const cvol_compress_report *report);
 /* That it is made again, and why: what the library says of the usual ratio. */
 void note_yielding(const compress_arguments *a, const char *path, const char *says);
+/* The sentence where too little is left, as `says`; EXIT_FAILED. */
+int complain_too_little(const char *path, const char *says);
 /* The sentence of a compression that failed; EXIT_FAILED or EXIT_MISUSED. */
 int complain_compression(cvol_context *context, int code, const char *path,
                          const cvol_compress_options *options, const cvol_compress_report *report);
 /* The figures that the codec does not report itself. */
 void fill_report(cvol_compress_report *report, const cvol_array *array);
-/* The attributes of the file named so, or those of a .cvol that is compressed again; the caller
+/* compress_attributes.c: the attributes of the file named so, or those of a .cvol that is compressed again; the caller
  * frees *text. Exit status. */
 int find_attributes(char **text, const input *in, const char *path);
 /* Whether what is asked for can be done slab by slab. */

@@ -28,6 +28,6 @@ int add_slabs_to(cvol_context *context, cvol_series_writer *writer, slab_input *
 
 /* What the file that compress_slabs() made says of itself. Exit status, after a sentence. */
 int read_streamed_info(cvol_context *context, cvol_array_info *info, const char *path,
-              const cvol_grid *grid, const cvol_compress_report *report);
+                       const cvol_grid *grid, const cvol_compress_report *report);
 
 #endif

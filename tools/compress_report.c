@@ -1,0 +1,62 @@
+/* cvol compress: what came of one volume, as text and as JSON. */
+#include "compress.h"
+
+static double bits_a_voxel(const cvol_grid *grid, const cvol_compress_report *report)
+{
+    return 8 * (double)report->file_bytes / (double)cvol_grid_samples(grid);
+}
+
+int report_one_json(const cvol_grid *grid, const cvol_array_info *info,
+                    const cvol_compress_report *report, int by_slab, int has_yielded)
+{
+    return print_json(json_pack(
+        "{s:o, s:s, s:I, s:f, s:f, s:o, s:b, s:f, s:b, s:b, s:b, s:i, s:f, s:I, s:f, "
+        "s:s, s:i, s:o, s:o, s:b, s:o, s:I}",
+        "dims", json_dims(grid->dims), "type", cvol_type_name(grid->type), "file_bytes",
+        (json_int_t)report->file_bytes, "ratio", report->ratio, "bits_per_voxel",
+        bits_a_voxel(grid, report), "psnr_db", json_decibels(report->psnr_db), "exact",
+        is_exact(report->psnr_db), "max_error", report->max_error, "lossless", report->lossless,
+        "target_met", report->target_met, "yielded_to_psnr", has_yielded, "block", info->block,
+        "step", info->step, "coefficients", (json_int_t)info->coefficients, "rho", info->rho,
+        "transform", cvol_transform_name(info->transform), "rank", info->rank, "low",
+        json_dims(info->low), "l2_error", json_number(info->l2_error), "by_slab", by_slab,
+        "background", report->background_samples ? json_real(report->background) : json_null(),
+        "background_samples", (json_int_t)report->background_samples));
+}
+
+/* A target by size that was missed, and which way: `asked` names it. */
+static void report_miss(const cvol_compress_report *report, const char *asked, double shortfall)
+{
+    if (report->lossless && shortfall > 1.02)
+        printf("(the volume is lossless before %s reached)\n", asked);
+    else if (!report->target_met)
+        printf("(%s out of reach: this is the coarsest there is; --psnr or --lossless keep more)\n",
+               asked);
+}
+
+void report_one_text(const char *path, const method *m, const cvol_grid *grid,
+                     const cvol_compress_report *report, int has_yielded)
+{
+    const double wanted = m->options.target_value, bits = bits_a_voxel(grid, report);
+    char asked[64];
+    clear_progress();
+    printf("%s: %llu bytes, 1/%.2f of the raw samples, %.4g bits a voxel, ", path,
+           (unsigned long long)report->file_bytes, report->ratio, bits);
+    if (report->lossless)
+        printf("exact");
+    else
+        printf("PSNR %.2f dB, largest error %g", report->psnr_db, report->max_error);
+    if (report->background_samples)
+        printf(", background %g kept apart", report->background);
+    printf("\n");
+    if (m->truncate || m->options.lossless || has_yielded)
+        return;
+    if (m->options.target == CVOL_TARGET_BITS) {
+        snprintf(asked, sizeof asked, "%g bits a voxel are", wanted);
+        report_miss(report, asked, wanted / bits);
+    } else {
+        snprintf(asked, sizeof asked, "ratio %g is", wanted);
+        report_miss(report, asked,
+                    m->options.target == CVOL_TARGET_RATIO ? report->ratio / wanted : 0);
+    }
+}
