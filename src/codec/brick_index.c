@@ -6,6 +6,14 @@
 #include "base/context.h"
 #include "base/memory.h"
 
+const cvol_stream_section cvol_stream_sections[CVOL_STREAMS] = {
+    {CVOL_MASK, CVOL_STREAM_MASK},
+    {CVOL_SHL0, 0},
+    {CVOL_SHL1, 1},
+    {CVOL_SHL2, 2},
+    {CVOL_SHL3, 3},
+    {CVOL_CORR, CVOL_STREAM_CORRECTIONS}};
+
 int cvol_brick_index_make(cvol_context *context, cvol_brick_index *index, size_t bricks, size_t run)
 {
     const size_t runs = bricks / run + (bricks % run != 0);

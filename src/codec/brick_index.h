@@ -19,6 +19,13 @@ enum {
     CVOL_STREAMS_SHELLS = (1 << CVOL_SHELLS) - 1 /* bits of the shells */
 };
 
+/* The streams in a file's order, and the sections that hold them. */
+typedef struct cvol_stream_section {
+    cvol_section_kind kind;
+    int stream;
+} cvol_stream_section;
+extern const cvol_stream_section cvol_stream_sections[CVOL_STREAMS];
+
 typedef struct cvol_brick_index {
     size_t bricks, run, runs; /* run: bricks of one */
     unsigned present;         /* bit `stream`: it is part of the file; the shells always are */

@@ -434,15 +434,6 @@ static void append_stream(cvol_unpacked *out, cvol_section_kind kind, uint64_t l
 /* All streams, whose bytes begin at byte `at`, and ENDS. */
 static int append_streams(unpacking *u, const uint8_t *data, size_t size, size_t at)
 {
-    static const struct {
-        cvol_section_kind kind;
-        int stream;
-    } order[] = {{CVOL_MASK, CVOL_STREAM_MASK},
-                 {CVOL_SHL0, 0},
-                 {CVOL_SHL1, 1},
-                 {CVOL_SHL2, 2},
-                 {CVOL_SHL3, 3},
-                 {CVOL_CORR, CVOL_STREAM_CORRECTIONS}};
     cvol_unpacked *out = u->out;
     cvol_header header = {.rank = 0};
     cvol_brick_index index = {0};
@@ -455,10 +446,12 @@ static int append_streams(unpacking *u, const uint8_t *data, size_t size, size_t
         total += index.present >> s & 1 ? cvol_brick_index_size(&index, s) : 0;
     if (!code && (corrections > out->pack.length || total + corrections != out->pack.length))
         code = fail_front(u, "has another length than section INDX gives");
-    for (size_t i = 0; !code && i < sizeof order / sizeof *order; i++)
-        if (index.present >> order[i].stream & 1)
-            append_stream(out, order[i].kind, cvol_brick_index_size(&index, order[i].stream),
-                          cvol_brick_index_checksum(&index, order[i].stream), data, size, &at);
+    for (int i = 0; !code && i < CVOL_STREAMS; i++) {
+        const cvol_stream_section *row = &cvol_stream_sections[i];
+        if (index.present >> row->stream & 1)
+            append_stream(out, row->kind, cvol_brick_index_size(&index, row->stream),
+                          cvol_brick_index_checksum(&index, row->stream), data, size, &at);
+    }
     if (!code && u->at[CVOL_CORR])
         append_stream(out, CVOL_CORR, corrections, (uint32_t)load(u->corrections + 8, 4), data,
                       size, &at);

@@ -231,17 +231,6 @@ static int flush(cvol_context *context, cvol_file_writer *writer, cvol_bytes *by
     return code;
 }
 
-/* The streams in the file's order, and their sections. */
-static const struct stream_row {
-    cvol_section_kind kind;
-    int stream;
-} stream_rows[CVOL_STREAMS] = {{CVOL_MASK, CVOL_STREAM_MASK},
-                               {CVOL_SHL0, 0},
-                               {CVOL_SHL1, 1},
-                               {CVOL_SHL2, 2},
-                               {CVOL_SHL3, 3},
-                               {CVOL_CORR, CVOL_STREAM_CORRECTIONS}};
-
 static int has_stream(const cvol_file_writer *writer, int stream)
 {
     return (int)(writer->index.present >> stream & 1);
@@ -293,7 +282,7 @@ static int write_bricks(cvol_context *context, cvol_file_writer *writer,
 {
     int code = CVOL_OK;
     for (int i = 0; i < CVOL_STREAMS && !code; i++) {
-        const struct stream_row *row = &stream_rows[i];
+        const cvol_stream_section *row = &cvol_stream_sections[i];
         if (with_headers && has_stream(writer, row->stream))
             cvol_section_put_header(bytes, row->kind,
                                     cvol_brick_index_size(&writer->index, row->stream),
