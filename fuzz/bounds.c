@@ -13,6 +13,7 @@
 
 #include "cvol/cvol.h"
 #include "random.h"
+#include "support.h"
 #include "support_exact.h"
 
 enum { LENGTH_MOST = 4, SAMPLES_MOST = 12000, STORY = 800 };
@@ -466,7 +467,7 @@ int main(int argc, char **argv)
     const time_t begin = time(NULL);
     cvol_context *context = need(cvol_context_create());
     uint64_t seed = first;
-    verbose = getenv("CVOL_TEST_VERBOSE") != NULL;
+    verbose = test_verbose();
     setvbuf(stdout, NULL, _IOLBF, 0);
     cvol_context_set_threads(context, 1);
     for (; seed < first + chains; seed++) {

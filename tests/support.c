@@ -16,6 +16,11 @@
 
 #include "codec/section_pack.h"
 
+int test_verbose(void)
+{
+    return getenv("CVOL_TEST_VERBOSE") != NULL;
+}
+
 char *support_path(const char *folder, const char *name)
 {
     char *path = NULL;

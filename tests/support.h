@@ -20,6 +20,9 @@ static inline int support_next(int k)
     return k + 1 + (int)(((unsigned)k * 2654435761u >> 16) % (2 * stride - 1));
 }
 
+/* 1 if CVOL_TEST_VERBOSE is set: tests then print what they measure. They assert the same either way. */
+int test_verbose(void);
+
 /* A fresh, empty folder. support_folder_remove deletes it with the files in it and frees the
  * name. */
 char *support_folder_make(void);

@@ -384,9 +384,9 @@ static void test_pictures(void **state)
             cvol_array_free(array);
             free(back.data);
         }
-        if (getenv("CVOL_TEST_VERBOSE"))
+        if (test_verbose())
             print_message("view %d: %.2f without, %.2f dB with\n", k, psnr[0], psnr[1]);
-        else if (psnr[1] < fmin(psnr[0] - (view.width < NX ? COARSE_LOSS : 0.7), 45))
+        if (psnr[1] < fmin(psnr[0] - (view.width < NX ? COARSE_LOSS : 0.7), 45))
             fail_msg("view %d: %.2f dB, without a background %.2f", k, psnr[1], psnr[0]);
     }
     free(volume.data);

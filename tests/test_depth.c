@@ -13,6 +13,7 @@
 
 #include <cmocka.h>
 
+#include "support.h"
 #include "support_context.h"
 #include "support_render.h"
 
@@ -128,7 +129,7 @@ static void test_ball(void **state)
                     outside++;
                 }
             }
-            if (getenv("CVOL_TEST_VERBOSE"))
+            if (test_verbose())
                 print_message("view %zu engine %d: %g, %d inside\n", v, engine, most, inside);
             assert_true(most < 0.15 && inside > 400 && outside > 500);
             cvol_image_free(image);
@@ -163,12 +164,11 @@ static void expect(subject *s, const cvol_transfer_point *points, cvol_render_op
     }
     qsort(differences, count, sizeof *differences, by_size);
     const double is[2] = {differences[count / 2], differences[count * 19 / 20]};
-    if (getenv("CVOL_TEST_VERBOSE") || !(is[0] < median && is[1] < most && 10 * alone < count))
+    if (test_verbose() || !(is[0] < median && is[1] < most && 10 * alone < count))
         print_message("%s, azimuth %g, mode %d%s: median %g, most %g, %zu of %zu alone\n", what,
                       options.camera.azimuth_deg, (int)options.mode,
                       points == solid ? " solid" : "", is[0], is[1], alone, count);
-    assert_true((is[0] < median && is[1] < most && 10 * alone < count && count > 300) ||
-                getenv("CVOL_TEST_VERBOSE"));
+    assert_true(is[0] < median && is[1] < most && 10 * alone < count && count > 300);
     cvol_image_free(sheet);
     cvol_image_free(ray);
 }

@@ -14,6 +14,7 @@
 #include "array/array.h"
 #include "cvol/codec.h"
 #include "random.h"
+#include "support.h"
 #include "support_context.h"
 
 enum { NX = 37, NY = 30, NZ = 33, COUNT = NX * NY * NZ };
@@ -174,7 +175,7 @@ static void test_an_outlier_costs_little(void **state)
             if (!(fabs(get(back, CVOL_FLOAT32, i) - get(samples, CVOL_FLOAT32, i)) <= 0.01))
                 fail_msg("outlier %g: sample %zu is %g instead of %g", outliers[k], i,
                          get(back, CVOL_FLOAT32, i), get(samples, CVOL_FLOAT32, i));
-        if (getenv("CVOL_TEST_VERBOSE"))
+        if (test_verbose())
             print_message("outlier %g: %llu bytes\n", outliers[k], (unsigned long long)bytes[k]);
         free(back);
         free(samples);

@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "render/camera.h"
+#include "support.h"
 #include "support_context.h"
 #include "support_render.h"
 
@@ -140,7 +141,7 @@ static void expect_part(const subject *s, cvol_engine engine, const cvol_render_
     int alone = 0;
     if (deep)
         compare_depths(apart, &alone, is, shall);
-    if (getenv("CVOL_TEST_VERBOSE"))
+    if (test_verbose())
         print_message("engine %d, mode %d, azimuth %g, moved by %d %d %d: %d levels, depths by %g, "
                       "%g, %g, %d alone\n",
                       (int)engine, (int)whole->mode, whole->camera.azimuth_deg, at[0], at[1], at[2],
@@ -240,7 +241,7 @@ static void test_perspective(void **state)
                 by_rays = is;
             } else {
                 const double db = support_psnr(is, by_rays);
-                if (getenv("CVOL_TEST_VERBOSE"))
+                if (test_verbose())
                     print_message("perspective, view %zu: %.2f dB of rays\n", v, db);
                 assert_true(db >= 30);
                 cvol_image_free(is);

@@ -13,6 +13,7 @@
 #include "array/array.h"
 #include "cvol/algebra.h"
 #include "random.h"
+#include "support.h"
 #include "support_context.h"
 #include "support_render.h"
 
@@ -87,7 +88,7 @@ static void expect_pictures(const cvol_array *array, const char *name)
         view.step_voxels = 0.25;
         cvol_image *ray = support_ray(context, &back, points, 4, &view);
         const double psnr = support_psnr(of_it, ray), best = support_psnr(of_fine, ray);
-        if (getenv("CVOL_TEST_VERBOSE"))
+        if (test_verbose())
             print_message("%s, mode %d: %.2f dB, at best %.2f\n", name, i, psnr, best);
         if (psnr < fmin(best - 0.5, 60))
             fail_msg("%s, mode %d: %.2f dB from the ray engine's, at best %.2f", name, i, psnr,

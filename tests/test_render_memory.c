@@ -19,6 +19,7 @@
 #include "render/camera.h"
 #include "render/sheet_strip.h"
 #include "render/warp_row.h"
+#include "support.h"
 #include "support_context.h"
 #include "support_render.h"
 
@@ -107,7 +108,7 @@ static double draw(const cvol_array *array, const cvol_render_options *options, 
             fail_msg("%s: pixel %d was not drawn", what, i);
     cvol_image_free(image);
     const double beyond = bytes - 24.0 * pixels - (has_words() ? 16e6 : 32e6);
-    if (getenv("CVOL_TEST_VERBOSE") || beyond > 0)
+    if (test_verbose() || beyond > 0)
         print_message("%s, lit %d, %d x %d: %.1f MB, %.1f more than it may\n", what,
                       options->shading.on, options->width, options->height, bytes / 1e6,
                       beyond / 1e6);

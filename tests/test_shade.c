@@ -69,9 +69,9 @@ static double compare(int *most, const cvol_array *array, const uint8_t *mask,
 
 static void expect(const char *what, int k, double psnr, int most, double least_psnr, int largest)
 {
-    if (getenv("CVOL_TEST_VERBOSE"))
+    if (test_verbose())
         print_message("%s %d: %.1f dB, off by %d\n", what, k, psnr, most);
-    else if (!(psnr >= least_psnr) || most > largest)
+    if (!(psnr >= least_psnr) || most > largest)
         fail_msg("%s %d: %.1f dB, off by %d; expected %.1f and %d", what, k, psnr, most, least_psnr,
                  largest);
 }

@@ -107,9 +107,9 @@ static void expect(const subject *s, const function *f, cvol_render_options opti
     if (!silhouette)
         forget_silhouette(sheet, ray, &options);
     double psnr = support_psnr(sheet, ray);
-    if (getenv("CVOL_TEST_VERBOSE") || psnr < floor_db)
+    if (test_verbose() || psnr < floor_db)
         describe(s, f, &options, psnr, support_difference(sheet, ray));
-    if (psnr < floor_db && !getenv("CVOL_TEST_VERBOSE"))
+    if (psnr < floor_db)
         fail_msg("%.2f dB, expected %.2f", psnr, floor_db);
     cvol_image_free(sheet);
     cvol_image_free(ray);
@@ -291,8 +291,7 @@ static void test_opaque_boxes_are_whole(void **state)
                     print_message("%zux%zux%zu view %zu zoom %g: %d wrong\n", shapes[k][0],
                                   shapes[k][1], shapes[k][2], v, zooms[z],
                                   support_difference(sheet, ray));
-                if (!getenv("CVOL_TEST_VERBOSE"))
-                    assert_int_equal(wrong, 0);
+                assert_int_equal(wrong, 0);
                 cvol_image_free(sheet);
                 cvol_image_free(ray);
             }
@@ -358,10 +357,9 @@ static void test_axes_agree(void **state)
                 images[side] = support_sheet(context, s.array, soft.points, soft.count, &options);
             }
             double psnr = support_psnr(images[0], images[1]);
-            if (getenv("CVOL_TEST_VERBOSE"))
+            if (test_verbose())
                 print_message("axes: pair %zu mode %d: %.2f dB\n", k, mode, psnr);
-            else
-                assert_true(psnr >= (mode == CVOL_MODE_XRAY ? 64 : 55));
+            assert_true(psnr >= (mode == CVOL_MODE_XRAY ? 64 : 55));
             cvol_image_free(images[0]);
             cvol_image_free(images[1]);
         }

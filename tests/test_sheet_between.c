@@ -15,6 +15,7 @@
 #include <cmocka.h>
 
 #include "base/cpu.h"
+#include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
@@ -60,10 +61,10 @@ static void expect(cvol_array *array, const cvol_volume *volume, const cvol_tran
     }
     const int good = db[1] - db[0] >= gains_db[0] && db[2] - db[0] >= gains_db[1] &&
                      db[3] - db[0] >= gains_db[2];
-    if (getenv("CVOL_TEST_VERBOSE") || !good)
+    if (test_verbose() || !good)
         print_message("%s, azimuth %g: %.2f dB, between %.2f, rays %.2f, both %.2f\n", what,
                       options.camera.azimuth_deg, db[0], db[1], db[2], db[3]);
-    assert_true(good || getenv("CVOL_TEST_VERBOSE"));
+    assert_true(good);
 }
 
 static void test_nearer_to_rays(void **state)

@@ -13,6 +13,7 @@
 
 #include <cmocka.h>
 
+#include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
@@ -97,7 +98,7 @@ static double compare(const subject *s, const cvol_transfer_point *points,
     const double db = support_psnr(sheet, ray);
     cvol_image_free(sheet);
     cvol_image_free(ray);
-    assert_true(inside > 10 || getenv("CVOL_TEST_VERBOSE"));
+    assert_true(inside > 10);
     return db;
 }
 
@@ -105,12 +106,12 @@ static void expect(const subject *s, const cvol_transfer_point *points,
                    const cvol_render_options *options, double floor_db, const char *what)
 {
     const double db = compare(s, points, *options);
-    if (getenv("CVOL_TEST_VERBOSE") || !(db >= floor_db))
+    if (test_verbose() || !(db >= floor_db))
         print_message("%s mode %d azimuth %g elevation %g roll %g fov %g%s: %.2f dB\n", what,
                       (int)options->mode, options->camera.azimuth_deg,
                       options->camera.elevation_deg, options->camera.roll_deg,
                       options->camera.fov_deg, points == solid ? " solid" : "", db);
-    assert_true(db >= floor_db || getenv("CVOL_TEST_VERBOSE"));
+    assert_true(db >= floor_db);
 }
 
 static void expect_all(const subject *s, cvol_render_options options, const double floors_db[4],
@@ -283,10 +284,9 @@ static void test_nothing_pops(void **state)
                 if (!is_uniform(images[0], i % 72, i / 72))
                     memcpy(images[0]->rgba + 4 * i, images[1]->rgba + 4 * i, 4);
             const double db = support_psnr(images[0], images[1]);
-            if (getenv("CVOL_TEST_VERBOSE"))
+            if (test_verbose())
                 print_message("pair %zu fov %d: %.2f dB\n", k, fov, db);
-            else
-                assert_true(db >= 45);
+            assert_true(db >= 45);
             cvol_image_free(images[0]);
             cvol_image_free(images[1]);
         }

@@ -19,6 +19,7 @@
 #include "render/camera.h"
 #include "render/sheet_level.h"
 #include "render/sheet_plan.h"
+#include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
@@ -126,12 +127,12 @@ static void expect_alike(const cvol_array *array, const char *what, int level, i
         cvol_image *fewer = draw(array, *options, rays[i]);
         const double db = support_psnr(one, fewer);
         const int good = db >= least_db;
-        if (getenv("CVOL_TEST_VERBOSE") || !good)
+        if (test_verbose() || !good)
             print_message("%s, level %d, %s, %g rays, mode %d, lit %d, footprint %d: %.2f dB\n",
                           what, level, perspective ? "perspective" : "parallel", rays[i],
                           (int)options->mode, options->shading.on, (int)options->sheet.footprint,
                           db);
-        assert_true(good || getenv("CVOL_TEST_VERBOSE"));
+        assert_true(good);
         cvol_image_free(fewer);
     }
     cvol_image_free(one);

@@ -17,6 +17,7 @@
 
 #include "array/array.h"
 #include "render/sheet_keep.h"
+#include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
@@ -106,10 +107,10 @@ static void expect(const char *what, int kind, int k, const double db[3])
 {
     const double least[2] = {kind == VOID ? 41 : 46.4, 45.4}; /* of fewer sheets, of fewer rays */
     const int good = db[1] >= least[0] && db[2] >= least[1];
-    if (getenv("CVOL_TEST_VERBOSE") || !good)
+    if (test_verbose() || !good)
         print_message("%s %s, request %d: %.2f dB, sheets %.2f, rays %.2f\n", what,
                       kind_names[kind], k, db[0], db[1], db[2]);
-    assert_true(good || getenv("CVOL_TEST_VERBOSE"));
+    assert_true(good);
 }
 
 static void test_near_to_rays(void **state)

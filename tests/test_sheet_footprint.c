@@ -16,6 +16,7 @@
 #include "array/mask.h"
 #include "random.h"
 #include "render/sheet_wide.h"
+#include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
@@ -122,7 +123,7 @@ static void test_frequencies(void **state)
             errors[2] = fmax(errors[2], fabs(sums[1] - truth));
         }
     }
-    if (getenv("CVOL_TEST_VERBOSE"))
+    if (test_verbose())
         print_message("waves of 8 samples: linear %.4f, Catmull-Rom %.4f, B-spline %.4f\n",
                       errors[0], errors[1], errors[2]);
     assert_true(errors[1] < 0.2 * errors[0] && errors[2] < 0.5 * errors[1]);
@@ -239,10 +240,10 @@ static void test_direct_sums(void **state)
             for (int kind = 0; kind < KINDS; kind++)
                 for (int c = 0; c < 3; c++) {
                     const double error = compare(array, &decoded, kind, c, c == 1 ? 4 : 2.2, 0);
-                    if (getenv("CVOL_TEST_VERBOSE"))
+                    if (test_verbose())
                         print_message("lapped %d ragged %d kind %d axis %d: %.1e\n", lapped, ragged,
                                       kind, c, error);
-                    assert_true(error < 2e-5 || getenv("CVOL_TEST_VERBOSE"));
+                    assert_true(error < 2e-5);
                 }
             cvol_array_free(array);
             free(decoded.data);
@@ -315,7 +316,7 @@ static void expect_the_same(const cvol_array *array, int array_number, const cha
         if (differences[0] || differences[1] > most)
             print_message("%s, request %d, kind %d: %d %d\n", what, k, kind, differences[0],
                           differences[1]);
-        assert_true((!differences[0] && differences[1] <= most) || getenv("CVOL_TEST_VERBOSE"));
+        assert_true(!differences[0] && differences[1] <= most);
         cvol_image_free(alone);
         cvol_image_free(images[0]);
         cvol_image_free(images[1]);
@@ -381,9 +382,9 @@ static void test_holes(void **state)
         options.sheet = kinds[k % 3];
         cvol_image *wide = support_sheet(context, array, soft, 3, &options);
         const double db = support_psnr(linear, wide);
-        if (getenv("CVOL_TEST_VERBOSE"))
+        if (test_verbose())
             print_message("holes, request %d: %.1f dB\n", k, db);
-        assert_true(db > 30 || getenv("CVOL_TEST_VERBOSE"));
+        assert_true(db > 30);
         cvol_image_free(linear);
         cvol_image_free(wide);
     }

@@ -17,6 +17,7 @@
 #include "array/array.h"
 #include "cvol/codec.h"
 #include "random.h"
+#include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"
@@ -28,7 +29,8 @@ enum { VIEWS = sizeof views / sizeof *views };
 static cvol_image *draw(const cvol_array *array, cvol_render_options options, int level)
 {
     options.level = level;
-    options.sheet.rays = CVOL_SHEET_RAYS_LATTICE; /* as of levels: rays of pixels may miss what is thin */
+    options.sheet.rays =
+        CVOL_SHEET_RAYS_LATTICE; /* as of levels: rays of pixels may miss what is thin */
     return support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS, &options);
 }
 
@@ -53,10 +55,9 @@ static void expect(const cvol_array *array, const char *what, const double floor
     for (int level = 1; level <= 3; level++)
         for (int mode = 0; mode < 3; mode++) {
             const double db = compare(array, modes[mode], level, mode == 1 ? 3 : 1);
-            if (getenv("CVOL_TEST_VERBOSE") || db < floors_db[level - 1])
+            if (test_verbose() || db < floors_db[level - 1])
                 print_message("%s, level %d, mode %d: %.2f dB\n", what, level, mode, db);
-            if (!getenv("CVOL_TEST_VERBOSE"))
-                assert_true(db >= floors_db[level - 1]);
+            assert_true(db >= floors_db[level - 1]);
         }
 }
 
@@ -108,10 +109,9 @@ static void test_light(void **state)
             options.shading.on = 1;
             cvol_image *fine = draw(array, options, 0), *coarse = draw(array, options, level);
             const double db = support_psnr(fine, coarse);
-            if (getenv("CVOL_TEST_VERBOSE") || db < floors_db[level - 1])
+            if (test_verbose() || db < floors_db[level - 1])
                 print_message("lit, level %d, view %d: %.2f dB\n", level, v, db);
-            if (!getenv("CVOL_TEST_VERBOSE"))
-                assert_true(db >= floors_db[level - 1]);
+            assert_true(db >= floors_db[level - 1]);
             cvol_image_free(fine);
             cvol_image_free(coarse);
         }
@@ -187,10 +187,9 @@ static void test_shapes(void **state)
                                                                    views[v][0], views[v][1]);
                 cvol_image *fine = draw(array, options, 0), *coarse = draw(array, options, level);
                 const double ratio = light_of(coarse) / light_of(fine);
-                if (getenv("CVOL_TEST_VERBOSE") || !(fabs(ratio - 1) < 0.17))
+                if (test_verbose() || !(fabs(ratio - 1) < 0.17))
                     print_message("shape %zu, level %d, view %d: %.3f\n", i, level, v, ratio);
-                if (!getenv("CVOL_TEST_VERBOSE"))
-                    assert_true(fabs(ratio - 1) < 0.17);
+                assert_true(fabs(ratio - 1) < 0.17);
                 cvol_image_free(fine);
                 cvol_image_free(coarse);
             }
@@ -246,7 +245,8 @@ static void test_frames_do_not_matter(void **state)
         cvol_render_options options = support_square(60 + 40 * (k % 5), (cvol_mode)(1 + k % 3),
                                                      50 * k, k % 2 ? 70 : 10);
         options.level = level;
-    options.sheet.rays = CVOL_SHEET_RAYS_LATTICE; /* as of levels: rays of pixels may miss what is thin */
+        options.sheet.rays =
+            CVOL_SHEET_RAYS_LATTICE; /* as of levels: rays of pixels may miss what is thin */
         options.camera.zoom = k % 4 == 1 ? 6 : 1;
         if (k % 12 == 0)
             support_set_transfer(context, renderer, points, count);

@@ -113,10 +113,10 @@ static void test_near_to_rays(void **state)
         const double pixels = compare(array, &volume, points, options, CVOL_SHEET_RAYS_PIXELS),
                      lattice = compare(array, &volume, points, options, CVOL_SHEET_RAYS_LATTICE);
         const int good = pixels >= floor_db && pixels >= lattice - 3;
-        if (getenv("CVOL_TEST_VERBOSE") || !good)
+        if (test_verbose() || !good)
             print_message("%d, %s, step %g: %.2f dB, lattice %.2f\n", k,
                           points == soft ? "soft" : "solid", options.step_voxels, pixels, lattice);
-        assert_true(good || getenv("CVOL_TEST_VERBOSE"));
+        assert_true(good);
         cases++;
         behind += pixels < fmin(lattice, 53) - 1; /* single pixels of a silhouette do that */
         gain += pixels - lattice;
@@ -149,10 +149,10 @@ static void test_lit_near_to_rays(void **state)
         const double floor_db = pixels == lattice ? (points == soft ? 40 : 25)
                                                   : (points == soft ? 44 : 35);
         const int good = pixels >= floor_db && pixels >= lattice - 3;
-        if (getenv("CVOL_TEST_VERBOSE") || !good)
+        if (test_verbose() || !good)
             print_message("lit %d, %s, step %g: %.2f dB, lattice %.2f\n", k,
                           points == soft ? "soft" : "solid", options.step_voxels, pixels, lattice);
-        assert_true(good || getenv("CVOL_TEST_VERBOSE"));
+        assert_true(good);
         cases++;
         differ += pixels != lattice;
         behind += pixels < lattice - 1;
@@ -294,9 +294,9 @@ static void test_kept_in_16_bits(void **state)
             CVOL_OK);
         cvol_image *words = support_picture(context, renderer, &options);
         const double db = support_psnr(words, floats);
-        if (getenv("CVOL_TEST_VERBOSE") || db < 60)
+        if (test_verbose() || db < 60)
             print_message("%d: %.2f dB, %d\n", k, db, support_difference(words, floats));
-        assert_true(db >= 60 || getenv("CVOL_TEST_VERBOSE"));
+        assert_true(db >= 60);
         cvol_renderer_free(renderer);
         cvol_image_free(words);
         cvol_image_free(floats);
@@ -342,9 +342,9 @@ static void test_bright_edge(void **state)
     for (int azimuth = 15; azimuth < 360; azimuth += 90) {
         const cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, azimuth, 20);
         const double db = compare(array, &volume, points, options, CVOL_SHEET_RAYS_PIXELS);
-        if (getenv("CVOL_TEST_VERBOSE") || !(db >= 50))
+        if (test_verbose() || !(db >= 50))
             print_message("edge, azimuth %d: %.2f dB\n", azimuth, db);
-        assert_true(db >= 50 || getenv("CVOL_TEST_VERBOSE"));
+        assert_true(db >= 50);
     }
     cvol_array_free(array);
     free(volume.data);
@@ -397,9 +397,9 @@ static void test_slanted_wall(void **state)
     support_set_transfer(context, renderer, points, 2);
     assert_int_equal(cvol_renderer_sheet_multiply_adds(context, renderer, image, &options, &count),
                      CVOL_OK);
-    if (getenv("CVOL_TEST_VERBOSE"))
+    if (test_verbose())
         print_message("%.1f multiply-adds a pixel\n", (double)count / (128 * 128));
-    assert_true(count < 320 * 128 * 128 || getenv("CVOL_TEST_VERBOSE"));
+    assert_true(count < 320 * 128 * 128);
     cvol_renderer_free(renderer);
     cvol_image_free(image);
     cvol_array_free(array);
@@ -414,9 +414,9 @@ static void test_nearly_exact(void **state)
     cvol_array *array = support_compress(context, &volume, 16, 80);
     const cvol_render_options options = support_square(120, CVOL_MODE_COMPOSITE, 10, 8);
     const double db = compare(array, &volume, solid, options, CVOL_SHEET_RAYS_AUTO);
-    if (getenv("CVOL_TEST_VERBOSE") || !(db >= 50))
+    if (test_verbose() || !(db >= 50))
         print_message("nearly exact: %.2f dB\n", db);
-    assert_true(db >= 50 || getenv("CVOL_TEST_VERBOSE"));
+    assert_true(db >= 50);
     cvol_array_free(array);
     free(volume.data);
 }

@@ -70,10 +70,10 @@ static void test_outlines(void **state)
                     options.camera.zoom = 0.4;
                 for (int rays = CVOL_SHEET_RAYS_AUTO; rays <= CVOL_SHEET_RAYS_PIXELS; rays++) {
                     const double db = compare(array, &volume, options, (cvol_sheet_rays)rays);
-                    if (getenv("CVOL_TEST_VERBOSE") || db < 36)
+                    if (test_verbose() || db < 36)
                         print_message("mode %d, azimuth %d, %s %d: %.2f dB\n", (int)modes[c],
                                       azimuth, rays ? "pixels," : "auto,", clipped, db);
-                    assert_true(db >= 36 || getenv("CVOL_TEST_VERBOSE"));
+                    assert_true(db >= 36);
                 }
             }
     cvol_array_free(array);
@@ -147,7 +147,7 @@ static void test_light_on_what_is_rough(void **state)
         cvol_volume volume = make_solid(rough[k]);
         cvol_array *array = support_compress(context, &volume, 16, 80);
         const double bend = bend_of(array), noise = 0.003 * rough[k] * sqrt(0.5) / 0.15;
-        if (getenv("CVOL_TEST_VERBOSE"))
+        if (test_verbose())
             print_message("rough %g: bends by %.3f\n", rough[k], bend);
         assert_true(bend <= 0.03 + 1.25 * noise && bend >= 0.65 * noise);
         if (cvol_cpu_best() == CVOL_CPU_AVX512) /* others have no such rays for light */
@@ -218,10 +218,10 @@ static void test_near_by_fewer_sheets(void **state)
         options.step_voxels = 1.99; /* said, so that nothing is chosen */
         cvol_image *all = support_sheet(context, array, half, 2, &options);
         const double db = support_psnr(fewer, ray), all_db = support_psnr(all, ray);
-        if (getenv("CVOL_TEST_VERBOSE") || db < 41)
+        if (test_verbose() || db < 41)
             print_message("azimuth %d: %.2f dB by fewer sheets, %.2f by all\n", azimuth, db,
                           all_db);
-        assert_true(db >= 41 || getenv("CVOL_TEST_VERBOSE"));
+        assert_true(db >= 41);
         assert_true(support_difference(fewer, all) > 0);
         cvol_image_free(fewer);
         cvol_image_free(ray);

@@ -14,6 +14,7 @@
 #include "render/sheet.h"
 #include "render/sheet_table.h"
 #include "render/transfer.h"
+#include "support.h"
 
 static cvol_sheet_table table;
 
@@ -137,7 +138,7 @@ static void crowded_points_are_met_where_they_are(void **state)
         }
         worst = fmax(worst, sum / (most - 1000));
     }
-    if (getenv("CVOL_TEST_VERBOSE"))
+    if (test_verbose())
         print_message("%g off in the mean at most\n", worst);
     assert_true(worst < 0.0004);
     cvol_transfer_free(transfer);

@@ -95,7 +95,7 @@ static void try_all(const tour_step *steps)
         assert_int_equal(steps->go(&t), CVOL_OK); /* what is made once is made */
         for (; !try(steps, n, 1); n += n < 60 ? 1 : n / 3)
             (void)try(steps, n, 2);
-        if (getenv("CVOL_TEST_VERBOSE"))
+        if (test_verbose())
             print_message("%s: %ld allocations\n", steps->name, n);
     }
 }
@@ -107,7 +107,7 @@ static void read_files_of(const tour_step *steps)
         skip();
     for (; steps->name; steps++) {
         assert_int_equal(steps->go(&t), CVOL_OK);
-        if (getenv("CVOL_TEST_VERBOSE"))
+        if (test_verbose())
             print_message("%s:\n", steps->name);
         try_all(tour_reading);
     }

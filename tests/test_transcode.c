@@ -205,7 +205,7 @@ static void coarse_bounds_hold_where_sides_end(void **state)
                 options = options_of(CVOL_TARGET_PSNR, wanted);
                 check_ok(cvol_array_transcode(context, &array, NULL, from, &options));
                 const double found = distance(array, samples);
-                if (getenv("CVOL_TEST_VERBOSE"))
+                if (test_verbose())
                     print_message("%d %d: %g dB: off by %g, at most %g\n", s, kind, wanted, found,
                                   array->ledger.l2_error);
                 assert_true(found <= array->ledger.l2_error);
@@ -260,7 +260,7 @@ static void a_little_coarser_than_haste(void **state)
         cvol_compress_report report;
         options = options_of(CVOL_TARGET_RATIO, ratio);
         check_ok(cvol_array_transcode(context, &array, &report, from, &options));
-        if (getenv("CVOL_TEST_VERBOSE"))
+        if (test_verbose())
             print_message("asked %g: %g, off by %g\n", ratio, report.ratio, report.psnr_db);
         assert_true(report.target_met && report.ratio >= ratio && report.ratio < 1.1 * ratio);
         assert_true(distance(array, samples) <= array->ledger.l2_error);
@@ -282,7 +282,7 @@ static void a_little_coarser_loses_a_little(void **state)
     const cvol_compress_options options = options_of(CVOL_TARGET_RATIO, 21);
     check_ok(cvol_array_transcode(context, &array, NULL, from, &options));
     const double before = distance(from, samples), now = distance(array, samples);
-    if (getenv("CVOL_TEST_VERBOSE"))
+    if (test_verbose())
         print_message("from %g to %g\n", before, now);
     assert_true(now < 1.4 * before);
     cvol_array_free(array);
