@@ -1,18 +1,10 @@
 /* What tests of files share: a folder of their own and bytes in it. */
-#define _GNU_SOURCE
+#include "test.h"
+
 #include "support.h"
 
 #include <dirent.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 #include "codec/section_pack.h"
 

@@ -1,10 +1,6 @@
+#include "test.h"
+
 #include "support_container.h"
-
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "base/context.h"
 #include "codec/container.h"

@@ -1,13 +1,6 @@
+#include "test.h"
+
 #include "support_lapped.h"
-
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
 
 #include "random.h"
 #include "transform/cell.h"

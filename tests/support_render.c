@@ -1,14 +1,7 @@
 /* What tests of the renderers share: small volumes, requests and pictures. */
+#include "test.h"
+
 #include "support_render.h"
-
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "codec/compress_terms.h"
 cvol_volume support_volume(size_t nx, size_t ny, size_t nz, cvol_type type)

@@ -1,12 +1,6 @@
+#include "test.h"
+
 #include "support_split.h"
-
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "random.h"
 #include "transform/cell.h"

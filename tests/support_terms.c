@@ -1,12 +1,6 @@
+#include "test.h"
+
 #include "support_terms.h"
-
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
 
 #include "random.h"
 

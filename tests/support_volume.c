@@ -1,16 +1,10 @@
 /* What tests of volumes share: a context and a folder, files in the folder, small volumes, checks
  * of what is read, and NIfTI headers. */
+#include "test.h"
+
 #include "support_volume.h"
 
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <zlib.h>
-
-#include <cmocka.h>
 
 #include "random.h"
 #include "support.h"

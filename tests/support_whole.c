@@ -1,14 +1,7 @@
 /* Whole arrays of tests. */
+#include "test.h"
+
 #include "support_whole.h"
-
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
 
 #include "transform/whole.h"
 

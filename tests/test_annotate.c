@@ -1,15 +1,6 @@
 /* Annotations: round lengths and their units, a bar that is as long as it says, letters that can be
  * read on any background, and pictures of any size. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "cvol/annotate.h"
 #include "image/font.h"

@@ -1,14 +1,6 @@
 /* Files of arrays that are no volumes: whole ones, and blocks of any rank and transform. Written
  * and read, cut short, flipped, lying, fuzzed. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "base/context.h"
 #include "codec/packed.h"

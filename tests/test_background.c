@@ -1,15 +1,7 @@
 /* A background that is kept apart: found where it pays, exact, of a value as any other to whoever
  * evaluates, renders or measures, and put back among the terms for operations.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "base/for_type.h"

@@ -1,15 +1,6 @@
 /* Baked volumes: pictures from files are those from samples, from all directions of their axis;
  * what they refuse; cut short, flipped, lying, fuzzed. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "../fuzz/fuzz_cvol.c"
 #include "random.h"

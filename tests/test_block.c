@@ -1,14 +1,6 @@
 /* Block transforms: the basis, the fast kernels against the scalar reference, Parseval, pruning,
  * and the same bits from every instruction set. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "array/block_inverse.h"

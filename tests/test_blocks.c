@@ -1,15 +1,7 @@
 /* Operations on arrays in blocks against the same on dense samples: every rank, transform and size
  * of block, arrays smaller than a block and no multiple of it; measured errors within what is
  * reported; the same bits for any number of threads. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/block_transform.h"
 #include "array/operations.h"

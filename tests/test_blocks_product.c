@@ -1,13 +1,5 @@
 /* Products and kernels on volumes in DCT blocks, against the same on samples. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/block_product.h"
 #include "array/operations.h"

@@ -1,12 +1,6 @@
 /* Bricks of cells: what they hold is, to the bit, what gathering from the volume, pre-filtered as
  * a whole, gives, whatever the brick and the slab that it is read from. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/brick.h"
 #include "cvol/cvol.h"

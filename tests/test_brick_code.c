@@ -1,13 +1,6 @@
 /* The brick coder: what is coded decodes to itself; shells decode without finer ones; damage does
  * no harm. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "codec/brick_code.h"
 #include "codec/token_stream.h"

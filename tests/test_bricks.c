@@ -1,13 +1,6 @@
 /* Files in bricks of other shapes: any of them decodes to the same samples, whole and box by box,
  * and a box is read from its own bricks; what a section BRKS may not say is refused. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "base/bytes.h"

@@ -1,15 +1,8 @@
 /* The builder: what every rule keeps of blocks against exact truncation, of every rank, transform
  * and size of block; the energy it says it dropped; the same bits for any number of threads. */
-#include <float.h>
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <float.h>
 
 #include "array/array.h"
 #include "array/block_transform.h"

@@ -1,14 +1,6 @@
 /* DCTs of split cells: the fast ones against the direct sums, inverses, Parseval, where frequencies
  * stand, pruning, octants' independence, and the same bits from every instruction set. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "base/cpu.h"
 #include "random.h"

@@ -1,14 +1,6 @@
 /* Cells that reach beyond the volume: their samples inside stay what they are, what is beyond makes
  * them cheaper, and parts beyond say nothing. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "codec/cell_edge.h"
 #include "codec/cell_weight.h"

@@ -1,15 +1,7 @@
 /* The quick choice: its kernels against plain loops, to the bit, by every instruction set; what it
  * says of its values, parts and error; and arrays that were compressed in haste, against what their
  * files decode to and against the tolerance that is stated. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "base/cpu.h"

@@ -1,12 +1,5 @@
 /* The chirp z-transform against its direct sum, and its adjoint against it. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "base/context.h"
 #include "random.h"

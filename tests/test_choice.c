@@ -1,15 +1,7 @@
 /* Lossy or lossless: a lossy file is never larger than the lossless one of the same volume and
  * mask, and what integers with a mask become keeps its promise, whether the target is looser than
  * lossless or not. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "base/for_type.h"

@@ -1,13 +1,5 @@
 /* The coder: quantiser, range coder, blocks and groups, in and out; and garbage. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "base/context.h"
 #include "base/memory.h"

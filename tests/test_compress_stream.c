@@ -1,16 +1,9 @@
 /* cvol_compress_stream: the file is as good as that of samples in memory, says truly how good it
  * is, has the same bytes for any number of threads, and is there whole or not at all. */
-#include <math.h>
-#include <setjmp.h>
-#include <signal.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/resource.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <signal.h>
+#include <sys/resource.h>
 
 #include "array/array.h"
 #include "base/context.h"

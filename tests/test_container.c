@@ -1,13 +1,5 @@
 /* The .cvol file: written and read, cut short, flipped, lying, fuzzed. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "base/context.h"
 #include "random.h"

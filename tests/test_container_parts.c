@@ -1,13 +1,5 @@
 /* Files in parts: levels, prefixes, boxes; ranges; volumes of more than 2^32 samples. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "base/context.h"
 #include "codec/container.h"

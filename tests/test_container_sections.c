@@ -1,13 +1,5 @@
 /* Sections of files that are longer, unknown, missing, misplaced or lying; attributes. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "base/context.h"
 #include "codec/container.h"

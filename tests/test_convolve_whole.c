@@ -1,14 +1,7 @@
 /* Convolution, shift, resampling and gradient of whole arrays, against the same computed on all
  * samples in double precision: the result's samples, and that every bound holds for the exact
  * samples. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/operations.h"
 #include "cvol/algebra.h"

@@ -1,15 +1,8 @@
 /* Corrections: what is asked to be exact comes back to the bit, what is asked to be within a bound
  * is; whatever the type, the base and the mask; damage does no harm. */
-#include <limits.h>
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <limits.h>
 
 #include "base/for_type.h"
 #include "codec/correction.h"

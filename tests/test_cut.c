@@ -1,13 +1,5 @@
 /* Exact files, and files with a bound, that end early: what is left says what it is. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "codec/container.h"
 #include "codec/layout.h"

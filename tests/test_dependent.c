@@ -1,14 +1,6 @@
 /* Dependent quantisation: its states; paths against all there are; files that are coded so, changed
  * since, read in part, or lying about it. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "base/bytes.h"

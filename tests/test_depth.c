@@ -1,17 +1,8 @@
 /* Depths and opacities beside pictures: against geometry, and the sheet engine against the ray
  * engine. CVOL_TEST_VERBOSE=1 prints what is measured. */
-#define _GNU_SOURCE
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <unistd.h>
 
 #include "support.h"
 #include "support_context.h"

@@ -1,14 +1,6 @@
 /* Arrays between their samples: on grids, at chirp points and at scattered points, against the sum
  * over the spectrum written out in double precision. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "base/context.h"

@@ -1,14 +1,6 @@
 /* Exact evaluation: matrices that no cosine's last bit decides, kernels that say what the integers
  * of the definition say, close to what is evaluated otherwise. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/exact.h"
 #include "base/memory.h"

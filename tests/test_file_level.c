@@ -1,15 +1,7 @@
 /* Which level of a file a picture needs, and that the picture from it is that from the whole. */
-#define _GNU_SOURCE
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <unistd.h>
 
 #include "array/array.h"
 #include "cvol/series.h"

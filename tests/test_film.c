@@ -1,16 +1,7 @@
 /* Films: GIF's compression against a decoder, palettes, frames that are whole, and refusals. */
-#define _GNU_SOURCE
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <unistd.h>
 
 #include "cvol/film.h"
 #include "image/palette.h"

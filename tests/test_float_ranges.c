@@ -1,15 +1,8 @@
 /* Floats of all magnitudes, outliers and NaN: lossless is to the bit, a largest error holds, a
  * PSNR that terms cannot have gives a lossless file, and an outlier costs a few bytes. */
-#include <float.h>
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <float.h>
 
 #include "array/array.h"
 #include "cvol/codec.h"

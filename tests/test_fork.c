@@ -1,17 +1,11 @@
 /* Processes that fork after they have used threads: children read, decode and draw as their parent
  * does, and so do theirs; and the parent goes on.
  */
-#include <setjmp.h>
+#include "test.h"
+
 #include <signal.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 #include "support.h"
 #include "support_context.h"

@@ -1,17 +1,9 @@
 /* Volumes of other tools' formats: the pieces that read them, what is written of them, and damage.
  * tests/cli/test_formats.sh reads what these tools write. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "test.h"
+
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 #include "cvol/volume.h"
 #include "random.h"

@@ -1,13 +1,5 @@
 /* The fourier engine: its spectra against direct sums, its pictures against the ray engine. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "random.h"
 #include "render/fourier.h"

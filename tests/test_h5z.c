@@ -1,13 +1,5 @@
 /* The HDF5 filter's chunks without HDF5: parameters, samples there and back, and damage. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "h5z_cvol.h"
 

@@ -1,15 +1,7 @@
 /* Pictures: PNG there and back, PNGs of every kind, broken PNGs, and differences against a naive
  * computation. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "test.h"
 
-#include <cmocka.h>
 #include <png.h>
 #include <zlib.h>
 

@@ -1,15 +1,8 @@
 /* From values back to terms: on grids, at chirp points with the places known, from a few samples
  * with the places unknown; and the dense linear algebra beneath. */
-#include <complex.h>
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <complex.h>
 
 #include "array/array.h"
 #include "array/dense.h"

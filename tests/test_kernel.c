@@ -1,11 +1,5 @@
 /* Small filters: taps, responses, certified bounds against brute force, and what is refused. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/operations.h"
 #include "cvol/algebra.h"

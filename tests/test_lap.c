@@ -1,14 +1,6 @@
 /* The filter across faces: against its definition, inverses, which faces it takes, the matrices,
  * the norms, boxes and halos, and the same bits from every instruction set. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "base/cpu.h"
 #include "random.h"

@@ -1,15 +1,6 @@
 /* Lapped volumes evaluate, to the bit, to what filtering the whole volume gives, whatever is asked
  * for and by how many threads; and operations give what they give of the same samples. */
-#define _DEFAULT_SOURCE /* M_PI */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "codec/survey.h"
 #include "cvol/cvol.h"

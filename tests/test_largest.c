@@ -1,12 +1,5 @@
 /* max_abs bounds what evaluates, however large the offset and the terms are that it is made of. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "cvol/cvol.h"
 #include "random.h"

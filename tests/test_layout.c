@@ -1,14 +1,6 @@
 /* Files as they lie there: sections and their states, every flip and every cut told with its place.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "base/bytes.h"
 #include "codec/container.h"

@@ -2,15 +2,7 @@
  * exact samples in double precision. What is measured never exceeds what is certified; how much
  * smaller it is, is printed. Some chains are of volumes whose operands are lapped, or have split
  * cells, or neither. CVOL_LEDGER_CHAINS sets how many chains, CVOL_LEDGER_SEED the first seed. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "cvol/cvol.h"
 #include "random.h"

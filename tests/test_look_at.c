@@ -1,16 +1,7 @@
 /* Cameras that look at another place than the volume's centre: every engine's picture is then a
  * part of a larger one, and in perspective that of an eye at a place.
  * CVOL_TEST_VERBOSE=1 prints what is measured. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "render/camera.h"
 #include "support.h"

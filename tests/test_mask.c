@@ -1,14 +1,6 @@
 /* Masks: samples without a value are found, coded, and come back to the bit; what replaces them for
  * the transform is smooth, and the same for any number of threads and slabs. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/mask.h"
 #include "codec/mask_code.h"

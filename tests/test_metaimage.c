@@ -1,12 +1,5 @@
 /* MetaImage: the reader on headers by hand, good ones and every kind of lie. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "cvol/volume.h"
 #include "support_volume.h"

@@ -1,17 +1,9 @@
 /* Bounds, lossless compression and masks from compressing to files and back: bounds hold for every
  * sample, exact samples are the same to the bit, masked ones too; parts of files, damage, and what
  * operations leave. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <unistd.h>
 
 #include "array/array.h"
 #include "base/for_type.h"

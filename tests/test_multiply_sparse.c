@@ -1,14 +1,5 @@
 /* The output-sensitive product: right or not verified, never wrong, and within its bound. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/operations.h"
 #include "base/memory.h"

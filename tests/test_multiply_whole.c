@@ -1,14 +1,6 @@
 /* Products of whole arrays: every plan against products of the samples in double precision, the
  * same terms kept of them; the certified bound; the choice of a plan. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "array/multiply_cost.h"

@@ -1,14 +1,5 @@
 /* NRRD: the reader on headers by hand, good ones and every kind of lie. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "cvol/volume.h"
 #include "support_volume.h"

@@ -1,14 +1,5 @@
 /* Compressed pictures: there and back, targets, bounds, cut short, flipped, lying, fuzzed. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "../fuzz/fuzz_cvol.c"
 #include "base/context.h"

@@ -1,17 +1,8 @@
 /* Pictures of floats: every engine's are its bytes before rounding, over any background; files of
  * 16 bits and of floats hold them; windows move grey levels. */
-#define _GNU_SOURCE
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <unistd.h>
 
 #include "random.h"
 #include "support_context.h"

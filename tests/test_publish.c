@@ -1,15 +1,6 @@
 /* What published pictures are made with: named views, windows of transfer functions, presets of
  * Hounsfield units. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "random.h"
 #include "render/camera.h"

@@ -1,13 +1,6 @@
 /* Operations on arrays whose numbers are near the ends of float32: bounds hold, squares neither
  * vanish nor overflow, and what is beyond float32 is refused. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "cvol/cvol.h"
 #include "support_context.h"

@@ -1,11 +1,5 @@
 /* Raw samples: what the caller must say about them, and the bytes that are written. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "cvol/volume.h"
 #include "support.h"

@@ -1,15 +1,6 @@
 /* The ray engine against what can be worked out by hand (boxes of constant density, linear ramps,
  * single voxels), and against itself where nothing may matter. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "random.h"
 #include "render/camera.h"

@@ -1,14 +1,7 @@
 /* Pictures within a budget: which levels are drawn, and that each is what it is by itself. Budgets
  * are so large or so small that no machine's speed matters.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "support_render.h"
 

@@ -1,14 +1,6 @@
 /* Files with corrections (lossless, or with a largest error): pictures, figures and operations are
  * of what they decode to, not of the coarse terms that corrections stand on. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "cvol/algebra.h"

@@ -1,15 +1,7 @@
 /* Samples without a value are transparent: the sheet engine against the ray engine, and both
  * against what must not matter.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "cvol/codec.h"

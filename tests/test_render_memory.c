@@ -3,16 +3,9 @@
  * strips, which see to that, have each pixel once. Bytes are counted as they are allocated, where
  * the C library lets a program do so. CVOL_TEST_VERBOSE=1 prints them.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <stdatomic.h>
 
 #include "array/array.h"
 #include "base/cpu.h"

@@ -1,14 +1,6 @@
 /* Samples of every type from floats, floats from them, and their distances: against plain loops, to
  * the bit, by every instruction set. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/samples.h"
 #include "base/cpu.h"

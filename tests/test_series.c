@@ -1,13 +1,6 @@
 /* Files of many volumes: each as it would be alone, to the byte; lists that lie, and damage, told.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "../fuzz/fuzz_cvol.c"
 #include "codec/container.h"

@@ -1,14 +1,6 @@
 /* Light: pictures of the sheet engine against those of the ray engine, and what must not matter.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "cvol/codec.h"
 #include "support.h"

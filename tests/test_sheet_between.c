@@ -3,16 +3,7 @@
  *
  * Each floor is what was measured, less about 1.5 dB. CVOL_TEST_VERBOSE=1 prints what is measured.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "base/cpu.h"
 #include "support.h"

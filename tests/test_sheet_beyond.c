@@ -1,13 +1,6 @@
 /* What blocks hold beyond the volume's end is not the volume's: whatever it is, the sheet engine's
  * pictures stay as they are. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "support.h"

@@ -1,15 +1,7 @@
 /* Samples of 16 bits are those that are floats, rounded: evaluated on every view of the axes, at
  * samples and at fewer points, of whole blocks and of split cells; filtered across faces; with a
  * background. Of every instruction set. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "base/cpu.h"

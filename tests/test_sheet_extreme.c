@@ -1,14 +1,7 @@
 /* Maxima and minima leave out what cannot change the picture (sheet_extreme.h): pictures are those
  * that are drawn where nothing is known of what blocks hold, and what is behind brighter matter is
  * not looked at. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "support_context.h"

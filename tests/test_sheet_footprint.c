@@ -1,16 +1,7 @@
 /* Footprints of the sheet engine: their weights, pictures against direct sums of decoded samples,
  * and that skipping what cannot be seen, threads and earlier frames change nothing.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "array/mask.h"

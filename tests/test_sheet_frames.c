@@ -1,20 +1,11 @@
 /* The sheet engine against itself: threads, earlier frames, skipping, instruction sets and stopping
  * must not change a picture.
  */
-#define _GNU_SOURCE
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "test.h"
+
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 #include "array/array.h"
 #include "base/cpu.h"

@@ -1,13 +1,6 @@
 /* The sheet engine on lapped arrays: their pictures are those of the samples that they stand for.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "random.h"
 #include "support.h"

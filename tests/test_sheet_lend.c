@@ -1,11 +1,5 @@
 /* Blocks that bands lend each other come back whole, or not at all. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "base/thread.h"
 #include "render/sheet_lend.h"

@@ -1,18 +1,9 @@
 /* Levels of the sheet engine: coarse pictures resemble the fine one, whatever the volume is made
  * of, and are those of a file's level. CVOL_TEST_VERBOSE=1 prints what is measured.
  */
-#define _GNU_SOURCE
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <unistd.h>
 
 #include "array/array.h"
 #include "cvol/codec.h"

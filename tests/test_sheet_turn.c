@@ -3,14 +3,7 @@
  *
  * CVOL_TEST_VERBOSE=1 prints what is measured.
  */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "random.h"
 #include "support.h"

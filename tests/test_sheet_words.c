@@ -1,14 +1,6 @@
 /* Classification in whole numbers (render/sheet_words.h) says of every sample what the table's own
  * pieces say, and where it steps it steps at the right sample. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "random.h"
 #include "render/sheet.h"

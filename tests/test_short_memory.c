@@ -3,17 +3,10 @@
  * step's work or CVOL_ERROR_MEMORY with a sentence, never a file called damaged, and no crash.
  * Where the C library lets a program replace its allocation.
  */
-#include <limits.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stdatomic.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <limits.h>
+#include <stdatomic.h>
 
 #include "support.h"
 #include "support_context.h"

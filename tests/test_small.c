@@ -1,14 +1,6 @@
 /* Volumes that are coded smallest: the same terms in fewer bytes, at every level, from every
  * instruction set; files that are damaged or lie. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "base/bytes.h"

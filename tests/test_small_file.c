@@ -1,15 +1,6 @@
 /* Files of small volumes: packed in one section, small, checked to the last byte, whole up to a
  * level where they are cut. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "codec/container.h"
 #include "codec/layout.h"

@@ -1,12 +1,5 @@
 /* What is coded smallest: whether parts are favoured beside whole cells is found by a sample. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdlib.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "codec/part_trellis.h"
 #include "codec/trial.h"

@@ -1,15 +1,6 @@
 /* The splat engine against a direct sum of footprints, against what can be worked out by hand, and
  * against the ray engine. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "random.h"
 #include "render/camera.h"

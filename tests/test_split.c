@@ -1,15 +1,6 @@
 /* Split cells are evaluated as their parts' cosines say, on every view of the axes, at samples and
  * at fewer places, with the same bits on every instruction set. */
-#define _DEFAULT_SOURCE /* M_PI */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/block_inverse_steps.h"
 #include "base/cpu.h"

@@ -2,20 +2,13 @@
  * musl gives a thread: the caller's own and those of OpenMP (tests/CMakeLists.txt sets
  * OMP_STACKSIZE). Each step is a process and a thread of its own. CVOL_TEST_STACK_KB: another size.
  */
+#include "test.h"
+
 #include <pthread.h>
-#include <setjmp.h>
 #include <signal.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <cmocka.h>
 
 #include "support.h"
 #include "support_tour.h"

@@ -1,15 +1,6 @@
 /* The summary of the samples that files carry: transfer functions that are fitted to values are the
  * same for the original samples, for every compression of them, and for every part of a file. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "array/summary.h"

@@ -1,13 +1,5 @@
 /* cvol_array_transcode: targets, and bounds that hold against the samples of long ago. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "base/context.h"

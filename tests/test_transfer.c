@@ -1,15 +1,6 @@
 /* Transfer functions: evaluation, files of both kinds and their errors, histograms, and named
  * functions fitted to them. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "random.h"
 #include "render/transfer.h"

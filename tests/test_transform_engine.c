@@ -1,15 +1,6 @@
 /* The transform engine against the splat engine, its orders, schedules and transforms against each
  * other, and its bound against what truncation really does. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "random.h"
 #include "render/transform.h"

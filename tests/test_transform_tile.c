@@ -1,15 +1,6 @@
 /* The kernel of tiles against its formula, term by term in double precision: few terms and many,
  * escapes, all sides of tiles, rows cut off above and below. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "random.h"

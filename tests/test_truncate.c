@@ -1,13 +1,5 @@
 /* Truncation: every rule against sorting, pairs, low boxes, candidates of all shapes, sentences. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/operations.h"
 #include "array/truncate.h"

@@ -1,17 +1,8 @@
 /* Volumes: samples and statistics, round trips through every format, refusals, recognition, damaged
  * files and real ones. What each format reads is in a test of its own. */
-#define _GNU_SOURCE
-#include <locale.h>
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <locale.h>
 
 #include "cvol/volume.h"
 #include "random.h"

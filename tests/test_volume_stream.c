@@ -1,17 +1,9 @@
 /* Volumes by slab: streams read what cvol_volume_read reads, in any order, and refuse what it
  * refuses with its sentences; sinks write what cvol_volume_write writes. Files beyond 4 GiB. */
-#define _GNU_SOURCE
-#include <fcntl.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <fcntl.h>
+#include <unistd.h>
 
 #include "cvol/volume.h"
 #include "random.h"

@@ -1,14 +1,6 @@
 /* Transforms of whole arrays against their direct sums, and the properties that make them what they
  * are; the door to FFTW against itself, along lines, and from several threads. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "base/context.h"
 #include "random.h"

@@ -1,14 +1,6 @@
 /* Whole arrays: compressing, evaluating, linear operations and statistics against dense samples,
  * and every certified bound against the measured error. */
-#include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 #include "array/array.h"
 #include "cvol/algebra.h"

@@ -1,15 +1,8 @@
 /* The writer of files: bricks one by one, more of them than stay in memory; failures leave nothing.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
+#include "test.h"
 
-#include <cmocka.h>
+#include <sys/stat.h>
 
 #include "base/context.h"
 #include "codec/brick_index.h"
