@@ -7,28 +7,12 @@
 #include "support.h"
 #include "support_terms.h"
 
-char *container_folder, *container_path;
-
-int container_start(void **state)
-{
-    container_folder = support_folder_make();
-    container_path = support_path(container_folder, "a.cvol");
-    return context_setup_two(state);
-}
-
-int container_stop(void **state)
-{
-    free(container_path);
-    support_folder_remove(container_folder);
-    return context_teardown(state);
-}
-
 uint8_t *container_written(const cvol_array *array, size_t *size)
 {
     uint64_t bytes;
-    if (cvol_array_write(context, array, container_path, &bytes))
+    if (cvol_array_write(context, array, file_path, &bytes))
         fail_msg("%s", cvol_context_message(context));
-    uint8_t *data = support_read(container_path, size);
+    uint8_t *data = support_read(file_path, size);
     assert_int_equal(*size, bytes);
     return data;
 }

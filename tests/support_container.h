@@ -1,5 +1,4 @@
-/* What tests of files' parts and sections share: a context with two threads, a folder with a path
- * in it, and files in memory. */
+/* What tests of files' parts and sections share: files in memory. */
 #ifndef CVOL_TESTS_SUPPORT_CONTAINER_H
 #define CVOL_TESTS_SUPPORT_CONTAINER_H
 
@@ -7,13 +6,9 @@
 #include <stdint.h>
 
 #include "cvol/codec.h"
-#include "support_context.h"
+#include "support_files.h"
 
-extern char *container_folder, *container_path;
-int container_start(void **state);
-int container_stop(void **state);
-
-/* The bytes that the array is written as, in container_path too; and those of the same file
+/* The bytes that the array is written as, in file_path too; and those of the same file
  * without section PACK. The caller frees them. */
 uint8_t *container_written(const cvol_array *array, size_t *size);
 uint8_t *container_file_of(const cvol_array *array, size_t *size);

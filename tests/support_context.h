@@ -6,9 +6,13 @@
 
 extern cvol_context *context;
 
-/* For cmocka: made, with as many threads as there are processors or with two, and freed. */
+/* For cmocka: made, with as many threads as there are processors, one or two; and freed. */
 int context_setup(void **state);
+int context_setup_one(void **state);
 int context_setup_two(void **state);
 int context_teardown(void **state);
+
+/* The test fails with the context's message unless the code is CVOL_OK. */
+void check_ok(int code);
 
 #endif

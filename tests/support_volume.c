@@ -9,24 +9,10 @@
 #include "random.h"
 #include "support.h"
 
-char *folder;
-
 const uint8_t counting[64] = {1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 11, 12, 13, 14, 15, 16,
                               17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32,
                               33, 34, 35, 36, 37, 38, 39, 40, 41, 42, 43, 44, 45, 46, 47, 48,
                               49, 50, 51, 52, 53, 54, 55, 56, 57, 58, 59, 60, 61, 62, 63, 64};
-
-int open_all(void **state)
-{
-    folder = support_folder_make();
-    return context_setup(state);
-}
-
-int close_all(void **state)
-{
-    support_folder_remove(folder);
-    return context_teardown(state);
-}
 
 /* ---- files in the folder ------------------------------------------------------------- */
 
@@ -75,13 +61,6 @@ size_t gzip(uint8_t *out, size_t room, const void *data, size_t size, int window
 }
 
 /* ---- reading ------------------------------------------------------------------------- */
-
-void check_ok(int code)
-{
-    if (code)
-        print_error("%s\n", cvol_context_message(context));
-    assert_int_equal(code, CVOL_OK);
-}
 
 cvol_volume *read_ok(const char *path)
 {

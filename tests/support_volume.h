@@ -7,12 +7,7 @@
 #include <stdint.h>
 
 #include "cvol/volume.h"
-#include "support_context.h"
-
-/* A group's fixtures: the context and this exist from open_all to close_all. */
-extern char *folder;
-int open_all(void **state);
-int close_all(void **state);
+#include "support_files.h"
 
 /* The bytes 1 .. 64: samples of files made by hand. */
 extern const uint8_t counting[64];
@@ -26,7 +21,6 @@ const char *write_text(const char *name, const char *text, const void *data, siz
 /* Packs with zlib, `window_bits` as deflateInit2 has it; the size packed. */
 size_t gzip(uint8_t *out, size_t room, const void *data, size_t size, int window_bits);
 
-void check_ok(int code);
 cvol_volume *read_ok(const char *path);
 /* Reading fails with this code and a sentence that names the file and has both words. */
 void read_fails_with(const char *path, const cvol_read_options *options, int code, const char *word,

@@ -10,28 +10,12 @@
 #include "support.h"
 
 #include "../fuzz/fuzz_cvol.c"
+#include "support_context.h"
 
 /* Places in a file: signature 8, version 4, then HEAD, GEOM and ERRS, each behind a header of 24.
  */
 enum { HEAD_AT = 36, STEP_AT = HEAD_AT + 48, COUNT_AT = HEAD_AT + 80 };
 enum { CONTENT_AT = HEAD_AT + 88 + 24 + 156 + 24 + 76 + 24 };
-
-static cvol_context *context;
-
-static int start(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    cvol_context_set_threads(context, 2);
-    return !context;
-}
-
-static int stop(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* ---- arrays of any kind, of random terms ----------------------------------------------------- */
 
@@ -489,5 +473,5 @@ int main(void)
         cmocka_unit_test(only_volumes_are_rendered),
         cmocka_unit_test(mutations_do_no_harm),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return cmocka_run_group_tests(tests, context_setup_two, context_teardown);
 }

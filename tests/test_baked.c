@@ -5,31 +5,22 @@
 #include "../fuzz/fuzz_cvol.c"
 #include "random.h"
 #include "support.h"
+#include "support_files.h"
 #include "support_render.h"
 
-static cvol_context *context;
 static cvol_volume blobs;
-static char *folder, *path;
 
 static int setup(void **state)
 {
-    (void)state;
-    context = cvol_context_create();
     blobs = support_blobs(40, 36, 34);
     blobs.grid.spacing[1] = 1.25;
-    folder = support_folder_make();
-    path = support_path(folder, "baked.cvol");
-    return context ? 0 : -1;
+    return files_setup(state);
 }
 
 static int teardown(void **state)
 {
-    (void)state;
     free(blobs.data);
-    cvol_context_destroy(context);
-    free(path);
-    support_folder_remove(folder);
-    return 0;
+    return files_teardown(state);
 }
 
 /* A renderer of samples; points: how many of the transfer function's are given. */
@@ -45,20 +36,20 @@ static void bake(int axis, const cvol_render_options *options)
 {
     cvol_renderer *renderer = from_samples(SUPPORT_BLOB_POINTS);
     uint64_t bytes;
-    assert_int_equal(cvol_renderer_bake(context, renderer, path, axis, "blobs", options, &bytes),
-                     CVOL_OK);
+    assert_int_equal(
+        cvol_renderer_bake(context, renderer, file_path, axis, "blobs", options, &bytes), CVOL_OK);
     cvol_renderer_free(renderer);
     size_t size;
-    free(support_read(path, &size));
+    free(support_read(file_path, &size));
     assert_int_equal(size, bytes);
-    assert_int_equal(cvol_file_kind_of(path), CVOL_FILE_BAKED);
-    assert_int_equal(cvol_file_verify(context, NULL, path), CVOL_OK);
+    assert_int_equal(cvol_file_kind_of(file_path), CVOL_FILE_BAKED);
+    assert_int_equal(cvol_file_verify(context, NULL, file_path), CVOL_OK);
 }
 
 static cvol_renderer *from_file(void)
 {
     cvol_renderer *renderer;
-    assert_int_equal(cvol_renderer_create_baked(context, &renderer, path), CVOL_OK);
+    assert_int_equal(cvol_renderer_create_baked(context, &renderer, file_path), CVOL_OK);
     return renderer;
 }
 
@@ -223,7 +214,7 @@ static void test_drawing_refused(void **state)
     cvol_transfer_free(transfer);
     support_set_transfer(context, file, support_blob_points, SUPPORT_BLOB_POINTS);
     cvol_image_free(support_picture(context, file, &options));
-    assert_int_equal(cvol_renderer_bake(context, file, path, 1, NULL, &options, NULL),
+    assert_int_equal(cvol_renderer_bake(context, file, file_path, 1, NULL, &options, NULL),
                      CVOL_ERROR_ARGUMENT);
     cvol_renderer_free(file);
 }
@@ -236,15 +227,15 @@ static void test_baking_refused(void **state)
     cvol_render_options other = options;
     for (int i = 0; i < 2; i++) {
         other.transform.rho = i ? 0 : 1.5;
-        assert_int_equal(cvol_renderer_bake(context, samples, path, 1, NULL, &other, NULL),
+        assert_int_equal(cvol_renderer_bake(context, samples, file_path, 1, NULL, &other, NULL),
                          CVOL_ERROR_ARGUMENT);
     }
     other = options;
     other.transform.transform = CVOL_DFT;
-    assert_int_equal(cvol_renderer_bake(context, samples, path, 1, NULL, &other, NULL),
+    assert_int_equal(cvol_renderer_bake(context, samples, file_path, 1, NULL, &other, NULL),
                      CVOL_ERROR_UNSUPPORTED);
     other = options;
-    assert_int_equal(cvol_renderer_bake(context, samples, path, 3, NULL, &other, NULL),
+    assert_int_equal(cvol_renderer_bake(context, samples, file_path, 3, NULL, &other, NULL),
                      CVOL_ERROR_ARGUMENT);
     assert_int_equal(
         cvol_renderer_bake(context, samples, "/no/such/folder/a", 1, NULL, &other, NULL),
@@ -255,7 +246,7 @@ static void test_baking_refused(void **state)
     assert_int_equal(cvol_renderer_create_transform_dense(context, &samples, &thin), CVOL_OK);
     support_set_transfer(context, samples, support_blob_points, SUPPORT_BLOB_POINTS);
     other.splat.size = 7;
-    assert_int_equal(cvol_renderer_bake(context, samples, path, 1, NULL, &other, NULL),
+    assert_int_equal(cvol_renderer_bake(context, samples, file_path, 1, NULL, &other, NULL),
                      CVOL_ERROR_ARGUMENT);
     assert_non_null(strstr(cvol_context_message(context), "larger than slices of 40 x 6"));
     cvol_renderer_free(samples);
@@ -271,11 +262,11 @@ static uint8_t *small_file(size_t *size)
     const cvol_render_options options = view_of(0, 0, 0.1, 8);
     assert_int_equal(cvol_renderer_create_transform_dense(context, &samples, &small), CVOL_OK);
     support_set_transfer(context, samples, support_blob_points, SUPPORT_BLOB_POINTS);
-    assert_int_equal(cvol_renderer_bake(context, samples, path, 2, "blobs", &options, NULL),
+    assert_int_equal(cvol_renderer_bake(context, samples, file_path, 2, "blobs", &options, NULL),
                      CVOL_OK);
     cvol_renderer_free(samples);
     free(small.data);
-    return support_read(path, size);
+    return support_read(file_path, size);
 }
 
 static void expect_damaged(const uint8_t *data, size_t size, const char *what)
@@ -399,9 +390,9 @@ static void test_fuzz(void **state)
         LLVMFuzzerTestOneInput(copy, size);
         /* What can be read can be drawn. */
         fuzz_repair(copy, size);
-        support_write(path, copy, size);
+        support_write(file_path, copy, size);
         cvol_renderer *file;
-        if (!cvol_renderer_create_baked(context, &file, path)) {
+        if (!cvol_renderer_create_baked(context, &file, file_path)) {
             cvol_baked_info info;
             assert_int_equal(cvol_renderer_baked_info(context, file, &info), CVOL_OK);
             cvol_render_options options = view_of(0, info.axis == 2 ? 90 : 0, info.rho, info.tile);

@@ -6,6 +6,7 @@
 #include "array/block_transform.h"
 #include "array/operations.h"
 #include "random.h"
+#include "support_context.h"
 
 enum { CASES = 60 };
 
@@ -16,8 +17,6 @@ enum { CASES = 60 };
             fail();                                                                        \
         }                                                                                  \
     } while (0)
-
-static cvol_context *context;
 
 typedef struct dense {
     size_t dims[3], count;
@@ -508,21 +507,6 @@ static void test_threads(void **state)
     cvol_array_free(b);
 }
 
-static int set_up(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    cvol_context_set_threads(context, 2);
-    return context ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -531,5 +515,5 @@ int main(void)
         cmocka_unit_test(test_resample), cmocka_unit_test(test_convolve),
         cmocka_unit_test(test_boxes),    cmocka_unit_test(test_threads),
     };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
+    return cmocka_run_group_tests(tests, context_setup_two, context_teardown);
 }

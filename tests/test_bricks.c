@@ -17,12 +17,6 @@
 
 static const size_t zero[3] = {0, 0, 0};
 
-static void check_ok(int code)
-{
-    if (code)
-        fail_msg("%d: %s", code, cvol_context_message(context));
-}
-
 /* What a compression that says nothing gets: planes of what is large need less than an eighth. */
 static void shapes_that_nobody_asked_for(void **state)
 {
@@ -160,7 +154,7 @@ static void check_box(random_state *r, const cvol_array *array, const int16_t *w
         if (!random_below(r, 3)) /* a plane */
             end[a] = begin[a] + 1;
     }
-    uint8_t *data = support_unpack(support_read(container_path, &size), &size);
+    uint8_t *data = support_unpack(support_read(file_path, &size), &size);
     if (array->brick.run == 1)
         spoil_others(data, size, array, begin, end);
     const cvol_file_part part = {.begin = begin, .end = end};
@@ -198,8 +192,8 @@ static void any_shape_decodes(void **state)
         uint8_t *same = container_written(again, &other);
         assert_int_equal(other, size);
         assert_memory_equal(same, data, size);
-        check_ok(cvol_file_verify(context, NULL, container_path));
-        check_ok(cvol_array_read(context, &read, container_path, NULL));
+        check_ok(cvol_file_verify(context, NULL, file_path));
+        check_ok(cvol_array_read(context, &read, file_path, NULL));
         cvol_array_get_info(read, &info);
         for (int a = 0; a < 3; a++)
             assert_int_equal(info.brick[a], options.brick[a]);
@@ -237,8 +231,8 @@ static cvol_array *make_array(int16_t **samples, cvol_grid *grid, const int bric
 static cvol_array *read_back(void)
 {
     cvol_array *array;
-    check_ok(cvol_file_verify(context, NULL, container_path));
-    check_ok(cvol_array_read(context, &array, container_path, NULL));
+    check_ok(cvol_file_verify(context, NULL, file_path));
+    check_ok(cvol_array_read(context, &array, file_path, NULL));
     return array;
 }
 
@@ -347,7 +341,7 @@ static void streams_have_shapes(void **state)
         given from = {samples, grid.dims[0] * grid.dims[1]};
         const cvol_sample_source source = {give, &from};
         cvol_compress_report report;
-        check_ok(cvol_compress_stream(context, &report, container_path, &source, &grid, &options));
+        check_ok(cvol_compress_stream(context, &report, file_path, &source, &grid, &options));
         cvol_array *read = read_back();
         int16_t *whole = evaluate(read, zero, grid.dims);
         double squares = 0;
@@ -499,5 +493,5 @@ int main(void)
                                        cmocka_unit_test(hostile_shapes_are_refused),
                                        cmocka_unit_test(shapes_that_nobody_asked_for),
                                        cmocka_unit_test(shapes_that_cannot_be_asked_for)};
-    return cmocka_run_group_tests(tests, container_start, container_stop);
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

@@ -8,6 +8,7 @@
 #include "array/block_transform.h"
 #include "array/operations.h"
 #include "random.h"
+#include "support_context.h"
 #include "transform/whole.h"
 
 #define CHECK(condition, seed)                                                             \
@@ -27,8 +28,6 @@ typedef struct sample_case {
     double *slots; /* exact coefficients */
     size_t padded[3];
 } sample_case;
-
-static cvol_context *context;
 
 static cvol_keep keep_of(cvol_keep_rule rule, double value)
 {
@@ -497,21 +496,6 @@ static void test_refuses(void **state)
     }
 }
 
-static int set_up(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    cvol_context_set_threads(context, 2);
-    return context ? 0 : -1;
-}
-
-static int tear_down(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
-
 /* Steps that single precision cannot hold would lose what nobody counts. */
 static void test_tiny_values(void **state)
 {
@@ -568,5 +552,5 @@ int main(void)
         cmocka_unit_test(test_refuses),
         cmocka_unit_test(test_tiny_values),
     };
-    return cmocka_run_group_tests(tests, set_up, tear_down);
+    return cmocka_run_group_tests(tests, context_setup_two, context_teardown);
 }

@@ -3,25 +3,11 @@
 
 #include "base/context.h"
 #include "random.h"
+#include "support_context.h"
 #include "transform/chirp.h"
 #include "transform/fft.h"
 
 #define PI 3.14159265358979323846
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    return !(context = cvol_context_create());
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* The phase in turns, as exactly as a long double allows. */
 static double phase(const cvol_chirp_shape *shape, size_t j, size_t u)
@@ -128,5 +114,5 @@ int main(void)
         cmocka_unit_test(test_phases_stay_exact),
         cmocka_unit_test(test_one_frequency),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

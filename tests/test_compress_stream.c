@@ -11,27 +11,7 @@
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
-
-static cvol_context *context;
-static char *folder, *path;
-
-static int start(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    folder = support_folder_make();
-    path = support_path(folder, "a.cvol");
-    return !context;
-}
-
-static int stop(void **state)
-{
-    (void)state;
-    free(path);
-    support_folder_remove(folder);
-    cvol_context_destroy(context);
-    return 0;
-}
+#include "support_files.h"
 
 /* ---- volumes ---------------------------------------------------------------------------- */
 
@@ -114,14 +94,7 @@ static int stream(cvol_compress_report *report, given *from, const cvol_grid *gr
     options.target = target;
     options.target_value = value;
     options.attributes = "{\"a\": 1}";
-    return cvol_compress_stream(context, report, path, &source, grid, &options);
-}
-
-static void check_ok(int code)
-{
-    if (code)
-        print_message("%s\n", cvol_context_message(context));
-    assert_int_equal(code, CVOL_OK);
+    return cvol_compress_stream(context, report, file_path, &source, grid, &options);
 }
 
 /* ---- what comes of it ------------------------------------------------------------------- */
@@ -139,7 +112,7 @@ static void check_levels(const cvol_array *whole)
         const cvol_file_part part = {.level = level};
         cvol_array *array;
         double squares = 0;
-        check_ok(cvol_array_read_part(context, &array, NULL, path, &part));
+        check_ok(cvol_array_read_part(context, &array, NULL, file_path, &part));
         check_ok(cvol_array_evaluate_real(context, coarse, array, zero, dims));
         for (size_t i = 0; i < count; i++)
             squares += pow((double)all[i] - (double)coarse[i], 2);
@@ -166,10 +139,10 @@ static cvol_compress_report compress(const void *samples, const cvol_grid *grid,
     cvol_array_info said, found;
     cvol_context_set_threads(context, 3);
     check_ok(stream(&report, &from, grid, target, value));
-    unsigned char *bytes = support_read(path, &size);
+    unsigned char *bytes = support_read(file_path, &size);
     cvol_context_set_threads(context, 1);
     check_ok(stream(&again, &from, grid, target, value));
-    unsigned char *other = support_read(path, &other_size);
+    unsigned char *other = support_read(file_path, &other_size);
     assert_int_equal(size, other_size);
     assert_memory_equal(bytes, other, size);
     assert_true(report.psnr_db == again.psnr_db && report.max_error == again.max_error);
@@ -179,8 +152,8 @@ static cvol_compress_report compress(const void *samples, const cvol_grid *grid,
     cvol_context_set_threads(context, 2);
     assert_int_equal(support_folder_count(folder), 1);
 
-    check_ok(cvol_file_verify(context, NULL, path));
-    check_ok(cvol_array_read(context, &array, path, &file_bytes));
+    check_ok(cvol_file_verify(context, NULL, file_path));
+    check_ok(cvol_array_read(context, &array, file_path, &file_bytes));
     assert_int_equal(file_bytes, size);
     assert_int_equal(report.file_bytes, size);
     assert_true(fabs(report.ratio * (double)size / (double)cvol_grid_bytes(grid) - 1) < 1e-12);
@@ -324,8 +297,8 @@ static void large_volumes_are_estimated(void **state)
         options.target_value = asked[i].value;
         read = 0;
         getrusage(RUSAGE_SELF, &before);
-        check_ok(
-            cvol_compress_stream_estimating(context, &report, path, &source, &grid, &options, 16));
+        check_ok(cvol_compress_stream_estimating(context, &report, file_path, &source, &grid,
+                                                 &options, 16));
         getrusage(RUSAGE_SELF, &after);
         const long grown = after.ru_maxrss - before.ru_maxrss;
         print_message("%g: 1/%.3f, %.3f dB in %d passes, %zu sheets read, %ld KiB more\n",
@@ -338,14 +311,14 @@ static void large_volumes_are_estimated(void **state)
         else
             assert_true(report.psnr_db >= asked[i].value && report.psnr_db < asked[i].value + 0.2);
         assert_true(HAS_OWN_ALLOCATOR || grown < (long)(cvol_grid_bytes(&grid) / 4096 * 3));
-        check_ok(cvol_file_verify(context, NULL, path));
+        check_ok(cvol_file_verify(context, NULL, file_path));
     }
 }
 
 static int is_lapped(void)
 {
     cvol_array *array;
-    check_ok(cvol_array_read(context, &array, path, NULL));
+    check_ok(cvol_array_read(context, &array, file_path, NULL));
     const int lapped = array->lapped;
     cvol_array_free(array);
     return lapped;
@@ -424,7 +397,7 @@ static void check_failure(int code, int expected, const char *words)
     assert_int_equal(code, expected);
     assert_non_null(strstr(cvol_context_message(context), words));
     assert_int_equal(support_folder_count(folder), 1);
-    unsigned char *bytes = support_read(path, &size);
+    unsigned char *bytes = support_read(file_path, &size);
     assert_int_equal(size, 3);
     assert_memory_equal(bytes, "old", 3);
     free(bytes);
@@ -438,7 +411,7 @@ static void bad_samples_are_told(void **state)
     given from = give(samples, &grid);
     cvol_compress_report report;
     char place[64];
-    support_write_text(path, "old");
+    support_write_text(file_path, "old");
     samples[20 * 10 * 150 + 33] = NAN;
     snprintf(place, sizeof place, "(13, 1, 150)");
     check_failure(stream(&report, &from, &grid, CVOL_TARGET_RATIO, 10), CVOL_ERROR_DATA, place);
@@ -452,7 +425,7 @@ static void failing_sources_leave_nothing(void **state)
     void *samples = make_volume(&grid, 1, 0.1);
     given from = give(samples, &grid);
     cvol_compress_report report;
-    support_write_text(path, "old");
+    support_write_text(file_path, "old");
     from.fails_at = 140;
     check_failure(stream(&report, &from, &grid, CVOL_TARGET_RATIO, 10), CVOL_ERROR_IO,
                   "sheet 140 cannot be read");
@@ -478,7 +451,7 @@ static void cancelling_leaves_nothing(void **state)
     for (int after = 1; code == CVOL_ERROR_CANCELLED; after += 1 + after / 4, moments++) {
         given from = give(samples, &grid);
         int left = after;
-        support_write_text(path, "old");
+        support_write_text(file_path, "old");
         cvol_context_set_progress(context, cancel_at, &left);
         code = stream(&report, &from, &grid, CVOL_TARGET_RATIO, 10);
         if (code)
@@ -535,7 +508,7 @@ static void full_disks_leave_nothing(void **state)
     given from = give(samples, &grid);
     cvol_compress_report report;
     struct rlimit old, small;
-    support_write_text(path, "old");
+    support_write_text(file_path, "old");
     signal(SIGXFSZ, SIG_IGN);
     assert_int_equal(getrlimit(RLIMIT_FSIZE, &old), 0);
     small = old;
@@ -554,7 +527,7 @@ static void other_options_are_refused(void **state)
     uint8_t *samples = make_volume(&grid, 1, 0.1);
     given from = give(samples, &grid);
     cvol_compress_report report;
-    support_write_text(path, "old");
+    support_write_text(file_path, "old");
     check_failure(stream(&report, &from, &grid, CVOL_TARGET_MAX_ERROR, 3), CVOL_ERROR_UNSUPPORTED,
                   "read by slab");
     check_failure(stream(&report, &from, &grid, CVOL_TARGET_RATIO, 0.5), CVOL_ERROR_ARGUMENT,
@@ -580,5 +553,5 @@ int main(void)
         cmocka_unit_test(full_disks_leave_nothing),
         cmocka_unit_test(other_options_are_refused),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

@@ -6,6 +6,7 @@
 #include "support.h"
 
 #include "../fuzz/fuzz_cvol.c"
+#include "support_context.h"
 
 /* Places of fields in a file: signature 8, version 4, section header 24, then HEAD; header, GEOM;
  * header, ERRS. */
@@ -21,26 +22,14 @@ enum { GEOM_AT = HEAD_END + 24, SPACING_AT = GEOM_AT + 4, UNIT_AT = GEOM_AT + 12
 enum { GEOM_END = GEOM_AT + 156, ERRS_AT = GEOM_END + 24, MAX_ABS_AT = ERRS_AT + 24 };
 enum { MEASURED_AT = ERRS_AT + 72, ERRS_END = ERRS_AT + 76 };
 
-static cvol_context *context;
-
-static int start(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    cvol_context_set_threads(context, 2);
-    return !context;
-}
-
 /* What small_file gives copies of. */
 static uint8_t *kept;
 static size_t kept_size;
 
 static int stop(void **state)
 {
-    (void)state;
-    cvol_context_destroy(context);
     free(kept);
-    return 0;
+    return context_teardown(state);
 }
 
 static cvol_grid small_grid(void)
@@ -552,5 +541,5 @@ int main(void)
         cmocka_unit_test(strangers_are_refused),
         cmocka_unit_test(mutations_do_no_harm),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return cmocka_run_group_tests(tests, context_setup_two, stop);
 }

@@ -34,8 +34,8 @@ static void every_kind_comes_back(void **state)
         cvol_array *back;
         size_t size;
         uint8_t *data = container_file_of(array, &size);
-        assert_int_equal(cvol_file_verify(context, NULL, container_path), CVOL_OK);
-        assert_int_equal(cvol_array_read(context, &back, container_path, NULL), CVOL_OK);
+        assert_int_equal(cvol_file_verify(context, NULL, file_path), CVOL_OK);
+        assert_int_equal(cvol_array_read(context, &back, file_path, NULL), CVOL_OK);
         support_terms_expect_same(array, back);
         assert_true(back->ledger.l2_error == array->ledger.l2_error);
         cvol_array_free(array);
@@ -118,7 +118,7 @@ static void levels_have_the_low_frequencies(void **state)
             const cvol_file_part part = {.level = level};
             cvol_file_report report;
             cvol_array *coarse;
-            assert_int_equal(cvol_array_read_part(context, &coarse, &report, container_path, &part),
+            assert_int_equal(cvol_array_read_part(context, &coarse, &report, file_path, &part),
                              CVOL_OK);
             assert_true(report.level == level && !report.cut && report.file_bytes == size);
             expect_level(array, coarse, level);
@@ -135,7 +135,7 @@ static void levels_have_the_low_frequencies(void **state)
     for (int level = -1; level < 5; level += 5) {
         const cvol_file_part part = {.level = level};
         cvol_array *none;
-        assert_int_equal(cvol_array_read_part(context, &none, NULL, container_path, &part),
+        assert_int_equal(cvol_array_read_part(context, &none, NULL, file_path, &part),
                          CVOL_ERROR_ARGUMENT);
         assert_null(none);
     }
@@ -229,9 +229,8 @@ static void boxes_of_any_level_are_cut_from_it(void **state)
                              part = {.begin = begin, .end = end, .level = i % 4};
         cvol_array *whole, *box;
         const cvol_grid grid = cvol_grid_box(&array->grid, begin, end);
-        assert_int_equal(cvol_array_read_part(context, &whole, NULL, container_path, &all),
-                         CVOL_OK);
-        assert_int_equal(cvol_array_read_part(context, &box, NULL, container_path, &part), CVOL_OK);
+        assert_int_equal(cvol_array_read_part(context, &whole, NULL, file_path, &all), CVOL_OK);
+        assert_int_equal(cvol_array_read_part(context, &box, NULL, file_path, &part), CVOL_OK);
         void *x = malloc(cvol_grid_bytes(&grid)), *y = malloc(cvol_grid_bytes(&grid));
         assert_int_equal(cvol_array_evaluate_box(context, x, whole, begin, end), CVOL_OK);
         assert_int_equal(cvol_array_evaluate_box(context, y, box, begin, end), CVOL_OK);
@@ -298,8 +297,8 @@ static void ranges_are_kept_where_they_are_cheap(void **state)
         cvol_array *array = ranged_array(dense), *back;
         cvol_file_layout layout;
         assert_int_equal(cvol_array_know_ranges(context, array), CVOL_OK);
-        assert_int_equal(cvol_array_write(context, array, container_path, NULL), CVOL_OK);
-        assert_int_equal(cvol_file_verify(context, &layout, container_path), CVOL_OK);
+        assert_int_equal(cvol_array_write(context, array, file_path, NULL), CVOL_OK);
+        assert_int_equal(cvol_file_verify(context, &layout, file_path), CVOL_OK);
         int has = 0;
         for (int i = 0; i < layout.section_count; i++)
             if (!strcmp(layout.sections[i].tag, "RNGE")) {
@@ -307,15 +306,15 @@ static void ranges_are_kept_where_they_are_cheap(void **state)
                 assert_true(24 + layout.sections[i].length <= layout.file_bytes / 100);
             }
         assert_int_equal(has, dense);
-        assert_int_equal(cvol_array_read(context, &back, container_path, NULL), CVOL_OK);
+        assert_int_equal(cvol_array_read(context, &back, file_path, NULL), CVOL_OK);
         assert_int_equal(back->has_ranges, dense);
         for (size_t b = 0; b < array->block_count && dense; b++)
             assert_memory_equal(array->block_table[b].range, back->block_table[b].range, 2);
         cvol_array_free(back);
         /* They are of all shells. */
-        assert_int_equal(cvol_array_read_part(context, &back, NULL, container_path,
-                                              &(cvol_file_part){.level = 1}),
-                         CVOL_OK);
+        assert_int_equal(
+            cvol_array_read_part(context, &back, NULL, file_path, &(cvol_file_part){.level = 1}),
+            CVOL_OK);
         assert_false(back->has_ranges);
         cvol_array_free(back);
         cvol_array_free(array);
@@ -339,14 +338,13 @@ static void more_than_2_32_samples(void **state)
     assert_int_equal(cvol_array_adopt_pool(context, array, words, 1), CVOL_OK);
     array->coefficients = 1;
     array->ledger.value_max = 255;
-    assert_int_equal(cvol_array_write(context, array, container_path, NULL), CVOL_OK);
-    assert_int_equal(cvol_array_read(context, &back, container_path, NULL), CVOL_OK);
+    assert_int_equal(cvol_array_write(context, array, file_path, NULL), CVOL_OK);
+    assert_int_equal(cvol_array_read(context, &back, file_path, NULL), CVOL_OK);
     support_terms_expect_same(array, back);
     cvol_array_free(back);
     const size_t begin[3] = {4990, 990, 990}, end[3] = {4994, 994, 994};
     uint8_t samples[64];
-    assert_int_equal(cvol_array_read_box(context, &back, container_path, begin, end, NULL),
-                     CVOL_OK);
+    assert_int_equal(cvol_array_read_box(context, &back, file_path, begin, end, NULL), CVOL_OK);
     assert_int_equal(back->coefficients, 1);
     assert_int_equal(cvol_array_evaluate_box(context, samples, back, begin, end), CVOL_OK);
     assert_int_equal(samples[63], 6); /* 1000 / 32^1.5 = 5.5 */
@@ -366,5 +364,5 @@ int main(void)
         cmocka_unit_test(ranges_are_kept_where_they_are_cheap),
         cmocka_unit_test(more_than_2_32_samples),
     };
-    return cmocka_run_group_tests(tests, container_start, container_stop);
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

@@ -267,14 +267,14 @@ static void attributes_are_kept(void **state)
             }
             assert_null(cvol_array_attributes(array));
             assert_int_equal(cvol_array_set_attributes(context, array, texts[i]), CVOL_OK);
-            assert_int_equal(cvol_array_write(context, array, container_path, NULL), CVOL_OK);
-            assert_int_equal(cvol_array_read(context, &back, container_path, NULL), CVOL_OK);
+            assert_int_equal(cvol_array_write(context, array, file_path, NULL), CVOL_OK);
+            assert_int_equal(cvol_array_read(context, &back, file_path, NULL), CVOL_OK);
             assert_string_equal(cvol_array_attributes(back), texts[i]);
             assert_int_equal(cvol_array_set_attributes(context, back, NULL), CVOL_OK);
             assert_null(cvol_array_attributes(back));
-            assert_int_equal(cvol_array_write(context, back, container_path, NULL), CVOL_OK);
+            assert_int_equal(cvol_array_write(context, back, file_path, NULL), CVOL_OK);
             cvol_array_free(back);
-            assert_int_equal(cvol_array_read(context, &back, container_path, NULL), CVOL_OK);
+            assert_int_equal(cvol_array_read(context, &back, file_path, NULL), CVOL_OK);
             assert_null(cvol_array_attributes(back));
             cvol_array_free(back);
             cvol_array_free(array);
@@ -316,8 +316,8 @@ static void what_is_no_json_is_refused(void **state)
         assert_int_equal(cvol_attributes_are_text(cases[i].text, cases[i].size), cases[i].is);
         if (memchr(cases[i].text, 0, cases[i].size))
             continue;
-        assert_int_equal(cvol_array_write(context, array, container_path, NULL), CVOL_OK);
-        assert_int_equal(cvol_array_read(context, &back, container_path, NULL),
+        assert_int_equal(cvol_array_write(context, array, file_path, NULL), CVOL_OK);
+        assert_int_equal(cvol_array_read(context, &back, file_path, NULL),
                          cases[i].is ? CVOL_OK : CVOL_ERROR_CORRUPT);
         cvol_array_free(back);
     }
@@ -379,5 +379,5 @@ int main(void)
         cmocka_unit_test(results_have_no_attributes),
         cmocka_unit_test(large_decibels_are_exact),
     };
-    return cmocka_run_group_tests(tests, container_start, container_stop);
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

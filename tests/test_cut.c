@@ -156,5 +156,5 @@ static void test_what_is_cut_says_so(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_what_is_cut_says_so)};
-    return cmocka_run_group_tests(tests, open_all, close_all);
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

@@ -14,37 +14,12 @@
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
+#include "support_files.h"
 #include "support_terms.h"
 
 CVOL_SIMD_DECLARE(void, cvol_trellis_walk,
                   (cvol_trellis *, const float *, int, const cvol_scan *, const cvol_token_costs *,
                    uint16_t *));
-
-static cvol_context *context;
-static char *folder;
-
-static int open_all(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    folder = support_folder_make();
-    cvol_context_set_threads(context, 2);
-    return !context || !folder;
-}
-
-static int close_all(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    support_folder_remove(folder);
-    return 0;
-}
-
-static void check_ok(int code)
-{
-    if (code)
-        fail_msg("%d: %s", code, cvol_context_message(context));
-}
 
 /* ---- states ------------------------------------------------------------------------------ */
 
@@ -533,5 +508,5 @@ int main(void)
         cmocka_unit_test(lies_do_no_harm),
         cmocka_unit_test(what_is_no_number_does_not_fit),
     };
-    return cmocka_run_group_tests(tests, open_all, close_all);
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

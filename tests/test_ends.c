@@ -12,35 +12,10 @@
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
+#include "support_files.h"
 #include "support_terms.h"
 
 #define PI 3.14159265358979323846
-
-static cvol_context *context;
-static char *folder;
-
-static int open_all(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    folder = support_folder_make();
-    cvol_context_set_threads(context, 2);
-    return !context || !folder;
-}
-
-static int close_all(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    support_folder_remove(folder);
-    return 0;
-}
-
-static void check_ok(int code)
-{
-    if (code)
-        fail_msg("%d: %s", code, cvol_context_message(context));
-}
 
 /* ---- cells ------------------------------------------------------------------------------- */
 
@@ -399,5 +374,5 @@ int main(void)
         cmocka_unit_test(haste_knows_nothing_of_them),
         cmocka_unit_test(lies_are_told),
     };
-    return cmocka_run_group_tests(tests, open_all, close_all);
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

@@ -5,6 +5,7 @@
 #include "array/array.h"
 #include "base/context.h"
 #include "random.h"
+#include "support_context.h"
 #include "transform/fft.h"
 #include "transform/whole.h"
 
@@ -18,21 +19,6 @@ static const size_t shapes[][3] = {{1, 1, 1},   {2, 1, 1}, {24, 1, 1}, {31, 1, 1
                                    {200, 1, 1}, {8, 6, 1}, {7, 10, 1}, {1, 9, 1},
                                    {6, 4, 8},   {5, 7, 3}, {8, 5, 6},  {4, 1, 6}};
 #define SHAPES (sizeof shapes / sizeof shapes[0])
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    return !(context = cvol_context_create());
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 static int rank_of(const size_t dims[3])
 {
@@ -411,5 +397,5 @@ int main(void)
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_cancel),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

@@ -9,12 +9,12 @@
 
 #include "support.h"
 #include "support_context.h"
+#include "support_files.h"
 #include "support_tour.h"
 
 enum { SECONDS = 60 };
 
 static tour t;
-static char *folder, *path;
 
 /* The first error of these steps, 0 if there is none. */
 static int go(const tour_step *steps)
@@ -87,22 +87,16 @@ static void children_of_callbacks_use_threads(void **state)
 
 static int start(void **state)
 {
-    (void)state;
-    context = cvol_context_create();
+    if (files_setup(state))
+        return -1;
     cvol_context_set_threads(context, 4);
-    folder = support_folder_make();
-    path = support_path(folder, "a.cvol");
-    return !tour_begin(&t, context, path) || tour_write(&t, 1);
+    return !tour_begin(&t, context, file_path) || tour_write(&t, 1);
 }
 
 static int stop(void **state)
 {
-    (void)state;
     free(t.volume.data);
-    free(path);
-    support_folder_remove(folder);
-    cvol_context_destroy(context);
-    return 0;
+    return files_teardown(state);
 }
 
 int main(void)

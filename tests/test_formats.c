@@ -345,5 +345,5 @@ int main(void)
         cmocka_unit_test(test_tiff_spacing),  cmocka_unit_test(test_damage),
         cmocka_unit_test(test_lies),
     };
-    return cmocka_run_group_tests(tests, open_all, close_all);
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

@@ -8,34 +8,9 @@
 #include "cvol/image.h"
 #include "random.h"
 #include "support.h"
+#include "support_files.h"
 
-typedef struct fixture {
-    cvol_context *context;
-    char *folder, *path;
-} fixture;
-
-static int setup(void **state)
-{
-    fixture *f = malloc(sizeof *f);
-    assert_non_null(f);
-    f->context = cvol_context_create();
-    f->folder = support_folder_make();
-    f->path = support_path(f->folder, "picture.png");
-    *state = f;
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    fixture *f = *state;
-    cvol_context_destroy(f->context);
-    free(f->path);
-    support_folder_remove(f->folder);
-    free(f);
-    return 0;
-}
-
-static cvol_image *random_image(cvol_context *context, int width, int height, uint64_t seed)
+static cvol_image *random_image(int width, int height, uint64_t seed)
 {
     cvol_image *image;
     assert_int_equal(cvol_image_create(context, &image, width, height), CVOL_OK);
@@ -51,20 +26,20 @@ static void make_opaque(cvol_image *image)
         image->rgba[4 * i + 3] = 255;
 }
 
-static void expect_error(fixture *f, int code)
+static void expect_error(int code)
 {
     cvol_image nothing, *image = &nothing;
-    assert_int_equal(cvol_image_read_png(f->context, &image, f->path), code);
+    assert_int_equal(cvol_image_read_png(context, &image, file_path), code);
     assert_null(image);
-    assert_non_null(strstr(cvol_context_message(f->context), f->path));
+    assert_non_null(strstr(cvol_context_message(context), file_path));
 }
 
 /* ---- PNG --------------------------------------------------------------------------------- */
 
-static void expect_equal(fixture *f, const cvol_image *image)
+static void expect_equal(const cvol_image *image)
 {
     cvol_image *back;
-    assert_int_equal(cvol_image_read_png(f->context, &back, f->path), CVOL_OK);
+    assert_int_equal(cvol_image_read_png(context, &back, file_path), CVOL_OK);
     assert_int_equal(back->width, image->width);
     assert_int_equal(back->height, image->height);
     assert_memory_equal(back->rgba, image->rgba, 4 * (size_t)image->width * (size_t)image->height);
@@ -72,46 +47,45 @@ static void expect_equal(fixture *f, const cvol_image *image)
 }
 
 /* Of every level the same pixels; of level 6 the same file. */
-static void check_in_memory(fixture *f, const cvol_image *image, const unsigned char *file,
-                            size_t file_size)
+static void check_in_memory(const cvol_image *image, const unsigned char *file, size_t file_size)
 {
     for (int level = CVOL_PNG_QUICK; level <= 9; level++) {
         void *bytes;
         size_t size;
-        assert_int_equal(cvol_image_encode_png(f->context, image, level, &bytes, &size), CVOL_OK);
+        assert_int_equal(cvol_image_encode_png(context, image, level, &bytes, &size), CVOL_OK);
         if (level == 6) {
             assert_int_equal(size, file_size);
             assert_memory_equal(bytes, file, size);
         }
-        support_write(f->path, bytes, size);
+        support_write(file_path, bytes, size);
         free(bytes);
-        expect_equal(f, image);
+        expect_equal(image);
     }
 }
 
 /* Byte 25 of a PNG is its colour type: 2 RGB, 6 RGBA. */
-static void check_round_trip(fixture *f, cvol_image *image, int colour_type)
+static void check_round_trip(cvol_image *image, int colour_type)
 {
-    assert_int_equal(cvol_image_write_png(f->context, image, f->path), CVOL_OK);
+    assert_int_equal(cvol_image_write_png(context, image, file_path), CVOL_OK);
     size_t size;
-    unsigned char *file = support_read(f->path, &size);
+    unsigned char *file = support_read(file_path, &size);
     assert_int_equal(file[25], colour_type);
-    expect_equal(f, image);
-    check_in_memory(f, image, file, size);
+    expect_equal(image);
+    check_in_memory(image, file, size);
     free(file);
-    assert_int_equal(support_folder_count(f->folder), 1);
+    assert_int_equal(support_folder_count(folder), 1);
 }
 
 static void test_round_trip(void **state)
 {
-    fixture *f = *state;
+    (void)state;
     const int sizes[][2] = {{1, 1}, {1, 300}, {300, 1}, {37, 23}, {256, 64}};
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
-        cvol_image *image = random_image(f->context, sizes[i][0], sizes[i][1], i);
+        cvol_image *image = random_image(sizes[i][0], sizes[i][1], i);
         image->rgba[3] = 7;
-        check_round_trip(f, image, PNG_COLOR_TYPE_RGB_ALPHA);
+        check_round_trip(image, PNG_COLOR_TYPE_RGB_ALPHA);
         make_opaque(image);
-        check_round_trip(f, image, PNG_COLOR_TYPE_RGB);
+        check_round_trip(image, PNG_COLOR_TYPE_RGB);
         cvol_image_free(image);
     }
 }
@@ -144,11 +118,11 @@ static void write_any(const char *path, int width, int height, int depth, int co
     fclose(file);
 }
 
-static void expect_pixels(fixture *f, const uint8_t *rgba, size_t count)
+static void expect_pixels(const uint8_t *rgba, size_t count)
 {
     cvol_image *image;
-    int code = cvol_image_read_png(f->context, &image, f->path);
-    assert_string_equal(cvol_context_message(f->context), "");
+    int code = cvol_image_read_png(context, &image, file_path);
+    assert_string_equal(cvol_context_message(context), "");
     assert_int_equal(code, CVOL_OK);
     assert_int_equal((size_t)image->width * (size_t)image->height, count);
     assert_memory_equal(image->rgba, rgba, 4 * count);
@@ -157,38 +131,38 @@ static void expect_pixels(fixture *f, const uint8_t *rgba, size_t count)
 
 static void test_every_kind_is_read(void **state)
 {
-    fixture *f = *state;
-    write_any(f->path, 4, 1, 2, PNG_COLOR_TYPE_PALETTE, PNG_INTERLACE_NONE, (uint8_t[]){0x1b});
-    expect_pixels(f, (uint8_t[]){255, 0, 0, 255, 0, 255, 0, 77, 0, 0, 255, 255, 9, 8, 7, 255}, 4);
-    write_any(f->path, 2, 2, 1, PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, (uint8_t[]){0x80, 0x40});
-    expect_pixels(
-        f, (uint8_t[]){255, 255, 255, 255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255, 255}, 4);
-    write_any(f->path, 2, 1, 16, PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE,
+    (void)state;
+    write_any(file_path, 4, 1, 2, PNG_COLOR_TYPE_PALETTE, PNG_INTERLACE_NONE, (uint8_t[]){0x1b});
+    expect_pixels((uint8_t[]){255, 0, 0, 255, 0, 255, 0, 77, 0, 0, 255, 255, 9, 8, 7, 255}, 4);
+    write_any(file_path, 2, 2, 1, PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, (uint8_t[]){0x80, 0x40});
+    expect_pixels((uint8_t[]){255, 255, 255, 255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 255, 255},
+                  4);
+    write_any(file_path, 2, 1, 16, PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE,
               (uint8_t[]){0x80, 0x80, 0xff, 0xff});
-    expect_pixels(f, (uint8_t[]){128, 128, 128, 255, 255, 255, 255, 255}, 2);
-    write_any(f->path, 2, 1, 8, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_INTERLACE_NONE,
+    expect_pixels((uint8_t[]){128, 128, 128, 255, 255, 255, 255, 255}, 2);
+    write_any(file_path, 2, 1, 8, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_INTERLACE_NONE,
               (uint8_t[]){5, 6, 7, 8});
-    expect_pixels(f, (uint8_t[]){5, 5, 5, 6, 7, 7, 7, 8}, 2);
-    write_any(f->path, 1, 1, 16, PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_NONE,
+    expect_pixels((uint8_t[]){5, 5, 5, 6, 7, 7, 7, 8}, 2);
+    write_any(file_path, 1, 1, 16, PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_NONE,
               (uint8_t[]){1, 1, 2, 2, 3, 3, 4, 4});
-    expect_pixels(f, (uint8_t[]){1, 2, 3, 4}, 1);
-    cvol_image *image = random_image(f->context, 19, 21, 5);
-    write_any(f->path, 19, 21, 8, PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_ADAM7, image->rgba);
-    expect_pixels(f, image->rgba, 19 * 21);
+    expect_pixels((uint8_t[]){1, 2, 3, 4}, 1);
+    cvol_image *image = random_image(19, 21, 5);
+    write_any(file_path, 19, 21, 8, PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_ADAM7, image->rgba);
+    expect_pixels(image->rgba, 19 * 21);
     cvol_image_free(image);
 }
 
 static void test_every_truncation_fails(void **state)
 {
-    fixture *f = *state;
-    cvol_image *image = random_image(f->context, 9, 11, 1);
-    assert_int_equal(cvol_image_write_png(f->context, image, f->path), CVOL_OK);
+    (void)state;
+    cvol_image *image = random_image(9, 11, 1);
+    assert_int_equal(cvol_image_write_png(context, image, file_path), CVOL_OK);
     cvol_image_free(image);
     size_t size;
-    unsigned char *file = support_read(f->path, &size);
+    unsigned char *file = support_read(file_path, &size);
     for (size_t length = 0; length < size; length++) {
-        support_write(f->path, file, length);
-        expect_error(f, CVOL_ERROR_FORMAT);
+        support_write(file_path, file, length);
+        expect_error(CVOL_ERROR_FORMAT);
     }
     free(file);
 }
@@ -196,16 +170,16 @@ static void test_every_truncation_fails(void **state)
 /* Any byte changed: an error or a picture, never more. */
 static void test_every_damage_is_survived(void **state)
 {
-    fixture *f = *state;
-    cvol_image *image = random_image(f->context, 9, 11, 1), *back;
-    assert_int_equal(cvol_image_write_png(f->context, image, f->path), CVOL_OK);
+    (void)state;
+    cvol_image *image = random_image(9, 11, 1), *back;
+    assert_int_equal(cvol_image_write_png(context, image, file_path), CVOL_OK);
     cvol_image_free(image);
     size_t size;
-    unsigned char *file = support_read(f->path, &size);
+    unsigned char *file = support_read(file_path, &size);
     for (size_t i = 0; i < size; i++) {
         file[i] ^= 0x11;
-        support_write(f->path, file, size);
-        if (!cvol_image_read_png(f->context, &back, f->path))
+        support_write(file_path, file, size);
+        if (!cvol_image_read_png(context, &back, file_path))
             cvol_image_free(back);
         else
             assert_null(back);
@@ -216,18 +190,18 @@ static void test_every_damage_is_survived(void **state)
 
 static void test_no_png(void **state)
 {
-    fixture *f = *state;
-    expect_error(f, CVOL_ERROR_IO);
-    support_write_text(f->path, "");
-    expect_error(f, CVOL_ERROR_FORMAT);
-    assert_non_null(strstr(cvol_context_message(f->context), "is empty"));
-    support_write_text(f->path, "GIF89a, or anything else that is long enough");
-    expect_error(f, CVOL_ERROR_FORMAT);
-    assert_non_null(strstr(cvol_context_message(f->context), "is not a PNG file"));
-    char *path = f->path;
-    f->path = f->folder;
-    expect_error(f, CVOL_ERROR_IO);
-    f->path = path;
+    (void)state;
+    expect_error(CVOL_ERROR_IO);
+    support_write_text(file_path, "");
+    expect_error(CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(context), "is empty"));
+    support_write_text(file_path, "GIF89a, or anything else that is long enough");
+    expect_error(CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(context), "is not a PNG file"));
+    char *path = file_path;
+    file_path = folder;
+    expect_error(CVOL_ERROR_IO);
+    file_path = path;
 }
 
 static void put_u32(uint8_t *out, uint32_t value)
@@ -254,56 +228,55 @@ static void write_claim(const char *path, uint32_t width, uint32_t height)
 
 static void test_sizes_are_limited(void **state)
 {
-    fixture *f = *state;
-    write_claim(f->path, 40000, 1);
-    expect_error(f, CVOL_ERROR_LIMIT);
-    write_claim(f->path, 1, 40000);
-    expect_error(f, CVOL_ERROR_LIMIT);
-    write_claim(f->path, 30000, 30000);
-    expect_error(f, CVOL_ERROR_FORMAT);
-    assert_non_null(strstr(cvol_context_message(f->context), "30000 x 30000"));
-    write_claim(f->path, 0, 10);
-    expect_error(f, CVOL_ERROR_FORMAT);
-    cvol_context_set_limit_bytes(f->context, 1000);
-    write_claim(f->path, 40, 40);
-    expect_error(f, CVOL_ERROR_LIMIT);
+    (void)state;
+    write_claim(file_path, 40000, 1);
+    expect_error(CVOL_ERROR_LIMIT);
+    write_claim(file_path, 1, 40000);
+    expect_error(CVOL_ERROR_LIMIT);
+    write_claim(file_path, 30000, 30000);
+    expect_error(CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(context), "30000 x 30000"));
+    write_claim(file_path, 0, 10);
+    expect_error(CVOL_ERROR_FORMAT);
+    cvol_context_set_limit_bytes(context, 1000);
+    write_claim(file_path, 40, 40);
+    expect_error(CVOL_ERROR_LIMIT);
 }
 
 static void test_write_failures_leave_nothing(void **state)
 {
-    fixture *f = *state;
-    cvol_image *image = random_image(f->context, 8, 8, 2);
-    char *missing = support_path(f->folder, "no/such/folder.png");
-    assert_int_equal(cvol_image_write_png(f->context, image, missing), CVOL_ERROR_IO);
-    assert_int_equal(cvol_image_write_png(f->context, image, f->folder), CVOL_ERROR_IO);
-    assert_int_equal(support_folder_count(f->folder), 0);
+    (void)state;
+    cvol_image *image = random_image(8, 8, 2);
+    char *missing = support_path(folder, "no/such/folder.png");
+    assert_int_equal(cvol_image_write_png(context, image, missing), CVOL_ERROR_IO);
+    assert_int_equal(cvol_image_write_png(context, image, folder), CVOL_ERROR_IO);
+    assert_int_equal(support_folder_count(folder), 0);
     void *bytes;
     size_t size;
     for (int level = -2; level <= 10; level += 12) {
-        assert_int_equal(cvol_image_encode_png(f->context, image, level, &bytes, &size),
+        assert_int_equal(cvol_image_encode_png(context, image, level, &bytes, &size),
                          CVOL_ERROR_ARGUMENT);
         assert_null(bytes);
-        assert_non_null(strstr(cvol_context_message(f->context), "must be 0 to 9, or -1"));
+        assert_non_null(strstr(cvol_context_message(context), "must be 0 to 9, or -1"));
     }
     image->width = 0;
-    assert_int_equal(cvol_image_write_png(f->context, image, f->path), CVOL_ERROR_ARGUMENT);
-    assert_int_equal(cvol_image_encode_png(f->context, image, 6, &bytes, &size),
-                     CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_image_write_png(context, image, file_path), CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_image_encode_png(context, image, 6, &bytes, &size), CVOL_ERROR_ARGUMENT);
     free(missing);
     cvol_image_free(image);
 }
 
 static void test_create(void **state)
 {
-    fixture *f = *state;
+    (void)state;
     cvol_image *image;
     const int bad[][2] = {{0, 1}, {1, 0}, {-1, 5}, {CVOL_IMAGE_SIZE_MAX + 1, 1}};
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
-        assert_int_equal(cvol_image_create(f->context, &image, bad[i][0], bad[i][1]),
+        assert_int_equal(cvol_image_create(context, &image, bad[i][0], bad[i][1]),
                          CVOL_ERROR_ARGUMENT);
         assert_null(image);
     }
-    assert_int_equal(cvol_image_create(f->context, &image, 3, 2), CVOL_OK);
+    assert_int_equal(cvol_image_create(context, &image, 3, 2), CVOL_OK);
     for (int i = 0; i < 24; i++)
         assert_int_equal(image->rgba[i], 0);
     cvol_image_free(image);
@@ -348,20 +321,20 @@ static double naive_ssim(const cvol_image *a, const cvol_image *b)
 
 static void test_ssim_equals_naive(void **state)
 {
-    fixture *f = *state;
+    (void)state;
     const int sizes[][2] = {{40, 31}, {7, 7}, {8, 7}, {1, 1}, {3, 20}, {20, 2}, {6, 6}};
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
-        cvol_image *a = random_image(f->context, sizes[i][0], sizes[i][1], 10 + i);
-        cvol_image *b = random_image(f->context, sizes[i][0], sizes[i][1], 90 + i);
+        cvol_image *a = random_image(sizes[i][0], sizes[i][1], 10 + i);
+        cvol_image *b = random_image(sizes[i][0], sizes[i][1], 90 + i);
         for (size_t k = 0; k < 4 * (size_t)(a->width * a->height); k++)
             b->rgba[k] = (uint8_t)((3 * a->rgba[k] + b->rgba[k]) / 4);
         cvol_image_difference d, one;
-        assert_int_equal(cvol_image_compare(f->context, &d, a, b), CVOL_OK);
+        assert_int_equal(cvol_image_compare(context, &d, a, b), CVOL_OK);
         assert_true(fabs(d.ssim - naive_ssim(a, b)) < 1e-9);
-        cvol_context_set_threads(f->context, 1);
-        assert_int_equal(cvol_image_compare(f->context, &one, a, b), CVOL_OK);
+        cvol_context_set_threads(context, 1);
+        assert_int_equal(cvol_image_compare(context, &one, a, b), CVOL_OK);
         assert_memory_equal(&d, &one, sizeof d);
-        cvol_context_set_threads(f->context, 3);
+        cvol_context_set_threads(context, 3);
         cvol_image_free(a);
         cvol_image_free(b);
     }
@@ -369,19 +342,19 @@ static void test_ssim_equals_naive(void **state)
 
 static void test_figures_by_hand(void **state)
 {
-    fixture *f = *state;
+    (void)state;
     cvol_image *a, *b;
-    cvol_image_create(f->context, &a, 10, 10);
-    cvol_image_create(f->context, &b, 10, 10);
+    cvol_image_create(context, &a, 10, 10);
+    cvol_image_create(context, &b, 10, 10);
     cvol_image_difference d;
-    assert_int_equal(cvol_image_compare(f->context, &d, a, b), CVOL_OK);
+    assert_int_equal(cvol_image_compare(context, &d, a, b), CVOL_OK);
     assert_true(isinf(d.psnr_db) && isinf(d.psnr_foreground_db) && d.rmse == 0);
     assert_true(d.ssim == 1 && d.foreground_pixels == 0 && d.max_abs_error == 0);
     b->rgba[4 * 17 + 1] = 30;
     b->rgba[4 * 18 + 2] = 2;   /* not above 2: no foreground */
     b->rgba[4 * 19 + 3] = 200; /* alpha does not count */
     a->rgba[4 * 20] = b->rgba[4 * 20] = 3;
-    assert_int_equal(cvol_image_compare(f->context, &d, a, b), CVOL_OK);
+    assert_int_equal(cvol_image_compare(context, &d, a, b), CVOL_OK);
     assert_true(fabs(d.rmse - sqrt(904.0 / 300)) < 1e-12);
     assert_true(fabs(d.psnr_db - 10 * log10(65025 * 300 / 904.0)) < 1e-9);
     assert_true(fabs(d.psnr_foreground_db - 10 * log10(65025 * 6 / 900.0)) < 1e-9);
@@ -393,18 +366,18 @@ static void test_figures_by_hand(void **state)
 
 static void test_sizes_must_agree(void **state)
 {
-    fixture *f = *state;
-    cvol_image *a = random_image(f->context, 10, 12, 0), *b = random_image(f->context, 12, 10, 0);
+    (void)state;
+    cvol_image *a = random_image(10, 12, 0), *b = random_image(12, 10, 0);
     cvol_image_difference d;
-    assert_int_equal(cvol_image_compare(f->context, &d, a, b), CVOL_ERROR_ARGUMENT);
-    assert_non_null(strstr(cvol_context_message(f->context), "10 x 12 and 12 x 10"));
+    assert_int_equal(cvol_image_compare(context, &d, a, b), CVOL_ERROR_ARGUMENT);
+    assert_non_null(strstr(cvol_context_message(context), "10 x 12 and 12 x 10"));
     cvol_image_free(a);
     cvol_image_free(b);
 }
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, files_setup, files_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_round_trip),
         TEST(test_every_kind_is_read),

@@ -9,27 +9,13 @@
 #include "array/fold.h"
 #include "base/context.h"
 #include "random.h"
+#include "support_context.h"
 #include "transform/fft.h"
 #include "transform/whole.h"
 
 #define PI 3.14159265358979323846
 
 static const cvol_transform transforms[] = {CVOL_DCT, CVOL_DHT, CVOL_DFT};
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    return !(context = cvol_context_create());
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 /* ---- dense -------------------------------------------------------------------------------- */
 
@@ -574,5 +560,5 @@ int main(void)
         cmocka_unit_test(test_pencil_refuses),
         cmocka_unit_test(test_pencil_is_right_or_refuses),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

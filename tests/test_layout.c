@@ -8,28 +8,7 @@
 #include "cvol/cvol.h"
 #include "random.h"
 #include "support.h"
-
-static cvol_context *context;
-static char *folder, *path;
-
-static int start(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    cvol_context_set_threads(context, 2);
-    folder = support_folder_make();
-    path = support_path(folder, "a.cvol");
-    return !context;
-}
-
-static int stop(void **state)
-{
-    (void)state;
-    free(path);
-    support_folder_remove(folder);
-    cvol_context_destroy(context);
-    return 0;
-}
+#include "support_files.h"
 
 /* Writes FOLDER/a.cvol; its bytes, which the caller frees. x beyond 128: three bricks. */
 static uint8_t *make_file(size_t *size, size_t nx, cvol_transform transform, int block)
@@ -53,10 +32,10 @@ static uint8_t *make_file(size_t *size, size_t nx, cvol_transform transform, int
             cvol_array_compress(context, &array, samples, &grid, 3, transform, block, &keep),
             CVOL_OK);
     }
-    assert_int_equal(cvol_array_write(context, array, path, NULL), CVOL_OK);
+    assert_int_equal(cvol_array_write(context, array, file_path, NULL), CVOL_OK);
     cvol_array_free(array);
     free(samples);
-    return support_unpack(support_read(path, size), size);
+    return support_unpack(support_read(file_path, size), size);
 }
 
 static void expect_whole(const uint8_t *data, size_t size, const char *tags)
@@ -93,7 +72,7 @@ static void whole_files_are_whole(void **state)
         size_t size;
         uint8_t *data = make_file(&size, 140, cases[i].transform, cases[i].block);
         expect_whole(data, size, cases[i].tags);
-        assert_int_equal(cvol_file_verify(context, NULL, path), CVOL_OK);
+        assert_int_equal(cvol_file_verify(context, NULL, file_path), CVOL_OK);
         free(data);
     }
 }
@@ -268,7 +247,7 @@ static int empty_file(void *user, const char *what, double fraction)
 {
     (void)what;
     (void)fraction;
-    support_write_text(path, "");
+    support_write_text(file_path, "");
     ++*(int *)user;
     return 0;
 }
@@ -291,15 +270,15 @@ static void files_that_shrink_are_verified(void **state)
         samples[i] = (uint8_t)random_below(&r, 256);
     options.lossless = 1;
     assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
-    assert_int_equal(cvol_array_write(context, array, path, &bytes), CVOL_OK);
+    assert_int_equal(cvol_array_write(context, array, file_path, &bytes), CVOL_OK);
     cvol_array_free(array);
     free(samples);
     cvol_context_set_progress(context, empty_file, &calls);
-    const int code = cvol_file_verify(context, &layout, path);
+    const int code = cvol_file_verify(context, &layout, file_path);
     cvol_context_set_progress(context, NULL, NULL);
     assert_int_equal(code, CVOL_OK); /* it was whole when it was read */
     assert_true(calls && layout.file_bytes == bytes);
-    assert_int_not_equal(cvol_file_verify(context, &layout, path), CVOL_OK);
+    assert_int_not_equal(cvol_file_verify(context, &layout, file_path), CVOL_OK);
 }
 
 int main(void)
@@ -313,5 +292,5 @@ int main(void)
         cmocka_unit_test(files_that_are_none),
         cmocka_unit_test(files_that_shrink_are_verified),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

@@ -178,5 +178,5 @@ int main(void)
         cmocka_unit_test(test_meta_detached),
         cmocka_unit_test(test_meta_lies),
     };
-    return cmocka_run_group_tests(reading, open_all, close_all) != 0;
+    return cmocka_run_group_tests(reading, files_setup, files_teardown) != 0;
 }

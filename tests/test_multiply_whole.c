@@ -9,6 +9,7 @@
 #include "base/context.h"
 #include "random.h"
 #include "support.h"
+#include "support_context.h"
 #include "transform/whole.h"
 
 #define TOLERANCE 1e-5
@@ -22,24 +23,7 @@ static const size_t shapes[][3] = {{1, 1, 1},  {2, 1, 1},   {3, 1, 1}, {24, 1, 1
                                    {4, 1, 6},  {1, 6, 5},   {1, 1, 8}};
 #define SHAPES (sizeof shapes / sizeof shapes[0])
 
-static cvol_context *context;
 static uint64_t seed; /* of the case at hand, for messages */
-
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    if (context)
-        cvol_context_set_threads(context, 1);
-    return !context;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 static int rank_of(const size_t dims[3])
 {
@@ -526,5 +510,5 @@ int main(void)
         cmocka_unit_test(test_points),
         cmocka_unit_test(test_refusals),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, context_setup_one, context_teardown);
 }

@@ -329,5 +329,5 @@ int main(void)
         cmocka_unit_test(test_nifti_time_step), cmocka_unit_test(test_nifti_lies),
         cmocka_unit_test(test_nifti_gzip),      cmocka_unit_test(test_nifti_channels),
     };
-    return cmocka_run_group_tests(reading, open_all, close_all) != 0;
+    return cmocka_run_group_tests(reading, files_setup, files_teardown) != 0;
 }

@@ -361,5 +361,5 @@ int main(void)
         cmocka_unit_test(test_nrrd_detached), cmocka_unit_test(test_nrrd_gzip),
         cmocka_unit_test(test_nrrd_lies),     cmocka_unit_test(test_nrrd_headers),
     };
-    return cmocka_run_group_tests(reading, open_all, close_all) != 0;
+    return cmocka_run_group_tests(reading, files_setup, files_teardown) != 0;
 }

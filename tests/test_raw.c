@@ -60,5 +60,5 @@ int main(void)
     const struct CMUnitTest reading[] = {
         cmocka_unit_test(test_raw),
     };
-    return cmocka_run_group_tests(reading, open_all, close_all) != 0;
+    return cmocka_run_group_tests(reading, files_setup, files_teardown) != 0;
 }

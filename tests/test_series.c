@@ -46,14 +46,14 @@ static uint8_t *make_series(size_t *size)
                                          .channel_colours = colours};
     cvol_series_writer *writer;
     uint64_t bytes;
-    assert_int_equal(cvol_series_writer_open(context, &writer, container_path, &options), CVOL_OK);
+    assert_int_equal(cvol_series_writer_open(context, &writer, file_path, &options), CVOL_OK);
     for (int i = 0; i < TIMES * CHANNELS; i++) {
         cvol_array *array = make_array(i, 4);
         assert_int_equal(cvol_series_add(context, writer, array, NULL), CVOL_OK);
         cvol_array_free(array);
     }
     assert_int_equal(cvol_series_writer_commit(context, writer, &bytes), CVOL_OK);
-    uint8_t *data = support_read(container_path, size);
+    uint8_t *data = support_read(file_path, size);
     assert_int_equal(*size, bytes);
     return data;
 }
@@ -65,9 +65,9 @@ static void test_volumes_are_files(void **state)
     uint8_t *data = make_series(&size);
     cvol_series *series;
     double rgb[3];
-    assert_int_equal(cvol_file_kind_of(container_path), CVOL_FILE_SERIES);
-    assert_int_equal(cvol_file_verify(context, NULL, container_path), CVOL_OK);
-    assert_int_equal(cvol_series_read(context, &series, container_path), CVOL_OK);
+    assert_int_equal(cvol_file_kind_of(file_path), CVOL_FILE_SERIES);
+    assert_int_equal(cvol_file_verify(context, NULL, file_path), CVOL_OK);
+    assert_int_equal(cvol_series_read(context, &series, file_path), CVOL_OK);
     assert_int_equal(cvol_series_times(series), TIMES);
     assert_int_equal(cvol_series_channels(series), CHANNELS);
     assert_true(cvol_series_is_list(series));
@@ -85,12 +85,12 @@ static void test_volumes_are_files(void **state)
         assert_memory_equal(bytes, data + cvol_series_volume_offset(series, time, channel), alone);
         const cvol_file_part part = {.time = time, .channel = channel};
         cvol_file_report report;
-        support_write(container_path, data, size);
-        assert_int_equal(cvol_array_read_part(context, &read, &report, container_path, &part), 0);
+        support_write(file_path, data, size);
+        assert_int_equal(cvol_array_read_part(context, &read, &report, file_path, &part), 0);
         assert_int_equal(report.file_bytes, alone);
         cvol_array_free(read);
-        char *out = support_path(container_folder, "one.cvol");
-        assert_int_equal(cvol_series_extract(context, container_path, time, channel, out, NULL),
+        char *out = support_path(folder, "one.cvol");
+        assert_int_equal(cvol_series_extract(context, file_path, time, channel, out, NULL),
                          CVOL_OK);
         size_t extracted;
         uint8_t *again = support_read(out, &extracted);
@@ -336,8 +336,8 @@ static void test_volumes_must_be_alike(void **state)
     cvol_series_writer *writer;
     moved->grid.origin[1] = 3;
     options.times = 2;
-    const size_t before = support_folder_count(container_folder);
-    char *path = support_path(container_folder, "never.cvol");
+    const size_t before = support_folder_count(folder);
+    char *path = support_path(folder, "never.cvol");
     assert_int_equal(cvol_series_writer_open(context, &writer, path, &options), CVOL_OK);
     assert_int_equal(cvol_series_add(context, writer, array, NULL), CVOL_OK);
     assert_int_equal(cvol_series_add(context, writer, taller, NULL), CVOL_ERROR_ARGUMENT);
@@ -348,13 +348,13 @@ static void test_volumes_must_be_alike(void **state)
     assert_non_null(strstr(cvol_context_message(context), "another origin"));
     assert_int_equal(cvol_series_writer_commit(context, writer, NULL), CVOL_ERROR_ARGUMENT);
     assert_string_equal(cvol_context_message(context), "1 of 2 volumes were written");
-    assert_int_equal(support_folder_count(container_folder), before);
+    assert_int_equal(support_folder_count(folder), before);
     assert_int_equal(cvol_series_writer_open(context, &writer, path, &options), CVOL_OK);
     for (int i = 0; i < 2; i++)
         assert_int_equal(cvol_series_add(context, writer, array, NULL), CVOL_OK);
     assert_int_equal(cvol_series_add(context, writer, array, NULL), CVOL_ERROR_ARGUMENT);
     cvol_series_writer_abandon(writer);
-    assert_int_equal(support_folder_count(container_folder), before);
+    assert_int_equal(support_folder_count(folder), before);
     options.times = 0;
     assert_int_equal(cvol_series_writer_open(context, &writer, path, &options),
                      CVOL_ERROR_ARGUMENT);
@@ -388,18 +388,18 @@ static void test_by_slab(void **state)
     cvol_compress_report report;
     size_t alone, size;
     two.times = 2;
-    assert_int_equal(
-        cvol_compress_stream(context, &report, container_path, &source, &grid, &options), CVOL_OK);
-    uint8_t *bytes = support_read(container_path, &alone);
-    assert_int_equal(cvol_series_writer_open(context, &writer, container_path, &two), CVOL_OK);
+    assert_int_equal(cvol_compress_stream(context, &report, file_path, &source, &grid, &options),
+                     CVOL_OK);
+    uint8_t *bytes = support_read(file_path, &alone);
+    assert_int_equal(cvol_series_writer_open(context, &writer, file_path, &two), CVOL_OK);
     for (int i = 0; i < 2; i++) {
         assert_int_equal(cvol_series_add_stream(context, writer, &report, &source, &grid, &options),
                          CVOL_OK);
         assert_int_equal(report.file_bytes, alone);
     }
     assert_int_equal(cvol_series_writer_commit(context, writer, NULL), CVOL_OK);
-    assert_int_equal(cvol_file_verify(context, NULL, container_path), CVOL_OK);
-    uint8_t *data = support_read(container_path, &size);
+    assert_int_equal(cvol_file_verify(context, NULL, file_path), CVOL_OK);
+    uint8_t *data = support_read(file_path, &size);
     assert_memory_equal(data + size - 24 - alone, bytes, alone);
     free(data);
     free(bytes);
@@ -417,5 +417,5 @@ int main(void)
         cmocka_unit_test(test_by_slab),
         cmocka_unit_test(test_mutations),
     };
-    return cmocka_run_group_tests(tests, container_start, container_stop);
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

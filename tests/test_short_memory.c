@@ -10,6 +10,7 @@
 
 #include "support.h"
 #include "support_context.h"
+#include "support_files.h"
 #include "support_tour.h"
 
 /* ---- allocation that fails -------------------------------------------------------------- */
@@ -64,7 +65,6 @@ SEEN void *aligned_alloc(size_t alignment, size_t bytes)
 /* ---- steps ------------------------------------------------------------------------------ */
 
 static tour t;
-static char *folder, *path;
 
 /* 1: the step came to its end before anything failed. */
 static int try(const tour_step *step, long n, int how)
@@ -144,22 +144,16 @@ static void threads_are_limited(void **state)
 
 static int start(void **state)
 {
-    (void)state;
-    context = cvol_context_create();
+    if (files_setup(state))
+        return -1;
     cvol_context_set_threads(context, 1); /* OpenMP ends a process that it cannot give threads */
-    folder = support_folder_make();
-    path = support_path(folder, "a.cvol");
-    return !tour_begin(&t, context, path) || tour_write(&t, 0);
+    return !tour_begin(&t, context, file_path) || tour_write(&t, 0);
 }
 
 static int stop(void **state)
 {
-    (void)state;
     free(t.volume.data);
-    free(path);
-    support_folder_remove(folder);
-    cvol_context_destroy(context);
-    return 0;
+    return files_teardown(state);
 }
 
 int main(void)

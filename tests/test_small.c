@@ -11,18 +11,11 @@
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
+#include "support_files.h"
 #include "support_terms.h"
 
-static cvol_context *context;
-static char *folder;
 static cvol_array *made; /* compressed smallest, */
 static cvol_compress_report told;
-
-static void check_ok(int code)
-{
-    if (code)
-        fail_msg("%d: %s", code, cvol_context_message(context));
-}
 
 enum { RATIO = 20 };
 
@@ -80,12 +73,8 @@ static cvol_array *read_level(const uint8_t *data, size_t size, int level)
 
 static int open_all(void **state)
 {
-    (void)state;
-    context = cvol_context_create();
-    folder = support_folder_make();
-    if (!context || !folder)
+    if (files_setup(state))
         return 1;
-    cvol_context_set_threads(context, 2);
     made = compress(1, &told);
     cvol_context_set_threads(context, 1);
     return 0;
@@ -93,11 +82,8 @@ static int open_all(void **state)
 
 static int close_all(void **state)
 {
-    (void)state;
     cvol_array_free(made);
-    cvol_context_destroy(context);
-    support_folder_remove(folder);
-    return 0;
+    return files_teardown(state);
 }
 
 static void the_same_terms_take_fewer_bytes_at_every_level(void **state)

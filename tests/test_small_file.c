@@ -398,19 +398,18 @@ static void series_of_small_volumes_are_small(void **state)
     void *samples = make_samples(&cases[0]);
     cvol_array *array = compress(&cases[0], samples), *back;
     options.times = TIMES;
-    assert_int_equal(cvol_series_writer_open(context, &writer, container_path, &options), CVOL_OK);
+    assert_int_equal(cvol_series_writer_open(context, &writer, file_path, &options), CVOL_OK);
     for (int t = 0; t < TIMES; t++)
         assert_int_equal(cvol_series_add(context, writer, array, NULL), CVOL_OK);
     assert_int_equal(cvol_series_writer_commit(context, writer, NULL), CVOL_OK);
     size_t size;
-    uint8_t *data = support_read(container_path, &size);
+    uint8_t *data = support_read(file_path, &size);
     assert_true(size < 300 + TIMES * (24 + 16 + 8 + SMALL_MOST));
-    assert_int_equal(cvol_file_verify(context, NULL, container_path), CVOL_OK);
+    assert_int_equal(cvol_file_verify(context, NULL, file_path), CVOL_OK);
     void *wanted = evaluate(array);
     for (int t = 0; t < TIMES; t++) {
         const cvol_file_part part = {.time = t};
-        assert_int_equal(cvol_array_read_part(context, &back, NULL, container_path, &part),
-                         CVOL_OK);
+        assert_int_equal(cvol_array_read_part(context, &back, NULL, file_path, &part), CVOL_OK);
         void *found = evaluate(back);
         assert_memory_equal(found, wanted, cvol_grid_bytes(cvol_array_grid(back)));
         free(found);
@@ -441,5 +440,5 @@ int main(void)
         cmocka_unit_test(hostile_fronts_do_no_harm),
         cmocka_unit_test(series_of_small_volumes_are_small),
     };
-    return cmocka_run_group_tests(tests, container_start, container_stop);
+    return cmocka_run_group_tests(tests, files_setup, files_teardown);
 }

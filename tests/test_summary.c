@@ -612,7 +612,7 @@ static void test_real_volumes(void **state)
 /* Volumes are small: threads would only wait for each other. */
 static int open_one_thread(void **state)
 {
-    const int failed = open_all(state);
+    const int failed = files_setup(state);
     cvol_context_set_threads(context, 1);
     return failed;
 }
@@ -637,5 +637,5 @@ int main(void)
         cmocka_unit_test(test_left_out),
         cmocka_unit_test(test_real_volumes),
     };
-    return cmocka_run_group_tests(tests, open_one_thread, close_all);
+    return cmocka_run_group_tests(tests, open_one_thread, files_teardown);
 }

@@ -8,13 +8,6 @@
 #include "support.h"
 #include "support_context.h"
 
-static void check_ok(int code)
-{
-    if (code)
-        print_message("%s\n", cvol_context_message(context));
-    assert_int_equal(code, CVOL_OK);
-}
-
 static float *make_volume(const cvol_grid *grid, uint64_t seed)
 {
     float *samples = malloc(cvol_grid_bytes(grid));

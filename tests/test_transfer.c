@@ -5,32 +5,7 @@
 #include "random.h"
 #include "render/transfer.h"
 #include "support.h"
-
-typedef struct fixture {
-    cvol_context *context;
-    char *folder, *path;
-} fixture;
-
-static int setup(void **state)
-{
-    fixture *f = malloc(sizeof *f);
-    assert_non_null(f);
-    f->context = cvol_context_create();
-    f->folder = support_folder_make();
-    f->path = support_path(f->folder, "tf.json");
-    *state = f;
-    return 0;
-}
-
-static int teardown(void **state)
-{
-    fixture *f = *state;
-    cvol_context_destroy(f->context);
-    free(f->path);
-    support_folder_remove(f->folder);
-    free(f);
-    return 0;
-}
+#include "support_files.h"
 
 static void expect_near(double a, double b)
 {
@@ -48,10 +23,10 @@ static void expect_point(const cvol_transfer *t, double value, double r, double 
     expect_near(p.opacity, opacity);
 }
 
-static cvol_transfer *create(fixture *f, const cvol_transfer_point *points, size_t count)
+static cvol_transfer *create(const cvol_transfer_point *points, size_t count)
 {
     cvol_transfer *t;
-    assert_int_equal(cvol_transfer_create(f->context, &t, points, count), CVOL_OK);
+    assert_int_equal(cvol_transfer_create(context, &t, points, count), CVOL_OK);
     return t;
 }
 
@@ -59,8 +34,9 @@ static cvol_transfer *create(fixture *f, const cvol_transfer_point *points, size
 
 static void test_linear_between_constant_outside(void **state)
 {
+    (void)state;
     const cvol_transfer_point points[] = {{30, 1, 0, 0.5, 1}, {10, 0, 1, 0.5, 0.2}};
-    cvol_transfer *t = create(*state, points, 2);
+    cvol_transfer *t = create(points, 2);
     expect_point(t, -1e300, 0, 1, 0.5, 0.2);
     expect_point(t, 10, 0, 1, 0.5, 0.2);
     expect_point(t, 15, 0.25, 0.75, 0.5, 0.4);
@@ -74,9 +50,10 @@ static void test_linear_between_constant_outside(void **state)
 
 static void test_jumps_keep_their_order(void **state)
 {
+    (void)state;
     const cvol_transfer_point points[] = {
         {5, 0, 0, 0, 0.9}, {2, 0, 0, 0, 0.1}, {2, 0, 0, 0, 0.7}, {2, 0, 0, 0, 0.3}};
-    cvol_transfer *t = create(*state, points, 4);
+    cvol_transfer *t = create(points, 4);
     expect_near(cvol_transfer_at(t, 1.999).opacity, 0.1);
     expect_near(cvol_transfer_before(t, 2).opacity, 0.1);
     expect_near(cvol_transfer_at(t, 2).opacity, 0.3);
@@ -88,19 +65,20 @@ static void test_jumps_keep_their_order(void **state)
 
 static void test_extreme_values(void **state)
 {
+    (void)state;
     const cvol_transfer_point points[] = {{-1.7e308, 0, 0, 0, 0}, {1.7e308, 1, 1, 1, 1}};
-    cvol_transfer *t = create(*state, points, 2);
+    cvol_transfer *t = create(points, 2);
     expect_near(cvol_transfer_at(t, 0).opacity, 0.5);
     cvol_transfer_free(t);
     const cvol_transfer_point tiny[] = {{0, 0, 0, 0, 0}, {4.9e-324, 1, 1, 1, 1}};
-    t = create(*state, tiny, 2);
+    t = create(tiny, 2);
     expect_near(cvol_transfer_at(t, 0).opacity, 0);
     cvol_transfer_free(t);
 }
 
 static void test_bad_points_are_named(void **state)
 {
-    fixture *f = *state;
+    (void)state;
     const cvol_transfer_point good = {1, 0.5, 0.5, 0.5, 0.5};
     struct {
         cvol_transfer_point bad;
@@ -112,12 +90,12 @@ static void test_bad_points_are_named(void **state)
     cvol_transfer *t;
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const cvol_transfer_point points[] = {good, cases[i].bad};
-        assert_int_equal(cvol_transfer_create(f->context, &t, points, 2), CVOL_ERROR_ARGUMENT);
+        assert_int_equal(cvol_transfer_create(context, &t, points, 2), CVOL_ERROR_ARGUMENT);
         assert_null(t);
-        assert_non_null(strstr(cvol_context_message(f->context), cases[i].words));
+        assert_non_null(strstr(cvol_context_message(context), cases[i].words));
     }
-    assert_int_equal(cvol_transfer_create(f->context, &t, &good, 0), CVOL_ERROR_ARGUMENT);
-    assert_int_equal(cvol_transfer_create(f->context, &t, &good, 65537), CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_transfer_create(context, &t, &good, 0), CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_transfer_create(context, &t, &good, 65537), CVOL_ERROR_ARGUMENT);
 }
 
 static void test_opacity_over(void **state)
@@ -135,13 +113,14 @@ static void test_opacity_over(void **state)
 
 static void test_max_opacity_equals_search(void **state)
 {
+    (void)state;
     random_state r = {3};
     for (int trial = 0; trial < 50; trial++) {
         cvol_transfer_point points[6];
         for (int i = 0; i < 6; i++)
             points[i] = (cvol_transfer_point){.value = random_below(&r, 20),
                                               .opacity = random_below(&r, 100) / 100.0};
-        cvol_transfer *t = create(*state, points, 6);
+        cvol_transfer *t = create(points, 6);
         double lo = random_below(&r, 20) - 0.5, hi = lo + random_below(&r, 10), most = 0;
         for (double v = lo; v <= hi; v += 1.0 / 64)
             most = fmax(most,
@@ -155,13 +134,13 @@ static void test_max_opacity_equals_search(void **state)
 
 /* ---- files ------------------------------------------------------------------------------- */
 
-static cvol_transfer *read_text(fixture *f, const char *text)
+static cvol_transfer *read_text(const char *text)
 {
     cvol_transfer *t;
-    support_write_text(f->path, text);
-    int code = cvol_transfer_read(f->context, &t, f->path);
+    support_write_text(file_path, text);
+    int code = cvol_transfer_read(context, &t, file_path);
     if (code)
-        fail_msg("%s", cvol_context_message(f->context));
+        fail_msg("%s", cvol_context_message(context));
     /* The text itself reads the same; what stands behind it is not looked at. */
     cvol_transfer *parsed;
     const size_t size = strlen(text);
@@ -169,36 +148,38 @@ static cvol_transfer *read_text(fixture *f, const char *text)
     assert_non_null(longer);
     memcpy(longer, text, size);
     longer[size] = '!';
-    assert_int_equal(cvol_transfer_parse(f->context, &parsed, longer, size, "text"), CVOL_OK);
+    assert_int_equal(cvol_transfer_parse(context, &parsed, longer, size, "text"), CVOL_OK);
     assert_int_equal(cvol_transfer_count(parsed), cvol_transfer_count(t));
     for (size_t i = 0; i < cvol_transfer_count(t); i++) {
         const cvol_transfer_point a = cvol_transfer_get(t, i), b = cvol_transfer_get(parsed, i);
         assert_memory_equal(&a, &b, sizeof a);
     }
     cvol_transfer_free(parsed);
-    assert_int_equal(cvol_transfer_parse(f->context, &parsed, longer, size - 1, "my text"),
+    assert_int_equal(cvol_transfer_parse(context, &parsed, longer, size - 1, "my text"),
                      CVOL_ERROR_FORMAT);
     assert_null(parsed);
-    assert_non_null(strstr(cvol_context_message(f->context), "my text: "));
+    assert_non_null(strstr(cvol_context_message(context), "my text: "));
     free(longer);
     return t;
 }
 
 static void test_own_file(void **state)
 {
-    cvol_transfer *t = read_text(*state, "{\"points\": [[100, 1, 1, 1, 0.5], [0, 0, 0, 0, 0]]}");
+    (void)state;
+    cvol_transfer *t = read_text("{\"points\": [[100, 1, 1, 1, 0.5], [0, 0, 0, 0, 0]]}");
     expect_point(t, 50, 0.5, 0.5, 0.5, 0.25);
     cvol_transfer_free(t);
-    t = read_text(*state, "\xef\xbb\xbf{\"note\": \"x\", \"points\": [[-1.5e3, 0, 0, 0, 1]]}");
+    t = read_text("\xef\xbb\xbf{\"note\": \"x\", \"points\": [[-1.5e3, 0, 0, 0, 1]]}");
     expect_near(cvol_transfer_get(t, 0).value, -1500);
     cvol_transfer_free(t);
 }
 
 static void test_paraview_file(void **state)
 {
-    cvol_transfer *t = read_text(*state, "[{\"ColorSpace\": \"RGB\", \"Name\": \"x\","
-                                         " \"RGBPoints\": [0, 0, 0, 1, 100, 1, 0, 0],"
-                                         " \"Points\": [20, 0, 0.5, 0, 60, 0.8, 0.5, 0]}]");
+    (void)state;
+    cvol_transfer *t = read_text("[{\"ColorSpace\": \"RGB\", \"Name\": \"x\","
+                                 " \"RGBPoints\": [0, 0, 0, 1, 100, 1, 0, 0],"
+                                 " \"Points\": [20, 0, 0.5, 0, 60, 0.8, 0.5, 0]}]");
     expect_point(t, 0, 0, 0, 1, 0);
     expect_point(t, 20, 0.2, 0, 0.8, 0);
     expect_point(t, 40, 0.4, 0, 0.6, 0.4);
@@ -207,14 +188,14 @@ static void test_paraview_file(void **state)
     assert_int_equal(cvol_transfer_count(t), 4);
     cvol_transfer_free(t);
     /* Without opacities; as a bare object. */
-    t = read_text(*state, "{\"RGBPoints\": [10, 1, 1, 1, 30, 1, 1, 1, 20, 0, 0, 0]}");
+    t = read_text("{\"RGBPoints\": [10, 1, 1, 1, 30, 1, 1, 1, 20, 0, 0, 0]}");
     expect_point(t, 15, 0.5, 0.5, 0.5, 0.25);
     expect_point(t, 20, 0, 0, 0, 0.5);
     expect_point(t, 30, 1, 1, 1, 1);
     cvol_transfer_free(t);
     /* Jumps of either survive the joining. */
-    t = read_text(*state, "{\"RGBPoints\": [0, 0, 0, 0, 5, 0, 0, 0, 5, 1, 1, 1, 9, 1, 1, 1],"
-                          " \"Points\": [0, 0.1, 0.5, 0, 7, 0.1, 0.5, 0, 7, 0.9, 0.5, 0]}");
+    t = read_text("{\"RGBPoints\": [0, 0, 0, 0, 5, 0, 0, 0, 5, 1, 1, 1, 9, 1, 1, 1],"
+                  " \"Points\": [0, 0.1, 0.5, 0, 7, 0.1, 0.5, 0, 7, 0.9, 0.5, 0]}");
     expect_point(t, 4.999, 0, 0, 0, 0.1);
     expect_point(t, 5, 1, 1, 1, 0.1);
     expect_point(t, 6.999, 1, 1, 1, 0.1);
@@ -224,14 +205,15 @@ static void test_paraview_file(void **state)
 
 static void test_paraview_midpoint_and_sharpness(void **state)
 {
-    cvol_transfer *t = read_text(*state, "{\"RGBPoints\": [0, 1, 1, 1, 16, 1, 1, 1],"
-                                         " \"Points\": [0, 0, 0.25, 0, 16, 1, 0.5, 0]}");
+    (void)state;
+    cvol_transfer *t = read_text("{\"RGBPoints\": [0, 1, 1, 1, 16, 1, 1, 1],"
+                                 " \"Points\": [0, 0, 0.25, 0, 16, 1, 0.5, 0]}");
     expect_near(cvol_transfer_at(t, 4).opacity, 0.5);
     expect_near(cvol_transfer_at(t, 2).opacity, 0.25);
     expect_near(cvol_transfer_at(t, 10).opacity, 0.75);
     cvol_transfer_free(t);
-    t = read_text(*state, "{\"RGBPoints\": [0, 1, 1, 1, 16, 1, 1, 1],"
-                          " \"Points\": [0, 0, 0.5, 1, 16, 1, 0.5, 0]}");
+    t = read_text("{\"RGBPoints\": [0, 1, 1, 1, 16, 1, 1, 1],"
+                  " \"Points\": [0, 0, 0.5, 1, 16, 1, 0.5, 0]}");
     expect_near(cvol_transfer_at(t, 6).opacity, 0);
     expect_near(cvol_transfer_at(t, 10).opacity, 1);
     cvol_transfer_free(t);
@@ -239,7 +221,7 @@ static void test_paraview_midpoint_and_sharpness(void **state)
 
 static void test_bad_files_are_explained(void **state)
 {
-    fixture *f = *state;
+    (void)state;
     static const struct {
         const char *text, *words;
     } cases[] = {
@@ -268,31 +250,31 @@ static void test_bad_files_are_explained(void **state)
         {"{\"points\": [[0, 0, 0, 0, 0]], \"bad\": \"\xff\"}", "line 1"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        support_write_text(f->path, cases[i].text);
+        support_write_text(file_path, cases[i].text);
         cvol_transfer *t;
-        assert_int_equal(cvol_transfer_read(f->context, &t, f->path), CVOL_ERROR_FORMAT);
+        assert_int_equal(cvol_transfer_read(context, &t, file_path), CVOL_ERROR_FORMAT);
         assert_null(t);
-        const char *message = cvol_context_message(f->context);
-        if (!strstr(message, cases[i].words) || strncmp(message, f->path, strlen(f->path)))
+        const char *message = cvol_context_message(context);
+        if (!strstr(message, cases[i].words) || strncmp(message, file_path, strlen(file_path)))
             fail_msg("%s -> %s", cases[i].text, message);
     }
 }
 
 static void test_deep_large_and_missing_files(void **state)
 {
-    fixture *f = *state;
+    (void)state;
     cvol_transfer *t;
-    assert_int_equal(cvol_transfer_read(f->context, &t, f->path), CVOL_ERROR_IO);
+    assert_int_equal(cvol_transfer_read(context, &t, file_path), CVOL_ERROR_IO);
     size_t size = ((size_t)16 << 20) + 5;
     char *text = malloc(size);
     assert_non_null(text);
     memset(text, '[', size);
-    support_write(f->path, text, 100000);
-    assert_int_equal(cvol_transfer_read(f->context, &t, f->path), CVOL_ERROR_FORMAT);
+    support_write(file_path, text, 100000);
+    assert_int_equal(cvol_transfer_read(context, &t, file_path), CVOL_ERROR_FORMAT);
     memset(text, ' ', size);
-    support_write(f->path, text, size);
-    assert_int_equal(cvol_transfer_read(f->context, &t, f->path), CVOL_ERROR_FORMAT);
-    assert_non_null(strstr(cvol_context_message(f->context), "larger than"));
+    support_write(file_path, text, size);
+    assert_int_equal(cvol_transfer_read(context, &t, file_path), CVOL_ERROR_FORMAT);
+    assert_non_null(strstr(cvol_context_message(context), "larger than"));
     free(text);
 }
 
@@ -300,7 +282,7 @@ static void test_deep_large_and_missing_files(void **state)
 
 static void test_histogram_counts(void **state)
 {
-    fixture *f = *state;
+    (void)state;
     float samples[4 * 3 * 2];
     for (int i = 0; i < 24; i++)
         samples[i] = (float)i;
@@ -308,7 +290,7 @@ static void test_histogram_counts(void **state)
     samples[6] = INFINITY;
     cvol_volume volume = {cvol_grid_make(4, 3, 2, CVOL_FLOAT32), samples};
     cvol_histogram h;
-    assert_int_equal(cvol_volume_histogram(f->context, &h, &volume), CVOL_OK);
+    assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
     expect_near(h.min, 0);
     expect_near(h.max, 23);
     uint64_t total = 0;
@@ -320,17 +302,17 @@ static void test_histogram_counts(void **state)
     assert_int_equal(h.bins[255], 2);
     for (int i = 0; i < 24; i++)
         samples[i] = NAN;
-    assert_int_equal(cvol_volume_histogram(f->context, &h, &volume), CVOL_OK);
+    assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
     assert_true(h.min == 0 && h.max == 0 && h.bins[0] == 0);
     double wide[2] = {-1.7e308, 1.7e308};
     volume = (cvol_volume){cvol_grid_make(2, 1, 1, CVOL_FLOAT64), wide};
-    assert_int_equal(cvol_volume_histogram(f->context, &h, &volume), CVOL_OK);
+    assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
     assert_true(h.bins[0] == 1 && h.bins[255] == 1);
 }
 
 static void test_histogram_of_many_samples(void **state)
 {
-    fixture *f = *state;
+    (void)state;
     size_t nx = 300, ny = 200, nz = 150;
     uint8_t *samples = malloc(nx * ny * nz);
     assert_non_null(samples);
@@ -338,7 +320,7 @@ static void test_histogram_of_many_samples(void **state)
         samples[i] = (uint8_t)(i % nx);
     cvol_volume volume = {cvol_grid_make(nx, ny, nz, CVOL_UINT8), samples};
     cvol_histogram h;
-    assert_int_equal(cvol_volume_histogram(f->context, &h, &volume), CVOL_OK);
+    assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
     for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++) { /* rounded to a quarter of an octave */
         const double count = (double)(ny * nz) * (i < 300 - 256 ? 2 : 1);
         assert_true(fabs((double)h.bins[i] / count - 1) < 0.125);
@@ -349,14 +331,14 @@ static void test_histogram_of_many_samples(void **state)
 /* Values far from all others stand for none; what is merely at two ends does not. */
 static void test_histogram_marks(void **state)
 {
-    fixture *f = *state;
+    (void)state;
     float samples[1000];
     cvol_volume volume = {cvol_grid_make(10, 10, 10, CVOL_FLOAT32), samples};
     cvol_histogram h;
     for (int side = -1; side <= 1; side++) {
         for (int i = 0; i < 1000; i++)
             samples[i] = i % 10 == 3 && side ? (float)side * 1e35f : (float)i / 1000;
-        assert_int_equal(cvol_volume_histogram(f->context, &h, &volume), CVOL_OK);
+        assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
         assert_int_equal(h.mark_count, side ? 100 : 0);
         expect_near(h.min, 0);
         assert_true(fabs(h.max - 0.999) < 1e-6);
@@ -368,7 +350,7 @@ static void test_histogram_marks(void **state)
     }
     for (int i = 0; i < 1000; i++) /* a segmentation */
         samples[i] = i % 3 ? 0 : 1000;
-    assert_int_equal(cvol_volume_histogram(f->context, &h, &volume), CVOL_OK);
+    assert_int_equal(cvol_volume_histogram(context, &h, &volume), CVOL_OK);
     assert_true(h.mark_count == 0 && h.max > 999);
     expect_near(h.chord, 20.0 / 3);
 }
@@ -382,12 +364,12 @@ static void add_bump(cvol_histogram *h, double centre, double width, double weig
         h->bins[i] += (uint64_t)(weight * exp(-0.5 * pow((i - centre) / width, 2)));
 }
 
-static cvol_transfer *create_named(fixture *f, const char *name, const cvol_histogram *h)
+static cvol_transfer *create_named(const char *name, const cvol_histogram *h)
 {
     cvol_transfer *t;
-    int code = cvol_transfer_create_named(f->context, &t, name, h);
+    int code = cvol_transfer_create_named(context, &t, name, h);
     if (code)
-        fail_msg("%s: %s", name, cvol_context_message(f->context));
+        fail_msg("%s: %s", name, cvol_context_message(context));
     return t;
 }
 
@@ -398,11 +380,12 @@ static double opacity_at_bin(const cvol_transfer *t, const cvol_histogram *h, do
 
 static void test_auto_hides_background_and_shows_object(void **state)
 {
+    (void)state;
     cvol_histogram h = {.min = -1024, .max = 3071}; /* CT: air, soft tissue, bone */
     add_bump(&h, 2, 2, 1e6);
     add_bump(&h, 66, 4, 1e5);
     add_bump(&h, 120, 25, 4e3);
-    cvol_transfer *t = create_named(*state, "auto", &h);
+    cvol_transfer *t = create_named("auto", &h);
     expect_near(opacity_at_bin(t, &h, 0), 0);
     expect_near(opacity_at_bin(t, &h, 5), 0);
     double soft = opacity_at_bin(t, &h, 66), bone = opacity_at_bin(t, &h, 140);
@@ -414,7 +397,7 @@ static void test_auto_hides_background_and_shows_object(void **state)
     add_bump(&padded, 85, 1.5, 1e6);
     add_bump(&padded, 128, 3, 1e5);
     padded.bins[0] = 1500000;
-    t = create_named(*state, "auto", &padded);
+    t = create_named("auto", &padded);
     expect_near(opacity_at_bin(t, &padded, 0), 0);
     expect_near(opacity_at_bin(t, &padded, 85), 0);
     assert_true(opacity_at_bin(t, &padded, 128) > 0.005);
@@ -423,10 +406,11 @@ static void test_auto_hides_background_and_shows_object(void **state)
 
 static void test_auto_takes_sides(void **state)
 {
+    (void)state;
     cvol_histogram signed_data = {.min = -1, .max = 1};
     add_bump(&signed_data, 127.5, 5, 1e6);
     add_bump(&signed_data, 127.5, 40, 1e4);
-    cvol_transfer *t = create_named(*state, "auto", &signed_data);
+    cvol_transfer *t = create_named("auto", &signed_data);
     assert_true(opacity_at_bin(t, &signed_data, 30) > 0.05);
     assert_true(opacity_at_bin(t, &signed_data, 225) > 0.05);
     expect_near(opacity_at_bin(t, &signed_data, 127), 0);
@@ -434,7 +418,7 @@ static void test_auto_takes_sides(void **state)
     cvol_histogram inverted = {.min = 0, .max = 255};
     add_bump(&inverted, 250, 2, 1e6);
     add_bump(&inverted, 120, 30, 1e4);
-    t = create_named(*state, "auto", &inverted);
+    t = create_named("auto", &inverted);
     expect_near(opacity_at_bin(t, &inverted, 250), 0);
     assert_true(opacity_at_bin(t, &inverted, 100) > 0.01);
     cvol_transfer_free(t);
@@ -443,6 +427,7 @@ static void test_auto_takes_sides(void **state)
 /* Every name in the list, on histograms of every shape, gives something to see. */
 static void test_every_name_fits_every_histogram(void **state)
 {
+    (void)state;
     cvol_histogram shapes[7] = {{.min = 0, .max = 0}, {.min = 5, .max = 5}};
     shapes[1].bins[0] = 1000;
     for (int i = 2; i < 7; i++) {
@@ -463,7 +448,7 @@ static void test_every_name_fits_every_histogram(void **state)
     int count = 0;
     for (char *name = strtok(names, " "); name; name = strtok(NULL, " "), count++)
         for (int i = 0; i < 7; i++) {
-            cvol_transfer *t = create_named(*state, name, &shapes[i]);
+            cvol_transfer *t = create_named(name, &shapes[i]);
             assert_true(cvol_transfer_max_opacity(t, -INFINITY, INFINITY) > 0);
             cvol_transfer_free(t);
         }
@@ -473,12 +458,13 @@ static void test_every_name_fits_every_histogram(void **state)
 /* Thin volumes are denser; both sides of zero are seen. */
 static void test_auto_fits_shape(void **state)
 {
+    (void)state;
     cvol_histogram h = {.min = -1, .max = 1, .chord = 170};
     add_bump(&h, 127.5, 5, 1e6);
     add_bump(&h, 127.5, 40, 1e4);
-    cvol_transfer *thick = create_named(*state, "auto", &h);
+    cvol_transfer *thick = create_named("auto", &h);
     h.chord = 30;
-    cvol_transfer *thin = create_named(*state, "auto", &h);
+    cvol_transfer *thin = create_named("auto", &h);
     assert_true(opacity_at_bin(thick, &h, 127 + 20) > 0.005);
     assert_true(opacity_at_bin(thick, &h, 127 - 20) > 0.005);
     assert_true(opacity_at_bin(thin, &h, 127 + 20) > 2 * opacity_at_bin(thick, &h, 127 + 20));
@@ -489,18 +475,17 @@ static void test_auto_fits_shape(void **state)
 
 static void test_unknown_name(void **state)
 {
-    fixture *f = *state;
+    (void)state;
     cvol_histogram h = {.max = 1};
     cvol_transfer *t;
-    assert_int_equal(cvol_transfer_create_named(f->context, &t, "nonesuch", &h),
-                     CVOL_ERROR_ARGUMENT);
+    assert_int_equal(cvol_transfer_create_named(context, &t, "nonesuch", &h), CVOL_ERROR_ARGUMENT);
     assert_null(t);
-    assert_non_null(strstr(cvol_context_message(f->context), cvol_transfer_names()));
+    assert_non_null(strstr(cvol_context_message(context), cvol_transfer_names()));
 }
 
 int main(void)
 {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, files_setup, files_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_linear_between_constant_outside),
         TEST(test_jumps_keep_their_order),

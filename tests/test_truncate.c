@@ -4,11 +4,11 @@
 #include "array/operations.h"
 #include "array/truncate.h"
 #include "random.h"
+#include "support_context.h"
 #include "transform/whole.h"
 
 #define MAX_SAMPLES 20000
 
-static cvol_context *context;
 static float slots[MAX_SAMPLES], kept[MAX_SAMPLES];
 static double keys[MAX_SAMPLES];
 static uint32_t places[MAX_SAMPLES];
@@ -430,20 +430,6 @@ static void test_keep_check(void **state)
     refuse((cvol_keep){.rule = (cvol_keep_rule)77}, 0, CVOL_ERROR_ARGUMENT, "77 is no rule");
 }
 
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    return !context;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -452,5 +438,5 @@ int main(void)
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_keep_check),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

@@ -516,9 +516,9 @@ int main(void)
         cmocka_unit_test(test_damage),
         cmocka_unit_test(test_real),
     };
-    int failed = cmocka_run_group_tests(samples, open_all, close_all);
-    failed += cmocka_run_group_tests(writing, open_all, close_all);
-    failed += cmocka_run_group_tests(refusing, open_all, close_all);
-    failed += cmocka_run_group_tests(reading, open_all, close_all);
+    int failed = cmocka_run_group_tests(samples, files_setup, files_teardown);
+    failed += cmocka_run_group_tests(writing, files_setup, files_teardown);
+    failed += cmocka_run_group_tests(refusing, files_setup, files_teardown);
+    failed += cmocka_run_group_tests(reading, files_setup, files_teardown);
     return failed != 0;
 }

@@ -491,7 +491,7 @@ int main(void)
         cmocka_unit_test(test_packed_size),
         cmocka_unit_test(test_abandoned),
     };
-    int failed = cmocka_run_group_tests(streams, open_all, close_all);
-    failed += cmocka_run_group_tests(sinks, open_all, close_all);
+    int failed = cmocka_run_group_tests(streams, files_setup, files_teardown);
+    failed += cmocka_run_group_tests(sinks, files_setup, files_teardown);
     return failed != 0;
 }

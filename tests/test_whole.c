@@ -4,6 +4,7 @@
 
 #include "base/context.h"
 #include "random.h"
+#include "support_context.h"
 #include "transform/fft.h"
 #include "transform/whole.h"
 
@@ -20,21 +21,6 @@ static const size_t shapes[][3] = {
     {5, 3, 7},  {6, 5, 4},  {4, 6, 2},   {7, 1, 8},  {12, 2, 9}, {257, 1, 1}};
 #define SHAPES (sizeof shapes / sizeof shapes[0])
 #define LARGEST 400
-
-static cvol_context *context;
-
-static int setup(void **state)
-{
-    (void)state;
-    return !(context = cvol_context_create());
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
 
 static size_t count_of(const size_t dims[3])
 {
@@ -440,5 +426,5 @@ int main(void)
         cmocka_unit_test(test_good_lengths),
         cmocka_unit_test(test_too_large),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, context_setup, context_teardown);
 }

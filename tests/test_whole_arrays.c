@@ -5,11 +5,10 @@
 #include "array/array.h"
 #include "cvol/algebra.h"
 #include "random.h"
+#include "support_context.h"
 #include "transform/whole.h"
 
 #define MAX_SAMPLES 8000
-
-static cvol_context *context;
 
 #define CHECK(condition)                                                  \
     do {                                                                  \
@@ -501,22 +500,6 @@ static void test_cancelling(void **state)
     cvol_array_free(first.array);
 }
 
-static int setup(void **state)
-{
-    (void)state;
-    context = cvol_context_create();
-    if (context)
-        cvol_context_set_threads(context, 1); /* many small arrays */
-    return !context;
-}
-
-static int teardown(void **state)
-{
-    (void)state;
-    cvol_context_destroy(context);
-    return 0;
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -531,5 +514,5 @@ int main(void)
         cmocka_unit_test(test_refusals),
         cmocka_unit_test(test_cancelling),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, context_setup_one, context_teardown);
 }

@@ -11,34 +11,25 @@
 #include "codec/writer.h"
 #include "random.h"
 #include "support.h"
+#include "support_files.h"
 
 enum { BRICKS = 90, MOST = 1 << 20 };
 
-static cvol_context *context;
-static char *folder, *path;
 static uint8_t *noise; /* bricks' bytes are pieces of it */
 
 static int start(void **state)
 {
-    (void)state;
     random_state r = {5};
-    context = cvol_context_create();
-    folder = support_folder_make();
-    path = support_path(folder, "a.cvol");
     noise = malloc(2 * MOST);
     for (size_t i = 0; noise && i < 2 * MOST; i++)
         noise[i] = (uint8_t)random_u64(&r);
-    return !context || !noise;
+    return !noise || files_setup(state);
 }
 
 static int stop(void **state)
 {
-    (void)state;
     free(noise);
-    free(path);
-    support_folder_remove(folder);
-    cvol_context_destroy(context);
-    return 0;
+    return files_teardown(state);
 }
 
 /* Some bricks have no bytes in some shells. */
@@ -88,7 +79,7 @@ static uint64_t finish(cvol_file_writer *writer)
 static void expect_bricks(size_t most)
 {
     size_t size;
-    uint8_t *data = support_read(path, &size);
+    uint8_t *data = support_read(file_path, &size);
     cvol_file_layout layout;
     cvol_brick_index index = {0};
     int shell = 0;
@@ -120,13 +111,13 @@ static void bricks_come_in_order(void **state)
     /* 90 bricks of some 2 MiB: most of them do not stay in memory. */
     for (int i = 0; i < 2; i++) {
         const size_t most = i ? MOST : 100;
-        cvol_file_writer *writer = begin(path, most);
+        cvol_file_writer *writer = begin(file_path, most);
         const uint64_t shells = cvol_file_writer_shells(writer);
         assert_true(!i || shells > CVOL_SPOOLED_MOST);
         assert_true(support_folder_count(folder) <= 1); /* the output without its name */
         const uint64_t bytes = finish(writer);
         struct stat status;
-        assert_int_equal(stat(path, &status), 0);
+        assert_int_equal(stat(file_path, &status), 0);
         assert_int_equal(bytes, status.st_size);
         assert_int_equal(support_folder_count(folder), 1);
         expect_bricks(most);
@@ -134,14 +125,14 @@ static void bricks_come_in_order(void **state)
         writer = begin(NULL, most);
         assert_int_equal(cvol_file_writer_shells(writer), shells);
         assert_int_equal(finish(writer), bytes);
-        assert_int_equal(remove(path), 0);
+        assert_int_equal(remove(file_path), 0);
     }
 }
 
 static void nothing_is_left_behind(void **state)
 {
     (void)state;
-    cvol_file_writer *writer = begin(path, MOST);
+    cvol_file_writer *writer = begin(file_path, MOST);
     cvol_file_writer_abandon(writer);
     assert_int_equal(support_folder_count(folder), 0);
     cvol_file_writer_abandon(NULL);
@@ -149,11 +140,11 @@ static void nothing_is_left_behind(void **state)
     cvol_span shells[CVOL_SHELLS] = {{0}};
     const cvol_header header = header_of();
     const cvol_file_front front = {.header = &header};
-    assert_int_equal(cvol_file_writer_open(context, &writer, path, 2, 16), CVOL_OK);
+    assert_int_equal(cvol_file_writer_open(context, &writer, file_path, 2, 16), CVOL_OK);
     assert_int_equal(cvol_file_writer_add(context, writer, shells), CVOL_OK);
     assert_int_equal(cvol_file_writer_finish(context, writer, &front, NULL), CVOL_ERROR_ARGUMENT);
     assert_int_equal(support_folder_count(folder), 0);
-    writer = begin(path, 10);
+    writer = begin(file_path, 10);
     assert_int_equal(cvol_file_writer_add(context, writer, shells), CVOL_ERROR_LIMIT);
     cvol_file_writer_abandon(writer);
     assert_int_equal(support_folder_count(folder), 0);
