@@ -95,12 +95,13 @@ fi
 # Without OpenMP: one thread, and no runtime that the sanitizers do not know. Only the rooms that the readers stand on;
 # fuzzers take from these what they need. Kernels, which compile for minutes if they are looked through for undefined
 # behaviour, as the tests do, are not here; of their sets the plainest and the widest.
-sources='src/base/*.c src/volume/*.c'
+folders='src/base src/volume'
 if echo "$names" | grep -qv '^volume'; then
-    sources="$sources src/transform/*.c src/array/*.c src/codec/*.c src/image/*.c src/render/transfer*.c"
+    folders="$folders src/transform src/array src/codec src/image src/render/transfer*"
 fi
-for source in $sources; do
-    name=$(basename "$(dirname "$source")")-$(basename "$source" .c) # rooms may share names
+for source in $(find $folders -name '*.c' ! -name '*_module.c' | sort); do
+    name=$(echo "${source#src/}" | tr / -) # folders may share names
+    name=${name%.c}
     case $source in
     *_simd.c)
         echo clang $address $object -DCVOL_SIMD_SET=base "$source" -o $build/objects/$name-base.o

@@ -1,7 +1,7 @@
 /* Products and kernels on volumes in DCT blocks, against the same on samples. */
 #include "test.h"
 
-#include "array/block_product.h"
+#include "array/multiply/block_product.h"
 #include "array/operations.h"
 #include "random.h"
 

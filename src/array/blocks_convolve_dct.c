@@ -3,8 +3,8 @@
 
 #include <stdlib.h>
 
-#include "array/block_convolve.h"
 #include "array/blocks_keep.h"
+#include "array/convolve/block_convolve.h"
 #include "array/face_matrices.h"
 #include "base/cpu.h"
 

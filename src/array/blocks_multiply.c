@@ -3,10 +3,10 @@
  * Rank 3 under DCT, what volumes are, goes by block_product.h; all others evaluate both blocks
  * whole, multiply, and transform back. Of lapped volumes the samples are read (halo.h).
  */
-#include "array/block_product.h"
 #include "array/block_transform.h"
 #include "array/blocks_keep.h"
 #include "array/halo.h"
+#include "array/multiply/block_product.h"
 #include "array/operations.h"
 #include "base/cpu.h"
 

@@ -2,7 +2,7 @@
 #ifndef CVOL_ARRAY_FACE_MATRICES_H
 #define CVOL_ARRAY_FACE_MATRICES_H
 
-#include "array/block_convolve.h"
+#include "array/convolve/block_convolve.h"
 #include "cvol/algebra.h"
 
 /* Of one axis. Blocks 1 .. count - 3 share their matrices. */

@@ -8,8 +8,8 @@
  * H_dy (x) H_dz) in_{b + d} and nothing but rounding tells it from convolving the samples: no block
  * face is left out.
  */
-#ifndef CVOL_ARRAY_BLOCK_CONVOLVE_H
-#define CVOL_ARRAY_BLOCK_CONVOLVE_H
+#ifndef CVOL_ARRAY_CONVOLVE_BLOCK_CONVOLVE_H
+#define CVOL_ARRAY_CONVOLVE_BLOCK_CONVOLVE_H
 
 #include "array/array.h"
 #include "transform/block.h"

@@ -1,6 +1,6 @@
 /* A block of a kernel's result: see block_convolve.h. x first, where each term is one scaled row of
  * a matrix; then y, then z, on whole vectors of frequencies u. */
-#include "array/block_convolve.h"
+#include "array/convolve/block_convolve.h"
 
 #include "base/cpu.h"
 #include "base/vector.h"

@@ -7,8 +7,8 @@
  * below Ka + Kb - 1; along y and z that many points suffice where that is less than B. Where it is
  * more, frequencies fold, as they must: the product of samples is meant.
  */
-#ifndef CVOL_ARRAY_BLOCK_PRODUCT_H
-#define CVOL_ARRAY_BLOCK_PRODUCT_H
+#ifndef CVOL_ARRAY_MULTIPLY_BLOCK_PRODUCT_H
+#define CVOL_ARRAY_MULTIPLY_BLOCK_PRODUCT_H
 
 #include "array/array.h"
 #include "transform/block.h"

@@ -1,5 +1,5 @@
 /* The product of two blocks: see block_product.h. */
-#include "array/block_product.h"
+#include "array/multiply/block_product.h"
 
 #include "array/block_forward.h"
 #include "array/block_inverse.h"
