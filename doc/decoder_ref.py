@@ -7,8 +7,8 @@ Writes the samples, x fastest, in the file's type, low byte first (of a picture 
 blue, alpha; of a baked volume its planes as float32), and prints what the file says of them as JSON. --level 1, 2, 3: a volume's coarser levels; the file may then end early.
 
 Needs NumPy, and of libzstd the one function that unpacks a frame. The built-in codes are read from
-src/codec/token_defaults.c, the weights that foretell masks from src/codec/mask_weights.c, those of
-coefficients from src/codec/small_weights.c.
+src/codec/tables/token_defaults.c, the weights that foretell masks from src/codec/tables/mask_weights.c, those of
+coefficients from src/codec/tables/neural_weights.c.
 """
 import argparse
 import ctypes

@@ -13,13 +13,13 @@
 #include <string.h>
 
 #include "base/bytes.h"
-#include "codec/baked.h"
-#include "codec/brick_index.h"
-#include "codec/container.h"
-#include "codec/layout.h"
-#include "codec/picture.h"
-#include "codec/plane_file.h"
-#include "codec/series.h"
+#include "codec/brick/brick_index.h"
+#include "codec/container/baked.h"
+#include "codec/container/container.h"
+#include "codec/container/layout.h"
+#include "codec/container/picture.h"
+#include "codec/container/plane_file.h"
+#include "codec/container/series.h"
 #include "cvol/codec.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

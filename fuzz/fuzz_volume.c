@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "fuzz_file.h"
-#include "volume/format.h"
+#include "volume/io/format.h"
 
 static const cvol_format *const formats[] = {
     &cvol_format_nrrd,  &cvol_format_nifti, &cvol_format_metaimage, &cvol_format_tiff,

@@ -80,7 +80,7 @@ fi
 for folder in /usr/include/gdcm-3*; do
     [ -d "$folder" ] || continue
     echo clang++ -std=c++11 -g1 -O1 -Isrc -isystem "$folder" -fsanitize=address $object \
-        src/volume/modules/dicom_codec.cpp -o $build/dicom_codec.o >>$commands
+        src/volume/formats/dicom/codec_module.cpp -o $build/dicom_codec.o >>$commands
     flags="$flags -DCVOL_DICOM_CODEC_LINKED"
     formats="$formats $build/dicom_codec.o -lgdcmMSFF -lgdcmDSED -lgdcmCommon -lstdc++"
 done
@@ -88,7 +88,7 @@ done
 if pkg-config --exists hdf5; then
     hdf5=$(pkg-config --cflags hdf5 | sed 's/-I/-isystem /g')
     flags="$flags -DCVOL_HDF5_LINKED"
-    echo clang $flags $hdf5 $object src/volume/modules/hdf5_module.c -o $build/hdf5_module.o >>$commands
+    echo clang $flags $hdf5 $object src/volume/formats/hdf5_module.c -o $build/hdf5_module.o >>$commands
     formats="$formats $build/hdf5_module.o $(pkg-config --libs hdf5)"
 fi
 

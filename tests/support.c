@@ -6,7 +6,7 @@
 #include <dirent.h>
 #include <unistd.h>
 
-#include "codec/section_pack.h"
+#include "codec/container/section_pack.h"
 
 int test_verbose(void)
 {

@@ -3,7 +3,7 @@
 #include "support_container.h"
 
 #include "base/context.h"
-#include "codec/container.h"
+#include "codec/container/container.h"
 #include "support.h"
 #include "support_terms.h"
 

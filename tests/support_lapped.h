@@ -2,7 +2,7 @@
 #ifndef CVOL_TESTS_SUPPORT_LAPPED_H
 #define CVOL_TESTS_SUPPORT_LAPPED_H
 
-#include "array/array.h"
+#include "array/core/array.h"
 
 /* Samples (of float32) pre-filtered, transformed in cells of 16^3, split at random if `is_split`,
  * and quantised by this step. The ledger is measured; offset: of the array. */

@@ -3,7 +3,7 @@
 
 #include "support_render.h"
 
-#include "codec/compress_terms.h"
+#include "codec/rate/compress_terms.h"
 cvol_volume support_volume(size_t nx, size_t ny, size_t nz, cvol_type type)
 {
     cvol_volume volume = {.grid = cvol_grid_make(nx, ny, nz, type)};

@@ -2,7 +2,7 @@
 #ifndef CVOL_TESTS_SUPPORT_TERMS_H
 #define CVOL_TESTS_SUPPORT_TERMS_H
 
-#include "array/array.h"
+#include "array/core/array.h"
 
 typedef struct support_terms {
     size_t dims[3];

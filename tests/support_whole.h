@@ -3,7 +3,7 @@
 #ifndef CVOL_TESTS_SUPPORT_WHOLE_H
 #define CVOL_TESTS_SUPPORT_WHOLE_H
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "random.h"
 
 /* An array and the samples it stands for, x fastest. */

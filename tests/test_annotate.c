@@ -5,7 +5,7 @@
 #include "cvol/annotate.h"
 #include "image/font.h"
 #include "random.h"
-#include "render/camera.h"
+#include "render/view/camera.h"
 #include "support_context.h"
 
 static void test_round_lengths(void **state)

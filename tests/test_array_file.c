@@ -3,8 +3,8 @@
 #include "test.h"
 
 #include "base/context.h"
-#include "codec/packed.h"
-#include "codec/section.h"
+#include "codec/section/packed.h"
+#include "codec/section/section.h"
 #include "cvol/render.h"
 #include "random.h"
 #include "support.h"

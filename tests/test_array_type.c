@@ -1,7 +1,7 @@
 /* The type of the samples that an array evaluates to. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 
 static cvol_array *make_array(cvol_context *context, double lo, double hi)
 {

@@ -3,10 +3,10 @@
  */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/for_type.h"
-#include "codec/array_file.h"
-#include "codec/header.h"
+#include "codec/container/array_file.h"
+#include "codec/container/header.h"
 #include "cvol/algebra.h"
 #include "cvol/codec.h"
 #include "random.h"

@@ -2,8 +2,8 @@
  * and the same bits from every instruction set. */
 #include "test.h"
 
-#include "array/array.h"
-#include "array/block_inverse.h"
+#include "array/block/block_inverse.h"
+#include "array/core/array.h"
 #include "base/cpu.h"
 #include "base/memory.h"
 #include "random.h"

@@ -3,8 +3,8 @@
  * reported; the same bits for any number of threads. */
 #include "test.h"
 
-#include "array/block_transform.h"
-#include "array/operations.h"
+#include "array/algebra/operations.h"
+#include "array/block/block_transform.h"
 #include "random.h"
 #include "support_context.h"
 

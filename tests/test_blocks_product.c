@@ -1,8 +1,8 @@
 /* Products and kernels on volumes in DCT blocks, against the same on samples. */
 #include "test.h"
 
+#include "array/algebra/operations.h"
 #include "array/multiply/block_product.h"
-#include "array/operations.h"
 #include "random.h"
 
 /* ---- the product of two blocks ------------------------------------------------------------- */

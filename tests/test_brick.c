@@ -2,7 +2,7 @@
  * a whole, gives, whatever the brick and the slab that it is read from. */
 #include "test.h"
 
-#include "array/brick.h"
+#include "array/block/brick.h"
 #include "cvol/cvol.h"
 #include "random.h"
 #include "transform/lap.h"

@@ -2,8 +2,8 @@
  * no harm. */
 #include "test.h"
 
-#include "codec/brick_code.h"
-#include "codec/token_stream.h"
+#include "codec/brick/brick_code.h"
+#include "codec/entropy/token_stream.h"
 #include "random.h"
 #include "transform/cell.h"
 

@@ -4,9 +4,9 @@
 
 #include <float.h>
 
-#include "array/array.h"
-#include "array/block_transform.h"
-#include "array/operations.h"
+#include "array/algebra/operations.h"
+#include "array/block/block_transform.h"
+#include "array/core/array.h"
 #include "random.h"
 #include "support_context.h"
 #include "transform/whole.h"

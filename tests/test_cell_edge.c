@@ -2,8 +2,8 @@
  * them cheaper, and parts beyond say nothing. */
 #include "test.h"
 
-#include "codec/cell_edge.h"
-#include "codec/cell_weight.h"
+#include "codec/quantize/split_extension.h"
+#include "codec/quantize/split_weight.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"

@@ -3,12 +3,12 @@
  * files decode to and against the tolerance that is stated. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/cpu.h"
 #include "base/memory.h"
-#include "codec/cell_kernels.h"
-#include "codec/cell_quick.h"
-#include "codec/cell_weight.h"
+#include "codec/quantize/split_fast.h"
+#include "codec/quantize/split_kernels.h"
+#include "codec/quantize/split_weight.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"

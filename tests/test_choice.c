@@ -3,7 +3,7 @@
  * lossless or not. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/for_type.h"
 #include "cvol/codec.h"
 #include "random.h"

@@ -3,10 +3,10 @@
 
 #include "base/context.h"
 #include "base/memory.h"
-#include "codec/cell_choice.h"
-#include "codec/part_choice.h"
-#include "codec/range_coder.h"
-#include "codec/search.h"
+#include "codec/entropy/range_coder.h"
+#include "codec/quantize/rd_choice.h"
+#include "codec/quantize/split_choice.h"
+#include "codec/rate/search.h"
 #include "random.h"
 
 /* ---- range coder ------------------------------------------------------------------------ */

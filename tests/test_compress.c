@@ -1,7 +1,7 @@
 /* cvol_compress: targets are kept and measured truly, for all types and odd shapes. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "cvol/codec.h"

@@ -5,9 +5,9 @@
 #include <signal.h>
 #include <sys/resource.h>
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/context.h"
-#include "codec/compress_stream.h"
+#include "codec/rate/compress_stream.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"

@@ -2,9 +2,9 @@
 #include "test.h"
 
 #include "base/context.h"
-#include "codec/container.h"
-#include "codec/layout.h"
-#include "codec/shells.h"
+#include "codec/brick/subbands.h"
+#include "codec/container/container.h"
+#include "codec/container/layout.h"
 #include "random.h"
 #include "support.h"
 #include "support_container.h"

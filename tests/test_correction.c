@@ -5,7 +5,7 @@
 #include <limits.h>
 
 #include "base/for_type.h"
-#include "codec/correction.h"
+#include "codec/residual/residual_code.h"
 #include "random.h"
 
 enum { MOST = 64 * 64 * 64 };

@@ -1,8 +1,8 @@
 /* Exact files, and files with a bound, that end early: what is left says what it is. */
 #include "test.h"
 
-#include "codec/container.h"
-#include "codec/layout.h"
+#include "codec/container/container.h"
+#include "codec/container/layout.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"

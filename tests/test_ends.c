@@ -2,12 +2,12 @@
  * changed since, or lying about it. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/bytes.h"
 #include "base/cpu.h"
-#include "codec/cell_ends.h"
-#include "codec/cell_ends_kernel.h"
-#include "codec/quantise.h"
+#include "codec/quantize/quantize.h"
+#include "codec/quantize/true_length.h"
+#include "codec/quantize/true_length_kernel.h"
 #include "cvol/algebra.h"
 #include "cvol/codec.h"
 #include "random.h"

@@ -2,7 +2,7 @@
  * over the spectrum written out in double precision. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/context.h"
 #include "random.h"
 #include "support_context.h"
@@ -54,7 +54,7 @@ static cvol_array *make_array(const size_t dims[3], cvol_transform transform, si
     return array;
 }
 
-/* phi of one axis; see array/interpolant.h. */
+/* phi of one axis; see array/evaluate/interpolant.h. */
 static void wave(double phi[2], cvol_transform transform, size_t u, double x, size_t n)
 {
     const double frequency = 2 * u < n ? (double)u : (double)u - (double)n;

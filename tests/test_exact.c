@@ -2,7 +2,7 @@
  * of the definition say, close to what is evaluated otherwise. */
 #include "test.h"
 
-#include "array/exact.h"
+#include "array/block/exact.h"
 #include "base/memory.h"
 #include "random.h"
 #include "support_lapped.h"

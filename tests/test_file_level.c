@@ -3,7 +3,7 @@
 
 #include <unistd.h>
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "cvol/series.h"
 #include "support.h"
 #include "support_context.h"

@@ -4,7 +4,7 @@
 
 #include <float.h>
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"

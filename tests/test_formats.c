@@ -9,12 +9,12 @@
 #include "random.h"
 #include "support.h"
 #include "support_volume.h"
-#include "volume/folder.h"
-#include "volume/hdf5.h"
-#include "volume/strided.h"
-#include "volume/tiff_stack.h"
-#include "volume/vti_data.h"
-#include "volume/xml.h"
+#include "volume/formats/hdf5.h"
+#include "volume/formats/tiff/stack.h"
+#include "volume/formats/vtk/vti_data.h"
+#include "volume/io/folder.h"
+#include "volume/io/strided.h"
+#include "volume/io/xml.h"
 
 /* ---- pieces --------------------------------------------------------------------------- */
 

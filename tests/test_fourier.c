@@ -2,7 +2,7 @@
 #include "test.h"
 
 #include "random.h"
-#include "render/fourier.h"
+#include "render/fourier/spectrum.h"
 #include "support_context.h"
 #include "support_render.h"
 

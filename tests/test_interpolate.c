@@ -4,9 +4,9 @@
 
 #include <complex.h>
 
-#include "array/array.h"
-#include "array/dense.h"
-#include "array/fold.h"
+#include "array/core/array.h"
+#include "array/evaluate/fold.h"
+#include "array/evaluate/small_matrix.h"
 #include "base/context.h"
 #include "random.h"
 #include "support_context.h"

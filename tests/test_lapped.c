@@ -2,7 +2,7 @@
  * for and by how many threads; and operations give what they give of the same samples. */
 #include "test.h"
 
-#include "codec/survey.h"
+#include "codec/rate/measure.h"
 #include "cvol/cvol.h"
 #include "random.h"
 #include "support_lapped.h"

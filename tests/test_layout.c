@@ -3,8 +3,8 @@
 #include "test.h"
 
 #include "base/bytes.h"
-#include "codec/container.h"
-#include "codec/layout.h"
+#include "codec/container/container.h"
+#include "codec/container/layout.h"
 #include "cvol/cvol.h"
 #include "random.h"
 #include "support.h"

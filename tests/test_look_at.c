@@ -3,7 +3,7 @@
  * CVOL_TEST_VERBOSE=1 prints what is measured. */
 #include "test.h"
 
-#include "render/camera.h"
+#include "render/view/camera.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_render.h"

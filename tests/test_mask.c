@@ -2,9 +2,9 @@
  * the transform is smooth, and the same for any number of threads and slabs. */
 #include "test.h"
 
-#include "array/mask.h"
-#include "codec/mask_code.h"
-#include "codec/mask_fill.h"
+#include "array/core/mask.h"
+#include "codec/mask/mask_code.h"
+#include "codec/mask/mask_fill.h"
 #include "random.h"
 
 enum { MOST = 64 * 64 * 64 };

@@ -5,10 +5,10 @@
 
 #include <unistd.h>
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/for_type.h"
-#include "codec/container.h"
-#include "codec/corrected.h"
+#include "codec/container/container.h"
+#include "codec/residual/residual_array.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"

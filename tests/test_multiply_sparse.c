@@ -1,7 +1,7 @@
 /* The output-sensitive product: right or not verified, never wrong, and within its bound. */
 #include "test.h"
 
-#include "array/operations.h"
+#include "array/algebra/operations.h"
 #include "base/memory.h"
 #include "cvol/cvol.h"
 #include "random.h"

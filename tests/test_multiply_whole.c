@@ -2,10 +2,10 @@
  * same terms kept of them; the certified bound; the choice of a plan. */
 #include "test.h"
 
-#include "array/array.h"
-#include "array/multiply_cost.h"
-#include "array/operations.h"
-#include "array/truncate.h"
+#include "array/algebra/operations.h"
+#include "array/core/array.h"
+#include "array/multiply/cost.h"
+#include "array/truncate/truncate.h"
 #include "base/context.h"
 #include "random.h"
 #include "support.h"

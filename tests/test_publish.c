@@ -3,8 +3,8 @@
 #include "test.h"
 
 #include "random.h"
-#include "render/camera.h"
-#include "render/transfer.h"
+#include "render/transfer/transfer.h"
+#include "render/view/camera.h"
 #include "support_context.h"
 #include "support_render.h"
 

@@ -3,7 +3,7 @@
 #include "test.h"
 
 #include "random.h"
-#include "render/camera.h"
+#include "render/view/camera.h"
 #include "support_context.h"
 #include "support_render.h"
 

@@ -2,7 +2,7 @@
  * of what they decode to, not of the coarse terms that corrections stand on. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "cvol/algebra.h"
 #include "random.h"
 #include "support.h"

@@ -3,7 +3,7 @@
  */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"

@@ -7,11 +7,11 @@
 
 #include <stdatomic.h>
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/cpu.h"
-#include "render/camera.h"
-#include "render/sheet_strip.h"
-#include "render/warp_row.h"
+#include "render/sheet/frame_tile.h"
+#include "render/sheet/warp/row.h"
+#include "render/view/camera.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_render.h"

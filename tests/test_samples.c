@@ -2,10 +2,10 @@
  * the bit, by every instruction set. */
 #include "test.h"
 
-#include "array/samples.h"
+#include "array/core/samples.h"
 #include "base/cpu.h"
 #include "base/for_type.h"
-#include "codec/compare_rows.h"
+#include "codec/rate/compare_rows.h"
 #include "random.h"
 
 enum { MOST = 131, PARTS = 8, TRIALS = 400 };

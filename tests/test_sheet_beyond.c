@@ -2,7 +2,7 @@
  * pictures stay as they are. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"

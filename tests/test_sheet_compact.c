@@ -3,12 +3,12 @@
  * background. Of every instruction set. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/cpu.h"
 #include "random.h"
-#include "render/sheet.h"
-#include "render/sheet_level.h"
-#include "render/sheet_mask.h"
+#include "render/sheet/frame.h"
+#include "render/sheet/level.h"
+#include "render/sheet/mask.h"
 #include "transform/cell_points.h"
 
 enum { MOST = 32, COUNT = MOST * MOST * MOST, SQUARE = MOST * MOST, ROW = 48, SHEET = ROW * 34 };

@@ -3,7 +3,7 @@
  * not looked at. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "support_context.h"
 #include "support_lapped.h"
 #include "support_render.h"

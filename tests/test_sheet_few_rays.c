@@ -6,11 +6,11 @@
  */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "random.h"
-#include "render/camera.h"
-#include "render/sheet_level.h"
-#include "render/sheet_plan.h"
+#include "render/sheet/level.h"
+#include "render/sheet/plan.h"
+#include "render/view/camera.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"

@@ -6,8 +6,8 @@
  */
 #include "test.h"
 
-#include "array/array.h"
-#include "render/sheet_keep.h"
+#include "array/core/array.h"
+#include "render/sheet/block_cache.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"

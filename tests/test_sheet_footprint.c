@@ -3,10 +3,10 @@
  */
 #include "test.h"
 
-#include "array/array.h"
-#include "array/mask.h"
+#include "array/core/array.h"
+#include "array/core/mask.h"
 #include "random.h"
-#include "render/sheet_wide.h"
+#include "render/sheet/reconstruction_filter.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"

@@ -7,7 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/cpu.h"
 #include "random.h"
 #include "support.h"

@@ -5,7 +5,7 @@
 
 #include <unistd.h>
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"

@@ -1,11 +1,11 @@
-/* Classification in whole numbers (render/sheet_words.h) says of every sample what the table's own
+/* Classification in whole numbers (render/sheet/int16_table.h) says of every sample what the table's own
  * pieces say, and where it steps it steps at the right sample. */
 #include "test.h"
 
 #include "random.h"
-#include "render/sheet.h"
-#include "render/sheet_table.h"
-#include "render/transfer.h"
+#include "render/sheet/frame.h"
+#include "render/sheet/table.h"
+#include "render/transfer/transfer.h"
 #include "support.h"
 
 static cvol_sheet_table table;

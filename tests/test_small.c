@@ -2,12 +2,12 @@
  * instruction set; files that are damaged or lie. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/bytes.h"
 #include "base/cpu.h"
-#include "codec/brick_code.h"
-#include "codec/small_internal.h"
-#include "codec/small_model.h"
+#include "codec/brick/brick_code.h"
+#include "codec/neural/neural_internal.h"
+#include "codec/neural/neural_model.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"

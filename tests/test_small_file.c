@@ -2,9 +2,9 @@
  * level where they are cut. */
 #include "test.h"
 
-#include "codec/container.h"
-#include "codec/layout.h"
-#include "codec/section_pack.h"
+#include "codec/container/container.h"
+#include "codec/container/layout.h"
+#include "codec/container/section_pack.h"
 #include "cvol/series.h"
 #include "random.h"
 #include "support.h"

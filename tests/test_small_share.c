@@ -1,8 +1,8 @@
 /* What is coded smallest: whether parts are favoured beside whole cells is found by a sample. */
 #include "test.h"
 
-#include "codec/part_trellis.h"
-#include "codec/trial.h"
+#include "codec/quantize/trellis.h"
+#include "codec/rate/encode_attempt.h"
 #include "random.h"
 
 enum { SIDE = 48, COUNT = SIDE * SIDE * SIDE };

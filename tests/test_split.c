@@ -2,7 +2,7 @@
  * at fewer places, with the same bits on every instruction set. */
 #include "test.h"
 
-#include "array/block_inverse_steps.h"
+#include "array/block/block_inverse_steps.h"
 #include "base/cpu.h"
 #include "cvol/cvol.h"
 #include "random.h"

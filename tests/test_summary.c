@@ -2,10 +2,10 @@
  * same for the original samples, for every compression of them, and for every part of a file. */
 #include "test.h"
 
-#include "array/array.h"
-#include "array/summary.h"
-#include "codec/array_file.h"
-#include "codec/summary_section.h"
+#include "array/core/array.h"
+#include "array/core/summary.h"
+#include "codec/container/array_file.h"
+#include "codec/container/summary_section.h"
 #include "cvol/algebra.h"
 #include "cvol/codec.h"
 #include "cvol/render.h"

@@ -1,7 +1,7 @@
 /* cvol_array_transcode: targets, and bounds that hold against the samples of long ago. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "base/context.h"
 #include "cvol/codec.h"
 #include "random.h"

@@ -3,7 +3,7 @@
 #include "test.h"
 
 #include "random.h"
-#include "render/transfer.h"
+#include "render/transfer/transfer.h"
 #include "support.h"
 #include "support_files.h"
 

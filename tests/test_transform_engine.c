@@ -3,7 +3,7 @@
 #include "test.h"
 
 #include "random.h"
-#include "render/transform.h"
+#include "render/spectral/frame.h"
 #include "support_render.h"
 
 static cvol_context *context;

@@ -2,9 +2,9 @@
  * escapes, all sides of tiles, rows cut off above and below. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "random.h"
-#include "render/transform_tile.h"
+#include "render/spectral/tile.h"
 
 enum { STRIDE = 96, ROWS = 90 };
 

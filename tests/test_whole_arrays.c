@@ -2,7 +2,7 @@
  * and every certified bound against the measured error. */
 #include "test.h"
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "cvol/algebra.h"
 #include "random.h"
 #include "support_context.h"

@@ -5,10 +5,10 @@
 #include <sys/stat.h>
 
 #include "base/context.h"
-#include "codec/brick_index.h"
-#include "codec/container.h"
-#include "codec/layout.h"
-#include "codec/writer.h"
+#include "codec/brick/brick_index.h"
+#include "codec/container/container.h"
+#include "codec/container/layout.h"
+#include "codec/container/writer.h"
 #include "random.h"
 #include "support.h"
 #include "support_files.h"

@@ -5,7 +5,7 @@
 
 #include "base/context.h"
 #include "base/file.h"
-#include "codec/section_pack.h"
+#include "codec/container/section_pack.h"
 
 /* The exit status. */
 static int unpack(cvol_context *context, const char *from, const char *to)

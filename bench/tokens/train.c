@@ -1,4 +1,4 @@
-/* Trains the built-in tables of tokens (src/codec/token_defaults.c).
+/* Trains the built-in tables of tokens (src/codec/tables/token_defaults.c).
  *
  *     train_tokens OUT.c ROUNDS FILE[:NXxNYxNZ:TYPE] ...
  *
@@ -16,13 +16,13 @@
 #include <string.h>
 #include <time.h>
 
-#include "array/array.h"
-#include "array/brick.h"
-#include "array/mask.h"
-#include "codec/background.h"
-#include "codec/brick_code.h"
-#include "codec/brick_samples.h"
-#include "codec/mask_make.h"
+#include "array/block/brick.h"
+#include "array/core/array.h"
+#include "array/core/mask.h"
+#include "codec/brick/brick_code.h"
+#include "codec/brick/brick_samples.h"
+#include "codec/mask/mask_make.h"
+#include "codec/rate/background.h"
 #include "cvol/volume.h"
 
 enum { STEPS = 8 };
@@ -170,7 +170,7 @@ static void write_tables(const char *path, const cvol_token_tables *tables)
         fail("cannot write the tables");
     fprintf(file, "/* Built-in codes of all rows (token_tables.h), written by "
                   "bench/tokens/train.c. */\n"
-                  "#include \"codec/token_tables.h\"\n\n/* clang-format off */\n"
+                  "#include \"codec/entropy/token_tables.h\"\n\n/* clang-format off */\n"
                   "const uint8_t cvol_token_defaults[CVOL_ROWS][CVOL_TOKEN_CODES] = {\n");
     for (int r = 0; r < CVOL_ROWS; r++) {
         fprintf(file, "    {");

@@ -1,5 +1,5 @@
 /* Trains the built-in tables of corrections (rows from CVOL_ROW_CORRECTION to CVOL_ROW_INDEX of
- * src/codec/token_defaults.c); the other rows are written as they are. Run after train_tokens.
+ * src/codec/tables/token_defaults.c); the other rows are written as they are. Run after train_tokens.
  *
  *     train_corrections OUT.c ROUNDS FILE[:NXxNYxNZ:TYPE] ...
  *
@@ -14,12 +14,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/brick.h"
-#include "array/exact.h"
+#include "array/block/brick.h"
+#include "array/block/exact.h"
 #include "base/memory.h"
-#include "codec/brick_samples.h"
-#include "codec/correction.h"
-#include "codec/mask_fill.h"
+#include "codec/brick/brick_samples.h"
+#include "codec/mask/mask_fill.h"
+#include "codec/residual/residual_code.h"
 #include "cvol/volume.h"
 
 enum { BRICK = 64 * 64 * 64 };
@@ -222,7 +222,7 @@ static void write_tables(const char *path, const cvol_token_tables *tables)
         fail("cannot write the tables");
     fprintf(file, "/* Built-in codes of all rows (token_tables.h), written by "
                   "bench/tokens/train.c. */\n"
-                  "#include \"codec/token_tables.h\"\n\n/* clang-format off */\n"
+                  "#include \"codec/entropy/token_tables.h\"\n\n/* clang-format off */\n"
                   "const uint8_t cvol_token_defaults[CVOL_ROWS][CVOL_TOKEN_CODES] = {\n");
     for (int r = 0; r < CVOL_ROWS; r++) {
         const uint8_t *codes = r < CVOL_ROW_CORRECTION ? cvol_token_defaults[r] : tables->codes[r];

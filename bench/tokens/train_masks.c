@@ -1,4 +1,4 @@
-/* Trains the network that foretells masked samples (src/codec/mask_weights.c, mask_predict.h).
+/* Trains the network that foretells masked samples (src/codec/tables/mask_weights.c, mask_predict.h).
  *
  *     train_masks OUT.c STEPS FILE[:NXxNYxNZ:TYPE]=VALUE | FILE[...]/VALUE ...
  *
@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "codec/mask_predict.h"
+#include "codec/mask/mask_predict.h"
 #include "cvol/volume.h"
 
 enum { SIDE = 64, HIDDEN = CVOL_MASK_HIDDEN, INPUTS = CVOL_MASK_NEIGHBOURS, BATCH = 64 };
@@ -338,7 +338,7 @@ static void write_weights(const char *path, const network *n)
         least[i] = most[i] = biases[i] = lrint(UNIT_SCALE * bias);
     }
     fprintf(file, "/* The numbers of mask_predict.h, written by bench/tokens/train_masks.c. */\n"
-                  "#include \"codec/mask_predict.h\"\n\n/* clang-format off */\n"
+                  "#include \"codec/mask/mask_predict.h\"\n\n/* clang-format off */\n"
                   "const int16_t cvol_mask_weights[CVOL_MASK_NEIGHBOURS][CVOL_MASK_HIDDEN] = {\n");
     for (int k = 0; k < INPUTS; k++) {
         for (int i = 0; i < HIDDEN; i++) {

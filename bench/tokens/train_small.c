@@ -1,4 +1,4 @@
-/* Trains the two networks of the small coder (src/codec/small_model.h), and its rows of tokens, and
+/* Trains the two networks of the small coder (src/codec/neural/neural_model.h), and its rows of tokens, and
  * writes their numbers.
  *
  *     train_small OUT.c STEPS SIGN_STEPS FILE.cvol ...
@@ -9,7 +9,7 @@
  * Files are volumes that `cvol compress --bricks 64` wrote, with or without --smallest: their
  * coefficients are coded again, and what the coder sees of each is an example. A file behind a '-'
  * is left out of training, and the bits that its examples take are told. The numbers in
- * src/codec/small_weights.c are from thirteen volumes at ratios 14, 29 and 58, 1,000,000
+ * src/codec/tables/neural_weights.c are from thirteen volumes at ratios 14, 29 and 58, 1,000,000
  * and 400,000 steps of smaller networks, and 1,450,000 and 250,000 from
  * there on.
  */
@@ -23,9 +23,9 @@ static void watch(int kind, const int16_t *x, int first, uint32_t high);
 static void watch_token(int row, uint32_t token);
 #define CVOL_SMALL_WATCH watch
 #define CVOL_SMALL_WATCH_TOKEN watch_token
-#include "codec/small_code.c"
+#include "codec/neural/neural_code.c"
 
-#include "codec/bricks.h"
+#include "codec/brick/bricks.h"
 #include "cvol/array.h"
 #include "cvol/codec.h"
 
@@ -403,7 +403,7 @@ int main(int argc, char **argv)
     if (!file)
         fail("cannot write the numbers");
     fprintf(file, "/* The numbers of small_model.h, written by bench/tokens/train_small.c. */\n"
-                  "#include \"codec/small_model.h\"\n\n/* clang-format off */\n");
+                  "#include \"codec/neural/neural_model.h\"\n\n/* clang-format off */\n");
     put_network(file, "cvol_small_magnitudes", &magnitudes);
     put_network(file, "cvol_small_signs", &signs);
     put_rows(file);

@@ -2,7 +2,7 @@
 #ifndef CVOL_IMAGE_PICTURE_H
 #define CVOL_IMAGE_PICTURE_H
 
-#include "codec/picture.h"
+#include "codec/container/picture.h"
 
 /* Planes of red, green, blue and opacity. */
 typedef struct cvol_picture_source {

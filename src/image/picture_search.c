@@ -11,7 +11,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
-#include "codec/plane_code.h"
+#include "codec/container/plane_code.h"
 #include "image/picture.h"
 
 /* Steps are of levels 0 .. 1: finer ones make no difference to pixels, and with coarser ones

@@ -10,8 +10,8 @@
 
 #include "base/for_type.h"
 #include "cvol/codec.h"
-#include "volume/format.h"
-#include "volume/nifti_intent.h"
+#include "volume/formats/nifti_intent.h"
+#include "volume/io/format.h"
 
 enum { VALUES_MOST = 4096, OFFSETS = 1 << 16 };
 /* Of pairs of neighbours, how many have to be equal; of those that differ, how many by 2 or more.

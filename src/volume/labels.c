@@ -2,7 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "volume/stored.h"
+#include "volume/io/stored.h"
 
 /* Bytes of the letter that begins here and ends before `size`; 0: it is none that is printed. */
 static size_t letter_bytes(const uint8_t *text, size_t size)

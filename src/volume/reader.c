@@ -9,10 +9,10 @@
 #include "base/file.h"
 #include "base/grid.h"
 #include "volume/dense.h"
-#include "volume/folder.h"
-#include "volume/hdf5.h"
-#include "volume/stream.h"
-#include "volume/text.h"
+#include "volume/formats/hdf5.h"
+#include "volume/io/folder.h"
+#include "volume/io/stream.h"
+#include "volume/io/text.h"
 
 /* Between two reports of progress. */
 #define READ_STEP_BYTES ((size_t)8 << 20)

@@ -11,7 +11,7 @@
 #ifndef CVOL_ARRAY_CONVOLVE_BLOCK_CONVOLVE_H
 #define CVOL_ARRAY_CONVOLVE_BLOCK_CONVOLVE_H
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "transform/block.h"
 
 /* The matrices of one line at one block, d = -1, 0, 1; NULL where there is no neighbour or it does

@@ -10,7 +10,7 @@
 #ifndef CVOL_ARRAY_MULTIPLY_BLOCK_PRODUCT_H
 #define CVOL_ARRAY_MULTIPLY_BLOCK_PRODUCT_H
 
-#include "array/array.h"
+#include "array/core/array.h"
 #include "transform/block.h"
 
 typedef struct cvol_product_factor {

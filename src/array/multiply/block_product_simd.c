@@ -1,8 +1,8 @@
 /* The product of two blocks: see block_product.h. */
 #include "array/multiply/block_product.h"
 
-#include "array/block_forward.h"
-#include "array/block_inverse.h"
+#include "array/block/block_forward.h"
+#include "array/block/block_inverse.h"
 #include "base/cpu.h"
 
 void CVOL_SIMD(cvol_block_product)(float *out, int box[3], const cvol_product_factor *a,

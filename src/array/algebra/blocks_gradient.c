@@ -1,0 +1,74 @@
+/* The length of the gradient by central differences, block by block with one sample around it. */
+#include <math.h>
+
+#include "array/algebra/operations.h"
+#include "array/block/block_transform.h"
+#include "array/block/halo.h"
+#include "array/truncate/blocks_keep.h"
+
+typedef struct gradient {
+    const cvol_array *a, *shape;
+    double weight[3];
+} gradient;
+
+static int produce(const void *user, cvol_dense_block *block, size_t index, void *scratch)
+{
+    const gradient *g = user;
+    const int rank = g->a->rank;
+    size_t at[3], side[3], size[3], stride[3];
+    long begin[3];
+    cvol_block_origin(at, g->a, index);
+    for (int a = 0; a < 3; a++) {
+        side[a] = cvol_block_side(g->a, a);
+        size[a] = side[a] + (a < rank ? 2 : 0);
+        begin[a] = (long)at[a] - (a < rank ? 1 : 0);
+    }
+    stride[0] = 1;
+    stride[1] = size[0];
+    stride[2] = size[0] * size[1];
+    float *samples = (float *)((char *)scratch + cvol_halo_bytes(g->a));
+    float *around = samples + ((cvol_array_block_terms(g->a) + 15) & ~(size_t)15);
+    cvol_halo_read(around, scratch, g->a, begin, size);
+    for (size_t z = 0; z < side[2]; z++)
+        for (size_t y = 0; y < side[1]; y++)
+            for (size_t x = 0; x < side[0]; x++) {
+                const float *here = around + (x + 1) + stride[1] * (y + (rank > 1)) +
+                                    stride[2] * (z + (rank > 2));
+                double sum = 0; /* squares of floats may be beyond floats */
+                for (int a = 0; a < rank; a++) {
+                    const double d = g->weight[a] / 2 *
+                                     ((double)here[stride[a]] - (double)*(here - stride[a]));
+                    sum += d * d;
+                }
+                samples[x + side[0] * (y + side[1] * z)] = (float)sqrt(sum);
+            }
+    block->max_abs = cvol_halo_finish(block->coefficients, samples, g->shape, index);
+    return CVOL_OK;
+}
+
+int cvol_blocks_gradient(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                         const cvol_array *a, const double weight[3], const cvol_keep *keep)
+{
+    gradient g = {.a = a, .shape = out};
+    double squares = 0;
+    size_t around = 1;
+    for (int i = 0; i < a->rank; i++) {
+        g.weight[i] = weight[i];
+        squares += weight[i] * weight[i];
+        around *= (size_t)a->block + 2;
+    }
+    /* A central difference is at most the largest magnitude. */
+    const double gain = sqrt(squares), most = gain * cvol_ledger_largest(&a->ledger);
+    cvol_blocks_expect(out, (cvol_ledger){.l2_error = gain * a->ledger.l2_error,
+                                          .max_abs = gain * cvol_ledger_tighten(&a->ledger),
+                                          .value_min = 0,
+                                          .value_max = most});
+    const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep, gain / sqrt(2), a);
+    const cvol_producer producer = {.produce = produce,
+                                    .user = &g,
+                                    .scratch_bytes = cvol_halo_bytes(a) +
+                                                     (cvol_array_block_terms(a) + around + 16) *
+                                                         sizeof(float),
+                                    .what = "gradient"};
+    return cvol_build_blocks(context, out, result, &producer, &resolved);
+}

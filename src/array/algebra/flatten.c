@@ -1,0 +1,58 @@
+/* An array without a background kept apart: its samples, transformed again.
+ *
+ * Of plain blocks so many terms are kept that what they lack is half of what the array's bound
+ * allows already: the bound grows by half, and the error itself by about an eighth, as the two
+ * hardly ever add up. */
+#include <stdlib.h>
+
+#include "array/algebra/operations.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "cvol/algebra.h"
+
+int cvol_array_need_plain(cvol_context *context, const cvol_array *array)
+{
+    if (!cvol_mask_is_background(array->mask))
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                     "the array's background is kept apart from its terms, and operations are on "
+                     "terms: cvol_array_flatten makes an array without");
+}
+
+/* Evaluates the samples and transforms them, less terms that together are half as far off as the
+ * samples themselves may be. */
+static int transform_again(cvol_context *context, cvol_array **out, float *samples,
+                           const cvol_array *array)
+{
+    const size_t zero[3] = {0, 0, 0};
+    const cvol_keep keep = cvol_keep_l2(array->ledger.l2_error / 2);
+    cvol_grid grid = array->grid;
+    grid.type = CVOL_FLOAT32;
+    int code = cvol_array_evaluate_real(context, samples, array, zero, grid.dims);
+    if (!code)
+        code = cvol_array_compress(context, out, samples, &grid, array->rank, array->transform,
+                                   array->block, &keep);
+    return code;
+}
+
+int cvol_array_flatten(cvol_context *context, cvol_array **out, const cvol_array *array)
+{
+    const size_t count = cvol_grid_samples(&array->grid);
+    *out = NULL;
+    if (!cvol_mask_is_background(array->mask))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the array has no background kept apart");
+    float *samples = cvol_allocate(count, sizeof *samples);
+    if (!samples)
+        return cvol_fail_memory(context, count * sizeof *samples, "the samples");
+    const int code = transform_again(context, out, samples, array);
+    free(samples);
+    if (code)
+        return code;
+    cvol_ledger *ledger = &(*out)->ledger;
+    (*out)->grid.type = array->grid.type;
+    ledger->l2_error += array->ledger.l2_error;
+    ledger->value_min = array->ledger.value_min;
+    ledger->value_max = array->ledger.value_max;
+    cvol_array_derive_figures(*out);
+    return cvol_array_set_summary(context, *out, cvol_array_summary(array));
+}

@@ -1,0 +1,172 @@
+/* From a block's terms to its samples, on any view of its axes.
+ *
+ * The block's axes are called lane, row and sheet: which of x, y, z each is, the caller says. The
+ * work runs from the sparse end to the dense one:
+ *   1. lane:  T1[s][r] += value lane_basis[f]   one vector operation a term and CVOL_LANES lanes
+ *   2. row:   T2[s][j] from T1[s][0 .. low_row)
+ *   3. sheet: out[z][j] from T2[0 .. low_sheet)[j]
+ * so that frequencies beyond the block's own low box cost nothing.
+ *
+ * To be included by kernel files only: each compiles it for its instruction set.
+ */
+#ifndef CVOL_ARRAY_BLOCK_BLOCK_INVERSE_H
+#define CVOL_ARRAY_BLOCK_BLOCK_INVERSE_H
+
+#include "array/block/block_batch.h"
+#include "array/block/block_dense.h"
+#include "array/block/block_inverse_steps.h"
+#include "array/block/split_inverse.h"
+#include "array/core/sample_words.h"
+#include "transform/lines.h"
+
+/* Step 1. Line (s, r) begins at first[(s B + r) width]. */
+CVOL_INLINE void cvol_block_gather_lanes(float *first, cvol_block_rows *rows,
+                                         const cvol_block *block, const float *lane_basis,
+                                         int block_log2, float step, int width, int lane, int row,
+                                         int sheet)
+{
+    const int B = 1 << block_log2;
+    for (int s = 0; s < block->low[sheet]; s++) {
+        memset(first + (long)s * B * width, 0, sizeof(float) * (size_t)(block->low[row] * width));
+        rows->count[s] = 0;
+    }
+    cvol_term_batch batch;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
+    while (words < end) {
+        int count;
+        words = cvol_batch_next(&batch, &count, words, end, step, block_log2);
+        cvol_batch_aim(&batch, block_log2, width, lane, row, sheet, 0, 0);
+        cvol_batch_add(first, rows->count, &batch, count, lane_basis, width);
+    }
+}
+
+/* Step 3, of `lanes` lanes from `part` on. Line j of sheet s begins at in[(s rows + j) width]. */
+CVOL_INLINE void cvol_block_sheets(const cvol_block_out *to, const cvol_block_axes *axes,
+                                   const float *in, int width, int low_sheet, int part, int lanes)
+{
+    const int rows = axes->row_points, sheets = axes->sheet_points;
+    float *out = (float *)to->at + part;
+    if (__builtin_expect(axes->sheet_ends != 0, 0)) {
+        for (int j = 0; j < rows; j++)
+            cvol_lines_tile(out + j * to->row_stride, to->sheet_stride, in + j * width,
+                            (long)rows * width, low_sheet, axes->sheet_basis, sheets, 0, 2, lanes);
+        return;
+    }
+    for (int j = 0; j < rows; j++)
+        cvol_lines_inverse(out + j * to->row_stride, to->sheet_stride, in + j * width,
+                           (long)rows * width, low_sheet, axes->sheet_basis, sheets, lanes);
+}
+
+/* Two rows, as words: `tile` sheets from i on and their mirror images. */
+CVOL_INLINE void cvol_block_words_tile(int16_t *out, long row_stride, long sheet_stride,
+                                       float start, const float *in, int width, long in_stride,
+                                       int K, const float *basis, int M, int i, int tile, int lanes)
+{
+    cvol_vf near[2][CVOL_LINES_TILE], far[2][CVOL_LINES_TILE];
+    cvol_lines_sums(near, far, 2, width, cvol_splat(start), in, in_stride, K, basis, M, i, tile);
+    for (int t = 0; t < tile; t++) {
+        int16_t *near_at = out + (i + t) * sheet_stride,
+                *far_at = out + (M - 1 - i - t) * sheet_stride;
+        cvol_store_words_of_two(near_at, near_at + row_stride, near[0][t], near[1][t], lanes);
+        cvol_store_words_of_two(far_at, far_at + row_stride, far[0][t], far[1][t], lanes);
+    }
+}
+
+/* Step 3 as words. */
+CVOL_INLINE void cvol_block_sheets_words(const cvol_block_out *to, const cvol_block_axes *axes,
+                                         const float *in, int width, int low_sheet, int part,
+                                         int lanes)
+{
+    const int rows = axes->row_points, sheets = axes->sheet_points;
+    const int wanted = axes->sheet_ends ? 2 : sheets / 2;
+    for (int j = 0; j < rows; j += 2) {
+        int16_t *out = (int16_t *)to->at + part + j * to->row_stride;
+        int i = 0;
+        for (; i + CVOL_LINES_TILE <= wanted; i += CVOL_LINES_TILE)
+            cvol_block_words_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
+                                  width, (long)rows * width, low_sheet, axes->sheet_basis, sheets,
+                                  i, CVOL_LINES_TILE, lanes);
+        for (; CVOL_LINES_TILE > 2 && i + 2 <= wanted; i += 2)
+            cvol_block_words_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
+                                  width, (long)rows * width, low_sheet, axes->sheet_basis, sheets,
+                                  i, 2, lanes);
+        for (; i < wanted; i++)
+            cvol_block_words_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
+                                  width, (long)rows * width, low_sheet, axes->sheet_basis, sheets,
+                                  i, 1, lanes);
+    }
+}
+
+/* Samples of the block, with the axes and sizes known when this is compiled. */
+CVOL_INLINE void cvol_block_inverse_of(const cvol_block_out *out, const cvol_block *block,
+                                       const cvol_block_axes *axes, int block_log2, float step,
+                                       cvol_block_work *work, int lane, int row, int sheet)
+{
+    const int B = 1 << block_log2, width = B < 16 ? 16 : B;
+    const int rows = axes->row_points;
+    const int low_row = cvol_block_frequencies(axes, rows, block->low[row]),
+              low_sheet = cvol_block_frequencies(axes, axes->sheet_points, block->low[sheet]);
+    float *second = cvol_block_second(work, block_log2);
+    cvol_block_rows low_rows;
+    if (block_log2 == CVOL_DENSE_LOG2 && cvol_dense_pays(block, lane, row, sheet)) {
+        const float *const of = axes->lane_basis;
+        const float *const bases[2][2][2] = {{{of, of}, {of, of}}, {{of, of}, {of, of}}};
+        cvol_dense_lanes(work->first, (int32_t *)second, &low_rows, block, bases, 1, step, lane,
+                         row, sheet, low_row, low_sheet);
+    } else {
+        cvol_block_gather_lanes(work->first, &low_rows, block, axes->lane_basis, block_log2, step,
+                                width, lane, row, sheet);
+    }
+    for (int part = 0; part < width; part += CVOL_LANES) {
+        int lanes = axes->lane_points - part < CVOL_LANES ? axes->lane_points - part : CVOL_LANES;
+        if (lanes <= 0)
+            break;
+        for (int s = 0; s < low_sheet; s++)
+            cvol_lines_inverse(second + (long)s * rows * width + part, width,
+                               work->first + (long)s * B * width + part, width,
+                               cvol_block_frequencies(axes, rows, low_rows.count[s]),
+                               axes->row_basis, rows, CVOL_LANES);
+        if (out->are_words)
+            cvol_block_sheets_words(out, axes, second + part, width, low_sheet, part, lanes);
+        else
+            cvol_block_sheets(out, axes, second + part, width, low_sheet, part, lanes);
+    }
+}
+
+CVOL_INLINE void cvol_block_inverse_size(const cvol_block_out *out, const cvol_block *block,
+                                         const cvol_block_axes *axes, int block_log2, float step,
+                                         cvol_block_work *work)
+{
+    if (axes->sheet == 2)
+        cvol_block_inverse_of(out, block, axes, block_log2, step, work, 0, 1, 2);
+    else if (axes->sheet == 1)
+        cvol_block_inverse_of(out, block, axes, block_log2, step, work, 0, 2, 1);
+    else
+        cvol_block_inverse_of(out, block, axes, block_log2, step, work, 1, 2, 0);
+}
+
+/* Samples of the block. */
+CVOL_INLINE void cvol_block_inverse_to(const cvol_block_out *out, const cvol_block *block,
+                                       const cvol_block_axes *axes, int block_log2, float step,
+                                       cvol_block_work *work)
+{
+    if (__builtin_expect(block->split != 0, 0))
+        cvol_split_inverse(out, block, axes, step, work);
+    else if (block_log2 == 4)
+        cvol_block_inverse_size(out, block, axes, 4, step, work);
+    else if (block_log2 == 3)
+        cvol_block_inverse_size(out, block, axes, 3, step, work);
+    else
+        cvol_block_inverse_size(out, block, axes, 5, step, work);
+}
+
+/* As floats: out[z * sheet_stride + j * row_stride + i] for sheet z, row j, lane i. */
+CVOL_INLINE void cvol_block_inverse(float *out, long row_stride, long sheet_stride,
+                                    const cvol_block *block, const cvol_block_axes *axes,
+                                    int block_log2, float step, cvol_block_work *work)
+{
+    const cvol_block_out to = {out, row_stride, sheet_stride, 0, 0};
+    cvol_block_inverse_to(&to, block, axes, block_log2, step, work);
+}
+
+#endif

@@ -1,9 +1,0 @@
-/* Sums over the terms of a block. */
-#ifndef CVOL_ARRAY_BLOCK_SUMS_H
-#define CVOL_ARRAY_BLOCK_SUMS_H
-
-#include "array/array.h"
-
-/* The sum of squares of the quantised values; the same bits on every processor. */
-double cvol_block_squares(const cvol_block *block, int place_bits);
-#endif

@@ -1,0 +1,208 @@
+/* Convolving arrays with kernels and with each other, and the gradient: checks, bounds, and which
+ * half does it.
+ *
+ * The bound of a * b (circular, N samples, orthonormal coefficients A, B; a~ what is evaluated):
+ * convolving with a~ multiplies coefficients by sqrt(N) A~[u], so its L2 norm as an operator is
+ * sqrt(N) max |A~[u]|. No coefficient is further from the exact one than the samples' L2 distance:
+ * |B[u]| <= |B~[u]| + e_b. From a * b - a~ * b~ = a~ * (b - b~) + (a - a~) * b follows
+ *     |a * b - a~ * b~|_2 <= sqrt(N) (max |A~| e_b + max |B~| e_a + e_a e_b).
+ * Values: by interval arithmetic of N products, and by Cauchy and Schwarz, |(a * b)[x]| <= |a|_2
+ * |b|_2.
+ *
+ * The bound of the gradient's length g: | |v| - |w| | <= |v - w| at each sample, and a central
+ * difference has norm 1, so that |g - g~|_2 <= sqrt(sum_axis weight^2) e_a.
+ */
+#include <math.h>
+
+#include "array/algebra/operations.h"
+#include "array/evaluate/decoded_terms.h"
+#include "array/truncate/truncate.h"
+#include "base/context.h"
+
+/* `array`, whose ledger holds but for what was dropped, becomes the result. */
+static int finish(cvol_context *context, cvol_array **out, cvol_array *array,
+                  const cvol_build_result *result, const char *operation)
+{
+    if (result->max_abs >= 0)
+        array->ledger.max_abs = fmin(array->ledger.max_abs, result->max_abs);
+    cvol_array_account(array, result, 0);
+    int code = cvol_array_check_ledger(context, array, &array->ledger, operation);
+    if (code)
+        return code;
+    cvol_array_derive_figures(array);
+    *out = array;
+    return CVOL_OK;
+}
+
+/* ---- kernels
+ * ------------------------------------------------------------------------------------- */
+
+static int check_kernel(cvol_context *context, const cvol_array *a, const cvol_kernel *kernel)
+{
+    int code = cvol_kernel_check(context, kernel);
+    for (int axis = 0; axis < 3 && !code; axis++) {
+        const int radius = cvol_kernel_radius(kernel, axis), width = 2 * radius + 1;
+        if (axis >= a->rank && radius)
+            code = cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "kernel is %d samples wide along %c, but the array has rank %d: make "
+                             "the kernel for that rank",
+                             width, "xyz"[axis], a -> rank);
+        else if (a->block && radius > a->block)
+            code = cvol_fail(
+                context, CVOL_ERROR_ARGUMENT,
+                "kernel is %d samples wide along %c and reaches beyond the next block of %d: use "
+                "larger blocks or a whole array (block 0)",
+                width, "xyz"[axis], a -> block);
+    }
+    return code;
+}
+
+int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cvol_array *a,
+                               const cvol_kernel *kernel, const cvol_keep *keep)
+{
+    *out = NULL;
+    const cvol_keep like = cvol_keep_like_inputs();
+    const cvol_keep *rule = keep ? keep : &like;
+    cvol_array *array = NULL;
+    cvol_build_result result = {.max_abs = -1};
+    double norm, sum;
+    int code = cvol_array_decoded_terms(context, &a, a);
+    if (!code)
+        code = check_kernel(context, a, kernel);
+    if (!code)
+        code = cvol_array_create_like(context, &array, a);
+    if (!code)
+        code = cvol_keep_check(context, rule, array);
+    if (code)
+        goto done;
+    cvol_kernel_bounds(kernel, &norm, &sum);
+    array->ledger = cvol_ledger_filter(&a->ledger, norm, sum, cvol_kernel_total(kernel));
+    code = cvol_array_check_ledger(context, array, &array->ledger, "convolve");
+    if (code)
+        goto done;
+    code = a->block ? cvol_blocks_convolve_kernel(context, array, &result, a, kernel, rule)
+                    : cvol_whole_convolve_kernel(context, array, &result, a, kernel, rule);
+    result.gain = sum;
+    if (!code)
+        code = finish(context, out, array, &result, "convolve");
+done:
+    if (code)
+        cvol_array_free(array);
+    return code;
+}
+
+/* ---- array by array
+ * -------------------------------------------------------------------------------- */
+
+/* Bounds |A E| where A is an array's coefficients and E the error of the other one: at the places
+ * that both have E is no more than the error on the support, elsewhere no more than all of it. */
+static double error_through(const cvol_largest *A, const cvol_ledger *other)
+{
+    return fmin(hypot(A->common * cvol_ledger_support(other), A->alone * other->l2_error),
+                fmax(A->common, A->alone) * other->l2_error);
+}
+
+static cvol_ledger convolve_ledger(const cvol_array *a, const cvol_largest *A, const cvol_array *b,
+                                   const cvol_largest *B)
+{
+    const cvol_ledger *x = &a->ledger, *y = &b->ledger;
+    const double N = (double)cvol_grid_samples(&a->grid), root = sqrt(N);
+    const double kept_a = sqrt(cvol_spectrum_energy(&a->whole));
+    const double kept_b = sqrt(cvol_spectrum_energy(&b->whole));
+    const cvol_ledger product = cvol_ledger_multiply(x, y); /* for its interval */
+    const double exact = (kept_a + x->l2_error) * (kept_b + y->l2_error);
+    cvol_ledger out = {
+        .l2_error = root * (error_through(A, y) + error_through(B, x) + x->l2_error * y->l2_error),
+        .max_abs = fmin(kept_a * kept_b * (1 + cvol_array_rounding(a)),
+                        N * cvol_ledger_tighten(x) * cvol_ledger_tighten(y)),
+        .value_min = fmax(-exact, N * product.value_min),
+        .value_max = fmin(exact, N * product.value_max)};
+    return out;
+}
+
+int cvol_array_convolve(cvol_context *context, cvol_array **out, const cvol_array *a,
+                        const cvol_array *b, const cvol_keep *keep)
+{
+    *out = NULL;
+    const cvol_keep like = cvol_keep_like_inputs();
+    const cvol_keep *rule = keep ? keep : &like;
+    int code = cvol_array_agree(context, a, b);
+    if (code)
+        return code;
+    if (a->block)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "convolve: arrays in blocks of %d are convolved with kernels only; two "
+                         "arrays need to be whole (block 0), under dht or dft",
+                         a->block);
+    if (a->transform == CVOL_DCT)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "convolve: under dct arrays are mirrored about their ends, and the "
+                         "convolution of two such arrays is about their samples, which dct cannot "
+                         "hold; compress both with dht or dft");
+    cvol_array *array = NULL;
+    cvol_build_result result = {.max_abs = -1};
+    code = cvol_array_create_like(context, &array, a);
+    if (!code)
+        code = cvol_keep_check(context, rule, array);
+    if (code)
+        goto done;
+    cvol_largest A, B;
+    code = cvol_whole_largest_coefficients(context, &A, a, b);
+    if (!code)
+        code = cvol_whole_largest_coefficients(context, &B, b, a);
+    if (code)
+        goto done;
+    array->ledger = convolve_ledger(a, &A, b, &B);
+    code = cvol_array_check_ledger(context, array, &array->ledger, "convolve");
+    if (!code)
+        code = cvol_whole_convolve(context, array, &result, a, b, rule);
+    if (!code)
+        code = finish(context, out, array, &result, "convolve");
+done:
+    if (code)
+        cvol_array_free(array);
+    return code;
+}
+
+/* ---- gradient
+ * ---------------------------------------------------------------------------------------- */
+
+int cvol_array_gradient(cvol_context *context, cvol_array **out, const cvol_array *a,
+                        const cvol_keep *keep)
+{
+    *out = NULL;
+    const cvol_keep like = cvol_keep_like_inputs();
+    const cvol_keep *rule = keep ? keep : &like;
+    cvol_array *array = NULL;
+    cvol_build_result result = {.max_abs = -1};
+    double weight[3] = {0, 0, 0}, squares = 0;
+    for (int axis = 0; axis < a->rank; axis++) {
+        weight[axis] = 1 / a->grid.spacing[axis];
+        squares += weight[axis] * weight[axis];
+    }
+    int code = cvol_array_decoded_terms(context, &a, a);
+    if (!code)
+        code = cvol_array_create_like(context, &array, a);
+    if (!code)
+        code = cvol_keep_check(context, rule, array);
+    if (code)
+        goto done;
+    const double norm = sqrt(squares);
+    array->ledger = (cvol_ledger){.l2_error = norm * a->ledger.l2_error,
+                                  .max_abs = norm * cvol_ledger_tighten(&a->ledger),
+                                  .value_min = 0,
+                                  .value_max = norm * (a->ledger.value_max - a->ledger.value_min) /
+                                               2};
+    code = cvol_array_check_ledger(context, array, &array->ledger, "gradient");
+    if (code)
+        goto done;
+    code = a->block ? cvol_blocks_gradient(context, array, &result, a, weight, rule)
+                    : cvol_whole_gradient(context, array, &result, a, weight, rule);
+    result.gain = norm;
+    if (!code)
+        code = finish(context, out, array, &result, "gradient");
+done:
+    if (code)
+        cvol_array_free(array);
+    return code;
+}

@@ -1,0 +1,408 @@
+/* Compressed arrays: making, owning and describing them. */
+#include "array/core/array.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/algebra/operations.h"
+#include "array/evaluate/decoded_terms.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "transform/lap.h"
+
+static int block_log2_of(int block)
+{
+    return block == 8 ? 3 : block == 16 ? 4 : block == 32 ? 5 : 0;
+}
+
+const char *cvol_transform_name(cvol_transform transform)
+{
+    switch (transform) {
+    case CVOL_DCT:
+        return "dct";
+    case CVOL_DHT:
+        return "dht";
+    case CVOL_DFT:
+        return "dft";
+    }
+    return NULL;
+}
+
+cvol_transform cvol_transform_from_name(const char *name)
+{
+    for (int t = CVOL_DCT; t <= CVOL_DFT; t++)
+        if (!strcmp(name, cvol_transform_name((cvol_transform)t)))
+            return (cvol_transform)t;
+    return (cvol_transform)0;
+}
+
+/* ---- making ----------------------------------------------------------------------------- */
+
+static int check_shape(cvol_context *context, const cvol_grid *grid, int rank,
+                       cvol_transform transform, int block)
+{
+    if (block != 0 && !block_log2_of(block))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "block is %d, must be 0, 8, 16 or 32",
+                         block);
+    if (!cvol_transform_name(transform))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "transform %d is none; there are 1 (dct), 2 (dht) and 3 (dft)",
+                         (int)transform);
+    if (rank < 1 || rank > 3)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "rank is %d, must be 1, 2 or 3", rank);
+    int code = cvol_grid_check(context, grid, "array");
+    for (int a = rank; a < 3 && !code; a++)
+        if (grid->dims[a] != 1)
+            code = cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "dims[%d] is %zu in an array of rank %d, must be 1", a, grid->dims[a],
+                             rank);
+    if (!code && block == 0 && cvol_grid_samples(grid) > UINT32_MAX)
+        code = cvol_fail(context, CVOL_ERROR_LIMIT,
+                         "a whole array (block 0) of %zu samples; it may have %u at most: use "
+                         "blocks",
+                         cvol_grid_samples(grid), UINT32_MAX);
+    return code;
+}
+
+int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_grid *grid, int rank,
+                         cvol_transform transform, int block)
+{
+    *out = NULL;
+    int code = check_shape(context, grid, rank, transform, block);
+    if (code)
+        return code;
+    cvol_array *array = calloc(1, sizeof *array);
+    if (!array)
+        return cvol_fail_memory(context, sizeof *array, "an array");
+    array->grid = *grid;
+    array->rank = rank;
+    array->transform = transform;
+    array->block = block;
+    array->block_log2 = block_log2_of(block);
+    array->step = block ? 1 : 0;
+    array->psnr_db = (double)INFINITY;
+    array->block_count = 1;
+    array->brick.run = CVOL_RUN_BRICKS;
+    for (int a = 0; a < 3; a++) {
+        array->brick.side[a] = CVOL_BRICK_SIDE;
+        array->blocks[a] = block ? (grid->dims[a] - 1) / (size_t)block + 1 : 1;
+        array->block_count *= array->blocks[a];
+    }
+    if (block) {
+        /* calloc: of a huge volume of which a part is read, most pages are never touched. */
+        array->block_table = calloc(array->block_count, sizeof *array->block_table);
+        if (!array->block_table) {
+            code = cvol_fail_memory(context, array->block_count * sizeof *array->block_table,
+                                    "the block table");
+            cvol_array_free(array);
+            return code;
+        }
+    }
+    *out = array;
+    return CVOL_OK;
+}
+
+int cvol_array_create(cvol_context *context, cvol_array **out, const cvol_grid *grid, int block)
+{
+    if (!block_log2_of(block)) {
+        *out = NULL;
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "block is %d, must be 8, 16 or 32", block);
+    }
+    return cvol_array_create_as(context, out, grid, 3, CVOL_DCT, block);
+}
+
+int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_array *like)
+{
+    const int code = cvol_array_need_plain(context, like);
+    if (code)
+        return code;
+    cvol_grid grid = like->grid;
+    grid.type = CVOL_FLOAT32;
+    grid.value_scale = 1;
+    grid.value_offset = 0;
+    const int made = cvol_array_create_as(context, out, &grid, like->rank, like->transform,
+                                          like->block);
+    if (!made)
+        (*out)->brick = like->brick;
+    return made;
+}
+
+void cvol_array_drop_modes(cvol_array *array)
+{
+    if (array->corrections) {
+        cvol_array_drop_decoded(array->corrections);
+        array->corrections->free(array->corrections);
+    }
+    cvol_mask_free(array->mask);
+    array->mask = NULL;
+    array->corrections = NULL;
+}
+
+void cvol_array_free(cvol_array *array)
+{
+    if (!array)
+        return;
+    for (size_t i = 0; i < array->pool_count; i++)
+        free(array->pools[i]);
+    free(array->pools);
+    free(array->block_table);
+    cvol_spectrum_free(&array->whole);
+    free(array->attributes);
+    free(array->summary);
+    if (array->coded)
+        array->free_coded(array->coded);
+    cvol_array_drop_modes(array);
+    free(array);
+}
+
+int cvol_array_adopt_pool(cvol_context *context, cvol_array *array, uint32_t *terms, size_t words)
+{
+    if (array->pool_count == array->pool_capacity) {
+        size_t capacity = 2 * array->pool_capacity + 16;
+        uint32_t **pools = realloc(array->pools, capacity * sizeof *pools);
+        if (!pools)
+            return cvol_fail_memory(context, capacity * sizeof *pools, "the coefficients");
+        array->pools = pools;
+        array->pool_capacity = capacity;
+    }
+    array->pools[array->pool_count++] = terms;
+    array->pool_words += words;
+    return CVOL_OK;
+}
+
+const cvol_grid *cvol_array_grid(const cvol_array *array)
+{
+    return &array->grid;
+}
+
+size_t cvol_array_block_terms(const cvol_array *array)
+{
+    return (size_t)1 << array->rank * array->block_log2;
+}
+
+static uint64_t resident_bytes(const cvol_array *array)
+{
+    const cvol_spectrum *whole = &array->whole;
+    uint64_t bytes = sizeof *array + array->pool_capacity * sizeof *array->pools +
+                     array->pool_words * sizeof(uint32_t);
+    if (array->block)
+        bytes += array->block_count * sizeof *array->block_table;
+    if (array->summary)
+        bytes += sizeof *array->summary;
+    if (array->mask)
+        bytes += cvol_mask_bytes(array->mask);
+    if (array->corrections)
+        bytes += array->corrections->bytes(array->corrections) +
+                 (array->corrections->decoded ? resident_bytes(array->corrections->decoded) : 0);
+    return bytes + whole->low_count * sizeof *whole->low_values +
+           whole->sparse_capacity * (sizeof *whole->places + sizeof *whole->values);
+}
+
+void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
+{
+    const double samples = (double)cvol_grid_samples(&array->grid);
+    memset(out, 0, sizeof *out);
+    out->rank = array->rank;
+    out->transform = array->transform;
+    out->block = array->block;
+    memcpy(out->blocks, array->blocks, sizeof out->blocks);
+    memcpy(out->low, array->whole.low, sizeof out->low);
+    out->step = ldexp(array->step, array->ends); /* as it was quantised */
+    out->coefficients = array->coefficients;
+    out->rho = (double)array->coefficients / samples;
+    if (!array->block) {
+        out->coefficients = array->whole.low_count + array->whole.sparse_count;
+        out->rho = ((double)array->whole.low_count + 2 * (double)array->whole.sparse_count) /
+                   samples;
+    }
+    out->resident_bytes = resident_bytes(array);
+    out->value_min = array->ledger.value_min;
+    out->value_max = array->ledger.value_max;
+    out->l2_error = array->ledger.l2_error;
+    out->max_abs = array->ledger.max_abs;
+    if (array->corrections) /* what they make of the terms is within the range */
+        out->max_abs = fmax(out->max_abs,
+                            cvol_ledger_largest(&array->ledger) * (1 + CVOL_ROUNDING));
+    out->measured = array->measured;
+    out->psnr_db = array->psnr_db;
+    out->max_error = array->max_error;
+    if (cvol_array_is_volume(array))
+        memcpy(out->brick, array->brick.side, sizeof out->brick);
+    if (cvol_mask_is_background(array->mask)) {
+        out->background_samples = cvol_mask_samples(array->mask);
+        out->background = cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
+    }
+}
+
+void cvol_array_derive_figures(cvol_array *array)
+{
+    const cvol_ledger *ledger = &array->ledger;
+    const double samples = (double)cvol_grid_samples(&array->grid);
+    /* Rounding to integers adds up to a half in every sample. */
+    const double half = cvol_type_is_integer(array->grid.type) ? 0.5 : 0;
+    const double l2_error = ledger->l2_error + half * sqrt(samples);
+    array->measured = 0;
+    array->max_error = ledger->l2_error + half;
+    array->psnr_db = (double)INFINITY;
+    if (l2_error > 0)
+        array->psnr_db = 20 *
+                         log10((ledger->value_max - ledger->value_min) * sqrt(samples) / l2_error);
+}
+
+/* Of lapped volumes: |pre-filtered cell| <= CVOL_LAP_PRE_NORM_3 |cell and two samples around it|,
+ * sqrt(20^3) max_abs, which is less than 4 sqrt(16^3) max_abs. */
+double cvol_array_coefficient_bound(const cvol_array *array)
+{
+    return (array->lapped ? 4 : 1) * sqrt((double)cvol_array_block_terms(array)) *
+           (array->ledger.max_abs + fabs(array->offset));
+}
+
+/* What a sample may lose where float32 underflows, times the square root of how many samples there
+ * are: numbers near its least are multiples of 2^-149, and transforms add up what each of them
+ * lost. */
+#define UNDERFLOW 0x1p-143
+
+/* FFTW has its own kernels for lengths up to 16. A larger prime p, up to 172, is summed term by
+ * term: the error of such a sum grows with its length, by a quarter of 2^-24 p in the worst that
+ * tests found, where CVOL_ROUNDING is of fast transforms. Still larger ones are convolutions of
+ * length p - 1 (Rader). */
+enum { KERNEL_LENGTHS = 16, RADER = 173 };
+
+/* The sum of the lengths of all sums that a transform of length n is made of. */
+static double summed_lengths(size_t n)
+{
+    double sum = 0;
+    for (size_t p = 2; n > 1; p++) {
+        p = p * p > n ? n : p;
+        for (; n % p == 0; n /= p)
+            if (p >= RADER)
+                sum += KERNEL_LENGTHS + 2 * summed_lengths(p - 1);
+            else if (p > KERNEL_LENGTHS)
+                sum += (double)p;
+    }
+    return sum;
+}
+
+double cvol_array_rounding(const cvol_array *array)
+{
+    double sum = 0;
+    for (int axis = 0; axis < array->rank && !array->block; axis++)
+        sum += summed_lengths(array->grid.dims[axis]);
+    return CVOL_ROUNDING + 0x1p-24 * sum;
+}
+
+void cvol_array_account(cvol_array *array, const cvol_build_result *result, double factors)
+{
+    const double constant = fabs(array->offset) * sqrt((double)cvol_grid_samples(&array->grid));
+    double sample = (double)INFINITY, dropped = result->dropped, norm = result->norm;
+    double underflow = 0;
+    if (norm > 0 || array->ledger.max_abs > 0 || cvol_ledger_largest(&array->ledger) > 0)
+        underflow = UNDERFLOW * (double)cvol_grid_samples(&array->grid) * fmax(result->gain, 1);
+    if (array->block)
+        sample = result->sample + CVOL_ROUNDING * cvol_array_coefficient_bound(array);
+    if (array->lapped) { /* the filter's norms, and its rounding, which the L2 one includes */
+        const double rounding = 1 + (CVOL_LAP_POST_NORM_3 - 1) / CVOL_ROUNDING;
+        dropped *= CVOL_LAP_POST_NORM_3;
+        norm *= rounding;
+        sample *= CVOL_LAP_POST_PEAK_3 * rounding;
+    }
+    norm = (norm + factors + constant) * cvol_array_rounding(array) / CVOL_ROUNDING +
+           underflow / CVOL_ROUNDING;
+    cvol_ledger_drop(&array->ledger, dropped, norm, sample + underflow);
+}
+
+int cvol_array_check_ledger(cvol_context *context, const cvol_array *array,
+                            const cvol_ledger *ledger, const char *operation)
+{
+    const double largest = fmax(cvol_ledger_largest(ledger), ledger->max_abs);
+    /* By how much coefficients, and the sums that they are computed from, may be larger. */
+    const double room = array->block
+                            ? (array->lapped ? 16 : 4) * sqrt((double)cvol_array_block_terms(array))
+                            : 8 * (double)cvol_grid_samples(&array->grid);
+    if (!(largest > (double)FLT_MAX / room))
+        return cvol_ledger_check(context, ledger, operation);
+    return cvol_fail(context, CVOL_ERROR_DATA,
+                     "%s: values may reach %g, beyond what transforms in float32 can hold (%g); "
+                     "scale the operands down first",
+                     operation, largest, (double)FLT_MAX / room);
+}
+
+/* ---- what operations ask of their operands ---------------------------------------------- */
+
+int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_array *b)
+{
+    int plain = cvol_array_need_plain(context, a);
+    if (!plain)
+        plain = cvol_array_need_plain(context, b);
+    if (plain)
+        return plain;
+    const size_t *m = a->grid.dims, *n = b->grid.dims;
+    if (a->rank != b->rank)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "rank is %d in one array and %d in the other", a->rank, b->rank);
+    if (m[0] != n[0] || m[1] != n[1] || m[2] != n[2])
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "dims are %zux%zux%zu in one array and %zux%zux%zu in the other; resample "
+                         "or crop one before compressing",
+                         m[0], m[1], m[2], n[0], n[1], n[2]);
+    if (a->transform != b->transform)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "transform is %s in one array and %s in the other; compress both with the "
+                         "same",
+                         cvol_transform_name(a->transform), cvol_transform_name(b->transform));
+    if (a->block != b->block)
+        return cvol_fail(
+            context, CVOL_ERROR_ARGUMENT,
+            "block is %d in one array and %d in the other; compress both with the same", a->block,
+            b->block);
+    for (int i = 0; i < a->rank; i++)
+        if (!(fabs(a->grid.spacing[i] - b->grid.spacing[i]) <=
+              1e-5 * fabs(a->grid.spacing[i]) + 1e-12))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "spacing along %c is %g in one array and %g in the other", "xyz"[i],
+                             a -> grid.spacing[i], b->grid.spacing[i]);
+    return CVOL_OK;
+}
+
+int cvol_array_has_splits(const cvol_array *array)
+{
+    for (size_t i = 0; array->block_table && i < array->block_count; i++)
+        if (array->block_table[i].split)
+            return 1;
+    return 0;
+}
+
+int cvol_array_is_volume(const cvol_array *array)
+{
+    return array->rank == 3 && array->transform == CVOL_DCT && array->block;
+}
+
+int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const char *what)
+{
+    if (cvol_array_is_volume(array))
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                     "%s needs a volume in DCT blocks; this is rank %d, %s, block %d: compress it "
+                     "with transform dct and block 16",
+                     what, array->rank, cvol_transform_name(array->transform), array->block);
+}
+
+/* ---- terms ------------------------------------------------------------------------------- */
+
+void cvol_block_find_low(cvol_block *block, int block_log2)
+{
+    const uint32_t mask = (UINT32_C(1) << block_log2) - 1;
+    memset(block->low, 0, sizeof block->low);
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
+    while (words < end) {
+        uint32_t place;
+        (void)cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));
+        for (int a = 0; a < 3; a++) {
+            uint32_t frequency = place >> a * block_log2 & mask;
+            if (block->low[a] <= frequency)
+                block->low[a] = (uint8_t)(frequency + 1);
+        }
+    }
+}

@@ -1,0 +1,227 @@
+/* The compressed array's inside: a whole array's spectrum (block 0), or blocks.
+ *
+ * Blocks are numbered x fastest: block (i, j, l) has index i + blocks[0] (j + blocks[1] l).
+ * A block is a list of terms, one 32-bit word each: the low `place_bits` bits hold the
+ * coefficient's place u + B v + B^2 w (v = w = 0 beyond the rank), the rest its quantised value as
+ * a signed number. A value that does not fit is an escape word (the most negative value) followed
+ * by one word that is the value itself. Places rise strictly within a block. A coefficient is value
+ * times step.
+ *
+ * What decodes is `offset` plus the inverse transform of the terms, of lapped volumes
+ * post-filtered.
+ */
+#ifndef CVOL_ARRAY_CORE_ARRAY_H
+#define CVOL_ARRAY_CORE_ARRAY_H
+
+#include "array/core/error_bound.h"
+#include "array/core/mask.h"
+#include "array/core/residual.h"
+#include "array/core/spectrum.h"
+#include "array/core/summary.h"
+#include "cvol/algebra.h"
+#include "cvol/array.h"
+
+typedef struct cvol_block {
+    const uint32_t *terms; /* words; owned by the array's pools */
+    uint32_t words;        /* how many, escapes included */
+    uint8_t low[3];        /* per axis 1 + the highest frequency with a term; 0 if none */
+    uint8_t range[2];      /* bounds of the block's decoded samples, see cvol_array_range */
+    uint16_t split;        /* B = 16: how the cell is split (transform/cell.h); 0: it is not */
+} cvol_block;
+
+/* Where its terms end; a block without terms may have NULL, to which nothing can be added. */
+static inline const uint32_t *cvol_block_end(const cvol_block *block)
+{
+    return block->words ? block->terms + block->words : block->terms;
+}
+
+/* How a file has a volume (codec/brick/brick_code.h): in bricks of so many samples along each axis, of
+ * which `run` that follow each other have one checksum. */
+enum { CVOL_BRICK_SIDE = 64, CVOL_RUN_BRICKS = 16 }; /* where nothing is said; the most, too */
+typedef struct cvol_brick_shape {
+    size_t side[3], run;
+} cvol_brick_shape;
+
+struct cvol_array {
+    cvol_grid grid;
+    int rank;
+    cvol_transform transform;
+    cvol_spectrum whole; /* block 0 only */
+    cvol_ledger ledger;
+    int measured;              /* whether the next two are, or follow from the ledger */
+    double psnr_db, max_error; /* of the samples as the grid's type stores them */
+    double threshold;          /* terms smaller than this were dropped; 0: none */
+    void *coded;               /* how a codec coded it, or NULL; results have none */
+    void (*free_coded)(void *coded);
+    char *attributes; /* JSON text, or NULL: of the volume it was read with */
+    double offset;    /* added to every sample; whole arrays: 0 */
+    cvol_summary *summary; /* volumes: how the original samples are distributed; or NULL */
+    /* Volumes only: samples without a value, which evaluate to their fills; both may be NULL. */
+    cvol_mask *mask;
+    cvol_corrections *corrections;
+    /* blocks only: */
+    int block;      /* B; 0: whole */
+    int block_log2; /* 3, 4 or 5 */
+    size_t blocks[3], block_count;
+    double step;
+    int lapped; /* rank 3, DCT, B = 16: what blocks evaluate to is then post-filtered across their
+                   faces (transform/lap.h, grid 16), along x, then y, then z */
+    int dependent; /* rank 3, DCT, B = 16: the coder may code terms by half of what they are, as
+                      dependent quantisation chose them (codec/quantize/trellis_states.h); nothing else knows */
+    int small; /* dependent: coded by the small coder (codec/neural/neural_code.h); nothing else knows */
+    int ends;  /* rank 3, DCT, B = 16: the coder may code cells that the volume ends in by DCTs of
+                  their true length (codec/quantize/true_length.h), with a step 2^ends times this one; 0: not */
+    cvol_brick_shape brick;      /* that a file of it gets; volumes */
+    int has_ranges;              /* whether the next two and the blocks' range codes are known */
+    double range_min, range_max; /* what range codes 0 and 255 stand for */
+    cvol_block *block_table;
+    uint32_t **pools; /* memory of the terms */
+    size_t pool_count, pool_capacity;
+    uint64_t coefficients, pool_words;
+};
+
+/* An array of this grid in blocks of B = 8, 16 or 32, without any terms; step 1, offset 0.
+ * Errors: ARGUMENT, MEMORY, and those of cvol_grid_check. */
+int cvol_array_create(cvol_context *context, cvol_array **out, const cvol_grid *grid, int block);
+/* The same of any rank, transform and block; 0: a whole array without terms. */
+int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_grid *grid, int rank,
+                         cvol_transform transform, int block);
+/* Frees mask and corrections. */
+void cvol_array_drop_modes(cvol_array *array);
+
+/* An empty array of the same shape, for a result: sample type float32, value scale 1. */
+int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_array *like);
+
+/* Whether it is a volume (rank 3, DCT, blocks): what is rendered, and coded in groups. */
+int cvol_array_is_volume(const cvol_array *array);
+/* Refuses arrays that are no volumes: UNSUPPORTED with what to do. `what`: "the
+ * sheet engine", "a .cvol file". */
+int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const char *what);
+/* Attributes are texts, not data. */
+enum { CVOL_ATTRIBUTES_MOST = 16 << 20 };
+/* Whether bytes are UTF-8 without a zero. */
+int cvol_attributes_are_text(const char *text, size_t size);
+/* Sets an array's attributes as they are. Errors: MEMORY. */
+int cvol_array_keep_attributes(cvol_context *context, cvol_array *array, const char *text,
+                               size_t size);
+/* psnr_db and max_error from the ledger. */
+void cvol_array_derive_figures(cvol_array *array);
+/* B^rank. */
+size_t cvol_array_block_terms(const cvol_array *array);
+/* Bounds the coefficients of an array of this shape whose samples are within ledger.max_abs. */
+double cvol_array_coefficient_bound(const cvol_array *array);
+/* Whether any block is a split cell (transform/cell.h). */
+int cvol_array_has_splits(const cvol_array *array);
+
+/* Samples that a block covers along an axis: B, or 1 beyond the rank. */
+static inline size_t cvol_block_side(const cvol_array *array, int axis)
+{
+    return axis < array->rank ? (size_t)array->block : 1;
+}
+
+/* The first sample (x, y, z) of block `index`. */
+static inline void cvol_block_origin(size_t at[3], const cvol_array *array, size_t index)
+{
+    at[0] = index % array->blocks[0] * cvol_block_side(array, 0);
+    at[1] = index / array->blocks[0] % array->blocks[1] * cvol_block_side(array, 1);
+    at[2] = index / array->blocks[0] / array->blocks[1] * cvol_block_side(array, 2);
+}
+
+/* Hands `words` words of terms, allocated with malloc, to the array, which frees them. On
+ * failure the caller keeps them. Not safe for two threads at once. Errors: MEMORY. */
+int cvol_array_adopt_pool(cvol_context *context, cvol_array *array, uint32_t *terms, size_t words);
+
+/* ---- terms ------------------------------------------------------------------------------ */
+
+static inline int cvol_place_bits(int block_log2)
+{
+    return 3 * block_log2;
+}
+
+/* The value that marks an escape: the most negative that the upper bits hold. */
+static inline int32_t cvol_term_escape(int place_bits)
+{
+    return -(INT32_C(1) << (31 - place_bits));
+}
+
+/* Writes a term, value != 0, to words[0 .. 1]; the number of words it took. */
+static inline uint32_t cvol_term_pack(uint32_t *words, uint32_t place, int32_t value,
+                                      int place_bits)
+{
+    int32_t escape = cvol_term_escape(place_bits);
+    if (value > escape && value < -escape) {
+        words[0] = (uint32_t)value << place_bits | place;
+        return 1;
+    }
+    words[0] = (uint32_t)escape << place_bits | place;
+    words[1] = (uint32_t)value;
+    return 2;
+}
+
+/* Reads the term at *words, moves *words behind it. */
+static inline int32_t cvol_term_unpack(const uint32_t **words, uint32_t *place, int place_bits)
+{
+    uint32_t word = *(*words)++;
+    *place = word & ((UINT32_C(1) << place_bits) - 1);
+    int32_t value = (int32_t)word >> place_bits;
+    if (__builtin_expect(value == cvol_term_escape(place_bits), 0))
+        value = (int32_t) * (*words)++;
+    return value;
+}
+
+/* Sets `low` of a block from its terms. */
+void cvol_block_find_low(cvol_block *block, int block_log2);
+
+/* ---- blocks and samples ----------------------------------------------------------------- */
+
+/* Reads block `index` of dense samples as floats, minus `offset`, into out[B^3] (x fastest).
+ * Beyond the volume's faces the last sample is repeated: of all extensions it has the least
+ * gradient, so it costs the fewest coefficients. */
+void cvol_block_gather(float *out, const void *samples, const cvol_grid *grid, int block,
+                       size_t index, double offset);
+/* The same for blocks of any rank: out[B^rank], minus shape->offset. */
+void cvol_array_gather(float *out, const void *samples, const cvol_array *shape, size_t index);
+
+/* Samples first .. first + count - 1 of any type as floats, minus `offset`. */
+void cvol_samples_load(float *out, const void *samples, cvol_type type, size_t first, size_t count,
+                       double offset);
+/* Finds the least and largest sample. Errors: DATA (NaN or infinite samples). */
+int cvol_survey_samples(cvol_context *context, double *min, double *max, const void *samples,
+                        const cvol_grid *grid);
+/* The same for a part of a volume, whose grid it is, that begins at a sheet: for messages. */
+int cvol_survey_sheets(cvol_context *context, double *min, double *max, const void *samples,
+                       const cvol_grid *grid, size_t first_sheet);
+
+/* Evaluates block `index` whole, as floats without `offset`, into out[B^rank] (x fastest, 64-byte
+ * aligned), by the kernel that gives the same bits on every processor. Not filtered: the samples of
+ * lapped volumes are those of array/block/lapped.h and array/block/halo.h. */
+void cvol_block_evaluate(float *out, const cvol_array *array, size_t index);
+
+/* Turns float samples without `offset` into the grid's type as cvol_array_evaluate_box
+ * documents it. */
+void cvol_samples_store(void *out, const float *in, size_t count, const cvol_array *array);
+
+/* Evaluates every block and sets range_min, range_max and each block's range codes (rounded
+ * outwards, so that skipping by them is safe); of lapped volumes they are those of the samples
+ * within the volume. Errors: MEMORY, CANCELLED. */
+int cvol_array_find_ranges(cvol_context *context, cvol_array *array);
+/* The same from the least and the largest sample of every block, without `offset`. */
+void cvol_array_set_ranges(cvol_array *array, const float (*of)[2]);
+
+/* The same, and lowers max_abs to what was found. Files and the sheet engine ask for it where
+ * has_ranges is 0: operations do not, as it means evaluating all. Errors: MEMORY, CANCELLED. */
+int cvol_array_know_ranges(cvol_context *context, cvol_array *array);
+/* An array in blocks with a block table of its own and the terms of `array`, which must outlive it.
+ * The caller frees it with cvol_array_free. Errors: MEMORY. */
+int cvol_array_share(cvol_context *context, cvol_array **out, const cvol_array *array);
+
+/* The bounds of a block's decoded samples. */
+static inline void cvol_array_range(const cvol_array *array, size_t index, double *lo, double *hi)
+{
+    const cvol_block *block = &array->block_table[index];
+    double unit = (array->range_max - array->range_min) / 255;
+    *lo = array->range_min + unit * block->range[0];
+    *hi = array->range_min + unit * block->range[1];
+}
+
+#endif

@@ -1,0 +1,91 @@
+/* Samples as doubles, in vectors as long as the instruction set's own: what they hold is the same
+ * on every processor. */
+#ifndef CVOL_ARRAY_CORE_SAMPLE_LANES_H
+#define CVOL_ARRAY_CORE_SAMPLE_LANES_H
+
+#include <stdint.h>
+
+#include "base/vector.h"
+
+#define CVOL_VD_LANES (CVOL_LANES / 2)
+
+typedef double cvol_vd __attribute__((vector_size(4 * CVOL_LANES)));
+typedef int64_t cvol_vl __attribute__((vector_size(4 * CVOL_LANES)));
+typedef float cvol_vd_floats __attribute__((vector_size(2 * CVOL_LANES)));
+typedef int32_t cvol_vd_ints __attribute__((vector_size(2 * CVOL_LANES)));
+
+CVOL_INLINE cvol_vd cvol_vd_splat(double value)
+{
+    return value - (cvol_vd){0};
+}
+
+/* a > b ? a : b, so b where a is NaN */
+CVOL_INLINE cvol_vd cvol_vd_above(cvol_vd a, cvol_vd b)
+{
+#if defined(__AVX512F__)
+    return (cvol_vd)_mm512_max_pd((__m512d)a, (__m512d)b);
+#elif defined(__AVX2__)
+    return (cvol_vd)_mm256_max_pd((__m256d)a, (__m256d)b);
+#else
+    const cvol_vl mask = a > b;
+    return (cvol_vd)((mask & (cvol_vl)a) | (~mask & (cvol_vl)b));
+#endif
+}
+
+/* a < b ? a : b */
+CVOL_INLINE cvol_vd cvol_vd_below(cvol_vd a, cvol_vd b)
+{
+#if defined(__AVX512F__)
+    return (cvol_vd)_mm512_min_pd((__m512d)a, (__m512d)b);
+#elif defined(__AVX2__)
+    return (cvol_vd)_mm256_min_pd((__m256d)a, (__m256d)b);
+#else
+    const cvol_vl mask = a < b;
+    return (cvol_vd)((mask & (cvol_vl)a) | (~mask & (cvol_vl)b));
+#endif
+}
+
+CVOL_INLINE cvol_vd cvol_vd_size(cvol_vd a)
+{
+    return (cvol_vd)((cvol_vl)a & INT64_MAX);
+}
+
+/* floor of numbers below 2^51: adding 3 2^51 rounds to a whole number. */
+CVOL_INLINE cvol_vd cvol_vd_floor(cvol_vd a)
+{
+    const cvol_vd near = (a + 0x3p51) - 0x3p51;
+    const cvol_vl over = near > a;
+    return near - (cvol_vd)(over & (cvol_vl)cvol_vd_splat(1));
+}
+
+CVOL_INLINE cvol_vd cvol_vd_load(const float *from)
+{
+    cvol_vd_floats v;
+    memcpy(&v, from, sizeof v);
+    return __builtin_convertvector(v, cvol_vd);
+}
+
+/* Samples of a type; those of less than 32 bits by way of such integers. */
+#define CVOL_VD_OF_SMALL(to, from, type)                                                        \
+    do {                                                                                        \
+        typedef type small_lanes __attribute__((vector_size(CVOL_VD_LANES * sizeof(type))));    \
+        small_lanes lanes_;                                                                     \
+        memcpy(&lanes_, from, sizeof lanes_);                                                   \
+        (to) = __builtin_convertvector(__builtin_convertvector(lanes_, cvol_vd_ints), cvol_vd); \
+    } while (0)
+#define CVOL_VD_OF_LARGE(to, from, type)                                                     \
+    do {                                                                                     \
+        typedef type large_lanes __attribute__((vector_size(CVOL_VD_LANES * sizeof(type)))); \
+        large_lanes lanes_;                                                                  \
+        memcpy(&lanes_, from, sizeof lanes_);                                                \
+        (to) = __builtin_convertvector(lanes_, cvol_vd);                                     \
+    } while (0)
+
+/* What floats plus offset are as integers (samples.h). */
+CVOL_INLINE cvol_vd cvol_vd_as_integers(cvol_vd real, double lo, double hi)
+{
+    return cvol_vd_floor(
+        cvol_vd_below(cvol_vd_above(real + 0.5, cvol_vd_splat(lo)), cvol_vd_splat(hi)));
+}
+
+#endif

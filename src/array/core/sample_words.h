@@ -1,0 +1,78 @@
+/* Samples as words of 16 bits: rounded to nearest, at least 0 and at most 32767.
+ *
+ * To be included by kernel files only: each compiles it for its instruction set.
+ */
+#ifndef CVOL_ARRAY_CORE_SAMPLE_WORDS_H
+#define CVOL_ARRAY_CORE_SAMPLE_WORDS_H
+
+#include <math.h>
+
+#include "base/vector.h"
+
+#define CVOL_WORD_MOST 32767.0f
+
+CVOL_INLINE cvol_vf cvol_load_words(const int16_t *from)
+{
+#if CVOL_LANES == 16
+    return (cvol_vf)_mm512_cvtepi32_ps(
+        _mm512_cvtepi16_epi32(_mm256_loadu_si256((const __m256i *)from)));
+#else
+    cvol_vf v;
+    for (int i = 0; i < CVOL_LANES; i++)
+        v[i] = from[i];
+    return v;
+#endif
+}
+
+#if CVOL_LANES == 16
+/* A vector of words: those of a, then those of b. */
+CVOL_INLINE __m512i cvol_words_of(cvol_vf a, cvol_vf b)
+{
+    const __m512 most = _mm512_set1_ps(CVOL_WORD_MOST);
+    const __m512i low = _mm512_cvtps_epi32(_mm512_min_ps((__m512)a, most)),
+                  high = _mm512_cvtps_epi32(_mm512_min_ps((__m512)b, most));
+    return _mm512_permutexvar_epi64(_mm512_set_epi64(7, 5, 3, 1, 6, 4, 2, 0),
+                                    _mm512_packus_epi32(low, high));
+}
+#endif
+
+/* Stores the first `lanes` of a vector. */
+CVOL_INLINE void cvol_store_words(int16_t *to, cvol_vf v, int lanes)
+{
+#if CVOL_LANES == 16
+    const __m512i rounded = _mm512_cvtps_epi32(
+        _mm512_min_ps((__m512)v, _mm512_set1_ps(CVOL_WORD_MOST)));
+    const __m256i words = _mm512_cvtusepi32_epi16(
+        _mm512_max_epi32(rounded, _mm512_setzero_si512()));
+    if (lanes >= CVOL_LANES)
+        _mm256_storeu_si256((__m256i *)to, words);
+    else
+        _mm256_mask_storeu_epi16(to, (__mmask16)((1u << lanes) - 1), words);
+#else
+    for (int i = 0; i < CVOL_LANES && i < lanes; i++)
+        to[i] = (int16_t)lrintf(v[i] < 0 ? 0 : v[i] > CVOL_WORD_MOST ? CVOL_WORD_MOST : v[i]);
+#endif
+}
+
+/* Of two vectors. */
+CVOL_INLINE void cvol_store_words_of_two(int16_t *to_a, int16_t *to_b, cvol_vf a, cvol_vf b,
+                                         int lanes)
+{
+#if CVOL_LANES == 16
+    const __m512i words = cvol_words_of(a, b);
+    const __m256i low = _mm512_castsi512_si256(words), high = _mm512_extracti64x4_epi64(words, 1);
+    if (lanes >= CVOL_LANES) {
+        _mm256_storeu_si256((__m256i *)to_a, low);
+        _mm256_storeu_si256((__m256i *)to_b, high);
+    } else {
+        const __mmask16 first = (__mmask16)((1u << lanes) - 1);
+        _mm256_mask_storeu_epi16(to_a, first, low);
+        _mm256_mask_storeu_epi16(to_b, first, high);
+    }
+#else
+    cvol_store_words(to_a, a, lanes);
+    cvol_store_words(to_b, b, lanes);
+#endif
+}
+
+#endif

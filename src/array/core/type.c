@@ -1,0 +1,45 @@
+/* The type of the samples that an array evaluates to. */
+#include <math.h>
+
+#include "array/core/array.h"
+#include "base/context.h"
+
+/* The smallest type that holds lo .. hi; integers of one sign first. */
+static cvol_type type_for(double lo, double hi)
+{
+    static const cvol_type types[] = {CVOL_UINT8,  CVOL_INT8,  CVOL_UINT16, CVOL_INT16,
+                                      CVOL_UINT32, CVOL_INT32, CVOL_FLOAT32};
+    for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
+        double least, largest;
+        cvol_type_range(types[i], &least, &largest);
+        if (lo >= least && hi <= largest)
+            return types[i];
+    }
+    return CVOL_FLOAT64;
+}
+
+int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type)
+{
+    if (!cvol_type_name(type))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no sample type", (int)type);
+    const int integer = cvol_type_is_integer(type);
+    double lo = array->ledger.value_min, hi = array->ledger.value_max, least, largest;
+    if (integer) {
+        lo = floor(lo);
+        hi = ceil(hi);
+    }
+    cvol_type_range(type, &least, &largest);
+    if (lo < least || hi > largest)
+        return cvol_fail(context, CVOL_ERROR_DATA,
+                         "values may reach %.10g .. %.10g, %s holds %.10g .. %.10g; use --type %s",
+                         lo, hi, cvol_type_name(type), least, largest,
+                         cvol_type_name(type_for(lo, hi)));
+    if (array->grid.type == type)
+        return CVOL_OK;
+    cvol_array_drop_modes(array); /* they are of the type before */
+    array->grid.type = type;
+    array->ledger.value_min = lo;
+    array->ledger.value_max = hi;
+    cvol_array_derive_figures(array);
+    return CVOL_OK;
+}

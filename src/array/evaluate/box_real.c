@@ -1,0 +1,80 @@
+/* Boxes of samples as floats, and boxes of whole arrays in the grid's own type. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/algebra/operations.h"
+#include "array/evaluate/decoded_terms.h"
+#include "base/context.h"
+#include "base/memory.h"
+
+int cvol_array_check_box(cvol_context *context, const cvol_array *array, const size_t begin[3],
+                         const size_t end[3])
+{
+    for (int a = 0; a < 3; a++)
+        if (begin[a] >= end[a] || end[a] > array->grid.dims[a])
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "box %zu .. %zu on axis %c does not lie within 0 .. %zu", begin[a],
+                             end[a], "xyz"[a], array -> grid.dims[a]);
+    return CVOL_OK;
+}
+
+/* Samples of the background get its value. */
+static void apply_background(cvol_context *context, float *out, const cvol_array *array,
+                             const size_t begin[3], const size_t end[3])
+{
+    const size_t sheet = (end[0] - begin[0]) * (end[1] - begin[1]);
+    const float value = (float)cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    const uint64_t patterns[CVOL_FILLS_MAX] = {bits};
+#pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
+    for (size_t z = begin[2]; z < end[2]; z++) {
+        const size_t first[3] = {begin[0], begin[1], z}, last[3] = {end[0], end[1], z + 1};
+        cvol_mask_write(out + sheet * (z - begin[2]), sizeof value, patterns, array->mask, first,
+                        last);
+    }
+}
+
+static int evaluate_decoded(cvol_context *context, float *out, const cvol_array *array,
+                            const size_t begin[3], const size_t end[3])
+{
+    const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
+    void *samples = cvol_allocate(count, cvol_type_size(array->grid.type));
+    if (!samples)
+        return cvol_fail_memory(context, count * cvol_type_size(array->grid.type),
+                                "a box of samples");
+    const int code = cvol_array_decoded_samples(context, samples, array, begin, end);
+    if (!code)
+        cvol_samples_load(out, samples, array->grid.type, 0, count, 0);
+    free(samples);
+    return code;
+}
+
+int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array *array,
+                             const size_t begin[3], const size_t end[3])
+{
+    int code = cvol_array_check_box(context, array, begin, end);
+    if (code)
+        return code;
+    if (array->corrections)
+        return evaluate_decoded(context, out, array, begin, end);
+    code = array->block ? cvol_blocks_evaluate(context, out, array, begin, end)
+                        : cvol_whole_evaluate(context, out, array, begin, end);
+    if (!code && cvol_mask_is_background(array->mask))
+        apply_background(context, out, array, begin, end);
+    return code;
+}
+
+int cvol_whole_evaluate_stored(cvol_context *context, void *out, const cvol_array *array,
+                               const size_t begin[3], const size_t end[3])
+{
+    const size_t count = (end[0] - begin[0]) * (end[1] - begin[1]) * (end[2] - begin[2]);
+    float *samples = cvol_allocate(count, sizeof *samples);
+    if (!samples)
+        return cvol_fail_memory(context, count * sizeof *samples, "a box of samples");
+    int code = cvol_whole_evaluate(context, samples, array, begin, end);
+    if (!code)
+        cvol_samples_store(out, samples, count, array);
+    free(samples);
+    return code;
+}

@@ -1,0 +1,29 @@
+/* Lebesgue constants of band-limited interpolation: the sums of |taps| of Dirichlet kernels,
+ *     D_m(t) = sum_{|u| <= (m - 1) / 2} exp(2 pi i u t / n) = sin(pi m t / n) / sin(pi t / n).
+ */
+#include "array/evaluate/dirichlet.h"
+
+#include <math.h>
+
+static const double PI = 3.14159265358979323846;
+
+/* Beyond this many samples the sum is bounded, not taken. */
+#define MOST_SAMPLES ((size_t)1 << 20)
+
+double cvol_dirichlet_sum(size_t n, size_t count, double offset, double weight, double edge)
+{
+    const double length = (double)n, m = (double)count;
+    const double turn = offset - floor(offset / length) * length;
+    if (n > MOST_SAMPLES) /* |sin(pi t / n)| >= 2 |t| / n for |t| <= n / 2, and |D_m| <= m <= n for
+                           * the two nearest samples: 2 + 2 sum_{k <= n / 2} 1 / (2 k) */
+        return 3 + log(length) + fabs(weight);
+    double sum = 0;
+    for (size_t j = 0; j < n; j++) {
+        const double t = (double)j + turn;
+        const double below = sin(PI * t / length);
+        double h = fabs(below) < 1e-12 ? m : sin(PI * m * t / length) / below;
+        h += weight * cos(2 * PI * edge * t / length);
+        sum += fabs(h);
+    }
+    return sum / length * (1 + 1e-9);
+}

@@ -1,0 +1,101 @@
+/* The samplewise product of two arrays in blocks: block by block, within the cache.
+ *
+ * Rank 3 under DCT, what volumes are, goes by block_product.h; all others evaluate both blocks
+ * whole, multiply, and transform back. Of lapped volumes the samples are read (halo.h).
+ */
+#include "array/algebra/operations.h"
+#include "array/block/block_transform.h"
+#include "array/block/halo.h"
+#include "array/multiply/block_product.h"
+#include "array/truncate/blocks_keep.h"
+#include "base/cpu.h"
+
+CVOL_SIMD_DECLARE(void, cvol_block_product,
+                  (float *out, int box[3], const cvol_product_factor *a,
+                   const cvol_product_factor *b, int block_log2, cvol_product_work *work));
+
+void cvol_block_product(float *out, int box[3], const cvol_product_factor *a,
+                        const cvol_product_factor *b, int block_log2, cvol_product_work *work)
+{
+    CVOL_SIMD_CHOOSE(cvol_block_product)(out, box, a, b, block_log2, work);
+}
+
+typedef struct factors {
+    const cvol_array *a, *b;
+} factors;
+
+static cvol_product_factor factor_of(const cvol_array *array, size_t index)
+{
+    return (cvol_product_factor){.block = &array->block_table[index],
+                                 .step = (float)array->step,
+                                 .offset = (float)array->offset};
+}
+
+/* a becomes the product less the product of the offsets. */
+static void multiply_samples(float *a, const float *b, const factors *f, size_t count)
+{
+    const float offset_a = (float)f->a->offset, offset_b = (float)f->b->offset;
+    for (size_t i = 0; i < count; i++)
+        a[i] = a[i] * (b[i] + offset_b) + offset_a * b[i];
+}
+
+static int produce_any(const void *user, cvol_dense_block *block, size_t index, void *scratch)
+{
+    const factors *f = user;
+    const size_t count = cvol_array_block_terms(f->a);
+    float *a = scratch, *b = a + count;
+    cvol_block_evaluate(a, f->a, index);
+    cvol_block_evaluate(b, f->b, index);
+    multiply_samples(a, b, f, count);
+    block->max_abs = -1;
+    for (int axis = 0; axis < 3; axis++)
+        block->box[axis] = axis < f->a->rank ? f->a->block : 1;
+    cvol_block_to_slots(block->coefficients, a, f->a);
+    return CVOL_OK;
+}
+
+static int produce_lapped(const void *user, cvol_dense_block *block, size_t index, void *scratch)
+{
+    const factors *f = user;
+    const size_t count = cvol_array_block_terms(f->a), halo_a = cvol_halo_bytes(f->a);
+    float *a = (float *)((char *)scratch + halo_a + cvol_halo_bytes(f->b)), *b = a + count;
+    cvol_halo_evaluate(a, scratch, f->a, index);
+    cvol_halo_evaluate(b, (char *)scratch + halo_a, f->b, index);
+    multiply_samples(a, b, f, count);
+    (void)cvol_halo_finish(block->coefficients, a, f->a, index);
+    block->max_abs = -1;
+    return CVOL_OK;
+}
+
+static int produce_volume(const void *user, cvol_dense_block *block, size_t index, void *scratch)
+{
+    const factors *f = user;
+    const cvol_product_factor a = factor_of(f->a, index), b = factor_of(f->b, index);
+    if (a.block->split || b.block->split)
+        return produce_any(user, block, index, scratch);
+    block->max_abs = -1;
+    cvol_block_product(block->coefficients, block->box, &a, &b, f->a->block_log2, scratch);
+    return CVOL_OK;
+}
+
+int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_result *result,
+                         const cvol_array *a, const cvol_array *b, const cvol_keep *keep)
+{
+    const int volume = a->rank == 3 && a->transform == CVOL_DCT;
+    const factors f = {a, b};
+    const size_t samples = 2 * cvol_array_block_terms(a) * sizeof(float);
+    cvol_producer producer = {.produce = volume ? produce_volume : produce_any,
+                              .user = &f,
+                              .scratch_bytes = volume && sizeof(cvol_product_work) > samples
+                                                   ? sizeof(cvol_product_work)
+                                                   : samples,
+                              .what = "multiplying"};
+    if (a->lapped || b->lapped) {
+        producer.produce = produce_lapped;
+        producer.scratch_bytes = cvol_halo_bytes(a) + cvol_halo_bytes(b) + samples;
+    }
+    out->offset = a->offset * b->offset;
+    cvol_blocks_expect(out, cvol_ledger_multiply(&a->ledger, &b->ledger));
+    const cvol_keep resolved = cvol_blocks_keep_for_multiply(out, keep, a, b);
+    return cvol_build_blocks(context, out, result, &producer, &resolved);
+}

@@ -1,0 +1,199 @@
+/* The builder: what a keep asks for, passes over all blocks, and the runs put together in order. */
+#include "array/truncate/build.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/truncate/build_runs.h"
+#include "base/context.h"
+#include "base/memory.h"
+
+enum { RUN_TERMS = 1 << 17, FINE_BITS = 22, ALL_BITS = 29 };
+
+/* A power of two: see build.h. */
+static double fine_step(const cvol_array *array, const cvol_keep *keep)
+{
+    const double terms = (double)cvol_array_block_terms(array);
+    const double bound = cvol_array_coefficient_bound(array);
+    if (!(bound > 0) || !isfinite(bound))
+        return 1;
+    int exponent;
+    (void)frexp(bound, &exponent);
+    double step = ldexp(1, exponent - FINE_BITS);
+    if (keep->rule == CVOL_KEEP_L2 || keep->rule == CVOL_KEEP_PSNR) {
+        const double all = sqrt(terms * (double)array->block_count);
+        const double finest = ldexp(1, exponent - CVOL_MOST_BITS + 1);
+        while (step > finest && step * all > cvol_select_allowed(array, keep))
+            step /= 2;
+    }
+    return step;
+}
+
+/* The step for all that there is: by the largest coefficient itself, which may be far below any
+ * bound. */
+static double step_for_all(const cvol_bins *bins, double otherwise)
+{
+    size_t top = CVOL_BINS;
+    while (top && !bins->bins[top - 1].count)
+        top--;
+    const uint32_t bits = (uint32_t)(top << CVOL_BIN_SHIFT); /* above all keys */
+    float largest;
+    memcpy(&largest, &bits, sizeof largest);
+    if (!top || !isfinite(largest))
+        return otherwise;
+    int exponent;
+    (void)frexp(1.5 * (double)largest, &exponent); /* DFT: a slot is at most sqrt(2) keys */
+    return ldexp(1, exponent - ALL_BITS);
+}
+
+/* Blocks are evaluated with the step in single precision: what is lost by one that it can hold is
+ * counted, what it would lose of a smaller one is not. */
+static double at_least_float(double step)
+{
+    return fmax(step, (double)FLT_MIN);
+}
+
+/* The least float that is not below `value`, and positive. */
+static float float_above(double value)
+{
+    float f = (float)value;
+    if ((double)f < value)
+        f = nextafterf(f, INFINITY);
+    return f > 0 ? f : 1e-45f;
+}
+
+static int make_forced(cvol_context *context, cvol_builder *b, const cvol_keep *keep)
+{
+    const cvol_array *array = b->array;
+    if (keep->rule == CVOL_KEEP_ALL || (!keep->low[0] && !keep->low[1] && !keep->low[2]))
+        return CVOL_OK;
+    b->forced = cvol_allocate_zero(b->per_block, 1);
+    if (!b->forced)
+        return cvol_fail_memory(context, b->per_block, "the low box");
+    const size_t mask = (size_t)array->block - 1;
+    for (size_t p = 0; p < b->per_block; p++) {
+        b->forced[p] = 1;
+        for (int a = 0; a < array->rank; a++) {
+            size_t u = p >> a * array->block_log2 & mask;
+            if (array->transform != CVOL_DCT && 2 * u > mask + 1)
+                u = mask + 1 - u;
+            b->forced[p] = b->forced[p] && u < (keep->low[a] ? keep->low[a] : 1);
+        }
+    }
+    return CVOL_OK;
+}
+
+/* What the array takes without terms, all of its pools counted. */
+static uint64_t base_bytes(const cvol_builder *b)
+{
+    cvol_array_info info;
+    cvol_array_get_info(b->array, &info);
+    size_t capacity = b->array->pool_capacity;
+    while (capacity < b->run_count)
+        capacity = 2 * capacity + 16;
+    return info.resident_bytes + (capacity - b->array->pool_capacity) * sizeof(uint32_t *);
+}
+
+/* Runs the passes; the runs then hold the terms. */
+static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *keep)
+{
+    cvol_array *array = b->array;
+    array->threshold = 0;
+    b->step = at_least_float(keep->rule == CVOL_KEEP_STEP ? keep->value : fine_step(array, keep));
+    array->step = b->step;
+    switch (keep->rule) {
+    case CVOL_KEEP_STEP:
+        b->least = float_above(0.6 * b->step);
+        break;
+    case CVOL_KEEP_THRESHOLD:
+        b->least = float_above(fmax(keep->value, b->step / 2));
+        array->threshold = keep->value;
+        break;
+    default: {
+        cvol_bins bins;
+        cvol_selection selection;
+        if (!cvol_bins_make(&bins))
+            return cvol_fail_memory(context, CVOL_BINS * sizeof(cvol_bin), "a histogram");
+        b->counting = &bins;
+        int code = cvol_build_pass(context, b, 0, 0.4);
+        b->counting = NULL;
+        if (!code && keep->rule == CVOL_KEEP_ALL) {
+            array->step = b->step = at_least_float(step_for_all(&bins, b->step));
+            b->least = float_above(b->step / 2);
+            cvol_bins_free(&bins);
+            return cvol_build_pass(context, b, 0.4, 1);
+        }
+        if (!code)
+            code = cvol_select(context, &selection, array, keep, &bins, base_bytes(b));
+        cvol_bins_free(&bins);
+        if (code)
+            return code;
+        b->least = selection.least;
+        b->critical = selection.critical;
+        array->threshold = isinf(selection.critical) ? 0 : (double)selection.critical;
+        code = cvol_build_pass(context, b, 0.4, 1);
+        return code ? code : cvol_build_settle(context, b, &selection);
+    }
+    }
+    return cvol_build_pass(context, b, 0, 1);
+}
+
+/* The runs' terms and sums to the array and the result. */
+static int hand_over(cvol_context *context, cvol_builder *b, cvol_build_result *result)
+{
+    cvol_array *array = b->array;
+    double lost = 0, norm = 0, worst = 0;
+    array->coefficients = 0;
+    for (size_t r = 0; r < b->run_count; r++) {
+        cvol_build_run *one = &b->runs[r];
+        lost += one->lost;
+        norm += one->norm;
+        worst = fmax(worst, one->worst_lost);
+        result->max_abs = one->max_abs < 0 || result->max_abs < 0
+                              ? -1
+                              : fmax(result->max_abs, (double)one->max_abs);
+        array->coefficients += one->coefficients;
+        if (!one->terms)
+            continue;
+        int code = cvol_array_adopt_pool(context, array, one->terms, one->words);
+        if (code)
+            return code;
+        one->terms = NULL;
+    }
+    result->dropped = sqrt(lost);
+    result->norm = sqrt(norm);
+    result->sample = sqrt(worst);
+    return CVOL_OK;
+}
+
+int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_result *result,
+                      const cvol_producer *producer, const cvol_keep *keep)
+{
+    cvol_builder b = {
+        .array = array, .producer = producer, .per_block = cvol_array_block_terms(array)};
+    memset(result, 0, sizeof *result);
+    if (keep->rule == CVOL_KEEP_LIKE_INPUTS ||
+        (keep->rule == CVOL_KEEP_STEP && !(keep->value > 0 && isfinite(keep->value))))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%s: rule %d of what to keep cannot be used here, or its value %g",
+                         producer->what, (int)keep->rule, keep->value);
+    b.run_blocks = RUN_TERMS / b.per_block ? RUN_TERMS / b.per_block : 1;
+    b.run_count = (array->block_count - 1) / b.run_blocks + 1;
+    b.runs = cvol_allocate_zero(b.run_count, sizeof *b.runs);
+    if (!b.runs)
+        return cvol_fail_memory(context, b.run_count * sizeof *b.runs, producer->what);
+    int code = make_forced(context, &b, keep);
+    if (!code)
+        code = run_passes(context, &b, keep);
+    if (!code)
+        code = hand_over(context, &b, result);
+    for (size_t r = 0; r < b.run_count; r++) {
+        free(b.runs[r].terms);
+        free(b.runs[r].candidates);
+    }
+    free(b.runs);
+    free(b.forced);
+    return code ? code : cvol_report_progress(context, producer->what, 1);
+}

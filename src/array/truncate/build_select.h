@@ -1,0 +1,69 @@
+/* Which magnitudes are kept, by a histogram of all of them: the rules that have to know them first.
+ *
+ * Magnitudes (keys) fall into bins of 1/128 octave by their bits. Sums within a bin are of
+ * integers, so that they are exact and do not depend on the order in which threads add. The bin
+ * where a rule's answer lies is settled exactly among its own coefficients, the candidates.
+ */
+#ifndef CVOL_ARRAY_TRUNCATE_BUILD_SELECT_H
+#define CVOL_ARRAY_TRUNCATE_BUILD_SELECT_H
+
+#include "array/core/array.h"
+
+enum { CVOL_BIN_SHIFT = 16, CVOL_BINS = 1 << (31 - CVOL_BIN_SHIFT) };
+
+typedef struct cvol_bin {
+    uint64_t count, sum, squares; /* of the key's low CVOL_BIN_SHIFT bits */
+} cvol_bin;
+
+typedef struct cvol_bins {
+    cvol_bin *bins;   /* CVOL_BINS */
+    uint64_t forced;  /* terms that are kept in any case */
+    uint64_t escapes; /* coefficients that take two words */
+} cvol_bins;
+
+int cvol_bins_make(cvol_bins *out); /* 0: no memory */
+void cvol_bins_free(cvol_bins *bins);
+void cvol_bins_merge(cvol_bins *to, const cvol_bins *from);
+
+/* Adds a key, not negative. */
+static inline void cvol_bins_add(cvol_bin *bins, uint32_t key_bits)
+{
+    cvol_bin *bin = &bins[key_bits >> CVOL_BIN_SHIFT];
+    const uint64_t low = key_bits & ((1u << CVOL_BIN_SHIFT) - 1);
+    bin->count++;
+    bin->sum += low;
+    bin->squares += low * low;
+}
+
+/* What is kept: keys of at least `critical`, and of the candidates, keys from `least` up to it, the
+ * largest that the limit allows. least = critical: there are none. */
+typedef struct cvol_selection {
+    float least, critical;
+    uint64_t most;  /* of the candidates; or */
+    double budget;  /* what may be lost of them, a sum of squares; negative: `most` decides */
+    double rounded; /* what a kept one may lose */
+} cvol_selection;
+
+/* One of the rules TERMS, RHO, RATIO, PSNR, L2 (PSNR: of the ledger's value range); array->step is
+ * set. base_bytes: what the array takes without terms. Errors: TARGET. */
+int cvol_select(cvol_context *context, cvol_selection *out, const cvol_array *array,
+                const cvol_keep *keep, const cvol_bins *bins, uint64_t base_bytes);
+
+/* A candidate: ordered by key, the largest first, then by block and group. Those of one group are
+ * kept or dropped together. */
+typedef struct cvol_candidate {
+    uint64_t block;
+    uint32_t group;
+    float key;
+} cvol_candidate;
+
+/* < 0, 0, > 0 as a comes before b. */
+int cvol_candidate_order(const cvol_candidate *a, const cvol_candidate *b);
+/* Sorts them; how many of the first are kept. */
+size_t cvol_select_candidates(cvol_candidate *candidates, size_t count,
+                              const cvol_selection *selection);
+
+/* The L2 norm that the rules PSNR and L2 allow to drop. */
+double cvol_select_allowed(const cvol_array *array, const cvol_keep *keep);
+
+#endif

@@ -1,0 +1,99 @@
+/* Compressing samples to an array of any rank, transform and block, by truncation.
+ *
+ * The bound: what is dropped, by Parseval, and CVOL_ROUNDING of the norm. No sample can be wrong by
+ * more than the L2 norm of all errors, which bounds what is evaluated. */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/algebra/operations.h"
+#include "array/truncate/truncate.h"
+#include "base/context.h"
+#include "base/memory.h"
+
+/* Finds the samples' range; squares of all of them must stay within float32. */
+static int survey(cvol_context *context, cvol_ledger *ledger, const void *samples,
+                  const cvol_grid *grid)
+{
+    *ledger = (cvol_ledger){0};
+    int code = cvol_survey_samples(context, &ledger->value_min, &ledger->value_max, samples, grid);
+    if (code)
+        return code;
+    ledger->max_abs = cvol_ledger_largest(ledger);
+    const double most = sqrt((double)FLT_MAX / (double)cvol_grid_samples(grid));
+    if (ledger->max_abs > most)
+        return cvol_fail(context, CVOL_ERROR_DATA,
+                         "samples reach from %g to %g: squares of %zu samples beyond %g overflow "
+                         "single precision; scale them down first",
+                         ledger->value_min, ledger->value_max, cvol_grid_samples(grid), most);
+    return CVOL_OK;
+}
+
+static int summarise(cvol_context *context, cvol_array *array, const void *samples)
+{
+    cvol_summary summary;
+    const int code = cvol_summarise_samples(context, &summary, samples, &array->grid, NULL);
+    return code ? code : cvol_array_set_summary(context, array, &summary);
+}
+
+int cvol_array_compress(cvol_context *context, cvol_array **out, const void *samples,
+                        const cvol_grid *grid, int rank, cvol_transform transform, int block,
+                        const cvol_keep *keep)
+{
+    cvol_build_result result;
+    *out = NULL;
+    if (keep->rule == CVOL_KEEP_LIKE_INPUTS)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "compressing has no inputs to be like: say what to keep");
+    cvol_array *array;
+    int code = cvol_array_create_as(context, &array, grid, rank, transform, block);
+    if (code)
+        return code;
+    code = cvol_keep_check(context, keep, array);
+    if (!code)
+        code = survey(context, &array->ledger, samples, grid);
+    if (!code && cvol_array_is_volume(array))
+        code = summarise(context, array, samples);
+    if (!code)
+        code = block ? cvol_blocks_compress(context, array, &result, samples, keep)
+                     : cvol_whole_compress(context, array, &result, samples, keep);
+    if (code) {
+        cvol_array_free(array);
+        return code;
+    }
+    array->ledger.support_known = !block; /* what is dropped is elsewhere */
+    cvol_array_account(array, &result, 0);
+    cvol_array_derive_figures(array);
+    *out = array;
+    return CVOL_OK;
+}
+
+int cvol_array_compress_padded(cvol_context *context, cvol_array **out, const void *samples,
+                               const cvol_grid *grid, int rank, cvol_transform transform,
+                               const cvol_keep *keep)
+{
+    *out = NULL;
+    if (rank < 1 || rank > 3)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "rank is %d, must be 1, 2 or 3", rank);
+    int code = cvol_grid_check(context, grid, "array");
+    if (code)
+        return code;
+    cvol_grid padded = *grid;
+    for (int a = 0; a < rank; a++)
+        padded.dims[a] *= 2;
+    code = cvol_grid_check(context, &padded, "padded array");
+    if (code)
+        return code;
+    const size_t size = cvol_type_size(grid->type), *dims = grid->dims;
+    uint8_t *copy = cvol_allocate_zero(cvol_grid_samples(&padded), size);
+    if (!copy)
+        return cvol_fail_memory(context, cvol_grid_bytes(&padded), "padded samples");
+    for (size_t z = 0; z < dims[2]; z++)
+        for (size_t y = 0; y < dims[1]; y++)
+            memcpy(copy + size * padded.dims[0] * (y + padded.dims[1] * z),
+                   (const uint8_t *)samples + size * dims[0] * (y + dims[1] * z), size * dims[0]);
+    code = cvol_array_compress(context, out, copy, &padded, rank, transform, 0, keep);
+    free(copy);
+    return code;
+}

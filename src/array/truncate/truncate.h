@@ -1,0 +1,27 @@
+/* Keeping the terms of a whole array that a cvol_keep asks for. */
+#ifndef CVOL_ARRAY_TRUNCATE_TRUNCATE_H
+#define CVOL_ARRAY_TRUNCATE_TRUNCATE_H
+
+#include "array/core/array.h"
+
+/* Where the candidates are: all N slots, or a box of them (wrapped as a low box is), or a list. */
+typedef struct cvol_candidates {
+    const float *slots;     /* dense candidates: a box of `box` around the origin, x fastest */
+    size_t low[3], box[3];  /* as cvol_spectrum's; low = box = dims for all N (DCT) */
+    const uint32_t *places; /* further ones, strictly rising, none within the box; may be NULL */
+    const float *values;
+    size_t count;
+} cvol_candidates;
+
+/* Fills array->whole (which must be empty) with the candidates that `keep` (any rule but
+ * LIKE_INPUTS and STEP) keeps; *dropped is the L2 norm of the others, exactly. Under DFT both slots
+ * of a pair are kept or dropped together, by the pair's magnitude. Errors: ARGUMENT, TARGET,
+ * MEMORY. */
+int cvol_truncate(cvol_context *context, cvol_array *array, double *dropped,
+                  const cvol_candidates *candidates, const cvol_keep *keep);
+
+/* Checks a keep against an array's shape: k within the axes, s at most N, finite positive values,
+ * rules that apply. Errors: ARGUMENT. */
+int cvol_keep_check(cvol_context *context, const cvol_keep *keep, const cvol_array *shape);
+
+#endif

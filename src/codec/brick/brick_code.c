@@ -1,0 +1,532 @@
+/* Coding of one brick, both ways. */
+#include "codec/brick/brick_code.h"
+
+#include <float.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "codec/brick/brick_internal.h"
+#include "codec/quantize/quantize.h"
+#include "codec/quantize/trellis_states.h"
+
+/* Tokens of a cell's split. */
+enum { SPLIT_NONE, SPLIT_OCTANTS, SPLIT_MIXED, SPLIT_FOURS };
+
+/* ---- bricks of an array ----------------------------------------------------------------- */
+
+void cvol_brick_grid(size_t bricks[3], const cvol_array *array)
+{
+    for (int a = 0; a < 3; a++)
+        bricks[a] = (array->grid.dims[a] - 1) / array->brick.side[a] + 1;
+}
+
+size_t cvol_brick_count(const cvol_array *array)
+{
+    size_t bricks[3];
+    cvol_brick_grid(bricks, array);
+    return bricks[0] * bricks[1] * bricks[2];
+}
+
+cvol_brick_box cvol_brick_box_of(const cvol_array *array, size_t brick)
+{
+    size_t bricks[3];
+    cvol_brick_grid(bricks, array);
+    const size_t place[3] = {brick % bricks[0], brick / bricks[0] % bricks[1],
+                             brick / bricks[0] / bricks[1]};
+    cvol_brick_box box;
+    for (int a = 0; a < 3; a++) {
+        const size_t side = array->brick.side[a] / (size_t)array->block;
+        box.first[a] = place[a] * side;
+        const size_t left = array->blocks[a] - box.first[a];
+        box.count[a] = left < side ? left : side;
+    }
+    return box;
+}
+
+void cvol_brick_inside(size_t size[3], const cvol_array *array, size_t brick)
+{
+    const cvol_brick_box box = cvol_brick_box_of(array, brick);
+    for (int a = 0; a < 3; a++) {
+        const size_t left = array->grid.dims[a] - box.first[a] * (size_t)array->block;
+        size[a] = left < array->brick.side[a] ? left : array->brick.side[a];
+    }
+}
+
+void cvol_brick_shape_blocks(size_t blocks[3], const cvol_array *array)
+{
+    for (int a = 0; a < 3; a++)
+        blocks[a] = array->brick.side[a] / (size_t)array->block;
+}
+
+size_t cvol_brick_volume(const cvol_array *array)
+{
+    return array->brick.side[0] * array->brick.side[1] * array->brick.side[2];
+}
+
+size_t cvol_brick_box_blocks(const cvol_brick_box *box)
+{
+    return box->count[0] * box->count[1] * box->count[2];
+}
+
+size_t cvol_brick_block_index(const cvol_array *array, const cvol_brick_box *box, size_t i)
+{
+    size_t place[3];
+    cvol_brick_box_place(place, box, i);
+    for (int a = 0; a < 3; a++)
+        place[a] += box->first[a];
+    return place[0] + array->blocks[0] * (place[1] + array->blocks[1] * place[2]);
+}
+
+/* ---- a coder ---------------------------------------------------------------------------- */
+
+cvol_brick_coder *cvol_brick_coder_create(const cvol_token_tables *tables)
+{
+    cvol_brick_coder *coder = cvol_allocate_zero(1, sizeof *coder);
+    if (coder)
+        coder->tables = tables;
+    return coder;
+}
+
+void cvol_brick_coder_free(cvol_brick_coder *coder)
+{
+    if (!coder)
+        return;
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        cvol_token_writer_free(&coder->writers[s]);
+    cvol_end_scans_clear(&coder->context.scans);
+    cvol_small_free(coder->small);
+    cvol_small_chooser_free(coder->small_chooser);
+    free(coder->words);
+    free(coder);
+}
+
+int cvol_block_parts(cvol_cell_part parts[CVOL_CELL_PARTS_MAX], int block, uint16_t split)
+{
+    if (block == CVOL_CELL)
+        return cvol_cell_list_parts(parts, split);
+    parts[0] = (cvol_cell_part){.side = block};
+    return 1;
+}
+
+/* ---- encoding --------------------------------------------------------------------------- */
+
+/* What the small coder needs besides, if the array is coded by it; 0 when memory is short. */
+static int start_small(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box)
+{
+    coder->is_small = array->small;
+    if (!array->small)
+        return 1;
+    if (!coder->small)
+        coder->small = cvol_small_create();
+    if (coder->small)
+        cvol_small_start(coder->small, array, box);
+    return coder->small != NULL;
+}
+
+int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box)
+{
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        cvol_token_writer_start(&coder->writers[s]);
+    if (array->small && !coder->small_chooser &&
+        !(coder->small_chooser = cvol_small_chooser_create()))
+        return 0;
+    return start_small(coder, array, box) &&
+           cvol_brick_context_start(&coder->context, array, box->first);
+}
+
+/* Tokens are put in any case: they are counted, and cost what is chosen by. */
+void cvol_brick_put_part(cvol_brick_coder *coder, const int at[3], const cvol_scan *scan,
+                         const int32_t *values, int used, int dependent)
+{
+    const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
+    cvol_part_encode(coder->writers, scan, &context, values, used, dependent, coder->scatter);
+    cvol_part_note(&coder->context, at, scan, values[0], cvol_part_length(scan, used));
+    if (coder->is_small)
+        coder->last_values = cvol_small_put_part(coder->small, at, scan->size_class, scan, values,
+                                                 used);
+}
+
+void cvol_brick_keep_scaled(cvol_brick_coder *coder, const float *scaled, int count)
+{
+    if (coder->is_small)
+        cvol_small_chooser_keep(coder->small_chooser, coder->last_values, scaled, count);
+}
+
+void cvol_brick_pass_part(cvol_brick_coder *coder, const int at[3], int size_class)
+{
+    cvol_part_note_unseen(&coder->context, at, size_class);
+    if (coder->is_small)
+        cvol_small_put_part(coder->small, at, size_class, NULL, NULL, 0);
+}
+
+void cvol_brick_put_split(cvol_brick_coder *coder, const size_t place[3], uint16_t split)
+{
+    const int cell[3] = {(int)place[0], (int)place[1], (int)place[2]};
+    const int token = split == CVOL_CELL_WHOLE     ? SPLIT_NONE
+                      : split == CVOL_CELL_OCTANTS ? SPLIT_OCTANTS
+                      : split == CVOL_CELL_FOURS   ? SPLIT_FOURS
+                                                   : SPLIT_MIXED;
+    cvol_token_put(&coder->writers[0], cvol_split_row(&coder->context, cell), (uint32_t)token);
+    if (token == SPLIT_MIXED)
+        for (int half = 0; half < 2; half++)
+            cvol_token_put(&coder->writers[0], CVOL_ROW_OCTANTS + half,
+                           split >> (1 + 4 * half) & 15);
+    cvol_split_note(&coder->context, cell, token);
+    if (coder->is_small)
+        cvol_small_put_split(coder->small, place, split);
+}
+
+double cvol_brick_choose_again(cvol_brick_coder *coder, const cvol_token_costs *costs)
+{
+    return coder->is_small
+               ? cvol_small_choose_again(coder->small_chooser, coder->small, costs, &coder->context)
+               : 0;
+}
+
+int cvol_brick_finish(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS])
+{
+    int done = 1;
+    if (coder->is_small)
+        return cvol_small_finish(coder->small, shells, &coder->context);
+    for (int s = 0; s < CVOL_SHELLS; s++) {
+        shells[s].size = 0;
+        done &= cvol_token_writer_finish(&coder->writers[s], coder->tables, &shells[s]);
+    }
+    return done;
+}
+
+/* Spreads a block's terms out by place. */
+static void spread_terms(cvol_brick_coder *coder, const cvol_block *block, int block_log2)
+{
+    const uint32_t *words = block->terms, *end = words + block->words;
+    while (words < end) {
+        uint32_t place;
+        const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));
+        coder->values[place] = value;
+    }
+}
+
+static void unspread_terms(cvol_brick_coder *coder, const cvol_block *block, int block_log2)
+{
+    const uint32_t *words = block->terms, *end = words + block->words;
+    while (words < end) {
+        uint32_t place;
+        cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));
+        coder->values[place] = 0;
+    }
+}
+
+static int first_place(const cvol_cell_part *part)
+{
+    return part->first[0] + CVOL_CELL * (part->first[1] + CVOL_CELL * part->first[2]);
+}
+
+/* Brings a part's values into scan order; one past the last that is not 0, at least 1. */
+static int scan_part(cvol_brick_coder *coder, const cvol_cell_part *part, const cvol_scan *scan,
+                     int in_cell)
+{
+    const int first = first_place(part);
+    int used = 1;
+    for (int i = 0; i < scan->count; i++) {
+        const int place = in_cell ? first + scan->entries[i].in_cell : scan->entries[i].place;
+        coder->scanned[i] = coder->values[place];
+        used = coder->scanned[i] ? i + 1 : used;
+    }
+    return used;
+}
+
+/* Brings a part's values, in scan order, to the indices that stand for them; 0 if none do. */
+static int find_indices(int32_t *values, int used)
+{
+    int state = 0;
+    if (values[0] & 1)
+        return 0;
+    values[0] /= 2;
+    for (int i = 1; i < used; i++) {
+        const int64_t index = cvol_dependent_index(state, cvol_magnitude(values[i]));
+        if (index < 0)
+            return 0;
+        values[i] = values[i] < 0 ? -(int32_t)index : (int32_t)index;
+        state = cvol_state_after[state][index & 1];
+    }
+    return 1;
+}
+
+/* Spreads what a file codes of a block; 0 if nothing does. */
+static int spread_coded(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
+                        const size_t place[3])
+{
+    int inside[3];
+    if (block->words)
+        spread_terms(coder, block, array->block_log2);
+    return !array->ends || !block->words ||
+           cvol_cell_ends_put(coder->values, cvol_brick_cell_inside(inside, &coder->context, place),
+                              block->split, array->ends);
+}
+
+static void unspread_coded(cvol_brick_coder *coder, const cvol_array *array,
+                           const cvol_block *block)
+{
+    if (array->ends)
+        memset(coder->values, 0, sizeof *coder->values * CVOL_CELL_SAMPLES);
+    else
+        unspread_terms(coder, block, array->block_log2);
+}
+
+static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
+                         const size_t place[3])
+{
+    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    const int count = cvol_block_parts(parts, array->block, block->split);
+    const int in_cell = array->block == CVOL_CELL;
+    if (in_cell)
+        cvol_brick_put_split(coder, place, block->split);
+    spread_coded(coder, array, block, place);
+    for (int p = 0; p < count; p++) {
+        const int size_class = cvol_size_class(parts[p].side);
+        int at[3];
+        cvol_part_place(at, &parts[p], place, array->block);
+        const cvol_scan *scan = cvol_brick_scan(&coder->context, at, size_class);
+        if (!scan) {
+            cvol_brick_pass_part(coder, at, size_class);
+            continue;
+        }
+        coder->scanned[0] = 0;
+        const int used = block->words ? scan_part(coder, &parts[p], scan, in_cell) : 1;
+        if (array->dependent)
+            find_indices(coder->scanned, used);
+        cvol_brick_put_part(coder, at, scan, coder->scanned, used, array->dependent);
+    }
+    unspread_coded(coder, array, block);
+}
+
+/* Whether the block can be coded as the array says: its ends, and of all parts indices. */
+static int block_fits(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
+                      const size_t place[3])
+{
+    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    const int count = cvol_block_parts(parts, array->block, block->split);
+    if (!block->words)
+        return 1;
+    int found = spread_coded(coder, array, block, place);
+    for (int p = 0; p < count && found && array->dependent; p++) {
+        int at[3];
+        cvol_part_place(at, &parts[p], place, array->block);
+        const cvol_scan *scan = cvol_brick_scan(&coder->context, at,
+                                                cvol_size_class(parts[p].side));
+        if (scan)
+            found = find_indices(coder->scanned,
+                                 scan_part(coder, &parts[p], scan, array->block == CVOL_CELL));
+    }
+    unspread_coded(coder, array, block);
+    return found;
+}
+
+int cvol_brick_fits(cvol_brick_coder *coder, const cvol_array *array, size_t brick)
+{
+    const cvol_brick_box box = cvol_brick_box_of(array, brick);
+    int found = cvol_brick_context_start(&coder->context, array, box.first);
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box) && found; i++) {
+        size_t place[3];
+        cvol_brick_box_place(place, &box, i);
+        found = block_fits(coder, array,
+                           &array->block_table[cvol_brick_block_index(array, &box, i)], place);
+    }
+    return found;
+}
+
+int cvol_brick_encode(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS],
+                      const cvol_array *array, size_t brick)
+{
+    const cvol_brick_box box = cvol_brick_box_of(array, brick);
+    if (!cvol_brick_start(coder, array, &box))
+        return 0;
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
+        size_t place[3];
+        cvol_brick_box_place(place, &box, i);
+        encode_block(coder, array, &array->block_table[cvol_brick_block_index(array, &box, i)],
+                     place);
+    }
+    return cvol_brick_finish(coder, shells);
+}
+
+void cvol_brick_coder_count(const cvol_brick_coder *coder, cvol_token_counts *counts)
+{
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        cvol_token_writer_count(&coder->writers[s], counts);
+}
+
+/* ---- decoding --------------------------------------------------------------------------- */
+
+/* How a cell is split; 0 if the stream says what cannot be. */
+static int take_split(cvol_brick_coder *coder, cvol_token_reader *in, const size_t place[3],
+                      uint16_t *split)
+{
+    const int cell[3] = {(int)place[0], (int)place[1], (int)place[2]};
+    const uint32_t token = cvol_token_take(in, cvol_split_row(&coder->context, cell));
+    *split = token == SPLIT_OCTANTS ? CVOL_CELL_OCTANTS
+             : token == SPLIT_FOURS ? CVOL_CELL_FOURS
+                                    : CVOL_CELL_WHOLE;
+    if (token > SPLIT_FOURS)
+        return 0;
+    if (token == SPLIT_MIXED) {
+        *split = CVOL_CELL_OCTANTS;
+        for (int half = 0; half < 2; half++)
+            *split |= (uint16_t)(cvol_token_take(in, CVOL_ROW_OCTANTS + half) << (1 + 4 * half));
+    }
+    cvol_split_note(&coder->context, cell, (int)token);
+    return 1;
+}
+
+/* Appends the found values, times 2^shift, as words in order of place, and clears them. *sum: of
+ * their magnitudes; *words and *terms are counted up. 0 if one is too large. */
+static int take_terms(cvol_brick_coder *coder, int block_log2, int shift, uint64_t *sum,
+                      uint32_t *words, size_t *terms)
+{
+    const int place_bits = cvol_place_bits(block_log2);
+    const uint32_t most = (uint32_t)CVOL_VALUE_LIMIT >> shift;
+    uint32_t *to = coder->words + coder->word_count;
+    *sum = 0;
+    for (int i = 0; i < 1 << (3 * block_log2 - 6); i++) {
+        for (uint64_t bits = coder->found[i]; bits; bits &= bits - 1) {
+            const uint32_t place = (uint32_t)(64 * i + __builtin_ctzll(bits));
+            int32_t value = coder->values[place];
+            if (__builtin_expect(cvol_magnitude(value) > most, 0))
+                return 0;
+            value *= 1 << shift;
+            to += cvol_term_pack(to, place, value, place_bits);
+            *sum += cvol_magnitude(value);
+            (*terms)++;
+            coder->values[place] = 0;
+        }
+        coder->found[i] = 0;
+    }
+    *words = (uint32_t)(to - (coder->words + coder->word_count));
+    coder->word_count += *words;
+    return 1;
+}
+
+static int reserve_words(cvol_brick_coder *coder, size_t more)
+{
+    if (coder->word_capacity - coder->word_count >= more)
+        return 1;
+    const size_t capacity = 2 * coder->word_capacity + more;
+    uint32_t *words = realloc(coder->words, capacity * sizeof *words);
+    if (!words)
+        return 0;
+    coder->words = words;
+    coder->word_capacity = capacity;
+    return 1;
+}
+
+static void put_value(cvol_brick_coder *coder, int place, int32_t value)
+{
+    coder->values[place] = value;
+    if (value)
+        coder->found[place / 64] |= UINT64_C(1) << place % 64;
+}
+
+static int decode_parts(cvol_brick_coder *coder, cvol_token_reader streams[CVOL_SHELLS], int shells,
+                        const cvol_array *array, uint16_t split, const size_t place[3])
+{
+    const int B = array->block;
+    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    const int count = cvol_block_parts(parts, B, split);
+    for (int p = 0; p < count; p++) {
+        const int size_class = cvol_size_class(parts[p].side);
+        const cvol_part_target target = {coder->values, coder->found, first_place(&parts[p]),
+                                         B == CVOL_CELL, array->dependent};
+        int at[3], length;
+        int32_t dc;
+        cvol_part_place(at, &parts[p], place, B);
+        const cvol_scan *scan = cvol_brick_scan(&coder->context, at, size_class);
+        if (!scan) {
+            dc = cvol_part_note_unseen(&coder->context, at, size_class);
+            put_value(coder, target.first, dc * (1 + array->dependent));
+            continue;
+        }
+        const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
+        if (!cvol_part_decode(streams, shells, scan, &context, &target, &dc, &length,
+                              coder->scatter))
+            return 0;
+        cvol_part_note(&coder->context, at, scan, dc, length);
+    }
+    return 1;
+}
+
+/* streams: none that were decoded by the small coder. */
+static int decode_block(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array *array,
+                        cvol_block *block, cvol_token_reader streams[CVOL_SHELLS], int shells,
+                        const size_t place[3])
+{
+    const int B = array->block;
+    uint64_t sum;
+    int ended[3];
+    block->split = CVOL_CELL_WHOLE;
+    if (!reserve_words(coder, 2 * (size_t)B * (size_t)B * (size_t)B))
+        return CVOL_ERROR_MEMORY;
+    if (array->small)
+        block->split = cvol_small_cell(coder->small, place, coder->values, coder->found);
+    else if (B == CVOL_CELL && !take_split(coder, &streams[0], place, &block->split))
+        return CVOL_ERROR_CORRUPT;
+    if (!array->small && !decode_parts(coder, streams, shells, array, block->split, place))
+        return CVOL_ERROR_CORRUPT;
+    const int *inside = array->ends ? cvol_brick_cell_inside(ended, &coder->context, place) : NULL;
+    if (inside &&
+        !cvol_cell_ends_take(coder->values, coder->found, inside, block->split, array->ends))
+        return CVOL_ERROR_CORRUPT;
+    if (!take_terms(coder, array->block_log2, inside ? 0 : array->ends, &sum, &block->words,
+                    &out->terms))
+        return CVOL_ERROR_CORRUPT;
+    /* No sample, and nothing on the way to it, is larger than this sum: floats must hold it. */
+    return (double)sum * array->step < (double)FLT_MAX ? CVOL_OK : CVOL_ERROR_CORRUPT;
+}
+
+/* A damaged brick may leave anything behind. */
+static void clear_scratch(cvol_brick_coder *coder)
+{
+    memset(coder->values, 0, sizeof coder->values);
+    memset(coder->found, 0, sizeof coder->found);
+    memset(coder->scatter, 0, sizeof coder->scatter);
+}
+
+static int all_ended(const cvol_token_reader streams[CVOL_SHELLS], int count)
+{
+    for (int s = 0; s < count; s++)
+        if (!cvol_token_reader_ended(&streams[s]))
+            return 0;
+    return 1;
+}
+
+int cvol_brick_decode(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array *array,
+                      size_t brick, const cvol_span shells[CVOL_SHELLS], int count)
+{
+    const cvol_brick_box box = cvol_brick_box_of(array, brick);
+    cvol_token_reader streams[CVOL_SHELLS];
+    int code = CVOL_OK;
+    *out = (cvol_brick_terms){0};
+    coder->word_count = 0;
+    if (!cvol_brick_context_start(&coder->context, array, box.first))
+        return CVOL_ERROR_MEMORY;
+    if (array->small)
+        code = start_small(coder, array, &box)
+                   ? cvol_small_decode(coder->small, &coder->context, shells, count)
+                   : CVOL_ERROR_MEMORY;
+    for (int s = 0; s < count && !array->small; s++)
+        cvol_token_reader_start(&streams[s], coder->tables, shells[s].data, shells[s].size);
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box) && !code; i++) {
+        size_t place[3];
+        cvol_brick_box_place(place, &box, i);
+        code = decode_block(coder, out, array,
+                            &array->block_table[cvol_brick_block_index(array, &box, i)], streams,
+                            count, place);
+    }
+    if (!code && !array->small && !all_ended(streams, count))
+        code = CVOL_ERROR_CORRUPT;
+    if (code)
+        clear_scratch(coder);
+    out->words = coder->words;
+    out->word_count = coder->word_count;
+    return code;
+}

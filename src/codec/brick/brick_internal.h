@@ -1,0 +1,63 @@
+/* A brick coder's inside, for those who choose what it codes. */
+#ifndef CVOL_CODEC_BRICK_BRICK_INTERNAL_H
+#define CVOL_CODEC_BRICK_BRICK_INTERNAL_H
+
+#include "codec/brick/brick_code.h"
+#include "codec/neural/neural_choice.h"
+#include "codec/neural/neural_code.h"
+#include "codec/quantize/rd_cost.h"
+#include "codec/quantize/sub_block_code.h"
+#include "transform/cell.h"
+
+struct cvol_brick_coder {
+    const cvol_token_tables *tables;
+    cvol_token_writer writers[CVOL_SHELLS];
+    cvol_brick_context context;
+    uint32_t *words; /* decoder: the terms so far */
+    size_t word_count, word_capacity;
+    int32_t scanned[CVOL_PART_SAMPLES_MAX];     /* encoder: a part's values in scan order */
+    int32_t values[CVOL_PART_SAMPLES_MAX];      /* a block's, by place; zero between blocks */
+    uint64_t found[CVOL_PART_SAMPLES_MAX / 64]; /* which places are not zero */
+    uint16_t scatter[CVOL_SCATTER_MAX];         /* zero between parts */
+    cvol_small_brick *small; /* of arrays that are coded so; NULL as long as there were none */
+    cvol_small_chooser *small_chooser; /* likewise */
+    int is_small;                      /* the brick that was started is */
+    int last_values;                   /* of it: where the last part's are */
+};
+
+/* The parts of a block of side B that is split so; how many. */
+int cvol_block_parts(cvol_cell_part parts[CVOL_CELL_PARTS_MAX], int block, uint16_t split);
+/* Where a part begins, in units of four samples of the brick, in block `place` (of x, y, z). */
+static inline void cvol_part_place(int at[3], const cvol_cell_part *part, const size_t place[3],
+                                   int block)
+{
+    for (int a = 0; a < 3; a++)
+        at[a] = ((int)place[a] * block + part->begin[a]) / 4;
+}
+/* Places of blocks within the box, from their number. */
+static inline void cvol_brick_box_place(size_t place[3], const cvol_brick_box *box, size_t i)
+{
+    place[0] = i % box->count[0];
+    place[1] = i / box->count[0] % box->count[1];
+    place[2] = i / box->count[0] / box->count[1];
+}
+
+/* Starts all streams of a brick of an array; 0 when memory is short. */
+int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box);
+/* Codes a part: values in scan order. */
+void cvol_brick_put_part(cvol_brick_coder *coder, const int at[3], const cvol_scan *scan,
+                         const int32_t *values, int used, int dependent);
+/* What the last part's values stand for: coefficients, divided by twice the step, in scan order. Of
+ * all parts, if there is to be a choice again. */
+void cvol_brick_keep_scaled(cvol_brick_coder *coder, const float *scaled, int count);
+/* Chooses all values again, where what is coded makes others better (neural_choice.h): by how much
+ * the squared error grows, in steps squared. */
+double cvol_brick_choose_again(cvol_brick_coder *coder, const cvol_token_costs *costs);
+/* Notes one that nobody sees. */
+void cvol_brick_pass_part(cvol_brick_coder *coder, const int at[3], int size_class);
+/* Codes how the cell at `place` is split, and notes it. */
+void cvol_brick_put_split(cvol_brick_coder *coder, const size_t place[3], uint16_t split);
+/* Ends all streams. 1, or 0 when memory ran out. */
+int cvol_brick_finish(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS]);
+
+#endif

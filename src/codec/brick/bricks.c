@@ -1,0 +1,332 @@
+/* Bricks in parallel, a chunk of them at a time: between two chunks progress is told, bytes are
+ * handed on in order, and terms go over to the array. */
+#include "codec/brick/bricks.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "base/thread.h"
+#include "transform/cell.h"
+
+/* Bricks that are worked on between two calls of the progress function: whole runs, as these have
+ * 1, 2, 4, 8 or 16 bricks. */
+enum { CHUNK_BRICKS = 8 * CVOL_RUN_BRICKS };
+
+/* Samples beyond a box that the filter across faces of lapped volumes mixes into it. */
+enum { LAP_REACH = 2 };
+
+/* One coder a thread, for all chunks. */
+typedef struct coders {
+    cvol_brick_coder **coder;
+    int count;
+} coders;
+
+static void coders_free(coders *all)
+{
+    for (int i = 0; i < all->count; i++)
+        cvol_brick_coder_free(all->coder[i]);
+    free(all->coder);
+    *all = (coders){0};
+}
+
+static int coders_make(cvol_context *context, coders *all, const cvol_token_tables *tables)
+{
+    const int count = cvol_context_threads(context);
+    *all = (coders){.coder = calloc((size_t)count, sizeof *all->coder)};
+    for (; all->coder && all->count < count; all->count++)
+        if (!(all->coder[all->count] = cvol_brick_coder_create(tables)))
+            break;
+    if (all->count == count)
+        return CVOL_OK;
+    coders_free(all);
+    return cvol_fail_memory(context, (size_t)count << 20, "the coder");
+}
+
+/* ---- encoding --------------------------------------------------------------------------- */
+
+typedef struct shell_bytes {
+    cvol_bytes shells[CVOL_SHELLS];
+} shell_bytes;
+
+/* Encodes bricks first .. first + count - 1; 0 when memory is short. counts: one a thread, or NULL.
+ */
+static int encode_chunk(shell_bytes *out, const cvol_array *array, const coders *all,
+                        cvol_token_counts *counts, size_t first, size_t count)
+{
+    int done = 1;
+#pragma omp parallel num_threads(all->count)
+    {
+        int own = 0;
+#pragma omp for schedule(static, 1)
+        for (int i = 0; i < all->count; i++)
+            own = i;
+#pragma omp for schedule(dynamic)
+        for (size_t i = 0; i < count; i++) {
+            if (!cvol_brick_encode(all->coder[own], out[i].shells, array, first + i)) {
+#pragma omp atomic write
+                done = 0;
+            }
+            if (counts)
+                cvol_brick_coder_count(all->coder[own], &counts[own]);
+        }
+    }
+    return done;
+}
+
+static int hand_over(cvol_context *context, const shell_bytes *chunk, size_t first, size_t count,
+                     const cvol_brick_sink *sink)
+{
+    int code = CVOL_OK;
+    for (size_t i = 0; i < count && !code; i++) {
+        cvol_span spans[CVOL_SHELLS];
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            spans[s] = (cvol_span){chunk[i].shells[s].data, chunk[i].shells[s].size};
+        code = sink->take(context, sink->user, first + i, spans);
+    }
+    return code;
+}
+
+/* Hands all bytes to the sink, if it is not NULL. */
+static int encode_all(cvol_context *context, const cvol_array *array, const coders *all,
+                      cvol_token_counts *counts, const cvol_brick_sink *sink)
+{
+    const size_t bricks = cvol_brick_count(array);
+    int code = CVOL_OK;
+    shell_bytes *chunk = calloc(CHUNK_BRICKS, sizeof *chunk);
+    if (!chunk)
+        return cvol_fail_memory(context, CHUNK_BRICKS * sizeof *chunk, "the bricks");
+    for (size_t first = 0; first < bricks && !code; first += CHUNK_BRICKS) {
+        const size_t left = bricks - first, count = left < CHUNK_BRICKS ? left : CHUNK_BRICKS;
+        if (!encode_chunk(chunk, array, all, counts, first, count))
+            code = cvol_fail_memory(context, sizeof *chunk, "a brick");
+        if (!code && sink)
+            code = hand_over(context, chunk, first, count, sink);
+        if (!code)
+            code = cvol_report_progress(context, "coding",
+                                        (double)(first + count) / (double)bricks);
+    }
+    for (size_t i = 0; i < CHUNK_BRICKS; i++)
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            cvol_bytes_free(&chunk[i].shells[s]);
+    free(chunk);
+    return code;
+}
+
+int cvol_bricks_fit(cvol_context *context, const cvol_array *array)
+{
+    coders all;
+    const size_t count = cvol_brick_count(array);
+    const int code = coders_make(context, &all, NULL);
+    int fits = 1;
+    if (code)
+        return -code;
+#pragma omp parallel for schedule(dynamic) num_threads(all.count) reduction(&& : fits)
+    for (size_t b = 0; b < count; b++)
+        fits = fits && cvol_brick_fits(all.coder[cvol_thread_index()], array, b);
+    coders_free(&all);
+    return fits;
+}
+
+int cvol_bricks_encode(cvol_context *context, const cvol_array *array,
+                       const cvol_token_tables *tables, const cvol_brick_sink *sink)
+{
+    coders all;
+    int code = coders_make(context, &all, tables);
+    if (code)
+        return code;
+    code = encode_all(context, array, &all, NULL, sink);
+    coders_free(&all);
+    return code;
+}
+
+int cvol_bricks_count(cvol_context *context, cvol_token_counts *counts, const cvol_array *array)
+{
+    const size_t threads = (size_t)cvol_context_threads(context);
+    cvol_token_tables *tables = cvol_token_tables_create(); /* any will do */
+    cvol_token_counts *parts = calloc(threads, sizeof *parts);
+    coders all = {0};
+    int code = tables && parts ? coders_make(context, &all, tables)
+                               : cvol_fail_memory(context, threads * sizeof *parts, "the coder");
+    if (!code)
+        code = encode_all(context, array, &all, parts, NULL);
+    for (int i = 0; i < all.count; i++)
+        for (int r = 0; r < CVOL_ROWS; r++)
+            for (int t = 0; t < CVOL_TOKENS; t++)
+                counts->of[r][t] += parts[i].of[r][t];
+    coders_free(&all);
+    free(parts);
+    free(tables);
+    return code;
+}
+
+/* ---- decoding --------------------------------------------------------------------------- */
+
+typedef struct decoding {
+    cvol_array *array;
+    const cvol_brick_source *source;
+    const cvol_box *box;
+    coders all;
+} decoding;
+
+/* A decoded brick: its terms in memory of exactly their size. */
+typedef struct decoded {
+    uint32_t *words;
+    size_t count;
+    uint64_t terms;
+    int code;
+} decoded;
+
+/* Whether samples of the box depend on the brick. */
+static int is_needed(const decoding *d, size_t brick)
+{
+    if (!d->box)
+        return 1;
+    const cvol_brick_box place = cvol_brick_box_of(d->array, brick);
+    const size_t reach = d->array->lapped ? LAP_REACH : 0, side = (size_t)d->array->block;
+    for (int a = 0; a < 3; a++) {
+        const size_t begin = place.first[a] * side, end = begin + place.count[a] * side;
+        if (end + reach <= d->box->begin[a] || (begin > reach && begin - reach >= d->box->end[a]))
+            return 0;
+    }
+    return 1;
+}
+
+static int is_run_needed(const decoding *d, size_t first, size_t end)
+{
+    for (size_t b = first; b < end; b++)
+        if (is_needed(d, b))
+            return 1;
+    return 0;
+}
+
+/* Whether the checksums of runs hold that have a needed brick among first .. end - 1. The first
+ * damaged one, shell by shell, or SIZE_MAX. */
+static size_t find_damage(const decoding *d, size_t first, size_t end)
+{
+    const cvol_brick_index *index = d->source->index;
+    const size_t run = first / index->run;
+    const size_t runs = (end - 1) / index->run + 1 - run;
+    size_t found = SIZE_MAX;
+#pragma omp parallel for schedule(dynamic) num_threads(d->all.count) reduction(min : found)
+    for (size_t i = 0; i < runs * (size_t)d->source->count; i++) {
+        const int shell = (int)(i / runs);
+        const size_t r = run + i % runs, from = r * index->run;
+        const size_t to = from + index->run < end ? from + index->run : end;
+        const cvol_span bytes = cvol_brick_index_run(index, shell, r, d->source->shells[shell]);
+        if (is_run_needed(d, from, to) && cvol_crc32c(bytes.data, bytes.size) !=
+                                              index->checksums[(size_t)shell * index->runs + r]) {
+            const size_t place = (size_t)shell * index->runs + r;
+            found = place < found ? place : found;
+        }
+    }
+    return found;
+}
+
+static int decode_brick(decoded *out, const decoding *d, cvol_brick_coder *coder, size_t brick)
+{
+    cvol_array *array = d->array;
+    cvol_span shells[CVOL_SHELLS] = {{0}};
+    cvol_brick_terms terms;
+    for (int s = 0; s < d->source->count; s++)
+        shells[s] = cvol_brick_index_brick(d->source->index, s, brick, d->source->shells[s]);
+    int code = cvol_brick_decode(coder, &terms, array, brick, shells, d->source->count);
+    if (code)
+        return code;
+    const int is_kept = !d->source->is_checked;
+    if (terms.word_count && is_kept) {
+        out->words = malloc(terms.word_count * sizeof *out->words);
+        if (!out->words)
+            return CVOL_ERROR_MEMORY;
+        memcpy(out->words, terms.words, terms.word_count * sizeof *out->words);
+    }
+    out->count = terms.word_count;
+    out->terms = terms.terms;
+    const cvol_brick_box box = cvol_brick_box_of(array, brick);
+    const uint32_t *words = out->words;
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
+        cvol_block *block = &array->block_table[cvol_brick_block_index(array, &box, i)];
+        if (!is_kept)
+            block->words = 0;
+        block->terms = words;
+        if (block->words)
+            words += block->words;
+        cvol_block_find_low(block, array->block_log2);
+    }
+    return CVOL_OK;
+}
+
+static void decode_chunk(decoded *out, const decoding *d, size_t first, size_t end)
+{
+#pragma omp parallel num_threads(d->all.count)
+    {
+        cvol_brick_coder *coder = NULL;
+#pragma omp for schedule(static, 1)
+        for (int i = 0; i < d->all.count; i++)
+            coder = d->all.coder[i];
+#pragma omp for schedule(dynamic)
+        for (size_t b = first; b < end; b++)
+            if (is_needed(d, b))
+                out[b - first].code = decode_brick(&out[b - first], d, coder, b);
+    }
+}
+
+/* Hands the terms of a chunk to the array; a failure of one is the failure of all. */
+static int adopt(cvol_context *context, cvol_array *array, decoded *bricks, size_t first,
+                 size_t count, size_t total, const char *name)
+{
+    int code = CVOL_OK;
+    for (size_t i = 0; i < count && !code; i++) {
+        if (bricks[i].code == CVOL_ERROR_CORRUPT)
+            code = cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: brick %zu of %zu is damaged", name,
+                             first + i, total);
+        else if (bricks[i].code)
+            code = cvol_fail_memory(context, sizeof *bricks, "a brick");
+        else if (bricks[i].words)
+            code = cvol_array_adopt_pool(context, array, bricks[i].words, bricks[i].count);
+        if (!code) {
+            bricks[i].words = NULL;
+            array->coefficients += bricks[i].terms;
+        }
+    }
+    for (size_t i = 0; i < count; i++)
+        free(bricks[i].words);
+    return code;
+}
+
+static int decode_all(cvol_context *context, const decoding *d, const char *name)
+{
+    const cvol_brick_index *index = d->source->index;
+    const size_t bricks = index->bricks;
+    int code = CVOL_OK;
+    for (size_t first = 0; first < bricks && !code; first += CHUNK_BRICKS) {
+        const size_t end = bricks - first < CHUNK_BRICKS ? bricks : first + CHUNK_BRICKS;
+        decoded chunk[CHUNK_BRICKS] = {{0}};
+        if (!is_run_needed(d, first, end))
+            continue;
+        const size_t damage = find_damage(d, first, end);
+        if (damage != SIZE_MAX)
+            return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                             "%s: section SHL%zu: the run of bricks from brick %zu of %zu is "
+                             "damaged",
+                             name, damage / index->runs, damage % index->runs * index->run, bricks);
+        decode_chunk(chunk, d, first, end);
+        code = adopt(context, d->array, chunk, first, end - first, bricks, name);
+        if (!code)
+            code = cvol_report_progress(context, "loading", (double)end / (double)bricks);
+    }
+    return code;
+}
+
+int cvol_bricks_decode(cvol_context *context, cvol_array *array, const cvol_token_tables *tables,
+                       const cvol_brick_source *source, const cvol_box *box, const char *name)
+{
+    decoding d = {.array = array, .source = source, .box = box};
+    int code = coders_make(context, &d.all, tables);
+    if (code)
+        return code;
+    code = decode_all(context, &d, name);
+    coders_free(&d.all);
+    return code;
+}

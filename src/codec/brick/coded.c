@@ -1,0 +1,102 @@
+/* Coded bricks in memory. */
+#include "codec/brick/coded.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+
+int cvol_coded_make(cvol_context *context, cvol_coded **out, const cvol_token_tables *tables,
+                    const cvol_array *shape)
+{
+    cvol_coded *coded = cvol_allocate_zero(1, sizeof *coded);
+    *out = NULL;
+    if (!coded)
+        return cvol_fail_memory(context, sizeof *coded, "the coded volume");
+    coded->tables = cvol_token_tables_create();
+    if (!coded->tables) {
+        cvol_coded_free(coded);
+        return cvol_fail_memory(context, sizeof *tables, "the coder's tables");
+    }
+    memcpy(coded->tables, tables, sizeof *tables);
+    const int code = cvol_brick_index_make(context, &coded->index, cvol_brick_count(shape),
+                                           shape->brick.run);
+    if (code) {
+        cvol_coded_free(coded);
+        return code;
+    }
+    *out = coded;
+    return CVOL_OK;
+}
+
+void cvol_coded_free(cvol_coded *coded)
+{
+    if (!coded)
+        return;
+    free(coded->tables);
+    cvol_brick_index_free(&coded->index);
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        cvol_bytes_free(&coded->shells[s]);
+    free(coded);
+}
+
+static int take(cvol_context *context, void *user, size_t brick,
+                const cvol_span shells[CVOL_SHELLS])
+{
+    cvol_coded *coded = user;
+    if (!cvol_brick_index_add(&coded->index, brick, shells))
+        return cvol_fail(context, CVOL_ERROR_LIMIT, "brick %zu takes 4 GiB or more", brick);
+    for (int s = 0; s < CVOL_SHELLS; s++) {
+        cvol_bytes_append(&coded->shells[s], shells[s].data, shells[s].size);
+        if (coded->shells[s].failed)
+            return cvol_fail_memory(context, coded->shells[s].size, "the coded volume");
+    }
+    return CVOL_OK;
+}
+
+cvol_brick_sink cvol_coded_sink(cvol_coded *coded)
+{
+    return (cvol_brick_sink){take, coded};
+}
+
+int cvol_coded_decode(cvol_context *context, cvol_array *array, const cvol_coded *coded)
+{
+    cvol_brick_source source = {.index = &coded->index, .count = CVOL_SHELLS};
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        source.shells[s] = coded->shells[s].data;
+    return cvol_bricks_decode(context, array, coded->tables, &source, NULL, "the coded volume");
+}
+
+void cvol_coded_brick(cvol_span shells[CVOL_SHELLS], const cvol_coded *coded, size_t brick)
+{
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        shells[s] = cvol_brick_index_brick(&coded->index, s, brick, coded->shells[s].data);
+}
+
+static void free_coded(void *coded)
+{
+    cvol_coded_free(coded);
+}
+
+void cvol_coded_attach(cvol_array *array, cvol_coded *coded)
+{
+    array->coded = coded;
+    array->free_coded = free_coded;
+}
+
+const cvol_coded *cvol_coded_of(const cvol_array *array)
+{
+    return array->coded && array->free_coded == free_coded ? array->coded : NULL;
+}
+
+int cvol_coded_send(cvol_context *context, const cvol_coded *coded, const cvol_brick_sink *sink)
+{
+    int code = CVOL_OK;
+    for (size_t b = 0; b < coded->index.bricks && !code; b++) {
+        cvol_span shells[CVOL_SHELLS];
+        cvol_coded_brick(shells, coded, b);
+        code = sink->take(context, sink->user, b, shells);
+    }
+    return code;
+}

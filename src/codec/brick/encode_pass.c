@@ -1,0 +1,247 @@
+/* One encoding pass: layer after layer of bricks. */
+#include "codec/brick/encode_pass.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "transform/cell.h"
+
+/* So many bricks a thread are encoded between reports of progress, of a volume in memory at least
+ * (threads wait less). */
+enum { BRICKS_A_THREAD = 16 };
+
+/* One brick of the layer that is worked on. */
+typedef struct layer_brick {
+    size_t brick;
+    cvol_bytes shells[CVOL_SHELLS];
+    double error;
+    uint32_t *words; /* of the terms that are kept, or NULL */
+    size_t word_count, terms;
+    int code;
+} layer_brick;
+
+typedef struct encoding {
+    const cvol_encode_pass *pass;
+    cvol_token_costs costs;
+    int threads;
+    cvol_brick_maker **makers; /* one a thread */
+    cvol_token_counts *counts; /* one a thread, or NULL */
+    layer_brick *bricks;       /* room for `room` */
+    size_t room, grid[3], bricks_per_layer, layers;
+    size_t at_once; /* layers of one slab */
+} encoding;
+
+static void encoding_free(encoding *e)
+{
+    for (int t = 0; e->makers && t < e->threads; t++)
+        cvol_brick_maker_free(e->makers[t]);
+    for (size_t i = 0; e->bricks && i < e->room; i++)
+        free(e->bricks[i].words);
+    for (size_t i = 0; e->bricks && i < e->room; i++)
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            cvol_bytes_free(&e->bricks[i].shells[s]);
+    free(e->makers);
+    free(e->counts);
+    free(e->bricks);
+    free(e);
+}
+
+static int encoding_make(cvol_context *context, encoding **out, const cvol_encode_pass *pass)
+{
+    encoding *e = cvol_allocate_zero(1, sizeof *e);
+    *out = e;
+    if (!e)
+        return cvol_fail_memory(context, sizeof *e, "the encoder");
+    cvol_brick_grid(e->grid, pass->shape);
+    e->pass = pass;
+    e->threads = cvol_context_threads(context);
+    e->bricks_per_layer = e->grid[0] * e->grid[1];
+    e->layers = e->grid[2];
+    e->at_once = pass->source->whole
+                     ? (size_t)e->threads * BRICKS_A_THREAD / e->bricks_per_layer + 1
+                     : 1;
+    e->at_once = e->at_once < e->layers ? e->at_once : e->layers;
+    e->room = e->bricks_per_layer * e->at_once;
+    if (!pass->source->whole && e->room > (size_t)e->threads * BRICKS_A_THREAD)
+        e->room = (size_t)e->threads * BRICKS_A_THREAD;
+    cvol_token_costs_set(&e->costs, pass->tables);
+    if (pass->weight > 0)
+        cvol_token_costs_weigh(&e->costs, pass->weight);
+    e->makers = cvol_allocate_zero((size_t)e->threads, sizeof(void *));
+    e->bricks = cvol_allocate_zero(e->room, sizeof *e->bricks);
+    int made = e->makers && e->bricks;
+    if (pass->counts) {
+        e->counts = cvol_allocate_zero((size_t)e->threads, sizeof *e->counts);
+        made = made && e->counts;
+    }
+    for (int t = 0; t < e->threads && made; t++)
+        made = (e->makers[t] = cvol_brick_maker_create(pass->shape)) != NULL;
+    if (made)
+        return CVOL_OK;
+    encoding_free(e);
+    *out = NULL;
+    return cvol_fail_memory(context, (size_t)4 << 20, "the encoder");
+}
+
+/* Layers of which a pass over some bricks takes one. */
+static size_t layers_apart(const encoding *e)
+{
+    return e->pass->every > 1 && e->layers > 8 ? 2 : 1;
+}
+
+/* Whether the pass encodes a brick: on a lattice, in those layers that it takes. */
+static int is_wanted(const encoding *e, size_t brick)
+{
+    const size_t apart = layers_apart(e), every = e->pass->every / apart;
+    const size_t x = brick % e->grid[0], y = brick / e->grid[0] % e->grid[1];
+    return every <= 1 || (x + 5 * y + 3 * (brick / e->bricks_per_layer / apart)) % every == 0;
+}
+
+/* Lists bricks from *next on that the pass encodes, as many as there is room for; how many. */
+static size_t list_bricks(encoding *e, size_t *next, size_t end)
+{
+    size_t count = 0;
+    for (; *next < end && count < e->room; ++*next)
+        if (is_wanted(e, *next))
+            e->bricks[count++].brick = *next;
+    return count;
+}
+
+/* Copies the terms of a brick that was made, for the array that keeps them. */
+static int copy_terms(layer_brick *to, const cvol_brick_maker *maker, cvol_array *kept)
+{
+    const cvol_brick_terms terms = cvol_brick_maker_terms(maker);
+    const cvol_brick_box box = cvol_brick_box_of(kept, to->brick);
+    to->word_count = terms.word_count;
+    to->terms = terms.terms;
+    to->words = terms.word_count ? malloc(terms.word_count * sizeof *to->words) : NULL;
+    if (terms.word_count && !to->words)
+        return CVOL_ERROR_MEMORY;
+    if (terms.word_count)
+        memcpy(to->words, terms.words, terms.word_count * sizeof *to->words);
+    const uint32_t *words = to->words;
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
+        cvol_block *block = &kept->block_table[cvol_brick_block_index(kept, &box, i)];
+        block->terms = words;
+        if (block->words)
+            words += block->words;
+        cvol_block_find_low(block, kept->block_log2);
+    }
+    return CVOL_OK;
+}
+
+static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
+{
+    const cvol_encode_pass *pass = e->pass;
+#pragma omp parallel num_threads(e->threads)
+    {
+        /* Each thread takes the next maker that is free: numbers of threads are not the library's.
+         */
+        cvol_brick_maker *maker = NULL;
+        cvol_brick_recipe recipe = {pass->shape,   pass->tables, &e->costs,
+                                    pass->options, NULL,         pass->kept};
+#pragma omp for schedule(static, 1)
+        for (int t = 0; t < e->threads; t++) {
+            maker = e->makers[t];
+            recipe.counts = e->counts ? &e->counts[t] : NULL;
+        }
+#pragma omp for schedule(dynamic)
+        for (size_t i = 0; i < count; i++) {
+            layer_brick *to = &e->bricks[i];
+            to->code = cvol_brick_make(maker, to->shells, &to->error, &recipe,
+                                       cvol_brick_cells(maker, pass->shape, slab, to->brick),
+                                       to->brick);
+            if (!to->code && pass->kept)
+                to->code = copy_terms(to, maker, pass->kept);
+        }
+    }
+}
+
+/* Adds up what was encoded, and hands them on. */
+static int take_bricks(cvol_context *context, cvol_encode_result *out, encoding *e, size_t count)
+{
+    const cvol_encode_pass *pass = e->pass;
+    for (size_t i = 0; i < count; i++) {
+        layer_brick *from = &e->bricks[i];
+        cvol_span spans[CVOL_SHELLS];
+        if (from->code == CVOL_ERROR_MEMORY)
+            return cvol_fail_memory(context, (size_t)1 << 20, "a brick");
+        if (from->code)
+            return from->code;
+        for (int s = 0; s < CVOL_SHELLS; s++) {
+            spans[s] = (cvol_span){from->shells[s].data, from->shells[s].size};
+            out->bytes += spans[s].size;
+        }
+        const cvol_brick_box box = cvol_brick_box_of(pass->shape, from->brick);
+        const size_t B = (size_t)pass->shape->block;
+        out->samples += cvol_brick_box_blocks(&box) * B * B * B;
+        out->error += from->error * pass->options.step * pass->options.step;
+        int code = pass->sink ? pass->sink->take(context, pass->sink->user, from->brick, spans)
+                              : CVOL_OK;
+        if (!code && from->words)
+            code = cvol_array_adopt_pool(context, pass->kept, from->words, from->word_count);
+        if (!code) {
+            from->words = NULL;
+            if (pass->kept)
+                pass->kept->coefficients += from->terms;
+        }
+        if (code)
+            return code;
+    }
+    return CVOL_OK;
+}
+
+static void add_counts(cvol_token_counts *to, const encoding *e)
+{
+    memset(to, 0, sizeof *to);
+    for (int t = 0; t < e->threads; t++)
+        for (int r = 0; r < CVOL_ROWS; r++)
+            for (int k = 0; k < CVOL_TOKENS; k++)
+                to->of[r][k] += e->counts[t].of[r][k];
+}
+
+/* Layers layer .. end - 1, whose samples are there. */
+static int encode_layers(cvol_context *context, cvol_encode_result *out, encoding *e,
+                         const cvol_slab *slab, size_t layer, size_t end)
+{
+    const cvol_encode_pass *pass = e->pass;
+    const double span = pass->progress_to - pass->progress_from;
+    const size_t last = end * e->bricks_per_layer, all = e->layers * e->bricks_per_layer;
+    int code = CVOL_OK;
+    for (size_t next = layer * e->bricks_per_layer; next < last && !code;) {
+        const size_t count = list_bricks(e, &next, last);
+        encode_bricks(e, slab, count);
+        code = take_bricks(context, out, e, count);
+        if (!code)
+            code = cvol_report_progress(context, "compressing",
+                                        pass->progress_from + span * (double)next / (double)all);
+    }
+    return code;
+}
+
+int cvol_encode_pass_run(cvol_context *context, cvol_encode_result *out,
+                         const cvol_encode_pass *pass)
+{
+    encoding *e;
+    *out = (cvol_encode_result){0};
+    int code = encoding_make(context, &e, pass);
+    if (code)
+        return code;
+    for (size_t layer = 0, end; layer < e->layers && !code; layer = end) {
+        cvol_slab slab;
+        end = layer + e->at_once < e->layers ? layer + e->at_once : e->layers;
+        if (layer % layers_apart(e))
+            continue;
+        code = cvol_slab_fetch_layers(context, &slab, pass->source, pass->shape, layer, end);
+        if (!code)
+            code = encode_layers(context, out, e, &slab, layer, end);
+        if (!code && pass->after)
+            code = pass->after(context, pass->user, &slab, layer, end);
+    }
+    if (!code && pass->counts)
+        add_counts(pass->counts, e);
+    encoding_free(e);
+    return code;
+}

@@ -1,0 +1,146 @@
+/* Shells: places, norms, levels. */
+#include "codec/brick/subbands.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "codec/quantize/split_extension.h"
+#include "codec/quantize/true_length.h"
+#include "transform/cell.h"
+#include "transform/lap.h"
+
+/* More than sums of squares of doubles may be too small by. */
+#define NORM_ROUNDING 1.000001
+
+/* The side of the part that a place of a cell of 16 belongs to. */
+static uint32_t part_side(uint32_t u, uint32_t v, uint32_t w, uint16_t split)
+{
+    const uint32_t octant = (u & 1) + 2 * (v & 1) + 4 * (w & 1);
+    return !(split & 1) ? 16 : split >> (1 + octant) & 1 ? 4 : 8;
+}
+
+int cvol_shell_of(uint32_t place, int block_log2, uint16_t split)
+{
+    const uint32_t block = UINT32_C(1) << block_log2, mask = block - 1;
+    const uint32_t u = place & mask, v = place >> block_log2 & mask, w = place >> 2 * block_log2;
+    const uint32_t side = split ? part_side(u, v, w, split) : block, stride = block / side;
+    uint32_t most = u > v ? u : v;
+    most = (most > w ? most : w) / stride; /* the highest frequency */
+    int shell = 0;
+    while (shell < CVOL_SHELLS - 1) {
+        const uint32_t edge = side >> (CVOL_SHELLS - 1 - shell);
+        if (most < (edge ? edge : 1))
+            break;
+        shell++;
+    }
+    return shell;
+}
+
+/* Threads' stacks may be small: these arrays lie in frames that do not wait for one another. */
+#define APART static __attribute__((noinline))
+
+/* What a level's samples lack of a cell that the volume ends in, squared. */
+APART double lack_of(const cvol_block *block, const int32_t *level, const int inside[3])
+{
+    double lacks[CVOL_CELL_SAMPLES], all = 0;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        lacks[i] = 0 - (double)level[i];
+    while (words < end) {
+        uint32_t place;
+        const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(4));
+        lacks[place] = (double)value - (double)level[place];
+    }
+    cvol_cell_ends_from_terms(lacks, inside, block->split);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        all += lacks[i] * lacks[i];
+    return all;
+}
+
+/* The same of the level that has `left` shells. */
+APART double lack_with(const cvol_block *block, const int32_t *coded, const int inside[3], int bits,
+                       int left)
+{
+    int32_t level[CVOL_CELL_SAMPLES];
+    uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
+    for (uint32_t place = 0; place < CVOL_CELL_SAMPLES; place++) {
+        const int shell = cvol_shell_of(place, 4, block->split);
+        level[place] = shell < left ? coded[place] : 0;
+        found[place / 64] |= (uint64_t)(level[place] != 0) << place % 64;
+    }
+    cvol_cell_ends_take(level, found, inside, block->split, bits);
+    return lack_of(block, level, inside);
+}
+
+/* Of a cell that the volume ends in: by what levels' samples lack, as terms are rounded in each. */
+APART void ended_squares(double squares[CVOL_SHELLS], const cvol_block *block, const int inside[3],
+                         int bits)
+{
+    int32_t coded[CVOL_CELL_SAMPLES] = {0};
+    double before = 0;
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
+    while (words < end) {
+        uint32_t place;
+        const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(4));
+        coded[place] = value;
+    }
+    cvol_cell_ends_put(coded, inside, block->split, bits);
+    for (int left = CVOL_SHELLS - 1; left >= 0; left--) {
+        const double all = lack_with(block, coded, inside, bits, left);
+        squares[left] += fmax(all - before, 0);
+        before = fmax(all, before);
+    }
+}
+
+/* Whether the volume ends in a cell; the samples that are its own. */
+static int find_inside(int inside[3], const cvol_array *array, size_t block)
+{
+    static const int origin[3] = {0, 0, 0};
+    const size_t *blocks = array->blocks;
+    cvol_cell_find_inside(inside, array->grid.dims,
+                          (const size_t[3]){block % blocks[0], block / blocks[0] % blocks[1],
+                                            block / blocks[0] / blocks[1]});
+    return cvol_cell_reaches_beyond(inside, origin, CVOL_CELL);
+}
+
+void cvol_shell_squares(double squares[CVOL_SHELLS], const cvol_array *array, size_t index)
+{
+    const cvol_block *block = &array->block_table[index];
+    const int block_log2 = array->block_log2;
+    int inside[3];
+    if (array->ends && block->words && find_inside(inside, array, index)) {
+        ended_squares(squares, block, inside, array->ends);
+        return;
+    }
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
+    while (words < end) {
+        uint32_t place;
+        const double value = cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));
+        squares[cvol_shell_of(place, block_log2, block->split)] += value * value;
+    }
+}
+
+void cvol_shell_norms_of(double norm[CVOL_SHELLS], const double squares[CVOL_SHELLS], double step)
+{
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        norm[s] = sqrt(squares[s]) * step * NORM_ROUNDING;
+}
+
+void cvol_shell_norms(double norm[CVOL_SHELLS], const cvol_array *array)
+{
+    double squares[CVOL_SHELLS] = {0};
+    for (size_t b = 0; b < array->block_count; b++)
+        cvol_shell_squares(squares, array, b);
+    cvol_shell_norms_of(norm, squares, array->step);
+}
+
+void cvol_shells_leave(cvol_array *array, const double norm[CVOL_SHELLS], int level)
+{
+    double left = 0;
+    for (int s = CVOL_SHELLS - level; s < CVOL_SHELLS; s++)
+        left = hypot(left, norm[s]);
+    left *= NORM_ROUNDING * (array->lapped ? CVOL_LAP_POST_NORM_3 : 1);
+    array->ledger.l2_error += left;
+    array->ledger.max_abs += left;
+    cvol_array_derive_figures(array);
+}

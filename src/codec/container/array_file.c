@@ -1,0 +1,307 @@
+/* Arrays to files and back. */
+#include "codec/container/array_file.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/file.h"
+#include "codec/brick/brick_shape.h"
+#include "codec/brick/bricks.h"
+#include "codec/brick/coded.h"
+#include "codec/container/container.h"
+#include "codec/container/ranges.h"
+#include "codec/container/terms.h"
+#include "codec/container/writer.h"
+#include "codec/mask/mask_section.h"
+#include "codec/residual/residual_array.h"
+#include "cvol/codec.h"
+
+/* ---- writing ---------------------------------------------------------------------------- */
+
+int cvol_array_may_have_ranges(const cvol_array *array, uint64_t shells)
+{
+    return !array->small && cvol_grid_samples(&array->grid) / 4096 / 4 < shells / 100 + 64;
+}
+
+/* The content of RNGE. An array that has no ranges yet is evaluated for it; `found` are then its
+ * bounds. */
+static int put_ranges(cvol_context *context, cvol_bytes *out, const cvol_array *array,
+                      cvol_header *header)
+{
+    cvol_array *ranged = NULL;
+    int code = CVOL_OK;
+    if (!array->has_ranges) {
+        code = cvol_array_share(context, &ranged, array);
+        if (!code)
+            code = cvol_ranges_find(context, ranged);
+        if (!code)
+            header->ledger.max_abs = ranged->ledger.max_abs;
+        array = ranged;
+    }
+    if (!code)
+        code = cvol_ranges_put(context, out, array);
+    cvol_array_free(ranged);
+    return code;
+}
+
+static int take_brick(cvol_context *context, void *user, size_t brick,
+                      const cvol_span shells[CVOL_SHELLS])
+{
+    (void)brick;
+    return cvol_file_writer_add(context, user, shells);
+}
+
+/* The tables that take the fewest bytes for these terms: as they are coded twice, no more than this
+ * array is needed to know them. The caller frees *out. */
+static int make_tables(cvol_context *context, cvol_token_tables **out, const cvol_array *array)
+{
+    cvol_token_tables *tables = cvol_token_tables_create();
+    cvol_token_counts *counts = calloc(1, sizeof *counts);
+    int code = tables && counts ? array->small ? CVOL_OK : cvol_bricks_count(context, counts, array)
+                                : cvol_fail_memory(context, sizeof *counts, "the coder's tables");
+    if (!code && !array->small)
+        cvol_token_tables_fit(tables, counts);
+    const cvol_corrected *corrected = cvol_corrected_of(array);
+    if (!code && corrected && corrected->tables) /* as they are coded already */
+        cvol_token_tables_copy_rows(tables, corrected->tables, CVOL_ROW_CORRECTION, CVOL_ROW_INDEX);
+    free(counts);
+    *out = tables;
+    return code;
+}
+
+/* The mask's bricks, and the corrections'. */
+static int write_modes(cvol_context *context, cvol_file_writer *writer, cvol_file_front *front,
+                       const cvol_array *array)
+{
+    const cvol_corrected *corrected = cvol_corrected_of(array);
+    const size_t bricks = cvol_brick_count(array);
+    cvol_range_encoder coder = {0};
+    cvol_bytes bytes = {0};
+    int code = CVOL_OK;
+    for (size_t b = 0; array->mask && b < bricks && !code; b++) {
+        code = cvol_mask_put_brick(&coder, &bytes, array, b)
+                   ? cvol_file_writer_add_one(context, writer, CVOL_STREAM_MASK, b,
+                                              (cvol_span){bytes.data, bytes.size})
+                   : cvol_fail_memory(context, bytes.size, "a mask");
+    }
+    cvol_bytes_free(&bytes);
+    cvol_range_encoder_free(&coder);
+    if (corrected && corrected->kind == CVOL_CORRECTED_PACKED)
+        front->packed = &corrected->data;
+    else
+        for (size_t b = 0; corrected && b < bricks && !code; b++)
+            code = cvol_file_writer_add_one(context, writer, CVOL_STREAM_CORRECTIONS, b,
+                                            cvol_corrected_brick(corrected, b));
+    return code;
+}
+
+/* Fills the front and gives the writer the bricks. */
+static int write_volume(cvol_context *context, cvol_file_writer *writer, cvol_file_front *front,
+                        cvol_bytes *ranges, cvol_header *header, const cvol_array *array)
+{
+    const cvol_brick_sink sink = {take_brick, writer};
+    const cvol_coded *coded = cvol_coded_of(array);
+    int code = coded ? cvol_coded_send(context, coded, &sink)
+                     : cvol_bricks_encode(context, array, front->tables, &sink);
+    if (!code && cvol_array_may_have_ranges(array, cvol_file_writer_shells(writer))) {
+        code = put_ranges(context, ranges, array, header);
+        front->ranges = ranges;
+    }
+    return code;
+}
+
+static int check_array(cvol_context *context, const cvol_array *array)
+{
+    if (!cvol_array_is_volume(array) && (array->lapped || cvol_array_has_splits(array)))
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "only volumes in dct blocks may be lapped or split in a file");
+    return array->block ? cvol_terms_check(context, array) : CVOL_OK;
+}
+
+/* Terms that were changed since they were chosen are coded as they are: *array becomes `plain`. */
+static int choose_coding(cvol_context *context, const cvol_array **array, cvol_array *plain)
+{
+    if (!((*array)->dependent || (*array)->ends) || cvol_coded_of(*array))
+        return CVOL_OK;
+    int fits = cvol_bricks_fit(context, *array);
+    if (!fits && (*array)->dependent && (*array)->ends) {
+        *plain = **array;
+        plain->dependent = plain->small = 0;
+        *array = plain;
+        fits = cvol_bricks_fit(context, *array);
+    }
+    if (!fits) {
+        if (*array != plain)
+            *plain = **array;
+        plain->dependent = plain->small = plain->ends = 0;
+        *array = plain;
+    }
+    return fits < 0 ? -fits : CVOL_OK;
+}
+
+/* As a part of an output, or, NULL, as a file; path NULL as well: only counted. */
+static int write_file(cvol_context *context, const cvol_array *array, const char *path,
+                      cvol_output *within, uint64_t *file_bytes)
+{
+    const int is_volume = cvol_array_is_volume(array);
+    cvol_file_writer *writer = NULL;
+    cvol_bytes content = {0}; /* of RNGE, TERM or SPEC */
+    cvol_token_tables *tables = NULL;
+    int code = check_array(context, array);
+    cvol_array plain;
+    if (!code)
+        code = choose_coding(context, &array, &plain);
+    cvol_summary summary = *cvol_array_summary(array);
+    if (!code && is_volume && summary.state == CVOL_SUMMARY_NONE) /* of what operations gave */
+        code = cvol_summarise_array(context, &summary, array);
+    if (code)
+        return code;
+    const size_t bricks = is_volume ? cvol_brick_count(array) : 0, run = array->brick.run;
+    code = within ? cvol_file_writer_open_within(context, &writer, within, bricks, run)
+                  : cvol_file_writer_open(context, &writer, path, bricks, run);
+    if (code)
+        return code;
+    cvol_header header = cvol_header_of(array);
+    header.summary = summary;
+    cvol_file_front front = {.header = &header, .attributes = array->attributes};
+    if (is_volume) {
+        const cvol_coded *coded = cvol_coded_of(array);
+        if (!coded)
+            code = make_tables(context, &tables, array);
+        front.tables = coded ? coded->tables : tables;
+        if (!code)
+            code = write_volume(context, writer, &front, &content, &header, array);
+        if (!code)
+            code = write_modes(context, writer, &front, array);
+    } else {
+        code = array->block ? cvol_terms_put(context, &content, array)
+                            : cvol_spectrum_put(context, &content, array);
+        front.terms = &content;
+    }
+    if (code)
+        cvol_file_writer_abandon(writer);
+    else
+        code = cvol_file_writer_finish(context, writer, &front, file_bytes);
+    cvol_bytes_free(&content);
+    free(tables);
+    return code;
+}
+
+int cvol_array_write(cvol_context *context, const cvol_array *array, const char *path,
+                     uint64_t *file_bytes)
+{
+    return write_file(context, array, path, NULL, file_bytes);
+}
+
+int cvol_array_write_within(cvol_context *context, const cvol_array *array, cvol_output *output,
+                            uint64_t *file_bytes)
+{
+    return write_file(context, array, NULL, output, file_bytes);
+}
+
+int cvol_array_file_bytes(cvol_context *context, const cvol_array *array, uint64_t *file_bytes)
+{
+    return write_file(context, array, NULL, NULL, file_bytes);
+}
+
+int cvol_array_write_memory(cvol_context *context, const cvol_array *array, void **out,
+                            size_t *size)
+{
+    cvol_bytes bytes = {0};
+    cvol_output *output;
+    int code = cvol_output_open_memory(context, &output, &bytes, "the file in memory");
+    if (!code)
+        code = cvol_output_end(context, output, write_file(context, array, NULL, output, NULL));
+    *out = code ? NULL : bytes.data;
+    *size = code ? 0 : bytes.size;
+    if (code)
+        cvol_bytes_free(&bytes);
+    return code;
+}
+
+/* ---- bricks ----------------------------------------------------------------------------- */
+
+int cvol_array_set_bricks(cvol_context *context, cvol_array *array, const int brick[3])
+{
+    const cvol_corrected *corrected = cvol_corrected_of(array);
+    int code = cvol_array_need_volume(context, array, "a file in bricks");
+    if (!code)
+        code = cvol_brick_sides_check(context, brick, array->block);
+    if (!code && corrected && corrected->kind != CVOL_CORRECTED_PACKED)
+        code = cvol_fail(
+            context, CVOL_ERROR_UNSUPPORTED,
+            "the array has corrections (a largest error, or lossless), which are coded "
+            "in its bricks: compress the volume itself");
+    if (code)
+        return code;
+    array->brick = cvol_brick_shape_make(brick);
+    if (array->coded)
+        array->free_coded(array->coded);
+    array->coded = NULL;
+    return CVOL_OK;
+}
+
+/* ---- reading ---------------------------------------------------------------------------- */
+
+int cvol_array_read_part(cvol_context *context, cvol_array **out, cvol_file_report *report,
+                         const char *path, const cvol_file_part *part)
+{
+    cvol_map file;
+    *out = NULL;
+    int code = cvol_file_map(context, &file, path);
+    if (code)
+        return code;
+    code = cvol_container_read_part(context, out, report, file.data, file.size, part, path);
+    cvol_file_unmap(&file);
+    return code;
+}
+
+int cvol_file_grid(cvol_context *context, cvol_grid *out, const char *path,
+                   const cvol_file_part *part)
+{
+    cvol_map file;
+    int code = cvol_file_map(context, &file, path);
+    if (code)
+        return code;
+    code = cvol_container_read_grid(context, out, file.data, file.size, part, path);
+    cvol_file_unmap(&file);
+    return code;
+}
+
+int cvol_array_read(cvol_context *context, cvol_array **out, const char *path, uint64_t *file_bytes)
+{
+    cvol_file_report report;
+    int code = cvol_array_read_part(context, out, &report, path, NULL);
+    if (!code && file_bytes)
+        *file_bytes = report.file_bytes;
+    return code;
+}
+
+int cvol_array_read_memory(cvol_context *context, cvol_array **out, const void *data, size_t size,
+                           const char *name)
+{
+    return cvol_container_read(context, out, data, size, name);
+}
+
+int cvol_array_read_box(cvol_context *context, cvol_array **out, const char *path,
+                        const size_t begin[3], const size_t end[3], uint64_t *file_bytes)
+{
+    const cvol_file_part part = {.begin = begin, .end = end};
+    cvol_file_report report;
+    int code = cvol_array_read_part(context, out, &report, path, &part);
+    if (!code && file_bytes)
+        *file_bytes = report.file_bytes;
+    return code;
+}
+
+int cvol_file_is_cvol(const char *path)
+{
+    cvol_context *context = cvol_context_create();
+    uint8_t data[CVOL_SIGNATURE_BYTES];
+    size_t size;
+    int is = context && !cvol_file_peek(context, data, &size, sizeof data, path) &&
+             cvol_container_is(data, size);
+    cvol_context_destroy(context);
+    return is;
+}

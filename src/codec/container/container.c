@@ -1,0 +1,501 @@
+/* The container: signature, version, sections in order, and what they make together.
+ *
+ * First the sections' headers are followed through the file: which are there, and whether it is
+ * whole. Then contents are read, each after its checksum, and of shells only what is asked for.
+ */
+#include "codec/container/container.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "codec/brick/subbands.h"
+#include "codec/container/header.h"
+#include "codec/container/plane_file.h"
+#include "codec/container/ranges.h"
+#include "codec/container/section_pack.h"
+#include "codec/container/series.h"
+#include "codec/container/summary_section.h"
+#include "codec/container/terms.h"
+#include "codec/mask/mask_section.h"
+
+/* A byte with the high bit (7-bit lines), the name, CR LF (translations), ^Z (TYPE), LF. */
+static const uint8_t signature[CVOL_SIGNATURE_BYTES] = {0x8B, 'C',  'V',  'L',
+                                                        0x0D, 0x0A, 0x1A, 0x0A};
+
+size_t cvol_container_matches(const uint8_t *data, size_t size)
+{
+    size_t same = 0;
+    while (same < sizeof signature && same < size && data[same] == signature[same])
+        same++;
+    return same;
+}
+
+uint8_t cvol_container_signature(size_t i)
+{
+    return signature[i];
+}
+
+int cvol_container_is(const uint8_t *data, size_t size)
+{
+    return cvol_container_matches(data, size) == sizeof signature;
+}
+
+int cvol_container_check_version(cvol_context *context, uint32_t version, const char *name)
+{
+    if (version == CVOL_FORMAT_VERSION)
+        return CVOL_OK;
+    if (version < CVOL_FORMAT_VERSION)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: is a .cvol of version %u (at byte %d), which is no longer read: "
+                         "compress the volume again, or decompress the file with the cvol that "
+                         "wrote it",
+                         name, version, (int)CVOL_SIGNATURE_BYTES);
+    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                     "%s: is a .cvol of version %u (at byte %d), this library reads version %d",
+                     name, version, (int)CVOL_SIGNATURE_BYTES, (int)CVOL_FORMAT_VERSION);
+}
+
+/* ---- the file's sections ---------------------------------------------------------------- */
+
+/* One reading of a file. */
+typedef struct reading {
+    cvol_context *context;
+    const char *name;
+    cvol_file_part part;
+    cvol_section sections[CVOL_SECTION_KINDS];
+    uint32_t present; /* bit `kind` */
+    int shells;       /* how many are whole */
+    int used;         /* how many are asked for and there */
+    int cut;          /* the file ends early */
+    int is_tried;     /* only: the array is of no use */
+    cvol_header header;
+    cvol_array *array;
+    cvol_unpacked unpacked; /* of a packed file: where its sections are */
+} reading;
+
+static int has(const reading *r, cvol_section_kind kind)
+{
+    return (int)(r->present >> kind & 1);
+}
+
+static int is_partial(const reading *r)
+{
+    return r->part.begin || r->part.level;
+}
+
+/* Whether the file has corrections, and ends before these do. The kind of corrections stands first
+ * in MODE. */
+static int lacks_residual(const reading *r)
+{
+    const cvol_section *mode = &r->sections[CVOL_MODE];
+    return r->cut && !has(r, CVOL_CORR) && has(r, CVOL_MODE) && mode->length > 0 &&
+           mode->content[0] > 0;
+}
+
+/* Adds to the sentence about a file that ends early what can be had of it. */
+static int say_level(const reading *r, int code)
+{
+    char what[CVOL_MESSAGE_BYTES];
+    if (!r->shells)
+        return code;
+    strcpy(what, cvol_context_message(r->context));
+    return cvol_fail(r->context, code, "%s; it is whole up to level %d%s", what,
+                     CVOL_SHELLS - r->shells,
+                     lacks_residual(r) && r->shells == CVOL_SHELLS
+                         ? ", without the corrections that make it exact or keep its bound"
+                         : "");
+}
+
+/* Follows the sections as far as they are needed: to the end, or to the last shell of a level. */
+static int follow(reading *r, cvol_cursor file)
+{
+    cvol_section_walk walk = cvol_section_walk_make(file);
+    walk.places = r->unpacked.plain.data ? &r->unpacked.places : NULL;
+    while (!cvol_section_walk_ended(&walk) && !(r->part.level && r->shells == r->used)) {
+        cvol_section section;
+        int code = cvol_section_next(r->context, &section, &walk, r->name);
+        if (code && walk.cut) {
+            r->cut = 1;
+            return r->part.cut && r->shells ? CVOL_OK : say_level(r, code);
+        }
+        if (!code && section.kind == CVOL_SECTION_UNKNOWN && !is_partial(r))
+            code = cvol_section_check(r->context, &section, r->name);
+        if (code)
+            return code;
+        if (section.kind == CVOL_SECTION_UNKNOWN)
+            continue;
+        r->sections[section.kind] = section;
+        r->present |= UINT32_C(1) << section.kind;
+        if (section.kind >= CVOL_SHL0 && section.kind <= CVOL_SHL3)
+            r->shells++;
+    }
+    return CVOL_OK;
+}
+
+/* A section that the header asks for. */
+static int need(reading *r, cvol_section_kind kind)
+{
+    if (!has(r, kind))
+        return cvol_fail(r->context, CVOL_ERROR_CORRUPT,
+                         "%s: section %s is missing, which the shape in section HEAD needs",
+                         r->name, cvol_section_tag(kind));
+    return cvol_section_check(r->context, &r->sections[kind], r->name);
+}
+
+/* ---- what all arrays have --------------------------------------------------------------- */
+
+/* A box of samples must not be empty, and must lie within the array. */
+static int check_box(const reading *r)
+{
+    for (int a = 0; r->part.begin && a < 3; a++) {
+        const size_t begin = r->part.begin[a], end = r->part.end[a];
+        const char *wrong = begin == end                   ? "is empty"
+                            : begin > end                  ? "is reversed"
+                            : end > r->header.grid.dims[a] ? "reaches beyond the volume"
+                                                           : NULL;
+        if (wrong)
+            return cvol_fail(r->context, CVOL_ERROR_ARGUMENT,
+                             "%s: the box %s along %c: it is %zu:%zu there, the volume 0:%zu",
+                             r->name, wrong, "xyz"[a], begin, end, r -> header.grid.dims[a]);
+    }
+    return CVOL_OK;
+}
+
+/* HEAD, GEOM, ERRS and, if they are there, MODE, BRKS, TRUE, SMAL and SUMM. */
+static int read_header(reading *r)
+{
+    typedef struct record {
+        cvol_section_kind kind;
+        int (*take)(cvol_context *, cvol_header *, cvol_cursor *, const char *);
+    } record;
+    static const record parts[] = {{CVOL_HEAD, cvol_head_take},
+                                   {CVOL_GEOM, cvol_geometry_take},
+                                   {CVOL_ERRS, cvol_errors_take}};
+    static const record others[] = {{CVOL_MODE, cvol_modes_take},
+                                    {CVOL_BRKS, cvol_bricks_take},
+                                    {CVOL_TRUE, cvol_ends_take},
+                                    {CVOL_SMAL, cvol_small_take},
+                                    {CVOL_SUMM, cvol_summary_take}};
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+        int code = need(r, parts[i].kind);
+        cvol_cursor content = cvol_section_cursor(&r->sections[parts[i].kind]);
+        if (!code)
+            code = parts[i].take(r->context, &r->header, &content, r->name);
+        if (code)
+            return code;
+    }
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
+        if (!has(r, others[i].kind))
+            continue;
+        cvol_cursor content = cvol_section_cursor(&r->sections[others[i].kind]);
+        int code = need(r, others[i].kind);
+        if (!code)
+            code = others[i].take(r->context, &r->header, &content, r->name);
+        if (code)
+            return code;
+    }
+    return check_box(r);
+}
+
+static int read_attributes(reading *r)
+{
+    if (!has(r, CVOL_ATTR))
+        return CVOL_OK;
+    const cvol_section *section = &r->sections[CVOL_ATTR];
+    int code = need(r, CVOL_ATTR);
+    if (code)
+        return code;
+    if (section->length > CVOL_ATTRIBUTES_MOST)
+        return cvol_fail(r->context, CVOL_ERROR_LIMIT,
+                         "%s: section ATTR has %llu bytes, more than %d", r->name,
+                         (unsigned long long)section->length, (int)CVOL_ATTRIBUTES_MOST);
+    if (!cvol_attributes_are_text((const char *)section->content, (size_t)section->length))
+        return cvol_fail(r->context, CVOL_ERROR_CORRUPT, "%s: section ATTR is no UTF-8 text",
+                         r->name);
+    return cvol_array_keep_attributes(r->context, r->array, (const char *)section->content,
+                                      (size_t)section->length);
+}
+
+static int make_array(reading *r)
+{
+    const cvol_header *header = &r->header;
+    int code = cvol_array_create_as(r->context, &r->array, &header->grid, (int)header->rank,
+                                    (cvol_transform)header->transform, (int)header->block);
+    if (code)
+        return code;
+    cvol_array *array = r->array;
+    array->ends = (int)header->ends;
+    array->step = ldexp(header->step, -array->ends);
+    array->offset = header->offset;
+    array->lapped = (int)header->lapped;
+    array->dependent = (int)header->dependent;
+    array->small = (int)header->small;
+    array->brick = header->brick;
+    array->ledger = header->ledger;
+    array->threshold = header->threshold;
+    array->measured = (int)header->measured;
+    array->psnr_db = header->psnr_db;
+    array->max_error = header->max_error;
+    code = cvol_array_set_summary(r->context, array, &header->summary);
+    return code ? code : read_attributes(r);
+}
+
+/* ---- volumes ---------------------------------------------------------------------------- */
+
+/* A section whose checksums are the index's. */
+static int need_stream(const reading *r, cvol_section_kind kind)
+{
+    if (has(r, kind))
+        return CVOL_OK;
+    return cvol_fail(r->context, CVOL_ERROR_CORRUPT,
+                     "%s: section %s is missing, which section MODE "
+                     "tells of",
+                     r->name, cvol_section_tag(kind));
+}
+
+/* MASK and CORR: the latter only where all of the base is there. */
+static int read_modes(reading *r, const cvol_brick_index *index, const cvol_token_tables *tables,
+                      const cvol_box *box)
+{
+    const cvol_header *header = &r->header;
+    int code = CVOL_OK;
+    if (header->fills.count) {
+        code = need_stream(r, CVOL_MASK);
+        if (!code)
+            code = cvol_mask_take(r->context, r->array, &header->fills, index,
+                                  &r->sections[CVOL_MASK], box, r->name);
+    }
+    if (code || !header->corrections || r->used < CVOL_SHELLS || (r->cut && !has(r, CVOL_CORR)))
+        return code;
+    const cvol_corrected_file file = {.kind = header->corrections,
+                                      .fraction = header->fraction,
+                                      .rule = &header->rule,
+                                      .tables = tables,
+                                      .index = index,
+                                      .section = &r->sections[CVOL_CORR],
+                                      .box = box};
+    code = need_stream(r, CVOL_CORR);
+    return code ? code : cvol_corrected_take(r->context, r->array, &file, r->name);
+}
+
+static int read_bricks(reading *r, const cvol_brick_index *index)
+{
+    /* Corrections are checked against the terms. */
+    cvol_brick_source source = {
+        .index = index, .count = r->used, .is_checked = r->is_tried && !r->header.corrections};
+    cvol_token_tables *tables = cvol_token_tables_create();
+    cvol_cursor content = cvol_section_cursor(&r->sections[CVOL_TABL]);
+    int code = tables ? cvol_token_tables_take(r->context, tables, &content, r->name)
+                      : cvol_fail_memory(r->context, 1 << 16, "the coder's tables");
+    for (int s = 0; s < r->used && !code; s++) {
+        const cvol_section *section = &r->sections[CVOL_SHL0 + s];
+        source.shells[s] = section->content;
+        code = cvol_brick_index_check(r->context, index, s, section, r->name);
+    }
+    cvol_box box;
+    if (r->part.begin) {
+        memcpy(box.begin, r->part.begin, sizeof box.begin);
+        memcpy(box.end, r->part.end, sizeof box.end);
+    }
+    if (!code)
+        code = cvol_bricks_decode(r->context, r->array, tables, &source,
+                                  r->part.begin ? &box : NULL, r->name);
+    if (!code)
+        code = read_modes(r, index, tables, r->part.begin ? &box : NULL);
+    free(tables);
+    return code;
+}
+
+static int read_volume(reading *r)
+{
+    cvol_brick_index index = {0};
+    int code = need(r, CVOL_TABL);
+    if (!code)
+        code = need(r, CVOL_INDX);
+    if (!code)
+        code = cvol_brick_index_take_streams(r->context, &index, &r->sections[CVOL_INDX],
+                                             cvol_header_bricks(&r->header), r->header.brick.run,
+                                             cvol_header_streams(&r->header), r->name);
+    if (!code)
+        code = make_array(r);
+    if (!code && has(r, CVOL_RNGE) && r->used == CVOL_SHELLS && !r->part.begin)
+        code = need(r, CVOL_RNGE);
+    if (!code && has(r, CVOL_RNGE) && r->used == CVOL_SHELLS && !r->part.begin)
+        code = cvol_ranges_take(r->context, r->array, &r->sections[CVOL_RNGE], r->name);
+    if (!code)
+        code = read_bricks(r, &index);
+    if (!code && r->used < CVOL_SHELLS)
+        cvol_shells_leave(r->array, r->header.shell_norm, CVOL_SHELLS - r->used);
+    else if (!code && lacks_residual(r)) /* what was measured is of samples with corrections */
+        cvol_array_derive_figures(r->array);
+    cvol_brick_index_free(&index);
+    return code;
+}
+
+/* ---- other arrays ----------------------------------------------------------------------- */
+
+static int read_terms(reading *r)
+{
+    const cvol_section_kind kind = r->header.block ? CVOL_TERM : CVOL_SPEC;
+    int code = need(r, kind);
+    cvol_cursor content = cvol_section_cursor(&r->sections[kind]);
+    if (!code && r->header.block)
+        code = cvol_terms_check_claims(r->context, &r->header, &content, r->name);
+    if (!code)
+        code = make_array(r);
+    if (code)
+        return code;
+    return r->header.block ? cvol_terms_take(r->context, r->array, &r->header, &content, r->name)
+                           : cvol_spectrum_take(r->context, r->array, &content, r->name);
+}
+
+/* ---- the whole -------------------------------------------------------------------------- */
+
+/* Whether all terms are there that the header counts. */
+static int check_count(const reading *r)
+{
+    cvol_array_info info;
+    if (cvol_header_is_volume(&r->header) && (r->part.begin || r->used < CVOL_SHELLS))
+        return CVOL_OK;
+    cvol_array_get_info(r->array, &info);
+    if (info.coefficients == r->header.coefficients)
+        return CVOL_OK;
+    return cvol_fail(
+        r->context, CVOL_ERROR_CORRUPT, "%s: there are %llu coefficients, section HEAD says %llu",
+        r->name, (unsigned long long)info.coefficients, (unsigned long long)r->header.coefficients);
+}
+
+/* The file's sections, as far as they are needed, and its header. */
+static int read_front(reading *r, const uint8_t *data, size_t size)
+{
+    cvol_cursor file = cvol_cursor_make(data, size);
+    if (!cvol_container_is(data, size))
+        return cvol_fail(r->context, CVOL_ERROR_FORMAT, "%s: is not a .cvol file", r->name);
+    cvol_cursor_take(&file, CVOL_SIGNATURE_BYTES);
+    const uint32_t version = cvol_cursor_u32(&file);
+    if (file.failed)
+        return cvol_fail(r->context, CVOL_ERROR_CORRUPT, "%s: truncated: within its version",
+                         r->name);
+    int code = cvol_container_check_version(r->context, version, r->name);
+    if (code)
+        return code;
+    const cvol_file_kind kind = cvol_plane_file_kind(data, size);
+    if (kind != CVOL_FILE_ARRAY)
+        return cvol_fail(
+            r->context, CVOL_ERROR_FORMAT,
+            kind == CVOL_FILE_PICTURE
+                ? "%s: is a compressed picture, no volume: cvol decompress makes a PNG "
+                  "of it"
+            : kind == CVOL_FILE_SERIES
+                ? "%s: is a file of many volumes, where one must be"
+                : "%s: is a baked volume, which has no samples any more: cvol render "
+                  "--engine transform makes pictures of it",
+            r->name);
+    if (r->part.level < 0 || r->part.level >= CVOL_SHELLS)
+        return cvol_fail(r->context, CVOL_ERROR_ARGUMENT, "level is %d, must be 0 to %d",
+                         r->part.level, CVOL_SHELLS - 1);
+    r->used = CVOL_SHELLS - r->part.level;
+    if (cvol_pack_is(data, size)) {
+        code = cvol_unpack(r->context, &r->unpacked, data, size, r->name);
+        file = cvol_cursor_make(r->unpacked.plain.data, r->unpacked.plain.size);
+        cvol_cursor_take(&file, CVOL_SECTIONS_AT);
+    }
+    if (!code)
+        code = follow(r, file);
+    return code ? code : read_header(r);
+}
+
+static int read_all(reading *r, const uint8_t *data, size_t size)
+{
+    int code = read_front(r, data, size);
+    if (code)
+        return code;
+    if (r->used > r->shells)
+        r->used = r->shells;
+    code = cvol_header_is_volume(&r->header) ? read_volume(r) : read_terms(r);
+    return code ? code : check_count(r);
+}
+
+/* Goes on to the volume that is asked for, of a file of many, by its name in `place`; of others it
+ * is the file itself. */
+static int find_volume(reading *r, cvol_series_place *place, const uint8_t **data, size_t *size)
+{
+    const cvol_file_part *part = &r->part;
+    cvol_series *series;
+    if (cvol_plane_file_kind(*data, *size) != CVOL_FILE_SERIES && !part->time && !part->channel)
+        return CVOL_OK;
+    int code = cvol_series_take(r->context, &series, *data, *size, r->name);
+    if (!code)
+        code = cvol_series_find(r->context, place, series, part->time, part->channel, *data, *size,
+                                r->name);
+    cvol_series_free(series);
+    if (code)
+        return code;
+    r->name = place->name;
+    *data = place->data;
+    *size = place->size;
+    return CVOL_OK;
+}
+
+int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_report *report,
+                             const uint8_t *data, size_t size, const cvol_file_part *part,
+                             const char *name)
+{
+    reading r = {.context = context, .name = name};
+    cvol_series_place place;
+    if (part)
+        r.part = *part;
+    *out = NULL;
+    int code = find_volume(&r, &place, &data, &size);
+    if (!code)
+        code = read_all(&r, data, size);
+    const int residual_missing = !code && r.used == CVOL_SHELLS && lacks_residual(&r);
+    cvol_unpacked_free(&r.unpacked);
+    if (code) {
+        cvol_array_free(r.array);
+        return code;
+    }
+    *out = r.array;
+    if (report)
+        *report = (cvol_file_report){
+            .file_bytes = size,
+            .level = cvol_header_is_volume(&r.header) ? CVOL_SHELLS - r.used : 0,
+            .cut = r.cut,
+            .residual_missing = residual_missing};
+    return CVOL_OK;
+}
+
+int cvol_container_read_grid(cvol_context *context, cvol_grid *out, const uint8_t *data,
+                             size_t size, const cvol_file_part *part, const char *name)
+{
+    reading r = {.context = context, .name = name};
+    cvol_series_place place;
+    /* What is coarsest stands first: behind that nothing is looked at. */
+    r.part = (cvol_file_part){.level = CVOL_SHELLS - 1, .cut = 1};
+    r.part.time = part ? part->time : 0;
+    r.part.channel = part ? part->channel : 0;
+    int code = find_volume(&r, &place, &data, &size);
+    if (!code)
+        code = read_front(&r, data, size);
+    cvol_unpacked_free(&r.unpacked);
+    if (!code)
+        *out = r.header.grid;
+    return code;
+}
+
+int cvol_container_read(cvol_context *context, cvol_array **out, const uint8_t *data, size_t size,
+                        const char *name)
+{
+    return cvol_container_read_part(context, out, NULL, data, size, NULL, name);
+}
+
+int cvol_container_try(cvol_context *context, const uint8_t *data, size_t size, const char *name)
+{
+    reading r = {.context = context, .name = name, .is_tried = 1};
+    const int code = read_all(&r, data, size);
+    cvol_unpacked_free(&r.unpacked);
+    cvol_array_free(r.array);
+    return code;
+}

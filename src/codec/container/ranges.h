@@ -1,0 +1,24 @@
+/* Section RNGE: the bounds of each block's samples, coarse where they are wide.
+ *
+ * Bounds are kept per cell of 16^3 samples (blocks of 8 share their cell's; a block of 32 has its
+ * own) and no finer than 1/8 to 1/16 of their distance, rounded outwards. That halves their bytes
+ * or better, and skips nearly as many blocks.
+ */
+#ifndef CVOL_CODEC_CONTAINER_RANGES_H
+#define CVOL_CODEC_CONTAINER_RANGES_H
+
+#include "array/core/array.h"
+#include "base/bytes.h"
+#include "codec/section/section.h"
+
+/* Finds the block ranges of a volume, as a file will say them, and lowers max_abs to what they
+ * bound. Errors: MEMORY. */
+int cvol_ranges_find(cvol_context *context, cvol_array *array);
+
+/* Appends the section's content. Errors: MEMORY. */
+int cvol_ranges_put(cvol_context *context, cvol_bytes *out, const cvol_array *array);
+/* Sets the block ranges from the content. Errors: CORRUPT, MEMORY. */
+int cvol_ranges_take(cvol_context *context, cvol_array *array, const cvol_section *section,
+                     const char *name);
+
+#endif

@@ -1,0 +1,78 @@
+/* Codes from counts.
+ *
+ * A code is one probability, of what was counted as token t against what was counted beyond it. The
+ * bits that a code costs are those of a binary choice; the best is found among all 256.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "codec/entropy/token_tables.h"
+
+/* What it costs to say that a code differs, and that a row has such codes, in bits: about. */
+#define BITS_OF_CODE 7.0
+#define BITS_OF_ROW 6.0
+
+static double probability_of(int code)
+{
+    return 1 / (1 + exp((127.5 - code) / 12.75));
+}
+
+static double bits_of(int code, double here, double beyond)
+{
+    const double p = probability_of(code);
+    return -(here * log2(p) + beyond * log2(1 - p));
+}
+
+/* The best code for these counts; of many counts the one that they say, of few one near `prior`:
+ * half a token of it is added. */
+static int best_code(double here, double beyond, int prior, int unit)
+{
+    const double p = (here + 0.5 * probability_of(prior)) / (here + beyond + 0.5);
+    const double code = 127.5 + 12.75 * log(p / (1 - p));
+    int change = (int)lrint((code - prior) / unit) * unit;
+    while (prior + change < 0)
+        change += unit;
+    while (prior + change > 255)
+        change -= unit;
+    return prior + change;
+}
+
+/* Codes of one row, and the bits that they save. */
+static double fit_row(uint8_t codes[CVOL_TOKEN_CODES], const uint8_t *priors,
+                      const uint64_t counts[CVOL_TOKENS], int unit, double cost)
+{
+    double beyond = 0, saved = 0;
+    for (int t = 0; t < CVOL_TOKENS; t++)
+        beyond += (double)counts[t];
+    for (int t = 0; t < CVOL_TOKEN_CODES; t++) {
+        const double here = (double)counts[t];
+        beyond -= here;
+        const int code = best_code(here, beyond, priors[t], unit);
+        const double gain = bits_of(priors[t], here, beyond) - bits_of(code, here, beyond) - cost;
+        codes[t] = gain > 0 ? (uint8_t)code : priors[t];
+        saved += gain > 0 ? gain : 0;
+    }
+    return saved;
+}
+
+void cvol_token_tables_fit(cvol_token_tables *tables, const cvol_token_counts *counts)
+{
+    for (int r = 0; r < CVOL_ROWS; r++) {
+        const uint8_t *defaults = cvol_token_defaults[r];
+        const double saved = fit_row(tables->codes[r], defaults, counts->of[r], CVOL_CODE_STEP,
+                                     BITS_OF_CODE);
+        if (saved < BITS_OF_ROW)
+            memcpy(tables->codes[r], defaults, CVOL_TOKEN_CODES);
+    }
+    cvol_token_tables_settle(tables);
+}
+
+void cvol_token_tables_train(cvol_token_tables *tables, const cvol_token_counts *counts)
+{
+    for (int r = 0; r < CVOL_ROWS; r++) {
+        uint8_t priors[CVOL_TOKEN_CODES];
+        memcpy(priors, tables->codes[r], sizeof priors);
+        fit_row(tables->codes[r], priors, counts->of[r], 1, 0);
+    }
+    cvol_token_tables_settle(tables);
+}

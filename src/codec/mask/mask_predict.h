@@ -1,0 +1,90 @@
+/* How likely it is that a sample is masked, from 50 samples near it that are known already: a small
+ * neural network with fixed integer weights (trained by bench/tokens/train_masks.c), evaluated in
+ * integers, so that it says the same everywhere.
+ *
+ * With n[k] the samples around, 1 if masked, one of 16 hidden units i is
+ *
+ *     h[i] = max(0, bias[i] + sum over k of weight[k][i] n[k]),
+ *
+ * and log(p / (1 - p)) is about (out_bias + sum over i of out[i] h[i]) / 2^13, which is rounded to
+ * eighths and cut to -8 .. 8: one of 129 levels. As n[k] are bits, sums of weights are looked up
+ * for windows of neighbours in a row at once.
+ */
+#ifndef CVOL_CODEC_MASK_MASK_PREDICT_H
+#define CVOL_CODEC_MASK_MASK_PREDICT_H
+
+#include <stdint.h>
+
+#include "base/vector.h"
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+enum {
+    CVOL_MASK_NEIGHBOURS = 50,
+    CVOL_MASK_HIDDEN = 16,
+    CVOL_MASK_WINDOWS = 11,
+    CVOL_MASK_LEVELS = 129,
+    CVOL_MASK_LEVEL_BITS = 10 /* levels of this many bits of the sum */
+};
+
+/* The trained numbers: neighbours in order of windows, x fastest. Sums of a unit's weights stay
+ * within 16 bits. */
+extern const int16_t cvol_mask_weights[CVOL_MASK_NEIGHBOURS][CVOL_MASK_HIDDEN];
+extern const int16_t cvol_mask_biases[CVOL_MASK_HIDDEN];
+extern const int16_t cvol_mask_outs[CVOL_MASK_HIDDEN];
+extern const int32_t cvol_mask_out_bias;
+
+/* A window: `width` samples of one row, from (dx, dy, dz) on from the sample that is foretold. The
+ * rows are (-1 .. 1, -2), (-2 .. 2, -1), (-2, 0), (-1, 0), (0, 0) of y and z. */
+typedef struct cvol_mask_window {
+    int dx, dy, dz, width;
+} cvol_mask_window;
+extern const cvol_mask_window cvol_mask_windows[CVOL_MASK_WINDOWS];
+
+/* Sums of weights for every content of a window; the last one's have the biases in them. */
+typedef struct cvol_mask_sums {
+    int16_t units[CVOL_MASK_HIDDEN];
+} __attribute__((aligned(32))) cvol_mask_sums;
+enum { CVOL_MASK_SUMS = 3 * 8 + 6 * 32 + 128 + 16 };
+/* Of all windows, one after the other; static, filled by the first call. */
+const cvol_mask_sums *cvol_mask_predictor(void);
+
+typedef int16_t cvol_mask_half __attribute__((vector_size(16), may_alias));
+
+CVOL_INLINE void cvol_mask_add(cvol_mask_half sums[2], const cvol_mask_sums *more)
+{
+    const cvol_mask_half *halves = (const cvol_mask_half *)more->units;
+    sums[0] += halves[0];
+    sums[1] += halves[1];
+}
+
+/* What the hidden units, before they are cut, add up to. */
+CVOL_INLINE int32_t cvol_mask_output(const cvol_mask_half sums[2])
+{
+    const cvol_mask_half *outs = (const cvol_mask_half *)cvol_mask_outs;
+    const cvol_mask_half first = sums[0] & (sums[0] > 0), second = sums[1] & (sums[1] > 0);
+#if defined(__SSE2__)
+    __m128i sum = _mm_add_epi32(_mm_madd_epi16((__m128i)first, (__m128i)outs[0]),
+                                _mm_madd_epi16((__m128i)second, (__m128i)outs[1]));
+    sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0x4e));
+    sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0xb1));
+    return cvol_mask_out_bias + _mm_cvtsi128_si32(sum);
+#else
+    int32_t sum = cvol_mask_out_bias;
+    for (int i = 0; i < CVOL_MASK_HIDDEN / 2; i++)
+        sum += first[i] * outs[0][i] + second[i] * outs[1][i];
+    return sum;
+#endif
+}
+
+/* The level of an output: 0 (hardly masked) .. 128. */
+CVOL_INLINE int cvol_mask_level(int32_t output)
+{
+    const int most = CVOL_MASK_LEVELS / 2;
+    const int level = (output + (1 << (CVOL_MASK_LEVEL_BITS - 1))) >> CVOL_MASK_LEVEL_BITS;
+    return (level < -most ? -most : level > most ? most : level) + most;
+}
+
+#endif

@@ -1,0 +1,294 @@
+/* Viterbi's algorithm (1967) once more, with the networks' costs. */
+#include "codec/neural/neural_choice.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "codec/neural/neural_internal.h"
+#include "codec/quantize/trellis.h"
+#include "codec/quantize/trellis_states.h"
+
+enum { ROUNDS = 2, KINDS = CVOL_SMALL_KINDS };
+/* Coefficients below this share of twice the step become 0: what their signs and other indices cost
+ * is not asked. */
+#define LEAST_SHARE 0.2f
+/* What a bit is worth, in squares of twice the step: of 0.06 to 0.105 the best, by 0.01 dB. */
+#define LAMBDA 0.085f
+
+/* Bits of what a coefficient may become, by kind of state. */
+typedef struct price {
+    float zero[KINDS], even[KINDS], odd[KINDS], sign;
+} price;
+
+struct cvol_small_chooser {
+    price prices[CVOL_SMALL_SAMPLES]; /* in the order of the brick's values */
+    float scaled[CVOL_SMALL_SAMPLES];
+    /* Of one part, of the best ways to the states behind each coefficient. */
+    float sums[CVOL_CELL_SAMPLES + 1][CVOL_STATES];
+    int32_t index[CVOL_CELL_SAMPLES][CVOL_STATES];
+    uint8_t from[CVOL_CELL_SAMPLES][CVOL_STATES];
+};
+
+cvol_small_chooser *cvol_small_chooser_create(void)
+{
+    return cvol_allocate(1, sizeof(cvol_small_chooser));
+}
+
+void cvol_small_chooser_free(cvol_small_chooser *chooser)
+{
+    free(chooser);
+}
+
+void cvol_small_chooser_keep(cvol_small_chooser *chooser, int values, const float *scaled,
+                             int count)
+{
+    memcpy(chooser->scaled + values, scaled, (size_t)count * sizeof *scaled);
+}
+
+/* ---- what bits cost --------------------------------------------------------------------- */
+
+static float bits_by_logit[2 * (CVOL_SMALL_LOGIT_MOST + 1)]; /* of a 1, by logit + 2048 */
+static pthread_once_t bits_once = PTHREAD_ONCE_INIT;
+
+static void fill_bits(void)
+{
+    for (int i = 0; i < 2 * (CVOL_SMALL_LOGIT_MOST + 1); i++)
+        bits_by_logit[i] = (float)log2(1 + exp((2048 - i) / 256.0));
+}
+
+static float bits_of(int logit, int bit)
+{
+    return bits_by_logit[bit ? 2048 + logit : 2048 - logit];
+}
+
+/* Bits of an index' magnitude, without its sign. */
+static float bits_of_size(const int16_t logits[CVOL_SMALL_OUTPUTS], int shift, uint32_t size)
+{
+    const uint32_t high = size >> shift;
+    float bits = (float)shift;
+    for (uint32_t t = 0; t < CVOL_SMALL_OUTPUTS && t < high; t++)
+        bits += bits_of(logits[t], 1);
+    if (high < CVOL_SMALL_OUTPUTS)
+        return bits + bits_of(logits[high], 0);
+    return bits + 2 * (float)cvol_bit_length(high - (CVOL_SMALL_OUTPUTS - 1)) - 1;
+}
+
+/* The even and the odd index whose values are nearest, of even values or of odd ones. */
+static uint32_t nearest_even(float size, int odd_values)
+{
+    return 2 * (uint32_t)(0.5f * size + (odd_values ? 0.75f : 0.5f));
+}
+static uint32_t nearest_odd(float size, int odd_values)
+{
+    return 2 * (uint32_t)(0.5f * size + (odd_values ? 0.25f : 0)) + 1;
+}
+
+static float squared_error(float size, uint32_t index, int odd_values)
+{
+    const float error = size - (index ? (float)index - 0.5f * (float)odd_values : 0);
+    return error * error;
+}
+
+static void price_value(price *to, const cvol_small_brick *b, const cvol_small_part *p,
+                        cvol_small_look *l, float scaled)
+{
+    const float size = fabsf(scaled);
+    int16_t logits[KINDS][CVOL_SMALL_OUTPUTS];
+    b->evaluate_kinds(logits, &cvol_small_of_magnitudes, l->x);
+    for (int kind = 0; kind < KINDS; kind++) {
+        const uint32_t even = nearest_even(size, kind & 1), odd = nearest_odd(size, kind & 1);
+        to->zero[kind] = bits_of_size(logits[kind], l->shift, 0);
+        to->even[kind] = even ? bits_of_size(logits[kind], l->shift, even) : INFINITY;
+        to->odd[kind] = bits_of_size(logits[kind], l->shift, odd);
+    }
+    to->sign = 1;
+    if (cvol_small_has_faces(p) && size > LEAST_SHARE) {
+        int16_t x[CVOL_SMALL_INPUTS] __attribute__((aligned(64))), out[CVOL_SMALL_OUTPUTS];
+        const uint32_t magnitude = (uint32_t)(2 * size + 0.5f);
+        cvol_small_look_for_sign(x, b, p, l, magnitude ? magnitude : 1);
+        b->evaluate(out, &cvol_small_of_signs, x, CVOL_SMALL_SIGN_INPUTS);
+        to->sign = bits_of(out[0], (scaled < 0) == (l->sum < 0));
+    }
+}
+
+static void price_part(cvol_small_chooser *c, cvol_small_brick *b, cvol_small_part *p, int shell)
+{
+    cvol_small_question q;
+    cvol_small_view view;
+    int end = cvol_small_begin_part(&q, p, shell);
+    if (!end)
+        return;
+    if (cvol_small_has_last(p, shell)) {
+        q.last = p->used - 1;
+        end = p->used;
+    }
+    cvol_small_view_part(&view, b, p, cvol_small_known_cube(p, shell));
+    while (q.index < end) {
+        const int at = p->values + q.index;
+        cvol_small_look l;
+        cvol_small_look_at(&l, b, &view, p, &q);
+        price_value(&c->prices[at], b, p, &l, c->scaled[at]);
+        cvol_small_note_value(b, p, &view, &q, &l, cvol_magnitude(b->values[at]),
+                              b->values[at] < 0);
+    }
+    cvol_small_end_part(b, p, &q, shell);
+}
+
+/* Prices of all that is coded of a brick. */
+static void price_brick(cvol_small_chooser *c, cvol_small_brick *b, cvol_brick_context *context)
+{
+    cvol_small_start_coding(b);
+    cvol_small_find_neighbours(b);
+    for (int i = 0; i < b->parts; i++)
+        cvol_small_note_head(b, &b->part[i], context);
+    for (int shell = 0; shell < CVOL_SHELLS; shell++)
+        for (int i = 0; i < b->parts; i++)
+            if (b->part[i].scan && !b->part[i].finished)
+                price_part(c, b, &b->part[i], shell);
+}
+
+/* ---- paths ------------------------------------------------------------------------------ */
+
+static int kind_of(int state)
+{
+    return (state & 1) + (state >= CVOL_STATES / 2 ? 2 : 0);
+}
+
+/* Goes on from a state with an index, if no better way to the state behind it is known. */
+CVOL_INLINE void go_on(cvol_small_chooser *c, int i, int state, uint32_t index, float cost)
+{
+    const int to = cvol_state_after[state][index & 1];
+    const float sum = c->sums[i][state] + cost;
+    if (sum < c->sums[i + 1][to]) {
+        c->sums[i + 1][to] = sum;
+        c->index[i][to] = (int32_t)index;
+        c->from[i][to] = (uint8_t)state;
+    }
+}
+
+/* All ways on by coefficient i of a part. */
+static void step_on(cvol_small_chooser *c, const price *w, float size, float lambda, int i)
+{
+    for (int s = 0; s < CVOL_STATES; s++)
+        c->sums[i + 1][s] = INFINITY;
+    for (int s = 0; s < CVOL_STATES; s++) {
+        const int odd_values = s & 1, kind = kind_of(s);
+        const uint32_t even = nearest_even(size, odd_values), odd = nearest_odd(size, odd_values);
+        go_on(c, i, s, 0, size * size + lambda * w->zero[kind]);
+        if (even)
+            go_on(c, i, s, even,
+                  squared_error(size, even, odd_values) + lambda * (w->even[kind] + w->sign));
+        go_on(c, i, s, odd,
+              squared_error(size, odd, odd_values) + lambda * (w->odd[kind] + w->sign));
+    }
+}
+
+/* Where a part may end. */
+typedef struct ending {
+    double cost;
+    int last, state; /* its index, and the state before it */
+    uint32_t index;
+} ending;
+
+/* The cheapest way to end with coefficient i; `more`: the cost of what is fixed. That it is not 0
+ * is not told. */
+static void try_ending(ending *best, const cvol_small_chooser *c, const price *w, float size,
+                       float lambda, int i, double more)
+{
+    for (int s = 0; s < CVOL_STATES; s++) {
+        const int odd_values = s & 1, kind = kind_of(s);
+        const float told = log2f(1 - exp2f(-w->zero[kind]) + 1e-6f);
+        for (int is_odd = 0; is_odd < 2; is_odd++) {
+            const uint32_t index = is_odd ? nearest_odd(size, odd_values)
+                                          : nearest_even(size, odd_values);
+            const float bits = (is_odd ? w->odd[kind] : w->even[kind]) + told + w->sign;
+            const double cost = more +
+                                (double)(c->sums[i][s] + squared_error(size, index, odd_values) +
+                                         lambda * bits);
+            if (index && cost < best->cost)
+                *best = (ending){cost, i, s, index};
+        }
+    }
+}
+
+/* The best end, not behind the one so far. */
+static ending find_end(const cvol_small_chooser *c, const cvol_small_part *p,
+                       const cvol_token_costs *costs, float lambda)
+{
+    const float *length_row = costs->of[p->length_row], *scaled = c->scaled + p->values;
+    const double all = cvol_part_squares(scaled, 1, p->used);
+    double tail = 0;
+    ending best = {all + (double)(CVOL_LAMBDA_DEPENDENT * length_row[0]), 0, 0, 0};
+    for (int i = p->used - 1; i >= 1; i--) {
+        const float size = fabsf(scaled[i]);
+        const int last = p->scan->index[i];
+        if (size > LEAST_SHARE)
+            try_ending(&best, c, &c->prices[p->values + i], size, lambda, i,
+                       tail + (double)(CVOL_LAMBDA_DEPENDENT *
+                                       (length_row[cvol_bit_length((uint32_t)last)] +
+                                        cvol_bits_of_last(costs, p->size_class, (uint32_t)last))));
+        tail += (double)(size * size);
+    }
+    return best;
+}
+
+/* The squared error of a part's coefficients but the DC, as far as they may be chosen, in squares
+ * of twice the step. */
+static double error_of(const float *scaled, const int32_t *values, int count)
+{
+    double sum = 0;
+    int state = 0;
+    for (int i = 1; i < count; i++) {
+        const uint32_t index = cvol_magnitude(values[i]);
+        sum += (double)squared_error(fabsf(scaled[i]), index, cvol_state_is_odd(state));
+        state = cvol_state_after[state][index & 1];
+    }
+    return sum;
+}
+
+/* Chooses for a part; by how much its error grows. */
+static double choose_part(cvol_small_chooser *c, cvol_small_brick *b, cvol_small_part *p,
+                          const cvol_token_costs *costs)
+{
+    const float lambda = LAMBDA * costs->weight;
+    const float *scaled = c->scaled + p->values;
+    int32_t *values = b->values + p->values;
+    const int count = p->used;
+    const double before = error_of(scaled, values, count);
+    for (int s = 0; s < CVOL_STATES; s++)
+        c->sums[1][s] = s ? INFINITY : 0;
+    for (int i = 1; i < count; i++)
+        step_on(c, &c->prices[p->values + i], fabsf(scaled[i]), lambda, i);
+    const ending end = find_end(c, p, costs, lambda);
+    int state = end.state;
+    uint32_t index = end.index;
+    memset(values + 1, 0, (size_t)(count - 1) * sizeof *values);
+    for (int i = end.last; i >= 1; i--) {
+        if (i < end.last) {
+            const int behind = state;
+            index = (uint32_t)c->index[i][behind];
+            state = c->from[i][behind];
+        }
+        values[i] = scaled[i] < 0 ? -(int32_t)index : (int32_t)index;
+    }
+    p->used = end.last + 1;
+    p->length = (uint8_t)cvol_part_length(p->scan, p->used);
+    return 4 * (error_of(scaled, values, count) - before);
+}
+
+double cvol_small_choose_again(cvol_small_chooser *c, cvol_small_brick *b,
+                               const cvol_token_costs *costs, cvol_brick_context *context)
+{
+    double error = 0;
+    pthread_once(&bits_once, fill_bits);
+    for (int round = 0; round < ROUNDS; round++) {
+        price_brick(c, b, context);
+        for (int i = 0; i < b->parts; i++)
+            if (b->part[i].scan && b->part[i].used > 1)
+                error += choose_part(c, b, &b->part[i], costs);
+    }
+    return error;
+}

@@ -1,0 +1,29 @@
+/* Which indices a brick of the small coder is coded as, once more: by what its networks say bits
+ * cost. First (trellis.h) tables had said it, which know less.
+ *
+ * The brick is gone through as it is coded. The costs of each coefficient's four nearest indices in
+ * each kind of state, and of its sign, are noted, and then each part takes the path through the
+ * states that makes error and lambda bits least. What is around a coefficient is taken from what
+ * was chosen before; so this is done twice.
+ */
+#ifndef CVOL_CODEC_NEURAL_NEURAL_CHOICE_H
+#define CVOL_CODEC_NEURAL_NEURAL_CHOICE_H
+
+#include "codec/neural/neural_code.h"
+#include "codec/quantize/rd_cost.h"
+
+/* One brick's memory for it. */
+typedef struct cvol_small_chooser cvol_small_chooser;
+cvol_small_chooser *cvol_small_chooser_create(void);
+void cvol_small_chooser_free(cvol_small_chooser *chooser);
+
+/* Keeps a part's coefficients, divided by twice the step, in scan order. values: where its indices
+ * are in the brick. */
+void cvol_small_chooser_keep(cvol_small_chooser *chooser, int values, const float *scaled,
+                             int count);
+/* Chooses for all parts. costs: of what stands before the coefficients. By how much the squared
+ * error grows, in steps squared. */
+double cvol_small_choose_again(cvol_small_chooser *chooser, cvol_small_brick *brick,
+                               const cvol_token_costs *costs, cvol_brick_context *context);
+
+#endif

@@ -1,0 +1,56 @@
+/* The small coder's arithmetic, all of it in integers. What is larger than 32 bits wraps around, in
+ * every instruction set alike: it only foretells. */
+#ifndef CVOL_CODEC_NEURAL_NEURAL_KERNELS_H
+#define CVOL_CODEC_NEURAL_NEURAL_KERNELS_H
+
+#include <stdint.h>
+
+#include "base/cpu.h"
+#include "base/vector.h"
+#include "codec/neural/neural_model.h"
+
+/* 2^10 D, by the number of samples, frequency and sample; what is beyond is 0. */
+typedef struct cvol_small_basis {
+    int32_t of[17][16][16];
+} cvol_small_basis;
+
+/* A network's weights by pairs of inputs, as vectors of units multiply them. */
+typedef struct cvol_small_pairs {
+    int16_t first[CVOL_SMALL_INPUTS / 2][CVOL_SMALL_FIRST][2];
+    int16_t second[CVOL_SMALL_FIRST / 2][CVOL_SMALL_SECOND][2];
+    int16_t third[CVOL_SMALL_SECOND / 2][CVOL_SMALL_OUTPUTS][2];
+    int32_t first_bias[CVOL_SMALL_FIRST], second_bias[CVOL_SMALL_SECOND],
+        third_bias[CVOL_SMALL_OUTPUTS];
+} __attribute__((aligned(64))) cvol_small_pairs;
+
+/* Kernels of the same numbers from every instruction set:
+ *
+ * void cvol_small_evaluate(int16_t out[], const cvol_small_pairs *network, const int16_t *x, int
+ * inputs) all outputs (neural_model.h); void cvol_small_evaluate_kinds(int16_t out[][], const
+ * cvol_small_pairs *network, int16_t *x) those of all kinds of states, with which x is left; void
+ * cvol_small_inverse(int32_t *samples, const int32_t *known, const int n[3], int cube, basis) a
+ * part's samples in sixteenths, of its frequencies below cube; void cvol_small_face(int32_t *level,
+ * int32_t *slope, const int32_t *near, const int32_t *far, const int stride[2], const int n[2],
+ * basis) the DCT of a plane of samples, times 2^8, and that of it less the plane behind it. */
+
+/* A value at frequency at[] is known now: the faces no longer lack it. In 2^-12. */
+CVOL_INLINE void cvol_small_take_off(int32_t level[6][256], int32_t slope[6][256],
+                                     const uint8_t n[3], const int at[3], int32_t value,
+                                     const cvol_small_basis *basis)
+{
+    for (int a = 0; a < 3; a++) {
+        const int other = a == 0   ? at[1] + 16 * at[2]
+                          : a == 1 ? at[0] + 16 * at[2]
+                                   : at[0] + 16 * at[1];
+        const int32_t *wave = basis->of[n[a]][at[a]];
+        const uint32_t own = 4 * (uint32_t)value, turn = at[a] & 1 ? UINT32_MAX : 1;
+        const uint32_t edge = own * (uint32_t)wave[0];
+        const uint32_t inner = n[a] > 1 ? own * (uint32_t)(wave[1] - wave[0]) : 0;
+        level[a][other] = (int32_t)((uint32_t)level[a][other] - edge);
+        slope[a][other] = (int32_t)((uint32_t)slope[a][other] - inner);
+        level[3 + a][other] = (int32_t)((uint32_t)level[3 + a][other] - turn * edge);
+        slope[3 + a][other] = (int32_t)((uint32_t)slope[3 + a][other] - turn * inner);
+    }
+}
+
+#endif

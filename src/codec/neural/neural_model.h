@@ -1,0 +1,50 @@
+/* How likely coefficients and signs are, by two small neural networks with fixed integer weights
+ * (trained by bench/tokens/train_small.c), evaluated in integers, so that they say the same
+ * everywhere.
+ *
+ * With inputs x[] of -128 .. 127, W and b the trained numbers, and >> rounding down,
+ *
+ *     h[j] = (b1[j] + sum of W1[j][i] x[i]) >> 11, cut to 0 .. 255
+ *     g[k] = (b2[k] + sum of W2[k][j] h[j]) >> 12, cut to 0 .. 255
+ *     o[t] = (b3[t] + sum of W3[t][k] g[k]) >> 10, cut to -2047 .. 2047
+ *
+ * and log(p / (1 - p)) is o / 256.
+ */
+#ifndef CVOL_CODEC_NEURAL_NEURAL_MODEL_H
+#define CVOL_CODEC_NEURAL_NEURAL_MODEL_H
+
+#include <stdint.h>
+
+#include "codec/entropy/token_tables.h"
+
+enum {
+    CVOL_SMALL_INPUTS = 80,
+    CVOL_SMALL_FIRST = 96,
+    CVOL_SMALL_SECOND = 48,
+    CVOL_SMALL_OUTPUTS = 16,
+    CVOL_SMALL_KINDS = 4, /* of states: even or odd, and of the second four */
+    CVOL_SMALL_ODD = 39,  /* inputs that say so */
+    CVOL_SMALL_LATE = 40,
+    CVOL_SMALL_SIGN_INPUTS = 32,
+    CVOL_SMALL_LOGIT_MOST = 2047
+};
+
+typedef struct cvol_small_network {
+    int16_t first[CVOL_SMALL_FIRST][CVOL_SMALL_INPUTS];
+    int32_t first_bias[CVOL_SMALL_FIRST];
+    int16_t second[CVOL_SMALL_SECOND][CVOL_SMALL_FIRST];
+    int32_t second_bias[CVOL_SMALL_SECOND];
+    int16_t third[CVOL_SMALL_OUTPUTS][CVOL_SMALL_SECOND];
+    int32_t third_bias[CVOL_SMALL_OUTPUTS];
+} cvol_small_network;
+
+/* Of magnitudes: output t is whether one is above t, given that it is not below. */
+extern const cvol_small_network cvol_small_magnitudes;
+/* Codes of rows (token_tables.h) CVOL_SMALL_ROWS .. CVOL_SMALL_ROWS_END - 1, of what stands before
+ * coefficients: cells are split more often than where they are not foretold. */
+enum { CVOL_SMALL_ROWS = CVOL_ROW_DC, CVOL_SMALL_ROWS_END = CVOL_ROW_CORRECTION };
+extern const uint8_t cvol_small_rows[CVOL_SMALL_ROWS_END - CVOL_SMALL_ROWS][CVOL_TOKEN_CODES];
+/* Of signs: output 0 is whether it is that of the sum of what the faces foretell. */
+extern const cvol_small_network cvol_small_signs;
+
+#endif

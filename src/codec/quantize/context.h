@@ -1,0 +1,75 @@
+/* What a brick's coded parts tell about the next one.
+ *
+ * The parts that cover the samples beside a part's first sample along -x, -y and -z, as far as they
+ * lie in the same brick, are its neighbours; they are coded before it. Their DC values, brought to
+ * its own size, predict its DC; the bit lengths of their last indices say how much to expect.
+ */
+#ifndef CVOL_CODEC_QUANTIZE_CONTEXT_H
+#define CVOL_CODEC_QUANTIZE_CONTEXT_H
+
+#include <stdint.h>
+
+#include "array/core/array.h"
+#include "codec/entropy/scan.h"
+#include "codec/entropy/token_tables.h"
+#include "codec/quantize/true_length.h"
+
+/* A brick as a grid of 4^3 samples. */
+enum { CVOL_BRICK_UNITS = 16, CVOL_BRICK_UNITS_ALL = 16 * 16 * 16, CVOL_BRICK_CELLS = 4 };
+
+typedef struct cvol_brick_context {
+    int64_t mean[CVOL_BRICK_UNITS_ALL];   /* DC value times a weight of its size: about the mean */
+    uint8_t length[CVOL_BRICK_UNITS_ALL]; /* bit length of the last index, as for size class 3 */
+    uint8_t split[CVOL_BRICK_CELLS * CVOL_BRICK_CELLS * CVOL_BRICK_CELLS]; /* token of each cell */
+    int ends;                                                              /* array->ends */
+    int inside[3]; /* samples of the volume from the brick's first one on; with ends */
+    int32_t limit; /* of values, likewise */
+    cvol_end_scans scans;
+} cvol_brick_context;
+
+typedef struct cvol_part_context {
+    int64_t prediction; /* of the DC */
+    int dc_row;         /* of the DC's difference */
+    int around;         /* class of the neighbours' last indices */
+} cvol_part_context;
+
+/* Begins a brick whose first block is `first` (of x, y, z). 0 when memory is short. */
+int cvol_brick_context_start(cvol_brick_context *brick, const cvol_array *array,
+                             const size_t first[3]);
+/* Samples of the volume in the cell at `place` within the brick; NULL if it is all of them, or the
+ * array is none that knows of ends. */
+const int *cvol_brick_cell_inside(int inside[3], const cvol_brick_context *brick,
+                                  const size_t place[3]);
+/* The scan of a part; NULL: nobody sees it, and it is not coded. */
+const cvol_scan *cvol_brick_scan(const cvol_brick_context *brick, const int at[3], int size_class);
+/* Of any part, by the axes along which the volume ends in it; *seen: 0 if it ends before it. */
+const cvol_scan *cvol_brick_scan_of(const cvol_brick_context *brick, const int at[3],
+                                    int size_class, int *seen);
+/* Notes a part that nobody sees; its DC is what its neighbours foretell. */
+int32_t cvol_part_note_unseen(cvol_brick_context *brick, const int at[3], int size_class);
+
+/* Of the part of this scan whose first sample is 4 at[] within the brick. */
+cvol_part_context cvol_part_context_of(const cvol_brick_context *brick, const int at[3],
+                                       const cvol_scan *scan);
+/* Notes a part: its DC value and the bit length of its last index (0: no other coefficients). */
+void cvol_part_note(cvol_brick_context *brick, const int at[3], const cvol_scan *scan, int32_t dc,
+                    int length);
+/* The bit length to note of a part of which `used` values are coded. */
+static inline int cvol_part_length(const cvol_scan *scan, int used)
+{
+    return used > 1 ? cvol_bit_length(scan->index[used - 1]) : 0;
+}
+
+/* The row of a cell's split token, of the cell at `cell` within the brick, and noting it. */
+int cvol_split_row(const cvol_brick_context *brick, const int cell[3]);
+void cvol_split_note(cvol_brick_context *brick, const int cell[3], int token);
+
+/* The row of a part's bit length of the last index. */
+static inline int cvol_length_row(const cvol_part_context *context, int size_class,
+                                  uint64_t dc_difference)
+{
+    const int dc = dc_difference == 0 ? 0 : dc_difference == 1 ? 1 : dc_difference < 4 ? 2 : 3;
+    return CVOL_ROW_LENGTH + (size_class * CVOL_AROUND + context->around) * CVOL_DC_CLASSES + dc;
+}
+
+#endif

@@ -1,0 +1,55 @@
+/* How a cell is split, and which values it is coded as: what makes error and lambda bits together
+ * least (Sullivan and Baker 1994, from the leaves of the octree up). */
+#ifndef CVOL_CODEC_QUANTIZE_SPLIT_CHOICE_H
+#define CVOL_CODEC_QUANTIZE_SPLIT_CHOICE_H
+
+#include "codec/quantize/rd_choice.h"
+#include "transform/cell.h"
+
+/* How cells may be split. */
+typedef enum cvol_split_choice {
+    CVOL_SPLIT_BEST,    /* as is best */
+    CVOL_SPLIT_FAST,    /* as is best by weight alone (split_fast.h) */
+    CVOL_SPLIT_NEVER,   /* whole cells */
+    CVOL_SPLIT_OCTANTS, /* DCTs of 8 */
+    CVOL_SPLIT_FOURS    /* DCTs of 4 */
+} cvol_split_choice;
+
+/* For the small coder (neural_code.h): what a whole cell may cost at most, and an octant that is not
+ * split, as shares of what its parts do; more is tried then. 0: another coder. */
+typedef struct cvol_coarse_shares {
+    float cell, octant;
+} cvol_coarse_shares;
+
+typedef struct cvol_chooser_options {
+    double step;
+    cvol_split_choice split;
+    int plain;     /* the nearest values */
+    int dependent; /* indices (trellis_states.h); the step is half of what tells values apart */
+    cvol_coarse_shares coarse;
+} cvol_chooser_options;
+
+/* What was chosen for a cell. */
+typedef struct cvol_cell_choice {
+    uint16_t split;
+    int parts;
+    float error;                          /* squared, in steps squared; beyond the volume too */
+    int32_t *values[CVOL_CELL_PARTS_MAX]; /* of each part, in scan order; indices */
+    int used[CVOL_CELL_PARTS_MAX];        /* 0: a value is beyond the limit */
+    /* What these stand for, of dependent ones: coefficients, divided by twice the step. */
+    const float *scaled[CVOL_CELL_PARTS_MAX];
+} cvol_cell_choice;
+
+/* One thread's memory. */
+typedef struct cvol_cell_chooser cvol_cell_chooser;
+cvol_cell_chooser *cvol_cell_chooser_create(void);
+void cvol_cell_chooser_free(cvol_cell_chooser *chooser);
+
+/* Chooses for a cell's samples (16^3 floats, aligned), of which the first inside[] along each axis
+ * are the volume's, at `place` within the brick, and notes its parts in the brick's context. The
+ * result holds until the chooser's next use. */
+void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const float *samples,
+                      const int inside[3], cvol_brick_context *brick, const size_t place[3],
+                      const cvol_token_costs *costs, const cvol_chooser_options *options);
+
+#endif

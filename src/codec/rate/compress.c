@@ -1,0 +1,375 @@
+/* Compressing to a target by terms alone: the search for the step.
+ *
+ * A miss (search.h) is a difference of logarithms: of the ratio and the asked one, or of PSNR in
+ * units of a factor e. Sizes are estimated on a few bricks first where there are many.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "codec/container/array_file.h"
+#include "codec/container/ranges.h"
+#include "codec/rate/compress_terms.h"
+#include "codec/rate/step_search.h"
+
+/* What the searches aim at: a part of the step. */
+#define FINEST_WIDTH 2e-4
+/* Where a trial takes a moment, a ratio is met more closely than cvol_compress promises. */
+#define SMALL_SAMPLES 4000000
+#define SMALL_RATIO_AIM 1.0015
+#define SMALL_RATIO_ACCEPTED 1.004
+/* Who asks for the smallest file has the time. */
+#define SMALLEST_RATIO_AIM 1.0004
+#define SMALLEST_RATIO_ACCEPTED 1.001
+#define SMALLEST_PSNR_AIM 0.01
+#define SMALLEST_PSNR_ACCEPTED 0.025
+
+/* Where a background's mask takes more than this part of the file, it may do better without; twice
+ * the time is spent on knowing sooner where bytes are what is asked for. */
+#define MASK_SHARE_SURE (1 / 8.0)
+#define MASK_SHARE_SURE_OF_PSNR 0.35
+
+/* Where PSNRs jump: steps that are tried with weights of bits, and how many of these. */
+#define FINER 0.97
+#define FIRST_WEIGHT 1.1
+#define WEIGHT_MOST 8
+#define WEIGHT_WIDTH 2e-3
+
+enum { TRIALS_MOST = 60, FINER_MOST = 8, WEIGHTS_MOST = 10 };
+
+/* ---- the search ------------------------------------------------------------------------- */
+
+static double ratio_of(const cvol_compression *c)
+{
+    return (double)c->raw_bytes / (double)c->file_bytes;
+}
+
+/* Encodes, and decodes unless only the size matters. */
+static int try_step(cvol_compression *c, double step, int decode)
+{
+    int code = cvol_trial_encode(c->context, &c->trial, step);
+    if (!code && decode)
+        code = cvol_trial_decode(c->context, &c->trial);
+    c->file_bytes = c->trial.bytes;
+    return code;
+}
+
+/* Makes the array of a step, whole. */
+static int settle(cvol_compression *c, double step)
+{
+    const double weight = c->trial.weight;
+    int code = CVOL_OK;
+    c->trial.weight = c->best_weight;
+    if ((!c->trial.coded && !c->trial.array) || c->trial.step != step || weight != c->best_weight)
+        code = try_step(c, step, 1);
+    else if (!c->trial.array)
+        code = cvol_trial_decode(c->context, &c->trial);
+    if (!code && cvol_array_may_have_ranges(c->trial.array, c->trial.result.bytes))
+        code = cvol_ranges_find(c->context, c->trial.array);
+    if (!code && c->trial.coded) {
+        cvol_coded_attach(c->trial.array, c->trial.coded);
+        c->trial.coded = NULL;
+    }
+    if (!code)
+        code = cvol_array_file_bytes(c->context, c->trial.array, &c->file_bytes);
+    if (!code) /* the next estimates are as good as this */
+        c->trial.front_bytes = c->file_bytes - c->trial.result.bytes;
+    return code;
+}
+
+/* About the step; where it is so fine that a background is better not kept apart, that of the plain
+ * samples. */
+static int prepare(cvol_compression *c, double *step)
+{
+    int code = cvol_compression_prepare(c, step);
+    if (code || *step >= c->trial.least_step)
+        return code;
+    const void *samples = c->trial.truth;
+    const cvol_grid grid = c->trial.shape->grid;
+    cvol_trial_free(&c->trial);
+    code = cvol_trial_start(c->context, &c->trial, samples, &grid, c->options);
+    if (code)
+        return code;
+    cvol_trial_set_options(&c->trial, c->options);
+    c->trial.uncounted = 1;
+    cvol_compression_limits(c);
+    return cvol_compression_prepare(c, step);
+}
+
+static int search_ratio(cvol_compression *c)
+{
+    double step;
+    int code = prepare(c, &step);
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, 1.1);
+    const int small = cvol_grid_samples(&c->trial.shape->grid) < SMALL_SAMPLES;
+    const int smallest = c->trial.shape->small;
+    const double aim = smallest ? SMALLEST_RATIO_AIM : small ? SMALL_RATIO_AIM : CVOL_RATIO_AIM;
+    const double accepted = smallest ? SMALLEST_RATIO_ACCEPTED
+                            : small  ? SMALL_RATIO_ACCEPTED
+                                     : CVOL_RATIO_ACCEPTED;
+    int is_sure = 0; /* the best step's file is known, and not only estimated */
+    c->best_step = 0;
+    for (int i = 0; i < TRIALS_MOST && !code; i++) {
+        code = try_step(c, step, 0);
+        const uint64_t estimated = c->file_bytes;
+        const int settles = ratio_of(c) >= c->value * 0.9995 &&
+                            ratio_of(c) <= c->value * CVOL_RATIO_MOST;
+        if (!code && settles)
+            code = settle(c, step);
+        if (code)
+            return code;
+        /* What was told with a wrong estimate misleads. */
+        if (fabs((double)c->file_bytes - (double)estimated) > 1e-3 * (double)estimated) {
+            search = cvol_search_make(c->least_step, c->most_step, search.slope);
+            c->best_step = is_sure ? c->best_step : 0;
+        }
+        const double ratio = ratio_of(c);
+        if (ratio >= c->value && (c->best_step <= 0 || step < c->best_step)) {
+            c->best_step = step;
+            is_sure = settles;
+        }
+        if (ratio >= c->value && ratio <= c->value * accepted)
+            break;
+        cvol_search_tell(&search, step, log(ratio / c->value / aim));
+        if (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
+            cvol_search_width(&search) < FINEST_WIDTH)
+            break;
+        step = cvol_search_next(&search);
+    }
+    return code;
+}
+
+/* Of small volumes single values count, and a PSNR may jump where a step passes them. At steps that
+ * are finer than the jump, bits that weigh more may come nearer: `over` of what is asked as yet. */
+static int search_weight(cvol_compression *c, double step, double over)
+{
+    for (int i = 0; i < FINER_MOST && over >= CVOL_PSNR_ACCEPTED; i++, step *= FINER) {
+        cvol_search search = cvol_search_make(1, WEIGHT_MOST, 0.3);
+        double weight = FIRST_WEIGHT;
+        for (int j = 0; j < WEIGHTS_MOST && over >= CVOL_PSNR_ACCEPTED; j++) {
+            c->trial.weight = weight;
+            const int code = try_step(c, step, 1);
+            if (code)
+                return code;
+            const double now = c->trial.array->psnr_db - c->value;
+            if (now >= 0 && now < over) {
+                over = now;
+                c->best_step = step;
+                c->best_weight = weight;
+            }
+            cvol_search_tell(&search, weight, (CVOL_PSNR_AIM - now) / CVOL_DB_PER_E);
+            if (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
+                cvol_search_width(&search) < WEIGHT_WIDTH)
+                break;
+            weight = cvol_search_next(&search);
+        }
+    }
+    return CVOL_OK;
+}
+
+static int search_psnr(cvol_compression *c)
+{
+    double step;
+    int code = prepare(c, &step);
+    const int smallest = c->trial.shape->small;
+    const double aim = c->trial.hasty ? CVOL_PSNR_HASTY_AIM
+                       : smallest     ? SMALLEST_PSNR_AIM
+                                      : CVOL_PSNR_AIM;
+    const double most = c->value + (c->trial.hasty ? CVOL_PSNR_HASTY_MORE
+                                    : smallest     ? SMALLEST_PSNR_ACCEPTED
+                                                   : CVOL_PSNR_ACCEPTED);
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.8);
+    c->best_step = 0;
+    double best = 0;
+    for (int i = 0; i < TRIALS_MOST && !code; i++) {
+        code = try_step(c, step, 1);
+        if (code)
+            return code;
+        const double psnr = c->trial.array->psnr_db, over = psnr - c->value - aim;
+        if (psnr >= c->value && step > c->best_step) {
+            c->best_step = step;
+            best = psnr;
+        }
+        if (psnr >= c->value && psnr < most)
+            break;
+        cvol_search_tell(&search, step, -(over > 30 ? 30 : over) / CVOL_DB_PER_E);
+        if (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
+            cvol_search_width(&search) < FINEST_WIDTH)
+            break;
+        step = cvol_search_next(&search);
+    }
+    if (!code && !c->trial.hasty && best >= c->value + CVOL_PSNR_ACCEPTED &&
+        cvol_search_width(&search) < FINEST_WIDTH)
+        code = search_weight(c, c->best_step * FINER, best - c->value);
+    return code;
+}
+
+/* ---- to a target ------------------------------------------------------------------------ */
+
+static int is_met(const cvol_compression *c)
+{
+    return ratio_of(c) >= c->value && ratio_of(c) <= c->value * CVOL_RATIO_MOST;
+}
+
+static int run_ratio(cvol_compression *c, int *met)
+{
+    int code = search_ratio(c);
+    if (code)
+        return code;
+    if (c->best_step <= 0) /* even all zero is not small enough */
+        code = settle(c, c->most_step);
+    else
+        code = settle(c, c->best_step);
+    if (code)
+        return code;
+    const int is_exact = !(c->trial.array->max_error > 0);
+    *met = is_met(c) ||
+           (ratio_of(c) >= c->value && (is_exact || c->best_step > c->least_step * 1.000001));
+    return code;
+}
+
+static int run_psnr(cvol_compression *c)
+{
+    int code = search_psnr(c);
+    if (code)
+        return code;
+    if (c->best_step > 0)
+        return settle(c, c->best_step);
+    cvol_array_free(cvol_trial_take_array(&c->trial));
+    return CVOL_OK;
+}
+
+static int run(cvol_compression *c, int *met)
+{
+    *met = 1;
+    if (!(c->trial.shape->ledger.value_max > c->trial.shape->ledger.value_min)) { /* constant */
+        int code = settle(c, 1);
+        *met = c->target != CVOL_TARGET_RATIO || ratio_of(c) >= c->value;
+        return code;
+    }
+    cvol_compression_limits(c);
+    return c->target == CVOL_TARGET_RATIO ? run_ratio(c, met) : run_psnr(c);
+}
+
+static void fill_report(cvol_compress_report *report, const cvol_compression *c, int met)
+{
+    const cvol_array *array = c->trial.array;
+    *report = (cvol_compress_report){.ratio = ratio_of(c),
+                                     .psnr_db = array->psnr_db,
+                                     .max_error = array->max_error,
+                                     .file_bytes = c->file_bytes,
+                                     .lossless = array->max_error <= 0,
+                                     .target_met = met,
+                                     .trials = c->trial.count,
+                                     .coefficients = array->coefficients};
+    if (cvol_mask_is_background(array->mask)) {
+        report->background_samples = cvol_mask_samples(array->mask);
+        report->background = cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);
+    }
+}
+
+/* *mask_bytes: how many of the file's are of a background's mask. *out is NULL where no step has
+ * the PSNR. */
+static int compress_terms(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                          uint64_t *mask_bytes, const void *samples, const cvol_grid *grid,
+                          const cvol_compress_options *options)
+{
+    int code = CVOL_OK;
+    cvol_compression c = {.context = context,
+                          .options = options,
+                          .target = options->target,
+                          .value = options->target_value};
+    int met = 0;
+    if (c.target == CVOL_TARGET_BITS) {
+        c.target = CVOL_TARGET_RATIO;
+        code = cvol_grid_check(context, grid, "array");
+        if (!code)
+            code = cvol_ratio_of_bits(context, &c.value, options->target_value, grid->type);
+    }
+    if (!code)
+        code = cvol_trial_start_with_background(context, &c.trial, samples, grid, options);
+    if (!code)
+        cvol_trial_set_options(&c.trial, options);
+    if (!code) {
+        c.raw_bytes = cvol_grid_bytes(grid);
+        c.trial.uncounted = 1;
+        code = run(&c, &met);
+    }
+    if (!code && c.trial.array) {
+        fill_report(report, &c, met);
+        *mask_bytes = report->background_samples ? c.trial.mask_bytes : 0;
+        *out = cvol_trial_take_array(&c.trial);
+    }
+    cvol_trial_free(&c.trial);
+    return code;
+}
+
+/* ---- with a background and without -------------------------------------------------------- */
+
+typedef struct second_half {
+    cvol_progress_fn progress;
+    void *user;
+} second_half;
+
+static int tell_second_half(void *user, const char *stage, double fraction)
+{
+    const second_half *at = user;
+    return at->progress(at->user, stage, 0.9 + 0.1 * fraction);
+}
+
+static int is_better(cvol_target target, const cvol_compress_report *a,
+                     const cvol_compress_report *b)
+{
+    if (a->target_met != b->target_met)
+        return a->target_met;
+    return target == CVOL_TARGET_PSNR ? a->file_bytes < b->file_bytes : a->psnr_db > b->psnr_db;
+}
+
+/* Keeps the better of what has a background apart, and what has none. */
+static int try_without(cvol_context *context, cvol_array **array, cvol_compress_report *report,
+                       const void *samples, const cvol_grid *grid,
+                       const cvol_compress_options *options)
+{
+    cvol_compress_options plain = *options;
+    plain.background = CVOL_BACKGROUND_NONE;
+    cvol_array *without = NULL;
+    cvol_compress_report of_it;
+    uint64_t none;
+    second_half at = {context->progress, context->progress_user};
+    if (at.progress)
+        cvol_context_set_progress(context, tell_second_half, &at);
+    const int code = compress_terms(context, &without, &of_it, &none, samples, grid, &plain);
+    cvol_context_set_progress(context, at.progress, at.user);
+    if (code || !without)
+        return code;
+    of_it.trials += report->trials;
+    report->trials = of_it.trials;
+    if (is_better(options->target, &of_it, report)) {
+        cvol_array_free(*array);
+        *array = without;
+        *report = of_it;
+    } else {
+        cvol_array_free(without);
+    }
+    return CVOL_OK;
+}
+
+int cvol_compress_terms(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                        const void *samples, const cvol_grid *grid,
+                        const cvol_compress_options *options)
+{
+    uint64_t mask_bytes = 0;
+    const double sure = options->target == CVOL_TARGET_PSNR ? MASK_SHARE_SURE_OF_PSNR
+                                                            : MASK_SHARE_SURE;
+    *out = NULL;
+    int code = compress_terms(context, out, report, &mask_bytes, samples, grid, options);
+    if (!code && *out && options->background == CVOL_BACKGROUND_FIND &&
+        (double)mask_bytes > sure * (double)report->file_bytes)
+        code = try_without(context, out, report, samples, grid, options);
+    if (code) {
+        cvol_array_free(*out);
+        *out = NULL;
+    }
+    return code;
+}

@@ -1,0 +1,101 @@
+/* What may be asked of compressing. */
+#include <math.h>
+
+#include "base/context.h"
+#include "codec/brick/brick_shape.h"
+#include "codec/rate/step_search.h"
+#include "transform/cell.h"
+
+cvol_compress_options cvol_compress_options_defaults(void)
+{
+    return (cvol_compress_options){
+        .transform = CVOL_DCT, .block = 16, .target = CVOL_TARGET_RATIO, .target_value = 30};
+}
+
+int cvol_compress_options_check(cvol_context *context, const cvol_compress_options *options)
+{
+    const double value = options->target_value;
+    if (options->transform != CVOL_DCT)
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "transform %d cannot be compressed to; there is 1 (dct)",
+                         (int)options->transform);
+    if (options->block != 8 && options->block != 16 && options->block != 32)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "block is %d, must be 8, 16 or 32",
+                         options->block);
+    const int code = cvol_brick_sides_check(context, options->brick, options->block);
+    if (code)
+        return code;
+    if (options->smallest && options->block != CVOL_CELL)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "smallest needs blocks of 16, not of %d",
+                         options->block);
+    if (options->smallest && (options->fast || options->lossless || options->max_error > 0 ||
+                              options->target == CVOL_TARGET_MAX_ERROR))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "smallest does not go together with fast, lossless or a largest error");
+    if (!(options->least_psnr >= 0) || !isfinite(options->least_psnr))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the least PSNR is %g dB, must be 0 or more",
+                         options->least_psnr);
+    if (!(options->max_error >= 0) || !isfinite(options->max_error))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "maximum error is %g, must be 0 or more",
+                         options->max_error);
+    if (options->max_error > 0 && options->target != CVOL_TARGET_PSNR)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "a maximum error beside another target than a PSNR");
+    if (options->background == CVOL_BACKGROUND_VALUE &&
+        (options->lossless || options->has_fill || options->max_error > 0 ||
+         options->target == CVOL_TARGET_MAX_ERROR))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "a background beside a largest error, lossless compression or a fill");
+    if (options->background == CVOL_BACKGROUND_VALUE && !isfinite(options->background_value))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the background is %g, must be finite",
+                         options->background_value);
+    if (options->lossless)
+        return CVOL_OK;
+    switch (options->target) {
+    case CVOL_TARGET_BITS:
+        if (!(value > 0) || !isfinite(value))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "bits a sample are %g, must be above 0",
+                             value);
+        return CVOL_OK;
+    case CVOL_TARGET_RATIO:
+        if (!(value > 1) || !isfinite(value))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "ratio is %g, must be above 1", value);
+        return CVOL_OK;
+    case CVOL_TARGET_PSNR:
+        if (!(value > 0) || !(value <= 200))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "PSNR is %g dB, must be above 0 and at most 200", value);
+        return CVOL_OK;
+    case CVOL_TARGET_MAX_ERROR:
+        if (!(value >= 0) || !isfinite(value))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "maximum error is %g, must be 0 or more",
+                             value);
+        return CVOL_OK;
+    }
+    return cvol_fail(context, CVOL_ERROR_ARGUMENT, "target %d is none", (int)options->target);
+}
+
+int cvol_compress_check_least(cvol_context *context, const cvol_compress_options *options,
+                              double psnr_db)
+{
+    const int by_size = options->target == CVOL_TARGET_RATIO || options->target == CVOL_TARGET_BITS;
+    if (!by_size || options->lossless || !(psnr_db < options->least_psnr))
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_TARGET,
+                     options->target == CVOL_TARGET_RATIO
+                         ? "ratio %g leaves a PSNR of %.2f dB, less than %g dB"
+                         : "%g bits a sample leave a PSNR of %.2f dB, less than %g dB",
+                     options->target_value, psnr_db, options->least_psnr);
+}
+
+/* Bits a sample, as the ratio that they are. */
+int cvol_ratio_of_bits(cvol_context *context, double *ratio, double bits, cvol_type type)
+{
+    const double raw = 8 * (double)cvol_type_size(type);
+    if (!(bits < raw) || !isfinite(raw / bits))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "bits a sample are %g, must be above 0 and below the %g of %s samples",
+                         bits, raw, cvol_type_name(type));
+    *ratio = raw / bits;
+    return CVOL_OK;
+}

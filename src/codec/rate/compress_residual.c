@@ -1,0 +1,409 @@
+/* Volumes whose samples come out exactly, or within a bound, or some of which have no value: a
+ * base, as any other volume is compressed, with a mask and corrections. */
+#include "codec/rate/compress_residual.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/container/array_file.h"
+#include "codec/container/ranges.h"
+#include "codec/mask/mask_make.h"
+#include "codec/rate/compress_terms.h"
+#include "codec/rate/outliers.h"
+#include "codec/rate/residual_step.h"
+#include "codec/rate/step_search.h"
+#include "codec/residual/make_residual.h"
+
+enum {
+    TRIES_MOST = 12,
+    /* Of a base that is only for looking at: steps, and the least share of the file. */
+    PREVIEW_STEPS = 64,
+    PREVIEW_SHARE = 20
+};
+
+/* Terms of samples that reach less far cannot be told apart in single precision. */
+#define LEAST_SPAN 1e-30
+
+/* One compression. */
+typedef struct modes {
+    cvol_context *context;
+    const cvol_compress_options *options;
+    const cvol_grid *grid;
+    const void *samples;
+    void *filled;  /* NULL: as samples */
+    void *clamped; /* the same without outliers, for the base of corrections; NULL: as filled */
+    double least, most; /* of the samples that have a value, outliers too; with clamped only */
+    cvol_mask *mask;
+    cvol_summary summary; /* with a mask: of the samples that have a value */
+    double bound;         /* of every sample; negative: none */
+    cvol_trial trial;
+} modes;
+
+int cvol_compress_needs_modes(const cvol_compress_options *options)
+{
+    return options->lossless || options->max_error > 0 || options->has_fill ||
+           options->target == CVOL_TARGET_MAX_ERROR;
+}
+
+/* ---- masks ------------------------------------------------------------------------------ */
+
+/* The fills that the options, and without loss the samples, give. */
+static int find_fills(modes *m, cvol_fills *fills)
+{
+    const cvol_compress_options *options = m->options;
+    const int strange = (options->has_fill && !isfinite(options->fill)) ||
+                        (m->bound == 0 && !cvol_type_is_integer(m->grid->type));
+    uint64_t bits;
+    *fills = (cvol_fills){0};
+    if (options->has_fill && isfinite(options->fill)) {
+        if (!cvol_fills_of_value(&bits, m->grid->type, options->fill))
+            return cvol_fail(m->context, CVOL_ERROR_ARGUMENT, "the fill value %g is no %s",
+                             options->fill, cvol_type_name(m->grid->type));
+        cvol_fills_add(fills, bits);
+    }
+    if (strange &&
+        !cvol_fills_add_strange(fills, m->grid->type, m->samples, cvol_grid_samples(m->grid)))
+        return cvol_fail(m->context, CVOL_ERROR_DATA,
+                         "samples have more than %d different NaN or infinite values and fills",
+                         (int)CVOL_FILLS_MAX);
+    return CVOL_OK;
+}
+
+static int make_mask(modes *m)
+{
+    cvol_fills fills;
+    const int code = find_fills(m, &fills);
+    return code || !fills.count
+               ? code
+               : cvol_mask_make(m->context, &m->mask, &m->filled, m->samples, m->grid, &fills);
+}
+
+/* With a mask, trials are told of filled samples: the file's summary is of those with a value. */
+static int summarise(modes *m)
+{
+    if (!m->mask || m->options->no_histogram)
+        return CVOL_OK;
+    return cvol_summarise_samples(m->context, &m->summary, m->samples, m->grid,
+                                  cvol_mask_fills(m->mask));
+}
+
+static int set_summary(const modes *m, cvol_array *array)
+{
+    return m->summary.state == CVOL_SUMMARY_KNOWN
+               ? cvol_array_set_summary(m->context, array, &m->summary)
+               : CVOL_OK;
+}
+
+/* ---- the volume ------------------------------------------------------------------------- */
+
+/* The array of a step, with tables of its own. */
+static int make_base(modes *m, double step)
+{
+    cvol_trial *trial = &m->trial;
+    int code = cvol_trial_sample(m->context, trial, step);
+    if (!code && trial->may_lap) {
+        trial->shape->lapped = 1;
+        code = cvol_trial_choose_lap(m->context, trial, step);
+        if (!code)
+            code = cvol_trial_sample(m->context, trial, step);
+    }
+    if (!code)
+        code = cvol_trial_fit(m->context, trial);
+    if (!code)
+        code = cvol_trial_encode(m->context, trial, step);
+    return code ? code : cvol_trial_decode(m->context, trial);
+}
+
+/* Gives the trial's array its corrections, coded with rows that are fitted to them. */
+static int correct(modes *m)
+{
+    cvol_array *array = m->trial.array;
+    cvol_token_counts *counts = cvol_allocate_zero(1, sizeof *counts);
+    cvol_token_tables *fitted = cvol_token_tables_create();
+    cvol_corrected *corrected = NULL;
+    cvol_correcting job;
+    int code = counts && fitted ? CVOL_OK
+                                : cvol_fail_memory(m->context, sizeof *counts, "the tables");
+    if (!code)
+        code = cvol_correcting_start(&job, array, m->samples, m->bound);
+    if (code == CVOL_ERROR_MEMORY)
+        code = cvol_fail_memory(m->context, 1 << 22, "a brick");
+    job.tables = fitted;
+    if (!code)
+        code = cvol_correcting_run(m->context, &job, counts, NULL, NULL);
+    if (!code) {
+        cvol_token_tables *tables = m->trial.coded->tables;
+        cvol_token_tables_fit(fitted, counts);
+        cvol_token_tables_copy_rows(tables, fitted, CVOL_ROW_CORRECTION, CVOL_ROW_INDEX);
+        job.tables = tables;
+        code = cvol_corrected_create(m->context, &corrected, tables, cvol_brick_count(array));
+    }
+    if (!code)
+        code = cvol_correcting_run(m->context, &job, NULL, NULL, corrected);
+    free(counts);
+    free(fitted);
+    if (code) {
+        cvol_corrected_free(corrected);
+        return code;
+    }
+    corrected->kind = job.rule.exact ? CVOL_CORRECTED_EXACT : CVOL_CORRECTED_BOUNDED;
+    corrected->fraction = job.fraction;
+    corrected->rule = job.rule;
+    array->corrections = &corrected->as;
+    return CVOL_OK;
+}
+
+/* Outliers, which the base does not have, are within the range. */
+static void widen_range(const modes *m, cvol_array *array)
+{
+    if (m->clamped) {
+        array->ledger.value_min = m->least;
+        array->ledger.value_max = m->most;
+    }
+}
+
+/* Base and corrections of a step that may have to grow. */
+static int make_corrected(modes *m, double *step)
+{
+    int code = CVOL_ERROR_TARGET;
+    for (int i = 0; i < TRIES_MOST && code == CVOL_ERROR_TARGET; i++) {
+        code = make_base(m, *step);
+        if (!code) {
+            widen_range(m, m->trial.array);
+            m->trial.array->mask = m->mask;
+            code = correct(m);
+            m->trial.array->mask = NULL;
+        }
+        if (code == CVOL_ERROR_TARGET)
+            *step *= 4;
+    }
+    return code == CVOL_ERROR_TARGET
+               ? cvol_fail(m->context, CVOL_ERROR_TARGET, "the bound %g cannot be kept", m->bound)
+               : code;
+}
+
+/* Where the samples repeat themselves, packing them may take less than base and corrections. */
+static int try_packed(modes *m)
+{
+    const cvol_corrected *now = cvol_corrected_of(m->trial.array);
+    const size_t taken = now->data.size + (size_t)m->trial.result.bytes;
+    cvol_corrected *packed;
+    if (!cvol_packed_may_fit(m->samples, m->grid, (double)taken))
+        return CVOL_OK;
+    int code = cvol_corrected_pack(m->context, &packed, m->samples, m->grid);
+    if (code || packed->data.size > taken - taken / 32) {
+        if (!code)
+            cvol_corrected_free(packed);
+        return code;
+    }
+    const double span = m->trial.shape->ledger.value_max - m->trial.shape->ledger.value_min;
+    double step = fmax(m->trial.step, span / PREVIEW_STEPS);
+    do
+        code = make_base(m, step);
+    while (!code && m->trial.result.bytes > packed->data.size / PREVIEW_SHARE && step < span &&
+           (step *= 2) > 0);
+    if (code) {
+        cvol_corrected_free(packed);
+    } else {
+        widen_range(m, m->trial.array);
+        m->trial.array->corrections = &packed->as;
+    }
+    return code;
+}
+
+/* Gives the array what belongs to it, and measures it. */
+static int finish(modes *m, int *same)
+{
+    cvol_array *array = m->trial.array;
+    array->mask = m->mask;
+    m->mask = NULL;
+    if (m->trial.coded) {
+        cvol_coded_attach(array, m->trial.coded);
+        m->trial.coded = NULL;
+    }
+    int code = CVOL_OK;
+    if (cvol_array_may_have_ranges(array, m->trial.result.bytes))
+        code = cvol_ranges_find(m->context, array);
+    return code ? code : cvol_measure_stored(m->context, array, m->samples, same);
+}
+
+static int check_finished(const modes *m, int same)
+{
+    const cvol_array *array = m->trial.array;
+    if (m->bound == 0 ? same : array->max_error <= m->bound)
+        return CVOL_OK;
+    return cvol_fail(m->context, CVOL_ERROR_TARGET,
+                     "a maximum error of %g was asked for, %g came out", m->bound,
+                     array->max_error);
+}
+
+/* With a bound, and maybe a PSNR. */
+static int run_bound(modes *m, int *same)
+{
+    const int wants_psnr = m->options->target == CVOL_TARGET_PSNR && !m->options->lossless;
+    const double wanted = wants_psnr ? m->options->target_value : 0;
+    const void *samples = m->filled ? m->filled : m->samples;
+    double step;
+    int code = cvol_outliers_clamp(m->context, &m->clamped, samples, m->grid);
+    if (!code && m->clamped) {
+        code = cvol_survey_samples(m->context, &m->least, &m->most, samples, m->grid);
+        samples = m->clamped;
+    }
+    if (!code)
+        code = cvol_trial_start(m->context, &m->trial, samples, m->grid, m->options);
+    if (!code)
+        cvol_trial_set_options(&m->trial, m->options);
+    if (!code)
+        code = set_summary(m, m->trial.shape);
+    if (!code &&
+        !(m->trial.shape->ledger.value_max - m->trial.shape->ledger.value_min > LEAST_SPAN))
+        step = 1; /* no terms */
+    else if (!code)
+        code = cvol_correction_step(m->context, &step,
+                                    &(cvol_step_question){.options = m->options,
+                                                          .grid = m->grid,
+                                                          .samples = samples,
+                                                          .mask = m->mask,
+                                                          .bound = m->bound,
+                                                          .whole = m->trial.shape});
+    if (code)
+        return code;
+    for (int i = 0; i < TRIES_MOST && !code; i++) {
+        code = make_corrected(m, &step);
+        if (!code && m->bound == 0)
+            code = try_packed(m);
+        if (!code)
+            code = finish(m, same);
+        if (!code)
+            code = check_finished(m, *same);
+        const double short_of = code ? 0 : wanted - m->trial.array->psnr_db;
+        if (code || short_of <= 0)
+            return code;
+        /* Not as good as asked for: a finer base. */
+        step *= pow(10, -(short_of + 0.1) / 20);
+        m->mask = m->trial.array->mask;
+        m->trial.array->mask = NULL;
+    }
+    return code ? code
+                : cvol_fail(m->context, CVOL_ERROR_TARGET,
+                            "a PSNR of %g dB cannot be reached for these %s samples", wanted,
+                            cvol_type_name(m->grid->type));
+}
+
+/* ---- cvol_compress ---------------------------------------------------------------------- */
+
+/* The figures of the finished array. */
+static int fill_report(modes *m, cvol_compress_report *report, const cvol_array *array, int same)
+{
+    uint64_t bytes;
+    const int code = cvol_array_file_bytes(m->context, array, &bytes);
+    if (code)
+        return code;
+    report->ratio = (double)cvol_grid_bytes(m->grid) / (double)bytes;
+    report->psnr_db = array->psnr_db;
+    report->max_error = array->max_error;
+    report->file_bytes = bytes;
+    report->lossless = same;
+    report->coefficients = array->coefficients;
+    return CVOL_OK;
+}
+
+/* Whether a target holds for the volume with its mask; if not, what to ask for instead. */
+static int is_held(const modes *m, cvol_compress_options *plain, const cvol_compress_report *report)
+{
+    const double wanted = m->options->target_value;
+    if (m->options->target == CVOL_TARGET_PSNR) {
+        const double short_of = wanted - report->psnr_db;
+        plain->target_value += short_of > 0 ? short_of + 0.02 : 0;
+        return short_of <= 0;
+    }
+    /* How many times too large it is. */
+    const double bits = 8 * (double)report->file_bytes / (double)cvol_grid_samples(m->grid);
+    const double over = m->options->target == CVOL_TARGET_BITS ? bits / wanted
+                                                               : wanted / report->ratio;
+    plain->target_value *= m->options->target == CVOL_TARGET_BITS ? 0.998 / over : 1.002 * over;
+    return over <= 1 || !report->target_met;
+}
+
+/* Without a bound: as ever, of the filled samples; then what the mask changes is made good. Not by
+ * corrections, which would have to know the mask: what is lossless is tried by itself. */
+static int run_filled(modes *m, cvol_array **out, cvol_compress_report *report)
+{
+    cvol_compress_options plain = *m->options;
+    plain.has_fill = 0;
+    plain.background = CVOL_BACKGROUND_NONE;
+    for (int i = 0; i < TRIES_MOST; i++) {
+        int same;
+        int code = cvol_compress_terms(m->context, out, report, m->filled ? m->filled : m->samples,
+                                       m->grid, &plain);
+        if (code || !*out || !m->mask)
+            return code;
+        (*out)->mask = m->mask;
+        code = set_summary(m, *out);
+        if (!code)
+            code = cvol_measure_stored(m->context, *out, m->samples, &same);
+        if (!code)
+            code = fill_report(m, report, *out, same);
+        if (code || is_held(m, &plain, report)) {
+            m->mask = NULL;
+            return code;
+        }
+        (*out)->mask = NULL;
+        cvol_array_free(*out);
+        *out = NULL;
+    }
+    return cvol_fail(m->context, CVOL_ERROR_TARGET,
+                     "%g cannot be reached for these %s samples and their mask",
+                     m->options->target_value, cvol_type_name(m->grid->type));
+}
+
+int cvol_compress_modes(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                        const void *samples, const cvol_grid *grid,
+                        const cvol_compress_options *options)
+{
+    cvol_compress_report unused;
+    int same = 0, code = cvol_grid_check(context, grid, "the volume");
+    modes *m = calloc(1, sizeof *m);
+    *out = NULL;
+    if (!code && !m)
+        code = cvol_fail_memory(context, sizeof *m, "the compression");
+    if (code) {
+        free(m);
+        return code;
+    }
+    report = report ? report : &unused;
+    *m = (modes){.context = context, .options = options, .grid = grid, .samples = samples};
+    m->bound = options->lossless                          ? 0
+               : options->target == CVOL_TARGET_MAX_ERROR ? options->target_value
+               : options->max_error > 0                   ? options->max_error
+                                                          : -1;
+    if (cvol_type_is_integer(grid->type) && m->bound > 0 && m->bound < 1)
+        m->bound = 0;
+    code = make_mask(m);
+    if (!code)
+        code = summarise(m);
+    if (!code && m->bound < 0) {
+        code = run_filled(m, out, report);
+    } else if (!code) {
+        code = run_bound(m, &same);
+        *report = (cvol_compress_report){.target_met = 1, .trials = m->trial.count};
+        if (!code)
+            code = fill_report(m, report, m->trial.array, same);
+        if (!code) {
+            *out = m->trial.array;
+            m->trial.array = NULL;
+        }
+    }
+    if (code) {
+        cvol_array_free(*out);
+        *out = NULL;
+    }
+    cvol_trial_free(&m->trial);
+    cvol_mask_free(m->mask);
+    free(m->filled);
+    free(m->clamped);
+    free(m);
+    return code;
+}

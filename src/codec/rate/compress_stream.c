@@ -1,0 +1,396 @@
+/* Compressing samples that are read slab by slab, straight into a file.
+ *
+ * Passes over the samples: one for their range; a few layers of bricks, to find the step, of large
+ * volumes followed by passes over more bricks, in all parts of them (estimates); then one
+ * that encodes, writes and measures, and again with a corrected step if the target was missed.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/container/writer.h"
+#include "codec/rate/compress_residual.h"
+#include "codec/rate/compress_stream.h"
+#include "codec/rate/layer_measure.h"
+#include "codec/rate/step_search.h"
+#include "cvol/codec.h"
+
+enum { PASSES_MOST = 8, ESTIMATES_MOST = 6, ESTIMATED_BRICKS = 2048 };
+/* An estimate that misses by less is good enough. */
+#define ESTIMATE_MISS 0.004
+
+/* The sheets that are in memory. */
+typedef struct slabs {
+    const cvol_sample_source *source;
+    size_t sheet_bytes;
+    uint8_t *samples;
+    size_t first, count, capacity; /* sheets */
+} slabs;
+
+static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first, size_t count)
+{
+    slabs *s = user;
+    if (count > s->capacity) {
+        free(s->samples);
+        s->count = s->capacity = 0;
+        s->samples = cvol_allocate(count, s->sheet_bytes);
+        if (!s->samples)
+            return cvol_fail_memory(context, count * s->sheet_bytes, "a slab of samples");
+        s->capacity = count;
+    }
+    /* What is there already need not be read again. */
+    size_t kept = 0;
+    if (first >= s->first && first < s->first + s->count) {
+        kept = s->first + s->count - first;
+        kept = kept < count ? kept : count;
+        memmove(s->samples, s->samples + (first - s->first) * s->sheet_bytes,
+                kept * s->sheet_bytes);
+    }
+    s->first = first;
+    s->count = kept;
+    const int code = kept < count ? s->source->read(context, s->source->user,
+                                                    s->samples + kept * s->sheet_bytes,
+                                                    first + kept, count - kept)
+                                  : CVOL_OK;
+    if (code)
+        return code;
+    s->count = count;
+    *out = (cvol_slab){s->samples, first, count};
+    return CVOL_OK;
+}
+
+/* One pass with a step: the file's content lies in the writer, and what it decodes to is known. */
+typedef struct attempt {
+    cvol_file_writer *writer;
+    cvol_array *found;              /* without terms: the header of the file, */
+    double shell_norm[CVOL_SHELLS]; /* but for these */
+} attempt;
+
+static void attempt_drop(attempt *a)
+{
+    cvol_file_writer_abandon(a->writer);
+    cvol_array_free(a->found);
+    *a = (attempt){0};
+}
+
+static int add_to_writer(cvol_context *context, void *user, size_t brick,
+                         const cvol_span shells[CVOL_SHELLS])
+{
+    (void)brick;
+    return cvol_file_writer_add(context, user, shells);
+}
+
+/* What stands in front of the bricks in the file. */
+typedef struct file_start {
+    cvol_token_tables *tables;
+    const char *attributes;
+    cvol_output *within; /* what the file is a part of, or NULL */
+} file_start;
+
+static cvol_header header_of(const attempt *a)
+{
+    cvol_header header = cvol_header_of(a->found);
+    memcpy(header.shell_norm, a->shell_norm, sizeof header.shell_norm);
+    return header;
+}
+
+/* The size of the attempt's file, to the byte. */
+static int attempt_size(cvol_compression *c, const attempt *a, const file_start *start)
+{
+    const cvol_header header = header_of(a);
+    const cvol_file_front front = {
+        .header = &header, .attributes = start->attributes, .tables = start->tables};
+    return cvol_file_writer_bytes(c->context, a->writer, &front, &c->file_bytes);
+}
+
+/* What is done with a layer's samples once they are encoded. */
+typedef struct layer_work {
+    cvol_layer_measure *measure;
+    cvol_trial *trial;
+} layer_work;
+
+static int after_layers(cvol_context *context, void *user, const cvol_slab *slab, size_t layer,
+                        size_t end)
+{
+    const layer_work *work = user;
+    const cvol_array *shape = work->trial->shape;
+    const size_t *dims = shape->grid.dims, side = shape->brick.side[2];
+    const size_t sheet_bytes = dims[0] * dims[1] * cvol_type_size(shape->grid.type);
+    const size_t from = layer * side, to = end * side < dims[2] ? end * side : dims[2];
+    int code = CVOL_OK;
+    if (work->trial->tally)
+        code = cvol_tally_add(context, work->trial->tally,
+                              (const uint8_t *)slab->samples +
+                                  (from - slab->first_sheet) * sheet_bytes,
+                              (to - from) * dims[0] * dims[1]);
+    return code ? code : cvol_layer_measure_after(context, work->measure, slab, layer, end);
+}
+
+static int attempt_run(cvol_compression *c, attempt *a, const char *path, double step,
+                       const file_start *start)
+{
+    cvol_trial *trial = &c->trial;
+    cvol_layer_measure *measure = NULL;
+    const cvol_array *shape = trial->shape;
+    const size_t bricks = cvol_brick_count(shape), run = shape->brick.run;
+    int code = start->within ? cvol_file_writer_open_within(c->context, &a->writer, start->within,
+                                                            bricks, run)
+                             : cvol_file_writer_open(c->context, &a->writer, path, bricks, run);
+    const cvol_brick_sink sink = {add_to_writer, a->writer};
+    if (!code)
+        code = cvol_array_create(c->context, &a->found, &shape->grid, shape->block);
+    cvol_trial_set_step(trial, step);
+    if (!code)
+        code = cvol_layer_measure_make(c->context, &measure, shape, step, trial->tables, &sink);
+    if (!code) {
+        const cvol_brick_sink through = cvol_layer_measure_sink(measure);
+        layer_work work = {measure, trial};
+        code = cvol_trial_pass(c->context, trial, step, &through, after_layers, &work);
+    }
+    if (!code && trial->tally)
+        code = cvol_trial_end_tally(c->context, trial);
+    if (!code) {
+        cvol_array *found = a->found;
+        found->ends = shape->ends;
+        found->step = ldexp(step, -shape->ends);
+        found->offset = shape->offset;
+        found->lapped = shape->lapped;
+        found->dependent = shape->dependent;
+        found->small = shape->small;
+        found->brick = shape->brick;
+        found->ledger.value_min = shape->ledger.value_min;
+        found->ledger.value_max = shape->ledger.value_max;
+        cvol_layer_measure_tell(measure, found, a->shell_norm);
+        code = cvol_array_set_summary(c->context, found, cvol_array_summary(shape));
+    }
+    cvol_layer_measure_free(measure);
+    return code ? code : attempt_size(c, a, start);
+}
+
+/* How far the attempt misses; `kept`: the target holds, `good`: and not by more than it must. */
+static double miss_of(const cvol_compression *c, const cvol_array *found, int *kept, int *good)
+{
+    if (c->target == CVOL_TARGET_PSNR) {
+        const double over = found->psnr_db - c->value;
+        *kept = over >= 0;
+        *good = over >= 0 && over < 2 * CVOL_PSNR_ACCEPTED;
+        return (CVOL_PSNR_AIM - (over > 30 ? 30 : over)) / CVOL_DB_PER_E;
+    }
+    const double ratio = (double)c->raw_bytes / (double)c->file_bytes;
+    *kept = ratio >= c->value;
+    *good = ratio >= c->value && ratio <= c->value * CVOL_RATIO_MOST * 0.998;
+    return log(ratio / c->value / CVOL_RATIO_AIM);
+}
+
+static int write_file(cvol_compression *c, attempt *a, const file_start *start)
+{
+    const cvol_header header = header_of(a);
+    const cvol_file_front front = {
+        .header = &header, .attributes = start->attributes, .tables = start->tables};
+    cvol_file_writer *writer = a->writer;
+    a->writer = NULL; /* freed whatever happens */
+    return cvol_file_writer_finish(c->context, writer, &front, &c->file_bytes);
+}
+
+static void fill_report(cvol_compress_report *report, const cvol_compression *c,
+                        const cvol_array *found, int kept, int met)
+{
+    *report = (cvol_compress_report){.ratio = (double)c->raw_bytes / (double)c->file_bytes,
+                                     .psnr_db = found->psnr_db,
+                                     .max_error = found->max_error,
+                                     .file_bytes = c->file_bytes,
+                                     .lossless = found->max_error <= 0,
+                                     .target_met = met || (kept && found->max_error <= 0),
+                                     .trials = c->trial.count,
+                                     .coefficients = found->coefficients};
+}
+
+/* Where a pass and those before it lead. A first one's tables that were fitted to samples are
+ * fitted to what it coded for the others, and then how far it missed says little about those;
+ * tables of estimates stay.
+ */
+typedef struct passes {
+    cvol_search search;
+    double step, best; /* of the next; the best that kept the target, 0: none yet */
+    int count, refits; /* 1: the first pass is not of the search */
+} passes;
+
+static int next_step(cvol_compression *c, passes *p, double miss, int kept)
+{
+    cvol_search_tell(&p->search, p->step, miss);
+    if (cvol_search_at_least(&p->search) || cvol_search_at_most(&p->search))
+        return 0;
+    const int is_coarse = c->target == CVOL_TARGET_PSNR; /* the coarsest is best, or the finest */
+    if (kept && p->count > p->refits && (p->best <= 0 || is_coarse == (p->step > p->best)))
+        p->best = p->step;
+    const double next = cvol_search_next(&p->search);
+    if (p->count == p->refits)
+        p->search = cvol_search_make(c->least_step, c->most_step, c->slope);
+    /* The last one is sure to keep the target, if any did. */
+    p->step = p->count + 1 == PASSES_MOST && p->best > 0 ? p->best : next;
+    return 1;
+}
+
+/* A full pass over a large volume takes long: before the first one, some over a few thousand bricks
+ * say what it will give. Tables are fitted to the first of them; what that missed by leads to the
+ * second, but is no part of the search, as slopes between different tables mean nothing. The step
+ * is the one that was found to miss by least. */
+static int estimate_step(cvol_compression *c, double *step, size_t every)
+{
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, c->slope);
+    double next = *step, least_miss = (double)INFINITY;
+    for (int i = 0; i < ESTIMATES_MOST; i++) {
+        int code = cvol_trial_estimate(c->context, &c->trial, next, every);
+        if (code)
+            return code;
+        const double miss = cvol_compression_sample_miss(c);
+        if (i > 0 && fabs(miss) < least_miss) {
+            least_miss = fabs(miss);
+            *step = next;
+        }
+        cvol_search_tell(&search, next, miss);
+        if ((i > 0 && least_miss < ESTIMATE_MISS) || cvol_search_at_least(&search) ||
+            cvol_search_at_most(&search))
+            break;
+        next = cvol_search_next(&search);
+        if (i > 0)
+            continue;
+        search = cvol_search_make(c->least_step, c->most_step, c->slope);
+        if ((code = cvol_trial_fit(c->context, &c->trial)))
+            return code;
+    }
+    if (isfinite(cvol_search_width(&search)))
+        c->slope = fmin(fmax(cvol_search_slope(&search), 0.5 * c->slope), 2 * c->slope);
+    return CVOL_OK;
+}
+
+/* Passes until the target is met. */
+static int search_step(cvol_compression *c, attempt *now, const char *path, const file_start *start,
+                       size_t estimated, int *kept, int *good)
+{
+    /* The bricks are of that many samples, whatever their shape. */
+    const size_t more = CVOL_BRICK_SAMPLES / cvol_brick_volume(c->trial.shape);
+    const size_t every = cvol_brick_count(c->trial.shape) / more / estimated;
+    passes p = {.refits = every <= 1};
+    int code = cvol_compression_prepare(c, &p.step);
+    cvol_sampler_free(c->trial.sampler); /* its memory is better used now */
+    c->trial.sampler = NULL;
+    if (!code && every > 1)
+        code = estimate_step(c, &p.step, every);
+    p.search = cvol_search_make(c->least_step, c->most_step, c->slope);
+    for (;;) {
+        if (!code) {
+            memcpy(start->tables, c->trial.tables, sizeof *start->tables);
+            code = attempt_run(c, now, path, p.step, start);
+        }
+        if (code)
+            return code;
+        const double miss = miss_of(c, now->found, kept, good);
+        if (*good || ++p.count == PASSES_MOST || !next_step(c, &p, miss, *kept))
+            return CVOL_OK;
+        if (p.count == p.refits)
+            code = cvol_trial_fit(c->context, &c->trial);
+        attempt_drop(now);
+    }
+}
+
+static int run(cvol_compression *c, const char *path, cvol_output *within, const char *attributes,
+               size_t estimated, cvol_compress_report *report)
+{
+    const file_start start = {malloc(sizeof *start.tables), attributes, within};
+    const int constant = !(c->trial.shape->ledger.value_max > c->trial.shape->ledger.value_min);
+    attempt now = {0};
+    int kept = 0, good = 0;
+    int code = start.tables ? CVOL_OK
+                            : cvol_fail_memory(c->context, sizeof *start.tables, "tables");
+    if (!code && constant) {
+        memcpy(start.tables, c->trial.tables, sizeof *start.tables);
+        code = attempt_run(c, &now, path, 1, &start);
+        if (!code)
+            (void)miss_of(c, now.found, &kept, &good);
+        good = c->target == CVOL_TARGET_PSNR || good;
+    } else if (!code) {
+        code = search_step(c, &now, path, &start, estimated, &kept, &good);
+    }
+    if (!code && !kept && c->target == CVOL_TARGET_PSNR)
+        code = cvol_fail(c->context, CVOL_ERROR_TARGET,
+                         "a PSNR of %g dB cannot be reached for these %s samples, %.2f dB can",
+                         c->value, cvol_type_name(c->trial.shape->grid.type), now.found->psnr_db);
+    if (!code && report)
+        fill_report(report, c, now.found, kept, good);
+    if (!code)
+        code = cvol_compress_check_least(c->context, c->options, now.found->psnr_db);
+    if (!code) /* the last moment to cancel */
+        code = cvol_report_progress(c->context, "compressing", 1);
+    if (!code)
+        code = write_file(c, &now, &start);
+    if (!code && report)
+        fill_report(report, c, now.found, kept, good);
+    attempt_drop(&now);
+    free(start.tables);
+    return code;
+}
+
+static int compress_into(cvol_context *context, cvol_compress_report *report, const char *path,
+                         cvol_output *within, const cvol_sample_source *source,
+                         const cvol_grid *grid, const cvol_compress_options *options,
+                         size_t estimated)
+{
+    cvol_compression c = {.context = context,
+                          .options = options,
+                          .target = options->target,
+                          .value = options->target_value};
+    slabs memory = {.source = source};
+    const cvol_slab_source from = {fetch, &memory, 0};
+    int code = cvol_compress_options_check(context, options);
+    if (!code)
+        code = cvol_grid_check(context, grid, "the volume");
+    if (!code && (options->block != 16 || cvol_compress_needs_modes(options)))
+        code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "samples that are read by slab are compressed in cells of 16, to a ratio, "
+                         "bits a sample or a PSNR");
+    if (!code && c.target == CVOL_TARGET_BITS) {
+        code = cvol_ratio_of_bits(context, &c.value, options->target_value, grid->type);
+        c.target = CVOL_TARGET_RATIO;
+    }
+    if (code)
+        return code;
+    c.raw_bytes = cvol_grid_bytes(grid);
+    memory.sheet_bytes = grid->dims[0] * grid->dims[1] * cvol_type_size(grid->type);
+    code = cvol_trial_start_source(context, &c.trial, &from, grid, options);
+    if (!code) /* checked, and kept */
+        code = cvol_array_set_attributes(context, c.trial.shape, options->attributes);
+    if (!code) {
+        cvol_trial_set_options(&c.trial, options);
+        cvol_compression_limits(&c);
+        code = run(&c, path, within, cvol_array_attributes(c.trial.shape), estimated, report);
+    }
+    cvol_trial_free(&c.trial);
+    free(memory.samples);
+    return code;
+}
+
+int cvol_compress_stream_estimating(cvol_context *context, cvol_compress_report *report,
+                                    const char *path, const cvol_sample_source *source,
+                                    const cvol_grid *grid, const cvol_compress_options *options,
+                                    size_t estimated)
+{
+    return compress_into(context, report, path, NULL, source, grid, options, estimated);
+}
+
+int cvol_compress_stream_within(cvol_context *context, cvol_compress_report *report,
+                                cvol_output *output, const cvol_sample_source *source,
+                                const cvol_grid *grid, const cvol_compress_options *options)
+{
+    return compress_into(context, report, NULL, output, source, grid, options, ESTIMATED_BRICKS);
+}
+
+int cvol_compress_stream(cvol_context *context, cvol_compress_report *report, const char *path,
+                         const cvol_sample_source *source, const cvol_grid *grid,
+                         const cvol_compress_options *options)
+{
+    return cvol_compress_stream_estimating(context, report, path, source, grid, options,
+                                           ESTIMATED_BRICKS);
+}

@@ -1,0 +1,198 @@
+/* Measuring layer by layer. */
+#include "codec/rate/layer_measure.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/brick/subbands.h"
+
+enum { LAP_REACH = 2 };
+
+/* A brick's bytes, and then its terms. */
+typedef struct kept_brick {
+    cvol_bytes shells[CVOL_SHELLS];
+    uint32_t *words;
+    uint64_t terms;
+    double squares[CVOL_SHELLS]; /* of its values */
+    int code;
+} kept_brick;
+
+struct cvol_layer_measure {
+    cvol_array *array; /* with the terms of one layer, and those of the one before */
+    const cvol_token_tables *tables;
+    cvol_brick_sink next;
+    kept_brick *bricks[2]; /* by the layer's number mod 2 */
+    size_t per_layer;
+    cvol_distance sum;           /* of squares */
+    double squares[CVOL_SHELLS]; /* of all values */
+};
+
+static void free_bricks(kept_brick *bricks, size_t count)
+{
+    for (size_t i = 0; bricks && i < count; i++) {
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            cvol_bytes_free(&bricks[i].shells[s]);
+        free(bricks[i].words);
+    }
+    free(bricks);
+}
+
+void cvol_layer_measure_free(cvol_layer_measure *measure)
+{
+    if (!measure)
+        return;
+    cvol_array_free(measure->array);
+    for (int i = 0; i < 2; i++)
+        free_bricks(measure->bricks[i], measure->per_layer);
+    free(measure);
+}
+
+int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
+                            const cvol_array *shape, double step, const cvol_token_tables *tables,
+                            const cvol_brick_sink *sink)
+{
+    cvol_layer_measure *measure = cvol_allocate_zero(1, sizeof *measure);
+    *out = measure;
+    if (!measure)
+        return cvol_fail_memory(context, sizeof *measure, "the measure");
+    size_t grid[3];
+    cvol_brick_grid(grid, shape);
+    measure->per_layer = grid[0] * grid[1];
+    measure->tables = tables;
+    measure->next = *sink;
+    int code = cvol_array_create(context, &measure->array, &shape->grid, shape->block);
+    if (!code) {
+        cvol_array *array = measure->array;
+        array->ends = shape->ends;
+        array->step = ldexp(step, -shape->ends);
+        array->offset = shape->offset;
+        array->lapped = shape->lapped;
+        array->dependent = shape->dependent;
+        array->small = shape->small;
+        array->brick = shape->brick;
+        array->ledger.value_min = shape->ledger.value_min;
+        array->ledger.value_max = shape->ledger.value_max;
+        for (int i = 0; i < 2; i++)
+            measure->bricks[i] = cvol_allocate_zero(measure->per_layer, sizeof(kept_brick));
+        if (!measure->bricks[0] || !measure->bricks[1])
+            code = cvol_fail_memory(context, measure->per_layer * sizeof(kept_brick), "a layer");
+    }
+    if (code) {
+        cvol_layer_measure_free(measure);
+        *out = NULL;
+    }
+    return code;
+}
+
+static int take(cvol_context *context, void *user, size_t brick,
+                const cvol_span shells[CVOL_SHELLS])
+{
+    cvol_layer_measure *measure = user;
+    const size_t layer = brick / measure->per_layer;
+    kept_brick *to = &measure->bricks[layer % 2][brick % measure->per_layer];
+    for (int s = 0; s < CVOL_SHELLS; s++) {
+        to->shells[s].size = 0;
+        cvol_bytes_append(&to->shells[s], shells[s].data, shells[s].size);
+        if (to->shells[s].failed)
+            return cvol_fail_memory(context, shells[s].size, "a brick");
+    }
+    return measure->next.take(context, measure->next.user, brick, shells);
+}
+
+cvol_brick_sink cvol_layer_measure_sink(cvol_layer_measure *measure)
+{
+    return (cvol_brick_sink){take, measure};
+}
+
+/* Decodes a brick, and hands its terms to its blocks. */
+static int decode_brick(cvol_layer_measure *measure, cvol_brick_coder *coder, kept_brick *kept,
+                        size_t brick)
+{
+    cvol_array *array = measure->array;
+    cvol_span spans[CVOL_SHELLS];
+    cvol_brick_terms terms;
+    free(kept->words);
+    kept->words = NULL;
+    if (!coder)
+        return CVOL_ERROR_MEMORY;
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        spans[s] = (cvol_span){kept->shells[s].data, kept->shells[s].size};
+    const int code = cvol_brick_decode(coder, &terms, array, brick, spans, CVOL_SHELLS);
+    if (code)
+        return code;
+    kept->words = malloc((terms.word_count + 1) * sizeof *kept->words);
+    if (!kept->words)
+        return CVOL_ERROR_MEMORY;
+    memcpy(kept->words, terms.words, terms.word_count * sizeof *kept->words);
+    kept->terms = terms.terms;
+    const cvol_brick_box box = cvol_brick_box_of(array, brick);
+    const uint32_t *words = kept->words;
+    memset(kept->squares, 0, sizeof kept->squares);
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box); i++) {
+        cvol_block *block = &array->block_table[cvol_brick_block_index(array, &box, i)];
+        block->terms = words;
+        words += block->words;
+        cvol_block_find_low(block, array->block_log2);
+        cvol_shell_squares(kept->squares, array, cvol_brick_block_index(array, &box, i));
+    }
+    return CVOL_OK;
+}
+
+static int decode_layer(cvol_context *context, cvol_layer_measure *measure, size_t layer)
+{
+    kept_brick *bricks = measure->bricks[layer % 2];
+#pragma omp parallel num_threads(cvol_context_threads(context))
+    {
+        cvol_brick_coder *coder = cvol_brick_coder_create(measure->tables);
+#pragma omp for schedule(dynamic)
+        for (size_t i = 0; i < measure->per_layer; i++)
+            bricks[i].code = decode_brick(measure, coder, &bricks[i],
+                                          layer * measure->per_layer + i);
+        cvol_brick_coder_free(coder);
+    }
+    for (size_t i = 0; i < measure->per_layer; i++) {
+        if (bricks[i].code == CVOL_ERROR_MEMORY)
+            return cvol_fail_memory(context, (size_t)1 << 20, "a brick");
+        if (bricks[i].code)
+            return cvol_fail(context, CVOL_ERROR_CORRUPT, "brick %zu does not decode again",
+                             layer * measure->per_layer + i);
+        measure->array->coefficients += bricks[i].terms;
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            measure->squares[s] += bricks[i].squares[s];
+    }
+    return CVOL_OK;
+}
+
+int cvol_layer_measure_after(cvol_context *context, void *user, const cvol_slab *slab, size_t layer,
+                             size_t end)
+{
+    cvol_layer_measure *measure = user;
+    const size_t sheets = measure->array->grid.dims[2], side = measure->array->brick.side[2];
+    const size_t reach = measure->array->lapped ? LAP_REACH : 0;
+    int code = CVOL_OK;
+    for (; layer < end && !code; layer++) {
+        const size_t z = layer ? layer * side - reach : 0;
+        const size_t after = (layer + 1) * side;
+        const size_t last = after < sheets ? after - reach : sheets;
+        code = decode_layer(context, measure, layer);
+        if (!code && z < last)
+            code = cvol_measure_sheets(context, &measure->sum, measure->array, slab, z, last, NULL);
+    }
+    return code;
+}
+
+void cvol_layer_measure_tell(const cvol_layer_measure *measure, cvol_array *array,
+                             double shell_norm[CVOL_SHELLS])
+{
+    cvol_shell_norms_of(shell_norm, measure->squares, measure->array->step);
+    cvol_distance distance = measure->sum;
+    cvol_distance_finish(&distance);
+    cvol_array_set_measured(array, &distance);
+    const double rounding = cvol_distance_rounding(array, &distance);
+    array->ledger.l2_error = distance.real_l2_error + rounding;
+    array->ledger.max_abs = distance.real_max_abs + rounding;
+    array->coefficients = measure->array->coefficients;
+}

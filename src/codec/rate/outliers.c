@@ -1,0 +1,115 @@
+/* Outliers: see outliers.h.
+ *
+ * An outlier is further from the middle 99.8 % of the samples than eight times their range, or
+ * beyond what terms in single precision can hold. */
+#include "codec/rate/outliers.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/core/array.h"
+#include "base/context.h"
+#include "base/memory.h"
+
+enum { SAMPLED_MOST = 1 << 16, TAIL = 1000, WIDTHS = 8, SHARE = 1024 };
+#define TERMS_MOST 1e34
+
+static int compare(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static double value_at(const void *samples, cvol_type type, size_t i)
+{
+    return type == CVOL_FLOAT32 ? (double)((const float *)samples)[i]
+                                : ((const double *)samples)[i];
+}
+
+/* What is no outlier, by samples from all over the volume. 0: memory is short. */
+static int find_fences(double fence[2], const void *samples, const cvol_grid *grid)
+{
+    const size_t count = cvol_grid_samples(grid),
+                 stride = count / SAMPLED_MOST + 1 +
+                          (count > SAMPLED_MOST && grid->dims[0] % 2 == 0),
+                 taken = (count - 1) / stride + 1, tail = taken / TAIL;
+    double *values = cvol_allocate(taken, sizeof *values);
+    if (!values)
+        return 0;
+    for (size_t i = 0; i < taken; i++)
+        values[i] = value_at(samples, grid->type, i * stride);
+    qsort(values, taken, sizeof *values, compare);
+    /* Of few samples a tail is at least one at either end. */
+    const size_t cut = taken > 2 ? (tail ? tail : 1) : 0;
+    const double lo = values[cut], hi = values[taken - 1 - cut], width = WIDTHS * (hi - lo);
+    fence[0] = fmax(lo - width, -TERMS_MOST);
+    fence[1] = fmin(hi + width, TERMS_MOST);
+    free(values);
+    return 1;
+}
+
+static double clamp(double value, const double fence[2])
+{
+    return value < fence[0] ? fence[0] : value > fence[1] ? fence[1] : value;
+}
+
+static size_t count_outside(const void *samples, const cvol_grid *grid, const double fence[2])
+{
+    const size_t count = cvol_grid_samples(grid);
+    size_t outside = 0;
+    for (size_t i = 0; i < count; i++) {
+        const double value = value_at(samples, grid->type, i);
+        outside += value < fence[0] || value > fence[1];
+    }
+    return outside;
+}
+
+static void clamp_all(void *to, const void *samples, const cvol_grid *grid, const double fence[2])
+{
+    const size_t count = cvol_grid_samples(grid);
+    for (size_t i = 0; i < count; i++) {
+        const double value = clamp(value_at(samples, grid->type, i), fence);
+        if (grid->type == CVOL_FLOAT32)
+            ((float *)to)[i] = (float)value;
+        else
+            ((double *)to)[i] = value;
+    }
+}
+
+int cvol_outliers_clamp(cvol_context *context, void **clamped, const void *samples,
+                        const cvol_grid *grid)
+{
+    const size_t count = cvol_grid_samples(grid);
+    double fence[2];
+    *clamped = NULL;
+    if (cvol_type_is_integer(grid->type))
+        return CVOL_OK;
+    if (!find_fences(fence, samples, grid))
+        return cvol_fail_memory(context, SAMPLED_MOST * sizeof(double), "a survey of the samples");
+    size_t outside = count_outside(samples, grid, fence);
+    if (outside > count / SHARE + 1) { /* many: then only what terms cannot hold */
+        fence[0] = -TERMS_MOST;
+        fence[1] = TERMS_MOST;
+        outside = count_outside(samples, grid, fence);
+    }
+    if (!outside)
+        return CVOL_OK;
+    *clamped = cvol_allocate(cvol_grid_bytes(grid), 1);
+    if (!*clamped)
+        return cvol_fail_memory(context, cvol_grid_bytes(grid), "samples without outliers");
+    clamp_all(*clamped, samples, grid, fence);
+    return CVOL_OK;
+}
+
+int cvol_samples_nan_alone(const void *samples, const cvol_grid *grid)
+{
+    const size_t count = cvol_grid_samples(grid);
+    int nan = 0, infinite = 0;
+    for (size_t i = 0; i < count && !cvol_type_is_integer(grid->type); i++) {
+        const double value = value_at(samples, grid->type, i);
+        nan |= isnan(value);
+        infinite |= isinf(value);
+    }
+    return nan && !infinite;
+}

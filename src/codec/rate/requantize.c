@@ -1,0 +1,333 @@
+/* Terms to coarser terms, brick by brick. */
+#include "codec/rate/requantize.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/brick/brick_internal.h"
+#include "codec/quantize/rd_choice.h"
+#include "codec/quantize/trellis.h"
+#include "codec/quantize/trellis_states.h"
+#include "codec/quantize/true_length.h"
+
+enum { BRICKS_A_THREAD = 16 };
+
+/* One thread's memory. */
+typedef struct requantiser {
+    cvol_brick_coder *coder;
+    float *coefficients;   /* a block's, by place; zero between blocks */
+    float *scaled;         /* a part's, in scan order */
+    int32_t *values;       /* of a cell that the volume ends in, by place; zero between cells */
+    cvol_trellis *trellis; /* of a dependent array */
+    cvol_token_counts counts;
+} requantiser;
+
+/* A brick that was coded. */
+typedef struct coded_brick {
+    cvol_bytes shells[CVOL_SHELLS];
+    double error; /* in steps squared */
+    int code;
+} coded_brick;
+
+typedef struct requantising {
+    const cvol_array *array;
+    double step;
+    cvol_token_costs costs;
+    requantiser *threads;
+    int thread_count;
+    coded_brick *bricks;
+    size_t room;
+} requantising;
+
+/* ---- coefficients --------------------------------------------------------------------------- */
+
+/* Spreads a block's coefficients out by place, in units of the new step; or clears them. */
+static void spread(float *coefficients, const cvol_block *block, int block_log2, double share)
+{
+    const uint32_t *words = block->terms, *end = cvol_block_end(block);
+    while (words < end) {
+        uint32_t place;
+        const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));
+        coefficients[place] = (float)(share * value);
+    }
+}
+
+/* What terms are multiplied by. */
+static double coefficient_share(const requantising *all)
+{
+    return all->array->step / all->step * (all->array->dependent ? 0.5 : 1);
+}
+
+/* From terms to what a file has of a cell that the volume ends in. */
+static void bring_to_ends(float *coefficients, const int inside[3], uint16_t split)
+{
+    double cell[CVOL_CELL_SAMPLES];
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        cell[i] = (double)coefficients[i];
+    cvol_cell_ends_from_terms(cell, inside, split);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        coefficients[i] = (float)cell[i];
+}
+
+/* ---- cells that the volume ends in --------------------------------------------------------- */
+
+/* Notes what a part's values stand for, by place. */
+static void note_values(int32_t *values, const cvol_scan *scan, const int32_t *indices, int used,
+                        int dependent)
+{
+    int state = 0;
+    for (int i = 0; i < used; i++) {
+        const uint32_t size = cvol_magnitude(indices[i]);
+        int32_t value = (int32_t)size;
+        if (dependent && i == 0)
+            value = (int32_t)(2 * size);
+        else if (dependent)
+            value = (int32_t)cvol_dependent_magnitude(state, size);
+        values[scan->entries[i].in_cell] = indices[i] < 0 ? -value : value;
+        if (i)
+            state = cvol_state_after[state][size & 1];
+    }
+}
+
+/* Readers round what a file has of such a cell to terms (true_length.h). By how much the cell's
+ * squared error is then larger than the values': in steps squared. The cell's coefficients are in
+ * r->coefficients, its values in r->values. */
+static double rounding_of_ends(requantiser *r, const cvol_array *array, const int inside[3],
+                               uint16_t split)
+{
+    uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
+    double cell[CVOL_CELL_SAMPLES], before = 0, after = 0;
+    const double unit = array->dependent ? 2 : 1, finer = 1.0 / (1 << array->ends);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++) {
+        const double off = (double)r->values[i] - unit * (double)r->coefficients[i];
+        before += off * off;
+        found[i / 64] |= (uint64_t)(r->values[i] != 0) << i % 64;
+    }
+    cvol_cell_ends_take(r->values, found, inside, split, array->ends);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
+        cell[i] = r->values[i] * finer;
+    cvol_cell_ends_from_terms(cell, inside, split);
+    for (int i = 0; i < CVOL_CELL_SAMPLES; i++) {
+        const double off = cell[i] - unit * (double)r->coefficients[i];
+        after += off * off;
+    }
+    memset(r->values, 0, sizeof *r->values * CVOL_CELL_SAMPLES);
+    return after - before;
+}
+
+/* The same of all such cells of a brick of the small coder, whose values are chosen last. */
+static double rounding_of_small(requantiser *r, const requantising *all, const cvol_brick_box *box)
+{
+    const cvol_array *array = all->array;
+    double sum = 0;
+    for (size_t i = 0; i < cvol_brick_box_blocks(box); i++) {
+        const cvol_block *block = &array->block_table[cvol_brick_block_index(array, box, i)];
+        uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
+        size_t place[3];
+        int inside[3];
+        cvol_brick_box_place(place, box, i);
+        if (!cvol_brick_cell_inside(inside, &r->coder->context, place))
+            continue;
+        spread(r->coefficients, block, array->block_log2, coefficient_share(all));
+        bring_to_ends(r->coefficients, inside, block->split);
+        cvol_small_cell(r->coder->small, place, r->values, found);
+        sum += rounding_of_ends(r, array, inside, block->split);
+        memset(r->coefficients, 0, sizeof *r->coefficients * CVOL_CELL_SAMPLES);
+    }
+    return sum;
+}
+
+/* ---- a block --------------------------------------------------------------------------------- */
+
+static void code_block(requantiser *r, coded_brick *out, const requantising *all,
+                       const cvol_block *block, const size_t place[3])
+{
+    const cvol_array *array = all->array;
+    cvol_brick_coder *coder = r->coder;
+    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    const int count = cvol_block_parts(parts, array->block, block->split);
+    const int in_cell = array->block == CVOL_CELL;
+    int inside[3];
+    if (in_cell)
+        cvol_brick_put_split(coder, place, block->split);
+    spread(r->coefficients, block, array->block_log2, coefficient_share(all));
+    const int ended = cvol_brick_cell_inside(inside, &coder->context, place) != NULL;
+    if (ended)
+        bring_to_ends(r->coefficients, inside, block->split);
+    for (int p = 0; p < count; p++) {
+        const cvol_cell_part *part = &parts[p];
+        const int size_class = cvol_size_class(part->side);
+        int at[3];
+        cvol_part_place(at, part, place, array->block);
+        const cvol_scan *scan = cvol_brick_scan(&coder->context, at, size_class);
+        if (!scan) {
+            cvol_brick_pass_part(coder, at, size_class);
+            continue;
+        }
+        const int first = part->first[0] +
+                          CVOL_CELL * (part->first[1] + CVOL_CELL * part->first[2]);
+        for (int i = 0; i < scan->count; i++)
+            r->scaled[i] = r->coefficients[in_cell ? first + scan->entries[i].in_cell
+                                                   : scan->entries[i].place];
+        const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
+        const cvol_part_choice choice = array->dependent
+                                            ? cvol_part_choose_dependent(
+                                                  r->trellis, coder->scanned, r->scaled, scan,
+                                                  &all->costs, &context, coder->scatter)
+                                            : cvol_part_choose(coder->scanned, r->scaled, scan,
+                                                               &all->costs, &context, 0,
+                                                               coder->scatter);
+        if (!choice.used) { /* terms are within the limit already: a coarser step's are */
+            out->code = CVOL_ERROR_TARGET;
+            break;
+        }
+        out->error += (double)choice.error * (array->dependent ? 4 : 1);
+        cvol_brick_put_part(coder, at, scan, coder->scanned, choice.used, array->dependent);
+        if (array->dependent)
+            cvol_brick_keep_scaled(coder, r->scaled, scan->count);
+        if (ended && !array->small)
+            note_values(r->values + first, scan, coder->scanned, choice.used, array->dependent);
+    }
+    if (ended && !array->small)
+        out->error += rounding_of_ends(r, array, inside, block->split);
+    if (array->ends)
+        memset(r->coefficients, 0, sizeof *r->coefficients * CVOL_CELL_SAMPLES);
+    else
+        spread(r->coefficients, block, array->block_log2, 0);
+}
+
+static void code_brick(requantiser *r, coded_brick *out, const requantising *all, size_t brick)
+{
+    const cvol_brick_box box = cvol_brick_box_of(all->array, brick);
+    out->error = 0;
+    out->code = CVOL_OK;
+    if (!cvol_brick_start(r->coder, all->array, &box))
+        out->code = CVOL_ERROR_MEMORY;
+    for (size_t i = 0; i < cvol_brick_box_blocks(&box) && !out->code; i++) {
+        size_t place[3];
+        cvol_brick_box_place(place, &box, i);
+        code_block(r, out, all,
+                   &all->array->block_table[cvol_brick_block_index(all->array, &box, i)], place);
+    }
+    if (!out->code)
+        out->error += cvol_brick_choose_again(r->coder, &all->costs);
+    if (!out->code && !cvol_brick_finish(r->coder, out->shells))
+        out->code = CVOL_ERROR_MEMORY;
+    if (!out->code && all->array->small && all->array->ends)
+        out->error += rounding_of_small(r, all, &box);
+    cvol_brick_coder_count(r->coder, &r->counts);
+}
+
+/* ---- all bricks ------------------------------------------------------------------------------ */
+
+static void free_all(requantising *all)
+{
+    for (int t = 0; all->threads && t < all->thread_count; t++) {
+        cvol_brick_coder_free(all->threads[t].coder);
+        free(all->threads[t].coefficients);
+        free(all->threads[t].scaled);
+        free(all->threads[t].values);
+        cvol_trellis_free(all->threads[t].trellis);
+    }
+    for (size_t i = 0; all->bricks && i < all->room; i++)
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            cvol_bytes_free(&all->bricks[i].shells[s]);
+    free(all->threads);
+    free(all->bricks);
+    free(all);
+}
+
+static requantising *make_all(cvol_context *context, const cvol_array *array,
+                              cvol_coarseness coarseness, const cvol_token_tables *tables)
+{
+    requantising *all = cvol_allocate_zero(1, sizeof *all);
+    if (!all)
+        return NULL;
+    all->array = array;
+    all->step = coarseness.step;
+    all->thread_count = cvol_context_threads(context);
+    all->room = (size_t)all->thread_count * BRICKS_A_THREAD;
+    cvol_token_costs_set(&all->costs, tables);
+    cvol_token_costs_weigh(&all->costs, coarseness.weight);
+    all->threads = cvol_allocate_zero((size_t)all->thread_count, sizeof *all->threads);
+    all->bricks = cvol_allocate_zero(all->room, sizeof *all->bricks);
+    int made = all->threads && all->bricks;
+    for (int t = 0; made && t < all->thread_count; t++) {
+        requantiser *r = &all->threads[t];
+        r->coder = cvol_brick_coder_create(tables);
+        r->coefficients = cvol_allocate_zero(CVOL_PART_SAMPLES_MAX, sizeof *r->coefficients);
+        r->scaled = cvol_allocate(CVOL_PART_SAMPLES_MAX, sizeof *r->scaled);
+        r->values = cvol_allocate_zero(CVOL_CELL_SAMPLES, sizeof *r->values);
+        if (array->dependent)
+            r->trellis = cvol_trellis_create();
+        made = r->coder && r->coefficients && r->scaled && r->values &&
+               (r->trellis || !array->dependent);
+    }
+    if (made)
+        return all;
+    free_all(all);
+    return NULL;
+}
+
+static void code_bricks(requantising *all, size_t first, size_t count)
+{
+#pragma omp parallel num_threads(all->thread_count)
+    {
+        requantiser *r = NULL;
+#pragma omp for schedule(static, 1)
+        for (int t = 0; t < all->thread_count; t++)
+            r = &all->threads[t];
+#pragma omp for schedule(dynamic)
+        for (size_t i = 0; i < count; i++)
+            code_brick(r, &all->bricks[i], all, first + i);
+    }
+}
+
+static int take_bricks(cvol_context *context, double *error, const requantising *all, size_t first,
+                       size_t count, const cvol_brick_sink *sink)
+{
+    int code = CVOL_OK;
+    for (size_t i = 0; i < count && !code; i++) {
+        const coded_brick *brick = &all->bricks[i];
+        cvol_span spans[CVOL_SHELLS];
+        if (brick->code == CVOL_ERROR_MEMORY)
+            return cvol_fail_memory(context, (size_t)1 << 20, "a brick");
+        if (brick->code)
+            return cvol_fail(context, brick->code, "a step of %g is too fine for brick %zu",
+                             all->step, first + i);
+        for (int s = 0; s < CVOL_SHELLS; s++)
+            spans[s] = (cvol_span){brick->shells[s].data, brick->shells[s].size};
+        *error += brick->error * all->step * all->step;
+        code = sink->take(context, sink->user, first + i, spans);
+    }
+    return code;
+}
+
+int cvol_requantise(cvol_context *context, double *error, cvol_token_counts *counts,
+                    const cvol_array *array, cvol_coarseness coarseness,
+                    const cvol_token_tables *tables, const cvol_brick_sink *sink)
+{
+    const size_t bricks = cvol_brick_count(array);
+    requantising *all = make_all(context, array, coarseness, tables);
+    *error = 0;
+    if (!all)
+        return cvol_fail_memory(context, (size_t)4 << 20, "the coder");
+    int code = CVOL_OK;
+    for (size_t first = 0; first < bricks && !code; first += all->room) {
+        const size_t count = bricks - first < all->room ? bricks - first : all->room;
+        code_bricks(all, first, count);
+        code = take_bricks(context, error, all, first, count, sink);
+        if (!code)
+            code = cvol_report_progress(context, "requantising",
+                                        (double)(first + count) / (double)bricks);
+    }
+    memset(counts, 0, sizeof *counts);
+    for (int t = 0; t < all->thread_count; t++)
+        for (int r = 0; r < CVOL_ROWS; r++)
+            for (int k = 0; k < CVOL_TOKENS; k++)
+                counts->of[r][k] += all->threads[t].counts.of[r][k];
+    free_all(all);
+    return code;
+}

@@ -1,0 +1,162 @@
+/* The base's step is a question of bytes: base and corrections together. Both are tried on a part
+ * of the volume, from a fine step to coarse ones as long as they get fewer; how coarse is best
+ * depends on how much of the samples is noise (residual_step.h). */
+#include "codec/rate/residual_step.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/rate/encode_attempt.h"
+#include "codec/residual/make_residual.h"
+
+enum {
+    PART_SIDE = 128, /* of the part that steps are tried on */
+    STEPS_MOST = 16
+};
+
+/* Steps are tried on the middle of the volume. */
+typedef struct part {
+    cvol_grid grid;
+    void *samples;
+    cvol_mask *mask;
+    cvol_trial trial;
+} part;
+
+static void part_free(part *p)
+{
+    free(p->samples);
+    cvol_mask_free(p->mask);
+    cvol_trial_free(&p->trial);
+    free(p);
+}
+
+/* The box of whole cells about the middle. */
+static void part_box(size_t begin[3], size_t end[3], const cvol_grid *grid)
+{
+    for (int a = 0; a < 3; a++) {
+        begin[a] = grid->dims[a] > PART_SIDE ? (grid->dims[a] - PART_SIDE) / 2 / 16 * 16 : 0;
+        end[a] = grid->dims[a] > PART_SIDE ? begin[a] + PART_SIDE : grid->dims[a];
+    }
+}
+
+static int part_make(cvol_context *context, part **out, const cvol_step_question *q)
+{
+    const size_t *dims = q->grid->dims, size = cvol_type_size(q->grid->type);
+    size_t begin[3], end[3];
+    part *p = calloc(1, sizeof *p);
+    *out = p;
+    if (!p)
+        return cvol_fail_memory(context, sizeof *p, "a part of the volume");
+    part_box(begin, end, q->grid);
+    p->grid = *q->grid;
+    for (int a = 0; a < 3; a++)
+        p->grid.dims[a] = end[a] - begin[a];
+    p->samples = cvol_allocate(cvol_grid_samples(&p->grid), size);
+    if (!p->samples)
+        return cvol_fail_memory(context, cvol_grid_bytes(&p->grid), "a part of the volume");
+    uint8_t *to = p->samples;
+    for (size_t z = begin[2]; z < end[2]; z++)
+        for (size_t y = begin[1]; y < end[1]; y++, to += size * p->grid.dims[0])
+            memcpy(to,
+                   (const uint8_t *)q->samples + size * (begin[0] + dims[0] * (y + dims[1] * z)),
+                   size * p->grid.dims[0]);
+    int code = CVOL_OK;
+    if (q->mask) {
+        const size_t zero[3] = {0, 0, 0};
+        uint8_t *which = cvol_allocate(cvol_grid_samples(&p->grid), 1);
+        code = which ? cvol_mask_create(context, &p->mask, p->grid.dims, cvol_mask_fills(q->mask))
+                     : cvol_fail_memory(context, cvol_grid_samples(&p->grid), "a mask");
+        if (!code) {
+            cvol_mask_get(which, q->mask, begin, end);
+            if (!cvol_mask_set(p->mask, which, zero, p->grid.dims))
+                code = cvol_fail_memory(context, cvol_grid_samples(&p->grid), "a mask");
+        }
+        free(which);
+    }
+    if (!code)
+        code = cvol_trial_start(context, &p->trial, p->samples, &p->grid, q->options);
+    if (!code)
+        cvol_trial_set_options(&p->trial, q->options);
+    return code;
+}
+
+/* Base and corrections of the part; infinity where the step is too fine. */
+static int try_part(cvol_context *context, part *p, double bound, double step, double *bytes)
+{
+    cvol_correcting job;
+    uint64_t size;
+    *bytes = (double)INFINITY;
+    int code = cvol_trial_encode(context, &p->trial, step);
+    if (code == CVOL_ERROR_TARGET)
+        return CVOL_OK;
+    if (!code)
+        code = cvol_trial_decode(context, &p->trial);
+    if (code)
+        return code;
+    cvol_array *array = p->trial.array;
+    array->mask = p->mask;
+    code = cvol_correcting_start(&job, array, p->samples, bound);
+    job.tables = p->trial.tables;
+    if (!code)
+        code = cvol_correcting_run(context, &job, NULL, &size, NULL);
+    array->mask = NULL;
+    if (code == CVOL_ERROR_TARGET)
+        return CVOL_OK;
+    if (!code)
+        *bytes = (double)size + (double)p->trial.result.bytes;
+    return code == CVOL_ERROR_MEMORY ? cvol_fail_memory(context, 1 << 22, "a brick") : code;
+}
+
+/* The finest step that is tried, and by how much it grows. */
+static double first_step(const cvol_step_question *q, double *factor)
+{
+    const double span = q->whole->ledger.value_max - q->whole->ledger.value_min;
+    *factor = 2;
+    if (cvol_type_is_integer(q->grid->type))
+        return q->bound >= 1 ? 2 * floor(q->bound) + 1 : 1;
+    if (q->bound > 0)
+        return 2 * q->bound;
+    *factor = 4;
+    return ldexp(span, -15);
+}
+
+/* Coarser steps while that helps, then those between. */
+int cvol_correction_step(cvol_context *context, double *best, const cvol_step_question *q)
+{
+    part *p;
+    double factor, least = (double)INFINITY;
+    int code = part_make(context, &p, q), worse = 0;
+    if (!code) {
+        const cvol_array *shape = p->trial.shape;
+        const double span = shape->ledger.value_max - shape->ledger.value_min;
+        double step = first_step(q, &factor);
+        *best = step;
+        for (int i = 0; i < STEPS_MOST && !code && worse < 2; i++, step *= factor) {
+            double bytes;
+            if (i && step > 2 * span)
+                break;
+            code = try_part(context, p, q->bound, step, &bytes);
+            worse = bytes < least ? 0 : worse + (isfinite(least) != 0);
+            if (bytes < least) {
+                least = bytes;
+                *best = step;
+            }
+        }
+        for (int side = 0; side < 2 && !code; side++) {
+            const double between = *best * (side ? sqrt(factor) : 1 / sqrt(factor));
+            double bytes;
+            code = try_part(context, p, q->bound, between, &bytes);
+            if (!code && bytes < least) {
+                least = bytes;
+                *best = between;
+                break;
+            }
+        }
+    }
+    if (p)
+        part_free(p);
+    return code;
+}

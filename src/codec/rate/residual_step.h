@@ -1,0 +1,21 @@
+/* The step of a base that gets corrections. */
+#ifndef CVOL_CODEC_RATE_RESIDUAL_STEP_H
+#define CVOL_CODEC_RATE_RESIDUAL_STEP_H
+
+#include "array/core/mask.h"
+#include "cvol/codec.h"
+
+/* What is to be compressed. */
+typedef struct cvol_step_question {
+    const cvol_compress_options *options;
+    const cvol_grid *grid;
+    const void *samples;     /* filled where they are masked */
+    const cvol_mask *mask;   /* NULL: none */
+    double bound;            /* of every sample */
+    const cvol_array *whole; /* knows the range of all samples */
+} cvol_step_question;
+
+/* The step with which base and corrections have about the fewest bytes. */
+int cvol_correction_step(cvol_context *context, double *step, const cvol_step_question *question);
+
+#endif

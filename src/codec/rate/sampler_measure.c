@@ -1,0 +1,215 @@
+/* How much of the coefficients' error the samples of sampled bricks show.
+ *
+ * A brick's decoded cells less its own cells are the error before the post-filter. It is filtered
+ * as if the brick were a volume, so that of n cells along an axis n - 1 faces are, where the volume
+ * has N - 1 of N: what the filter takes away is scaled accordingly. Samples are then rounded, if
+ * they are integers, and clamped to the volume's range, which takes away more where many are at its
+ * ends: how much is seen on samples that have all of their neighbours.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/rate/sampler.h"
+#include "transform/lap.h"
+
+enum { SIDE = CVOL_BRICK_SIDE, BLOCK = 32 * 32 * 32 };
+
+typedef struct brick_error {
+    double coefficients, samples, filtered; /* squares */
+    double clamped, unclamped; /* squares of samples inside, as they are stored and before */
+    double faces;              /* filtered ones of the brick as a share of a volume's */
+    int code;
+} brick_error;
+
+static double squares(const float *samples, const size_t size[3])
+{
+    double sum = 0;
+    for (size_t z = 0; z < size[2]; z++)
+        for (size_t y = 0; y < size[1]; y++)
+            for (size_t x = 0; x < size[0]; x++) {
+                const double value = (double)samples[x + SIDE * (y + SIDE * z)];
+                sum += value * value;
+            }
+    return sum;
+}
+
+/* Decoded cells less the cells they were made of, and these themselves, as cubes of 64^3. block:
+ * room for one. */
+static void subtract(float *errors, float *own, float *block, const cvol_array *decoded,
+                     const float *cells)
+{
+    const size_t B = (size_t)decoded->block, *blocks = decoded->blocks;
+    for (size_t i = 0; i < decoded->block_count; i++) {
+        const size_t at[3] = {i % blocks[0] * B, i / blocks[0] % blocks[1] * B,
+                              i / blocks[0] / blocks[1] * B};
+        const float *from = cells + i * B * B * B;
+        cvol_block_evaluate(block, decoded, i);
+        for (size_t z = 0; z < B; z++)
+            for (size_t y = 0; y < B; y++) {
+                const size_t line = at[0] + SIDE * (at[1] + y + SIDE * (at[2] + z));
+                for (size_t x = 0; x < B; x++) {
+                    own[line + x] = from[x + B * (y + B * z)];
+                    errors[line + x] = block[x + B * (y + B * z)] - own[line + x];
+                }
+            }
+    }
+}
+
+/* What errors are after samples are rounded (or not) and clamped to 0 .. most, two samples and more
+ * from the brick's ends. */
+static void clamp(brick_error *to, const float *errors, const float *own, const size_t size[3],
+                  int rounds, float most)
+{
+    double clamped = 0, unclamped = 0;
+    for (size_t z = 2; z + 2 < size[2]; z++)
+        for (size_t y = 2; y + 2 < size[1]; y++)
+            for (size_t x = 2; x + 2 < size[0]; x++) {
+                const size_t i = x + SIDE * (y + SIDE * z);
+                const float real = own[i] + errors[i], value = rounds ? rintf(real) : real;
+                const float stored = value < 0 ? 0 : value > most ? most : value;
+                const double left = (double)stored - (double)own[i], all = (double)errors[i];
+                clamped += left * left;
+                unclamped += all * all;
+            }
+    to->clamped = clamped;
+    to->unclamped = unclamped;
+}
+
+/* Filters a cube as if it were a volume. */
+static void filter(float *cube, const size_t size[3])
+{
+    const cvol_lap_box box = {.shape = {(int64_t)size[0], (int64_t)size[1], (int64_t)size[2]},
+                              .size = {(int64_t)size[0], (int64_t)size[1], (int64_t)size[2]},
+                              .stride = {1, SIDE, SIDE * SIDE},
+                              .grid = 16};
+    for (int a = 0; a < 3; a++)
+        cvol_lap_post(cube, &box, a);
+}
+
+/* Decodes a brick's shells into an array of its own. */
+static int decode(cvol_context *context, cvol_array **out, const cvol_array *shape,
+                  const size_t size[3], const cvol_token_tables *tables,
+                  const cvol_bytes shells[CVOL_SHELLS], double step)
+{
+    const cvol_grid grid = cvol_grid_make(size[0], size[1], size[2], CVOL_FLOAT32);
+    cvol_span spans[CVOL_SHELLS];
+    cvol_brick_terms terms;
+    cvol_brick_coder *coder = cvol_brick_coder_create(tables);
+    int code = coder ? cvol_array_create(context, out, &grid, shape->block) : CVOL_ERROR_MEMORY;
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        spans[s] = (cvol_span){shells[s].data, shells[s].size};
+    if (!code) {
+        (*out)->ends = shape->ends;
+        (*out)->step = ldexp(step, -shape->ends);
+        (*out)->dependent = shape->dependent;
+        code = cvol_brick_decode(coder, &terms, *out, 0, spans, CVOL_SHELLS);
+    }
+    if (!code) {
+        uint32_t *words = cvol_allocate(terms.word_count, sizeof *words);
+        code = words ? cvol_array_adopt_pool(context, *out, words, terms.word_count)
+                     : CVOL_ERROR_MEMORY;
+        if (!code && terms.word_count)
+            memcpy(words, terms.words, terms.word_count * sizeof *words);
+        for (size_t i = 0; i < (*out)->block_count && !code; i++) {
+            cvol_block *block = &(*out)->block_table[i];
+            block->terms = words;
+            words += block->words;
+            cvol_block_find_low(block, shape->block_log2);
+        }
+    }
+    cvol_brick_coder_free(coder);
+    return code;
+}
+
+static double face_share(const cvol_array *shape, const size_t size[3])
+{
+    double share = 0, all = 0;
+    for (int a = 0; a < 3; a++) {
+        const double cells = (double)((size[a] - 1) / 16 + 1), N = (double)shape->blocks[a];
+        share += (cells - 1) / cells;
+        all += (N - 1) / N;
+    }
+    return all > 0 ? share / all : 0;
+}
+
+/* errors: room for two cubes and a block. */
+static brick_error measure(cvol_context *context, cvol_brick_maker *maker, float *errors,
+                           const cvol_brick_recipe *recipe, const float *cells, size_t brick)
+{
+    brick_error result = {0};
+    cvol_bytes shells[CVOL_SHELLS] = {{0}};
+    cvol_array *decoded = NULL;
+    float *own = errors + CVOL_BRICK_SAMPLES;
+    size_t size[3];
+    cvol_array shape = *recipe->shape; /* terms are the same however they are coded */
+    cvol_brick_recipe quick = *recipe;
+    shape.small = 0;
+    quick.shape = &shape;
+    cvol_brick_inside(size, recipe->shape, brick);
+    result.code = cvol_brick_make(maker, shells, &result.coefficients, &quick, cells, brick);
+    result.coefficients *= recipe->options.step * recipe->options.step;
+    if (!result.code)
+        result.code = decode(context, &decoded, recipe->shape, size, recipe->tables, shells,
+                             recipe->options.step);
+    if (!result.code) {
+        subtract(errors, own, own + CVOL_BRICK_SAMPLES, decoded, cells);
+        result.samples = result.filtered = squares(errors, size);
+        if (recipe->shape->lapped) {
+            filter(errors, size);
+            filter(own, size);
+            result.filtered = squares(errors, size);
+            result.faces = face_share(recipe->shape, size);
+        }
+        const cvol_ledger *ledger = &recipe->shape->ledger;
+        clamp(&result, errors, own, size, cvol_type_is_integer(recipe->shape->grid.type),
+              (float)(ledger->value_max - ledger->value_min));
+    }
+    cvol_array_free(decoded);
+    for (int s = 0; s < CVOL_SHELLS; s++)
+        cvol_bytes_free(&shells[s]);
+    return result;
+}
+
+int cvol_sampler_measure(cvol_context *context, double *share, const cvol_sampler *sampler,
+                         const cvol_array *shape, const cvol_token_tables *tables,
+                         const cvol_chooser_options *options, cvol_token_counts *counts,
+                         size_t most)
+{
+    cvol_token_costs *costs = malloc(sizeof *costs);
+    cvol_brick_maker *maker = cvol_brick_maker_create(shape);
+    float *errors = cvol_allocate(2 * CVOL_BRICK_SAMPLES + BLOCK, sizeof *errors);
+    const size_t count = cvol_sampler_count(sampler);
+    const size_t stride = count / most ? count / most : 1;
+    double coefficients = 0, samples = 0, clamped = 0, unclamped = 0;
+    int code = costs && maker && errors
+                   ? CVOL_OK
+                   : cvol_fail_memory(context, CVOL_BRICK_SAMPLES * sizeof *errors, "a brick");
+    if (!code)
+        cvol_token_costs_set(costs, tables);
+    if (counts)
+        memset(counts, 0, sizeof *counts);
+    for (size_t i = 0; i < count && !code; i += stride) {
+        const cvol_brick_recipe recipe = {shape, tables, costs, *options, counts, NULL};
+        size_t brick;
+        const float *cells = cvol_sampler_brick(sampler, i, shape->lapped, &brick);
+        const brick_error found = measure(context, maker, errors, &recipe, cells, brick);
+        code = found.code;
+        coefficients += found.coefficients;
+        clamped += found.clamped;
+        unclamped += found.unclamped;
+        samples += found.faces > 0 ? found.samples - (found.samples - found.filtered) / found.faces
+                                   : found.filtered;
+    }
+    if (code == CVOL_ERROR_MEMORY)
+        code = cvol_fail_memory(context, (size_t)4 << 20, "a brick");
+    *share = coefficients > 0 && samples > 0 ? samples / coefficients : 1;
+    if (unclamped > 0)
+        *share *= clamped / unclamped;
+    free(costs);
+    free(errors);
+    cvol_brick_maker_free(maker);
+    return code;
+}

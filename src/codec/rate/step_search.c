@@ -1,0 +1,167 @@
+/* The search for a step by samples of the volume. */
+#include "codec/rate/step_search.h"
+
+#include <math.h>
+
+#include "base/context.h"
+#include "transform/lap.h"
+
+/* Where a ratio's search begins, in units of the samples' range, per unit of ratio. */
+#define FIRST_STEP 6e-4
+/* Dependent quantisation with so much of a step has about the same error. */
+#define DEPENDENT_SHARE 0.57
+/* Of fewer bits a voxel than this, nearly all are those of DCs and of single coefficients, and
+ * rounding takes fewer: measured on four volumes. */
+#define DEPENDENT_LEAST 0.028
+/* A sample within this of the target is as good as any; where passes take long, within the next. */
+#define SAMPLE_MISS 0.02
+#define SMALL_MISS 0.004
+#define HASTY_MISS 0.08
+#define GUESS_MISS 0.03
+
+/* Where less than this factor e of step lies between the bracket's ends, and a miss is so many
+ * times that, the ends were found with tables that are no longer in use. */
+#define STALE_WIDTH 0.05
+#define STALE_SLOPE 8
+
+enum { SAMPLES_MOST = 8, FEW_OF_CELLS = 8 };
+
+double cvol_compression_sample_miss(const cvol_compression *c)
+{
+    if (c->target == CVOL_TARGET_PSNR)
+        return (c->value + (c->trial.hasty ? CVOL_PSNR_HASTY_AIM : 0) -
+                cvol_trial_psnr(&c->trial)) /
+               CVOL_DB_PER_E;
+    return log((double)c->raw_bytes / c->value / CVOL_RATIO_AIM / (double)c->trial.bytes);
+}
+
+/* Where the search begins. */
+static double first_step(const cvol_compression *c)
+{
+    const double span = c->trial.shape->ledger.value_max - c->trial.shape->ledger.value_min;
+    const double plain = c->target == CVOL_TARGET_PSNR ? 3 * span * exp(-c->value / CVOL_DB_PER_E)
+                                                       : span * FIRST_STEP * c->value;
+    const double step = plain * (c->trial.shape->dependent ? DEPENDENT_SHARE : 1);
+    return fmin(fmax(step, c->least_step), c->most_step);
+}
+
+/* Of misses, for searches to come: what the samples' own search found, if that can be. */
+static double slope_of(const cvol_search *search)
+{
+    return fmin(fmax(cvol_search_slope(search), 0.5), STALE_SLOPE);
+}
+
+/* Finds about where the step lies by encoding some bricks, to which tables are fitted, or not. */
+static int sample_step(cvol_compression *c, double *step, double slope, int fits)
+{
+    const double enough = c->trial.hasty          ? HASTY_MISS
+                          : c->trial.shape->small ? SMALL_MISS
+                                                  : SAMPLE_MISS;
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, slope);
+    for (int i = 0; i < SAMPLES_MOST; i++) {
+        int code = cvol_report_progress(c->context, "compressing", 0);
+        if (!code)
+            code = cvol_trial_sample(c->context, &c->trial, *step);
+        if (code)
+            return code;
+        const double miss = cvol_compression_sample_miss(c);
+        if (fits)
+            code = cvol_trial_fit(c->context, &c->trial);
+        if (code)
+            return code;
+        cvol_search_tell(&search, *step, miss);
+        if (fabs(miss) < enough || cvol_search_at_least(&search) || cvol_search_at_most(&search))
+            break;
+        const double width = cvol_search_width(&search);
+        if (width < STALE_WIDTH && fabs(miss) > STALE_SLOPE * width) {
+            search = cvol_search_make(c->least_step, c->most_step, STALE_SLOPE / 2);
+            cvol_search_tell(&search, *step, miss);
+        }
+        *step = cvol_search_next(&search);
+    }
+    c->slope = slope_of(&search);
+    return CVOL_OK;
+}
+
+/* Finds the step with which cells from all over the volume have the error that is asked for. */
+static int guess_step(cvol_compression *c, double *step, size_t every, double enough)
+{
+    cvol_search search = cvol_search_make(c->least_step, c->most_step, c->slope);
+    for (int i = 0; i < SAMPLES_MOST; i++) {
+        int code = cvol_report_progress(c->context, "compressing", 0);
+        if (!code)
+            code = cvol_trial_guess_error(c->context, &c->trial, *step, every);
+        if (code)
+            return code;
+        const double miss = cvol_compression_sample_miss(c);
+        cvol_search_tell(&search, *step, miss);
+        if (cvol_search_at_least(&search) || cvol_search_at_most(&search))
+            break;
+        *step = cvol_search_next(&search);
+        if (fabs(miss) < enough)
+            break;
+    }
+    c->slope = slope_of(&search);
+    return CVOL_OK;
+}
+
+/* In haste, for a PSNR: a few cells lead to about the step, some bricks of that step tell how much
+ * of the error samples show, and give tables, and more cells lead to the step. */
+static int prepare_hastily(cvol_compression *c, double *step)
+{
+    c->slope = 0.8;
+    int code = guess_step(c, step, FEW_OF_CELLS, HASTY_MISS);
+    if (!code)
+        code = cvol_trial_find_share(c->context, &c->trial, *step);
+    if (!code)
+        code = cvol_trial_fit(c->context, &c->trial);
+    return code ? code : guess_step(c, step, 1, GUESS_MISS);
+}
+
+int cvol_compression_prepare(cvol_compression *c, double *step)
+{
+    const int may_lap = c->trial.shape->lapped;
+    const double slope = c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
+    *step = first_step(c);
+    c->trial.lap_known = c->trial.hasty;
+    if (c->target == CVOL_TARGET_PSNR && c->trial.split == CVOL_SPLIT_FAST && c->trial.samples)
+        return prepare_hastily(c, step);
+    int code = sample_step(c, step, slope, 1);
+    const double bits = 8 * (double)c->trial.result.bytes; /* of the samples */
+    if (!code && c->trial.shape->dependent && bits < DEPENDENT_LEAST * (double)c->trial.inside) {
+        c->trial.shape->dependent = c->trial.shape->small = 0;
+        *step = fmin(*step / DEPENDENT_SHARE, c->most_step);
+        code = sample_step(c, step, c->slope, 1);
+    }
+    if (!code && may_lap && !c->trial.hasty)
+        code = cvol_trial_choose_lap(c->context, &c->trial, *step);
+    if (!code && c->trial.shape->lapped != may_lap)
+        code = sample_step(c, step, c->slope, 1);
+    if (!code && c->trial.shape->small) {
+        code = cvol_trial_choose_share(c->context, &c->trial, *step);
+        /* Tables that were fitted to parts in favour would favour them once more. */
+        if (!code)
+            code = sample_step(c, step, c->slope, 0);
+    }
+    return code;
+}
+
+void cvol_compression_limits(cvol_compression *c)
+{
+    const cvol_array *shape = c->trial.shape;
+    const double span = shape->ledger.value_max - shape->ledger.value_min;
+    /* No coefficient is larger: its basis function's L2 norm is 1, the pre-filter's in the comment.
+     */
+    const double largest = span * sqrt((double)cvol_array_block_terms(shape)) *
+                           (shape->lapped ? CVOL_LAP_PRE_NORM_3 : 1);
+    double least = span * 0x1p-23;
+    if (cvol_type_is_integer(shape->grid.type)) {
+        /* Errors of at most step / 2 in each of B^3 coefficients sum up to less than 1/2. */
+        const double exact = 0.99 / pow(shape->block, 1.5);
+        least = least < exact ? exact : least;
+    }
+    if (least < largest * 0x1.01p-30)
+        least = largest * 0x1.01p-30;
+    c->least_step = least;
+    c->most_step = fmax(2.01 * largest, 2 * least);
+}

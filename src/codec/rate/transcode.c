@@ -1,0 +1,524 @@
+/* Making a compressed volume coarser: the search for the step with which its terms are requantised.
+ *
+ * Terms are multiples of the old step, so sizes make jumps where a step passes what many terms are
+ * (twice a step: all that are 1 go at once). Between the two steps of a jump, the finer one is
+ * taken with bits that weigh more, so that those terms go first that cost most.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "array/algebra/operations.h"
+#include "array/core/mask.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/brick/brick_shape.h"
+#include "codec/brick/coded.h"
+#include "codec/container/array_file.h"
+#include "codec/container/ranges.h"
+#include "codec/container/writer.h"
+#include "codec/rate/requantize.h"
+#include "codec/rate/step_search.h"
+#include "codec/rate/volume_distance.h"
+#include "cvol/codec.h"
+
+enum { TRIES_MOST = 16, FITTED_TRIES = 2, WEIGHTS_MOST = 14, FINER_MOST = 8, SETTLED_MOST = 5 };
+#define SLACK_MOST 30
+/* A bracket of steps (log) that is less wide has a jump within it. */
+#define JUMP_WIDTH 4e-3
+#define WEIGHT_MOST 256
+#define WEIGHT_WIDTH 1e-3
+/* Bits that weigh less are as good as none. */
+#define LIGHTEST 1e-3
+/* Where weights do not help, a step finer by this factor may. */
+#define FINER 0.94
+
+typedef struct transcoding {
+    cvol_context *context;
+    const cvol_array *from;
+    cvol_target target;
+    double value;
+    cvol_token_tables *tables;
+    cvol_token_counts *counts;
+    cvol_array *shape; /* what comes of the last try, without terms */
+    double error;      /* of the last try: squared */
+    double slack_db; /* by how much PSNRs are better than what tries promise, as far as is known */
+    double tried_db; /* what a try promises of what was settled on last */
+    uint64_t file_bytes, other_bytes;
+    int count;
+} transcoding;
+
+/* An array of the source's shape, without terms, with this step. */
+static int make_like(cvol_context *context, cvol_array **out, const cvol_array *from, double step)
+{
+    int code = cvol_array_create(context, out, &from->grid, from->block);
+    if (code)
+        return code;
+    cvol_array *array = *out;
+    array->ends = from->ends;
+    array->step = ldexp(step, -from->ends);
+    array->offset = from->offset;
+    array->lapped = from->lapped;
+    array->dependent = from->dependent;
+    array->small = from->small;
+    array->brick = from->brick;
+    array->threshold = from->threshold;
+    array->ledger = from->ledger;
+    code = cvol_array_set_summary(context, array, cvol_array_summary(from));
+    if (code)
+        return code;
+    return from->attributes ? cvol_array_keep_attributes(context, array, from->attributes,
+                                                         strlen(from->attributes))
+                            : CVOL_OK;
+}
+
+/* The source's bounds and the distance of the coefficients: those of the result, of a norm that is
+ * no larger than the two norms' sum. */
+static void account(const transcoding *t, cvol_array *array)
+{
+    const double distance = sqrt(fmax(t->error, 0));
+    const double samples = (double)cvol_grid_samples(&array->grid);
+    const double norm = (t->from->ledger.max_abs + fabs(t->from->offset)) * sqrt(samples);
+    const cvol_build_result result = {.dropped = distance * (1 + CVOL_ROUNDING),
+                                      .norm = norm + distance,
+                                      .max_abs = -1,
+                                      .sample = distance};
+    array->ledger = t->from->ledger;
+    cvol_array_account(array, &result, 0);
+    cvol_array_derive_figures(array);
+}
+
+static double psnr_of(const cvol_array *array, double l2_error)
+{
+    const double span = array->ledger.value_max - array->ledger.value_min;
+    return 20 * log10(span * sqrt((double)cvol_grid_samples(&array->grid)) / l2_error);
+}
+
+/* What tries promise is of coefficients. How far the two arrays' samples are apart says more: by no
+ * more than that, and the source's own, is the result off (the triangle inequality), as floats for
+ * the ledger; and as stored samples, if those of the source were measured, where no rounding comes
+ * on top. */
+static int account_samples(const transcoding *t, cvol_array *array)
+{
+    const cvol_array *from = t->from;
+    cvol_apart apart;
+    int code = cvol_volumes_apart(t->context, &apart, from, array);
+    if (code)
+        return code;
+    const double samples = sqrt((double)cvol_grid_samples(&array->grid));
+    const double norm = (from->ledger.max_abs + fabs(from->offset)) * samples + apart.real_l2;
+    const double l2_error = from->ledger.l2_error + apart.real_l2 + CVOL_ROUNDING * norm;
+    if (l2_error < array->ledger.l2_error) {
+        array->ledger.l2_error = l2_error;
+        cvol_array_derive_figures(array);
+    }
+    if (!from->measured || cvol_mask_is_void(from->mask)) /* a PSNR of fewer samples */
+        return CVOL_OK;
+    const double span = from->ledger.value_max - from->ledger.value_min;
+    const double off = span * samples * pow(10, -from->psnr_db / 20) * (1 + 1e-9);
+    array->max_error = fmin(array->max_error, (from->max_error + apart.most) * (1 + 1e-9));
+    array->psnr_db = fmax(array->psnr_db, psnr_of(array, off + apart.stored_l2));
+    return CVOL_OK;
+}
+
+static int count_brick(cvol_context *context, void *user, size_t brick,
+                       const cvol_span shells[CVOL_SHELLS])
+{
+    (void)brick;
+    return cvol_file_writer_add(context, user, shells);
+}
+
+/* Codes with a step, and knows the file's size and bounds; nothing is kept. */
+static int try_step(transcoding *t, double step, double weight)
+{
+    const cvol_coarseness coarseness = {step, weight};
+    cvol_file_writer *writer = NULL;
+    cvol_array_free(t->shape);
+    t->shape = NULL;
+    t->count++;
+    int code = make_like(t->context, &t->shape, t->from, step);
+    if (!code)
+        code = cvol_file_writer_open(t->context, &writer, NULL, cvol_brick_count(t->from),
+                                     t->from->brick.run);
+    const cvol_brick_sink sink = {count_brick, writer};
+    if (!code)
+        code = cvol_requantise(t->context, &t->error, t->counts, t->from, coarseness, t->tables,
+                               &sink);
+    if (!code) {
+        const cvol_header header = cvol_header_of(t->shape);
+        const cvol_file_front front = {
+            .header = &header, .attributes = t->shape->attributes, .tables = t->tables};
+        code = cvol_file_writer_bytes(t->context, writer, &front, &t->file_bytes);
+        t->file_bytes += t->other_bytes;
+        account(t, t->shape);
+    }
+    cvol_file_writer_abandon(writer);
+    return code;
+}
+
+static double ratio_of(const transcoding *t)
+{
+    return (double)cvol_grid_bytes(&t->from->grid) / (double)t->file_bytes;
+}
+
+/* How far the last try misses, as in step_search.h. */
+static double miss_of(const transcoding *t, int *kept, int *good)
+{
+    if (t->target == CVOL_TARGET_PSNR) {
+        const double over = t->shape->psnr_db + t->slack_db - t->value;
+        *kept = over >= 0;
+        *good = over >= 0 && over < 2 * CVOL_PSNR_ACCEPTED;
+        return (CVOL_PSNR_AIM - (over > 30 ? 30 : over)) / CVOL_DB_PER_E;
+    }
+    const double ratio = ratio_of(t);
+    *kept = ratio >= t->value;
+    *good = ratio >= t->value && ratio <= t->value * CVOL_RATIO_ACCEPTED;
+    return log(ratio / t->value / CVOL_RATIO_AIM);
+}
+
+static int fail_finer(const transcoding *t)
+{
+    if (t->target == CVOL_TARGET_PSNR)
+        return cvol_fail(t->context, CVOL_ERROR_TARGET,
+                         "a PSNR of %g dB cannot be promised: what is known of the array is %.2f "
+                         "dB at least; compress the volume itself",
+                         t->value, t->shape->psnr_db + t->slack_db);
+    return cvol_fail(t->context, CVOL_ERROR_TARGET,
+                     "a ratio of %g would be finer than the array, which is coded at %.2f already",
+                     t->value, ratio_of(t));
+}
+
+/* The best that keeps what is asked, and by how much that misses what is aimed at; step 0: none. */
+typedef struct best_try {
+    cvol_coarseness coarseness;
+    double miss;
+} best_try;
+
+static void note(best_try *best, double step, double weight, double miss)
+{
+    if (best->coarseness.step <= 0 || fabs(miss) < best->miss)
+        *best = (best_try){{step, weight}, fabs(miss)};
+}
+
+/* At a step that is too fine, of two between which sizes jump: weights of bits. */
+static int search_weight(transcoding *t, best_try *best, double step, int *good)
+{
+    cvol_search search = cvol_search_make(1, WEIGHT_MOST, 0.3);
+    double weight = 1.5;
+    for (int i = 0; i < WEIGHTS_MOST; i++) {
+        int kept, code = try_step(t, step, weight);
+        if (code)
+            return code;
+        const double miss = miss_of(t, &kept, good);
+        if (kept)
+            note(best, step, weight, miss);
+        cvol_search_tell(&search, weight, miss);
+        if (*good || cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
+            cvol_search_width(&search) < WEIGHT_WIDTH)
+            break;
+        weight = cvol_search_next(&search);
+    }
+    return CVOL_OK;
+}
+
+/* The step that the source was coded with. */
+static double own_step(const transcoding *t)
+{
+    return ldexp(t->from->step, t->from->ends);
+}
+
+/* At the source's own step, where bits that weigh what they usually do would make it smaller than
+ * is asked: the weight from none on, which leaves all terms as they are, with tables for these. */
+static int search_own_step(transcoding *t, cvol_coarseness *out, int *met)
+{
+    const double step = own_step(t);
+    cvol_search search = cvol_search_make(LIGHTEST, WEIGHT_MOST, 0.3);
+    best_try best = {{0, 1}, 0};
+    double weight = 0;
+    int good = 0;
+    int code = try_step(t, step, 0);
+    if (code)
+        return code;
+    cvol_token_tables_fit(t->tables, t->counts);
+    for (int i = 0; i < WEIGHTS_MOST && !good; i++) {
+        int kept;
+        code = try_step(t, step, weight);
+        if (code)
+            return code;
+        const double miss = miss_of(t, &kept, &good);
+        if (i == 0 && kept && !good)
+            return fail_finer(t);
+        if (kept)
+            note(&best, step, weight, miss);
+        cvol_search_tell(&search, fmax(weight, LIGHTEST), miss);
+        if (cvol_search_at_most(&search) || cvol_search_width(&search) < WEIGHT_WIDTH)
+            break;
+        weight = i ? cvol_search_next(&search) : 1;
+    }
+    *met = best.coarseness.step > 0;
+    *out = *met ? best.coarseness : (cvol_coarseness){step, 1};
+    return CVOL_OK;
+}
+
+/* The coarsest that keeps a PSNR, or the finest that keeps a ratio; *met: 0 if that is the coarsest
+ * there is. */
+static int search_step(transcoding *t, cvol_coarseness *out, int *met)
+{
+    const double least = own_step(t);
+    const double most = fmax(2.01 * cvol_array_coefficient_bound(t->from), 2 * least);
+    const double slope = t->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
+    cvol_search search = cvol_search_make(least, most, slope);
+    double step = least;
+    int good = 0;
+    best_try best = {{0, 1}, 0};
+    for (int i = 0; i < TRIES_MOST; i++) {
+        int kept, code = try_step(t, step, 1);
+        if (code)
+            return code;
+        const double miss = miss_of(t, &kept, &good);
+        /* The finest there is: a PSNR below what is asked, or a ratio beyond. */
+        if (i == 0 && t->target == CVOL_TARGET_PSNR && !kept)
+            return fail_finer(t);
+        if (i == 0 && t->target == CVOL_TARGET_RATIO && kept && !good)
+            return search_own_step(t, out, met);
+        if (i >= FITTED_TRIES && kept)
+            note(&best, step, 1, miss);
+        if (good && i >= FITTED_TRIES)
+            break;
+        cvol_search_tell(&search, step, miss);
+        if (i >= FITTED_TRIES && (cvol_search_at_least(&search) || cvol_search_at_most(&search) ||
+                                  cvol_search_width(&search) < JUMP_WIDTH))
+            break;
+        step = cvol_search_next(&search);
+        /* What other tables gave misleads. */
+        if (i < FITTED_TRIES) {
+            cvol_token_tables_fit(t->tables, t->counts);
+            search = cvol_search_make(least, most, search.slope);
+        }
+    }
+    const double finest = search.has_small && search.has_large ? exp(search.small) : 0;
+    for (int i = 0; i < FINER_MOST && !good && finest > 0; i++) {
+        const int code = search_weight(t, &best, fmax(finest * pow(FINER, i), least), &good);
+        if (code)
+            return code;
+    }
+    *met = best.coarseness.step > 0;
+    *out = best.coarseness;
+    if (!*met)
+        out->step = t->target == CVOL_TARGET_PSNR ? least : most;
+    return CVOL_OK;
+}
+
+/* The source's mask, cell by cell. */
+static int copy_mask(cvol_context *context, cvol_array *to, const cvol_array *from)
+{
+    uint8_t which[CVOL_MASK_CELL * CVOL_MASK_CELL * CVOL_MASK_CELL];
+    const size_t *dims = from->grid.dims;
+    if (!from->mask)
+        return CVOL_OK;
+    int code = cvol_mask_create(context, &to->mask, dims, cvol_mask_fills(from->mask));
+    for (size_t z = 0; z < dims[2] && !code; z += CVOL_MASK_CELL)
+        for (size_t y = 0; y < dims[1] && !code; y += CVOL_MASK_CELL)
+            for (size_t x = 0; x < dims[0] && !code; x += CVOL_MASK_CELL) {
+                const size_t begin[3] = {x, y, z};
+                size_t end[3];
+                for (int a = 0; a < 3; a++)
+                    end[a] = dims[a] - begin[a] < CVOL_MASK_CELL ? dims[a]
+                                                                 : begin[a] + CVOL_MASK_CELL;
+                if (cvol_mask_get(which, from->mask, begin, end) &&
+                    !cvol_mask_set(to->mask, which, begin, end))
+                    code = cvol_fail_memory(context, sizeof which, "the mask");
+            }
+    return code;
+}
+
+/* The array of a step, with its bricks as they are coded. */
+static int settle(transcoding *t, cvol_array **out, cvol_coarseness coarseness)
+{
+    cvol_coded *coded = NULL;
+    int code = cvol_coded_make(t->context, &coded, t->tables, t->from);
+    const cvol_brick_sink sink = cvol_coded_sink(coded);
+    if (!code)
+        code = cvol_requantise(t->context, &t->error, t->counts, t->from, coarseness, t->tables,
+                               &sink);
+    if (!code)
+        code = make_like(t->context, out, t->from, coarseness.step);
+    if (!code)
+        code = cvol_coded_decode(t->context, *out, coded);
+    if (!code)
+        code = copy_mask(t->context, *out, t->from);
+    if (!code) {
+        account(t, *out);
+        t->tried_db = (*out)->psnr_db;
+        code = account_samples(t, *out);
+    }
+    if (!code && cvol_array_may_have_ranges(*out, t->file_bytes))
+        code = cvol_ranges_find(t->context, *out);
+    if (!code) {
+        cvol_coded_attach(*out, coded);
+        coded = NULL;
+        code = cvol_array_file_bytes(t->context, *out, &t->file_bytes);
+    }
+    cvol_coded_free(coded);
+    return code;
+}
+
+/* What ranges and masks take is known only when all else is: a second search counts it in. */
+static int run_ratio(transcoding *t, cvol_array **out, int *met)
+{
+    for (int i = 0; i < 2; i++) {
+        cvol_coarseness best;
+        int code = search_step(t, &best, met);
+        if (code)
+            return code;
+        const uint64_t counted = t->file_bytes;
+        cvol_array_free(*out);
+        *out = NULL;
+        code = settle(t, out, best);
+        if (code || ratio_of(t) >= t->value || !*met)
+            return code;
+        t->other_bytes += t->file_bytes > counted ? t->file_bytes - counted : 0;
+    }
+    return CVOL_OK;
+}
+
+/* What is promised of samples is known only when a step was settled on: it tells later searches by
+ * how much they may ask less. What tries promise alone is kept in any case: the last resort. */
+static int run_psnr(transcoding *t, cvol_array **out, int *met)
+{
+    int code = CVOL_OK;
+    if (t->from->measured && t->from->psnr_db > t->value) {
+        cvol_array *finest;
+        code = make_like(t->context, &finest, t->from, own_step(t));
+        if (code)
+            return code;
+        t->error = 0;
+        account(t, finest);
+        t->slack_db = fmin(t->from->psnr_db - finest->psnr_db, SLACK_MOST);
+        cvol_array_free(finest);
+    }
+    for (int i = 0; i < SETTLED_MOST; i++) {
+        cvol_coarseness best;
+        if (i == SETTLED_MOST - 1)
+            t->slack_db = 0;
+        code = search_step(t, &best, met);
+        if (!code) {
+            cvol_array_free(*out);
+            *out = NULL;
+            code = settle(t, out, best);
+        }
+        if (code)
+            return code;
+        const double over = (*out)->psnr_db - t->value;
+        if (over >= 0 && (over < 2 * CVOL_PSNR_ACCEPTED || i >= SETTLED_MOST - 2))
+            break;
+        t->slack_db = fmax((*out)->psnr_db - t->tried_db, 0);
+    }
+    return CVOL_OK;
+}
+
+static int run(transcoding *t, cvol_array **out, int *met)
+{
+    return t->target == CVOL_TARGET_PSNR ? run_psnr(t, out, met) : run_ratio(t, out, met);
+}
+
+static int check(cvol_context *context, transcoding *t, const cvol_compress_options *options)
+{
+    int code = cvol_compress_options_check(context, options);
+    if (!code)
+        code = cvol_array_need_volume(context, t->from, "transcoding");
+    if (!code && options->target == CVOL_TARGET_MAX_ERROR)
+        code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "a largest error cannot be asked of what is transcoded: the original "
+                         "samples are not there");
+    t->target = options->target;
+    t->value = options->target_value;
+    if (!code && t->target == CVOL_TARGET_BITS) {
+        t->target = CVOL_TARGET_RATIO;
+        code = cvol_ratio_of_bits(context, &t->value, options->target_value, t->from->grid.type);
+    }
+    return code;
+}
+
+/* An array with corrections: its terms are coarser than what it decodes to, so the decoded samples
+ * are compressed. Errors of the samples themselves are added to the bound. */
+static int compress_decoded(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                            const cvol_array *array, const cvol_compress_options *options)
+{
+    const size_t zero[3] = {0, 0, 0};
+    const cvol_fills *fills = cvol_mask_is_void(array->mask) ? cvol_mask_fills(array->mask) : NULL;
+    cvol_compress_options how = *options;
+    void *samples = cvol_allocate(cvol_grid_samples(&array->grid),
+                                  cvol_type_size(array->grid.type));
+    if (!samples)
+        return cvol_fail_memory(context, cvol_grid_bytes(&array->grid), "the decoded samples");
+    how.least_psnr = 0;
+    how.has_fill = fills && fills->count == 1;
+    if (how.has_fill)
+        how.fill = cvol_fills_value(fills, 0, array->grid.type);
+    if (!how.block)
+        how.block = array->block;
+    int code = cvol_array_evaluate_box(context, samples, array, zero, array->grid.dims);
+    if (!code)
+        code = cvol_compress(context, out, report, samples, &array->grid, &how);
+    if (!code && array->attributes)
+        code = cvol_array_keep_attributes(context, *out, array->attributes,
+                                          strlen(array->attributes));
+    if (!code && array->max_error > 0) {
+        const double samples_error = array->max_error *
+                                     sqrt((double)cvol_grid_samples(&array->grid));
+        (*out)->ledger.l2_error += samples_error;
+        (*out)->max_error += array->max_error;
+        (*out)->measured = 0;
+    }
+    free(samples);
+    if (code) {
+        cvol_array_free(*out);
+        *out = NULL;
+    }
+    return code;
+}
+
+int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                         const cvol_array *array, const cvol_compress_options *options)
+{
+    cvol_array from = *array; /* but for its bricks and its summary */
+    cvol_summary summary = *cvol_array_summary(array);
+    transcoding t = {.context = context, .from = &from};
+    int met = 0;
+    *out = NULL;
+    int code = check(context, &t, options);
+    if (!code)
+        code = cvol_brick_sides_check(context, options->brick, array->block);
+    if (!code && array->corrections)
+        return compress_decoded(context, out, report, array, options);
+    if (!code && options->brick[0])
+        from.brick = cvol_brick_shape_make(options->brick);
+    if (!code && options->no_histogram)
+        summary.state = CVOL_SUMMARY_LEFT_OUT;
+    else if (!code && summary.state != CVOL_SUMMARY_LEFT_OUT)
+        code = cvol_summarise_array(context, &summary, array);
+    from.summary = &summary;
+    if (code)
+        return code;
+    t.tables = cvol_token_tables_create();
+    t.counts = cvol_allocate_zero(1, sizeof *t.counts);
+    code = t.tables && t.counts ? run(&t, out, &met)
+                                : cvol_fail_memory(context, sizeof *t.counts, "the coder's tables");
+    if (code) {
+        cvol_array_free(*out);
+        *out = NULL;
+    } else if (report) {
+        *report = (cvol_compress_report){.ratio = ratio_of(&t),
+                                         .psnr_db = (*out)->psnr_db,
+                                         .max_error = (*out)->max_error,
+                                         .file_bytes = t.file_bytes,
+                                         .target_met = met,
+                                         .trials = t.count,
+                                         .coefficients = (*out)->coefficients};
+    }
+    cvol_array_free(t.shape);
+    free(t.tables);
+    free(t.counts);
+    return code;
+}

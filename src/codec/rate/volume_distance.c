@@ -1,0 +1,94 @@
+/* The distance of two volumes, slab by slab. */
+#include "codec/rate/volume_distance.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/context.h"
+#include "base/for_type.h"
+#include "base/memory.h"
+
+/* Sheets that are evaluated at once: two before a layer of cells ends, where lapped ones meet. */
+enum { SHEETS = 64 };
+
+typedef struct sheets {
+    void *stored[2];
+    float *real[2];
+} sheets;
+
+#define ADD_STORED(type)                                                                   \
+    do {                                                                                   \
+        const type *a = (const type *)from->stored[0], *b = (const type *)from->stored[1]; \
+        for (size_t i = first; i < first + count; i++) {                                   \
+            const double error = fabs((double)a[i] - (double)b[i]);                        \
+            /* Fills are alike, also where they are not numbers. */                        \
+            const double known = isnan(error) ? 0 : error;                                 \
+            sum->stored_l2 += known * known;                                               \
+            sum->most = known > sum->most ? known : sum->most;                             \
+        }                                                                                  \
+    } while (0)
+
+/* Adds squares of one sheet. */
+static void add_sheet(cvol_apart *sum, const sheets *from, cvol_type type, size_t first,
+                      size_t count)
+{
+    CVOL_FOR_TYPE(type, ADD_STORED);
+    for (size_t i = first; i < first + count; i++) {
+        const double error = (double)from->real[0][i] - (double)from->real[1][i];
+        sum->real_l2 += isnan(error) ? 0 : error * error;
+    }
+}
+
+static int add_slab(cvol_context *context, cvol_apart *sum, cvol_apart *of_sheets, sheets *s,
+                    const cvol_array *arrays[2], size_t first, size_t end)
+{
+    const size_t *dims = arrays[0]->grid.dims, sheet = dims[0] * dims[1];
+    const size_t from[3] = {0, 0, first}, to[3] = {dims[0], dims[1], end};
+    for (int i = 0; i < 2; i++) {
+        int code = cvol_array_evaluate_box(context, s->stored[i], arrays[i], from, to);
+        if (!code)
+            code = cvol_array_evaluate_real(context, s->real[i], arrays[i], from, to);
+        if (code)
+            return code;
+    }
+#pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
+    for (size_t z = 0; z < end - first; z++) {
+        of_sheets[z] = (cvol_apart){0};
+        add_sheet(&of_sheets[z], s, arrays[0]->grid.type, z * sheet, sheet);
+    }
+    for (size_t z = 0; z < end - first; z++) {
+        sum->real_l2 += of_sheets[z].real_l2;
+        sum->stored_l2 += of_sheets[z].stored_l2;
+        sum->most = fmax(sum->most, of_sheets[z].most);
+    }
+    return CVOL_OK;
+}
+
+int cvol_volumes_apart(cvol_context *context, cvol_apart *out, const cvol_array *a,
+                       const cvol_array *b)
+{
+    const cvol_array *arrays[2] = {a, b};
+    const size_t *dims = a->grid.dims, size = cvol_type_size(a->grid.type);
+    const size_t most = dims[2] < SHEETS ? dims[2] : SHEETS, count = dims[0] * dims[1] * most;
+    cvol_apart of_sheets[SHEETS];
+    sheets s = {{0}, {0}};
+    int code = CVOL_OK;
+    *out = (cvol_apart){0};
+    for (int i = 0; i < 2; i++) {
+        s.stored[i] = cvol_allocate(count, size);
+        s.real[i] = cvol_allocate(count, sizeof(float));
+        if (!s.stored[i] || !s.real[i])
+            code = cvol_fail_memory(context, count * (size + sizeof(float)), "decoded sheets");
+    }
+    for (size_t z = 0, end; z < dims[2] && !code; z = end) {
+        end = dims[2] - z < SHEETS ? dims[2] : z + SHEETS;
+        code = add_slab(context, out, of_sheets, &s, arrays, z, end);
+    }
+    for (int i = 0; i < 2; i++) {
+        free(s.stored[i]);
+        free(s.real[i]);
+    }
+    out->real_l2 = sqrt(out->real_l2);
+    out->stored_l2 = sqrt(out->stored_l2);
+    return code;
+}

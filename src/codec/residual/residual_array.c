@@ -1,0 +1,397 @@
+/* Corrections of arrays: kept, evaluated, read. */
+#include "codec/residual/residual_array.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <zstd.h>
+
+#include "array/block/exact.h"
+#include "base/context.h"
+#include "base/memory.h"
+#include "codec/section/packed.h"
+
+enum {
+    BRICK_SAMPLES = CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE,
+    PACK_LEVEL = 19,
+    PACK_QUICKLY = 3,
+    /* What of large volumes is packed to know about how many bytes all would take. */
+    ESTIMATED_CHUNKS = 8,
+    ESTIMATED_CHUNK = 2 << 20
+};
+
+/* ---- bricks ----------------------------------------------------------------------------- */
+
+cvol_box cvol_brick_samples_of(const cvol_array *array, size_t brick)
+{
+    size_t bricks[3];
+    cvol_brick_grid(bricks, array);
+    const size_t place[3] = {brick % bricks[0], brick / bricks[0] % bricks[1],
+                             brick / bricks[0] / bricks[1]};
+    cvol_box box;
+    for (int a = 0; a < 3; a++) {
+        const size_t side = array->brick.side[a], left = array->grid.dims[a] - place[a] * side;
+        box.begin[a] = place[a] * side;
+        box.end[a] = box.begin[a] + (left < side ? left : side);
+    }
+    return box;
+}
+
+int cvol_brick_meets(const cvol_array *array, size_t brick, const cvol_box *box)
+{
+    const cvol_box own = cvol_brick_samples_of(array, brick);
+    for (int a = 0; box && a < 3; a++)
+        if (own.end[a] <= box->begin[a] || own.begin[a] >= box->end[a])
+            return 0;
+    return 1;
+}
+
+int cvol_brick_stream_check(cvol_context *context, const cvol_array *array,
+                            const cvol_brick_index *index, int stream, const cvol_section *section,
+                            const cvol_box *box, const char *name)
+{
+    int code = cvol_brick_index_check(context, index, stream, section, name);
+    for (size_t run = 0; run < index->runs && !code; run++) {
+        const size_t first = run * index->run, left = index->bricks - first;
+        int needed = 0;
+        for (size_t b = 0; b < index->run && b < left && !needed; b++)
+            needed = cvol_brick_meets(array, first + b, box);
+        if (needed && !cvol_brick_index_sound(index, stream, run, section->content))
+            code = cvol_fail(context, CVOL_ERROR_CORRUPT,
+                             "%s: section %s: the run of bricks from brick %zu of %zu is damaged",
+                             name, section->tag, first, index->bricks);
+    }
+    return code;
+}
+
+/* ---- evaluating ------------------------------------------------------------------------- */
+
+/* One thread's memory for a brick. */
+typedef struct work {
+    cvol_correction_coder *coder;
+    double *base, *scratch;
+    size_t scratch_count;
+    void *samples;
+    uint8_t *which;
+} work;
+
+static void work_free(work *w)
+{
+    cvol_correction_coder_free(w->coder);
+    free(w->base);
+    free(w->scratch);
+    free(w->samples);
+    free(w->which);
+}
+
+static int work_make(work *w)
+{
+    *w = (work){.coder = cvol_correction_coder_create()};
+    w->base = cvol_allocate(BRICK_SAMPLES, sizeof *w->base);
+    w->samples = cvol_allocate(BRICK_SAMPLES, sizeof(double));
+    w->which = cvol_allocate(BRICK_SAMPLES, 1);
+    return w->coder && w->base && w->samples && w->which;
+}
+
+static int reserve_scratch(work *w, size_t count)
+{
+    if (count <= w->scratch_count)
+        return count > 0;
+    free(w->scratch);
+    w->scratch = cvol_allocate(count, sizeof *w->scratch);
+    w->scratch_count = w->scratch ? count : 0;
+    return w->scratch != NULL;
+}
+
+/* Copies what two boxes share, from a box of samples to another. */
+static void copy_box(uint8_t *to, const cvol_box *to_box, const uint8_t *from,
+                     const cvol_box *from_box, size_t size)
+{
+    size_t lo[3], hi[3], to_size[3], from_size[3];
+    for (int a = 0; a < 3; a++) {
+        lo[a] = to_box->begin[a] > from_box->begin[a] ? to_box->begin[a] : from_box->begin[a];
+        hi[a] = to_box->end[a] < from_box->end[a] ? to_box->end[a] : from_box->end[a];
+        to_size[a] = to_box->end[a] - to_box->begin[a];
+        from_size[a] = from_box->end[a] - from_box->begin[a];
+    }
+    for (size_t z = lo[2]; z < hi[2]; z++)
+        for (size_t y = lo[1]; y < hi[1]; y++) {
+            const size_t there = lo[0] - to_box->begin[0] +
+                                 to_size[0] *
+                                     (y - to_box->begin[1] + to_size[1] * (z - to_box->begin[2]));
+            const size_t here = lo[0] - from_box->begin[0] +
+                                from_size[0] * (y - from_box->begin[1] +
+                                                from_size[1] * (z - from_box->begin[2]));
+            memcpy(to + size * there, from + size * here, size * (hi[0] - lo[0]));
+        }
+}
+
+static int evaluate_brick(work *w, const cvol_array *array, size_t brick, uint8_t *out,
+                          const cvol_box *box)
+{
+    const cvol_corrected *c = (const cvol_corrected *)array->corrections;
+    const cvol_box own = cvol_brick_samples_of(array, brick);
+    cvol_correction_brick job = {.base = w->base};
+    for (int a = 0; a < 3; a++)
+        job.size[a] = own.end[a] - own.begin[a];
+    if (!reserve_scratch(w, cvol_exact_scratch(array, own.begin, own.end)))
+        return CVOL_ERROR_MEMORY;
+    if (array->mask && cvol_mask_get(w->which, array->mask, own.begin, own.end))
+        job.which = w->which;
+    cvol_exact_box(w->base, w->scratch, array, c->fraction, own.begin, own.end);
+    const int code = cvol_correction_decode(w->coder, w->samples, &c->rule, c->tables, &job,
+                                            cvol_corrected_brick(c, brick));
+    if (!code)
+        copy_box(out, box, w->samples, &own, cvol_type_size(array->grid.type));
+    return code;
+}
+
+static int evaluate_bricks(cvol_context *context, void *out, const cvol_array *array,
+                           const cvol_box *box)
+{
+    size_t bricks[3], first[3], count[3];
+    cvol_brick_grid(bricks, array);
+    for (int a = 0; a < 3; a++) {
+        first[a] = box->begin[a] / array->brick.side[a];
+        count[a] = (box->end[a] - 1) / array->brick.side[a] + 1 - first[a];
+    }
+    int failed = CVOL_OK;
+    size_t where = SIZE_MAX;
+    for (size_t l = first[2]; l < first[2] + count[2] && !failed; l++) {
+        int code = cvol_report_progress(context, "decoding",
+                                        (double)(l - first[2]) / (double)count[2]);
+        if (code)
+            return code;
+#pragma omp parallel num_threads(cvol_context_threads(context))
+        {
+            work w;
+            const int made = work_make(&w);
+#pragma omp for schedule(dynamic)
+            for (size_t i = 0; i < count[0] * count[1]; i++) {
+                const size_t brick = first[0] + i % count[0] +
+                                     bricks[0] * (first[1] + i / count[0] + bricks[1] * l);
+                const int result = made ? evaluate_brick(&w, array, brick, out, box)
+                                        : CVOL_ERROR_MEMORY;
+                if (result) {
+#pragma omp critical
+                    if (brick < where) {
+                        where = brick;
+                        failed = result;
+                    }
+                }
+            }
+            work_free(&w);
+        }
+    }
+    if (failed == CVOL_ERROR_CORRUPT)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "the corrections of brick %zu of %zu are damaged", where,
+                         bricks[0] * bricks[1] * bricks[2]);
+    if (failed)
+        return cvol_fail_memory(context, BRICK_SAMPLES * sizeof(double), "a brick");
+    return cvol_report_progress(context, "decoding", 1);
+}
+
+static int evaluate(cvol_context *context, void *out, const cvol_array *array,
+                    const size_t begin[3], const size_t end[3])
+{
+    const cvol_corrected *c = (const cvol_corrected *)array->corrections;
+    cvol_box box, all = {.begin = {0, 0, 0}};
+    memcpy(box.begin, begin, sizeof box.begin);
+    memcpy(box.end, end, sizeof box.end);
+    memcpy(all.end, array->grid.dims, sizeof all.end);
+    if (c->kind != CVOL_CORRECTED_PACKED)
+        return evaluate_bricks(context, out, array, &box);
+    copy_box(out, &box, c->samples, &all, cvol_type_size(array->grid.type));
+    return CVOL_OK;
+}
+
+/* ---- keeping ---------------------------------------------------------------------------- */
+
+static void free_as(cvol_corrections *corrections)
+{
+    cvol_corrected_free((cvol_corrected *)corrections);
+}
+
+static uint64_t bytes_as(const cvol_corrections *corrections)
+{
+    const cvol_corrected *c = (const cvol_corrected *)corrections;
+    return sizeof *c + c->data.capacity + c->bricks * sizeof *c->ends +
+           (c->tables ? sizeof *c->tables : 0);
+}
+
+void cvol_corrected_free(cvol_corrected *corrected)
+{
+    if (!corrected)
+        return;
+    free(corrected->tables);
+    free(corrected->ends);
+    cvol_bytes_free(&corrected->data);
+    free(corrected->samples);
+    free(corrected);
+}
+
+int cvol_corrected_create(cvol_context *context, cvol_corrected **out,
+                          const cvol_token_tables *tables, size_t bricks)
+{
+    cvol_corrected *c = calloc(1, sizeof *c);
+    *out = NULL;
+    if (!c)
+        return cvol_fail_memory(context, sizeof *c, "the corrections");
+    c->as = (cvol_corrections){.evaluate = evaluate, .free = free_as, .bytes = bytes_as};
+    c->ends = calloc(bricks ? bricks : 1, sizeof *c->ends);
+    c->tables = tables ? cvol_token_tables_create() : NULL;
+    if (!c->ends || (tables && !c->tables)) {
+        cvol_corrected_free(c);
+        return cvol_fail_memory(context, bricks * sizeof *c->ends, "the corrections");
+    }
+    if (tables)
+        memcpy(c->tables, tables, sizeof *tables);
+    *out = c;
+    return CVOL_OK;
+}
+
+int cvol_corrected_append(cvol_context *context, cvol_corrected *corrected, cvol_span bytes)
+{
+    if (bytes.size)
+        cvol_bytes_append(&corrected->data, bytes.data, bytes.size);
+    if (corrected->data.failed)
+        return cvol_fail_memory(context, corrected->data.size, "the corrections");
+    corrected->ends[corrected->bricks++] = corrected->data.size;
+    return CVOL_OK;
+}
+
+cvol_span cvol_corrected_brick(const cvol_corrected *corrected, size_t brick)
+{
+    const uint64_t begin = brick ? corrected->ends[brick - 1] : 0;
+    const size_t size = (size_t)(corrected->ends[brick] - begin);
+    return (cvol_span){size ? corrected->data.data + begin : NULL, size};
+}
+
+const cvol_corrected *cvol_corrected_of(const cvol_array *array)
+{
+    const cvol_corrections *corrections = array->corrections;
+    return corrections && corrections->free == free_as ? (const cvol_corrected *)corrections : NULL;
+}
+
+/* ---- packed ----------------------------------------------------------------------------- */
+
+int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes)
+{
+    const size_t raw = cvol_grid_bytes(grid), most = ZSTD_compressBound(raw);
+    void *quick = raw > CVOL_PACKED_MOST ? NULL : malloc(most);
+    if (!quick)
+        return 0;
+    const size_t quickly = ZSTD_compress(quick, most, samples, raw, PACK_QUICKLY);
+    free(quick);
+    return !ZSTD_isError(quickly) && (double)quickly <= 1.5 * bytes;
+}
+
+double cvol_packed_estimate(const void *samples, const cvol_grid *grid)
+{
+    const size_t raw = cvol_grid_bytes(grid);
+    const size_t chunks = raw > ESTIMATED_CHUNKS * (size_t)ESTIMATED_CHUNK ? ESTIMATED_CHUNKS : 1;
+    const size_t chunk = chunks > 1 ? ESTIMATED_CHUNK : raw, most = ZSTD_compressBound(chunk);
+    void *quick = malloc(most);
+    double bytes = 0;
+    for (size_t i = 0; i < chunks && quick; i++) {
+        const size_t at = chunks > 1 ? (raw - chunk) / (chunks - 1) * i : 0;
+        const size_t packed = ZSTD_compress(quick, most, (const uint8_t *)samples + at, chunk,
+                                            PACK_QUICKLY);
+        bytes += ZSTD_isError(packed) ? (double)chunk : (double)packed;
+    }
+    free(quick);
+    return quick ? bytes * (double)raw / (double)(chunks * chunk) : (double)raw;
+}
+
+int cvol_corrected_pack(cvol_context *context, cvol_corrected **out, const void *samples,
+                        const cvol_grid *grid)
+{
+    const size_t size = cvol_grid_bytes(grid), most = ZSTD_compressBound(size);
+    int code = cvol_corrected_create(context, out, NULL, 0);
+    if (code)
+        return code;
+    cvol_corrected *c = *out;
+    c->kind = CVOL_CORRECTED_PACKED;
+    c->samples = malloc(size);
+    if (!c->samples || !cvol_bytes_reserve(&c->data, most)) {
+        cvol_corrected_free(c);
+        *out = NULL;
+        return cvol_fail_memory(context, most, "the packed samples");
+    }
+    memcpy(c->samples, samples, size);
+    const size_t packed = ZSTD_compress(c->data.data, most, samples, size, PACK_LEVEL);
+    if (ZSTD_isError(packed)) {
+        cvol_corrected_free(c);
+        *out = NULL;
+        return cvol_fail(context, CVOL_ERROR_MEMORY, "the samples cannot be packed: %s",
+                         ZSTD_getErrorName(packed));
+    }
+    c->data.size = packed;
+    return CVOL_OK;
+}
+
+static int take_packed(cvol_context *context, cvol_corrected *c, const cvol_array *array,
+                       const cvol_section *section, const char *name)
+{
+    const size_t size = cvol_grid_bytes(&array->grid);
+    int code = cvol_section_check(context, section, name);
+    if (code)
+        return code;
+    if (size > CVOL_PACKED_MOST)
+        return cvol_fail(context, CVOL_ERROR_LIMIT,
+                         "%s: section CORR packs %zu bytes of samples, it may be %llu", name, size,
+                         (unsigned long long)CVOL_PACKED_MOST);
+    cvol_bytes_append(&c->data, section->content, (size_t)section->length);
+    c->samples = malloc(size);
+    if (!c->samples || c->data.failed)
+        return cvol_fail_memory(context, size, "the packed samples");
+    code = cvol_zstd_take(c->samples, size, section->content, (size_t)section->length);
+    if (code == CVOL_ERROR_MEMORY)
+        return cvol_fail_memory(context, size, "unpacking the samples");
+    if (code)
+        return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: section CORR does not unpack", name);
+    return CVOL_OK;
+}
+
+/* ---- reading ---------------------------------------------------------------------------- */
+
+static int take_bricks(cvol_context *context, cvol_corrected *c, const cvol_array *array,
+                       const cvol_corrected_file *file, const char *name)
+{
+    int code = cvol_brick_stream_check(context, array, file->index, CVOL_STREAM_CORRECTIONS,
+                                       file->section, file->box, name);
+    if (!code && cvol_exact_fraction(cvol_exact_largest_sum(array)) < file->fraction)
+        code = cvol_fail(context, CVOL_ERROR_CORRUPT,
+                         "%s: section MODE: %d fraction bits are too many for the coefficients",
+                         name, file->fraction);
+    for (size_t b = 0; b < file->index->bricks && !code; b++) {
+        cvol_span bytes = cvol_brick_index_brick(file->index, CVOL_STREAM_CORRECTIONS, b,
+                                                 file->section->content);
+        if (!cvol_brick_meets(array, b, file->box))
+            bytes.size = 0;
+        code = cvol_corrected_append(context, c, bytes);
+    }
+    return code;
+}
+
+int cvol_corrected_take(cvol_context *context, cvol_array *array, const cvol_corrected_file *file,
+                        const char *name)
+{
+    const int is_packed = file->kind == CVOL_CORRECTED_PACKED;
+    cvol_corrected *c;
+    int code = cvol_corrected_create(context, &c, is_packed ? NULL : file->tables,
+                                     is_packed ? 0 : file->index->bricks);
+    if (code)
+        return code;
+    c->kind = file->kind;
+    c->fraction = file->fraction;
+    c->rule = *file->rule;
+    code = is_packed ? take_packed(context, c, array, file->section, name)
+                     : take_bricks(context, c, array, file, name);
+    if (code) {
+        cvol_corrected_free(c);
+        return code;
+    }
+    array->corrections = &c->as;
+    return CVOL_OK;
+}

@@ -1,0 +1,80 @@
+/* An array's corrections (array/core/residual.h) as files have them: a brick's base is evaluated
+ * exactly (array/block/exact.h), and its stream (residual_code.h) decoded, when samples of it are asked for.
+ *
+ * Or all samples, packed by zstd, where that takes fewer bytes: volumes that repeat themselves, as
+ * no transform sees. Then they are unpacked at once, so they may not be many.
+ */
+#ifndef CVOL_CODEC_RESIDUAL_RESIDUAL_ARRAY_H
+#define CVOL_CODEC_RESIDUAL_RESIDUAL_ARRAY_H
+
+#include "array/core/array.h"
+#include "codec/brick/bricks.h"
+#include "codec/residual/residual_code.h"
+#include "codec/section/section.h"
+
+/* Numbers are part of the format. */
+typedef enum cvol_corrected_kind {
+    CVOL_CORRECTED_NOT = 0,
+    CVOL_CORRECTED_BOUNDED = 1,
+    CVOL_CORRECTED_EXACT = 2,
+    CVOL_CORRECTED_PACKED = 3
+} cvol_corrected_kind;
+
+/* Bytes of samples that may be packed. */
+#define CVOL_PACKED_MOST (UINT64_C(64) << 20)
+
+typedef struct cvol_corrected {
+    cvol_corrections as;
+    cvol_corrected_kind kind;
+    int fraction; /* of the base */
+    cvol_correction_rule rule;
+    cvol_token_tables *tables;
+    size_t bricks; /* so far */
+    uint64_t *ends;
+    cvol_bytes data; /* of all bricks; or the packed samples */
+    uint8_t *samples;
+} cvol_corrected;
+
+/* Without any brick yet; the tables are copied, and may be NULL. */
+int cvol_corrected_create(cvol_context *context, cvol_corrected **out,
+                          const cvol_token_tables *tables, size_t bricks);
+void cvol_corrected_free(cvol_corrected *corrected);
+/* The next brick's bytes. Errors: MEMORY. */
+int cvol_corrected_append(cvol_context *context, cvol_corrected *corrected, cvol_span bytes);
+cvol_span cvol_corrected_brick(const cvol_corrected *corrected, size_t brick);
+/* Those of an array, or NULL. */
+const cvol_corrected *cvol_corrected_of(const cvol_array *array);
+
+/* Whether samples packed whole could take so many bytes, going by a quick try. */
+int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes);
+/* About how many bytes zstd takes quickly; of large volumes some parts tell. */
+double cvol_packed_estimate(const void *samples, const cvol_grid *grid);
+/* Packs an array's samples into new corrections. Errors: MEMORY. */
+int cvol_corrected_pack(cvol_context *context, cvol_corrected **out, const void *samples,
+                        const cvol_grid *grid);
+
+/* What a file says: what stands in MODE, and the content of CORR. */
+typedef struct cvol_corrected_file {
+    cvol_corrected_kind kind;
+    int fraction;
+    const cvol_correction_rule *rule;
+    const cvol_token_tables *tables;
+    const cvol_brick_index *index;
+    const cvol_section *section;
+    const cvol_box *box; /* NULL: all bricks */
+} cvol_corrected_file;
+/* Gives them to the array, whose terms are there. Errors: CORRUPT, LIMIT, MEMORY. */
+int cvol_corrected_take(cvol_context *context, cvol_array *array, const cvol_corrected_file *file,
+                        const char *name);
+
+/* The samples of a brick. */
+cvol_box cvol_brick_samples_of(const cvol_array *array, size_t brick);
+/* Whether they meet a box (NULL: they do). */
+int cvol_brick_meets(const cvol_array *array, size_t brick, const cvol_box *box);
+/* Checks the checksums of a stream's runs that have a brick which meets the box. Errors: CORRUPT.
+ */
+int cvol_brick_stream_check(cvol_context *context, const cvol_array *array,
+                            const cvol_brick_index *index, int stream, const cvol_section *section,
+                            const cvol_box *box, const char *name);
+
+#endif

@@ -1,0 +1,98 @@
+/* Rules of corrections: quantum and unit from what is asked for, and whether a rule makes sense. */
+#include <float.h>
+#include <limits.h>
+
+#include "codec/residual/residual_intervals.h"
+
+/* Cells are numbered with this many bits at most, so that doubles count them with room to spare. */
+enum { CELL_BITS = 46, CELL_BITS_MOST = 48 };
+
+static int clamp(int value, int lo, int hi)
+{
+    return value < lo ? lo : value > hi ? hi : value;
+}
+
+/* The exponent of the last bit of a number that is set; INT_MAX of 0. */
+static int last_bit(double value)
+{
+    if (value == 0)
+        return INT_MAX;
+    int exponent;
+    const double fraction = frexp(fabs(value), &exponent);
+    const uint64_t digits = (uint64_t)ldexp(fraction, 53);
+    return exponent - 53 + __builtin_ctzll(digits);
+}
+
+void cvol_correction_survey(int *grain, double *largest, cvol_type type, const void *samples,
+                            const uint8_t *which, size_t count)
+{
+    if (cvol_type_is_integer(type))
+        return;
+    for (size_t i = 0; i < count; i++) {
+        if (which && which[i])
+            continue;
+        const double value = type == CVOL_FLOAT32 ? (double)((const float *)samples)[i]
+                                                  : ((const double *)samples)[i];
+        if (!isfinite(value)) /* nothing that corrections hold: masked, or refused later */
+            continue;
+        const int last = last_bit(value);
+        *grain = last < *grain ? last : *grain;
+        *largest = fabs(value) > *largest ? fabs(value) : *largest;
+    }
+}
+
+/* The cells of exact corrections: a sixteenth of the step wide, so that the base's error is counted
+ * finely enough and what is raw below them is noise. */
+static void choose_cells(cvol_correction_rule *rule, double step, int grain, double largest)
+{
+    const int is_double = rule->type == CVOL_FLOAT64;
+    const cvol_float_kind kind = cvol_float_kind_of(rule->type);
+    int unit = cvol_exponent_of(step) - 4;
+    rule->exact = 1;
+    rule->quantum = 0;
+    if (grain != INT_MAX && unit < grain)
+        unit = grain;
+    if (largest > 0 && unit < ilogb(largest) - CELL_BITS)
+        unit = ilogb(largest) - CELL_BITS;
+    rule->unit = clamp(unit, 1 - kind.bias, is_double ? 1000 : 120);
+    rule->grain = clamp(grain, kind.lowest, rule->unit);
+}
+
+cvol_correction_rule cvol_correction_rule_for(cvol_type type, double bound, double step,
+                                              double value_min, double value_max, int grain,
+                                              double largest)
+{
+    cvol_correction_rule rule = {.type = type, .value_min = value_min, .value_max = value_max};
+    if (cvol_type_is_integer(type)) {
+        rule.exact = bound < 1;
+        rule.quantum = 2 * floor(bound < 0x1p32 ? bound : 0x1p32) + 1;
+        return rule;
+    }
+    /* Rounding to the type moves a sample by half of its last place at most, and computing it by
+     * less than that of a double. */
+    const double place = largest * (type == CVOL_FLOAT32 ? (double)FLT_EPSILON : DBL_EPSILON);
+    rule.quantum = 2 * bound * (1 - 0x1p-40) - place - 4 * largest * DBL_EPSILON;
+    /* Where a place is too wide for that, half of the quantum does: a sum within half of it of a
+     * sample rounds to this one where places are wider, and else to at most a quantum beside it. */
+    if (bound > 0 && !(rule.quantum > bound))
+        rule.quantum = bound * (1 - 0x1p-40) - 8 * largest * DBL_EPSILON;
+    if (!(bound > 0 && rule.quantum > bound / 2) || (value_max - value_min) / rule.quantum > 0x1p48)
+        choose_cells(&rule, step, grain, largest);
+    return rule;
+}
+
+int cvol_correction_rule_valid(const cvol_correction_rule *rule)
+{
+    if (!isfinite(rule->value_min) || !isfinite(rule->value_max) ||
+        rule->value_min > rule->value_max)
+        return 0;
+    if (cvol_type_is_integer(rule->type))
+        return rule->quantum >= 1 && rule->quantum < 0x1p34 && fmod(rule->quantum, 2) == 1;
+    if (!rule->exact)
+        return isfinite(rule->quantum) && rule->quantum > 0;
+    const cvol_float_kind kind = cvol_float_kind_of(rule->type);
+    const double largest = fmax(fabs(rule->value_min), fabs(rule->value_max));
+    return rule->unit >= 1 - kind.bias && rule->unit <= (rule->type == CVOL_FLOAT64 ? 1000 : 120) &&
+           rule->grain >= kind.lowest && rule->grain <= rule->unit &&
+           (largest == 0 || rule->unit >= ilogb(largest) - CELL_BITS_MOST);
+}

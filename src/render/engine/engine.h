@@ -1,0 +1,72 @@
+/* What a renderer is to its engines. */
+#ifndef CVOL_RENDER_ENGINE_ENGINE_H
+#define CVOL_RENDER_ENGINE_ENGINE_H
+
+#include "render/transfer/transfer.h"
+#include "render/view/camera.h"
+
+/* An engine's own state, and how it draws. `draw` fills the whole image: bytes over the background,
+ * or floats (cvol/image.h) of an image that has these, and depths too if it has a place for them.
+ * The options' window is not an engine's matter. */
+typedef struct cvol_engine_table {
+    void (*free)(void *state);
+    /* Called when the transfer function was set (never NULL). */
+    int (*set_transfer)(cvol_context *context, void *state, const cvol_transfer *transfer);
+    int (*draw)(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
+                const cvol_render_options *options);
+    uint64_t (*kept_bytes)(const void *state); /* NULL: it keeps nothing from picture to picture */
+    int has_clip, has_perspective, has_depth;
+} cvol_engine_table;
+
+/* How long levels of pictures of one kind took at last (refine.c); 0: not known. */
+typedef struct cvol_pace {
+    int width, height;
+    cvol_mode mode;
+    int lit;
+    double ms[4];
+} cvol_pace;
+
+struct cvol_renderer {
+    const cvol_engine_table *engine;
+    void *state;
+    cvol_grid grid;
+    int has_transfer;
+    cvol_pace pace;
+    int has_range;
+    double range[2]; /* of samples: black and white in grey modes */
+};
+
+static inline int cvol_mode_is_grey(cvol_mode mode)
+{
+    return mode == CVOL_MODE_XRAY || mode == CVOL_MODE_MIP || mode == CVOL_MODE_MIN;
+}
+
+/* Grey levels of a picture of floats, of range[0] .. range[1] within 0..1, become those of a
+ * window.
+ */
+void cvol_window_apply(cvol_image *image, const double range[2], const double window[2]);
+
+/* Creates the engines' states. */
+int cvol_sheet_create(cvol_context *context, void **state, const cvol_array *array);
+int cvol_splat_create(cvol_context *context, void **state, const cvol_array *array);
+int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volume *volume);
+/* `mask`: see cvol_renderer_create_ray_masked; NULL: all samples have a value. */
+int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volume,
+                    const uint8_t *mask);
+void cvol_ray_range(const void *state, double range[2]);
+int cvol_transform_create(cvol_context *context, void **state, const cvol_array *array);
+int cvol_transform_create_dense(cvol_context *context, void **state, const cvol_volume *volume);
+int cvol_transform_picture(cvol_context *context, void *state, cvol_picture **out,
+                           const cvol_view *view, const cvol_render_options *options,
+                           const cvol_picture_options *how);
+int cvol_fourier_create(cvol_context *context, void **state, const cvol_array *array, double rho);
+int cvol_fourier_create_dense(cvol_context *context, void **state, const cvol_volume *volume,
+                              double rho);
+void cvol_fourier_range(const void *state, double range[2]);
+extern const cvol_engine_table cvol_sheet_engine;
+extern const cvol_engine_table cvol_ray_engine;
+extern const cvol_engine_table cvol_splat_engine;
+extern const cvol_engine_table cvol_transform_engine;
+extern const cvol_engine_table cvol_fourier_engine;
+
+#endif

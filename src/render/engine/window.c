@@ -1,0 +1,16 @@
+/* Window and level of grey pictures: what was linear over the samples' range becomes linear over
+ * another one. Pixels that no sample was met at stay empty. */
+#include "render/engine/engine.h"
+
+void cvol_window_apply(cvol_image *image, const double range[2], const double window[2])
+{
+    const size_t pixels = (size_t)image->width * (size_t)image->height;
+    const double width = window[1] - window[0];
+    const float scale = (float)((range[1] - range[0]) / width);
+    const float first = (float)((range[0] - window[0]) / width);
+    for (size_t i = 0; i < pixels; i++) {
+        float *pixel = image->values + 4 * i;
+        for (int c = 0; c < 3; c++)
+            pixel[c] = scale * pixel[c] + first * pixel[3];
+    }
+}

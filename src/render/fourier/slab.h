@@ -1,0 +1,25 @@
+/* Samples for a spectrum, some slices at a time. */
+#ifndef CVOL_RENDER_FOURIER_SLAB_H
+#define CVOL_RENDER_FOURIER_SLAB_H
+
+#include "render/fourier/spectrum.h"
+
+/* Slices first .. first + count - 1. */
+typedef struct cvol_fourier_slab {
+    float *samples;
+    uint8_t *mask; /* NULL: all have a value */
+    size_t first, count, most;
+} cvol_fourier_slab;
+
+/* Makes room, before the first slice. Errors: MEMORY; there is something to free all the same. */
+int cvol_fourier_slab_make(cvol_context *context, cvol_fourier_slab *out,
+                           const cvol_fourier_source *source, const size_t n[3]);
+void cvol_fourier_slab_free(cvol_fourier_slab *of);
+/* The slices after those that are there. Errors: those of evaluation. */
+int cvol_fourier_slab_next(cvol_context *context, cvol_fourier_slab *of,
+                           const cvol_fourier_source *source, const size_t n[3]);
+/* The mean of samples on the sides: where that is subtracted, there is mostly nothing to end there.
+ */
+double cvol_fourier_slab_base(const cvol_fourier_slab *of, const size_t n[3], double otherwise);
+
+#endif

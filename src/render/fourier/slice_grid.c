@@ -1,0 +1,48 @@
+/* The lattice that a view's slice is transformed on: as long as the volume's shadow, its points
+ * pixels themselves, or, where these are much smaller than samples, a lattice of its own. */
+#include <math.h>
+
+#include "render/fourier/spectrum.h"
+#include "transform/fft.h"
+
+/* Where pixels are smaller than this part of the least spacing, the lattice is of that, and pixels
+ * are interpolated. */
+#define FINEST 0.4
+/* Lattice points beyond the shadow. */
+#define MARGIN 8
+
+static double least_spacing(const cvol_grid *grid)
+{
+    double least = INFINITY;
+    for (int a = 0; a < 3; a++)
+        least = fmin(least, grid->spacing[a]);
+    return least;
+}
+
+void cvol_fourier_lattice_make(cvol_fourier_lattice *out, const cvol_grid *grid,
+                               const cvol_view *view)
+{
+    const double finest = FINEST * least_spacing(grid);
+    const double size[2] = {view->width, view->height};
+    out->aligned = view->pixel >= finest;
+    out->space = out->aligned ? view->pixel : finest;
+    for (int d = 0; d < 2; d++) {
+        const double *along = d ? view->up : view->right;
+        double shadow = 0;
+        out->middle[d] = 0;
+        for (int a = 0; a < 3; a++) { /* samples are linear up to their neighbours */
+            shadow += fabs(along[a]) * (view->extent[a] + 2 * grid->spacing[a]);
+            out->middle[d] += along[a] * (view->centre[a] - view->extent[a] / 2);
+        }
+        out->dims[d] = cvol_fft_good_length((size_t)ceil(shadow / out->space) + MARGIN, 1);
+        /* pixel (i, j) is at i + 1/2 - width / 2 or, upwards, height / 2 - j - 1/2 */
+        const double first = 0.5 - size[d] / 2 + out->middle[d] / out->space;
+        const double middle = (double)(out->dims[d] / 2);
+        out->first[d] = 0;
+        out->shift[d] = middle;
+        if (out->aligned) {
+            out->first[d] = (long)floor(first + middle);
+            out->shift[d] = (double)out->first[d] - first;
+        }
+    }
+}

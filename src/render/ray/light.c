@@ -1,0 +1,71 @@
+/* Light along rays (light.h).
+ *
+ * The gradient at a place p is, for each axis, of the interpolated volume f itself:
+ *
+ *     (f(p + e) - f(p - e)) / 2
+ *
+ * which is what central differences at the samples are when they are interpolated as the samples
+ * are. Beyond the faces f goes on as it is there. Where part of f has no value, a difference to
+ * either side counts by how much of it has: with the covers a+ and a-
+ *
+ *     (a+ (f(p + e) - f(p)) + a- (f(p) - f(p - e))) / (a+ + a-).
+ */
+#include "render/ray/light.h"
+
+#include <math.h>
+
+cvol_ray_light cvol_ray_light_make(const cvol_shading *shading, const cvol_view *view,
+                                   const cvol_grid *grid)
+{
+    cvol_ray_light light = {.shading = *shading};
+    const double *given = shading->light;
+    const double length = hypot(hypot(given[0], given[1]), given[2]);
+    for (int a = 0; a < 3; a++) {
+        light.eye[a] = view->eye[a];
+        light.shading.light[a] = length > 0 ? given[a] / length : view->eye[a];
+        light.rise[a] = view->mean_spacing / grid->spacing[a];
+    }
+    return light;
+}
+
+/* Of one axis, in samples. */
+static double difference(const cvol_ray_reader *reader, const double place[3], int axis,
+                         double value)
+{
+    const double start[3] = {place[0] - (axis == 0), place[1] - (axis == 1),
+                             place[2] - (axis == 2)};
+    const double delta[3] = {2 * (axis == 0), 2 * (axis == 1), 2 * (axis == 2)};
+    double f[2], cover[2];
+    if (!reader->field->mask) {
+        reader->line(f, reader->field, start, delta, 2);
+        return (f[1] - f[0]) / 2;
+    }
+    reader->masked(f, cover, reader->field, start, delta, 2);
+    const double both = cover[0] + cover[1];
+    return both > 0 ? (cover[1] * (f[1] - value) + cover[0] * (value - f[0])) / both : 0;
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+double cvol_ray_light_up(double colour[3], const cvol_ray_light *light,
+                         const cvol_ray_reader *reader, const double place[3], double value)
+{
+    const cvol_shading *shading = &light->shading;
+    double n[3];
+    for (int a = 0; a < 3; a++)
+        n[a] = light->rise[a] * difference(reader, place, a, value);
+    const double steepness = sqrt(dot(n, n));
+    const double turn = dot(n, light->eye) < 0 ? -1 : 1;
+    for (int a = 0; a < 3; a++)
+        n[a] = steepness > 1e-15 ? turn * n[a] / steepness : light->eye[a];
+    const double lit = dot(n, shading->light), seen = dot(n, light->eye);
+    const double along = 2 * lit * seen - dot(shading->light, light->eye);
+    const double factor = shading->ambient + shading->diffuse * fmax(lit, 0);
+    const double gloss = lit > 0 ? shading->specular * pow(fmax(along, 0), shading->shininess) : 0;
+    for (int c = 0; c < 3; c++)
+        colour[c] = colour[c] * factor + gloss;
+    return shading->gradient_opacity > 0 ? fmin(steepness / shading->gradient_opacity, 1) : 1;
+}

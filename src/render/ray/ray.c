@@ -1,0 +1,152 @@
+/* The ray engine: plain ray casting of dense samples, the truth that others are measured against.
+ * (Levoy, Display of surfaces from volume data, 1988; Max, Optical models for direct volume
+ * rendering, 1995.)
+ *
+ * Every pixel is worked out on its own and in one order (cast.c), so that the picture is the
+ * same for any number of threads.
+ */
+#include "render/ray/cast.h"
+
+#include <stdlib.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+
+#define DEFAULT_STEP 0.5
+
+/* Rows between two reports of progress. */
+#define BAND 32
+
+/* ---- state ----------------------------------------------------------------------------- */
+
+int cvol_ray_create(cvol_context *context, void **state, const cvol_volume *volume,
+                    const uint8_t *mask)
+{
+    *state = NULL;
+    int code = cvol_grid_check(context, &volume->grid, "volume");
+    cvol_sample_stats stats = {0};
+    if (!code && mask)
+        cvol_ray_field_bound(&stats.min, &stats.max, volume, mask);
+    else if (!code)
+        code = cvol_volume_stats(context, &stats, volume);
+    if (code)
+        return code;
+    cvol_ray_state *ray = calloc(1, sizeof *ray);
+    if (!ray)
+        return cvol_fail_memory(context, sizeof *ray, "a renderer");
+    ray->grid = volume->grid;
+    ray->field = cvol_ray_field_make(volume, stats.min, stats.max);
+    ray->field.mask = mask;
+    ray->line = cvol_ray_line_of(volume->grid.type);
+    ray->masked = cvol_ray_masked_of(volume->grid.type);
+    *state = ray;
+    return CVOL_OK;
+}
+
+static void ray_free(void *state)
+{
+    cvol_ray_state *ray = state;
+    cvol_transfer_free(ray->transfer);
+    free(ray);
+}
+
+static int ray_set_transfer(cvol_context *context, void *state, const cvol_transfer *transfer)
+{
+    cvol_ray_state *ray = state;
+    cvol_transfer *copy;
+    int code = cvol_transfer_copy(context, &copy, transfer);
+    if (code)
+        return code;
+    cvol_transfer_free(ray->transfer);
+    ray->transfer = copy;
+    return CVOL_OK;
+}
+
+/* ---- pictures -------------------------------------------------------------------------- */
+
+/* Anything but a number above 0 is black. */
+static uint8_t to_byte(double level)
+{
+    if (!(level > 0))
+        return 0;
+    return level < 1 ? (uint8_t)(level * 255 + 0.5) : 255;
+}
+
+static void put_bytes(uint8_t rgba[4], const cvol_ray_seen *light, const double background[3])
+{
+    for (int c = 0; c < 3; c++)
+        rgba[c] = to_byte(light->rgb[c] + light->through * background[c]);
+    rgba[3] = 255;
+}
+
+static void put_values(float values[4], const cvol_ray_seen *light)
+{
+    for (int c = 0; c < 3; c++)
+        values[c] = (float)light->rgb[c];
+    values[3] = (float)(1 - light->through);
+}
+
+static void draw_row(cvol_image *image, const cvol_ray_job *job, int j)
+{
+    const size_t first = 4 * (size_t)image->width * (size_t)j;
+    for (int i = 0; i < image->width; i++) {
+        const cvol_ray_seen light = cvol_ray_cast(job, i, j);
+        if (image->values)
+            put_values(image->values + first + 4 * (size_t)i, &light);
+        else
+            put_bytes(image->rgba + first + 4 * (size_t)i, &light, job->background);
+        if (image->depth)
+            image->depth[first / 4 + (size_t)i] = (float)light.depth;
+    }
+}
+
+/* In bands, between which progress is told and a wish to stop is heard. */
+static int draw_rows(cvol_context *context, cvol_image *image, const cvol_ray_job *job)
+{
+    int threads = cvol_context_threads(context), code = CVOL_OK;
+    for (int first = 0; first < image->height && !code; first += BAND) {
+        int end = image->height - first < BAND ? image->height : first + BAND;
+#pragma omp parallel for schedule(dynamic) num_threads(threads)
+        for (int j = first; j < end; j++)
+            draw_row(image, job, j);
+        code = cvol_report_progress(context, "rendering", (double)end / image->height);
+    }
+    return code;
+}
+
+static int ray_draw(cvol_context *context, void *state, cvol_image *image, const cvol_view *view,
+                    const cvol_render_options *options)
+{
+    const cvol_ray_state *ray = state;
+    double step = options->step_voxels > 0 ? options->step_voxels : DEFAULT_STEP;
+    cvol_ray_job job = {.state = ray, .view = view, .mode = options->mode};
+    job.step = step * view->mean_spacing;
+    for (int c = 0; c < 3; c++)
+        job.background[c] = options->background[c];
+    const cvol_ray_light light = cvol_ray_light_make(&options->shading, view, &ray->grid);
+    job.surface = &options->surface;
+    if (options->shading.on || job.mode == CVOL_MODE_ISO)
+        job.light = &light;
+    int code = CVOL_OK;
+    if (job.mode == CVOL_MODE_COMPOSITE)
+        code = cvol_ray_table_make(context, &job.table, ray->transfer, ray->field.min,
+                                   ray->field.max, step);
+    if (!code)
+        code = draw_rows(context, image, &job);
+    free(job.table.entries);
+    return code;
+}
+
+void cvol_ray_range(const void *state, double range[2])
+{
+    const cvol_ray_field *field = &((const cvol_ray_state *)state)->field;
+    range[0] = field->min;
+    range[1] = field->max;
+}
+
+const cvol_engine_table cvol_ray_engine = {.free = ray_free,
+                                           .set_transfer = ray_set_transfer,
+                                           .draw = ray_draw,
+                                           .has_clip = 1,
+                                           .has_perspective = 1,
+                                           .has_depth = 1};

@@ -1,0 +1,735 @@
+/* The sheet engine: pictures straight from the compressed array, sheet by sheet, front to back.
+ *
+ * Westover's sheet buffers ("Footprint Evaluation for Volume Rendering", 1990) on Lacroute and
+ * Levoy's shear-warp geometry: the principal axis' layers of blocks are met front to back; of each
+ * layer the blocks that can be seen are inversely transformed (pruned to their own low boxes) into
+ * one buffer of samples; every line of the intermediate image then takes the layer's sheets in
+ * turn: reconstruct, classify, composite. One 2-D warp makes the picture. Memory: one layer of
+ * samples, whatever the volume's depth.
+ *
+ * Blocks and lines are independent of each other, so the picture does not depend on the number of
+ * threads.
+ */
+#include "render/sheet/frame.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "base/thread.h"
+#include "render/sheet/band.h"
+#include "render/sheet/frame_tile.h"
+#include "render/sheet/opacity_curvature.h"
+#include "render/sheet/plan.h"
+#include "render/sheet/policy.h"
+#include "render/sheet/source.h"
+#include "render/sheet/table.h"
+#include "transform/cell_points.h"
+
+typedef struct sheet_state {
+    const cvol_array *array;
+    cvol_sheet_subject subjects[CVOL_SUBJECTS]; /* it, and its levels */
+    cvol_transfer *transfer;
+    cvol_sheet_table *table;
+    cvol_intermediate intermediate;
+    float *depth, *between; /* the intermediate image's, where they are asked for */
+    cvol_tiles tiles;
+    float *held; /* see cvol_extremes */
+    size_t line_capacity, scratch_capacity, span_capacity, opaque_capacity, met_capacity,
+        tile_capacity, pending_capacity, edge_capacity, depth_capacity, between_capacity,
+        held_capacity;
+    float *bases;            /* bases of lane, row and sheet of the frame; those of parts */
+    cvol_band_memory *bands; /* one for each thread */
+    int band_count;
+    cvol_sheet_traits traits; /* of the array, with the transfer function */
+    cvol_sheet_wide wide;     /* the footprint of the picture */
+    cvol_sheet_keep keep;     /* evaluated blocks, where they are to be kept */
+    cvol_lending lending;     /* those that threads lend each other */
+    int counts;               /* multiply-adds, of all plans of a picture together */
+    uint64_t multiply_adds;
+} sheet_state;
+
+static void sheet_free(void *opaque_state)
+{
+    sheet_state *state = opaque_state;
+    if (!state)
+        return;
+    cvol_transfer_free(state->transfer);
+    free(state->table);
+    free(state->intermediate.lines);
+    free(state->intermediate.scratch);
+    free(state->intermediate.spans);
+    free(state->intermediate.opaque);
+    free(state->intermediate.met);
+    free(state->intermediate.pending);
+    free(state->intermediate.edges);
+    free(state->depth);
+    free(state->between);
+    free(state->tiles.open);
+    free(state->held);
+    for (int i = 0; i < state->band_count; i++)
+        cvol_band_memory_free(&state->bands[i]);
+    free(state->bands);
+    free(state->bases);
+    cvol_keep_free(&state->keep);
+    cvol_lending_free(&state->lending);
+    for (int i = 0; i < CVOL_SUBJECTS; i++)
+        cvol_sheet_subject_free(&state->subjects[i]);
+    free(state);
+}
+
+int cvol_sheet_create(cvol_context *context, void **out, const cvol_array *array)
+{
+    *out = NULL;
+    int code = cvol_array_need_volume(context, array, "the sheet engine");
+    if (code)
+        return code;
+    sheet_state *state = cvol_allocate_zero(1, sizeof *state);
+    if (!state)
+        return cvol_fail_memory(context, sizeof *state, "a renderer");
+    state->array = array;
+    state->table = cvol_allocate_zero(1, sizeof *state->table);
+    state->bases = cvol_allocate_zero(9 * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX, sizeof(float));
+    if (!state->table || !state->bases) {
+        sheet_free(state);
+        return cvol_fail_memory(context, sizeof *state->table, "a renderer");
+    }
+    *out = state;
+    return CVOL_OK;
+}
+
+static int sheet_set_transfer(cvol_context *context, void *opaque_state,
+                              const cvol_transfer *transfer)
+{
+    sheet_state *state = opaque_state;
+    size_t bytes = sizeof *transfer + transfer->count * sizeof *transfer->points;
+    cvol_transfer *copy = malloc(bytes);
+    if (!copy)
+        return cvol_fail_memory(context, bytes, "a transfer function");
+    memcpy(copy, transfer, bytes);
+    cvol_transfer_free(state->transfer);
+    state->transfer = copy;
+    state->traits = cvol_sheet_traits_of(state->array, copy);
+    for (int i = 0; i < CVOL_SUBJECTS; i++)
+        cvol_sheet_subject_see(&state->subjects[i], copy);
+    return CVOL_OK;
+}
+
+/* What is drawn at a level; a level that is too large to be kept is drawn from the blocks. */
+static int find_subject(cvol_context *context, cvol_sheet_subject **out, sheet_state *state,
+                        int level)
+{
+    if (level && !cvol_sheet_level_fits(state->array, level))
+        level = 0;
+    *out = &state->subjects[level];
+    if ((*out)->array)
+        return CVOL_OK;
+    const int code = cvol_sheet_subject_make(context, *out, state->array, level);
+    if (!code && state->transfer)
+        cvol_sheet_subject_see(*out, state->transfer);
+    return code;
+}
+
+/* ---- what a frame needs before its first layer --------------------------------------------- */
+
+static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int has_depth,
+                         int threads)
+{
+    cvol_intermediate *image = &state->intermediate;
+    const size_t width = (size_t)plan->width, height = (size_t)plan->height;
+    image->width = plan->width;
+    image->height = plan->height;
+    image->down = cvol_lines_at_once(plan);
+    state->tiles.across = plan->width / CVOL_TILE;
+    state->tiles.down = (plan->height + CVOL_TILE - 1) / CVOL_TILE;
+    const size_t tiles = (size_t)state->tiles.across * (size_t)state->tiles.down;
+    const size_t lit = (size_t)plan->lit;
+    image->pending_lines = plan->masked == CVOL_SHEET_SOME_VOID ? CVOL_PENDING_LINES
+                                                                : CVOL_PENDING_LINES_PLAIN;
+    if (!cvol_ensure(&state->depth, &state->depth_capacity, (size_t)has_depth * width * height,
+                     sizeof(float)))
+        return 0;
+    image->depth = has_depth ? state->depth : NULL;
+    const size_t between = plan->parts > 1 ? 2 * (CVOL_PARTS - 1) : 0;
+    if (!cvol_ensure(&state->between, &state->between_capacity, between * width * height,
+                     sizeof(float)))
+        return 0;
+    image->between = between ? state->between : NULL;
+    return cvol_ensure(&image->pending, &state->pending_capacity,
+                       lit * (size_t)image->pending_lines * width * height, sizeof(float)) &&
+           cvol_ensure(&image->edges, &state->edge_capacity, lit * width / CVOL_GROUP * height,
+                       1) &&
+           cvol_ensure(&image->lines, &state->line_capacity, CVOL_LINES * width * height,
+                       sizeof(float)) &&
+           cvol_ensure(&image->scratch, &state->scratch_capacity,
+                       4 * width * (size_t)image->down * (size_t)threads, sizeof(float)) &&
+           cvol_ensure(&image->spans, &state->span_capacity, 4 * height, sizeof(int)) &&
+           cvol_ensure(&image->opaque, &state->opaque_capacity, width / CVOL_GROUP * height, 1) &&
+           cvol_ensure(&image->met, &state->met_capacity, width / CVOL_GROUP * height,
+                       sizeof *image->met) &&
+           cvol_ensure(&state->held, &state->held_capacity, tiles, sizeof(float)) &&
+           cvol_ensure(&state->tiles.open, &state->tile_capacity, tiles, 1);
+}
+
+static int prepare_bands(sheet_state *state, const cvol_sheet_plan *plan, int threads, int lines)
+{
+    if (state->band_count < threads) {
+        cvol_band_memory *bands = realloc(state->bands, (size_t)threads * sizeof *bands);
+        if (!bands)
+            return 0;
+        state->bands = bands;
+        while (state->band_count < threads)
+            memset(&bands[state->band_count++], 0, sizeof *bands);
+    }
+    for (int i = 0; i < threads; i++)
+        if (!cvol_band_memory_prepare(&state->bands[i], plan, lines))
+            return 0;
+    return 1;
+}
+
+void cvol_sheet_basis(float *basis, int B, int points, int width)
+{
+    const double pi = 3.14159265358979323846;
+    memset(basis, 0, sizeof(float) * (size_t)(B * width));
+    for (int u = 0; u < B; u++)
+        for (int i = 0; i < points; i++)
+            basis[u * width + i] = (float)(sqrt((u ? 2.0 : 1.0) / B) *
+                                           cos(pi * u * (i + 0.5) / points));
+}
+
+static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan)
+{
+    const int B = state->array->block;
+    float *lane = state->bases, *row = lane + CVOL_BLOCK_MAX * CVOL_BLOCK_MAX,
+          *sheet = row + CVOL_BLOCK_MAX * CVOL_BLOCK_MAX;
+    cvol_block_axes axes = {.lane = plan->axis_lane,
+                            .row = plan->axis_row,
+                            .sheet = plan->axis_sheet,
+                            .lane_points = plan->points_lane,
+                            .row_points = plan->points_row,
+                            .sheet_points = plan->points_sheet,
+                            .lane_basis = lane,
+                            .row_basis = row,
+                            .sheet_basis = sheet,
+                            .fewer = plan->of_pixels && plan->points_sheet < B};
+    cvol_sheet_basis(lane, B, axes.lane_points, (B < 16 ? 16 : B));
+    cvol_sheet_basis(row, B, axes.row_points, axes.row_points);
+    cvol_sheet_basis(sheet, B, axes.sheet_points, axes.sheet_points);
+    for (int i = 0; i < 2 && B == 16; i++) {
+        const int side = i ? 4 : 8;
+        float *parts = state->bases + (3 + 3 * i) * CVOL_BLOCK_MAX * CVOL_BLOCK_MAX;
+        float *rows = parts + CVOL_BLOCK_MAX * CVOL_BLOCK_MAX,
+              *sheets = rows + CVOL_BLOCK_MAX * CVOL_BLOCK_MAX;
+        cvol_cell_points_basis(parts, side, axes.lane_points, B);
+        cvol_cell_points_basis(rows, side, axes.row_points, axes.row_points);
+        axes.lane_parts[i] = parts;
+        axes.row_parts[i] = rows;
+        cvol_cell_points_basis(sheets, side, axes.sheet_points, axes.sheet_points);
+        axes.sheet_parts[i] = sheets;
+    }
+    return axes;
+}
+
+static cvol_sheet_kernel *choose_kernel(cvol_mode mode, const cvol_sheet_plan *plan, int extras)
+{
+    const int lit = plan->lit, are_compact = plan->compact.scale > 0;
+    if (plan->of_pixels && lit)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_pixels_shade);
+    if (plan->of_pixels)
+        return extras        ? CVOL_SIMD_CHOOSE(cvol_sheet_pixels_extra)
+               : are_compact ? CVOL_SIMD_CHOOSE(cvol_sheet_pixels_compact)
+                             : CVOL_SIMD_CHOOSE(cvol_sheet_pixels);
+    if (are_compact && cvol_mode_is_grey(mode))
+        return mode == CVOL_MODE_MIP ? CVOL_SIMD_CHOOSE(cvol_sheet_max_compact)
+                                     : CVOL_SIMD_CHOOSE(cvol_sheet_min_compact);
+    if (are_compact)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_compact);
+#ifndef CVOL_ONLY_EXTRAS /* src/CMakeLists.txt */
+    if (!extras && lit)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_shade);
+    if (!extras && mode == CVOL_MODE_COMPOSITE)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_composite);
+#else
+    (void)extras;
+#endif
+    if (lit)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_shade_extra);
+    if (mode == CVOL_MODE_COMPOSITE)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_composite_extra);
+    if (mode == CVOL_MODE_MIN)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_min);
+    return mode == CVOL_MODE_MIP ? CVOL_SIMD_CHOOSE(cvol_sheet_max)
+                                 : CVOL_SIMD_CHOOSE(cvol_sheet_sum);
+}
+
+/* A table that spans fewer samples than this is too fine for them. */
+#define LEAST_LIT_SPAN 128
+
+/* How far apart the array's samples are from what they were made from, in the mean; NAN if that is
+ * not known. */
+static double find_error(const cvol_array *array)
+{
+    return array->ledger.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
+}
+
+/* Words that an error has to be, for maxima and minima to be drawn from them: a word's rounding is
+ * then little of it. */
+#define LEAST_ERROR_WORDS 4
+
+/* How the samples of maxima and minima are kept: in 16 bits where pixels and samples lie equally
+ * far apart, and the array is coarser than words are. */
+static cvol_sheet_compact choose_compact_extremes(const cvol_sheet_plan *plan,
+                                                  const cvol_array *array, cvol_mode mode)
+{
+    const double range = array->range_max - array->range_min;
+    /* Between samples, where points are fewer, values overshoot. */
+    const double beyond = plan->lapped                      ? CVOL_COMPACT_MOST / 2.8
+                          : cvol_extremes_have_bounds(plan) ? 64
+                                                            : CVOL_COMPACT_MOST / 8.0;
+    const double scale = (CVOL_COMPACT_MOST - 2 * beyond) / range;
+    if ((mode != CVOL_MODE_MIP && mode != CVOL_MODE_MIN) || plan->wide ||
+        plan->masked == CVOL_SHEET_SOME_VOID || plan->level || plan->perspective ||
+        plan->du != plan->pitch_lane || cvol_cpu_best() != CVOL_CPU_AVX512 || !(range > 0) ||
+        !(find_error(array) * scale >= LEAST_ERROR_WORDS))
+        return (cvol_sheet_compact){0, 0};
+    return (cvol_sheet_compact){(float)scale,
+                                (float)(beyond - scale * (array->range_min - array->offset))};
+}
+
+/* How samples are kept: in 16 bits where there are kernels that read these, and the table can be
+ * told apart in them. */
+static cvol_sheet_compact choose_compact(cvol_sheet_table *table, const cvol_sheet_plan *plan,
+                                         const cvol_array *array, cvol_mode mode, int extras)
+{
+    /* What the filter across faces is yet to mix may lie outside of the range. */
+    const double range = array->range_max - array->range_min;
+    const double beyond = plan->lapped ? CVOL_COMPACT_MOST / 2.8 : 64;
+    const double least = beyond, most = CVOL_COMPACT_MOST - beyond;
+    if (mode != CVOL_MODE_COMPOSITE || extras || (plan->lit && !plan->of_pixels) ||
+        plan->perspective || plan->masked == CVOL_SHEET_SOME_VOID ||
+        cvol_cpu_best() != CVOL_CPU_AVX512 || !(range > 0))
+        return (cvol_sheet_compact){0, 0};
+    const double scale = (most - least) / range;
+    const cvol_sheet_compact compact = {
+        (float)scale, (float)(least - scale * (array->range_min - array->offset))};
+    if (plan->lit) /* classified as floats, and so a function may be steep */
+        return CVOL_TABLE_SIZE * scale >= LEAST_LIT_SPAN * (double)table->scale
+                   ? compact
+                   : (cvol_sheet_compact){0, 0};
+    cvol_sheet_words_fill(&table->words, table, compact.scale, compact.offset);
+    return table->words.usable ? compact : (cvol_sheet_compact){0, 0};
+}
+
+/* Table coordinates for a surface: as if of a function that is opaque from its value on. */
+static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visibility *visibility,
+                       const cvol_array *array, const cvol_surface *surface)
+{
+    const cvol_transfer_point points[2] = {{surface->value, 0, 0, 0, 0},
+                                           {surface->value, 0, 0, 0, 1}};
+    cvol_transfer *step;
+    const int code = cvol_transfer_create(context, &step, points, 2);
+    if (code)
+        return code;
+    cvol_visibility_make(visibility, array, step);
+    cvol_sheet_table_fill(table, array, step, 1);
+    table->at = (float)(surface->value - array->offset - (double)table->from) * table->scale;
+    table->visible_from = table->at;
+    table->visible_to = INFINITY;
+    for (int c = 0; c < 3; c++)
+        table->colour[c] = (float)surface->colour[c];
+    cvol_transfer_free(step);
+    return CVOL_OK;
+}
+
+/* The mean of two sheets half way between them: at each of them as far from where a ray meets it as
+ * that moves by until there. In perspective rays move by as much as they like. */
+static void set_twist(cvol_sheet_table *table, const cvol_sheet_plan *plan, const cvol_light *light)
+{
+    const double way = plan->perspective ? 0 : plan->ascending ? 1 : -1;
+    const double moves[2] = {way * plan->shear_lane * plan->pitch_sheet / plan->pitch_lane,
+                             way * plan->shear_row * plan->pitch_sheet / plan->pitch_row};
+    for (int k = 0; k < 2; k++)
+        table->twist[k] = table->turns && light->rise[k] > 0
+                              ? (float)(moves[k] / 8) / light->rise[k]
+                              : 0;
+}
+
+/* Along an axis of one sample nothing changes. */
+static void set_light(cvol_light *out, const sheet_state *state, const cvol_sheet_plan *plan,
+                      const cvol_view *view, const cvol_shading *shading)
+{
+    const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_sheet};
+    const int way = plan->ascending ? 1 : -1, turns[3] = {1, 1, way};
+    const size_t samples[3] = {plan->lanes, plan->rows, plan->sheets};
+    const double pitches[3] = {plan->pitch_lane, plan->pitch_row, plan->pitch_sheet};
+    cvol_shading lit = *shading;
+    lit.on = 1;
+    cvol_light_set(out, view, &state->array->grid, &lit, axes, turns);
+    for (int k = 0; k < 3; k++)
+        out->rise[k] *= samples[k] > 1 ? (float)(1 / pitches[k]) / state->table->scale : 0;
+    set_twist(state->table, plan, out);
+}
+
+/* How many samples lie from sheet to sheet, so that they are so far apart at most. */
+static int choose_parts(const cvol_sheet_plan *plan, double step_voxels)
+{
+    if (!(step_voxels > 0) || plan->sheets == 1)
+        return 1;
+    const double parts = ceil(plan->distance / step_voxels - 1e-9);
+    return parts < 1 ? 1 : parts > CVOL_PARTS ? CVOL_PARTS : (int)parts;
+}
+
+/* The table of a frame; of a surface its visibility, too. How samples are kept follows from it. */
+static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan *plan,
+                     const cvol_sheet_subject *subject, cvol_visibility *by_surface,
+                     const cvol_render_options *options, int extras)
+{
+    cvol_sheet_table *table = state->table;
+    table->is_surface = options->mode == CVOL_MODE_ISO;
+    plan->compact = (cvol_sheet_compact){0, 0};
+    if (table->is_surface)
+        return set_surface(context, table, by_surface, subject->array, &options->surface);
+    if (cvol_mode_is_grey(options->mode)) {
+        plan->compact = choose_compact_extremes(plan, subject->array, options->mode);
+        return CVOL_OK;
+    }
+    cvol_sheet_table_fill(table, subject->array, state->transfer, plan->distance / plan->parts);
+    if (!plan->of_pixels && (state->traits.is_noisy || (table->is_clear && !plan->lit)))
+        table->flat = table->flat_coarse;
+    if (state->traits.is_soft)
+        cvol_sheet_table_soften(table);
+    cvol_sheet_table_slant(table,
+                           plan->pitch_sheet * fmax(fabs(plan->shear_lane) / plan->pitch_lane,
+                                                    fabs(plan->shear_row) / plan->pitch_row),
+                           state->traits.is_fine && !plan->lit);
+    plan->compact = choose_compact(table, plan, subject->array, options->mode, extras);
+    return CVOL_OK;
+}
+
+/* Whether rays are those of the picture's pixels, see cvol_sheet_rays. */
+static int are_of_pixels(const cvol_sheet_plan *plan, const cvol_view *view,
+                         const cvol_render_options *options)
+{
+    return options->sheet.rays == CVOL_SHEET_RAYS_PIXELS && options->mode == CVOL_MODE_COMPOSITE &&
+           !plan->wide && !plan->level && !plan->perspective && view->rays == 1 &&
+           plan->masked != CVOL_SHEET_SOME_VOID;
+}
+
+/* What the frame of a plan draws, beside its plan and its image. */
+typedef struct drawing {
+    sheet_state *state;
+    const cvol_sheet_subject *subject;
+    const cvol_view *view;
+    const cvol_render_options *options;
+    cvol_visibility by_surface;
+    int extras;
+    size_t spare; /* bytes, see cvol_strips */
+} drawing;
+
+/* Blocks of pictures before. Covers of a level, which are copied with its samples, are not kept. */
+static cvol_kept *find_kept(sheet_state *state, const cvol_sheet_subject *subject,
+                            const cvol_sheet_plan *plan, const cvol_render_options *options)
+{
+    const int with_cover = plan->level && plan->masked == CVOL_SHEET_SOME_VOID;
+    return state->counts || with_cover
+               ? NULL
+               : cvol_keep_open(&state->keep, plan, subject->array->block_count, options->keep_mb);
+}
+
+/* A value less the array's offset, in the numbers that samples are kept in. */
+static double as_kept(const cvol_sheet_plan *plan, double value)
+{
+    const cvol_sheet_compact *compact = &plan->compact;
+    return compact->scale > 0 ? value * (double)compact->scale + (double)compact->offset : value;
+}
+
+/* Draws the pixels of a plan, or of a strip of it. */
+static int draw_strip(cvol_context *context, const drawing *of, cvol_image *image,
+                      cvol_sheet_plan *plan, const double progress[2])
+{
+    sheet_state *state = of->state;
+    const cvol_sheet_subject *subject = of->subject;
+    const cvol_render_options *options = of->options;
+    const cvol_array *array = state->array;
+    const int threads = cvol_context_threads(context);
+    const int colour = !cvol_mode_is_grey(options->mode);
+    const int band_lines = cvol_share_lines(plan, threads);
+    if (!prepare_image(state, plan, image->depth != NULL, threads) ||
+        !prepare_bands(state, plan, threads, band_lines))
+        return cvol_fail(context, CVOL_ERROR_MEMORY,
+                         "not enough memory to render into an intermediate image of %d x %d",
+                         plan->width, plan->height);
+    cvol_light light;
+    state->table->light = NULL;
+    if (plan->lit) {
+        set_light(&light, state, plan, of->view, &options->shading);
+        state->table->light = &light;
+    }
+    cvol_sheet_frame frame = {
+        .array = subject->array,
+        .level = subject->level.samples ? &subject->level : NULL,
+        .plan = plan,
+        .kept = find_kept(state, subject, plan, options),
+        .lending = state->counts ? NULL
+                                 : cvol_lending_open(&state->lending, plan, threads, of->spare),
+        .axes = plan->level ? (cvol_block_axes){0} : make_axes(state, plan),
+        .filters = cvol_lapped_filters_of(plan),
+        .table = state->table,
+        .visibility = options->mode == CVOL_MODE_ISO ? &of->by_surface
+                      : colour                       ? &subject->by_transfer
+                                                     : &subject->everything,
+        .mask = cvol_sheet_subject_mask(subject),
+        .background = cvol_sheet_background(array, array->mask),
+        .kernel = choose_kernel(options->mode, plan, of->extras),
+        .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
+        .intermediate = &state->intermediate,
+        .tiles = &state->tiles,
+        .extremes = cvol_extremes_of(options->mode, plan, subject->array),
+        .start = {[3] = colour ? 1 : 0, [5] = 1},
+        .counts = state->counts,
+        .progress = {progress[0], progress[1]},
+    };
+    frame.extremes.held = state->held;
+    if (frame.mask && !plan->level)
+        cvol_mask_points_find(frame.mask_points, plan, frame.mask->block);
+    const int code = cvol_share_draw(context, &frame, state->bands, threads, band_lines);
+    for (int i = 0; i < state->band_count; i++) {
+        state->multiply_adds += state->bands[i].multiply_adds;
+        state->bands[i].multiply_adds = 0;
+    }
+    if (code)
+        return code;
+    if (image->depth)
+        cvol_sheet_depth_draw(image, &state->intermediate, plan, of->view, array->grid.spacing,
+                              threads);
+    if (colour)
+        cvol_warp_composite(image, &state->intermediate, plan, options->background, threads);
+    else
+        cvol_warp_grey(image, &state->intermediate, plan,
+                       as_kept(plan, array->ledger.value_min - array->offset),
+                       as_kept(plan, array->ledger.value_max - array->offset), options->background,
+                       threads);
+    return CVOL_OK;
+}
+
+/* Floats that a pixel of the intermediate image takes. */
+static int count_floats(const cvol_sheet_plan *plan, int has_depth)
+{
+    const int pending = plan->masked == CVOL_SHEET_SOME_VOID ? CVOL_PENDING_LINES
+                                                             : CVOL_PENDING_LINES_PLAIN;
+    return CVOL_LINES + (plan->lit ? pending : 0) + (has_depth != 0) +
+           (plan->parts > 1 ? 2 * (CVOL_PARTS - 1) : 0);
+}
+
+static int is_one_sample_thick(const cvol_array *array)
+{
+    return array->grid.dims[0] == 1 || array->grid.dims[1] == 1 || array->grid.dims[2] == 1;
+}
+
+/* Whether light is looked at between sheets, too. What is not clear is, along the rays of pixels,
+ * looked at more closely already. */
+static int turns_light(const drawing *of, const cvol_sheet_plan *plan)
+{
+    return plan->lit && (plan->parts > 1 || (cvol_sheet_rays_turn(of->view) &&
+                                             (!plan->of_pixels || of->state->traits.is_clear)));
+}
+
+/* Chooses rays, and with them the frame's table. Lit rays of pixels are drawn from 16 bits alone,
+ * and with one sample between two sheets, if any are asked for; not those of a volume one sample
+ * thick: it has no slope along that axis beside which the rounding of the others is nothing, and
+ * what hardly rises would be lit by that. */
+static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan, int has_depth)
+{
+    sheet_state *state = of->state;
+    const int wanted = !plan->of_pixels && are_of_pixels(plan, of->view, of->options);
+    state->table->halves = 0;
+    of->extras = has_depth || plan->parts > 1 || plan->wide || state->counts;
+    cvol_sheet_plan pixels = *plan;
+    if (wanted && !plan->lit) {
+        if (cvol_sheet_plan_of_pixels(plan, of->view))
+            cvol_sheet_plan_space(plan, of->view->sheets_apart);
+    } else if (wanted && !has_depth && !is_one_sample_thick(state->array) &&
+               cvol_sheet_plan_of_pixels(&pixels, of->view)) {
+        pixels.parts = 1;
+        const int code = set_table(context, state, &pixels, of->subject, &of->by_surface,
+                                   of->options, 0);
+        if (code || pixels.compact.scale > 0) {
+            state->table->halves = plan->parts > 1;
+            of->extras = 0;
+            *plan = pixels;
+            return code;
+        }
+    }
+    return set_table(context, state, plan, of->subject, &of->by_surface, of->options, of->extras);
+}
+
+/* Draws the pixels of a plan. */
+static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet_subject *subject,
+                     cvol_image *image, cvol_sheet_plan *plan, const cvol_view *view,
+                     const cvol_render_options *options, const double progress[2])
+{
+    drawing of = {.state = state, .subject = subject, .view = view, .options = options};
+    plan->masked = cvol_sheet_subject_masked(subject, state->array->mask);
+    const int is_surface = options->mode == CVOL_MODE_ISO;
+    plan->lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
+    plan->wide = state->wide.reach ? &state->wide : NULL;
+    plan->reach = plan->lit + state->wide.reach;
+    plan->parts = is_surface || options->mode == CVOL_MODE_COMPOSITE
+                      ? choose_parts(plan, options->step_voxels)
+                      : 1;
+    int code = choose_rays(context, &of, plan, image->depth != NULL);
+    state->table->turns = turns_light(&of, plan);
+    cvol_strips strips = {0, 0};
+    if (!code)
+        strips = cvol_strips_choose(plan, (size_t)image->width * (size_t)image->height,
+                                    count_floats(plan, image->depth != NULL), subject->mask.bytes);
+    of.spare = strips.spare;
+    for (int i = 0; i < strips.count && !code; i++) {
+        const double part = progress[1] / strips.count, begin = progress[0] + i * part;
+        cvol_sheet_plan strip = cvol_strip_make(plan, i, strips.count);
+        code = draw_strip(context, &of, image, &strip, (const double[2]){begin, part});
+    }
+    return code;
+}
+
+/* A picture in perspective: what is seen along each of the axes, one after the other. */
+static int draw_all_along(cvol_context *context, sheet_state *state,
+                          const cvol_sheet_subject *subject, cvol_image *image,
+                          const cvol_view *view, const cvol_render_options *options)
+{
+    cvol_sheet_plan plans[6];
+    int count = 0;
+    for (int along = 0; along < 6; along++) {
+        int empty;
+        const int code = cvol_sheet_plan_make_along(context, &plans[count], &empty, state->array,
+                                                    subject->level.samples ? options->level : 0,
+                                                    view, along);
+        if (code)
+            return code;
+        count += !empty;
+    }
+    cvol_warp_nothing(image, cvol_mode_is_grey(options->mode), options->background);
+    cvol_sheet_depth_clear(image);
+    for (int k = 0; k < count; k++) {
+        const double progress[2] = {(double)k / count, 1.0 / count};
+        const int code = draw_plan(context, state, subject, image, &plans[k], view, options,
+                                   progress);
+        if (code)
+            return code;
+    }
+    return CVOL_OK;
+}
+
+/* A picture in parallel projection. What is drawn from samples of 16 bits stays the same picture
+ * where its depth is asked for, too, which is found from floats: it is drawn after that. */
+static int draw_parallel(cvol_context *context, sheet_state *state,
+                         const cvol_sheet_subject *subject, cvol_image *image,
+                         cvol_sheet_plan *plan, const cvol_view *view,
+                         const cvol_render_options *options)
+{
+    const int both = image->depth && options->mode == CVOL_MODE_COMPOSITE &&
+                     (!options->shading.on || (options->sheet.rays == CVOL_SHEET_RAYS_PIXELS &&
+                                               cvol_cpu_best() == CVOL_CPU_AVX512));
+    const double share = both ? 0.5 : 1, whole[2] = {0, share}, rest[2] = {share, 1 - share};
+    int code = draw_plan(context, state, subject, image, plan, view, options, whole);
+    if (code || !both)
+        return code;
+    float *const depth = image->depth;
+    image->depth = NULL;
+    code = draw_plan(context, state, subject, image, plan, view, options, rest);
+    image->depth = depth;
+    return code;
+}
+
+static int check_footprint(cvol_context *context, const cvol_sheet_options *options)
+{
+    const int kind = (int)options->footprint;
+    const double sigma = options->sigma;
+    if (kind < CVOL_SHEET_LINEAR || kind > CVOL_SHEET_GAUSSIAN)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no footprint of engine sheet", kind);
+    if ((int)options->rays < CVOL_SHEET_RAYS_AUTO || options->rays > CVOL_SHEET_RAYS_LATTICE)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no kind of rays of engine sheet",
+                         (int)options->rays);
+    if (sigma != 0 && !(sigma >= CVOL_WIDE_SIGMA_MIN && sigma <= CVOL_WIDE_SIGMA_MAX))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "sigma %g: engine sheet has Gaussians of %g to %g samples", sigma,
+                         CVOL_WIDE_SIGMA_MIN, CVOL_WIDE_SIGMA_MAX);
+    return CVOL_OK;
+}
+
+/* Which rays a picture in parallel projection is drawn along, where that is left to the engine. */
+static int choose_lattice(cvol_context *context, sheet_state *state,
+                          const cvol_sheet_subject *subject, cvol_view *view,
+                          cvol_render_options *options)
+{
+    if (!subject->level.samples && cvol_sheet_rays_want_bend(&state->traits, options)) {
+        state->traits.bend = cvol_sheet_bend(subject->array, state->transfer,
+                                             &subject->by_transfer);
+        if (state->traits.bend < 0)
+            return cvol_fail_memory(context, cvol_array_block_terms(subject->array) * sizeof(float),
+                                    "a block");
+    }
+    cvol_sheet_rays_space(view, &state->traits, options);
+    if (options->mode == CVOL_MODE_COMPOSITE)
+        options->sheet.rays = cvol_sheet_rays_suited(&state->traits, view, options);
+    return CVOL_OK;
+}
+
+static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *image,
+                      const cvol_view *view, const cvol_render_options *options)
+{
+    sheet_state *state = opaque_state;
+    cvol_sheet_subject *subject;
+    cvol_sheet_plan plan;
+    int code = check_footprint(context, &options->sheet);
+    if (!code)
+        code = find_subject(context, &subject, state, options->level);
+    if (code)
+        return code;
+    cvol_sheet_wide_make(&state->wide, &options->sheet);
+    if (view->perspective)
+        return draw_all_along(context, state, subject, image, view, options);
+    cvol_view seen = *view;
+    cvol_render_options chosen = *options;
+    code = choose_lattice(context, state, subject, &seen, &chosen);
+    if (!code)
+        code = cvol_sheet_plan_make(context, &plan, state->array,
+                                    subject->level.samples ? options->level : 0, &seen);
+    return code ? code : draw_parallel(context, state, subject, image, &plan, &seen, &chosen);
+}
+
+static uint64_t sheet_kept_bytes(const void *opaque_state)
+{
+    const sheet_state *state = opaque_state;
+    return atomic_load(&state->keep.taken);
+}
+
+const cvol_engine_table cvol_sheet_engine = {.free = sheet_free,
+                                             .set_transfer = sheet_set_transfer,
+                                             .draw = sheet_draw,
+                                             .kept_bytes = sheet_kept_bytes,
+                                             .has_clip = 1,
+                                             .has_perspective = 1,
+                                             .has_depth = 1};
+
+int cvol_renderer_sheet_multiply_adds(cvol_context *context, cvol_renderer *renderer,
+                                      cvol_image *image, const cvol_render_options *options,
+                                      uint64_t *out)
+{
+    if (renderer->engine != &cvol_sheet_engine)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "this renderer is not of engine sheet");
+    if (options->mode != CVOL_MODE_COMPOSITE || options->shading.on || options->level ||
+        options->sheet.footprint != CVOL_SHEET_LINEAR)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "multiply-adds are counted in mode composite, unlit, at level 0 and of "
+                         "linear footprints");
+    sheet_state *state = renderer->state;
+    state->counts = 1;
+    state->multiply_adds = 0;
+    const int code = cvol_renderer_render(context, renderer, image, options);
+    state->counts = 0;
+    *out = state->multiply_adds;
+    return code;
+}

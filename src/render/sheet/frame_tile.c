@@ -1,0 +1,74 @@
+/* Strips: see frame_tile.h. */
+#include "render/sheet/frame_tile.h"
+
+#include <math.h>
+
+#include "render/sheet/band.h"
+
+/* What lines, samples and a mask may take: a part of the 16 MB, and of the 24 bytes for each pixel
+ * of the picture, that a frame needs at most. The rest is for blocks' windows and for tables. Two
+ * threads are reckoned with, which both have the samples that they share. */
+#define FRAME_BYTES 14e6
+#define PIXEL_BYTES 22
+#define THREADS 2
+
+/* Shorter strips share too much of their blocks with others. */
+#define LEAST_LINES 48
+
+/* So far before and behind a pixel the warp looks, and one line more, as places are rounded. */
+#define LINES_BEFORE 2
+#define LINES_BEHIND 3
+
+/* A multiple of the lines that lie in one another. */
+static int whole_lines(const cvol_sheet_plan *plan, int lines)
+{
+    const int once = cvol_lines_at_once(plan);
+    return (lines + once - 1) / once * once;
+}
+
+static int strip_lines(const cvol_sheet_plan *plan, int count)
+{
+    return whole_lines(plan, (plan->height + count - 1) / count);
+}
+
+cvol_sheet_plan cvol_strip_make(const cvol_sheet_plan *plan, int index, int count)
+{
+    cvol_sheet_plan out = *plan;
+    const int lines = strip_lines(plan, count), begin = index * lines, end = begin + lines,
+              before = whole_lines(plan, LINES_BEFORE), behind = whole_lines(plan, LINES_BEHIND);
+    if (count == 1)
+        return out;
+    const int first = begin > before ? begin - before : 0,
+              last = end + behind < plan->height ? end + behind : plan->height;
+    out.v0 = plan->v0 + first * plan->dv;
+    for (int k = 0; k < 2; k++)
+        out.place[k][0] += first * out.place[k][2];
+    out.height = last > first ? last - first : cvol_lines_at_once(plan);
+    out.own[0] = index ? plan->v0 + begin * plan->dv : -INFINITY;
+    out.own[1] = index + 1 < count ? plan->v0 + end * plan->dv : INFINITY;
+    return out;
+}
+
+/* The most that a strip takes, if there are so many. */
+static double find_bytes(const cvol_sheet_plan *plan, int line_floats, int count)
+{
+    double most = 0;
+    for (int i = 0; i < count; i++) {
+        const cvol_sheet_plan strip = cvol_strip_make(plan, i, count);
+        const int lines = cvol_share_lines(&strip, THREADS);
+        most = fmax(most, (double)line_floats * sizeof(float) * strip.width * strip.height +
+                              THREADS * (double)cvol_band_sample_bytes(&strip, lines));
+    }
+    return most;
+}
+
+cvol_strips cvol_strips_choose(const cvol_sheet_plan *plan, size_t pixels, int line_floats,
+                               size_t mask_bytes)
+{
+    const double most = FRAME_BYTES + PIXEL_BYTES * (double)pixels - (double)mask_bytes;
+    int count = 1;
+    double bytes = find_bytes(plan, line_floats, count);
+    while (strip_lines(plan, count + 1) >= LEAST_LINES && bytes > most)
+        bytes = find_bytes(plan, line_floats, ++count);
+    return (cvol_strips){count, bytes < most ? (size_t)(most - bytes) : 0};
+}

@@ -1,0 +1,416 @@
+/* Classification of samples by the table of a frame (cvol_sheet_table), and compositing of what
+ * they are classified as.
+ *
+ * With AVX-512 the pieces of the table are looked up by permutations: a coordinate's bin says at
+ * which piece to begin, and two steps at most lead to its own. Elsewhere, and where a function does
+ * not fit into the pieces, entries are gathered.
+ *
+ * To be included by kernel files only: each compiles it for its instruction set.
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_CLASSIFY_H
+#define CVOL_RENDER_SHEET_KERNELS_CLASSIFY_H
+
+#include "render/sheet/frame.h"
+#include "render/sheet/kernels/phong.h"
+
+#if defined(__AVX512F__)
+#define HAVE_PIECES 1
+#else
+#define HAVE_PIECES 0
+#endif
+
+/* Kernels are compiled twice: without what is asked for seldom, and with it, told when they run. */
+#ifndef SHEET_EXTRAS
+#define SHEET_EXTRAS 0
+#endif
+
+/* A group whose transmittance is below this in every pixel is done: what lies behind could change
+ * no channel by more than half a step of 255. */
+#define OPAQUE_BELOW (1.0f / 512)
+
+/* What composite has of CVOL_LANES pixels: premultiplied colour and the transmittance 1 - A.
+ * half, an extra: where A passes one half, as places are told. */
+typedef struct pixels {
+    cvol_vf r, g, b, through, half;
+    int parts; /* that were composited: counted with extras only */
+} pixels;
+
+/* Where on its way an interval or a part of it begins and ends, in sheets as they are met; looked
+ * at for extras only. */
+typedef struct stretch {
+    cvol_vf from, to;
+} stretch;
+
+CVOL_INLINE stretch stretch_of(float from, float to)
+{
+    return (stretch){cvol_splat(from), cvol_splat(to)};
+}
+
+/* After a part, before which there was the transmittance `before`. */
+CVOL_INLINE void find_half(pixels *p, cvol_vf before, stretch at)
+{
+    if (!SHEET_EXTRAS)
+        return;
+    const cvol_vi passed = (before > 0.5f) & (p->through <= 0.5f);
+    if (!cvol_any(passed))
+        return;
+    const cvol_vf t = (before - 0.5f) / cvol_max(before - p->through, cvol_splat(1e-20f));
+    p->half = cvol_select(passed, at.from + t * (at.to - at.from), p->half);
+}
+
+/* Which pixels take a sample, and of those which for a half or a quarter of the interval. */
+typedef struct sample_parts {
+    cvol_vi halves, quarters, mask;
+    int divided; /* known when this is compiled: whether any of the three is looked at */
+} sample_parts;
+
+/* Whether a lane of v is above a limit. */
+CVOL_INLINE int any_above(cvol_vf v, float limit)
+{
+#if defined(__AVX512F__)
+    return _mm512_cmp_ps_mask((__m512)v, _mm512_set1_ps(limit), _CMP_GT_OQ) != 0;
+#else
+    return cvol_any(v > limit);
+#endif
+}
+
+/* Whether a range least .. most reaches into from .. to. */
+CVOL_INLINE int any_within(cvol_vf most, cvol_vf least, float from, float to)
+{
+#if defined(__AVX512F__)
+    const __mmask16 above = _mm512_cmp_ps_mask((__m512)most, _mm512_set1_ps(from), _CMP_GE_OQ);
+    return _mm512_mask_cmp_ps_mask(above, (__m512)least, _mm512_set1_ps(to), _CMP_LE_OQ) != 0;
+#else
+    return cvol_any((most >= from) & (least <= to));
+#endif
+}
+
+CVOL_INLINE cvol_vf table_clamp(cvol_vf t)
+{
+    return cvol_min(cvol_max(t, cvol_splat(0)), cvol_splat(CVOL_TABLE_SIZE - 1));
+}
+
+/* v^w for v in 0..1 and w from 0 on: 2^(w log2 v), each by a polynomial; 1 where v is 1, within
+ * 2e-5 elsewhere. */
+CVOL_INLINE cvol_vf raise_to(cvol_vf v, cvol_vf w)
+{
+    const cvol_vi bits = (cvol_vi)cvol_max(v, cvol_splat(1e-30f));
+    const cvol_vf mantissa = (cvol_vf)((bits & 0x7fffff) | 0x3f800000), m = mantissa - 1;
+    const cvol_vf log2_m = m * (1.4425532f +
+                                m * (-0.7182822f +
+                                     m * (0.4582724f +
+                                          m * (-0.2795419f + m * (0.1234555f + m * -0.0264590f)))));
+    const cvol_vf log2_x = cvol_to_float((bits >> 23) - 127) + log2_m;
+    const cvol_vf y = cvol_min(cvol_max(w * log2_x, cvol_splat(-100)), cvol_splat(0));
+    const cvol_vi whole = cvol_to_int(y + 128) - 128;
+    const cvol_vf t = y - cvol_to_float(whole);
+    const cvol_vf part = 1 +
+                         t * (0.6930186f + t * (0.2414452f + t * (0.0519512f + t * 0.0135808f)));
+    return (cvol_vf)((cvol_vi)part + (whole << 23));
+}
+
+/* What 1 - (1 - a)^w is of a. */
+CVOL_INLINE cvol_vf share_of_part(cvol_vf a, cvol_vf w)
+{
+    const cvol_vf little = w * (1 + (1 - w) * a * (0.5f + (2 - w) * a * (1.0f / 6)));
+    return cvol_select(a < 0.02f, little,
+                       (1 - raise_to(1 - a, w)) / cvol_max(a, cvol_splat(0.01f)));
+}
+
+CVOL_INLINE cvol_vf weight_share(cvol_vf share, cvol_vf opacity, cvol_vf weight)
+{
+    const cvol_vi some = weight >= 1e-4f, all = weight == 1;
+    share = (cvol_vf)((cvol_vi)share & some);
+    if (!cvol_any(some & ~all))
+        return share;
+    return cvol_select(all, share, share * share_of_part(opacity, weight));
+}
+
+/* What matter of a value has over the distance of two sheets: colour times opacity, and opacity. */
+typedef struct matter {
+    cvol_vf v[4];
+} matter;
+
+CVOL_INLINE matter matter_of_entry(const cvol_sheet_table *table, cvol_vf t)
+{
+    cvol_vf opacity;
+    cvol_vi colour;
+    cvol_lookup(&opacity, &colour, table->entries, cvol_to_int(table_clamp(t)));
+    const cvol_vf share = opacity * (1.0f / 1023);
+    return (matter){{share * cvol_to_float(colour & 1023),
+                     share * cvol_to_float((colour >> 10) & 1023),
+                     share * cvol_to_float(colour >> 20), opacity}};
+}
+
+#if HAVE_PIECES
+/* Of so many `pieces` at the most: CVOL_PIECES_FEW are found in one register. */
+CVOL_INLINE cvol_vf piece_value(const float values[CVOL_PIECES], __m512i piece, int pieces)
+{
+    if (pieces == CVOL_PIECES_FEW)
+        return (cvol_vf)_mm512_permutexvar_ps(piece, _mm512_load_ps(values));
+    return (cvol_vf)_mm512_permutex2var_ps(_mm512_load_ps(values), piece,
+                                           _mm512_load_ps(values + 16));
+}
+
+CVOL_INLINE __m512i next_piece(const cvol_sheet_table *table, __m512i piece, cvol_vf t, int pieces)
+{
+    const __mmask16 beyond = _mm512_cmp_ps_mask(
+        (__m512)t, (__m512)piece_value(table->piece_end, piece, pieces), _CMP_GE_OQ);
+    return _mm512_mask_add_epi32(piece, beyond, piece, _mm512_set1_epi32(1));
+}
+
+CVOL_INLINE matter matter_of_piece(const cvol_sheet_table *table, cvol_vf t, int pieces)
+{
+    /* Entries lie in the middles of their coordinates. */
+    t = cvol_min(cvol_max(t, cvol_splat(0.5f)), cvol_splat(CVOL_TABLE_SIZE - 0.5f));
+    const __m512i bin = _mm512_srli_epi32(_mm512_cvttps_epi32((__m512)t), CVOL_PIECE_BIN_LOG2);
+    /* The bin is in the lower half of each word, and what the upper half finds is no matter. */
+    __m512i piece = _mm512_permutex2var_epi16(_mm512_load_si512(table->piece_of), bin,
+                                              _mm512_load_si512(table->piece_of + 32));
+    piece = _mm512_and_si512(piece, _mm512_set1_epi32(CVOL_PIECES - 1));
+    piece = next_piece(table, piece, t, pieces);
+    if (pieces != CVOL_PIECES_FEW) /* of few no two end in the same bin */
+        piece = next_piece(table, piece, t, pieces);
+    matter m;
+    for (int k = 0; k < 4; k++)
+        m.v[k] = piece_value(table->piece_start[k], piece, pieces) +
+                 t * piece_value(table->piece_rise[k], piece, pieces);
+    return m;
+}
+#endif
+
+/* Light may make matter thinner, where the table says so. */
+CVOL_INLINE void light_matter(matter *m, const cvol_sheet_table *table, const lit_matter *lit)
+{
+    if (table->light->thinning > 0) {
+        const cvol_vf share = weight_share(cvol_splat(1), m->v[3], lit->thickness);
+        for (int k = 0; k < 4; k++)
+            m->v[k] *= share;
+    }
+    for (int k = 0; k < 3; k++)
+        m->v[k] = m->v[k] * lit->factor + m->v[3] * lit->gloss;
+}
+
+/* What light makes of a gradient that stands in its place. */
+CVOL_INLINE lit_matter light_of_gradient(const lit_matter *at, const cvol_light *light)
+{
+    const cvol_vf gradient[3] = {at->factor, at->gloss, at->thickness};
+    return illuminate(gradient, light);
+}
+
+/* `lit` NULL: its colour is as it is. */
+CVOL_INLINE matter matter_of(const cvol_sheet_table *table, cvol_vf t, const lit_matter *lit,
+                             int pieces)
+{
+    matter m;
+#if HAVE_PIECES
+    if (pieces)
+        m = matter_of_piece(table, t, pieces);
+    else
+#endif
+        m = matter_of_entry(table, t);
+    (void)pieces;
+    if (lit)
+        light_matter(&m, table, lit);
+    return m;
+}
+
+/* The same where `at` may be a gradient. What has no opacity needs no light. */
+CVOL_INLINE matter matter_lit(const cvol_sheet_table *table, cvol_vf t, const lit_matter *at,
+                              int is_gradient, int pieces)
+{
+    if (!is_gradient)
+        return matter_of(table, t, at, pieces);
+    matter m = matter_of(table, t, NULL, pieces);
+    if (!any_above(m.v[3], 0))
+        return m;
+    const lit_matter lit = light_of_gradient(at, table->light);
+    light_matter(&m, table, &lit);
+    return m;
+}
+
+/* Of an opacity its share over half the length, 1 / (1 + sqrt(through)); *through = 1 - opacity
+ * becomes that of the half. */
+CVOL_INLINE cvol_vf half_share(cvol_vf *through)
+{
+#if defined(__AVX512F__)
+    *through = (cvol_vf)_mm512_mul_ps((__m512)*through, _mm512_rsqrt14_ps((__m512)*through));
+    return (cvol_vf)_mm512_rcp14_ps((__m512)(1 + *through));
+#elif defined(__AVX2__)
+    *through = (cvol_vf)_mm256_sqrt_ps((__m256)*through);
+    return 1 / (1 + *through);
+#else
+    for (int lane = 0; lane < CVOL_LANES; lane++)
+        (*through)[lane] = sqrtf((*through)[lane]);
+    return 1 / (1 + *through);
+#endif
+}
+
+/* One part of an interval, of the mean of the matter at its ends; if `weighted`, only this part of
+ * its length. */
+CVOL_INLINE void composite_part(pixels *p, const matter *from, const matter *to, sample_parts parts,
+                                stretch at, cvol_vf weight, int weighted)
+{
+    const cvol_vf before = p->through;
+    cvol_vf share = before;
+    const cvol_vf twice = from->v[3] + to->v[3];
+    if (parts.divided) {
+        cvol_vf through = cvol_max(1 - 0.5f * twice, cvol_splat(1e-12f));
+        share = cvol_select(parts.halves, share * half_share(&through), share);
+        share = cvol_select(parts.quarters, share * half_share(&through), share);
+        share = (cvol_vf)((cvol_vi)share & parts.mask);
+    }
+    if (weighted)
+        share = weight_share(share, 0.5f * twice, weight);
+    share *= 0.5f;
+    p->r += share * (from->v[0] + to->v[0]);
+    p->g += share * (from->v[1] + to->v[1]);
+    p->b += share * (from->v[2] + to->v[2]);
+    p->through -= share * twice;
+    if (SHEET_EXTRAS)
+        p->parts++;
+    find_half(p, before, at);
+}
+
+/* Where a mask is set, another matter. */
+CVOL_INLINE void replace_matter(matter *m, cvol_vi mask, const matter *by)
+{
+    for (int k = 0; k < 4; k++)
+        m->v[k] = cvol_select(mask, by->v[k], m->v[k]);
+}
+
+CVOL_INLINE lit_matter mix(const lit_matter *a, const lit_matter *b, cvol_vf t)
+{
+    return (lit_matter){a->factor + t * (b->factor - a->factor),
+                        a->gloss + t * (b->gloss - a->gloss),
+                        a->thickness + t * (b->thickness - a->thickness)};
+}
+
+/* An interval from table coordinate a to b, and its light at both ends; NULL: none. `middle`: what
+ * it has half way; NULL: all have what lies straight between. */
+typedef struct interval {
+    cvol_vf a, b;
+    const lit_matter *from, *to;
+    stretch at;
+    const cvol_vf *middle;
+    cvol_vi bent; /* the pixels that have it */
+    int turns;    /* `from` and `to` are gradients, and it is lit in its middle, too */
+} interval;
+
+/* The part of it that ends after so much of it, of the lanes of a mask; *begin: where these are. */
+CVOL_INLINE stretch part_of(const interval *i, cvol_vf *begin, float end, cvol_vi mask)
+{
+    const cvol_vf to = i->at.from + end * (i->at.to - i->at.from);
+    const stretch at = {*begin, to};
+    *begin = cvol_select(mask, to, *begin);
+    return at;
+}
+
+/* The matter after so much of an interval. */
+CVOL_INLINE matter matter_within(const cvol_sheet_table *table, const interval *i, float t,
+                                 int pieces)
+{
+    cvol_vf value = i->a + t * (i->b - i->a);
+    if (i->middle) {
+        const cvol_vf m = *i->middle, end = t < 0.5f ? i->a : i->b;
+        value = cvol_select(i->bent, m + fabsf(1 - 2 * t) * (end - m), value);
+    }
+    if (!i->from)
+        return matter_of(table, value, NULL, pieces);
+    const lit_matter lit = mix(i->from, i->to, cvol_splat(t));
+    return matter_lit(table, value, &lit, i->turns, pieces);
+}
+
+/* The rise from which on an interval has 4 parts. */
+CVOL_INLINE float quarters_from(const cvol_sheet_table *table)
+{
+#if SHEET_PIXELS
+    return table->steep;
+#endif
+    return 4 * table->flat;
+}
+
+/* The rise from which on it has 2: along rays of pixels less, where these look half way. */
+CVOL_INLINE float halves_from(const cvol_sheet_table *table)
+{
+#if SHEET_PIXELS
+    return table->midway < table->flat ? table->midway : table->flat;
+#endif
+    return table->flat;
+}
+
+/* By how much its middle differs from one of its ends. */
+CVOL_INLINE cvol_vf steeper_half(const interval *i)
+{
+    const cvol_vf most = cvol_max(cvol_max(i->a, i->b), *i->middle),
+                  least = cvol_min(cvol_min(i->a, i->b), *i->middle);
+    return cvol_max(most - *i->middle, *i->middle - least);
+}
+
+/* An interval in 1, 2 or 4 parts: each pixel by itself, or the groups would be seen; the less light
+ * still comes through, the fewer, for the less an error is seen. If `weighted`, only this part of
+ * its length. *last: the matter at its beginning; becomes that at its end. */
+CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, matter *last,
+                                const interval *i, cvol_vf weight, int weighted, int pieces)
+{
+    const cvol_vf most = cvol_max(i->a, i->b), least = cvol_min(i->a, i->b);
+    if (!i->middle && !any_within(most, least, table->visible_from, table->visible_to)) {
+        *last = (matter){{{0}}};
+        return;
+    }
+    const matter end = matter_lit(table, i->b, i->to, i->turns, pieces);
+    cvol_vf span = (most - least) * p->through;
+    sample_parts parts = {.divided = 1};
+    if (!i->middle && !i->turns && !any_above(span, halves_from(table))) {
+        parts.divided = 0;
+        composite_part(p, last, &end, parts, i->at, weight, weighted);
+        *last = end;
+        return;
+    }
+    parts.halves = i->turns ? ~(cvol_vi){0} : span > halves_from(table);
+    if (i->middle)
+        span = cvol_select(i->bent, 2 * steeper_half(i) * p->through, span);
+    parts.quarters = span > quarters_from(table);
+    const int finest = any_above(span, quarters_from(table));
+    cvol_vf at = i->at.from;
+    if (finest) {
+        const matter first = matter_within(table, i, 0.25f, pieces);
+        parts.mask = parts.quarters;
+        composite_part(p, last, &first, parts, part_of(i, &at, 0.25f, parts.mask), weight,
+                       weighted);
+        replace_matter(last, parts.quarters, &first);
+    }
+    const matter middle = matter_within(table, i, 0.5f, pieces);
+    parts.mask = parts.halves;
+    composite_part(p, last, &middle, parts, part_of(i, &at, 0.5f, parts.mask), weight, weighted);
+    replace_matter(last, parts.halves, &middle);
+    if (finest) {
+        const matter third = matter_within(table, i, 0.75f, pieces);
+        parts.mask = parts.quarters;
+        composite_part(p, last, &third, parts, part_of(i, &at, 0.75f, parts.mask), weight,
+                       weighted);
+        replace_matter(last, parts.quarters, &third);
+    }
+    parts.mask = ~(cvol_vi){0};
+    composite_part(p, last, &end, parts, part_of(i, &at, 1, parts.mask), weight, weighted);
+    *last = end;
+}
+
+/* What composite_from is told of a beginning, where the interval before is not known. */
+CVOL_INLINE matter matter_at_start(const cvol_sheet_table *table, cvol_vf a, const lit_matter *at,
+                                   int is_gradient, int pieces)
+{
+    if (!any_within(a, a, table->visible_from, table->visible_to))
+        return (matter){{{0}}};
+    return matter_lit(table, a, at, is_gradient, pieces);
+}
+
+/* An interval by itself. */
+CVOL_INLINE void composite_interval(pixels *p, const cvol_sheet_table *table, const interval *i,
+                                    cvol_vf weight, int weighted, int pieces)
+{
+    matter last = matter_at_start(table, i->a, i->from, i->turns, pieces);
+    composite_from(p, table, &last, i, weight, weighted, pieces);
+}
+
+#endif

@@ -1,0 +1,451 @@
+/* What a line of the picture itself is to the sheets of a layer (plans of pixels, plan_image_order.c):
+ * line.h's part, where lines run across rows of samples, so that every pixel has rows and
+ * weights of its own.
+ *
+ * A line has CVOL_SQUARE lines of the picture, and a group is a square of these: of 16 pixels side
+ * by side the first would meet a surface well before the last does, and all sheets between would be
+ * looked at for all of them. A group meets several windows of a sheet; it sees something if one of
+ * them has something.
+ *
+ * To be included by kernel files only, by line.h.
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_LINE_SLANTED_H
+#define CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_LINE_SLANTED_H
+
+/* Whole numbers of places keep 16 bits behind the point. */
+#define PLACE_ONE 65536.0
+
+/* ---- how far lines reach ------------------------------------------------------------------------
+ */
+
+/* Sheets of a layer, and two before and one behind. */
+#define SHEETS_AROUND (CVOL_BLOCK_MAX + 3)
+
+/* The columns between which rays are within what is drawn, of one axis, sheet by sheet: of some of
+ * a group's lines, and of all. */
+typedef struct pixels_within {
+    double begin[SHEETS_AROUND], end[SHEETS_AROUND];
+    double inner_begin[SHEETS_AROUND], inner_end[SHEETS_AROUND];
+} pixels_within;
+
+/* Of `count` sheets, which are crossed at `at`, and `rate` further on each next one; `step` from
+ * column to column, `down` from line to line. */
+CVOL_INLINE void find_pixels_within(pixels_within *out, int count, double at, double rate,
+                                    double step, double down, double lo, double hi)
+{
+    const double least = 1e-9; /* lines along rows reach far, one way or the other */
+    const double inverse = 1 / (fabs(step) > least ? step : step < 0 ? -least : least);
+    const double before = least_reach(down, GROUP_DOWN), behind = most_reach(down, GROUP_DOWN);
+    const double some[2] = {lo - behind, hi - before}, all[2] = {lo - before, hi - behind};
+    const int turns = inverse < 0;
+    for (int s = 0; s < count; s++) {
+        const double place = at + s * rate;
+        out->begin[s] = (some[turns] - place) * inverse;
+        out->end[s] = (some[!turns] - place) * inverse;
+        out->inner_begin[s] = (all[turns] - place) * inverse;
+        out->inner_end[s] = (all[!turns] - place) * inverse;
+    }
+}
+
+/* Groups as cvol_sheet_view has them, sheet by sheet. */
+typedef struct group_ranges {
+    int begin[CVOL_BLOCK_MAX], end[CVOL_BLOCK_MAX], inside_begin[CVOL_BLOCK_MAX],
+        inside_end[CVOL_BLOCK_MAX];
+} group_ranges;
+
+#if defined(__AVX512F__)
+
+CVOL_INLINE void store_groups(int *to, __mmask8 which, __m512d group, int groups)
+{
+    const __m512d zero = _mm512_setzero_pd(), most = _mm512_set1_pd(groups);
+    const __m256i number = _mm512_cvttpd_epi32(_mm512_min_pd(_mm512_max_pd(group, zero), most));
+    _mm256_storeu_si256((__m256i *)to, _mm256_maskz_mov_epi32(which, number));
+}
+
+#endif
+
+/* Of `count` sheets, the first of which is number 2 of `within`: what may be within somewhere from
+ * the sheet before to that behind, and what is on all from two before on. */
+CVOL_INLINE void find_group_ranges(group_ranges *out, const pixels_within within[2], int count,
+                                   int groups)
+{
+    const double inverse = 1.0 / GROUP_ACROSS;
+#if defined(__AVX512F__)
+    enum { /* constants without optimisation, too */
+           up = _MM_FROUND_TO_POS_INF | _MM_FROUND_NO_EXC,
+           down = _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC
+    };
+    const __m512d one = _mm512_set1_pd(1), share = _mm512_set1_pd(inverse);
+    for (int s = 0; s < count; s += 8) {
+        __m512d most[2], least[2];
+        for (int axis = 0; axis < 2; axis++) {
+            /* Straight from sheet to sheet. */
+            const double *begin = within[axis].begin + s, *end = within[axis].end + s,
+                         *from = within[axis].inner_begin + s, *to = within[axis].inner_end + s;
+            const __m512d first = _mm512_min_pd(_mm512_loadu_pd(begin + 1),
+                                                _mm512_loadu_pd(begin + 3)),
+                          last = _mm512_max_pd(_mm512_loadu_pd(end + 1), _mm512_loadu_pd(end + 3)),
+                          inside = _mm512_max_pd(_mm512_loadu_pd(from), _mm512_loadu_pd(from + 2)),
+                          until = _mm512_min_pd(_mm512_loadu_pd(to), _mm512_loadu_pd(to + 2));
+            most[0] = axis ? _mm512_max_pd(most[0], first) : first;
+            most[1] = axis ? _mm512_min_pd(most[1], last) : last;
+            least[0] = axis ? _mm512_max_pd(least[0], inside) : inside;
+            least[1] = axis ? _mm512_min_pd(least[1], until) : until;
+        }
+        const __mmask8 there = _mm512_cmp_pd_mask(most[0], most[1], _CMP_LE_OQ);
+        const __m512d last = _mm512_roundscale_pd(most[1], down),
+                      until = _mm512_add_pd(_mm512_roundscale_pd(least[1], down), one);
+        store_groups(out->begin + s, there, _mm512_mul_pd(_mm512_roundscale_pd(most[0], up), share),
+                     groups);
+        store_groups(out->end + s, there,
+                     _mm512_add_pd(_mm512_roundscale_pd(_mm512_mul_pd(last, share), down), one),
+                     groups);
+        store_groups(out->inside_begin + s, there,
+                     _mm512_roundscale_pd(_mm512_mul_pd(least[0], share), up), groups);
+        store_groups(out->inside_end + s, there, _mm512_mul_pd(until, share), groups);
+    }
+#else
+    for (int s = 0; s < count; s++) {
+        double most[2] = {-INFINITY, INFINITY}, least[2] = {-INFINITY, INFINITY};
+        for (int axis = 0; axis < 2; axis++) {
+            const double *begin = within[axis].begin + s, *end = within[axis].end + s,
+                         *from = within[axis].inner_begin + s, *to = within[axis].inner_end + s;
+            const double first = begin[1] < begin[3] ? begin[1] : begin[3],
+                         last = end[1] > end[3] ? end[1] : end[3],
+                         inside = from[0] > from[2] ? from[0] : from[2],
+                         until = to[0] < to[2] ? to[0] : to[2];
+            most[0] = most[0] > first ? most[0] : first;
+            most[1] = most[1] < last ? most[1] : last;
+            least[0] = least[0] > inside ? least[0] : inside;
+            least[1] = least[1] < until ? least[1] : until;
+        }
+        const int there = most[0] <= most[1] ? groups : 0;
+        out->begin[s] = clamp_to_groups(ceil(most[0]) * inverse, there);
+        out->end[s] = clamp_to_groups(floor(floor(most[1]) * inverse) + 1, there);
+        out->inside_begin[s] = clamp_to_groups(ceil(least[0] * inverse), there);
+        out->inside_end[s] = clamp_to_groups((floor(least[1]) + 1) * inverse, there);
+    }
+#endif
+}
+
+/* All sheets of the layer as the line sees them. */
+CVOL_INLINE void view_slanted(line_job *job)
+{
+    const cvol_layer *layer = job->layer;
+    const int j = job->line->number, groups = job->line->width / CVOL_GROUP;
+    const int count = layer->sheet_count;
+    if (!count)
+        return;
+    const cvol_sheet_view *near = &layer->sheets[0];
+    pixels_within within[2];
+    find_pixels_within(
+        &within[0], count + 3, near->lane_at + j * near->lane_down - 2 * near->lane_rate[0],
+        near->lane_rate[0], near->lane_step, near->lane_down, layer->lane_lo, layer->lane_hi);
+    find_pixels_within(&within[1], count + 3,
+                       near->row_at + j * near->row_step - 2 * near->row_rate[0], near->row_rate[0],
+                       near->row_right, near->row_step, layer->row_lo, layer->row_hi);
+    group_ranges ranges;
+    find_group_ranges(&ranges, within, count, groups);
+    for (int s = 0; s < count; s++) {
+        const cvol_sheet_view *sheet = &layer->sheets[s];
+        sheet_line *out = &job->sheets[s];
+        out->view.enter = sheet->front;
+        out->view.leave = sheet->back;
+        out->lane_at = sheet->lane_at + j * sheet->lane_down;
+        out->lane_step = sheet->lane_step;
+        out->row_at = sheet->row_at + j * sheet->row_step;
+        out->row_right = sheet->row_right;
+        job->lane_at[s] = (float)out->lane_at;
+        job->row_at[s] = (float)out->row_at;
+        out->origin = samples_of(sheet) + sheet->first;
+        out->number = s;
+        out->windows = sheet->is_of_before ? &layer->windows_before : &layer->windows;
+        const float begin = layer->only ? -0.5f : -1, end = layer->only ? 0.5f : 1;
+        const int met = out->view.enter < end && out->view.leave > begin + LEAST_WEIGHT;
+        const int whole = !layer->only && out->view.enter < LEAST_WEIGHT - 2 &&
+                          out->view.leave > -LEAST_WEIGHT;
+        group_range range = {ranges.begin[s], ranges.end[s], ranges.inside_begin[s],
+                             ranges.inside_end[s]};
+        if (!met)
+            range.end = range.begin;
+        if (!whole)
+            range.inside_begin = range.inside_end = 0;
+        if (layer->cuts && met)
+            cut_groups(&range, layer, sheet, j, groups);
+        out->begin = range.begin;
+        out->end = range.end;
+        out->inside_begin = range.inside_begin;
+        out->inside_end = range.inside_end;
+    }
+}
+
+#include "render/sheet/kernels/image_order/visible_slices.h"
+
+/* ---- windows that are not seen ----------------------------------------------------------------
+ */
+
+/* Whether the samples that a group sees of a sheet are all there. */
+CVOL_INLINE int is_there_slanted(const line_job *job, const sheet_line *sheet, int group)
+{
+    group_windows at;
+    place_windows(&at, 0, job, (float)sheet->lane_at, (float)sheet->row_at, group);
+    return find_all_seen(sheet->windows, at.c0[0], at.c1[0], at.r0[0], at.r1[0]);
+}
+
+/* Values amidst what a group's windows hold, part by part, pixel by pixel, as table coordinates:
+ * where it was `by` sheets from sheet s. Returns whether there is something to be seen in one of
+ * these. */
+CVOL_INLINE int find_levels(cvol_vf *levels, const line_job *job, int s,
+                            const cvol_windows *windows, int group, double by)
+{
+    const cvol_layer *layer = job->layer;
+    const cvol_sheet_view *sheet = &layer->sheets[s];
+    const int last = layer->block_rows * layer->row_points - 1;
+    const double lane_at = job->sheets[s].lane_at + by * sheet->lane_rate[0],
+                 row_at = job->sheets[s].row_at + by * sheet->row_rate[0];
+    group_windows at;
+    place_windows(&at, 0, job, (float)lane_at, (float)row_at, group);
+#if defined(__AVX512F__)
+    const double i = group * GROUP_ACROSS, begin = lane_at + i * sheet->lane_step,
+                 top = row_at + i * sheet->row_right;
+    const __m512i x = find_places(begin, sheet->lane_step, sheet->lane_down),
+                  y = clamp_words(find_places(top, sheet->row_right, sheet->row_step), last);
+    const __m512i block = _mm512_cvttps_epi32(
+        _mm512_mul_ps(_mm512_add_ps(_mm512_cvtepi32_ps(y), _mm512_set1_ps(0.5f)),
+                      _mm512_set1_ps(1 / (float)layer->row_points)));
+    const __m512i block_row = _mm512_max_epi32(
+                      _mm512_min_epi32(block, _mm512_set1_epi32(windows->last_row)),
+                      _mm512_set1_epi32(windows->first_row)),
+                  window = _mm512_max_epi32(
+                      _mm512_min_epi32(
+                          _mm512_srai_epi32(_mm512_add_epi32(x, _mm512_set1_epi32(CVOL_GROUP)), 4),
+                          _mm512_set1_epi32(at.c1[0])),
+                      _mm512_set1_epi32(at.c0[0]));
+    const __m512i of = _mm512_add_epi32(
+        _mm512_mullo_epi32(block_row, _mm512_set1_epi32(windows->count)), window);
+    levels[0] = (cvol_vf)_mm512_i32gather_ps(of, windows->within_level, 4);
+#else
+    for (int k = 0; k < CVOL_GROUP; k++) {
+        const int i = group * GROUP_ACROSS + k % GROUP_ACROSS, j = k / GROUP_ACROSS;
+        const double x = lane_at + i * sheet->lane_step + j * sheet->lane_down,
+                     y = row_at + i * sheet->row_right + j * sheet->row_step;
+        const uint64_t row = (uint64_t)(y < 0 ? 0 : y > last ? last : floor(y));
+        const long block_row = clamp_row(windows, (int)(row * layer->row_points_inverse >> 32));
+        long c = window_of((long)floor(x));
+        c = c < at.c0[0] ? at.c0[0] : c > at.c1[0] ? at.c1[0] : c;
+        levels[k / CVOL_LANES][k % CVOL_LANES] =
+            windows->within_level[c + block_row * windows->count];
+    }
+#endif
+    for (int k = 0; k < PARTS; k++)
+        levels[k] = to_table(job, levels[k]);
+    return find_seen(windows, at.c0[0], at.c1[0], at.r0[0], at.r1[0]);
+}
+
+/* The windows of the sheet before. */
+CVOL_INLINE const cvol_windows *windows_before(const cvol_layer *layer,
+                                               const cvol_sheet_view *sheet)
+{
+    return sheet->is_first || sheet->is_of_before ? &layer->windows_before : &layer->windows;
+}
+
+/* The values at which a group met the sheet before sheet `s`, which was skipped. 0 if they are not
+ * known. */
+CVOL_INLINE int find_levels_before(cvol_vf *levels, const line_job *job, int s, int group)
+{
+    const cvol_layer *layer = job->layer;
+    const cvol_sheet_view *sheet = &layer->sheets[s];
+    const cvol_windows *windows = windows_before(layer, sheet);
+    if (!windows->count || (sheet->is_first && sheet->is_of_before))
+        return 0;
+    return !find_levels(levels, job, s, windows, group, -1);
+}
+
+/* ---- values -----------------------------------------------------------------------------------
+ */
+
+/* The window of a pixel at (x, y), counted as they lie in memory; *level: of it, if there is
+ * nothing to be seen in it, and its samples are not there. */
+CVOL_INLINE int is_window_seen(float *level, const cvol_layer *layer, const cvol_windows *windows,
+                               long x, long y)
+{
+    const int last = layer->block_rows * layer->row_points - 1;
+    const uint64_t low = (uint64_t)clamp_to((int)y, last),
+                   high = (uint64_t)clamp_to((int)y + 1, last);
+    const long row = clamp_row(windows, (int)(low * layer->row_points_inverse >> 32)),
+               next = clamp_row(windows, (int)(high * layer->row_points_inverse >> 32));
+    const long at = row * windows->count +
+                    clamp_to((int)((x + CVOL_GROUP) >> 4), windows->count - 1);
+    *level = (next > row ? windows->across_level : windows->within_level)[at];
+    return (next > row ? windows->across : windows->within)[at] & CVOL_WINDOW_SEEN;
+}
+
+/* A value as samples are kept. */
+CVOL_INLINE float kept_value(const cvol_layer *layer, float value)
+{
+#ifdef SHEET_COMPACT
+    return cvol_sheet_compact_of(&layer->compact, value);
+#endif
+    (void)layer;
+    return value;
+}
+
+#if defined(__AVX512F__)
+
+/* The same of 16 pixels at (x, y); which see nothing. */
+CVOL_INLINE __mmask16 find_unseen(__m512 *levels, const cvol_layer *layer,
+                                  const cvol_windows *windows, __m512i x, __m512i y)
+{
+    const __m512i zero = _mm512_setzero_si512(),
+                  last = _mm512_set1_epi32(layer->block_rows * layer->row_points - 1);
+    const __m512i column = _mm512_srai_epi32(_mm512_add_epi32(x, _mm512_set1_epi32(CVOL_GROUP)), 4),
+                  window = _mm512_max_epi32(
+                      _mm512_min_epi32(column, _mm512_set1_epi32(windows->count - 1)), zero);
+    const float inverse = 1 / (float)layer->row_points;
+    __m512i rows[2];
+    for (int k = 0; k < 2; k++) {
+        const __m512i row = _mm512_max_epi32(
+            _mm512_min_epi32(_mm512_add_epi32(y, _mm512_set1_epi32(k)), last), zero);
+        const __m512i block = _mm512_cvttps_epi32(_mm512_mul_ps(
+            _mm512_add_ps(_mm512_cvtepi32_ps(row), _mm512_set1_ps(0.5f)), _mm512_set1_ps(inverse)));
+        rows[k] = _mm512_max_epi32(_mm512_min_epi32(block, _mm512_set1_epi32(windows->last_row)),
+                                   _mm512_set1_epi32(windows->first_row));
+    }
+    const __mmask16 crosses = _mm512_cmpgt_epi32_mask(rows[1], rows[0]);
+    const __m512i first = _mm512_add_epi32(
+        _mm512_mullo_epi32(rows[0], _mm512_set1_epi32(windows->count)), window);
+    /* What is across lies behind what is within. */
+    const __m512i at = _mm512_mask_add_epi32(
+        first, crosses, first, _mm512_set1_epi32((int)(windows->across - windows->within)));
+    const __m512i bits = _mm512_i32gather_epi32(at, windows->within, 1);
+    const __mmask16 unseen = _mm512_testn_epi32_mask(bits, _mm512_set1_epi32(CVOL_WINDOW_SEEN));
+    *levels = _mm512_mask_i32gather_ps(_mm512_setzero_ps(), unseen, at, windows->within_level, 4);
+    return unseen;
+}
+
+/* What a level is among samples as they are kept. */
+CVOL_INLINE __m512 kept_levels(const cvol_layer *layer, __m512 level)
+{
+#ifdef SHEET_COMPACT
+    const __m512i word = _mm512_cvtps_epi32(
+        _mm512_add_ps(_mm512_mul_ps(level, _mm512_set1_ps(layer->compact.scale)),
+                      _mm512_set1_ps(layer->compact.offset)));
+    return _mm512_cvtepi32_ps(_mm512_max_epi32(_mm512_min_epi32(word, _mm512_set1_epi32(INT16_MAX)),
+                                               _mm512_setzero_si512()));
+#endif
+    (void)layer;
+    return level;
+}
+
+#endif
+
+/* Where a sheet is met by the first of the CVOL_LANES pixels from number i on, and how far it is
+ * there from column to column and from line to line: along lanes, and rows. */
+typedef struct slanted_part {
+    double at[2], right[2], down[2];
+} slanted_part;
+
+CVOL_INLINE slanted_part place_part(const line_job *job, const sheet_line *sheet, int i)
+{
+    const cvol_sheet_view *view = &job->layer->sheets[0];
+    const int column = column_of(i), line = line_of(i);
+    return (slanted_part){{sheet->lane_at + column * sheet->lane_step + line * view->lane_down,
+                           sheet->row_at + column * sheet->row_right + line * view->row_step},
+                          {sheet->lane_step, sheet->row_right},
+                          {view->lane_down, view->row_step}};
+}
+
+/* Puts levels where the CVOL_LANES pixels from number i on see nothing. */
+CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_line *sheet, int i)
+{
+#if defined(__AVX512F__)
+    const slanted_part of = place_part(job, sheet, i);
+    __m512 levels;
+    const __mmask16 unseen = find_unseen(&levels, job->layer, sheet->windows,
+                                         find_places(of.at[0], of.right[0], of.down[0]),
+                                         find_places(of.at[1], of.right[1], of.down[1]));
+    return (cvol_vf)_mm512_mask_mov_ps((__m512)value, unseen, kept_levels(job->layer, levels));
+#else
+    const slanted_part of = place_part(job, sheet, i);
+    for (int k = 0; k < CVOL_LANES; k++) {
+        const int column = k % GROUP_ACROSS, line = k / GROUP_ACROSS;
+        const double x = of.at[0] + column * of.right[0] + line * of.down[0],
+                     y = of.at[1] + column * of.right[1] + line * of.down[1];
+        float level;
+        if (!is_window_seen(&level, job->layer, sheet->windows, (long)floor(x), (long)floor(y)))
+            value[k] = kept_value(job->layer, level);
+    }
+    return value;
+#endif
+}
+
+/* Samples, as they are kept, at CVOL_LANES pixels from pixel i on. What lies beyond those that are
+ * there is as good as any: such pixels are not drawn. */
+CVOL_INLINE cvol_vf reconstruct_slanted(const line_job *job, const sheet_line *sheet, int i)
+{
+    const cvol_layer *layer = job->layer;
+    const slanted_part of = place_part(job, sheet, i);
+    const double x0 = floor(of.at[0]), y0 = floor(of.at[1]);
+    const cvol_vf u = (float)(of.at[0] - x0) + spread_pixels((float)of.right[0], (float)of.down[0]),
+                  v = (float)(of.at[1] - y0) + spread_pixels((float)of.right[1], (float)of.down[1]);
+    const float bias = 1024; /* samples may lie before the first pixel's */
+    const cvol_vi column = cvol_to_int(u + bias) - (int)bias,
+                  row = cvol_to_int(v + bias) - (int)bias;
+    const cvol_vf right = u - cvol_to_float(column), below = v - cvol_to_float(row);
+    const long stride = layer->row_stride;
+    cvol_vf a = {0}, b = {0}, c = {0}, d = {0};
+#if defined(__AVX512F__)
+    const __m512i lane = _mm512_max_epi32(
+                      _mm512_min_epi32(
+                          _mm512_add_epi32((__m512i)column, _mm512_set1_epi32((int)x0)),
+                          _mm512_set1_epi32(layer->to_lane - 1)),
+                      _mm512_set1_epi32(layer->from_lane)),
+                  line = _mm512_max_epi32(
+                      _mm512_min_epi32(_mm512_add_epi32((__m512i)row, _mm512_set1_epi32((int)y0)),
+                                       _mm512_set1_epi32(layer->to_row - 1)),
+                      _mm512_set1_epi32(layer->from_row));
+    /* From the first row that is there on, so that 32 bits do. */
+    const sheet_sample *from_row = sheet->origin + layer->from_row * stride;
+    const __m512i at = _mm512_add_epi32(
+        _mm512_mullo_epi32(_mm512_sub_epi32(line, _mm512_set1_epi32(layer->from_row)),
+                           _mm512_set1_epi32((int)stride)),
+        lane);
+#ifdef SHEET_COMPACT
+    const __m512i pairs[2] = {_mm512_i32gather_epi32(at, from_row, 2),
+                              _mm512_i32gather_epi32(at, from_row + stride, 2)};
+    a = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(_mm512_slli_epi32(pairs[0], 16), 16));
+    b = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(pairs[0], 16));
+    c = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(_mm512_slli_epi32(pairs[1], 16), 16));
+    d = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(pairs[1], 16));
+#else
+    a = (cvol_vf)_mm512_i32gather_ps(at, from_row, 4);
+    b = (cvol_vf)_mm512_i32gather_ps(at, from_row + 1, 4);
+    c = (cvol_vf)_mm512_i32gather_ps(at, from_row + stride, 4);
+    d = (cvol_vf)_mm512_i32gather_ps(at, from_row + stride + 1, 4);
+#endif
+#else
+    for (int k = 0; k < CVOL_LANES; k++) {
+        long at = (long)x0 + column[k], line = (long)y0 + row[k];
+        at = at < layer->from_lane ? layer->from_lane : at;
+        at = at > layer->to_lane - 1 ? layer->to_lane - 1 : at;
+        line = line < layer->from_row ? layer->from_row : line;
+        line = line > layer->to_row - 1 ? layer->to_row - 1 : line;
+        const sheet_sample *from = sheet->origin + line * stride + at;
+        a[k] = from[0];
+        b[k] = from[1];
+        c[k] = from[stride];
+        d[k] = from[stride + 1];
+    }
+#endif
+    const cvol_vf near = a + right * (b - a), far = c + right * (d - c);
+    const cvol_vf value = near + below * (far - near);
+    const int mixed = sheet->number < 0
+                          ? sheet->mixed
+                          : (int)(job->mixed[i / CVOL_GROUP - job->first_group] >> sheet->number &
+                                  1);
+    if (mixed)
+        return put_levels(value, job, sheet, i);
+    return value;
+}
+
+#endif

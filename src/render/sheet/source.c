@@ -1,0 +1,68 @@
+/* Subjects of the sheet engine: made when they are first drawn, and kept. */
+#include "render/sheet/source.h"
+
+/* The volume itself: with ranges of its blocks, and their masks. */
+static int make_whole(cvol_context *context, cvol_sheet_subject *out, const cvol_array *array)
+{
+    int code = array->mask ? cvol_sheet_mask_make(context, &out->mask, array) : CVOL_OK;
+    out->array = array;
+    if (code || array->has_ranges)
+        return code;
+    code = cvol_array_share(context, &out->ranged, array);
+    if (!code) {
+        out->ranged->mask = array->mask; /* lent, to bound with */
+        code = cvol_array_know_ranges(context, out->ranged);
+        out->ranged->mask = NULL;
+    }
+    out->array = out->ranged;
+    return code;
+}
+
+int cvol_sheet_subject_make(cvol_context *context, cvol_sheet_subject *out, const cvol_array *array,
+                            int level)
+{
+    *out = (cvol_sheet_subject){0};
+    int code;
+    if (level) {
+        code = cvol_sheet_level_make(context, &out->level, array, level);
+        out->array = out->level.shape;
+    } else {
+        code = make_whole(context, out, array);
+    }
+    if (code)
+        cvol_sheet_subject_free(out);
+    else
+        cvol_visibility_make(&out->everything, out->array, NULL);
+    return code;
+}
+
+void cvol_sheet_subject_see(cvol_sheet_subject *subject, const cvol_transfer *transfer)
+{
+    if (subject->array)
+        cvol_visibility_make(&subject->by_transfer, subject->array, transfer);
+}
+
+void cvol_sheet_subject_free(cvol_sheet_subject *subject)
+{
+    cvol_array_free(subject->ranged);
+    cvol_sheet_mask_free(&subject->mask);
+    cvol_sheet_level_free(&subject->level);
+    *subject = (cvol_sheet_subject){0};
+}
+
+const cvol_sheet_mask *cvol_sheet_subject_mask(const cvol_sheet_subject *subject)
+{
+    return subject->mask.states         ? &subject->mask
+           : subject->level.mask.states ? &subject->level.mask
+                                        : NULL;
+}
+
+cvol_sheet_masked cvol_sheet_subject_masked(const cvol_sheet_subject *subject,
+                                            const cvol_mask *mask)
+{
+    if (cvol_mask_is_void(mask))
+        return CVOL_SHEET_SOME_VOID;
+    /* A level's samples have it already. */
+    return cvol_mask_is_background(mask) && !subject->level.samples ? CVOL_SHEET_SOME_BACKGROUND
+                                                                    : CVOL_SHEET_ALL_PLAIN;
+}

@@ -1,0 +1,57 @@
+/* The loops' inside: what both schedules share. */
+#ifndef CVOL_RENDER_SPECTRAL_COMPOSE_H
+#define CVOL_RENDER_SPECTRAL_COMPOSE_H
+
+#include "render/spectral/frame.h"
+
+typedef struct cvol_compose_job {
+    const cvol_baked *baked;
+    const cvol_lattice *lattice;
+    const cvol_footprint_shape *shape;
+    double power; /* opacity D becomes 1 - (1 - D)^power */
+    double norm;  /* cvol_lattice_norm */
+    int rising, front;
+} cvol_compose_job;
+
+/* What a sample adds, at most, over its opacity. */
+#define CVOL_BRIGHTEST CVOL_SPLAT_BRIGHTEST
+
+/* The slice that is met as number n. */
+static inline size_t cvol_compose_slice(const cvol_compose_job *job, size_t n)
+{
+    return job->rising == job->front ? n : job->baked->slices - 1 - n;
+}
+
+static inline int cvol_compose_has(const cvol_compose_job *job, size_t k)
+{
+    return job->baked->planes[k][CVOL_PLANE_OPACITY] != NULL;
+}
+
+/* What a slice's planes may differ from the truth by, and what their samples reach: |C~|, and
+ * |1 - D~|. */
+typedef struct cvol_slice_bounds {
+    double errors[CVOL_PLANES], most[CVOL_PLANES];
+} cvol_slice_bounds;
+/* Errors of the planes of slice k, spread; most: 1. */
+cvol_slice_bounds cvol_slice_bounds_of(const cvol_compose_job *job, size_t k);
+/* Errors of intensities and opacity after a slice in front of or behind what is there. */
+void cvol_carry_errors(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, int front);
+/* The same after a slice of which nothing is truncated, in any order: samples of which at most
+ * `through` of the light is left, in magnitude. */
+void cvol_carry_seen(double errors[CVOL_PLANES], const cvol_slice_bounds *slice, double through);
+/* Of the intensities together; of one channel thrice, where there is one. */
+double cvol_error_norm(const double errors[CVOL_PLANES], int channels);
+
+/* Multiply-adds by formula, where transforms are others' loops: of evaluating plane c of slice k on
+ * the lattice (or transforming it back) and spreading it. A transform of n samples counts n log2 n,
+ * in tiles 2 n B. */
+uint64_t cvol_plane_multiply_adds(const cvol_compose_job *job);
+uint64_t cvol_transform_multiply_adds(size_t n, int tile);
+
+/* Each fills out->planes (allocated, zero) and bound. Errors: MEMORY, CANCELLED. */
+int cvol_compose_literal(cvol_context *context, cvol_composed *out, const cvol_compose_job *job,
+                         const cvol_transform_options *options);
+int cvol_compose_whole(cvol_context *context, cvol_composed *out, const cvol_compose_job *job);
+int cvol_compose_tiles(cvol_context *context, cvol_composed *out, const cvol_compose_job *job);
+
+#endif

@@ -1,0 +1,18 @@
+/* Planes of a slice on the lattice. */
+#ifndef CVOL_RENDER_SPECTRAL_EVALUATE_H
+#define CVOL_RENDER_SPECTRAL_EVALUATE_H
+
+#include "render/spectral/compose.h"
+
+/* Plane c of slice k, spread and moved, as an array again: planes with a margin (whole, DFT and
+ * DHT). Errors: MEMORY. */
+int cvol_plane_reconstruct(cvol_context *context, cvol_array **out, const cvol_compose_job *job,
+                           size_t k, int c);
+/* Any plane, spread and moved, as samples on the lattice. Errors: MEMORY. */
+int cvol_plane_evaluate(cvol_context *context, float *out, const cvol_compose_job *job, size_t k,
+                        int c);
+/* Opacities D become 1 - (1 - D)^power, and intensities change as much. */
+void cvol_planes_correct(float *const planes[CVOL_PLANES], int channels, size_t places,
+                         double power);
+
+#endif

@@ -1,0 +1,250 @@
+/* The splat engine: every sample's footprint is added to the picture, slice by slice.
+ *
+ * Westover's algorithm (L. Westover, "Footprint evaluation for volume rendering", 1990): samples
+ * are taken in the order of the volume, slice by slice along the axis most parallel to the view.
+ * Each is classified and lit by itself, and, unless it is transparent, moved to the picture and
+ * added there to the slice's sheet buffer through the table of footprints; whole sheets are
+ * composited, front to back or back to front. A sample hides as much as the distance of slices
+ * along the view does,
+ *
+ *     1 - (1 - opacity)^(distance / mean spacing),
+ *
+ * and weights add up to 1 within a slice (footprint.h). Cost: the samples, to be classified, and
+ * for each visible one the pixels of a footprint.
+ *
+ * The picture is cut into bands of rows; each band goes through the samples of a slab that reach
+ * it, on one thread, so that a pixel's sums do not depend on the number of threads.
+ */
+#include "render/splat/band.h"
+
+#include <math.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "render/splat/object_order.h"
+
+#define FOOTPRINT_MOST 31
+
+typedef struct splat_state {
+    cvol_splat_subject subject;
+    /* What the picture before leaves for the next. */
+    cvol_footprint_table footprint;
+    cvol_splat_slab slab;
+    uint64_t multiply_adds; /* of it */
+} splat_state;
+
+/* ---- state ----------------------------------------------------------------------------- */
+
+static void splat_free(void *opaque)
+{
+    splat_state *state = opaque;
+    cvol_footprint_table_free(&state->footprint);
+    cvol_splat_slab_free(&state->slab);
+    cvol_splat_subject_free(&state->subject);
+    free(state);
+}
+
+static int create(cvol_context *context, void **out, const cvol_array *array,
+                  const cvol_volume *volume)
+{
+    *out = NULL;
+    splat_state *state = calloc(1, sizeof *state);
+    if (!state)
+        return cvol_fail_memory(context, sizeof *state, "a renderer");
+    const int code = cvol_splat_subject_make(context, &state->subject, array, volume);
+    if (code)
+        free(state);
+    else
+        *out = state;
+    return code;
+}
+
+int cvol_splat_create(cvol_context *context, void **state, const cvol_array *array)
+{
+    return create(context, state, array, NULL);
+}
+
+int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volume *volume)
+{
+    return create(context, state, NULL, volume);
+}
+
+static int splat_set_transfer(cvol_context *context, void *opaque, const cvol_transfer *transfer)
+{
+    splat_state *state = opaque;
+    return cvol_splat_subject_set_transfer(context, &state->subject, transfer);
+}
+
+/* ---- one picture's tables ---------------------------------------------------------------- */
+
+int cvol_splat_options_check(cvol_context *context, const cvol_splat_options *splat)
+{
+    if (splat->footprint < CVOL_FOOTPRINT_GAUSSIAN || splat->footprint > CVOL_FOOTPRINT_BOX)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no footprint", (int)splat->footprint);
+    if (splat->size < 3 || splat->size > FOOTPRINT_MOST)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "footprint size %d: must be 3 to %d samples",
+                         splat->size, FOOTPRINT_MOST);
+    if (splat->sigma != 0 && !(splat->sigma >= 0.2 && splat->sigma <= FOOTPRINT_MOST))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "sigma %g: must be 0 (size / 6), or 0.2 to %d samples", splat->sigma,
+                         FOOTPRINT_MOST);
+    if (splat->plane != CVOL_FOOTPRINT_IN_VIEW && splat->plane != CVOL_FOOTPRINT_IN_SLICES)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no plane of footprints",
+                         (int)splat->plane);
+    if (splat->order != CVOL_ORDER_FRONT && splat->order != CVOL_ORDER_BACK)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no order of compositing",
+                         (int)splat->order);
+    return CVOL_OK;
+}
+
+static int draw_slabs(cvol_context *context, const cvol_splat_job *job, cvol_splat_slab *slab,
+                      const cvol_splat_source *source)
+{
+    const size_t slices = job->plan->slices;
+    int code = CVOL_OK;
+    for (size_t done = 0; done < slices && !code;) {
+        code = cvol_splat_slab_next(context, slab, source, job->plan, job->ascending);
+        if (code)
+            break;
+        /* The last slice of a slab waits for its neighbour. */
+        const size_t loaded = slab->first + slab->filled;
+        const size_t end = loaded < slices ? loaded - 1 : slices;
+        cvol_splat_bands_draw(job, done, end);
+        done = end;
+        code = cvol_report_progress(context, "rendering", (double)done / (double)slices);
+    }
+    return code;
+}
+
+static uint8_t to_byte(float level)
+{
+    if (!(level > 0))
+        return 0;
+    return level < 1 ? (uint8_t)(level * 255 + 0.5f) : 255;
+}
+
+/* `from`: colour times opacity, and what comes through. */
+static void put_bytes(uint8_t *to, const float *from, const double background[3])
+{
+    for (int c = 0; c < 3; c++)
+        to[c] = to_byte(from[c] + from[3] * (float)background[c]);
+    to[3] = 255;
+}
+
+static void put_values(float *to, const float *from)
+{
+    for (int c = 0; c < 3; c++)
+        to[c] = from[c];
+    to[3] = 1 - from[3];
+}
+
+static void finish(cvol_image *image, const cvol_splat_job *job, const double background[3])
+{
+    for (int y = 0; y < job->height; y++) {
+        const float *from = job->image + (size_t)y * job->row_stride +
+                            CVOL_SPLAT_CHANNELS * (size_t)job->margin;
+        const size_t first = 4 * (size_t)y * (size_t)job->width;
+        for (size_t x = 0; x < (size_t)job->width; x++, from += CVOL_SPLAT_CHANNELS)
+            if (image->values)
+                put_values(image->values + first + 4 * x, from);
+            else
+                put_bytes(image->rgba + first + 4 * x, from, background);
+    }
+}
+
+/* ---- drawing -------------------------------------------------------------------------------- */
+
+/* From the lattice of slices to the picture. */
+static int finish_lattice(cvol_context *context, cvol_image *image, const cvol_splat_job *job,
+                          const cvol_lattice *lattice, const cvol_splat_plan *plan,
+                          const double background[3])
+{
+    const size_t width = lattice->dims[0], height = lattice->dims[1];
+    float *pixels = cvol_allocate(width * height * CVOL_SPLAT_CHANNELS, sizeof *pixels);
+    if (!pixels)
+        return cvol_fail_memory(context, width * height * CVOL_SPLAT_CHANNELS * sizeof *pixels,
+                                "a picture");
+    for (size_t y = 0; y < height; y++) {
+        const float *from = job->image + y * job->row_stride +
+                            CVOL_SPLAT_CHANNELS * (size_t)job->margin;
+        float *to = pixels + y * width * CVOL_SPLAT_CHANNELS;
+        for (size_t i = 0; i < width * CVOL_SPLAT_CHANNELS; i++)
+            to[i] = i % CVOL_SPLAT_CHANNELS == 3 ? 1 - from[i] : from[i];
+    }
+    const int code = cvol_lattice_warp(context, image, pixels, lattice, plan, background);
+    free(pixels);
+    return code;
+}
+
+static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, const cvol_view *view,
+                      const cvol_render_options *options)
+{
+    splat_state *state = opaque;
+    if (options->mode != CVOL_MODE_COMPOSITE)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the splat engine has mode composite only");
+    int code = cvol_splat_options_check(context, &options->splat);
+    if (code)
+        return code;
+    const int in_slices = options->splat.plane == CVOL_FOOTPRINT_IN_SLICES;
+    cvol_splat_plan plan;
+    cvol_splat_plan_make(&plan, &state->subject.grid, view);
+    cvol_footprint_shape shape = cvol_footprint_shape_make(&options->splat, plan.along);
+    const cvol_splat_plan seen = plan;
+    cvol_lattice lattice = {0};
+    int size[2] = {view->width, view->height};
+    if (in_slices) {
+        /* The lattice is the picture. */
+        shape = cvol_lattice_shape(&options->splat);
+        lattice = cvol_lattice_make(&plan, &shape, 1);
+        for (int a = 0; a < 2; a++) {
+            size[a] = (int)lattice.dims[a];
+            plan.origin[a] = lattice.base[a];
+            for (int k = 0; k < 3; k++)
+                plan.along[k][a] = k == 2 ? lattice.shear[a] : k == a;
+        }
+    }
+    code = cvol_footprint_table_make(context, &state->footprint, &shape);
+    if (code)
+        return code;
+    cvol_footprint_gain gain;
+    cvol_footprint_gain_make(&gain, &state->footprint, plan.along[0], plan.along[1],
+                             cvol_context_threads(context));
+    cvol_splat_subject_tabulate(&state->subject, plan.distance, gain.mean);
+    const int front = options->splat.order == CVOL_ORDER_FRONT;
+    const int ascending = plan.rising == front;
+    cvol_light light;
+    cvol_splat_light_set(&light, &plan, &state->subject.grid, view, &options->shading, ascending);
+    cvol_splat_job job = {.plan = &plan,
+                          .slab = &state->slab,
+                          .footprint = &state->footprint,
+                          .table = state->subject.table,
+                          .light = &light,
+                          .gain = &gain,
+                          .ascending = ascending,
+                          .front = front};
+    code = cvol_splat_bands_make(context, &job, size[0], size[1]);
+    if (!code)
+        code = cvol_splat_slab_prepare(context, &state->slab, &state->subject.source, &plan);
+    if (!code)
+        code = draw_slabs(context, &job, &state->slab, &state->subject.source);
+    if (!code)
+        state->multiply_adds = cvol_splat_bands_count(&job);
+    if (!code && in_slices)
+        code = finish_lattice(context, image, &job, &lattice, &seen, options->background);
+    else if (!code)
+        finish(image, &job, options->background);
+    cvol_splat_bands_free(&job);
+    return code;
+}
+
+int cvol_renderer_splat_multiply_adds(cvol_context *context, const cvol_renderer *renderer,
+                                      uint64_t *out)
+{
+    if (renderer->engine != &cvol_splat_engine)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "this renderer is not of engine splat");
+    *out = ((const splat_state *)renderer->state)->multiply_adds;
+    return CVOL_OK;
+}
+
+const cvol_engine_table cvol_splat_engine = {
+    .free = splat_free, .set_transfer = splat_set_transfer, .draw = splat_draw};

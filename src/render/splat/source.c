@@ -1,0 +1,53 @@
+/* What is drawn by splats, whichever engine does it. */
+#include "base/context.h"
+#include "base/memory.h"
+#include "render/splat/frame.h"
+
+int cvol_splat_subject_make(cvol_context *context, cvol_splat_subject *out, const cvol_array *array,
+                            const cvol_volume *volume)
+{
+    *out = (cvol_splat_subject){.source = {.array = array, .volume = volume}};
+    if (array) {
+        out->grid = *cvol_array_grid(array);
+        out->source.min = array->ledger.value_min;
+        out->source.max = array->ledger.value_max;
+    } else {
+        cvol_sample_stats stats = {0};
+        int code = cvol_grid_check(context, &volume->grid, "volume");
+        if (!code)
+            code = cvol_volume_stats(context, &stats, volume);
+        if (code)
+            return code;
+        out->grid = volume->grid;
+        out->source.min = stats.min;
+        out->source.max = stats.max;
+    }
+    out->table = cvol_allocate(1, sizeof *out->table);
+    return out->table ? CVOL_OK
+                      : cvol_fail_memory(context, sizeof *out->table, "a table of samples");
+}
+
+void cvol_splat_subject_free(cvol_splat_subject *subject)
+{
+    cvol_transfer_free(subject->transfer);
+    free(subject->table);
+    *subject = (cvol_splat_subject){0};
+}
+
+int cvol_splat_subject_set_transfer(cvol_context *context, cvol_splat_subject *subject,
+                                    const cvol_transfer *transfer)
+{
+    cvol_transfer *copy;
+    const int code = cvol_transfer_copy(context, &copy, transfer);
+    if (code)
+        return code;
+    cvol_transfer_free(subject->transfer);
+    subject->transfer = copy;
+    return CVOL_OK;
+}
+
+void cvol_splat_subject_tabulate(cvol_splat_subject *subject, double distance, double share)
+{
+    cvol_splat_table_fill(subject->table, subject->transfer, &subject->source, subject->grid.type,
+                          distance, share);
+}

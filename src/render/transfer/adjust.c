@@ -1,0 +1,50 @@
+/* Transfer functions made from others: moved onto a window of values, and more or less opaque.
+ *
+ * A window moves values linearly, the first point to its lower end and the last to its upper end.
+ * Matter that is s times as dense hides 1 - (1 - opacity)^s (Beer's law), which stays below 1.
+ */
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "render/transfer/transfer.h"
+
+static int check(cvol_context *context, const double *window, double opacity_scale)
+{
+    if (window && (!isfinite(window[0]) || !isfinite(window[1]) || !(window[1] > window[0])))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "a window from %g to %g: must be finite, the second larger", window[0],
+                         window[1]);
+    if (!(opacity_scale >= 0) || !isfinite(opacity_scale))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "opacities times %g: must be finite and not below 0", opacity_scale);
+    return CVOL_OK;
+}
+
+int cvol_transfer_create_adjusted(cvol_context *context, cvol_transfer **out,
+                                  const cvol_transfer *from, const double *window,
+                                  double opacity_scale)
+{
+    *out = NULL;
+    int code = check(context, window, opacity_scale);
+    if (code)
+        return code;
+    const size_t count = from->count;
+    const double first = from->points[0].value, span = from->points[count - 1].value - first;
+    cvol_transfer_point *points = cvol_allocate(count, sizeof *points);
+    if (!points)
+        return cvol_fail_memory(context, count * sizeof *points, "a transfer function");
+    for (size_t i = 0; i < count; i++) {
+        points[i] = from->points[i];
+        if (window) {
+            const double t = span > 0 ? (points[i].value - first) / span : 0.5;
+            points[i].value = window[0] + t * (window[1] - window[0]);
+        }
+        if (opacity_scale < 1 || opacity_scale > 1)
+            points[i].opacity = cvol_opacity_over(points[i].opacity, opacity_scale);
+    }
+    code = cvol_transfer_create(context, out, points, count);
+    free(points);
+    return code;
+}

@@ -1,0 +1,317 @@
+/* Background and object of a histogram, by the following steps; widths and positions are in bins.
+ *
+ * 1. The histogram is smoothed over 5 bins: integers leave combs in it.
+ * 2. A spike at the lowest value, alone (an empty stretch follows) and followed by a peak at the
+ * low end of the rest, is padding that some scanners write around the picture: it is left out.
+ * 3. The background is the lowest peak that is narrow (half its width below 15 % of the robust
+ *    range, which leaves out a thousandth at either end), holds a tenth of the samples and lies
+ *    in the lowest quarter; failing that the highest peak, if it is narrow and holds a quarter;
+ *    failing that there is none, and the brighter half of the samples is taken for the object.
+ * 4. The object lies on both sides of a background around zero whose two tails reach comparably
+ *    far (velocities, vorticity); else on the side where the tail reaches much further (above,
+ *    if in doubt).
+ * 5. The background's edge is the knee of the histogram's slope towards the object: the bin
+ *    farthest below the straight line from the peak to the robust end (the triangle method, Zack,
+ *    Rogers, Latt 1977), and at least as far out as the noise on the peak's other side reaches.
+ *    Of two edges none lies so far out that less than three tenths are left beyond them: what
+ * swings around zero has no empty space.
+ * 6. The object's samples are counted by their depth beyond the edge, and parted in two classes
+ *    of the greatest variance between (Otsu 1979): soft and dense matter in CT.
+ */
+#include "render/transfer/fit.h"
+
+#include <math.h>
+#include <string.h>
+
+#define BINS CVOL_HISTOGRAM_BINS
+#define SMOOTH 2    /* bins on either side */
+#define TAIL 0.001  /* share beyond the robust range */
+#define NARROW 0.15 /* of the robust range: half the width of a background's peak */
+#define LOW_PEAK_SHARE 0.10
+#define LOW_PEAK_PLACE 0.25 /* of the robust range */
+#define HIGH_PEAK_SHARE 0.25
+#define PEAK_REACH 2.5       /* half widths that belong to a peak */
+#define PADDING_GAP 8        /* empty bins after padding */
+#define PADDING_EMPTY 0.0005 /* of all samples: a bin this low is empty */
+#define BOTH_SIDES_RATIO 0.4 /* of the shorter tail to the longer */
+#define BOTH_SHARE 0.3       /* of the samples, at least, that are the object on both sides */
+#define OTHER_SIDE_RATIO 2.5 /* of the tail below to that above */
+
+typedef struct shape {
+    double raw[BINS], smooth[BINS]; /* shares of all samples */
+    double total;                   /* of raw */
+    double lo, hi;                  /* robust range */
+} shape;
+
+/* ---- the histogram's shape ------------------------------------------------------------- */
+
+/* The place (bins and a fraction) below which this share of the samples lies. */
+static double quantile(const double *bins, double share)
+{
+    double sum = 0, total = 0;
+    for (int i = 0; i < BINS; i++)
+        total += bins[i];
+    for (int i = 0; i < BINS; i++) {
+        if (bins[i] > 0 && sum + bins[i] >= share * total)
+            return i + (share * total - sum) / bins[i];
+        sum += bins[i];
+    }
+    return BINS;
+}
+
+static void finish_shape(shape *s)
+{
+    s->total = 0;
+    for (int i = 0; i < BINS; i++) {
+        s->total += s->raw[i];
+        s->smooth[i] = 0;
+        for (int j = i - SMOOTH; j <= i + SMOOTH; j++)
+            s->smooth[i] += j >= 0 && j < BINS ? s->raw[j] / (2 * SMOOTH + 1) : 0;
+    }
+    s->lo = quantile(s->raw, TAIL);
+    s->hi = quantile(s->raw, 1 - TAIL);
+}
+
+static double mass(const shape *s, double from, double to)
+{
+    double sum = 0;
+    for (int i = 0; i < BINS; i++)
+        if (i + 0.5 >= from && i + 0.5 <= to)
+            sum += s->raw[i];
+    return s->total > 0 ? sum / s->total : 0;
+}
+
+/* How far from the peak the smoothed histogram falls to half: the wider side. */
+static double half_width(const shape *s, int peak)
+{
+    int below = peak, above = peak;
+    while (below > 0 && s->smooth[below] > s->smooth[peak] / 2)
+        below--;
+    while (above < BINS - 1 && s->smooth[above] > s->smooth[peak] / 2)
+        above++;
+    return fmax(peak - below, above - peak);
+}
+
+static int is_peak(const shape *s, int i)
+{
+    for (int j = i - 2 * SMOOTH; j <= i + 2 * SMOOTH; j++)
+        if (j >= 0 && j < BINS && s->smooth[j] > s->smooth[i])
+            return 0;
+    return s->smooth[i] > 0;
+}
+
+/* 1 if the peak is narrow and holds this share. */
+static int stands_out(const shape *s, int peak, double share)
+{
+    double half = half_width(s, peak);
+    return half < NARROW * fmax(s->hi - s->lo, 4 * SMOOTH) &&
+           mass(s, peak - PEAK_REACH * half, peak + PEAK_REACH * half + 1) >= share;
+}
+
+/* The lowest peak that may be a background, or -1. */
+static int low_peak(const shape *s)
+{
+    double end = s->lo + LOW_PEAK_PLACE * (s->hi - s->lo);
+    for (int i = 0; i < BINS && i <= end; i++)
+        if (is_peak(s, i) && stands_out(s, i, LOW_PEAK_SHARE))
+            return i;
+    return -1;
+}
+
+static int highest_peak(const shape *s)
+{
+    int highest = 0;
+    for (int i = 1; i < BINS; i++)
+        if (s->smooth[i] > s->smooth[highest])
+            highest = i;
+    return highest;
+}
+
+/* Step 2. */
+static void drop_padding(shape *s)
+{
+    for (int i = 1; i <= PADDING_GAP; i++)
+        if (s->raw[i] > PADDING_EMPTY * s->total)
+            return;
+    shape rest = *s;
+    rest.raw[0] = 0;
+    finish_shape(&rest);
+    if (rest.total > LOW_PEAK_SHARE * s->total && low_peak(&rest) >= 0)
+        *s = rest;
+}
+
+/* ---- background ------------------------------------------------------------------------ */
+
+/* The triangle method from the peak towards the robust end in direction +1 or -1. */
+static int knee(const shape *s, int peak, int direction)
+{
+    int end = direction > 0 ? (int)s->hi : (int)s->lo;
+    end = end < BINS ? end : BINS - 1;
+    int length = (end - peak) * direction, best = 0;
+    double drop = s->smooth[peak], farthest = 0;
+    for (int k = 1; k <= length; k++) {
+        double distance = drop * (1 - (double)k / length) - s->smooth[peak + direction * k];
+        if (distance > farthest) {
+            farthest = distance;
+            best = k;
+        }
+    }
+    return peak + direction * best;
+}
+
+/* How far the noise reaches on the side of the peak that the object is not on. */
+static double noise_reach(const shape *s, int peak, int direction)
+{
+    double side[BINS] = {0}, sum = 0;
+    for (int i = peak; i >= 0 && i < BINS; i -= direction) {
+        side[i] = s->raw[i];
+        sum += i == peak ? 0 : s->raw[i];
+    }
+    side[peak] = 0;
+    if (sum < 0.01 * s->total)
+        return 0;
+    double end = quantile(side, direction > 0 ? 0.05 : 0.95);
+    return fabs(peak + 0.5 - end);
+}
+
+typedef struct background {
+    int above, below;
+    double edge_above, edge_below; /* places in bins */
+} background;
+
+/* Both edges, until enough lies beyond them. */
+static void draw_near(background *found, const shape *s, double peak)
+{
+    for (int k = 0; k < 100 && mass(s, found->edge_below, found->edge_above) > 1 - BOTH_SHARE;
+         k++) {
+        found->edge_above = peak + 0.95 * (found->edge_above - peak);
+        found->edge_below = peak + 0.95 * (found->edge_below - peak);
+    }
+}
+
+static background find_background(const shape *s, double zero)
+{
+    int peak = low_peak(s);
+    if (peak < 0) {
+        peak = highest_peak(s);
+        if (!stands_out(s, peak, HIGH_PEAK_SHARE)) {
+            double middle = quantile(s->raw, 0.5);
+            return (background){1, 0, middle, middle};
+        }
+    }
+    double reach_below = peak - s->lo, reach_above = s->hi - peak;
+    double shorter = fmin(reach_below, reach_above), longer = fmax(reach_below, reach_above);
+    int around_zero = fabs(peak + 0.5 - zero) <= fmax(half_width(s, peak), 1);
+    background found = {.above = 1};
+    if (around_zero && shorter > BOTH_SIDES_RATIO * longer)
+        found.below = 1;
+    else if (reach_below > OTHER_SIDE_RATIO * reach_above)
+        found = (background){.below = 1};
+    found.edge_above = knee(s, peak, 1) + 1;
+    found.edge_below = knee(s, peak, -1);
+    if (found.above && found.below)
+        draw_near(&found, s, peak + 0.5);
+    if (!found.below)
+        found.edge_above = fmax(found.edge_above, peak + 0.5 + noise_reach(s, peak, 1));
+    if (!found.above)
+        found.edge_below = fmin(found.edge_below, peak + 0.5 - noise_reach(s, peak, -1));
+    return found;
+}
+
+/* ---- object ---------------------------------------------------------------------------- */
+
+/* Adds the share of a bin at places a..b beyond the edge to the depths that it covers. */
+static void add_depth(double *depths, double a, double b, double share)
+{
+    double from = fmax(a, 0);
+    if (b <= from)
+        return;
+    for (int k = (int)from; k < BINS && k < b; k++)
+        depths[k] += share * (fmin(b, k + 1) - fmax(from, k)) / (b - a);
+}
+
+static void count_depths(double *depths, const shape *s, const background *ground)
+{
+    memset(depths, 0, BINS * sizeof *depths);
+    for (int i = 0; i < BINS; i++) {
+        if (ground->above)
+            add_depth(depths, i - ground->edge_above, i + 1 - ground->edge_above, s->raw[i]);
+        if (ground->below)
+            add_depth(depths, ground->edge_below - i - 1, ground->edge_below - i, s->raw[i]);
+    }
+}
+
+/* Otsu's threshold. */
+static double divide(const double *depths)
+{
+    double total = 0, moment = 0;
+    for (int k = 0; k < BINS; k++) {
+        total += depths[k];
+        moment += depths[k] * (k + 0.5);
+    }
+    double below = 0, moment_below = 0, most = 0, best = 0;
+    for (int k = 0; k < BINS; k++) {
+        below += depths[k];
+        moment_below += depths[k] * (k + 0.5);
+        if (!(below > 0 && below < total))
+            continue;
+        double difference = moment_below / below - (moment - moment_below) / (total - below);
+        double between = below * (total - below) * difference * difference;
+        if (between > most) {
+            most = between;
+            best = k + 1;
+        }
+    }
+    return best;
+}
+
+static void count_beyond(cvol_fit *fit, const double *depths)
+{
+    double sum = 0;
+    fit->beyond[BINS] = 0;
+    for (int k = BINS - 1; k >= 0; k--)
+        fit->beyond[k] = sum += depths[k];
+    fit->share = sum;
+    for (int k = 0; k <= BINS; k++)
+        fit->beyond[k] = sum > 0 ? fit->beyond[k] / sum : 0;
+}
+
+cvol_fit cvol_fit_make(const cvol_histogram *histogram)
+{
+    double width = (histogram->max - histogram->min) / BINS;
+    cvol_fit fit = {.above = 1, .edge_above = histogram->min, .edge_below = histogram->min};
+    uint64_t count = 0;
+    for (int i = 0; i < BINS; i++)
+        count += histogram->bins[i];
+    if (!(width > 0) || !isfinite(width) || count == 0)
+        return fit;
+    shape s;
+    for (int i = 0; i < BINS; i++)
+        s.raw[i] = (double)histogram->bins[i] / (double)count;
+    finish_shape(&s);
+    drop_padding(&s);
+    background ground = find_background(&s, -histogram->min / width);
+    double depths[BINS];
+    count_depths(depths, &s, &ground);
+    fit.above = ground.above;
+    fit.below = ground.below;
+    fit.edge_above = histogram->min + ground.edge_above * width;
+    fit.edge_below = histogram->min + ground.edge_below * width;
+    fit.bin = width;
+    fit.chord = histogram->chord;
+    count_beyond(&fit, depths);
+    fit.top = fmax(quantile(depths, 1 - TAIL), 1) * width;
+    fit.divide = divide(depths) * width;
+    return fit;
+}
+
+double cvol_fit_beyond(const cvol_fit *fit, double depth)
+{
+    double place = fit->bin > 0 ? depth / fit->bin : 0;
+    if (!(place > 0))
+        return 1;
+    if (place >= BINS)
+        return 0;
+    int k = (int)place;
+    return fit->beyond[k] + (fit->beyond[k + 1] - fit->beyond[k]) * (place - k);
+}

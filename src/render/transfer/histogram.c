@@ -1,0 +1,57 @@
+/* Histograms of arrays and of volumes, both from a summary of the samples (array/core/summary.h).
+ *
+ * A summary may have fewer bins than a histogram. Each of its counts is then the count of every
+ * histogram bin within its interval: only shares matter to what is fitted to a histogram.
+ *
+ * Mean length of chords of a convex body: 4 V / S (Cauchy).
+ */
+#include "array/core/array.h"
+#include "base/context.h"
+#include "cvol/render.h"
+
+static double chord_of(const cvol_grid *grid)
+{
+    double inverse = 0, mean = 0;
+    for (int a = 0; a < 3; a++) {
+        inverse += 1 / ((double)grid->dims[a] * grid->spacing[a]);
+        mean += grid->spacing[a] / 3;
+    }
+    return 2 / inverse / mean;
+}
+
+static void expand(cvol_histogram *out, const cvol_summary *summary, const cvol_grid *grid)
+{
+    const int each = CVOL_HISTOGRAM_BINS >> summary->bins_log2;
+    *out = (cvol_histogram){.min = summary->min,
+                            .max = summary->max,
+                            .chord = chord_of(grid),
+                            .mark = summary->mark,
+                            .mark_count = summary->mark_count,
+                            .integers = summary->integers,
+                            .distinct = (int)summary->distinct};
+    for (int i = 0; i < CVOL_HISTOGRAM_BINS; i++)
+        out->bins[i] = cvol_summary_count(summary->levels[i / each]);
+}
+
+int cvol_array_histogram(cvol_context *context, cvol_histogram *out, const cvol_array *array)
+{
+    cvol_summary summary;
+    int code = cvol_array_need_volume(context, array, "a histogram");
+    if (!code)
+        code = cvol_summarise_array(context, &summary, array);
+    if (!code)
+        expand(out, &summary, &array->grid);
+    return code;
+}
+
+int cvol_volume_histogram(cvol_context *context, cvol_histogram *out, const cvol_volume *volume)
+{
+    cvol_summary summary;
+    *out = (cvol_histogram){0};
+    int code = cvol_grid_check(context, &volume->grid, "volume");
+    if (!code)
+        code = cvol_summarise_samples(context, &summary, volume->data, &volume->grid, NULL);
+    if (!code)
+        expand(out, &summary, &volume->grid);
+    return code;
+}

@@ -1,0 +1,261 @@
+/* Named transfer functions, fitted to a histogram (fit.h).
+ *
+ * The background is transparent. Beyond its edge the opacity of depth u is
+ *
+ *     opacity(u) = ramp(u) min(A share^-0.4 S(u)^-0.65, 0.35)
+ *
+ * S(u) being the share of the object's samples that lie deeper than u. Common matter so gets a low
+ * opacity and rare, deep matter a high one, in such a measure that each hides about as much as the
+ * other along a ray; and an object that fills little of the box, and is crossed by short stretches
+ * of the rays, is more opaque than one that fills it. The ramp is a smooth step from the
+ * edge up to the depth that a third of the object lies below, so that the object's skin and the
+ * last noise are faint.
+ *
+ * Matter is (170 / c)^0.6 times as dense, c being the mean length of a ray through the box in
+ * samples: thin slabs and small volumes are seen as well as large ones.
+ *
+ * "mri" is 2.5 times firmer; "bone" shows dense matter alone (fit.h: divide), and
+ * "skin-bone" the same within a faint skin.
+ *
+ * Colours run along the robust range of the object, by value; those of "auto" half by value and
+ * half by rank, which spreads them over soft matter as well as over rare peaks. Where the object
+ * lies on both sides of the background (signed data), the side below has the lower half of a
+ * colour map; "auto" has a cold map for it.
+ */
+#include "render/transfer/transfer.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "render/transfer/fit.h"
+
+#define KNOTS 32 /* intervals of depth */
+#define OPACITY_BASE 0.013
+#define OPACITY_MOST 0.35
+#define CHORD 170 /* samples along a mean ray through 256^3 */
+#define CHORD_POWER 0.6
+#define COLOURS_MAX 9
+
+/* Evenly spaced colours, 0xRRGGBB. */
+typedef struct colour_map {
+    int count;
+    uint32_t colours[COLOURS_MAX];
+} colour_map;
+
+typedef double (*profile_fn)(const cvol_fit *fit, double depth);
+
+static double opacity_balanced(const cvol_fit *fit, double depth);
+static double opacity_dense(const cvol_fit *fit, double depth);
+static double opacity_skin_bone(const cvol_fit *fit, double depth);
+static double opacity_firm(const cvol_fit *fit, double depth);
+static double place_by_rank(const cvol_fit *fit, double depth);
+static double place_by_value(const cvol_fit *fit, double depth);
+static double place_dense(const cvol_fit *fit, double depth);
+static double place_skin_bone(const cvol_fit *fit, double depth);
+
+static const colour_map cold = {5, {0x0d1f4d, 0x1a59a6, 0x4da6e6, 0xa6e0ff, 0xf2faff}};
+
+/* viridis and magma: S. van der Walt and N. Smith, CC0. cool-warm: K. Moreland 2009. */
+static const struct named {
+    const char *name;
+    colour_map map;
+    profile_fn opacity, place;
+    const colour_map *map_below; /* of signed data's side below, if it has one of its own */
+} named[] = {
+    {"auto",
+     {5, {0x4d1f0f, 0x994419, 0xeb8c33, 0xffcf85, 0xfff8e8}},
+     opacity_balanced,
+     place_by_rank,
+     &cold},
+    {"gray", {2, {0x202020, 0xffffff}}, opacity_balanced, place_by_value, NULL},
+    {"bone", {4, {0x5a4630, 0xb8a078, 0xeeddb8, 0xffffff}}, opacity_dense, place_dense, NULL},
+    {"skin-bone",
+     {5, {0xd98a6a, 0xcc6650, 0xb8784f, 0xf2dcb8, 0xffffff}},
+     opacity_skin_bone,
+     place_skin_bone,
+     NULL},
+    {"mri",
+     {5, {0x402028, 0x8c4a48, 0xcc8f80, 0xebd2c2, 0xffffff}},
+     opacity_firm,
+     place_by_value,
+     NULL},
+    {"microscopy",
+     {5, {0x06203a, 0x0b6e75, 0x2fbf71, 0xb8f06a, 0xfffff0}},
+     opacity_balanced,
+     place_by_rank,
+     NULL},
+    {"hot", {4, {0x400000, 0xff2000, 0xffd000, 0xffffff}}, opacity_balanced, place_by_value, NULL},
+    {"viridis",
+     {9,
+      {0x440154, 0x472d7b, 0x3b528b, 0x2c728e, 0x21918c, 0x28ae80, 0x5ec962, 0xaddc30, 0xfde725}},
+     opacity_balanced,
+     place_by_value,
+     NULL},
+    {"magma",
+     {9,
+      {0x1d1147, 0x3b0f70, 0x641a80, 0x8c2981, 0xb73779, 0xde4968, 0xf7705c, 0xfe9f6d, 0xfcfdbf}},
+     opacity_balanced,
+     place_by_value,
+     NULL},
+    {"cool-warm",
+     {9,
+      {0x3b4cc0, 0x688aef, 0x99baff, 0xc9d8ef, 0xdddddd, 0xeed0c0, 0xf6a789, 0xe26a53, 0xb40426}},
+     opacity_balanced,
+     place_by_value,
+     NULL},
+};
+
+const char *cvol_transfer_names(void)
+{
+    return "auto gray bone skin-bone mri microscopy hot viridis magma cool-warm";
+}
+
+/* ---- opacities ------------------------------------------------------------------------- */
+
+static double smooth_step(double from, double to, double x)
+{
+    double t = to > from ? (x - from) / (to - from) : x >= to;
+    t = fmin(fmax(t, 0), 1);
+    return t * t * (3 - 2 * t);
+}
+
+/* The depth that `share` of the object's samples stay below. */
+static double depth_of(const cvol_fit *fit, double share)
+{
+    int k = 0;
+    while (k < CVOL_HISTOGRAM_BINS && 1 - fit->beyond[k + 1] < share)
+        k++;
+    return (k + 0.5) * fit->bin;
+}
+
+static double opacity_balanced(const cvol_fit *fit, double depth)
+{
+    double rare = fmax(cvol_fit_beyond(fit, depth), 1e-3);
+    double opacity = OPACITY_BASE * pow(fmax(fit->share, 1e-3), -0.4) * pow(rare, -0.65);
+    return smooth_step(0, depth_of(fit, 0.33), depth) * fmin(opacity, OPACITY_MOST);
+}
+
+/* Where dense matter begins to show: a little below the depth that parts it from soft matter. */
+static double dense_start(const cvol_fit *fit)
+{
+    return fit->divide - 0.3 * (fit->divide - fmin(depth_of(fit, 0.5), fit->divide));
+}
+
+static double opacity_dense(const cvol_fit *fit, double depth)
+{
+    double start = dense_start(fit);
+    return 0.25 * smooth_step(start, start + 0.8 * (fit->top - start), depth);
+}
+
+/* Dense matter within a faint skin. */
+static double opacity_skin_bone(const cvol_fit *fit, double depth)
+{
+    return fmax(opacity_dense(fit, depth),
+                0.012 * smooth_step(0, fmin(depth_of(fit, 0.33), 0.25 * fit->top), depth));
+}
+
+/* Twice as firm: the surface of soft matter. */
+static double opacity_firm(const cvol_fit *fit, double depth)
+{
+    return fmin(2.5 * opacity_balanced(fit, depth), 0.6);
+}
+
+/* ---- the places of a colour map, 0..1 --------------------------------------------------- */
+
+static double place_between(double from, double to, double x)
+{
+    return to > from ? fmin(fmax((x - from) / (to - from), 0), 1) : x >= to;
+}
+
+static double place_by_value(const cvol_fit *fit, double depth)
+{
+    return place_between(fmin(depth_of(fit, 0.02), 0.5 * fit->top), fit->top, depth);
+}
+
+static double place_by_rank(const cvol_fit *fit, double depth)
+{
+    return 0.5 * depth / fit->top + 0.5 * (1 - cvol_fit_beyond(fit, depth));
+}
+
+static double place_dense(const cvol_fit *fit, double depth)
+{
+    return place_between(dense_start(fit), fit->top, depth);
+}
+
+/* The lower half for soft matter, the upper for dense. */
+static double place_skin_bone(const cvol_fit *fit, double depth)
+{
+    double start = dense_start(fit);
+    return 0.5 * place_between(0, start, depth) + 0.5 * place_between(start, fit->top, depth);
+}
+
+/* ---- points ---------------------------------------------------------------------------- */
+
+static void set_colour(cvol_transfer_point *point, const colour_map *map, double t)
+{
+    double at = fmin(fmax(t, 0), 1) * (map->count - 1);
+    int i = (int)at < map->count - 1 ? (int)at : map->count - 2;
+    double f = at - i, rgb[3];
+    for (int c = 0; c < 3; c++) {
+        int shift = 16 - 8 * c;
+        double p = (map->colours[i] >> shift) & 255, q = (map->colours[i + 1] >> shift) & 255;
+        rgb[c] = (p + (q - p) * f) / 255;
+    }
+    point->r = rgb[0];
+    point->g = rgb[1];
+    point->b = rgb[2];
+}
+
+/* The point at `depth` on the side of direction +1 or -1. */
+static cvol_transfer_point point_at(const struct named *name, const cvol_fit *fit, double depth,
+                                    int direction)
+{
+    const double density = fit->chord > 0 ? pow(CHORD / fit->chord, CHORD_POWER) : 1;
+    cvol_transfer_point point = {.opacity = cvol_opacity_over(name->opacity(fit, depth), density)};
+    point.value = direction > 0 ? fit->edge_above + depth : fit->edge_below - depth;
+    double t = name->place(fit, depth);
+    if (fit->above && fit->below && direction < 0 && name->map_below)
+        set_colour(&point, name->map_below, t);
+    else if (fit->above && fit->below && !name->map_below)
+        set_colour(&point, &name->map, 0.5 + direction * (0.15 + 0.35 * t));
+    else
+        set_colour(&point, &name->map, t);
+    return point;
+}
+
+/* A histogram with nothing in it, or of one value: that value is faintly visible. */
+static int create_plain(cvol_context *context, cvol_transfer **out, const struct named *name,
+                        double value)
+{
+    cvol_transfer_point point = {.value = value, .opacity = 0.05};
+    set_colour(&point, &name->map, 0.7);
+    return cvol_transfer_create(context, out, &point, 1);
+}
+
+static int create_fitted(cvol_context *context, cvol_transfer **out, const struct named *name,
+                         const cvol_histogram *histogram)
+{
+    cvol_fit fit = cvol_fit_make(histogram);
+    if (!(fit.share > 0))
+        return create_plain(context, out, name, histogram->min);
+    cvol_transfer_point points[2 * (KNOTS + 1)];
+    size_t count = 0;
+    for (int k = KNOTS; k >= 0 && fit.below; k--)
+        points[count++] = point_at(name, &fit, fit.top * k / KNOTS, -1);
+    for (int k = 0; k <= KNOTS && fit.above; k++)
+        points[count++] = point_at(name, &fit, fit.top * k / KNOTS, 1);
+    return cvol_transfer_create(context, out, points, count);
+}
+
+int cvol_transfer_create_named(cvol_context *context, cvol_transfer **out, const char *name,
+                               const cvol_histogram *histogram)
+{
+    *out = NULL;
+    for (size_t i = 0; i < sizeof named / sizeof *named; i++)
+        if (!strcmp(name, named[i].name))
+            return create_fitted(context, out, &named[i], histogram);
+    return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                     "no transfer function is named %s; there are: %s", name,
+                     cvol_transfer_names());
+}

@@ -1,0 +1,110 @@
+/* Annotations (cvol/annotate.h): sizes, colours, and the scale bar. */
+#include "render/engine/engine.h"
+#include "render/view/annotate.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "image/pixels.h"
+
+/* ---- lengths ---------------------------------------------------------------------------- */
+
+double cvol_round_length(double most)
+{
+    const double power = pow(10, floor(log10(most) + 1e-9)), part = most / power * (1 + 1e-9);
+    return power * (part >= 5 ? 5 : part >= 2 ? 2 : 1);
+}
+
+static const struct unit {
+    const char *name, *shown;
+    double metres;
+} units[] = {{"nm", "nm", 1e-9}, {"um", "µm", 1e-6}, {"µm", "µm", 1e-6}, {"mm", "mm", 1e-3},
+             {"cm", "cm", 1e-2}, {"m", "m", 1},      {"km", "km", 1e3}};
+
+#define UNITS (sizeof units / sizeof *units)
+
+static const struct unit *find_unit(const char *name)
+{
+    for (size_t i = 0; i < UNITS; i++)
+        if (!strcmp(name, units[i].name))
+            return &units[i];
+    return NULL;
+}
+
+void cvol_length_text(char *text, size_t size, double length, const char *unit)
+{
+    const struct unit *known = find_unit(unit), *best = known;
+    /* Its own unit, unless that needs a thousand of it, or a tenth. */
+    for (size_t i = 0; known && i < UNITS; i++) {
+        const double here = length * known->metres / units[i].metres;
+        const double there = length * known->metres / best->metres;
+        const int is_near = there >= 0.999 && there < 999.9;
+        if (!is_near && here >= 0.999 && (there < 0.999 || here < there) &&
+            strcmp(units[i].name, "cm"))
+            best = &units[i];
+    }
+    const double shown = known ? length * known->metres / best->metres : length;
+    snprintf(text, size, "%.6g%s%s", shown, *unit ? " " : "", known ? best->shown : unit);
+}
+
+void cvol_sketch_scale(const cvol_sketch *s)
+{
+    if (s->view.perspective) /* lengths differ with depth */
+        return;
+    char text[64];
+    const double length = cvol_round_length(0.25 * s->view.width * s->view.pixel);
+    const double pixels = length / s->view.pixel, tick = 0.45 * s->letter;
+    const float x0 = (float)s->margin, x1 = (float)(s->margin + pixels);
+    const float y = (float)(s->view.height - s->margin - tick), t = (float)tick;
+    const cvol_segment bar[3] = {{x0, y, x1, y}, {x0, y - t, x0, y + t}, {x1, y - t, x1, y + t}};
+    cvol_pen pen = s->pen;
+    pen.width *= 1.4f;
+    cvol_ink_halo(s->image, bar, 3, &pen);
+    cvol_ink_stroke(s->image, bar, 3, &pen);
+    cvol_length_text(text, sizeof text, length, s->of->grid->unit);
+    double x = s->margin + (pixels - cvol_text_width(text, s->letter)) / 2;
+    x = x > s->margin ? x : s->margin;
+    cvol_text_draw(s->image, text, x, (double)y - 1.1 * s->letter, s->letter, &s->pen);
+}
+
+/* ---- all of it -------------------------------------------------------------------------- */
+
+static void choose_pen(cvol_sketch *s, const double background[3], int transparent)
+{
+    const double luminance = 0.3 * background[0] + 0.59 * background[1] + 0.11 * background[2];
+    s->is_bright = !transparent && luminance > 0.5;
+    for (int c = 0; c < 3; c++) {
+        s->pen.rgb[c] = s->is_bright ? 0.06f : 0.97f;
+        s->pen.ground[c] = s->is_bright ? 1 : 0;
+    }
+    s->pen.width = (float)fmax(s->letter / 9, 1.1);
+    s->pen.halo = (float)fmax(s->letter / 8, 1);
+    s->pen.opacity = 1;
+    s->pen.ground_opacity = 0.6f;
+}
+
+int cvol_image_annotate(cvol_context *context, cvol_image *image, const cvol_annotation *of)
+{
+    cvol_sketch s = {.image = image, .of = of};
+    int code = cvol_image_need_floats(context, image, "annotating");
+    if (!code)
+        code = cvol_view_make(context, &s.view, of->grid, of->options);
+    if (code)
+        return code;
+    if (image->width != s.view.width || image->height != s.view.height)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "annotating: the picture has %d x %d pixels, the options say %d x %d",
+                         image->width, image->height, s.view.width, s.view.height);
+    const double size = fmin(image->width, image->height);
+    s.letter = fmax(0.021 * size, 8);
+    s.margin = fmax(0.022 * size, 4);
+    s.grey = cvol_mode_is_grey(of->options->mode);
+    choose_pen(&s, of->options->background, of->transparent);
+    cvol_sketch_scale(&s);
+    cvol_sketch_axes(&s);
+    if (of->options->mode != CVOL_MODE_ISO)
+        cvol_sketch_values(&s);
+    return CVOL_OK;
+}

@@ -1,0 +1,76 @@
+/* Light of a frame (light.h). */
+#include "render/view/light.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "base/context.h"
+
+void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
+                    const cvol_shading *shading, const int axes[3], const int turns[3])
+{
+    const double *given = shading->light;
+    const double length = hypot(hypot(given[0], given[1]), given[2]);
+    double facing = 0;
+    memset(light, 0, sizeof *light); /* lights are compared by their bytes */
+    light->on = shading->on;
+    if (!shading->on)
+        return;
+    for (int k = 0; k < 3; k++) {
+        const int a = axes[k];
+        const double towards = length > 0 ? given[a] / length : view->eye[a];
+        light->eye[k] = (float)(turns[k] * view->eye[a]);
+        light->light[k] = (float)(turns[k] * towards);
+        light->rise[k] = (float)(0.5 * view->mean_spacing / grid->spacing[a]);
+        facing += view->eye[a] * towards;
+    }
+    light->facing_light = (float)facing;
+    light->ambient = (float)shading->ambient;
+    light->diffuse = (float)shading->diffuse;
+    light->specular = (float)shading->specular;
+    light->shininess = shading->shininess;
+    light->thinning = shading->gradient_opacity > 0 ? (float)(1 / shading->gradient_opacity) : 0;
+}
+
+static int check_surface(cvol_context *context, const cvol_surface *surface)
+{
+    if (!isfinite(surface->value))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the surface's value %g: must be finite",
+                         surface->value);
+    for (int c = 0; c < 3; c++)
+        if (!(surface->colour[c] >= 0 && surface->colour[c] <= 1))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "the surface's colour: %s is %g, must be within 0 and 1",
+                             (const char *[]){"red", "green", "blue"}[c], surface->colour[c]);
+    return CVOL_OK;
+}
+
+int cvol_shading_check(cvol_context *context, const cvol_render_options *options)
+{
+    const cvol_shading *shading = &options->shading;
+    const struct {
+        const char *name;
+        double share;
+    } shares[] = {{"ambient", shading->ambient},
+                  {"diffuse", shading->diffuse},
+                  {"specular", shading->specular}};
+    if (!shading->on && options->mode != CVOL_MODE_ISO)
+        return CVOL_OK;
+    for (int a = 0; a < 3; a++)
+        if (!(fabs(shading->light[a]) <= 1e30))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "light: %c is %g, must be a number of at most 1e30", "xyz"[a],
+                             shading -> light[a]);
+    for (int k = 0; k < 3; k++)
+        if (!(shares[k].share >= 0 && shares[k].share <= 10))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s is %g, must be 0 to 10",
+                             shares[k].name, shares[k].share);
+    if (shading->shininess < 1 || shading->shininess > 256)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "shininess is %d, must be 1 to 256",
+                         shading->shininess);
+    if (!(shading->gradient_opacity >= 0 && shading->gradient_opacity <= 1e30))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "gradient opacity is %g, must be 0 (not asked for) to 1e30",
+                         shading->gradient_opacity);
+    return options->mode == CVOL_MODE_ISO ? check_surface(context, &options->surface) : CVOL_OK;
+}

@@ -1,0 +1,27 @@
+/* Light of a frame: what Phong's model (cvol_shading) needs to know of a view. */
+#ifndef CVOL_RENDER_VIEW_LIGHT_H
+#define CVOL_RENDER_VIEW_LIGHT_H
+
+#include "render/view/camera.h"
+
+/* Directions are in the world, along three axes of the volume in the caller's order: towards the
+ * eye, and towards the light. */
+typedef struct cvol_light {
+    int on;
+    float eye[3], light[3];
+    float rise[3];      /* a difference of samples two apart times this is the gradient */
+    float facing_light; /* eye light */
+    float ambient, diffuse, specular;
+    int shininess;
+    float thinning; /* 1 / gradient_opacity; 0: none */
+} cvol_light;
+
+/* Axis k of the light is axis axes[k] of the volume, backwards where turns[k] is -1. */
+void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
+                    const cvol_shading *shading, const int axes[3], const int turns[3]);
+
+/* Of lit pictures, and of surfaces. Errors: ARGUMENT (numbers that have no meaning, each named in
+ * the message). */
+int cvol_shading_check(cvol_context *context, const cvol_render_options *options);
+
+#endif

@@ -1,0 +1,35 @@
+/* Slices of a DICOM series: which files belong together, in which order they lie, and where. */
+#ifndef CVOL_VOLUME_FORMATS_DICOM_SERIES_H
+#define CVOL_VOLUME_FORMATS_DICOM_SERIES_H
+
+#include "cvol/volume.h"
+#include "volume/formats/dicom/head.h"
+
+typedef struct cvol_dicom_slice {
+    size_t head; /* of `heads` */
+    uint64_t frame;
+    double along; /* the slices' normal, from the world's origin */
+} cvol_dicom_slice;
+
+typedef struct cvol_dicom_series {
+    cvol_dicom_head *heads;
+    size_t head_count;
+    cvol_dicom_slice *slices; /* of the series chosen, in order */
+    size_t count;
+    int varies; /* slices have scales of their own: their values are made floats */
+} cvol_dicom_series;
+
+void cvol_dicom_series_close(cvol_dicom_series *series);
+/* Reads the heads of a folder's files, or of the folder of a file. *first is the file's own head,
+ * or SIZE_MAX. */
+int cvol_dicom_series_list(cvol_context *context, cvol_dicom_series *series, const char *path,
+                           size_t *first);
+/* Chooses a series, and one volume of it, and sorts its slices. */
+int cvol_dicom_series_choose(cvol_context *context, cvol_dicom_series *series, const char *path,
+                             size_t first, const cvol_read_options *options);
+/* Where the slices lie, and what their values mean; dims and type are set before. Uneven slices are
+ * an error, but for a caller who says the spacing. */
+int cvol_dicom_series_place(cvol_context *context, cvol_dicom_series *series, cvol_grid *grid,
+                            const char *path, const cvol_read_options *options);
+
+#endif

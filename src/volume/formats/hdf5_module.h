@@ -1,0 +1,35 @@
+/* HDF5's datasets as a module of its own offers them: the library brings half a network stack, and
+ * takes long to start. Nothing of cvol is used behind this, so that the module stands alone. */
+#ifndef CVOL_VOLUME_FORMATS_HDF5_MODULE_H
+#define CVOL_VOLUME_FORMATS_HDF5_MODULE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#define CVOL_HDF5_MODULE "cvol_hdf5.so"
+#define CVOL_HDF5_RANK 8
+
+typedef struct cvol_hdf5_dataset cvol_hdf5_dataset;
+
+typedef struct cvol_hdf5_shape {
+    int rank;
+    uint64_t dims[CVOL_HDF5_RANK]; /* the last one runs fastest */
+    int type;                      /* cvol_type; 0: none */
+    double size_um[3];             /* attribute element_size_um, z first; 0: there is none */
+} cvol_hdf5_shape;
+
+/* All return 1 on success, else 0 and a sentence's end in `message`. They may be called by any
+ * thread. */
+typedef struct cvol_hdf5_functions {
+    /* A dataset by its path; path NULL: the only one of three axes or more. */
+    int (*open)(cvol_hdf5_dataset **out, cvol_hdf5_shape *shape, const char *file, const char *path,
+                char *message, size_t room);
+    /* A box, in the machine's byte order. */
+    int (*read)(cvol_hdf5_dataset *dataset, void *out, const uint64_t *begin, const uint64_t *count,
+                char *message, size_t room);
+    void (*close)(cvol_hdf5_dataset *dataset);
+} cvol_hdf5_functions;
+
+__attribute__((visibility("default"))) extern const cvol_hdf5_functions cvol_hdf5_module;
+
+#endif

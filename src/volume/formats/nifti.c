@@ -1,0 +1,544 @@
+/* NIfTI-1 and NIfTI-2 (nifti.nimh.nih.gov): a binary header of 348 or 540 bytes in either byte
+ * order, and the samples in the same file (.nii, .nii.gz) or beside it (.hdr, .img).
+ *
+ * The header is decoded here, field by field, because niftilib believes what headers say: it
+ * allocates what they claim, and prints. Its quaternions and names of types are used.
+ * The affine is the sform, else the qform, else the spacings alone; the world is RAS.
+ * Written: NIfTI-1 where the shape and the affine fit into it, else NIfTI-2. */
+#include <float.h>
+#include <math.h>
+#include <nifti2_io.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/grid.h"
+#include "volume/formats/nifti_fields.h"
+#include "volume/formats/nifti_intent.h"
+#include "volume/io/format.h"
+#include "volume/io/geometry.h"
+#include "volume/io/inflate.h"
+#include "volume/io/interleaved.h"
+#include "volume/io/text.h"
+
+static const struct {
+    int code;
+    cvol_type type;
+} datatypes[] = {
+    {DT_UINT8, CVOL_UINT8},     {DT_INT8, CVOL_INT8},       {DT_UINT16, CVOL_UINT16},
+    {DT_INT16, CVOL_INT16},     {DT_UINT32, CVOL_UINT32},   {DT_INT32, CVOL_INT32},
+    {DT_FLOAT32, CVOL_FLOAT32}, {DT_FLOAT64, CVOL_FLOAT64},
+};
+
+#define DATATYPES (sizeof datatypes / sizeof datatypes[0])
+
+static const struct {
+    int code;
+    const char *name;
+} units[] = {{NIFTI_UNITS_METER, "m"}, {NIFTI_UNITS_MM, "mm"}, {NIFTI_UNITS_MICRON, "um"}};
+
+#define UNITS (sizeof units / sizeof units[0])
+/* Of xyzt_units, the bits that speak of space. */
+#define SPACE_UNITS 7
+/* And of time, or of what the fourth axis is else. */
+#define TIME_UNITS 0x38
+
+typedef struct nifti {
+    cvol_context *context;
+    const char *path;
+    cvol_nifti_header header;
+    int is_gzip, is_pair;
+    uint64_t vox_offset;
+    size_t volumes;  /* of a time series; 1 otherwise */
+    size_t channels; /* of vectors or colours; 1 otherwise */
+    int has_colours; /* bytes of a place lie together */
+    cvol_grid grid;
+} nifti;
+
+/* Short names for what most lines below do. */
+static int64_t get_integer(const nifti *n, size_t at, size_t width)
+{
+    return cvol_nifti_get_integer(&n->header, at, width);
+}
+
+static double get_real(const nifti *n, size_t at, size_t i)
+{
+    return cvol_nifti_get_real(&n->header, at, i);
+}
+
+/* ---- recognising --------------------------------------------------------------------- */
+
+static int is_gzip(const uint8_t *head, size_t size)
+{
+    return size >= 2 && head[0] == 0x1f && head[1] == 0x8b;
+}
+
+static int has_magic(const nifti *n, const char *magic)
+{
+    return !memcmp(n->header.bytes + n->header.at->magic_at, magic, 4);
+}
+
+static int recognise(const uint8_t *head, size_t size)
+{
+    nifti n = {.context = NULL};
+    size_t count;
+    if (is_gzip(head, size))
+        count = cvol_inflate_head(n.header.bytes, sizeof n.header.bytes, head, size);
+    else {
+        count = size < sizeof n.header.bytes ? size : sizeof n.header.bytes;
+        memcpy(n.header.bytes, head, count);
+    }
+    return cvol_nifti_find_layout(&n.header, count) && count >= n.header.at->size &&
+           (has_magic(&n, n.header.at->magic) || has_magic(&n, n.header.at->pair_magic));
+}
+
+/* ---- header -------------------------------------------------------------------------- */
+
+static int fetch_header(nifti *n, const cvol_input *input, size_t *size)
+{
+    uint8_t head[2];
+    int code = cvol_input_read(n->context, input, 0, head, sizeof head, size);
+    if (code)
+        return code;
+    n->is_gzip = is_gzip(head, *size);
+    if (!n->is_gzip)
+        return cvol_input_read(n->context, input, 0, n->header.bytes, sizeof n->header.bytes, size);
+    cvol_inflater *inflater;
+    uint64_t got = 0;
+    code = cvol_inflater_open(n->context, &inflater, input, 0, input->size);
+    if (!code)
+        code = cvol_inflater_read(n->context, inflater, n->header.bytes, sizeof n->header.bytes,
+                                  &got);
+    cvol_inflater_close(inflater);
+    *size = (size_t)got;
+    return code;
+}
+
+static int check_header(nifti *n, size_t size)
+{
+    if (!cvol_nifti_find_layout(&n->header, size)) {
+        n->header.big_endian = 0;
+        return cvol_fail(n->context, CVOL_ERROR_FORMAT,
+                         "%s: sizeof_hdr is %lld, must be 348 or 540", n->path,
+                         (long long)get_integer(n, 0, 4));
+    }
+    if (size < n->header.at->size)
+        return cvol_fail(n->context, CVOL_ERROR_FORMAT,
+                         "%s: holds %zu of the %zu bytes of a header", n->path, size,
+                         n->header.at->size);
+    n->is_pair = has_magic(n, n->header.at->pair_magic);
+    if (n->is_pair || has_magic(n, n->header.at->magic))
+        return CVOL_OK;
+    char magic[4];
+    for (size_t i = 0; i < 4; i++) {
+        uint8_t c = n->header.bytes[n->header.at->magic_at + i];
+        magic[i] = c >= ' ' && c <= '~' ? (char)c : '.';
+    }
+    return cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: magic is '%.4s', must be '%s' or '%s'",
+                     n->path, magic, n->header.at->magic, n->header.at->pair_magic);
+}
+
+static int read_header(nifti *n)
+{
+    cvol_input input;
+    size_t size = 0;
+    int code = cvol_input_open(n->context, &input, n->path);
+    if (!code)
+        code = fetch_header(n, &input, &size);
+    cvol_input_close(&input);
+    return code ? code : check_header(n, size);
+}
+
+int cvol_nifti_has_label_intent(const char *path)
+{
+    cvol_context *quiet = cvol_context_create();
+    nifti n = {.context = quiet, .path = path};
+    int code = quiet ? read_header(&n) : CVOL_ERROR_MEMORY;
+    if (!code) {
+        const int first = n.header.at->version == 1;
+        code = get_integer(&n, first ? 68 : 504, first ? 2 : 4) == NIFTI_INTENT_LABEL ? CVOL_OK
+                                                                                      : -1;
+    }
+    cvol_context_destroy(quiet);
+    return !code;
+}
+
+static int64_t get_dim(const nifti *n, size_t i)
+{
+    return get_integer(n, n->header.at->dim + i * n->header.at->dim_width, n->header.at->dim_width);
+}
+
+static int read_dims(nifti *n)
+{
+    int64_t count = get_dim(n, 0);
+    if (count < 1 || count > 7)
+        return cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: dim[0] is %lld, must be 1 to 7",
+                         n->path, (long long)count);
+    for (size_t i = 1; i <= (size_t)count; i++) {
+        int64_t dim = get_dim(n, i);
+        if (dim < 0 || (dim == 0 && i <= 3))
+            return cvol_fail(n->context, CVOL_ERROR_FORMAT,
+                             "%s: dim[%zu] is %lld, must be positive", n->path, i, (long long)dim);
+        if (i <= 3)
+            n->grid.dims[i - 1] = (size_t)dim;
+        else if (i <= 5 && dim > 1)
+            *(i == 4 ? &n->volumes : &n->channels) = (size_t)dim;
+        else if (dim > 1)
+            return cvol_fail(n->context, CVOL_ERROR_UNSUPPORTED,
+                             "%s: dim[%zu] is %lld: a file of more than five axes, which are not "
+                             "supported",
+                             n->path, i, (long long)dim);
+    }
+    return CVOL_OK;
+}
+
+static int read_type(nifti *n)
+{
+    int code = (int)get_integer(n, n->header.at->datatype, 2);
+    for (size_t i = 0; i < DATATYPES; i++)
+        if (datatypes[i].code == code) {
+            n->grid.type = datatypes[i].type;
+            return CVOL_OK;
+        }
+    if ((code == DT_RGB24 || code == DT_RGBA32) && n->channels == 1) {
+        n->channels = code == DT_RGB24 ? 3 : 4;
+        n->has_colours = 1;
+        return CVOL_OK;
+    }
+    const char *name = nifti_datatype_to_string(code);
+    if (!name || strstr(name, "UNKNOWN") || code == DT_NONE)
+        return cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: datatype is %d, which is unknown",
+                         n->path, code);
+    return cvol_fail(n->context, CVOL_ERROR_UNSUPPORTED, "%s: datatype %d (%s) is not supported",
+                     n->path, code, name);
+}
+
+/* 0 stands for "right behind the header" in single files. */
+static int read_vox_offset(nifti *n)
+{
+    double offset = n->header.at->version == 1
+                        ? get_real(n, n->header.at->vox_offset, 0)
+                        : (double)get_integer(n, n->header.at->vox_offset, 8);
+    double least = n->is_pair ? 0 : (double)n->header.at->size;
+    if (offset == 0)
+        offset = n->is_pair ? 0 : (double)(n->header.at->size + 4);
+    if (!(offset >= least) || offset >= 0x1p62 || offset != floor(offset))
+        return cvol_fail(n->context, CVOL_ERROR_FORMAT,
+                         "%s: vox_offset is %g, must be an integer from %g on", n->path, offset,
+                         least);
+    n->vox_offset = (uint64_t)offset;
+    return CVOL_OK;
+}
+
+static void read_values(nifti *n)
+{
+    double slope = get_real(n, n->header.at->scl_slope, 0),
+           offset = get_real(n, n->header.at->scl_inter, 0);
+    if (slope != 0 && isfinite(slope)) { /* else the samples mean themselves */
+        n->grid.value_scale = slope;
+        n->grid.value_offset = offset;
+    }
+    int64_t unit = get_integer(n, n->header.at->xyzt_units, n->header.at->units_width) &
+                   SPACE_UNITS;
+    for (size_t i = 0; i < UNITS; i++)
+        if (units[i].code == unit)
+            snprintf(n->grid.unit, sizeof n->grid.unit, "%s", units[i].name);
+}
+
+/* ---- affine -------------------------------------------------------------------------- */
+
+/* |pixdim|, with 1 for the zeros that many writers leave. */
+static double get_spacing(const nifti *n, size_t axis)
+{
+    double spacing = fabs(get_real(n, n->header.at->pixdim, axis + 1));
+    return spacing == 0 ? 1 : spacing;
+}
+
+static nifti_dmat44 qform_matrix(const nifti *n)
+{
+    double q[3], o[3];
+    for (size_t i = 0; i < 3; i++) {
+        q[i] = get_real(n, n->header.at->quatern, i);
+        o[i] = get_real(n, n->header.at->qoffset, i);
+    }
+    double handedness = get_real(n, n->header.at->pixdim, 0) < 0 ? -1 : 1;
+    return nifti_quatern_to_dmat44(q[0], q[1], q[2], o[0], o[1], o[2], get_spacing(n, 0),
+                                   get_spacing(n, 1), get_spacing(n, 2), handedness);
+}
+
+static nifti_dmat44 sform_matrix(const nifti *n)
+{
+    nifti_dmat44 matrix = {{{0}}};
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 4; j++)
+            matrix.m[i][j] = get_real(n, n->header.at->srow, 4 * i + j);
+    matrix.m[3][3] = 1;
+    return matrix;
+}
+
+static int set_affine(nifti *n, const nifti_dmat44 *matrix, const char *name)
+{
+    int known[3] = {1, 1, 1};
+    n->grid.space = CVOL_SPACE_RAS;
+    for (int i = 0; i < 3; i++)
+        n->grid.origin[i] = matrix->m[i][3];
+    for (int a = 0; a < 3; a++) {
+        double step[3] = {matrix->m[0][a], matrix->m[1][a], matrix->m[2][a]};
+        known[a] = cvol_geometry_set_axis(&n->grid, a, step);
+        if (!known[a] && n->grid.dims[a] > 1)
+            return cvol_fail(n->context, CVOL_ERROR_FORMAT,
+                             "%s: the %s gives axis %c the step (%g, %g, %g)", n->path, name,
+                             "xyz"[a], step[0], step[1], step[2]);
+    }
+    cvol_geometry_complete(&n->grid, known);
+    return cvol_geometry_check(n->context, &n->grid, n->path);
+}
+
+static int read_affine(nifti *n)
+{
+    for (size_t a = 0; a < 3; a++)
+        n->grid.spacing[a] = get_spacing(n, a);
+    n->grid.space = CVOL_SPACE_RAS;
+    if (get_integer(n, n->header.at->sform_code, n->header.at->code_width) > 0) {
+        nifti_dmat44 matrix = sform_matrix(n);
+        return set_affine(n, &matrix, "sform");
+    }
+    if (get_integer(n, n->header.at->qform_code, n->header.at->code_width) > 0) {
+        nifti_dmat44 matrix = qform_matrix(n);
+        return set_affine(n, &matrix, "qform");
+    }
+    return CVOL_OK;
+}
+
+/* ---- reading ------------------------------------------------------------------------- */
+
+/* The .img, or the .img.gz, beside a .hdr. The caller frees it. */
+static int find_pair(const nifti *n, char **image, int *image_is_gzip)
+{
+    size_t length = strlen(n->path);
+    if (cvol_text_ends(n->path, ".gz"))
+        length -= 3;
+    *image = malloc(length + sizeof ".img.gz");
+    if (!*image)
+        return cvol_fail_memory(n->context, length, n->path);
+    memcpy(*image, n->path, length);
+    (*image)[length] = '\0';
+    if (!cvol_text_ends(*image, ".hdr"))
+        return cvol_fail(n->context, CVOL_ERROR_FORMAT,
+                         "%s: is the header of a pair, whose name must end in .hdr", n->path);
+    memcpy(*image + length - 4, ".img.gz", sizeof ".img.gz");
+    FILE *packed = fopen(*image, "rb");
+    *image_is_gzip = packed != NULL;
+    if (packed)
+        fclose(packed);
+    else
+        (*image)[length] = '\0';
+    return CVOL_OK;
+}
+
+/* Bytes in front of the place-th of volumes that lie one behind the other. */
+static uint64_t place_of(const nifti *n, uint64_t place, uint64_t bytes)
+{
+    uint64_t skip;
+    return __builtin_mul_overflow(place, bytes, &skip) ||
+                   __builtin_add_overflow(skip, n->vox_offset, &skip)
+               ? UINT64_MAX
+               : skip;
+}
+
+/* Where the volume that was asked for is among those of a time series; of vectors' components,
+ * which lie one whole series behind the other; or among the bytes of colours. */
+static int choose_volume(nifti *n, cvol_stored *stored, const cvol_read_options *options)
+{
+    size_t index, channel;
+    uint64_t place;
+    int code = cvol_format_choose(n->context, &channel, n->path, "channel", "--channel",
+                                  n->channels, options->has_channel, options->channel);
+    if (!code)
+        code = cvol_format_choose(n->context, &index, n->path, "volume", "--time", n->volumes,
+                                  options->has_index, options->index);
+    if (!code) /* or products below might overflow */
+        code = cvol_grid_check_within(n->context, &n->grid, n->path, UINT64_MAX);
+    if (code)
+        return code;
+    const uint64_t bytes = cvol_grid_bytes(&n->grid);
+    if (n->has_colours && !cvol_labels_set_colours(&stored->labels, n->channels))
+        return cvol_fail_memory(n->context, n->channels * sizeof(cvol_channel_label), n->path);
+    if (n->has_colours)
+        return bytes > SIZE_MAX / 4
+                   ? cvol_fail_memory(n->context, SIZE_MAX, n->path)
+                   : cvol_interleaved_read(n->context, stored, &n->grid,
+                                           stored->data_path ? stored->data_path : n->path, n->path,
+                                           n->is_gzip, place_of(n, index, bytes * n->channels),
+                                           n->channels, channel);
+    if (__builtin_mul_overflow((uint64_t)channel, (uint64_t)n->volumes, &place) ||
+        __builtin_add_overflow(place, (uint64_t)index, &place))
+        place = UINT64_MAX;
+    stored->byte_skip = place_of(n, place, bytes);
+    stored->may_go_on = stored->others_follow = n->volumes > 1 || n->channels > 1;
+    return CVOL_OK;
+}
+
+/* The fourth axis's step, if there is one; some are of frequencies. */
+static void read_labels(const nifti *n, cvol_labels *labels)
+{
+    static const struct {
+        int code;
+        const char *name;
+    } names[] = {{NIFTI_UNITS_SEC, "s"}, {NIFTI_UNITS_MSEC, "ms"}, {NIFTI_UNITS_USEC, "us"},
+                 {NIFTI_UNITS_HZ, "Hz"}, {NIFTI_UNITS_PPM, "ppm"}, {NIFTI_UNITS_RADS, "rad/s"}};
+    const double step = get_real(n, n->header.at->pixdim, 4);
+    const int code = (int)get_integer(n, n->header.at->xyzt_units, n->header.at->units_width) &
+                     TIME_UNITS;
+    if (n->volumes < 2 || !(step > 0) || !isfinite(step))
+        return;
+    labels->time_step = step;
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (names[i].code == code)
+            snprintf(labels->time_unit, sizeof labels->time_unit, "%s", names[i].name);
+}
+
+static int find_nifti(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
+                      const cvol_read_options *options)
+{
+    nifti n = {.context = context,
+               .path = path,
+               .volumes = 1,
+               .channels = 1,
+               .grid = cvol_grid_make(1, 1, 1, CVOL_UINT8)};
+    int code = read_header(&n);
+    if (!code)
+        code = read_dims(&n);
+    if (!code)
+        code = read_type(&n);
+    if (!code)
+        code = read_vox_offset(&n);
+    if (!code)
+        code = read_affine(&n);
+    if (code)
+        return code;
+    read_values(&n);
+    read_labels(&n, &stored->labels);
+    if (n.is_pair)
+        code = find_pair(&n, &stored->data_path, &n.is_gzip);
+    stored->encoding = n.is_gzip ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
+    stored->big_endian = n.header.big_endian;
+    *grid = n.grid;
+    return code ? code : choose_volume(&n, stored, options);
+}
+
+/* ---- writing ------------------------------------------------------------------------- */
+
+/* Rows of the affine in RAS: matrix[i] is world axis i, its last element the origin. */
+static nifti_dmat44 affine_of(const cvol_grid *grid)
+{
+    cvol_grid ras = cvol_geometry_in_space(grid, CVOL_SPACE_RAS);
+    nifti_dmat44 matrix = {{{0}}};
+    for (int i = 0; i < 3; i++) {
+        for (int a = 0; a < 3; a++)
+            matrix.m[i][a] = ras.direction[a][i] * ras.spacing[a];
+        matrix.m[i][3] = ras.origin[i];
+    }
+    matrix.m[3][3] = 1;
+    return matrix;
+}
+
+/* 1 where the directions are a rotation, with or without a mirror: what a qform can say. */
+static int is_rotation(const cvol_grid *grid)
+{
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b <= a; b++) {
+            double product = 0;
+            for (int i = 0; i < 3; i++)
+                product += grid->direction[a][i] * grid->direction[b][i];
+            if (!(fabs(product - (a == b)) < 1e-6))
+                return 0;
+        }
+    return 1;
+}
+
+/* NIfTI-1 has 16 bits for sizes and 32 for reals. */
+static const cvol_nifti_layout *layout_for(const cvol_grid *grid)
+{
+    double largest = fmax(fabs(grid->value_scale), fabs(grid->value_offset));
+    for (int a = 0; a < 3; a++) {
+        if (grid->dims[a] > INT16_MAX || grid->spacing[a] < FLT_MIN)
+            return &cvol_nifti_layouts[1];
+        largest = fmax(largest, fmax(grid->spacing[a], fabs(grid->origin[a])));
+    }
+    return largest > FLT_MAX / 4 ? &cvol_nifti_layouts[1] : &cvol_nifti_layouts[0];
+}
+
+static void put_affine(uint8_t *header, const cvol_nifti_layout *l, const cvol_grid *grid)
+{
+    nifti_dmat44 matrix = affine_of(grid);
+    for (size_t i = 0; i < 3; i++)
+        for (size_t j = 0; j < 4; j++)
+            cvol_nifti_put_real(header, l, l->srow, 4 * i + j, matrix.m[i][j]);
+    cvol_nifti_put_integer(header, l->sform_code, l->code_width, NIFTI_XFORM_SCANNER_ANAT);
+    double handedness = 1;
+    if (is_rotation(grid)) {
+        double q[3], o[3], spacing[3];
+        nifti_dmat44_to_quatern(matrix, &q[0], &q[1], &q[2], &o[0], &o[1], &o[2], &spacing[0],
+                                &spacing[1], &spacing[2], &handedness);
+        for (size_t i = 0; i < 3; i++) {
+            cvol_nifti_put_real(header, l, l->quatern, i, q[i]);
+            cvol_nifti_put_real(header, l, l->qoffset, i, o[i]);
+        }
+        cvol_nifti_put_integer(header, l->qform_code, l->code_width, NIFTI_XFORM_SCANNER_ANAT);
+    }
+    cvol_nifti_put_real(header, l, l->pixdim, 0, handedness);
+    for (size_t a = 0; a < 3; a++)
+        cvol_nifti_put_real(header, l, l->pixdim, a + 1, grid->spacing[a]);
+}
+
+/* The header and the four zeros that say that no extension follows; their size. */
+static size_t make_header(uint8_t *header, const cvol_grid *grid)
+{
+    const cvol_nifti_layout *l = layout_for(grid);
+    cvol_nifti_put_integer(header, 0, 4, (int64_t)l->size);
+    memcpy(header + l->magic_at, l->magic, 3);
+    if (l->version == 2)
+        memcpy(header + l->magic_at + 4, "\r\n\032\n", 4);
+    cvol_nifti_put_integer(header, l->dim, l->dim_width, 3);
+    for (size_t i = 1; i < 8; i++)
+        cvol_nifti_put_integer(header, l->dim + i * l->dim_width, l->dim_width,
+                               i <= 3 ? (int64_t)grid->dims[i - 1] : 1);
+    for (size_t i = 0; i < DATATYPES; i++)
+        if (datatypes[i].type == grid->type)
+            cvol_nifti_put_integer(header, l->datatype, 2, datatypes[i].code);
+    cvol_nifti_put_integer(header, l->bitpix, 2, (int64_t)(8 * cvol_type_size(grid->type)));
+    put_affine(header, l, grid);
+    size_t offset = l->size + 4;
+    if (l->version == 1)
+        cvol_nifti_put_real(header, l, l->vox_offset, 0, (double)offset);
+    else
+        cvol_nifti_put_integer(header, l->vox_offset, 8, (int64_t)offset);
+    cvol_nifti_put_real(header, l, l->scl_slope, 0, grid->value_scale);
+    cvol_nifti_put_real(header, l, l->scl_inter, 0, grid->value_offset);
+    for (size_t i = 0; i < UNITS; i++)
+        if (!strcmp(units[i].name, grid->unit))
+            cvol_nifti_put_integer(header, l->xyzt_units, l->units_width, units[i].code);
+    return offset;
+}
+
+static int plan_nifti(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
+                      const char *path)
+{
+    (void)context;
+    uint8_t header[CVOL_NIFTI_LONGEST_HEADER + 4] = {0};
+    cvol_bytes_append(&plan->header, header, make_header(header, grid));
+    plan->packs_header = cvol_text_ends(path, ".gz");
+    plan->encoding = plan->packs_header ? CVOL_ENCODING_GZIP : CVOL_ENCODING_RAW;
+    return CVOL_OK;
+}
+
+const cvol_format cvol_format_nifti = {
+    .name = "NIfTI",
+    .endings = {".nii", ".nii.gz"},
+    .recognise = recognise,
+    .find = find_nifti,
+    .plan = plan_nifti,
+    .takes = CVOL_TAKES_CHANNEL | CVOL_TAKES_INDEX,
+};

@@ -1,0 +1,374 @@
+/* Pages of TIFF files, by libtiff. It is told to be silent, to map nothing, and how much memory it
+ * may take; what it says of damage goes into the message. Strips and tiles must lie within the
+ * file and be as many bytes as their samples could be packed into, before any memory is taken. */
+#ifdef CVOL_HAVE_TIFF
+#define _GNU_SOURCE
+#include "volume/formats/tiff/page.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <tiffio.h>
+
+#include "base/context.h"
+#include "base/grid.h"
+#include "base/memory.h"
+#include "volume/io/input.h"
+
+struct cvol_tiff_file {
+    TIFF *tiff;
+    char *path;
+    uint64_t size;
+    char trouble[200]; /* what libtiff said first */
+};
+
+/* ---- opening ------------------------------------------------------------------------- */
+
+static int keep_trouble(TIFF *tiff, void *user, const char *module, const char *format,
+                        va_list values)
+{
+    cvol_tiff_file *file = user;
+    (void)tiff, (void)module;
+    if (file->trouble[0])
+        return 1;
+    vsnprintf(file->trouble, sizeof file->trouble, format, values);
+    for (char *c = file->trouble; *c; c++)
+        if (*c < ' ' || *c > '~')
+            *c = '?';
+    return 1;
+}
+
+static int ignore_warning(TIFF *tiff, void *user, const char *module, const char *format,
+                          va_list values)
+{
+    (void)tiff, (void)user, (void)module, (void)format, (void)values;
+    return 1;
+}
+
+static int fail_damaged(cvol_context *context, const cvol_tiff_file *file, const char *what)
+{
+    return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %s cannot be read%s%s", file->path, what,
+                     file->trouble[0] ? ": " : "", file->trouble);
+}
+
+int cvol_tiff_open(cvol_context *context, cvol_tiff_file **out, const char *path)
+{
+    *out = NULL;
+    cvol_input input; /* says what is wrong with folders, pipes and empty files */
+    int code = cvol_input_open(context, &input, path);
+    uint64_t size = input.size;
+    cvol_input_close(&input);
+    if (code)
+        return code;
+    cvol_tiff_file *file = calloc(1, sizeof *file);
+    TIFFOpenOptions *options = TIFFOpenOptionsAlloc();
+    if (!file || !options || !(file->path = strdup(path))) {
+        TIFFOpenOptionsFree(options);
+        free(file);
+        return cvol_fail_memory(context, sizeof *file, path);
+    }
+    file->size = size;
+    TIFFOpenOptionsSetErrorHandlerExtR(options, keep_trouble, file);
+    TIFFOpenOptionsSetWarningHandlerExtR(options, ignore_warning, file);
+    const uint64_t most = context->limit_bytes < PTRDIFF_MAX / 2 ? context->limit_bytes
+                                                                 : PTRDIFF_MAX / 2;
+    TIFFOpenOptionsSetMaxSingleMemAlloc(options, (tmsize_t)(most + (1 << 20)));
+    file->tiff = TIFFOpenExt(path, "rm", options); /* m: not mapped */
+    TIFFOpenOptionsFree(options);
+    if (!file->tiff) {
+        code = fail_damaged(context, file, "its first page");
+        cvol_tiff_close(file);
+        return code;
+    }
+    *out = file;
+    return CVOL_OK;
+}
+
+void cvol_tiff_close(cvol_tiff_file *file)
+{
+    if (!file)
+        return;
+    if (file->tiff)
+        TIFFClose(file->tiff);
+    free(file->path);
+    free(file);
+}
+
+int cvol_tiff_next(cvol_context *context, cvol_tiff_file *file, int *more)
+{
+    file->trouble[0] = '\0';
+    *more = TIFFReadDirectory(file->tiff);
+    return *more || !file->trouble[0] ? CVOL_OK : fail_damaged(context, file, "a page");
+}
+
+int cvol_tiff_description(cvol_context *context, cvol_tiff_file *file, char **out)
+{
+    char *text = NULL;
+    *out = NULL;
+    if (!TIFFSetDirectory(file->tiff, 0))
+        return fail_damaged(context, file, "its first page");
+    if (!TIFFGetField(file->tiff, TIFFTAG_IMAGEDESCRIPTION, &text) || !text)
+        return CVOL_OK;
+    *out = strdup(text);
+    return *out ? CVOL_OK : cvol_fail_memory(context, strlen(text), file->path);
+}
+
+/* ---- what a page is ------------------------------------------------------------------ */
+
+static uint16_t get_16(const cvol_tiff_file *file, uint32_t tag, uint16_t otherwise)
+{
+    uint16_t value;
+    return TIFFGetFieldDefaulted(file->tiff, tag, &value) ? value : otherwise;
+}
+
+static int read_type(cvol_context *context, const cvol_tiff_file *file, cvol_type *type)
+{
+    static const struct {
+        uint16_t format, bits;
+        cvol_type type;
+    } types[] = {
+        {SAMPLEFORMAT_UINT, 8, CVOL_UINT8},      {SAMPLEFORMAT_INT, 8, CVOL_INT8},
+        {SAMPLEFORMAT_UINT, 16, CVOL_UINT16},    {SAMPLEFORMAT_INT, 16, CVOL_INT16},
+        {SAMPLEFORMAT_UINT, 32, CVOL_UINT32},    {SAMPLEFORMAT_INT, 32, CVOL_INT32},
+        {SAMPLEFORMAT_IEEEFP, 32, CVOL_FLOAT32}, {SAMPLEFORMAT_IEEEFP, 64, CVOL_FLOAT64},
+    };
+    uint16_t bits = get_16(file, TIFFTAG_BITSPERSAMPLE, 1);
+    uint16_t format = get_16(file, TIFFTAG_SAMPLEFORMAT, SAMPLEFORMAT_UINT);
+    if (format == SAMPLEFORMAT_VOID)
+        format = SAMPLEFORMAT_UINT;
+    for (size_t i = 0; i < sizeof types / sizeof *types; i++)
+        if (types[i].format == format && types[i].bits == bits) {
+            *type = types[i].type;
+            return CVOL_OK;
+        }
+    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                     "%s: BitsPerSample %d with SampleFormat %d is not supported", file->path, bits,
+                     format);
+}
+
+/* ImageJ's resolutions have no unit, or one that its description names. */
+static void read_resolution(const cvol_tiff_file *file, cvol_tiff_page *page)
+{
+    float value;
+    static const uint32_t tags[] = {TIFFTAG_XRESOLUTION, TIFFTAG_YRESOLUTION};
+    uint16_t unit = get_16(file, TIFFTAG_RESOLUTIONUNIT, RESUNIT_INCH);
+    for (int a = 0; a < 2; a++)
+        if (TIFFGetField(file->tiff, tags[a], &value) && isfinite(value) && value > 0 &&
+            unit != RESUNIT_INCH)
+            page->resolution[a] = (double)value;
+}
+
+/* Raw bytes are as many as the samples; what packs best of all packs 100 to 1000 into one, but for
+ * Zstandard, LZMA and WebP, of which no bound is known. */
+static double most_packed(uint16_t compression)
+{
+    switch (compression) {
+    case COMPRESSION_NONE:
+        return 1;
+    case COMPRESSION_PACKBITS:
+        return 64;
+    case COMPRESSION_ADOBE_DEFLATE:
+    case COMPRESSION_DEFLATE:
+        return 1100;
+    default:
+        return 100000;
+    }
+}
+
+/* Strips and tiles lie within the file, and are enough. */
+static int check_bytes(cvol_context *context, const cvol_tiff_file *file, cvol_tiff_page *page)
+{
+    uint16_t compression = get_16(file, TIFFTAG_COMPRESSION, COMPRESSION_NONE);
+    const int tiled = TIFFIsTiled(file->tiff);
+    const char *name = tiled ? "tile" : "strip";
+    uint32_t count = tiled ? TIFFNumberOfTiles(file->tiff) : TIFFNumberOfStrips(file->tiff);
+    if (count > 1 && count > file->size / 2) /* each has a place and a size there */
+        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: %llu bytes cannot hold %u %ss",
+                         file->path, (unsigned long long)file->size, count, name);
+    double stored = 0;
+    uint64_t next = 0;
+    int in_one = compression == COMPRESSION_NONE && !tiled && page->samples == 1;
+    for (uint32_t i = 0; i < count; i++) {
+        uint64_t at = TIFFGetStrileOffset(file->tiff, i);
+        uint64_t bytes = TIFFGetStrileByteCount(file->tiff, i);
+        if (at > file->size || bytes > file->size - at)
+            return cvol_fail(context, CVOL_ERROR_FORMAT,
+                             "%s: %s %u begins at byte %llu and has %llu, but the file has %llu",
+                             file->path, name, i, (unsigned long long)at, (unsigned long long)bytes,
+                             (unsigned long long)file->size);
+        stored += (double)bytes;
+        in_one = in_one && (i == 0 || at == next);
+        next = at + bytes;
+    }
+    page->raw_offset = in_one ? TIFFGetStrileOffset(file->tiff, 0) : 0;
+    if (stored * most_packed(compression) < (double)page->bytes)
+        return cvol_fail(context, CVOL_ERROR_FORMAT,
+                         "%s: a page of %zu x %zu pixels has %zu bytes of samples, but its %ss "
+                         "have %.0f bytes",
+                         file->path, page->width, page->height, page->bytes, name, stored);
+    return CVOL_OK;
+}
+
+int cvol_tiff_read_page(cvol_context *context, cvol_tiff_file *file, cvol_tiff_page *page)
+{
+    uint32_t width = 0, height = 0, subfile = 0;
+    *page = (cvol_tiff_page){.offset = TIFFCurrentDirOffset(file->tiff)};
+    if (TIFFGetField(file->tiff, TIFFTAG_SUBFILETYPE, &subfile) &&
+        (subfile & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK))) {
+        page->is_extra = 1;
+        return CVOL_OK;
+    }
+    TIFFGetField(file->tiff, TIFFTAG_IMAGEWIDTH, &width);
+    TIFFGetField(file->tiff, TIFFTAG_IMAGELENGTH, &height);
+    page->width = width;
+    page->height = height;
+    page->samples = get_16(file, TIFFTAG_SAMPLESPERPIXEL, 1);
+    const unsigned photometric = get_16(file, TIFFTAG_PHOTOMETRIC, PHOTOMETRIC_MINISBLACK);
+    page->are_colours = photometric == PHOTOMETRIC_RGB || photometric == PHOTOMETRIC_YCBCR;
+    page->big_endian = TIFFIsBigEndian(file->tiff);
+    int code = read_type(context, file, &page->type);
+    if (!code && page->samples == 0)
+        code = cvol_fail(context, CVOL_ERROR_FORMAT, "%s: SamplesPerPixel is 0", file->path);
+    cvol_grid grid = cvol_grid_make(width, height, page->samples, page->type);
+    if (!code)
+        code = cvol_grid_check(context, &grid, file->path);
+    if (code)
+        return code;
+    page->bytes = cvol_grid_bytes(&grid);
+    read_resolution(file, page);
+    return check_bytes(context, file, page);
+}
+
+int cvol_tiff_check_same(cvol_context *context, const cvol_tiff_page *first,
+                         const cvol_tiff_page *page, const char *path)
+{
+    if (page->width == first->width && page->height == first->height &&
+        page->samples == first->samples && page->type == first->type)
+        return CVOL_OK;
+    return cvol_fail(context, CVOL_ERROR_FORMAT,
+                     "%s: a page has %zu x %zu pixels of %zu %s; the first page has %zu x %zu of "
+                     "%zu %s",
+                     path, page->width, page->height, page->samples, cvol_type_name(page->type),
+                     first->width, first->height, first->samples, cvol_type_name(first->type));
+}
+
+/* ---- samples ------------------------------------------------------------------------- */
+
+/* A rectangle of a page, of which `sample` is wanted: in `data`, of `columns` pixels a row and
+ * `each` samples a pixel. */
+typedef struct piece {
+    const uint8_t *data;
+    size_t columns, each;
+    size_t x, y, width, height; /* of the page */
+} piece;
+
+static void copy_piece(uint8_t *out, const cvol_tiff_page *page, const piece *p, size_t sample)
+{
+    const size_t size = cvol_type_size(page->type);
+    for (size_t y = 0; y < p->height; y++) {
+        const uint8_t *from = p->data + y * p->columns * p->each * size + sample * size;
+        uint8_t *to = out + ((p->y + y) * page->width + p->x) * size;
+        if (p->each == 1)
+            memcpy(to, from, p->width * size);
+        else
+            for (size_t x = 0; x < p->width; x++)
+                memcpy(to + x * size, from + x * p->each * size, size);
+    }
+}
+
+static int decode_strips(cvol_tiff_file *file, const cvol_tiff_page *page, size_t plane,
+                         size_t each, size_t sample, uint8_t *buffer, uint8_t *out)
+{
+    const size_t row = page->width * each * cvol_type_size(page->type);
+    uint32_t rows = (uint32_t)page->height;
+    TIFFGetFieldDefaulted(file->tiff, TIFFTAG_ROWSPERSTRIP, &rows);
+    for (size_t y = 0; y < page->height; y += rows) {
+        const size_t height = page->height - y < rows ? page->height - y : rows;
+        /* What is wanted as it is goes where it belongs. */
+        uint8_t *to = buffer ? buffer : out + y * row;
+        uint32_t strip = TIFFComputeStrip(file->tiff, (uint32_t)y, (uint16_t)plane);
+        if (TIFFReadEncodedStrip(file->tiff, strip, to, (tmsize_t)(height * row)) !=
+            (tmsize_t)(height * row))
+            return 0;
+        if (buffer)
+            copy_piece(out, page, &(piece){to, page->width, each, 0, y, page->width, height},
+                       sample);
+    }
+    return 1;
+}
+
+static int decode_tiles(cvol_tiff_file *file, const cvol_tiff_page *page, size_t plane, size_t each,
+                        size_t sample, uint32_t columns, uint32_t rows, uint8_t *buffer,
+                        uint8_t *out)
+{
+    const size_t bytes = (size_t)columns * rows * each * cvol_type_size(page->type);
+    for (size_t y = 0; y < page->height; y += rows)
+        for (size_t x = 0; x < page->width; x += columns) {
+            uint32_t tile = TIFFComputeTile(file->tiff, (uint32_t)x, (uint32_t)y, 0,
+                                            (uint16_t)plane);
+            if (TIFFReadEncodedTile(file->tiff, tile, buffer, (tmsize_t)bytes) != (tmsize_t)bytes)
+                return 0;
+            const size_t width = page->width - x < columns ? page->width - x : columns;
+            const size_t height = page->height - y < rows ? page->height - y : rows;
+            copy_piece(out, page, &(piece){buffer, columns, each, x, y, width, height}, sample);
+        }
+    return 1;
+}
+
+static int decode(cvol_context *context, cvol_tiff_file *file, const cvol_tiff_page *page,
+                  size_t sample, void *out)
+{
+    const int apart = get_16(file, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) ==
+                      PLANARCONFIG_SEPARATE;
+    const size_t each = apart ? 1 : page->samples, plane = apart ? sample : 0;
+    const size_t pixel = each * cvol_type_size(page->type);
+    uint32_t columns = (uint32_t)page->width, rows = 0;
+    const int tiled = TIFFIsTiled(file->tiff);
+    if (tiled) {
+        TIFFGetField(file->tiff, TIFFTAG_TILEWIDTH, &columns);
+        TIFFGetField(file->tiff, TIFFTAG_TILELENGTH, &rows);
+    } else
+        TIFFGetFieldDefaulted(file->tiff, TIFFTAG_ROWSPERSTRIP, &rows);
+    if (!tiled && rows > page->height)
+        rows = (uint32_t)page->height;
+    size_t bytes;
+    if (columns == 0 || rows == 0 || !cvol_size_multiply(&bytes, (size_t)columns * pixel, rows) ||
+        bytes > context->limit_bytes)
+        return cvol_fail(context, CVOL_ERROR_FORMAT, "%s: has %ss of %u x %u pixels", file->path,
+                         tiled ? "tile" : "strip", columns, rows);
+    if ((tiled ? TIFFTileRowSize(file->tiff) : TIFFScanlineSize(file->tiff)) !=
+        (tmsize_t)(columns * pixel))
+        return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
+                         "%s: its pixels are packed in a way that is not supported (Photometric "
+                         "%d)",
+                         file->path, get_16(file, TIFFTAG_PHOTOMETRIC, 0));
+    uint8_t *buffer = tiled || each > 1 ? cvol_allocate(bytes, 1) : NULL;
+    if (!buffer && (tiled || each > 1))
+        return cvol_fail_memory(context, bytes, file->path);
+    const size_t within = apart ? 0 : sample;
+    int done = tiled ? decode_tiles(file, page, plane, each, within, columns, rows, buffer, out)
+                     : decode_strips(file, page, plane, each, within, buffer, out);
+    free(buffer);
+    return done ? CVOL_OK : fail_damaged(context, file, "a page");
+}
+
+int cvol_tiff_decode(cvol_context *context, cvol_tiff_file *file, uint64_t offset,
+                     const cvol_tiff_page *page, size_t sample, void *out)
+{
+    file->trouble[0] = '\0';
+    if (TIFFCurrentDirOffset(file->tiff) != offset && !TIFFSetSubDirectory(file->tiff, offset))
+        return fail_damaged(context, file, "a page");
+    if (get_16(file, TIFFTAG_COMPRESSION, COMPRESSION_NONE) == COMPRESSION_JPEG)
+        TIFFSetField(file->tiff, TIFFTAG_JPEGCOLORMODE, JPEGCOLORMODE_RGB);
+    cvol_tiff_page now;
+    int code = cvol_tiff_read_page(context, file, &now);
+    if (!code)
+        code = cvol_tiff_check_same(context, page, &now, file->path);
+    return code ? code : decode(context, file, page, sample, out);
+}
+
+#else
+typedef int cvol_tiff_is_absent; /* a file must declare something */
+#endif

@@ -1,0 +1,25 @@
+/* What a TIFF's description says of its pages: ImageJ's and OME's spacing, channels and times. */
+#ifndef CVOL_VOLUME_FORMATS_TIFF_STACK_H
+#define CVOL_VOLUME_FORMATS_TIFF_STACK_H
+
+#include "volume/io/stored.h"
+
+typedef struct cvol_tiff_stack {
+    int known; /* 1 if somebody said anything */
+    /* Slices, channels and times, and how far apart pages that differ by one of each lie. */
+    size_t slices, channels, times;
+    size_t slice_step, channel_step, time_step;
+    double spacing[3]; /* 0: not said */
+    char unit[16];
+    int is_imagej; /* x and y spacing are in the resolution tags */
+    size_t images; /* ImageJ: pages, of which a large file describes the first alone */
+} cvol_tiff_stack;
+
+/* Reads an ImageDescription; text NULL or of anybody else gives known = 0. `samples` of a pixel are
+ * channels of one page. */
+void cvol_tiff_read_description(cvol_tiff_stack *stack, const char *text, size_t samples);
+/* What the same text says of times and channels, of which the caller has counted as many. 1, or 0
+ * without memory; the list is freed with free(). */
+int cvol_tiff_read_labels(cvol_labels *labels, const char *text, size_t channels, size_t samples);
+
+#endif

@@ -1,0 +1,22 @@
+/* Files of a folder in natural order: what belongs together as slices. */
+#ifndef CVOL_VOLUME_IO_FOLDER_H
+#define CVOL_VOLUME_IO_FOLDER_H
+
+#include "cvol/base.h"
+
+typedef struct cvol_folder {
+    char **paths; /* FOLDER/NAME of regular files that are not hidden */
+    size_t count;
+} cvol_folder;
+
+/* 1 if `path` is a folder. */
+int cvol_folder_is(const char *path);
+/* The caller closes it, also after a failure. */
+int cvol_folder_open(cvol_context *context, cvol_folder *folder, const char *path);
+void cvol_folder_close(cvol_folder *folder);
+/* Order of names in which numbers count as numbers: a2 before a10. */
+int cvol_folder_compare(const char *a, const char *b);
+/* 1 if the name ends so, in small or capital letters, behind something. */
+int cvol_folder_name_ends(const char *path, const char *ending);
+
+#endif

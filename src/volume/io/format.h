@@ -1,0 +1,65 @@
+/* A file format of volumes: one of these per format, listed in reader.c. */
+#ifndef CVOL_VOLUME_IO_FORMAT_H
+#define CVOL_VOLUME_IO_FORMAT_H
+
+#include "volume/io/stored.h"
+
+/* Bytes of a file's beginning that the formats are recognised by. */
+#define CVOL_FORMAT_HEAD_BYTES 4096
+
+/* Which read options a format has a use for, beyond those of raw samples. */
+enum {
+    CVOL_TAKES_SPACING = 1,
+    CVOL_TAKES_CHANNEL = 2,
+    CVOL_TAKES_INDEX = 4,
+    CVOL_TAKES_SERIES = 8
+};
+
+typedef struct cvol_format {
+    const char *name;
+    /* Names of files that are read and written in this format end so. */
+    const char *endings[4];
+    /* The library that it needs and this build lacks: nothing but an excuse. NULL: none. */
+    const char *lacks;
+    /* 1 if a file that begins with these bytes is of this format. NULL: no way to tell. */
+    int (*recognise)(const uint8_t *head, size_t size);
+    /* Reads what the header says, and no samples; the grid need not make sense yet. `options`
+     * matter to formats that do not describe themselves. stored->data_path may be set after a
+     * failure too. */
+    int (*find)(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
+                const cvol_read_options *options);
+    /* NULL: not written. Plans a file of a grid that has been checked; the path ends in one of `endings`. The plan is
+     * zero before, and freed by the caller after a failure too. */
+    int (*plan)(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
+                const char *path);
+    /* 1 if the reader needs dims and type from the options. */
+    int needs_options;
+    int takes;        /* CVOL_TAKES_... */
+    int takes_folder; /* 1 if `find` may be given a folder of such files */
+} cvol_format;
+
+/* Which of `count` channels, volumes, ... to read; `what` is one of them, `option` how the command
+ * asks for it. ARGUMENT error if there is no such one, or several and none was chosen. */
+int cvol_format_choose(cvol_context *context, size_t *out, const char *path, const char *what,
+                       const char *option, size_t count, int has_choice, int choice);
+
+/* Writing TIFF, which needs no library. */
+int cvol_tiff_plan(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
+                   const char *path);
+
+/* A sample type by the name that VTK gives it. */
+int cvol_vtk_type(cvol_type *out, const char *name, size_t length);
+
+extern const cvol_format cvol_format_nrrd;
+extern const cvol_format cvol_format_metaimage;
+extern const cvol_format cvol_format_nifti;
+extern const cvol_format cvol_format_tiff;
+extern const cvol_format cvol_format_dicom;
+extern const cvol_format cvol_format_npy;
+extern const cvol_format cvol_format_mrc;
+extern const cvol_format cvol_format_vtk;
+extern const cvol_format cvol_format_vti;
+extern const cvol_format cvol_format_hdf5;
+extern const cvol_format cvol_format_raw;
+
+#endif

@@ -1,0 +1,202 @@
+/* Writing a volume's samples by slab: little-endian, raw or deflated, behind a header or in a file
+ * of their own. The bytes do not depend on how the caller cuts the samples. */
+#define _GNU_SOURCE
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/file.h"
+#include "base/memory.h"
+#include "volume/io/byte_order.h"
+#include "volume/io/deflate.h"
+#include "volume/io/stream.h"
+
+/* What is swapped and deflated at once. */
+#define STEP_BYTES ((size_t)1 << 20)
+
+struct cvol_volume_sink {
+    char *path;
+    cvol_grid grid;
+    cvol_write_plan plan;
+    cvol_output *header;  /* of detached samples, else NULL */
+    cvol_output *samples; /* behind the header if they are attached */
+    cvol_deflater *deflater;
+    size_t bytes, done; /* of all samples, and how many are written */
+    uint8_t *step;      /* what waits for a step to be full; NULL: samples go out as they come */
+    size_t filled;
+    int swaps, failed;
+};
+
+/* ---- opening ------------------------------------------------------------------------- */
+
+/* Both files of detached samples are whole before either replaces what was there. */
+static int open_outputs(cvol_context *context, cvol_volume_sink *s)
+{
+    const cvol_write_plan *plan = &s->plan;
+    cvol_output **headed = plan->data_path ? &s->header : &s->samples;
+    int code = cvol_output_open(context, headed, s->path);
+    if (!code && !plan->packs_header)
+        code = cvol_output_write(context, *headed, plan->header.data, plan->header.size);
+    if (!code && plan->data_path)
+        code = cvol_output_open(context, &s->samples, plan->data_path);
+    if (!code && plan->encoding != CVOL_ENCODING_RAW)
+        code = cvol_deflater_open(context, &s->deflater, s->samples,
+                                  plan->encoding == CVOL_ENCODING_GZIP);
+    if (!code && plan->packs_header)
+        code = cvol_deflater_write(context, s->deflater, plan->header.data, plan->header.size);
+    s->swaps = cvol_machine_is_big_endian() && cvol_type_size(s->grid.type) > 1;
+    if (!code && (s->swaps || s->deflater) && !(s->step = cvol_allocate(STEP_BYTES, 1)))
+        code = cvol_fail_memory(context, STEP_BYTES, s->path);
+    return code;
+}
+
+int cvol_sink_begin(cvol_context *context, cvol_volume_sink **out, const cvol_format *format,
+                    const char *path, const cvol_grid *grid)
+{
+    *out = NULL;
+    cvol_volume_sink *s = calloc(1, sizeof *s);
+    if (!s)
+        return cvol_fail_memory(context, sizeof *s, path);
+    s->grid = *grid;
+    s->bytes = cvol_grid_bytes(grid);
+    s->path = strdup(path);
+    int code = s->path ? CVOL_OK : cvol_fail_memory(context, strlen(path), path);
+    if (!code)
+        code = format->plan(context, &s->plan, grid, path);
+    if (!code && (s->plan.header.failed || s->plan.trailer.failed))
+        code = cvol_fail_memory(context, s->plan.header.size, path);
+    if (!code)
+        code = open_outputs(context, s);
+    if (code)
+        cvol_volume_sink_abandon(s);
+    else
+        *out = s;
+    return code;
+}
+
+/* ---- writing ------------------------------------------------------------------------- */
+
+static int put(cvol_context *context, cvol_volume_sink *s, const void *data, size_t size)
+{
+    return s->deflater ? cvol_deflater_write(context, s->deflater, data, size)
+                       : cvol_output_write(context, s->samples, data, size);
+}
+
+static int put_step(cvol_context *context, cvol_volume_sink *s)
+{
+    size_t sample = cvol_type_size(s->grid.type);
+    if (s->swaps)
+        cvol_swap_bytes(s->step, s->filled / sample, sample);
+    int code = put(context, s, s->step, s->filled);
+    s->filled = 0;
+    return code;
+}
+
+/* Steps are always cut at the same places. */
+static int put_in_steps(cvol_context *context, cvol_volume_sink *s, const uint8_t *data,
+                        size_t size)
+{
+    int code = CVOL_OK;
+    while (!code && size) {
+        if (s->filled == 0 && size >= STEP_BYTES && !s->swaps) {
+            code = put(context, s, data, STEP_BYTES);
+            data += STEP_BYTES;
+            size -= STEP_BYTES;
+            continue;
+        }
+        size_t part = STEP_BYTES - s->filled < size ? STEP_BYTES - s->filled : size;
+        memcpy(s->step + s->filled, data, part);
+        s->filled += part;
+        data += part;
+        size -= part;
+        if (s->filled == STEP_BYTES)
+            code = put_step(context, s);
+    }
+    return code;
+}
+
+int cvol_sink_write_bytes(cvol_context *context, cvol_volume_sink *sink, const void *data,
+                          size_t size)
+{
+    int code = sink->step ? put_in_steps(context, sink, data, size)
+                          : put(context, sink, data, size);
+    sink->done += size;
+    sink->failed = sink->failed || code;
+    return code;
+}
+
+int cvol_volume_sink_write(cvol_context *context, cvol_volume_sink *sink, const void *samples,
+                           size_t sheets)
+{
+    if (!sink || (!samples && sheets))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing sheets: no %s",
+                         sink ? "samples" : "sink");
+    size_t sheet = sink->bytes / sink->grid.dims[2], missing = (sink->bytes - sink->done) / sheet;
+    if (sheets > missing)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "%s: %zu sheets are too many, %zu of its %zu are missing", sink->path,
+                         sheets, missing, sink->grid.dims[2]);
+    return cvol_sink_write_bytes(context, sink, samples, sheets * sheet);
+}
+
+/* ---- ending -------------------------------------------------------------------------- */
+
+static int check_whole(cvol_context *context, const cvol_volume_sink *s)
+{
+    if (s->failed)
+        return cvol_fail(context, CVOL_ERROR_IO, "%s: not all of its sheets could be written",
+                         s->path);
+    if (s->done == s->bytes)
+        return CVOL_OK;
+    size_t sheet = s->bytes / s->grid.dims[2];
+    return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s: %zu of its %zu sheets were written",
+                     s->path, s->done / sheet, s->grid.dims[2]);
+}
+
+static int finish(cvol_context *context, cvol_volume_sink *s)
+{
+    int code = s->filled ? put_step(context, s) : CVOL_OK;
+    uint64_t packed = 0;
+    if (!code && s->deflater)
+        code = cvol_deflater_finish(context, s->deflater, &packed);
+    if (!code && s->plan.trailer.size)
+        code = cvol_output_write(context, s->samples, s->plan.trailer.data, s->plan.trailer.size);
+    if (code || !s->plan.size_at)
+        return code;
+    char number[CVOL_PLAN_SIZE_BYTES + 1];
+    snprintf(number, sizeof number, "%-*llu", CVOL_PLAN_SIZE_BYTES, (unsigned long long)packed);
+    return cvol_output_rewrite(context, s->samples, s->plan.size_at, number, CVOL_PLAN_SIZE_BYTES);
+}
+
+int cvol_volume_sink_commit(cvol_context *context, cvol_volume_sink *sink)
+{
+    if (!sink)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing sheets: no sink");
+    int code = check_whole(context, sink);
+    if (!code)
+        code = finish(context, sink);
+    if (!code) {
+        code = cvol_output_commit(context, sink->samples);
+        sink->samples = NULL;
+    }
+    if (!code && sink->header) { /* last: no header is without its samples */
+        code = cvol_output_commit(context, sink->header);
+        sink->header = NULL;
+    }
+    cvol_volume_sink_abandon(sink);
+    return code;
+}
+
+void cvol_volume_sink_abandon(cvol_volume_sink *sink)
+{
+    if (!sink)
+        return;
+    cvol_deflater_close(sink->deflater);
+    cvol_output_abandon(sink->samples);
+    cvol_output_abandon(sink->header);
+    cvol_write_plan_free(&sink->plan);
+    free(sink->step);
+    free(sink->path);
+    free(sink);
+}

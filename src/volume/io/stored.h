@@ -1,0 +1,93 @@
+/* Samples as files store them: raw in either byte order, deflated, or as text. */
+#ifndef CVOL_VOLUME_IO_STORED_H
+#define CVOL_VOLUME_IO_STORED_H
+
+#include "base/bytes.h"
+#include "cvol/volume.h"
+#include "volume/io/input.h"
+
+typedef enum cvol_encoding {
+    CVOL_ENCODING_RAW,
+    CVOL_ENCODING_GZIP, /* reading: or zlib */
+    CVOL_ENCODING_ZLIB,
+    CVOL_ENCODING_TEXT /* decimal numbers between blanks, line ends or commas; reading only */
+} cvol_encoding;
+
+/* What a channel is called and drawn in; name "": the file does not say it. */
+typedef struct cvol_channel_label {
+    char name[64]; /* UTF-8, and nothing that is not printed */
+    int has_colour;
+    double colour[3];
+} cvol_channel_label;
+
+/* What a file says of the volumes that it has, beside their samples. */
+typedef struct cvol_labels {
+    double time_step;   /* positive and finite; 0: not said */
+    char time_unit[16]; /* "s", "ms", ..., or "" */
+    size_t channels;    /* of which something is said */
+    cvol_channel_label *channel;
+    int are_colours; /* channels 0, 1 and 2 are red, green and blue of one colour; a fourth is alpha */
+} cvol_labels;
+
+/* Says that the channels are the components of colours: names, colours, `are_colours`. Does nothing
+ * unless there are three or four. 1, or 0 where memory is short. */
+int cvol_labels_set_colours(cvol_labels *labels, size_t channels);
+
+/* The file's text of `size` bytes as a channel's name: bytes that are no UTF-8, or are not printed,
+ * give none. What is too long is cut between letters. */
+void cvol_labels_set_name(cvol_channel_label *channel, const char *text, size_t size);
+/* A unit of time by one of its names; "" if it is none. */
+void cvol_labels_set_unit(cvol_labels *labels, const char *text, size_t size);
+
+/* Sheets that a format's reader makes itself, from many files or with a library's help. */
+typedef struct cvol_sheets {
+    void *state;
+    /* Sheets first .. first + count - 1 into `out`, in the machine's byte order. NULL: the samples
+     * are where cvol_stored says. */
+    int (*read)(cvol_context *context, void *state, void *out, size_t first, size_t count);
+    void (*close)(void *state);
+} cvol_sheets;
+
+/* Where the samples of a header are: what a format's reader finds out. */
+typedef struct cvol_stored {
+    char *data_path; /* the file that holds them, freed with free(); NULL: the header's own */
+    cvol_encoding encoding;
+    int big_endian;
+    uint64_t offset;      /* of the first stored byte in the file */
+    uint64_t line_skip;   /* lines between `offset` and the stored bytes */
+    uint64_t byte_skip;   /* bytes before the samples, counted after inflating */
+    uint64_t stored_size; /* of compressed samples, or of text; 0: to the file's end */
+    int at_end;           /* raw samples are the last bytes of the file */
+    int may_go_on;        /* other bytes may follow raw samples: a detached file is cut from */
+    int others_follow;    /* other volumes: of compressed samples too the end is not theirs */
+    int undescribed;      /* the grid is the caller's word for a file of nothing but samples */
+    cvol_labels labels;   /* the list is freed by whoever called the reader */
+    cvol_sheets sheets;   /* closed by whoever called the reader */
+} cvol_stored;
+
+/* Reads samples stored as text, from `offset` on; of `size` bytes, or, 0, to the file's end. More
+ * of them than the grid's are an error unless they may go on. */
+int cvol_stored_read_text(cvol_context *context, cvol_volume **out, const cvol_grid *grid,
+                          const cvol_input *input, uint64_t offset, uint64_t size, int may_go_on);
+
+/* What a format's writer makes of a grid: all of a file but its samples, which are written
+ * little-endian. */
+typedef struct cvol_write_plan {
+    cvol_bytes header;
+    cvol_encoding encoding; /* of the samples; attached or detached */
+    int packs_header;       /* the header is the beginning of the compressed stream */
+    char *data_path;        /* a file of the samples' own, raw; NULL: they follow the header */
+    size_t size_at;         /* where the header has CVOL_PLAN_SIZE_BYTES blanks for the decimal
+                             * size of the compressed samples; 0: nowhere */
+    cvol_bytes trailer;     /* what follows raw samples in their file */
+} cvol_write_plan;
+
+#define CVOL_PLAN_SIZE_BYTES 20
+
+void cvol_write_plan_free(cvol_write_plan *plan);
+/* Sets data_path: the header's path with another ending. A name that would not survive in a
+ * header's line is an ARGUMENT error. */
+int cvol_write_plan_detach(cvol_context *context, cvol_write_plan *plan, const char *header_path,
+                           const char *ending);
+
+#endif

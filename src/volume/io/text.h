@@ -1,0 +1,61 @@
+/* Text headers: their lines, and strict parsing of the numbers in them.
+ *
+ * Numbers are whole words: "12abc", "" and "1e999" are refused. The decimal point is the
+ * locale's; reader.c sets the thread's locale to "C" around all that reads or makes headers.
+ */
+#ifndef CVOL_VOLUME_IO_TEXT_H
+#define CVOL_VOLUME_IO_TEXT_H
+
+#include "volume/io/input.h"
+
+/* Where a header must have ended. */
+#define CVOL_HEADER_LIMIT_BYTES ((size_t)1 << 20)
+
+/* A header being split into lines. The lines live as long as the header is open. */
+typedef struct cvol_header {
+    const char *path;
+    char *data;
+    size_t size, at; /* `at` ends up behind the last line's end: where attached data begin */
+    size_t line_number;
+    int whole; /* data holds the file to its end */
+} cvol_header;
+
+int cvol_header_open(cvol_context *context, cvol_header *header, const cvol_input *input);
+void cvol_header_close(cvol_header *header);
+/* The next line without its end; *line is NULL after the last one. A NUL byte or a header beyond
+ * the limit is a FORMAT error; other control characters become '?', fit for messages. */
+int cvol_header_next(cvol_context *context, cvol_header *header, char **line);
+
+/* Removes blanks at both ends, in place. */
+char *cvol_text_trim(char *text);
+/* The next word at *text and its length; *text moves behind it. NULL and 0 at the end. */
+const char *cvol_text_word(const char **text, size_t *length);
+/* 1 for equal text but for the case of letters. */
+int cvol_text_equal(const char *a, const char *b);
+/* 1 if `text` ends in `ending`, but for the case of letters. */
+int cvol_text_ends(const char *text, const char *ending);
+
+/* 1 for a data file that is "LIST" or "pattern min max step": many files, not one. The text is
+ * not empty. */
+int cvol_text_names_many_files(const char *text);
+
+/* text[0 .. length) as one number; 1 on success. */
+int cvol_text_number(const char *text, size_t length, double *out);
+int cvol_text_integer(const char *text, size_t length, int64_t *out);
+
+/* Exactly `count` numbers of a field, separated by blanks. `count_name` says what fixed the
+ * count: "x.nrrd: sizes has 2 values, dimension is 3". */
+int cvol_text_numbers(cvol_context *context, const char *path, const char *field, const char *text,
+                      double *out, size_t count, const char *count_name);
+/* The same for sizes of axes: positive integers. */
+int cvol_text_sizes(cvol_context *context, const char *path, const char *field, const char *text,
+                    size_t *out, size_t count, const char *count_name);
+/* A field that is one integer of min .. max. */
+int cvol_text_field_integer(cvol_context *context, const char *path, const char *field,
+                            const char *text, int64_t min, int64_t max, int64_t *out);
+
+/* The shortest decimal that reads back as this very number. */
+#define CVOL_TEXT_NUMBER_BYTES 32
+void cvol_text_format(char out[CVOL_TEXT_NUMBER_BYTES], double value);
+
+#endif
