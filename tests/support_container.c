@@ -36,3 +36,19 @@ int container_read_code(const uint8_t *data, size_t size)
     cvol_array_free(array);
     return code;
 }
+
+uint8_t *container_verified(const cvol_array *array, size_t *size)
+{
+    uint8_t *data = container_written(array, size);
+    check_ok(cvol_file_verify(context, NULL, file_path));
+    return data;
+}
+
+void container_expect_place(size_t at)
+{
+    const char *message = cvol_context_message(context);
+    const char *byte = strstr(message, "byte ");
+    unsigned long long told;
+    if (strncmp(message, "f: ", 3) || !byte || sscanf(byte, "byte %llu", &told) != 1 || told > at)
+        fail_msg("byte %zu: '%s'", at, message);
+}

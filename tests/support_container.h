@@ -12,9 +12,13 @@
  * without section PACK. The caller frees them. */
 uint8_t *container_written(const cvol_array *array, size_t *size);
 uint8_t *container_file_of(const cvol_array *array, size_t *size);
+/* As written; and the file is verified. */
+uint8_t *container_verified(const cvol_array *array, size_t *size);
 /* Split and lapped, of several bricks. */
 cvol_array *container_small_array(void);
 /* What reading all of it comes to. */
 int container_read_code(const uint8_t *data, size_t size);
+/* The context's message must name the file f and a place that is not behind the damage at this byte. */
+void container_expect_place(size_t at);
 
 #endif

@@ -3,6 +3,7 @@
 #include "support_lapped.h"
 
 #include "random.h"
+#include "support_split.h"
 #include "transform/cell.h"
 #include "transform/lap.h"
 
@@ -73,9 +74,8 @@ cvol_array *support_lapped(cvol_context *context, const float *samples, const si
     array->lapped = 1;
     float *filtered = malloc(count * sizeof *filtered);
     float *cell = aligned_alloc(64, CVOL_CELL_SAMPLES * sizeof *cell);
-    float *terms = aligned_alloc(64, CVOL_CELL_SAMPLES * sizeof *terms);
     uint32_t *pool = malloc(2 * CVOL_CELL_SAMPLES * array->block_count * sizeof *pool), *at = pool;
-    assert_true(filtered && cell && terms && pool);
+    assert_true(filtered && cell && pool);
     for (size_t i = 0; i < count; i++)
         filtered[i] = (float)((double)samples[i] - offset);
     for (int a = 0; a < 3; a++)
@@ -85,21 +85,11 @@ cvol_array *support_lapped(cvol_context *context, const float *samples, const si
         const uint16_t split = (uint16_t)random_below(&r, 512);
         block->split = is_split && split & 1 ? split : 0;
         cvol_block_gather(cell, filtered, &grid, CELL, i, 0);
-        cvol_cell_forward(terms, cell, block->split);
-        block->terms = at;
-        for (uint32_t place = 0; place < CVOL_CELL_SAMPLES; place++) {
-            const int32_t value = (int32_t)lrint((double)terms[place] / step);
-            array->coefficients += value != 0;
-            if (value)
-                at += cvol_term_pack(at, place, value, cvol_place_bits(4));
-        }
-        block->words = (uint32_t)(at - block->terms);
-        cvol_block_find_low(block, 4);
+        at = support_cell_code(array, i, at, cell);
     }
     assert_int_equal(cvol_array_adopt_pool(context, array, pool, (size_t)(at - pool)), CVOL_OK);
     free(filtered);
     free(cell);
-    free(terms);
     measure(array, samples);
     cvol_array_derive_figures(array);
     return array;

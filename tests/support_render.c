@@ -152,3 +152,16 @@ double support_psnr(const cvol_image *a, const cvol_image *b)
         sum += (a->rgba[i] - b->rgba[i]) * (a->rgba[i] - b->rgba[i]);
     return sum > 0 ? 10 * log10(255.0 * 255.0 * 3 * count / sum) : 99;
 }
+
+double support_sheet_db(cvol_context *context, const cvol_array *array, const cvol_volume *volume,
+                        const cvol_transfer_point *points, size_t count,
+                        cvol_render_options options)
+{
+    cvol_image *sheet = support_sheet(context, array, points, count, &options);
+    options.step_voxels = 0.125;
+    cvol_image *ray = support_ray(context, volume, points, count, &options);
+    const double db = support_psnr(sheet, ray);
+    cvol_image_free(sheet);
+    cvol_image_free(ray);
+    return db;
+}

@@ -8,61 +8,9 @@
 #include "random.h"
 #include "support.h"
 #include "support_context.h"
+#include "support_samples.h"
 
 /* ---- synthetic volumes ------------------------------------------------------------------ */
-
-static void store(void *samples, cvol_type type, size_t i, double v)
-{
-    switch (type) {
-    case CVOL_UINT8:
-        ((uint8_t *)samples)[i] = (uint8_t)(127 + 100 * v);
-        break;
-    case CVOL_INT8:
-        ((int8_t *)samples)[i] = (int8_t)(100 * v);
-        break;
-    case CVOL_UINT16:
-        ((uint16_t *)samples)[i] = (uint16_t)(3000 + 2000 * v);
-        break;
-    case CVOL_INT16:
-        ((int16_t *)samples)[i] = (int16_t)(2000 * v);
-        break;
-    case CVOL_UINT32:
-        ((uint32_t *)samples)[i] = (uint32_t)(4e9 + 2e4 * v);
-        break;
-    case CVOL_INT32:
-        ((int32_t *)samples)[i] = (int32_t)(-1e9 + 2e4 * v);
-        break;
-    case CVOL_FLOAT32:
-        ((float *)samples)[i] = (float)(1e-3 * v);
-        break;
-    case CVOL_FLOAT64:
-        ((double *)samples)[i] = 1e6 + v;
-        break;
-    }
-}
-
-static double load(const void *samples, cvol_type type, size_t i)
-{
-    switch (type) {
-    case CVOL_UINT8:
-        return ((const uint8_t *)samples)[i];
-    case CVOL_INT8:
-        return ((const int8_t *)samples)[i];
-    case CVOL_UINT16:
-        return ((const uint16_t *)samples)[i];
-    case CVOL_INT16:
-        return ((const int16_t *)samples)[i];
-    case CVOL_UINT32:
-        return ((const uint32_t *)samples)[i];
-    case CVOL_INT32:
-        return ((const int32_t *)samples)[i];
-    case CVOL_FLOAT32:
-        return (double)((const float *)samples)[i];
-    case CVOL_FLOAT64:
-        return ((const double *)samples)[i];
-    }
-    return 0;
-}
 
 /* A few balls and waves with noise, within -1 .. 1. */
 static void *make_volume(const cvol_grid *grid, uint64_t seed)
@@ -76,7 +24,7 @@ static void *make_volume(const cvol_grid *grid, uint64_t seed)
             for (size_t x = 0; x < grid->dims[0]; x++, i++) {
                 double wave = sin(0.2 * (double)x) * cos(0.13 * (double)y + 0.07 * (double)z);
                 double ball = hypot((double)x - 12, (double)y - 14) < 9 ? 0.4 : 0;
-                store(samples, grid->type, i, 0.4 * wave + ball + 0.05 * random_signed(&r));
+                support_store(samples, grid->type, i, 0.4 * wave + ball + 0.05 * random_signed(&r));
             }
     return samples;
 }
@@ -91,7 +39,8 @@ static void check_ledger(const cvol_array *array, const cvol_array_info *info, c
     assert_non_null(real);
     assert_int_equal(cvol_array_evaluate_real(context, real, array, begin, dims), CVOL_OK);
     for (size_t i = 0; i < count; i++) {
-        const double value = (double)real[i], error = load(samples, array->grid.type, i) - value;
+        const double value = (double)real[i],
+                     error = support_load(samples, array->grid.type, i) - value;
         squares += error * error;
         norm += value * value;
         largest = fmax(largest, fabs(value));
@@ -115,7 +64,7 @@ static void check_report(const cvol_array *array, const cvol_compress_report *re
     assert_non_null(decoded);
     assert_int_equal(cvol_array_evaluate_box(context, decoded, array, zero, grid->dims), CVOL_OK);
     for (size_t i = 0; i < count; i++) {
-        double error = load(samples, grid->type, i) - load(decoded, grid->type, i);
+        double error = support_load(samples, grid->type, i) - support_load(decoded, grid->type, i);
         most = fmax(most, fabs(error));
         squares += error * error;
     }
@@ -295,7 +244,7 @@ static void constant_volumes_are_exact(void **state)
         void *samples = calloc(cvol_grid_samples(&grid), cvol_type_size(grid.type));
         assert_non_null(samples);
         for (size_t i = 0; i < cvol_grid_samples(&grid); i++)
-            store(samples, grid.type, i, 0.123);
+            support_store(samples, grid.type, i, 0.123);
         assert_true(run(samples, &grid, 16, CVOL_TARGET_RATIO, 30).lossless);
         assert_true(run(samples, &grid, 16, CVOL_TARGET_PSNR, 60).target_met);
         assert_true(run(samples, &grid, 16, CVOL_TARGET_MAX_ERROR, 0).target_met);

@@ -12,38 +12,9 @@
 #include "random.h"
 #include "support.h"
 #include "support_files.h"
+#include "support_samples.h"
 
 /* ---- volumes ---------------------------------------------------------------------------- */
-
-static void store(void *samples, cvol_type type, size_t i, double v)
-{
-    switch (type) {
-    case CVOL_UINT8:
-        ((uint8_t *)samples)[i] = (uint8_t)(127 + 100 * v);
-        break;
-    case CVOL_INT8:
-        ((int8_t *)samples)[i] = (int8_t)(100 * v);
-        break;
-    case CVOL_UINT16:
-        ((uint16_t *)samples)[i] = (uint16_t)(3000 + 2000 * v);
-        break;
-    case CVOL_INT16:
-        ((int16_t *)samples)[i] = (int16_t)(2000 * v);
-        break;
-    case CVOL_UINT32:
-        ((uint32_t *)samples)[i] = (uint32_t)(4e9 + 2e4 * v);
-        break;
-    case CVOL_INT32:
-        ((int32_t *)samples)[i] = (int32_t)(-1e9 + 2e4 * v);
-        break;
-    case CVOL_FLOAT32:
-        ((float *)samples)[i] = (float)(1e-3 * v);
-        break;
-    case CVOL_FLOAT64:
-        ((double *)samples)[i] = 1e6 + v;
-        break;
-    }
-}
 
 /* A ball in waves, with noise, within -1 .. 1. */
 static void *make_volume(const cvol_grid *grid, uint64_t seed, double noise)
@@ -57,8 +28,8 @@ static void *make_volume(const cvol_grid *grid, uint64_t seed, double noise)
             for (size_t x = 0; x < grid->dims[0]; x++, i++) {
                 const double wave = sin(0.2 * (double)x) * cos(0.13 * (double)y + 0.07 * (double)z);
                 const double ball = hypot((double)x - 30, (double)y - 24) < 19 ? 0.4 : 0;
-                store(samples, grid->type, i,
-                      (1 - noise) * (0.5 * wave + ball) + noise * random_signed(&r));
+                support_store(samples, grid->type, i,
+                              (1 - noise) * (0.5 * wave + ball) + noise * random_signed(&r));
             }
     return samples;
 }
@@ -353,7 +324,7 @@ static void constant_volumes_are_exact(void **state)
         void *samples = calloc(cvol_grid_samples(&grid), cvol_type_size(grid.type));
         assert_non_null(samples);
         for (size_t i = 0; i < cvol_grid_samples(&grid); i++)
-            store(samples, grid.type, i, 0.5);
+            support_store(samples, grid.type, i, 0.5);
         assert_true(compress(samples, &grid, CVOL_TARGET_RATIO, 20).lossless);
         assert_true(compress(samples, &grid, CVOL_TARGET_PSNR, 80).lossless);
         free(samples);

@@ -14,7 +14,7 @@
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
-#include "support_files.h"
+#include "support_container.h"
 #include "support_terms.h"
 
 CVOL_SIMD_DECLARE(void, cvol_trellis_walk,
@@ -301,16 +301,6 @@ static cvol_array *compress(const int16_t *samples, double psnr, int fast, int t
     return array;
 }
 
-static uint8_t *bytes_of(const cvol_array *array, size_t *size)
-{
-    char *path = support_path(folder, "a.cvol");
-    check_ok(cvol_array_write(context, array, path, NULL));
-    check_ok(cvol_file_verify(context, NULL, path));
-    uint8_t *data = support_read(path, size);
-    free(path);
-    return data;
-}
-
 static cvol_array *read_back(void)
 {
     cvol_array *array;
@@ -326,7 +316,8 @@ static void any_number_of_threads_gives_the_same_bytes(void **state)
     int16_t *samples = make_samples();
     size_t size, other_size;
     cvol_array *array = compress(samples, 45, 0, 1), *other = compress(samples, 45, 0, 5);
-    uint8_t *data = bytes_of(array, &size), *again = bytes_of(other, &other_size);
+    uint8_t *data = container_verified(array, &size),
+            *again = container_verified(other, &other_size);
     assert_int_equal(array->dependent, 1);
     assert_int_equal(size, other_size);
     assert_memory_equal(data, again, size);
@@ -335,7 +326,7 @@ static void any_number_of_threads_gives_the_same_bytes(void **state)
     other = read_back();
     assert_int_equal(other->dependent, 1);
     support_terms_expect_same(array, other);
-    again = bytes_of(other, &other_size); /* coded anew */
+    again = container_verified(other, &other_size); /* coded anew */
     assert_true(other_size <= size + size / 50);
     cvol_array_free(other);
     other = read_back();
@@ -355,7 +346,7 @@ static void haste_and_bounds_are_not_dependent(void **state)
     cvol_compress_options options = cvol_compress_options_defaults();
     cvol_array *array = compress(samples, 45, 1, 2), *back;
     size_t size;
-    free(bytes_of(array, &size));
+    free(container_verified(array, &size));
     back = read_back();
     assert_int_equal(back->dependent, 0);
     support_terms_expect_same(array, back);
@@ -365,7 +356,7 @@ static void haste_and_bounds_are_not_dependent(void **state)
     options.target_value = 30;
     check_ok(cvol_compress(context, &array, NULL, samples, small_grid(), &options));
     assert_int_equal(array->dependent, 0);
-    free(bytes_of(array, &size));
+    free(container_verified(array, &size));
     cvol_array_free(array);
     free(samples);
 }
@@ -379,10 +370,10 @@ static void changed_terms_are_coded_as_they_are(void **state)
     cvol_array *array = compress(samples, 45, 0, 2), *changed, *back;
     const double step = array->step;
     size_t size, own;
-    free(bytes_of(array, &own));
+    free(container_verified(array, &own));
     check_ok(cvol_array_scale(context, &changed, -2, array, 5));
     assert_int_equal(changed->dependent, 1);
-    free(bytes_of(changed, &size));
+    free(container_verified(changed, &size));
     assert_true(size <= own + own / 50);
     back = read_back();
     assert_int_equal(back->dependent, 1);
@@ -392,14 +383,14 @@ static void changed_terms_are_coded_as_they_are(void **state)
     const cvol_keep keep = cvol_keep_threshold(3.5 * step);
     check_ok(cvol_array_truncate(context, &changed, array, &keep));
     assert_true(changed->coefficients < array->coefficients);
-    free(bytes_of(changed, &size));
+    free(container_verified(changed, &size));
     back = read_back();
     assert_int_equal(back->dependent, 0);
     support_terms_expect_same(changed, back);
     cvol_array_free(back);
     /* As if it were: the writer looks. */
     changed->dependent = 1;
-    free(bytes_of(changed, &size));
+    free(container_verified(changed, &size));
     back = read_back();
     assert_int_equal(back->dependent, 0);
     support_terms_expect_same(changed, back);
@@ -419,7 +410,7 @@ static void parts_are_read(void **state)
     cvol_array *array = compress(samples, 40, 0, 2), *box;
     char *path = support_path(folder, "a.cvol");
     size_t size;
-    free(bytes_of(array, &size));
+    free(container_verified(array, &size));
     check_ok(cvol_array_read_box(context, &box, path, begin, end, NULL));
     check_ok(cvol_array_evaluate_box(context, whole, array, begin, end));
     check_ok(cvol_array_evaluate_box(context, part, box, begin, end));
@@ -449,7 +440,7 @@ static void lies_do_no_harm(void **state)
             cvol_array *back;
             char *path = support_path(folder, "a.cvol");
             size_t size;
-            uint8_t *data = support_unpack(bytes_of(array, &size), &size);
+            uint8_t *data = support_unpack(container_verified(array, &size), &size);
             assert_int_equal(data[DEPENDENT_AT], !fast);
             data[DEPENDENT_AT] = (uint8_t)lie;
             for (int i = 0; i < 2; i++) { /* of the content, then of the header that has it */

@@ -13,6 +13,7 @@
 #include "random.h"
 #include "support.h"
 #include "support_files.h"
+#include "support_samples.h"
 #include "support_terms.h"
 
 #define PI 3.14159265358979323846
@@ -261,17 +262,8 @@ static cvol_array *compress(double psnr, int fast)
 {
     cvol_compress_options options = cvol_compress_options_defaults();
     const cvol_grid grid = cvol_grid_make(dims[0], dims[1], dims[2], CVOL_FLOAT32);
-    const size_t count = cvol_grid_samples(&grid);
-    random_state r = {7};
-    float *samples = malloc(count * sizeof *samples);
+    float *samples = support_waves(dims);
     cvol_array *array;
-    assert_non_null(samples);
-    for (size_t i = 0; i < count; i++) {
-        const double x = (double)(i % dims[0]), y = (double)(i / dims[0] % dims[1]),
-                     z = (double)(i / dims[0] / dims[1]);
-        samples[i] = (float)(sin(x / 5) * cos(y / 9 + z / 7) + (x + y > z + 20 ? 1.2 : 0) +
-                             0.05 * random_signed(&r));
-    }
     options.target = CVOL_TARGET_PSNR;
     options.target_value = psnr;
     options.fast = fast;

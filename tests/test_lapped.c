@@ -5,6 +5,7 @@
 #include "codec/rate/measure.h"
 #include "cvol/cvol.h"
 #include "random.h"
+#include "support_cells.h"
 #include "support_lapped.h"
 
 static float *random_samples(random_state *r, const size_t dims[3])
@@ -228,62 +229,6 @@ static void expect_near(cvol_context *context, const cvol_array *got, const cvol
     free(y);
 }
 
-typedef int operation(cvol_context *context, cvol_array **result, const cvol_array *a,
-                      const cvol_array *b);
-
-static int add(cvol_context *context, cvol_array **result, const cvol_array *a, const cvol_array *b)
-{
-    const cvol_keep all = cvol_keep_all();
-    int code = cvol_array_add(context, result, 1.5, a, -0.5, b, &all);
-    assert_true(code || (*result)->lapped == (a->lapped && b->lapped));
-    return code;
-}
-
-static int multiply(cvol_context *context, cvol_array **result, const cvol_array *a,
-                    const cvol_array *b)
-{
-    const cvol_keep all = cvol_keep_all();
-    int code = cvol_array_multiply(context, result, a, b, &all, CVOL_PLAN_AUTO, NULL);
-    assert_true(code || !(*result)->lapped);
-    return code;
-}
-
-static int scale(cvol_context *context, cvol_array **result, const cvol_array *a,
-                 const cvol_array *b)
-{
-    (void)b;
-    int code = cvol_array_scale(context, result, -2, a, 3);
-    assert_true(code || (*result)->lapped == a->lapped);
-    return code;
-}
-
-static int one_minus(cvol_context *context, cvol_array **result, const cvol_array *a,
-                     const cvol_array *b)
-{
-    (void)b;
-    return cvol_array_one_minus(context, result, a);
-}
-
-static int truncate_all(cvol_context *context, cvol_array **result, const cvol_array *a,
-                        const cvol_array *b)
-{
-    const cvol_keep all = cvol_keep_all();
-    (void)b;
-    int code = cvol_array_truncate(context, result, a, &all);
-    assert_true(code || (*result)->lapped == a->lapped);
-    return code;
-}
-
-static int filter(cvol_context *context, cvol_array **result, const cvol_array *a,
-                  const cvol_array *b)
-{
-    const cvol_keep all = cvol_keep_all();
-    cvol_kernel kernel;
-    (void)b;
-    int code = cvol_kernel_gaussian(context, &kernel, 3, 1);
-    return code ? code : cvol_array_convolve_kernel(context, result, a, &kernel, &all);
-}
-
 /* As far as a kernel may reach. */
 static int filter_widely(cvol_context *context, cvol_array **result, const cvol_array *a,
                          const cvol_array *b)
@@ -293,14 +238,6 @@ static int filter_widely(cvol_context *context, cvol_array **result, const cvol_
     (void)b;
     int code = cvol_kernel_box(context, &kernel, 3, 33);
     return code ? code : cvol_array_convolve_kernel(context, result, a, &kernel, &all);
-}
-
-static int gradient(cvol_context *context, cvol_array **result, const cvol_array *a,
-                    const cvol_array *b)
-{
-    const cvol_keep all = cvol_keep_all();
-    (void)b;
-    return cvol_array_gradient(context, result, a, &all);
 }
 
 static int halve(cvol_context *context, cvol_array **result, const cvol_array *a,
@@ -341,8 +278,9 @@ static void expect_same_figures(cvol_context *context, cvol_array *const got[2],
 static void operations_know_lapped_volumes(void **state)
 {
     (void)state;
-    operation *const operations[] = {add,    multiply,      scale,    one_minus, truncate_all,
-                                     filter, filter_widely, gradient, halve,     twice};
+    cell_operation *const operations[] = {
+        cell_add,    cell_multiply, cell_scale,    cell_one_minus, cell_truncate_all,
+        cell_filter, filter_widely, cell_gradient, halve,          twice};
     cvol_context *context = cvol_context_create();
     for (uint64_t seed = 1; seed <= 3; seed++) {
         random_state r = {seed};

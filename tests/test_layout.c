@@ -8,6 +8,7 @@
 #include "cvol/cvol.h"
 #include "random.h"
 #include "support.h"
+#include "support_container.h"
 #include "support_files.h"
 
 /* Writes FOLDER/a.cvol; its bytes, which the caller frees. x beyond 128: three bricks. */
@@ -77,16 +78,6 @@ static void whole_files_are_whole(void **state)
     }
 }
 
-/* The sentence must name the file and a place that is not behind the damage at byte `at`. */
-static void expect_place(size_t at)
-{
-    const char *message = cvol_context_message(context);
-    const char *byte = strstr(message, "byte ");
-    unsigned long long told;
-    if (strncmp(message, "f: ", 3) || !byte || sscanf(byte, "byte %llu", &told) != 1 || told > at)
-        fail_msg("byte %zu: '%s'", at, message);
-}
-
 /* Each byte of the file in turn with another value. */
 static void expect_flips_seen(const uint8_t *data, size_t size)
 {
@@ -103,7 +94,7 @@ static void expect_flips_seen(const uint8_t *data, size_t size)
         assert_int_equal(walked, at < 8    ? CVOL_ERROR_FORMAT
                                  : at < 12 ? CVOL_ERROR_UNSUPPORTED
                                            : CVOL_ERROR_CORRUPT);
-        expect_place(at);
+        container_expect_place(at);
         /* The section that has the byte is not called sound. */
         for (int i = 0; i < layout.section_count; i++) {
             const cvol_file_section *s = &layout.sections[i];

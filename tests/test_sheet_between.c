@@ -30,13 +30,7 @@ static const cvol_transfer_point solid[] = {{60, 0.1, 0.2, 1, 0}, {62, 1, 0.6, 0
 static double compare(cvol_array *array, const cvol_volume *volume,
                       const cvol_transfer_point *points, cvol_render_options options)
 {
-    cvol_image *sheet = support_sheet(context, array, points, 2, &options);
-    options.step_voxels = 0.125;
-    cvol_image *ray = support_ray(context, volume, points, 2, &options);
-    const double db = support_psnr(sheet, ray);
-    cvol_image_free(sheet);
-    cvol_image_free(ray);
-    return db;
+    return support_sheet_db(context, array, volume, points, 2, options);
 }
 
 /* What is asked for: without, with samples between, with more rays, with both. */

@@ -67,13 +67,7 @@ static double compare(const cvol_array *array, const cvol_volume *volume,
                       cvol_sheet_rays rays)
 {
     options.sheet.rays = rays;
-    cvol_image *sheet = support_sheet(context, array, points, 2, &options);
-    options.step_voxels = 0.125;
-    cvol_image *ray = support_ray(context, volume, points, 2, &options);
-    const double db = support_psnr(sheet, ray);
-    cvol_image_free(sheet);
-    cvol_image_free(ray);
-    return db;
+    return support_sheet_db(context, array, volume, points, 2, options);
 }
 
 static cvol_array *make_array(const cvol_volume *volume, int lapped, uint64_t seed)

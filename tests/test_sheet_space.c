@@ -37,13 +37,7 @@ static double compare(const cvol_array *array, const cvol_volume *volume,
                       cvol_render_options options, cvol_sheet_rays rays)
 {
     options.sheet.rays = rays;
-    cvol_image *sheet = support_sheet(context, array, soft, 2, &options);
-    options.step_voxels = 0.125;
-    cvol_image *ray = support_ray(context, volume, soft, 2, &options);
-    const double db = support_psnr(sheet, ray);
-    cvol_image_free(sheet);
-    cvol_image_free(ray);
-    return db;
+    return support_sheet_db(context, array, volume, soft, 2, options);
 }
 
 /* By rays as far apart as pixels outlines were 25 to 30 dB from where they are. */

@@ -33,13 +33,7 @@ static cvol_volume make_body(void)
 static double compare(const cvol_array *array, const cvol_volume *volume,
                       cvol_render_options options)
 {
-    cvol_image *sheet = support_sheet(context, array, clear, 2, &options);
-    options.step_voxels = 0.125;
-    cvol_image *ray = support_ray(context, volume, clear, 2, &options);
-    const double db = support_psnr(sheet, ray);
-    cvol_image_free(sheet);
-    cvol_image_free(ray);
-    return db;
+    return support_sheet_db(context, array, volume, clear, 2, options);
 }
 
 static void test_near_to_rays(void **state)

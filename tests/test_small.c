@@ -11,7 +11,8 @@
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
-#include "support_files.h"
+#include "support_container.h"
+#include "support_samples.h"
 #include "support_terms.h"
 
 static cvol_array *made; /* compressed smallest, */
@@ -26,17 +27,8 @@ static cvol_array *compress_to(cvol_target target, double value, int smallest,
     static const size_t dims[3] = {70, 21, 26};
     cvol_compress_options options = cvol_compress_options_defaults();
     const cvol_grid grid = cvol_grid_make(dims[0], dims[1], dims[2], CVOL_FLOAT32);
-    const size_t count = cvol_grid_samples(&grid);
-    random_state r = {7};
-    float *samples = malloc(count * sizeof *samples);
+    float *samples = support_waves(dims);
     cvol_array *array;
-    assert_non_null(samples);
-    for (size_t i = 0; i < count; i++) {
-        const double x = (double)(i % dims[0]), y = (double)(i / dims[0] % dims[1]),
-                     z = (double)(i / dims[0] / dims[1]);
-        samples[i] = (float)(sin(x / 5) * cos(y / 9 + z / 7) + (x + y > z + 20 ? 1.2 : 0) +
-                             0.05 * random_signed(&r));
-    }
     options.target = target;
     options.target_value = value;
     options.smallest = smallest;
@@ -48,16 +40,6 @@ static cvol_array *compress_to(cvol_target target, double value, int smallest,
 static cvol_array *compress(int smallest, cvol_compress_report *report)
 {
     return compress_to(CVOL_TARGET_RATIO, RATIO, smallest, report);
-}
-
-static uint8_t *bytes_of(const cvol_array *array, size_t *size)
-{
-    char *path = support_path(folder, "a.cvol");
-    check_ok(cvol_array_write(context, array, path, NULL));
-    check_ok(cvol_file_verify(context, NULL, path));
-    uint8_t *data = support_read(path, size);
-    free(path);
-    return data;
 }
 
 static cvol_array *read_level(const uint8_t *data, size_t size, int level)
@@ -90,16 +72,16 @@ static void the_same_terms_take_fewer_bytes_at_every_level(void **state)
 {
     (void)state;
     size_t size, usual_size, again_size;
-    uint8_t *data = bytes_of(made, &size), *again, *usual;
+    uint8_t *data = container_verified(made, &size), *again, *usual;
     cvol_array *back = read_level(data, size, 0);
     assert_int_equal(made->small, 1);
     assert_int_equal(back->small, 1);
     support_terms_expect_same(made, back);
-    again = bytes_of(back, &again_size); /* coded anew, by one thread */
+    again = container_verified(back, &again_size); /* coded anew, by one thread */
     assert_int_equal(size, again_size);
     assert_memory_equal(data, again, size);
     back->small = 0;
-    usual = bytes_of(back, &usual_size);
+    usual = container_verified(back, &usual_size);
     assert_true((double)size < 0.97 * (double)usual_size);
     for (int level = 1; level < 4; level++) {
         cvol_array *own = read_level(data, size, level);
@@ -144,9 +126,9 @@ static void transcoding_keeps_it(void **state)
     size_t size, before;
     options.target_value = 2 * RATIO;
     check_ok(cvol_array_transcode(context, &coarser, NULL, made, &options));
-    uint8_t *data = bytes_of(made, &before);
+    uint8_t *data = container_verified(made, &before);
     free(data);
-    data = bytes_of(coarser, &size);
+    data = container_verified(coarser, &size);
     assert_true((double)size < 0.55 * (double)before);
     back = read_level(data, size, 0);
     assert_int_equal(back->small, 1);
@@ -310,7 +292,7 @@ static void later_networks_are_refused(void **state)
     cvol_array *back;
     char *path = support_path(folder, "a.cvol");
     size_t size, at = 0;
-    uint8_t *data = bytes_of(made, &size);
+    uint8_t *data = container_verified(made, &size);
     data = support_unpack(data, &size);
     while (memcmp(data + at, "SMAL", 4))
         at++;

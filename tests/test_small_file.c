@@ -216,16 +216,6 @@ static void large_files_are_as_they_were(void **state)
 
 /* ---- damage ---------------------------------------------------------------------------------- */
 
-/* The sentence must name the file and a place that is not behind the damage at byte `at`. */
-static void expect_place(size_t at)
-{
-    const char *message = cvol_context_message(context);
-    const char *byte = strstr(message, "byte ");
-    unsigned long long told;
-    if (strncmp(message, "f: ", 3) || !byte || sscanf(byte, "byte %llu", &told) != 1 || told > at)
-        fail_msg("byte %zu: '%s'", at, message);
-}
-
 static void every_flip_is_seen(void **state)
 {
     (void)state;
@@ -239,7 +229,7 @@ static void every_flip_is_seen(void **state)
             const uint8_t was = data[at];
             data[at] ^= (uint8_t)(1 + random_below(&r, 255));
             const int walked = cvol_layout_walk(context, &layout, data, size, "f");
-            expect_place(at);
+            container_expect_place(at);
             assert_int_equal(walked, at < 8    ? CVOL_ERROR_FORMAT
                                      : at < 12 ? CVOL_ERROR_UNSUPPORTED
                                                : CVOL_ERROR_CORRUPT);

@@ -6,6 +6,7 @@
 #include "base/cpu.h"
 #include "cvol/cvol.h"
 #include "random.h"
+#include "support_cells.h"
 #include "support_split.h"
 #include "transform/cell_points.h"
 
@@ -229,60 +230,12 @@ static void expect_near(cvol_context *context, const cvol_array *got, const cvol
     assert_true(apart <= 1e-5 * size);
 }
 
-typedef int operation(cvol_context *context, cvol_array **result, const cvol_array *a,
-                      const cvol_array *b);
-
-static int add(cvol_context *context, cvol_array **result, const cvol_array *a, const cvol_array *b)
-{
-    const cvol_keep all = cvol_keep_all();
-    return cvol_array_add(context, result, 1.5, a, -0.5, b, &all);
-}
-
-static int multiply(cvol_context *context, cvol_array **result, const cvol_array *a,
-                    const cvol_array *b)
-{
-    const cvol_keep all = cvol_keep_all();
-    return cvol_array_multiply(context, result, a, b, &all, CVOL_PLAN_AUTO, NULL);
-}
-
-static int scale(cvol_context *context, cvol_array **result, const cvol_array *a,
-                 const cvol_array *b)
-{
-    (void)b;
-    return cvol_array_scale(context, result, -2, a, 3);
-}
-
-static int truncate_all(cvol_context *context, cvol_array **result, const cvol_array *a,
-                        const cvol_array *b)
-{
-    const cvol_keep all = cvol_keep_all();
-    (void)b;
-    return cvol_array_truncate(context, result, a, &all);
-}
-
-static int filter(cvol_context *context, cvol_array **result, const cvol_array *a,
-                  const cvol_array *b)
-{
-    const cvol_keep all = cvol_keep_all();
-    cvol_kernel kernel;
-    (void)b;
-    int code = cvol_kernel_gaussian(context, &kernel, 3, 1);
-    return code ? code : cvol_array_convolve_kernel(context, result, a, &kernel, &all);
-}
-
-static int gradient(cvol_context *context, cvol_array **result, const cvol_array *a,
-                    const cvol_array *b)
-{
-    const cvol_keep all = cvol_keep_all();
-    (void)b;
-    return cvol_array_gradient(context, result, a, &all);
-}
-
 /* Of the four ways in which two operands are split or not, all give what whole cells give. */
 static void operations_know_split_cells(void **state)
 {
     (void)state;
-    operation *const operations[] = {add, multiply, scale, truncate_all, filter, gradient};
+    cell_operation *const operations[] = {cell_add,          cell_multiply, cell_scale,
+                                          cell_truncate_all, cell_filter,   cell_gradient};
     cvol_context *context = cvol_context_create();
     assert_non_null(context);
     for (uint64_t seed = 1; seed <= 4; seed++)
