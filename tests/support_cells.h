@@ -3,7 +3,7 @@
 #ifndef CVOL_TESTS_SUPPORT_CELLS_H
 #define CVOL_TESTS_SUPPORT_CELLS_H
 
-#include "array/array.h"
+#include "array/core/array.h"
 
 /* Operations on one array do not use b. */
 typedef int cell_operation(cvol_context *context, cvol_array **result, const cvol_array *a,
