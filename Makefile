@@ -4,7 +4,7 @@ CHECK ?= build-check
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 PREFIX ?= /usr/local
 
-.PHONY: all build demo check bench bench-paper bench-rd bench-render fuzz install reference format clean help dependencies
+.PHONY: all build demo check bench bench-paper bench-rd bench-render tables train fuzz install reference format clean help dependencies
 
 all: build
 
@@ -18,6 +18,8 @@ help:
 	@echo 'make bench-render  pictures beside VTK: time, quality, one against the other; an hour;'
 	@echo '               writes bench/results/render'
 	@echo 'make bench-rd  rate and distortion beside zfp; writes bench/results/rd'
+	@echo 'make tables    write the codec'"'"'s tables that a formula gives, and check the trained ones'
+	@echo 'make train     train the other tables anew, into $(BUILD)/tables; hours'
 	@echo 'make fuzz      fuzz every reader for a minute (needs clang; make check: 10 s)'
 	@echo 'make reference  the C library, function by function, as HTML (needs doxygen)'
 	@echo 'make install   install under PREFIX (default /usr/local)'
@@ -46,6 +48,14 @@ bench:
 	@scripts/dependencies.sh build bench
 	@$(MAKE) --no-print-directory build CONFIGURE=-DCVOL_BENCH=ON
 	@bench/run.sh $(BUILD)/cvol
+
+tables:
+	@scripts/tables.py
+
+train:
+	@scripts/dependencies.sh build bench
+	@$(MAKE) --no-print-directory build CONFIGURE=-DCVOL_BENCH=ON
+	@bench/tokens/train.sh $(BUILD) $(BUILD)/tables
 
 bench-paper:
 	@scripts/dependencies.sh build bench

@@ -6,9 +6,8 @@ usage: decoder_ref.py FILE OUT.raw [--level L] [--time I] [--channel I]
 Writes the samples, x fastest, in the file's type, low byte first (of a picture its pixels: red, green,
 blue, alpha; of a baked volume its planes as float32), and prints what the file says of them as JSON. --level 1, 2, 3: a volume's coarser levels; the file may then end early.
 
-Needs NumPy, and of libzstd the one function that unpacks a frame. The built-in codes are read from
-src/codec/tables/token_defaults.c, the weights that foretell masks from src/codec/tables/mask_weights.c, those of
-coefficients from src/codec/tables/neural_weights.c.
+Needs NumPy, and of libzstd the one function that unpacks a frame. The built-in codes and the weights
+of the networks are read from src/codec/tables.
 """
 import argparse
 import ctypes
@@ -258,28 +257,26 @@ ROW_MORE, ROW_SPLIT, ROW_OCTANTS = 2014, 2078, 2089
 ROW_INDEX, ROW_LAST_INDEX, ROW_INDEX_ESCAPE, ROWS = 2140, 4948, 5104, 5130
 
 
-def table_file(name):
-    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "codec", name)
+def table(name):
+    """The numbers of src/codec/tables/NAME.inc, in order."""
+    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "src", "codec", "tables", name + ".inc")
     with open(path, encoding="ascii") as file:
-        return file.read()
+        text = re.sub(r"/\*.*?\*/", "", file.read(), flags=re.DOTALL)
+    return np.array([int(x) for x in re.findall(r"-?\d+", text)], np.int64)
 
 
-def codes_in(text, count):
-    rows = re.findall(r"^\s*\{([0-9, ]+)\}", text, re.MULTILINE)
-    codes = [[int(code) for code in row.split(",") if code.strip()] for row in rows]
-    assert len(codes) == count and all(len(row) == 15 for row in codes)
-    return codes
+def codes_in(name, count):
+    return table(name).reshape(count, 15).tolist()
 
 
 def default_codes():
-    return codes_in(table_file("token_defaults.c"), ROWS)
+    return codes_in("token_codes", ROWS)
 
 
 def small_codes():
-    """The rows of what stands before coefficients differ."""
+    """The rows of tokens before coefficients differ."""
     codes, end = default_codes(), ROW_OCTANTS + 2
-    own = table_file("small_weights.c").split("cvol_small_rows")[1].split(";")[0]
-    codes[ROW_DC:end] = codes_in(own, end - ROW_DC)
+    codes[ROW_DC:end] = codes_in("neural_rows", end - ROW_DC)
     return codes
 
 
@@ -737,8 +734,7 @@ def cut_basis(n):
 
 class Network:
     def __init__(self, name):
-        text = table_file("small_weights.c").split(f"cvol_small_network {name} =")[1].split(";")[0]
-        numbers = np.array([int(x) for x in re.findall(r"-?[0-9]+", text)], np.int64)
+        numbers = table(name)
         self.layers = []
         for units, count, shift, low, high in ((96, 80, 11, 0, 255), (48, 96, 12, 0, 255),
                                                (16, 48, 10, -2047, 2047)):
@@ -770,7 +766,7 @@ class SmallBrick(Brick):
     def __init__(self, streams, counts, header, ends, inside):
         super().__init__(streams, counts, header, ends, inside)
         if not SmallBrick.networks:
-            SmallBrick.networks = Network("cvol_small_magnitudes"), Network("cvol_small_signs")
+            SmallBrick.networks = Network("neural_magnitudes"), Network("neural_signs")
             SmallBrick.bases = {n: cut_basis(n) for n in range(1, 17)}
         self.lapped = header.lapped
         fresh = [LIKELIHOOD[min(128 * i, 4095)] for i in range(33)]
@@ -1198,11 +1194,9 @@ PAD = 8  # of rows, at both ends
 
 class Predictor:
     def __init__(self):
-        text = table_file("mask_weights.c")
-        numbers = [np.array(re.findall(r"-?\d+", part), int)
-                   for part in re.findall(r"=\s*([^;]*);", text)]
-        self.weights, self.biases, self.outs, (self.bias,) = numbers
-        self.weights = self.weights.reshape(50, 16)
+        numbers = table("mask_network")
+        self.weights = numbers[:800].reshape(50, 16)
+        self.biases, self.outs, self.bias = numbers[800:816], numbers[816:832], int(numbers[832])
 
     def level(self, neighbours):
         hidden = np.maximum(0, self.biases + neighbours @ self.weights)

@@ -1,11 +1,11 @@
-/* Trains the built-in tables of corrections (rows from CVOL_ROW_CORRECTION to CVOL_ROW_INDEX of
- * src/codec/tables/token_defaults.c); the other rows are written as they are. Run after train_tokens.
+/* Trains the built-in codes of corrections (rows CVOL_ROW_CORRECTION to CVOL_ROW_INDEX of
+ * src/codec/tables/token_codes.inc); writes the other rows as they are. Run it after train_tokens.
  *
- *     train_corrections OUT.c ROUNDS FILE[:NXxNYxNZ:TYPE] ...
+ *     train_corrections IN.inc OUT.inc FILE[:NXxNYxNZ:TYPE] ...
  *
- * Every volume is encoded at a row of steps, and corrected for a row of bounds; samples beyond 1e30
- * or, where many samples are the lowest value, those are masked. ROUNDS 0 only prints bits a
- * sample. BOUNDS=0 in the environment: exact corrections only. STRIDE=n: every n-th brick.
+ * Encodes each volume at a row of steps, and corrects it for a row of bounds. Samples above 1e30
+ * are masked; where many samples have the lowest value, these are masked in a second run.
+ * Environment: BOUNDS (how many bounds; 0: exact corrections only), STRIDE (every n-th brick).
  */
 #define _POSIX_C_SOURCE 200809L
 #include <limits.h>
@@ -20,15 +20,9 @@
 #include "codec/brick/brick_samples.h"
 #include "codec/mask/mask_fill.h"
 #include "codec/residual/residual_code.h"
-#include "cvol/volume.h"
+#include "training.h"
 
 enum { BRICK = 64 * 64 * 64 };
-
-static void fail(const char *what)
-{
-    fprintf(stderr, "train_corrections: %s\n", what);
-    exit(1);
-}
 
 /* A volume, filled, and its base at one step. */
 typedef struct subject {
@@ -43,23 +37,6 @@ typedef struct subject {
     double largest;
 } subject;
 
-static cvol_volume *read_volume(cvol_context *context, char *argument)
-{
-    cvol_read_options options = cvol_read_options_defaults();
-    char type[16], *colon = strchr(argument, ':');
-    if (colon) {
-        if (sscanf(colon, ":%zux%zux%zu:%15s", &options.dims[0], &options.dims[1], &options.dims[2],
-                   type) != 4)
-            fail("a file's dims and type are FILE:NXxNYxNZ:TYPE");
-        options.type = cvol_type_from_name(type);
-        *colon = 0;
-    }
-    cvol_volume *volume;
-    if (cvol_volume_read(context, &volume, argument, colon ? &options : NULL))
-        fail(cvol_context_message(context));
-    return volume;
-}
-
 static double sample_of(const cvol_volume *volume, size_t i)
 {
     double value = 0;
@@ -73,7 +50,7 @@ static double sample_of(const cvol_volume *volume, size_t i)
     case CVOL_FLOAT32:
         return (double)((const float *)volume->data)[i];
     default:
-        fail("a type that is not trained on");
+        training_fail("a type that is not trained on");
     }
     return value;
 }
@@ -104,11 +81,11 @@ static void find_mask(subject *s, int lowest)
     cvol_fills_match(which, &fills, grid->type, s->volume->data, count);
     if (cvol_mask_create(s->context, &s->mask, grid->dims, &fills) ||
         !cvol_mask_set(s->mask, which, zero, grid->dims))
-        fail("no memory");
+        training_fail("no memory");
     s->filled = malloc(count * cvol_type_size(grid->type));
     if (cvol_mask_fill(s->context, s->filled, s->volume->data, grid, s->mask, 0, grid->dims[2],
                        s->min))
-        fail("cannot fill");
+        training_fail("cannot fill");
     s->grain = INT_MAX;
     s->largest = 0;
     cvol_correction_survey(&s->grain, &s->largest, grid->type, s->volume->data, which, count);
@@ -122,7 +99,7 @@ static void make_base(subject *s, double step, const cvol_token_tables *tables, 
     cvol_array *array;
     cvol_token_costs_set(&costs, tables);
     if (cvol_array_create(s->context, &array, grid, 16))
-        fail(cvol_context_message(s->context));
+        training_fail(cvol_context_message(s->context));
     array->lapped = 1;
     array->offset = array->ledger.value_min = s->min;
     array->ledger.value_max = s->max;
@@ -140,13 +117,13 @@ static void make_base(subject *s, double step, const cvol_token_tables *tables, 
         cvol_brick_terms terms;
         if (cvol_brick_make(maker, shells, &error, &recipe,
                             cvol_brick_cells(maker, array, &slab, b), b))
-            fail("a brick cannot be made");
+            training_fail("a brick cannot be made");
         for (int k = 0; k < CVOL_SHELLS; k++) {
             spans[k] = (cvol_span){shells[k].data, shells[k].size};
             s->bits += b % stride == stride / 2 ? 8 * (double)shells[k].size : 0;
         }
         if (cvol_brick_decode(coder, &terms, array, b, spans, CVOL_SHELLS))
-            fail("a brick does not decode");
+            training_fail("a brick does not decode");
         const cvol_brick_box box = cvol_brick_box_of(array, b);
         uint32_t *words = malloc(4 * terms.word_count + 4), *at = words;
         memcpy(words, terms.words, 4 * terms.word_count);
@@ -157,7 +134,7 @@ static void make_base(subject *s, double step, const cvol_token_tables *tables, 
             cvol_block_find_low(block, 4);
         }
         if (cvol_array_adopt_pool(s->context, array, words, terms.word_count))
-            fail("no memory");
+            training_fail("no memory");
     }
     for (int k = 0; k < CVOL_SHELLS; k++)
         cvol_bytes_free(&shells[k]);
@@ -207,33 +184,12 @@ static double correct(subject *s, double bound, const cvol_token_tables *tables,
         cvol_exact_box(base, scratch, s->base, fraction, begin, end);
         free(scratch);
         if (cvol_correction_encode(coder, &out, &rule, bound, tables, gathered, &brick, counts))
-            fail("a brick cannot be corrected");
+            training_fail("a brick cannot be corrected");
         bits += 8 * (double)out.size;
     }
     cvol_bytes_free(&out);
     cvol_correction_coder_free(coder);
     return bits;
-}
-
-static void write_tables(const char *path, const cvol_token_tables *tables)
-{
-    FILE *file = fopen(path, "w");
-    if (!file)
-        fail("cannot write the tables");
-    fprintf(file, "/* Built-in codes of all rows (token_tables.h), written by "
-                  "bench/tokens/train.c. */\n"
-                  "#include \"codec/entropy/token_tables.h\"\n\n/* clang-format off */\n"
-                  "const uint8_t cvol_token_defaults[CVOL_ROWS][CVOL_TOKEN_CODES] = {\n");
-    for (int r = 0; r < CVOL_ROWS; r++) {
-        const uint8_t *codes = r < CVOL_ROW_CORRECTION ? cvol_token_defaults[r] : tables->codes[r];
-        fprintf(file, "    {");
-        for (int t = 0; t < CVOL_TOKEN_CODES; t++)
-            fprintf(file, "%s%d", t ? ", " : "", codes[t]);
-        fprintf(file, "},\n");
-    }
-    fprintf(file, "};\n");
-    if (fclose(file))
-        fail("cannot write the tables");
 }
 
 static void gather_counts(cvol_token_counts *sums, cvol_token_counts *counts, double bits)
@@ -290,19 +246,19 @@ static void try_steps(subject *s, const char *name, const cvol_token_tables *tab
 int main(int argc, char **argv)
 {
     if (argc < 4)
-        fail("OUT.c ROUNDS FILE ...");
+        training_fail("usage: train_corrections IN.inc OUT.inc FILE ...");
     subject s = {.context = cvol_context_create()};
     cvol_token_tables *tables = cvol_token_tables_create();
     cvol_token_counts *counts = calloc(1, sizeof *counts), *sums = calloc(1, sizeof *sums);
-    const int rounds = atoi(argv[2]);
     const size_t stride = (size_t)(getenv("STRIDE") ? atoi(getenv("STRIDE")) : 1);
     if (!s.context || !tables || !counts || !sums)
-        fail("no memory");
+        training_fail("no memory");
+    training_read_codes(tables, argv[1]);
     for (int f = 3; f < argc; f++)
         for (int lowest = 0; lowest < 2; lowest++) {
             char name[1024];
             snprintf(name, sizeof name, "%s", argv[f]);
-            s.volume = read_volume(s.context, name);
+            s.volume = training_read(s.context, name);
             find_mask(&s, lowest);
             if (!lowest || cvol_mask_samples(s.mask))
                 try_steps(&s, strrchr(name, '/') ? strrchr(name, '/') + 1 : name, tables, sums,
@@ -311,10 +267,12 @@ int main(int argc, char **argv)
             free(s.filled);
             cvol_volume_free(s.volume);
         }
-    if (rounds) {
-        cvol_token_tables_train(tables, sums);
-        write_tables(argv[1], tables);
-    }
+    for (int r = 0; r < CVOL_ROWS; r++)
+        if (r < CVOL_ROW_CORRECTION || r >= CVOL_ROW_INDEX)
+            memset(sums->of[r], 0, sizeof sums->of[r]);
+    training_fit_rows(tables, sums);
+    training_write_codes(argv[2], "The codes of a row of tokens on each line.", tables, 0,
+                         CVOL_ROWS);
     free(tables);
     free(counts);
     free(sums);

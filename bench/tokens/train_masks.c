@@ -1,11 +1,12 @@
-/* Trains the network that foretells masked samples (src/codec/tables/mask_weights.c, mask_predict.h).
+/* Trains the network that predicts masked samples (src/codec/tables/mask_network.inc,
+ * mask_predict.h).
  *
- *     train_masks OUT.c STEPS FILE[:NXxNYxNZ:TYPE]=VALUE | FILE[...]/VALUE ...
+ *     train_masks OUT.inc STEPS FILE[:NXxNYxNZ:TYPE]=VALUE | FILE[...]/VALUE ...
  *
- * A volume is masked where its samples are VALUE, or (/) less than it. Each is looked at as it is
- * and with its axes in three other orders and directions, brick by brick: what counts are samples
- * that the coder does not pass over as part of a stretch of equal ones. STEPS of stochastic
- * gradient descent (Adam: Kingma and Ba 2015) minimise the bits that they need; 150000 are enough.
+ * Masks the samples of a volume that are equal to VALUE (=) or less than it (/). Takes examples
+ * from each volume in four orders and directions of its axes, brick by brick: the samples that the
+ * coder does not pass over as part of a stretch of equal ones. STEPS steps of Adam minimise the
+ * bits that the examples take; 150000 are enough.
  */
 #include <math.h>
 #include <stdio.h>
@@ -13,7 +14,7 @@
 #include <string.h>
 
 #include "codec/mask/mask_predict.h"
-#include "cvol/volume.h"
+#include "training.h"
 
 enum { SIDE = 64, HIDDEN = CVOL_MASK_HIDDEN, INPUTS = CVOL_MASK_NEIGHBOURS, BATCH = 64 };
 enum { OF_VIEW = 300000, VIEWS = 4 };
@@ -38,21 +39,7 @@ typedef struct view {
 
 static example *examples;
 static size_t example_count, example_room;
-static uint64_t random_state = 88172645463325252u;
-
-static void fail(const char *what)
-{
-    fprintf(stderr, "train_masks: %s\n", what);
-    exit(1);
-}
-
-static uint64_t random_next(void)
-{
-    random_state ^= random_state << 13;
-    random_state ^= random_state >> 7;
-    random_state ^= random_state << 17;
-    return random_state;
-}
+static uint64_t random_state = TRAINING_SEED;
 
 /* ---- examples --------------------------------------------------------------------------- */
 
@@ -96,7 +83,7 @@ static void add_example(const brick *b, int x, int y, int z)
         example_room = example_room ? 2 * example_room : 1 << 20;
         examples = realloc(examples, example_room * sizeof *examples);
         if (!examples)
-            fail("no memory");
+            training_fail("no memory");
     }
     examples[example_count++] = (example){bits, b->masked[z][y][x]};
 }
@@ -182,7 +169,7 @@ static void add_view(const view *v)
     const size_t found = example_count - before;
     example *own = examples + before;
     for (size_t i = 0; i < OF_VIEW && found > OF_VIEW; i++) {
-        const size_t j = i + random_next() % (found - i);
+        const size_t j = i + training_random(&random_state) % (found - i);
         const example other = own[j];
         own[j] = own[i];
         own[i] = other;
@@ -210,31 +197,20 @@ static void turn(view *to, const view *from, int number)
 
 static void add_volume(cvol_context *context, char *argument)
 {
-    cvol_read_options options = cvol_read_options_defaults();
-    char type[16], *value = strrchr(argument, '='), *slash = strrchr(argument, '/');
+    char *value = strrchr(argument, '='), *slash = strrchr(argument, '/');
     const int below = !value;
     if (below)
         value = slash;
     if (!value)
-        fail("a volume is FILE[:NXxNYxNZ:TYPE]=VALUE or FILE[...]/VALUE");
+        training_fail("a volume is FILE[:NXxNYxNZ:TYPE]=VALUE or FILE[...]/VALUE");
     *value = 0;
-    char *colon = strchr(argument, ':');
-    if (colon) {
-        if (sscanf(colon, ":%zux%zux%zu:%15s", &options.dims[0], &options.dims[1], &options.dims[2],
-                   type) != 4)
-            fail("a file's dims and type are FILE:NXxNYxNZ:TYPE");
-        options.type = cvol_type_from_name(type);
-        *colon = 0;
-    }
-    cvol_volume *volume;
-    if (cvol_volume_read(context, &volume, argument, colon ? &options : NULL))
-        fail(cvol_context_message(context));
+    cvol_volume *volume = training_read(context, argument);
     const double limit = volume->grid.type == CVOL_FLOAT32 ? (double)strtof(value + 1, NULL)
                                                            : strtod(value + 1, NULL);
     const size_t count = cvol_grid_samples(&volume->grid);
     view own = {{0}, malloc(count)}, turned = {{0}, malloc(count)};
     if (!own.masked || !turned.masked)
-        fail("no memory");
+        training_fail("no memory");
     memcpy(own.dims, volume->grid.dims, sizeof own.dims);
 #define LOOK(name, type)                                                                     \
     case name:                                                                               \
@@ -249,7 +225,7 @@ static void add_volume(cvol_context *context, char *argument)
         LOOK(CVOL_INT16, int16_t);
         LOOK(CVOL_FLOAT32, float);
     default:
-        fail("a type that is not trained on");
+        training_fail("a type that is not trained on");
     }
 #undef LOOK
     for (int number = 0; number < VIEWS; number++) {
@@ -275,7 +251,7 @@ static double learn(network *gradient, const network *n, const example *e)
         hidden[i] = unit > 0 ? unit : 0;
         sum += n->outs[i] * hidden[i];
     }
-    const float p = 1 / (1 + expf(-sum)), off = p - e->masked;
+    const float p = training_logistic(sum), off = p - e->masked;
     gradient->outs[HIDDEN] += off;
     for (int i = 0; i < HIDDEN; i++) {
         const float own = hidden[i] > 0 ? off * n->outs[i] : 0;
@@ -289,24 +265,22 @@ static double learn(network *gradient, const network *n, const example *e)
 
 static void train(network *n, long steps)
 {
+    enum { WEIGHTS = sizeof *n / sizeof(float) };
     static network gradient, means, squares;
-    float *of = (float *)n, *g = (float *)&gradient, *m = (float *)&means, *s = (float *)&squares;
+    float *of = (float *)n, *g = (float *)&gradient;
+    training_adam adam = {(float *)&means, (float *)&squares, 1, 1};
     double bits = 0;
-    for (size_t i = 0; i < sizeof *n / sizeof *of; i++)
-        of[i] = ((float)(random_next() % 65536) / 65536 - 0.5f) *
+    for (size_t i = 0; i < WEIGHTS; i++)
+        of[i] = ((float)(training_random(&random_state) % 65536) / 65536 - 0.5f) *
                 (i < HIDDEN * (INPUTS + 1) ? 0.3f : 1);
     for (long step = 1; step <= steps; step++) {
         memset(&gradient, 0, sizeof gradient);
         for (int i = 0; i < BATCH; i++)
-            bits += learn(&gradient, n, &examples[random_next() % example_count]);
-        const float rate = 0.004f * (1 - (float)step / (float)steps) + 2e-5f;
-        const float c1 = 1 - powf(0.9f, (float)step), c2 = 1 - powf(0.999f, (float)step);
-        for (size_t i = 0; i < sizeof *n / sizeof *of; i++) {
-            const float own = g[i] / BATCH;
-            m[i] = 0.9f * m[i] + 0.1f * own;
-            s[i] = 0.999f * s[i] + 0.001f * own * own;
-            of[i] -= rate * (m[i] / c1) / (sqrtf(s[i] / c2) + 1e-8f);
-        }
+            bits += learn(&gradient, n, &examples[training_random(&random_state) % example_count]);
+        for (size_t i = 0; i < WEIGHTS; i++)
+            g[i] /= BATCH;
+        training_adam_step(&adam, of, g, WEIGHTS,
+                           0.004f * (1 - (float)step / (float)steps) + 2e-5f);
         if (step % 10000 == 0) {
             printf("%ld: %.4f bits an example\n", step, bits / BATCH / 10000);
             fflush(stdout);
@@ -324,53 +298,49 @@ static void put_row(FILE *file, const long values[HIDDEN], const char *end)
     fprintf(file, "}%s\n", end);
 }
 
-/* In integers, of 0 and 1 in place of -1 and 1. */
+/* Writes integers, for inputs of 0 and 1 in place of -1 and 1. */
 static void write_weights(const char *path, const network *n)
 {
     FILE *file = fopen(path, "w");
     long row[HIDDEN], biases[HIDDEN], least[HIDDEN], most[HIDDEN];
     if (!file)
-        fail("cannot write the weights");
+        training_fail("cannot write the weights");
     for (int i = 0; i < HIDDEN; i++) {
         double bias = (double)n->weights[i][INPUTS];
         for (int k = 0; k < INPUTS; k++)
             bias -= (double)n->weights[i][k];
         least[i] = most[i] = biases[i] = lrint(UNIT_SCALE * bias);
     }
-    fprintf(file, "/* The numbers of mask_predict.h, written by bench/tokens/train_masks.c. */\n"
-                  "#include \"codec/mask/mask_predict.h\"\n\n/* clang-format off */\n"
-                  "const int16_t cvol_mask_weights[CVOL_MASK_NEIGHBOURS][CVOL_MASK_HIDDEN] = {\n");
+    fprintf(file, "/* The weights of a neighbour on each line, biases, weights of units, their "
+                  "bias. */\n{\n");
     for (int k = 0; k < INPUTS; k++) {
         for (int i = 0; i < HIDDEN; i++) {
             row[i] = lrint(2 * UNIT_SCALE * (double)n->weights[i][k]);
             least[i] += row[i] < 0 ? row[i] : 0;
             most[i] += row[i] > 0 ? row[i] : 0;
             if (least[i] < INT16_MIN || most[i] > INT16_MAX)
-                fail("weights are too large");
+                training_fail("weights are too large");
         }
         put_row(file, row, ",");
     }
-    fprintf(file, "};\nconst int16_t cvol_mask_biases[CVOL_MASK_HIDDEN] =\n");
-    put_row(file, biases, ";");
+    fprintf(file, "},\n");
+    put_row(file, biases, ",");
     for (int i = 0; i < HIDDEN; i++)
         row[i] = lrint(OUT_SCALE * (double)n->outs[i]);
-    fprintf(file,
-            "const int16_t cvol_mask_outs[CVOL_MASK_HIDDEN] __attribute__((aligned(16))) =\n");
-    put_row(file, row, ";");
-    fprintf(file, "const int32_t cvol_mask_out_bias = %ld;\n",
-            lrint(UNIT_SCALE * OUT_SCALE * (double)n->outs[HIDDEN]));
+    put_row(file, row, ",");
+    fprintf(file, "%ld\n", lrint(UNIT_SCALE * OUT_SCALE * (double)n->outs[HIDDEN]));
     if (fclose(file))
-        fail("cannot write the weights");
+        training_fail("cannot write the weights");
 }
 
 int main(int argc, char **argv)
 {
     if (argc < 4)
-        fail("OUT.c STEPS VOLUME ...");
+        training_fail("usage: train_masks OUT.inc STEPS VOLUME ...");
     static network trained;
     cvol_context *context = cvol_context_create();
     if (!context)
-        fail("no memory");
+        training_fail("no memory");
     for (int f = 3; f < argc; f++)
         add_volume(context, argv[f]);
     train(&trained, atol(argv[2]));

@@ -25,21 +25,21 @@ static double bits_of(int code, double here, double beyond)
 
 /* The best code for these counts; of many counts the one that they say, of few one near `prior`:
  * half a token of it is added. */
-static int best_code(double here, double beyond, int prior, int unit)
+static int best_code(double here, double beyond, int prior)
 {
     const double p = (here + 0.5 * probability_of(prior)) / (here + beyond + 0.5);
     const double code = 127.5 + 12.75 * log(p / (1 - p));
-    int change = (int)lrint((code - prior) / unit) * unit;
+    int change = (int)lrint((code - prior) / CVOL_CODE_STEP) * CVOL_CODE_STEP;
     while (prior + change < 0)
-        change += unit;
+        change += CVOL_CODE_STEP;
     while (prior + change > 255)
-        change -= unit;
+        change -= CVOL_CODE_STEP;
     return prior + change;
 }
 
 /* Codes of one row, and the bits that they save. */
 static double fit_row(uint8_t codes[CVOL_TOKEN_CODES], const uint8_t *priors,
-                      const uint64_t counts[CVOL_TOKENS], int unit, double cost)
+                      const uint64_t counts[CVOL_TOKENS])
 {
     double beyond = 0, saved = 0;
     for (int t = 0; t < CVOL_TOKENS; t++)
@@ -47,8 +47,9 @@ static double fit_row(uint8_t codes[CVOL_TOKEN_CODES], const uint8_t *priors,
     for (int t = 0; t < CVOL_TOKEN_CODES; t++) {
         const double here = (double)counts[t];
         beyond -= here;
-        const int code = best_code(here, beyond, priors[t], unit);
-        const double gain = bits_of(priors[t], here, beyond) - bits_of(code, here, beyond) - cost;
+        const int code = best_code(here, beyond, priors[t]);
+        const double gain = bits_of(priors[t], here, beyond) - bits_of(code, here, beyond) -
+                            BITS_OF_CODE;
         codes[t] = gain > 0 ? (uint8_t)code : priors[t];
         saved += gain > 0 ? gain : 0;
     }
@@ -59,20 +60,9 @@ void cvol_token_tables_fit(cvol_token_tables *tables, const cvol_token_counts *c
 {
     for (int r = 0; r < CVOL_ROWS; r++) {
         const uint8_t *defaults = cvol_token_defaults[r];
-        const double saved = fit_row(tables->codes[r], defaults, counts->of[r], CVOL_CODE_STEP,
-                                     BITS_OF_CODE);
+        const double saved = fit_row(tables->codes[r], defaults, counts->of[r]);
         if (saved < BITS_OF_ROW)
             memcpy(tables->codes[r], defaults, CVOL_TOKEN_CODES);
-    }
-    cvol_token_tables_settle(tables);
-}
-
-void cvol_token_tables_train(cvol_token_tables *tables, const cvol_token_counts *counts)
-{
-    for (int r = 0; r < CVOL_ROWS; r++) {
-        uint8_t priors[CVOL_TOKEN_CODES];
-        memcpy(priors, tables->codes[r], sizeof priors);
-        fit_row(tables->codes[r], priors, counts->of[r], 1, 0);
     }
     cvol_token_tables_settle(tables);
 }

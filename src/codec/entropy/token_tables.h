@@ -9,7 +9,7 @@
  *     left = 2^14 - f[0] - ... - f[t - 1],    f[15] = what is left;
  *     P[j] = 2^16 / (1 + exp((127.5 - j) / 12.75)), rounded.
  *
- * Rows are built in (token_defaults.c), and a file says where its own differ.
+ * Rows are built in (tables/token_codes.inc), and a file says where its own differ.
  */
 #ifndef CVOL_CODEC_ENTROPY_TOKEN_TABLES_H
 #define CVOL_CODEC_ENTROPY_TOKEN_TABLES_H
@@ -93,8 +93,6 @@ void cvol_token_tables_settle(cvol_token_tables *tables);
 /* Chooses codes for what was counted: those that differ from the built-in ones where this saves
  * more than it costs to say so. */
 void cvol_token_tables_fit(cvol_token_tables *tables, const cvol_token_counts *counts);
-/* The best codes for what was counted, whatever they cost; rows without counts stay. */
-void cvol_token_tables_train(cvol_token_tables *tables, const cvol_token_counts *counts);
 
 /* Appends the content of section TABL: what differs from the built-in tables. Errors: MEMORY. */
 int cvol_token_tables_put(cvol_context *context, cvol_bytes *out, const cvol_token_tables *tables);

@@ -19,9 +19,9 @@ static void fill_sums(void)
         const int width = cvol_mask_windows[w].width;
         for (int bits = 0; bits < 1 << width; bits++, to++)
             for (int i = 0; i < CVOL_MASK_HIDDEN; i++) {
-                int sum = w == CVOL_MASK_WINDOWS - 1 ? cvol_mask_biases[i] : 0;
+                int sum = w == CVOL_MASK_WINDOWS - 1 ? cvol_mask_trained.biases[i] : 0;
                 for (int k = 0; k < width; k++)
-                    sum += (bits >> k & 1) * cvol_mask_weights[neighbour + k][i];
+                    sum += (bits >> k & 1) * cvol_mask_trained.weights[neighbour + k][i];
                 to->units[i] = (int16_t)sum;
             }
         neighbour += width;

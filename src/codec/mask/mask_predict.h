@@ -1,5 +1,5 @@
 /* How likely it is that a sample is masked, from 50 samples near it that are known already: a small
- * neural network with fixed integer weights (trained by bench/tokens/train_masks.c), evaluated in
+ * neural network with fixed integer weights (tables/README.md), evaluated in
  * integers, so that it says the same everywhere.
  *
  * With n[k] the samples around, 1 if masked, one of 16 hidden units i is
@@ -29,12 +29,15 @@ enum {
     CVOL_MASK_LEVEL_BITS = 10 /* levels of this many bits of the sum */
 };
 
-/* The trained numbers: neighbours in order of windows, x fastest. Sums of a unit's weights stay
- * within 16 bits. */
-extern const int16_t cvol_mask_weights[CVOL_MASK_NEIGHBOURS][CVOL_MASK_HIDDEN];
-extern const int16_t cvol_mask_biases[CVOL_MASK_HIDDEN];
-extern const int16_t cvol_mask_outs[CVOL_MASK_HIDDEN];
-extern const int32_t cvol_mask_out_bias;
+/* The trained numbers (tables/mask_network.inc): neighbours in order of windows, x fastest. Sums of
+ * a unit's weights stay within 16 bits. */
+typedef struct cvol_mask_network {
+    int16_t weights[CVOL_MASK_NEIGHBOURS][CVOL_MASK_HIDDEN];
+    int16_t biases[CVOL_MASK_HIDDEN];
+    int16_t outs[CVOL_MASK_HIDDEN] __attribute__((aligned(16)));
+    int32_t out_bias;
+} cvol_mask_network;
+extern const cvol_mask_network cvol_mask_trained;
 
 /* A window: `width` samples of one row, from (dx, dy, dz) on from the sample that is foretold. The
  * rows are (-1 .. 1, -2), (-2 .. 2, -1), (-2, 0), (-1, 0), (0, 0) of y and z. */
@@ -63,16 +66,16 @@ CVOL_INLINE void cvol_mask_add(cvol_mask_half sums[2], const cvol_mask_sums *mor
 /* What the hidden units, before they are cut, add up to. */
 CVOL_INLINE int32_t cvol_mask_output(const cvol_mask_half sums[2])
 {
-    const cvol_mask_half *outs = (const cvol_mask_half *)cvol_mask_outs;
+    const cvol_mask_half *outs = (const cvol_mask_half *)cvol_mask_trained.outs;
     const cvol_mask_half first = sums[0] & (sums[0] > 0), second = sums[1] & (sums[1] > 0);
 #if defined(__SSE2__)
     __m128i sum = _mm_add_epi32(_mm_madd_epi16((__m128i)first, (__m128i)outs[0]),
                                 _mm_madd_epi16((__m128i)second, (__m128i)outs[1]));
     sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0x4e));
     sum = _mm_add_epi32(sum, _mm_shuffle_epi32(sum, 0xb1));
-    return cvol_mask_out_bias + _mm_cvtsi128_si32(sum);
+    return cvol_mask_trained.out_bias + _mm_cvtsi128_si32(sum);
 #else
-    int32_t sum = cvol_mask_out_bias;
+    int32_t sum = cvol_mask_trained.out_bias;
     for (int i = 0; i < CVOL_MASK_HIDDEN / 2; i++)
         sum += first[i] * outs[0][i] + second[i] * outs[1][i];
     return sum;

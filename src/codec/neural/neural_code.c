@@ -15,14 +15,6 @@ CVOL_SIMD_DECLARE(void, cvol_small_evaluate,
 CVOL_SIMD_DECLARE(void, cvol_small_evaluate_kinds,
                   (int16_t(*out)[CVOL_SMALL_OUTPUTS], const cvol_small_pairs *network, int16_t *x));
 
-/* Whoever trains looks on: kind 0, decisions `first` .. of what a magnitude is above; 1, whether a
- * sign agrees. */
-#ifdef CVOL_SMALL_WATCH
-#define WATCH(kind, x, first, high) CVOL_SMALL_WATCH(kind, x, first, high)
-#else
-#define WATCH(kind, x, first, high)
-#endif
-
 /* ---- a brick ---------------------------------------------------------------------------- */
 
 static cvol_token_tables *make_tables(void)
@@ -216,7 +208,6 @@ static int code_sign(cvol_small_brick *b, cvol_small_stream *s, const cvol_small
     if (!cvol_small_has_faces(p))
         return (int)cvol_small_code_raw(s, (uint32_t)negative, 1);
     cvol_small_look_for_sign(x, b, p, l, magnitude);
-    WATCH(1, x, 0, (uint32_t)(negative == turned));
     b->evaluate(out, &cvol_small_of_signs, x, CVOL_SMALL_SIGN_INPUTS);
     const int agrees = cvol_small_code_logit(s, &b->states.agrees[p->size_class][lapped], out[0],
                                              negative == turned);
@@ -229,7 +220,6 @@ static uint32_t code_size(cvol_small_brick *b, cvol_small_stream *s, const cvol_
 {
     int16_t out[CVOL_SMALL_OUTPUTS];
     uint32_t high = size >> l->shift, t = least && !l->shift;
-    WATCH(0, l->x, (int)t, high);
     b->evaluate(out, &cvol_small_of_magnitudes, l->x, CVOL_SMALL_INPUTS);
     while (t < CVOL_SMALL_OUTPUTS &&
            cvol_small_code_logit(s, &b->states.above[t][p->size_class], out[t], high > t))

@@ -1,5 +1,5 @@
 /* How likely coefficients and signs are, by two small neural networks with fixed integer weights
- * (trained by bench/tokens/train_small.c), evaluated in integers, so that they say the same
+ * (tables/README.md), evaluated in integers, so that they say the same
  * everywhere.
  *
  * With inputs x[] of -128 .. 127, W and b the trained numbers, and >> rounding down,

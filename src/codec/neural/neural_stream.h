@@ -4,11 +4,6 @@
 
 #include "codec/neural/neural_internal.h"
 
-/* Whoever trains looks on. */
-#ifndef CVOL_SMALL_WATCH_TOKEN
-#define CVOL_SMALL_WATCH_TOKEN(row, token)
-#endif
-
 typedef struct cvol_small_stream {
     cvol_range_encoder *encoder; /* NULL: decoding */
     cvol_range_decoder decoder;
@@ -53,7 +48,6 @@ static inline uint32_t cvol_small_code_token(cvol_small_stream *s, const cvol_to
                                              int row, uint32_t token)
 {
     const uint16_t *bounds = tables->rows[row].bounds;
-    CVOL_SMALL_WATCH_TOKEN(row, token);
     if (s->encoder) {
         cvol_encode_part(s->encoder, bounds[7 + token], bounds[8 + token]);
         return token;

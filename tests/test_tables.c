@@ -1,0 +1,68 @@
+/* The codec's tables are part of the format: every number of src/codec/tables stays as it is. */
+#include "test.h"
+
+#include "base/bytes.h"
+#include "codec/entropy/token_tables.h"
+#include "codec/mask/mask_predict.h"
+#include "codec/neural/neural_model.h"
+
+static void token_codes(void **state)
+{
+    (void)state;
+    assert_int_equal(sizeof cvol_token_defaults, CVOL_ROWS * CVOL_TOKEN_CODES);
+    assert_int_equal(cvol_crc32c(cvol_token_defaults, sizeof cvol_token_defaults), 0x8895f48d);
+}
+
+/* All 256 probabilities, as the first frequency of a row, 2^-2 of them; `ctest -R tables` compares
+ * the numbers themselves with the formula. */
+static void token_probabilities(void **state)
+{
+    (void)state;
+    cvol_token_tables *tables = cvol_token_tables_create();
+    assert_non_null(tables);
+    for (int code = 0; code < 256; code++) {
+        const double p = floor(65536 / (1 + exp((127.5 - code) / 12.75)) + 0.5);
+        tables->codes[0][0] = (uint8_t)code;
+        cvol_token_tables_settle(tables);
+        const int frequency = (int)floor(p / 4 + 0.5), most = (1 << CVOL_TOKEN_SCALE) - 15;
+        assert_int_equal(tables->rows[0].bounds[8], frequency < 1      ? 1
+                                                    : frequency > most ? most
+                                                                       : frequency);
+    }
+    free(tables);
+}
+
+/* Member by member: the struct ends with padding. */
+static void mask_network(void **state)
+{
+    (void)state;
+    const cvol_mask_network *n = &cvol_mask_trained;
+    uint32_t crc = cvol_crc32c(n->weights, sizeof n->weights);
+    crc = cvol_crc32c_more(crc, n->biases, sizeof n->biases);
+    crc = cvol_crc32c_more(crc, n->outs, sizeof n->outs);
+    assert_int_equal(cvol_crc32c_more(crc, &n->out_bias, sizeof n->out_bias), 0x35bd7ee4);
+}
+
+static void neural_networks(void **state)
+{
+    (void)state;
+    assert_int_equal(sizeof(cvol_small_network), 26752);
+    assert_int_equal(cvol_crc32c(&cvol_small_magnitudes, sizeof cvol_small_magnitudes), 0x81b1f791);
+    assert_int_equal(cvol_crc32c(&cvol_small_signs, sizeof cvol_small_signs), 0x9f006a3c);
+}
+
+static void neural_rows(void **state)
+{
+    (void)state;
+    assert_int_equal(cvol_crc32c(cvol_small_rows, sizeof cvol_small_rows), 0x7b3af0ef);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(token_codes),  cmocka_unit_test(token_probabilities),
+        cmocka_unit_test(mask_network), cmocka_unit_test(neural_networks),
+        cmocka_unit_test(neural_rows),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
