@@ -72,7 +72,7 @@ def time_whole(arguments, cvol, part, series, transform, dims, terms, planner='e
         return row | {'notes': f'failed: {problem}'}
     ours, theirs = found['cvol_ms'], found['dense_ms']
     row |= {'n': found['samples'], "n'": found['terms'], 'kept': found['terms_out'],
-            'plan': found.get('plan', ''), 'cvol min ms': f'{min(ours):.4g}',
+            'plan': found.get('plan', ''), 'transforms': found['fft'], 'cvol min ms': f'{min(ours):.4g}',
             'cvol median ms': f'{statistics.median(ours):.4g}',
             'FFTW min ms': f'{min(theirs):.4g}',
             'FFTW median ms': f'{statistics.median(theirs):.4g}',
@@ -122,7 +122,7 @@ def describe_theorems(rows):
         fits.append({'operation': name} | dict(zip(
             ('p', "p, n' from 2^12", 'q'), ('' if v is None else f'{v:.2f}' for v in values))) |
                     {'expected p': p, 'expected q': q})
-    columns = ['series', 'n', "n'", 'plan', 'cvol min ms', 'cvol median ms', 'FFTW min ms',
+    columns = ['series', 'n', "n'", 'plan', 'transforms', 'cvol min ms', 'cvol median ms', 'FFTW min ms',
                'FFTW median ms', 'FFTW/cvol', 'agree', 'notes']
     return ["## Time against terms and samples", '',
             f"Rank 1, DFT; n = 2^{SAMPLES} where n' runs, n' = 2^{TERMS} where n runs. Exponents "
@@ -150,7 +150,7 @@ def measure_speedup(arguments, cvol):
 
 
 def describe_speedup(rows):
-    columns = ['dims', 'transform', 'support', 'series', 'plan', "n'", 'planner', 'cvol min ms',
+    columns = ['dims', 'transform', 'support', 'series', 'plan', "n'", 'planner', 'transforms', 'cvol min ms',
                'cvol median ms', 'FFTW min ms', 'FFTW median ms', 'FFTW/cvol', 'agree', 'notes']
     return ['## Products at rho = 1/30', '', markdown(columns, rows), '',
             "Low box: n' = N / 30 terms. Scattered: s = N / 60 terms and their places. The "

@@ -7,7 +7,10 @@ find_package(PNG REQUIRED)
 find_package(GIF 5.2 REQUIRED)
 pkg_check_modules(ZSTD REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(JANSSON REQUIRED IMPORTED_TARGET jansson)
-pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3f)
+# FFTW is GPL: only where it was asked for, and as the peer of bench/algebra.py.
+if(CVOL_FFT STREQUAL "fftw" OR CVOL_BENCH)
+  pkg_check_modules(FFTW REQUIRED IMPORTED_TARGET fftw3f)
+endif()
 
 # Animated WebP, where it is.
 pkg_check_modules(WEBP IMPORTED_TARGET libwebpmux libwebp)

@@ -3,9 +3,9 @@
 # usage: scripts/dependencies.sh [build] [test] [bench]
 set -eu
 
-build='gcc libc6-dev make cmake pkg-config libfftw3-dev zlib1g-dev libpng-dev libzstd-dev libjansson-dev libnifti-dev libgif-dev libwebp-dev libtiff-dev g++ libgdcm-dev libhdf5-dev libmicrohttpd-dev libturbojpeg0-dev'
+build='gcc libc6-dev make cmake pkg-config zlib1g-dev libpng-dev libzstd-dev libjansson-dev libnifti-dev libgif-dev libwebp-dev libtiff-dev g++ libgdcm-dev libhdf5-dev libmicrohttpd-dev libturbojpeg0-dev'
 test='libcmocka-dev python3-numpy python3-tifffile python3-pydicom libgdcm-tools python3-mrcfile python3-h5py hdf5-tools'
-bench='g++ libzfp-dev python3-matplotlib python3-vtk9 python3-numpy python3-pil xvfb'
+bench='g++ libfftw3-dev libzfp-dev python3-matplotlib python3-vtk9 python3-numpy python3-pil xvfb'
 test="$test python3-pytest" # of the Python package
 test="$test doxygen"        # of the reference
 test="$test clang libclang-rt-dev" # of the fuzzers
@@ -32,7 +32,7 @@ if ! command -v apt-get >/dev/null 2>&1 || ! command -v dpkg-query >/dev/null 2>
     for tool in cc cmake pkg-config; do
         if ! command -v $tool >/dev/null 2>&1; then
             echo "cvol needs a C11 compiler, cmake 3.18, pkg-config and the development files of"
-            echo "FFTW 3 (single precision), zlib, libpng, giflib 5.2, zstd, jansson and niftilib (libnifti2); for the tests cmocka;"
+            echo "zlib, libpng, giflib 5.2, zstd, jansson and niftilib (libnifti2); for the tests cmocka;"
             echo "if you want them, libwebp for animated WebP, libtiff 4.5 for TIFF, HDF5, GDCM 3 and a C++ compiler"
             echo "for compressed DICOM."
             echo "On Debian these are the packages:$wanted"

@@ -1,5 +1,5 @@
 /* Transforms of whole arrays against their direct sums, and the properties that make them what they
- * are; the door to FFTW against itself, along lines, and from several threads. */
+ * are; the door to fast transforms against itself, along lines, and from several threads. */
 #include "test.h"
 
 #include "base/context.h"

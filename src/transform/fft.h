@@ -1,8 +1,9 @@
-/* One door to FFTW 3, single precision: fast transforms of any length, unnormalised.
+/* Fast transforms of any length in single precision, unnormalised: one door to the backend that a
+ * build has, our own (fft_own.h) or, with -DCVOL_FFT=fftw, FFTW 3.
  *
- * Plans are made once for each kind and shape and kept (the last 256 of them) behind a lock;
- * executing them needs none. They are made by estimate, so that results have the same bits in every
- * run. The transforms run on the calling thread.
+ * Plans are made once and kept (the last 256 of them) behind a lock; executing them needs none.
+ * Results have the same bits in every run; those of our own backend also on every processor. The
+ * transforms run on the calling thread.
  *
  *     FORWARD  H[u] = sum_x a[x] exp(-2 pi i u x / n)        real to half complex
  *     INVERSE  a[x] = sum_u H[u] exp(+2 pi i u x / n)        half complex to real

@@ -1,4 +1,4 @@
-/* The transforms of whole arrays in slots: FFTW's sums, scaled to be orthonormal, and the way
+/* The transforms of whole arrays in slots: the sums of fft.h, scaled to be orthonormal, and the way
  * between a half complex spectrum and slots (whole.h).
  *
  * A half complex row (v, w) holds F[u, v, w] for u <= nx/2. Where 0 < u < nx/2 the place is the
@@ -19,8 +19,8 @@
 
 /* ---- DCT ----------------------------------------------------------------------------------- */
 
-/* What takes FFTW's number u along one axis to the orthonormal one, and back before IDCT. Axes of
- * length 1 are not transformed. */
+/* What takes number u of a DCT of fft.h along one axis to the orthonormal one, and back before
+ * IDCT. Axes of length 1 are not transformed. */
 static double dct_scale(size_t u, size_t n, int inverse)
 {
     if (n == 1)

@@ -264,10 +264,11 @@ double cvol_array_coefficient_bound(const cvol_array *array)
  * lost. */
 #define UNDERFLOW 0x1p-143
 
-/* FFTW has its own kernels for lengths up to 16. A larger prime p, up to 172, is summed term by
- * term: the error of such a sum grows with its length, by a quarter of 2^-24 p in the worst that
- * tests found, where CVOL_ROUNDING is of fast transforms. Still larger ones are convolutions of
- * length p - 1 (Rader). */
+/* Bounds for both backends of transforms (src/transform/fft_backend.h). CVOL_ROUNDING is of fast
+ * transforms of short factors. FFTW sums a larger prime p, up to 172, term by term, cvol's own
+ * backend one up to 61: the error of such a sum grows with its length, by a quarter of 2^-24 p in
+ * the worst that tests found. Still larger ones are convolutions, of length p - 1 in FFTW (Rader),
+ * of at least 2 p - 1 in cvol (Bluestein), whose error is less. */
 enum { KERNEL_LENGTHS = 16, RADER = 173 };
 
 /* The sum of the lengths of all sums that a transform of length n is made of. */

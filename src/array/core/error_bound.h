@@ -16,7 +16,7 @@ typedef struct cvol_ledger {
     int support_known;
 } cvol_ledger;
 
-/* What single precision transforms and sums may lose, as a share of the L2 norm: FFTW's error grows
+/* What single precision transforms and sums may lose, as a share of the L2 norm: the error grows
  * as sqrt(log n) times 2^-24 on average; this leaves room for the worst that tests found. */
 #define CVOL_ROUNDING 1e-6
 

@@ -1,0 +1,340 @@
+/* The default backend of fft.h: which lines an array has along each axis, and whether they are
+ * transformed in batches of 16 or one after the other (fft_own.h). */
+#include "transform/fft_own.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/context.h"
+#include "base/memory.h"
+#include "transform/fft_backend.h"
+#include "transform/fft_cache.h"
+
+/* Fewer lines are transformed one after the other, as are lines too long for a batch of them to
+ * stay within the cache; more so where the elements of a line do not lie next to each other. */
+enum { LEAST_LINES = 4, MOST_ROW = 4096, MOST_COLUMN = 65536 };
+
+/* ---- plans -------------------------------------------------------------------------------------
+ */
+
+/* Compared as bytes: to be zeroed before it is filled. */
+typedef struct plan_key {
+    size_t n;
+    int real, cosine, line;
+} plan_key;
+
+typedef struct plan {
+    size_t n;
+    cvol_fft_passes *passes; /* of batches */
+    cvol_fft_line *line;     /* of single lines, else */
+    float *cosines;
+} plan;
+
+static void destroy_plan(void *user)
+{
+    plan *of = user;
+    cvol_fft_passes_free(of->passes);
+    cvol_fft_line_free(of->line);
+    free(of->cosines);
+    free(of);
+}
+
+static void *create_plan(const void *key_bytes, void *user)
+{
+    (void)user;
+    const plan_key *key = key_bytes;
+    plan *of = calloc(1, sizeof *of);
+    if (!of)
+        return NULL;
+    of->n = key->n;
+    if (key->line)
+        of->line = cvol_fft_line_create(key->n, key->real);
+    else
+        of->passes = cvol_fft_passes_create(key->n);
+    if (key->cosine)
+        of->cosines = cvol_fft_allocate(2 * (key->n / 2 + 1));
+    for (size_t k = 0; of->cosines && 2 * k <= key->n; k++)
+        cvol_fft_root(of->cosines + 2 * k, k, 4 * key->n);
+    if ((of->line || of->passes) && (of->cosines || !key->cosine))
+        return of;
+    destroy_plan(of);
+    return NULL;
+}
+
+static size_t plan_bytes(const void *user)
+{
+    const plan *of = user;
+    return sizeof *of + (of->cosines ? 2 * (of->n / 2 + 1) * sizeof(float) : 0) +
+           (of->line ? cvol_fft_line_bytes(of->line) : cvol_fft_passes_bytes(of->passes));
+}
+
+/* ---- lines of an array
+ * --------------------------------------------------------------------------- */
+
+/* Lines along one axis: count[0] count[1] count[2] of them, so far apart; all in floats. */
+typedef struct line_set {
+    cvol_fft_kind kind;
+    cvol_fft_axis axis;
+    size_t count[3], in_distance[3], out_distance[3];
+    size_t in_width, out_width; /* floats of an element */
+} line_set;
+
+static int is_real(cvol_fft_kind kind)
+{
+    return kind < CVOL_FFT_COMPLEX_FORWARD;
+}
+
+static int is_cosine(cvol_fft_kind kind)
+{
+    return kind == CVOL_FFT_DCT || kind == CVOL_FFT_IDCT || kind == CVOL_FFT_IDST;
+}
+
+static size_t in_width(cvol_fft_kind kind)
+{
+    return kind == CVOL_FFT_FORWARD || is_cosine(kind) ? 1 : 2;
+}
+
+static size_t out_width(cvol_fft_kind kind)
+{
+    return kind == CVOL_FFT_INVERSE || is_cosine(kind) ? 1 : 2;
+}
+
+static size_t line_count(const line_set *set)
+{
+    return set->count[0] * set->count[1] * set->count[2];
+}
+
+/* Of line i. */
+static size_t place_of(const line_set *set, const size_t distance[3], size_t i)
+{
+    const size_t first = i % set->count[0], rest = i / set->count[0];
+    return first * distance[0] + rest % set->count[1] * distance[1] +
+           rest / set->count[1] * distance[2];
+}
+
+/* Adds the lines at `count` places; joins them with the last ones where these end there. */
+static void add_lines(line_set *set, int *dimensions, size_t count, size_t in_stride,
+                      size_t out_stride)
+{
+    const int last = *dimensions - 1;
+    if (count == 1)
+        return;
+    if (last >= 0 && in_stride == set->count[last] * set->in_distance[last] &&
+        out_stride == set->count[last] * set->out_distance[last]) {
+        set->count[last] *= count;
+        return;
+    }
+    set->count[*dimensions] = count;
+    set->in_distance[*dimensions] = in_stride;
+    set->out_distance[*dimensions] = out_stride;
+    (*dimensions)++;
+}
+
+/* Whether lines begin next to each other on both sides. */
+static int are_columns(const line_set *set)
+{
+    return set->count[0] >= CVOL_FFT_LINES && set->in_distance[0] == set->in_width &&
+           set->out_distance[0] == set->out_width;
+}
+
+static int are_single(const line_set *set)
+{
+    const size_t n = set->axis.n;
+    return n >= CVOL_FFT_LEAST_LINE && (line_count(set) < LEAST_LINES || n > MOST_COLUMN ||
+                                        (n > MOST_ROW && !are_columns(set)));
+}
+
+/* ---- batches
+ * ------------------------------------------------------------------------------------- */
+
+static cvol_fft_side side_of(const line_set *set, int written, size_t first, int lines)
+{
+    const size_t *distance = written ? set->out_distance : set->in_distance;
+    const size_t width = written ? set->out_width : set->in_width;
+    cvol_fft_side side = {.stride = written ? set->axis.out_stride : set->axis.in_stride};
+    int neighbours = 1;
+    for (int l = 0; l < lines; l++) {
+        side.at[l] = place_of(set, distance, first + (size_t)l);
+        neighbours &= side.at[l] == side.at[0] + (size_t)l * width;
+    }
+    side.access = neighbours && lines > 1 ? CVOL_FFT_COLUMNS
+                  : side.stride == width  ? CVOL_FFT_ROWS
+                                          : CVOL_FFT_SCATTERED;
+    return side;
+}
+
+/* Lines of the batch that begins with line i: where there are rows of many neighbours, a batch does
+ * not go on to the next row. */
+static int lines_from(const line_set *set, size_t i)
+{
+    size_t left = line_count(set) - i;
+    if (set->count[0] >= CVOL_FFT_LINES && set->count[0] - i % set->count[0] < left)
+        left = set->count[0] - i % set->count[0];
+    return (int)(left < CVOL_FFT_LINES ? left : CVOL_FFT_LINES);
+}
+
+static int run_batches(const plan *of, const line_set *set, float *out, const float *in)
+{
+    float *scratch = cvol_fft_allocate(cvol_fft_passes_scratch(of->passes));
+    if (!scratch)
+        return CVOL_ERROR_MEMORY;
+    const size_t count = line_count(set);
+    for (size_t i = 0; i < count;) {
+        cvol_fft_batch batch = {.passes = of->passes,
+                                .cosines = of->cosines,
+                                .kind = set->kind,
+                                .lines = lines_from(set, i),
+                                .in = in,
+                                .out = out};
+        batch.from = side_of(set, 0, i, batch.lines);
+        batch.to = side_of(set, 1, i, batch.lines);
+        CVOL_SIMD_CHOOSE(cvol_fft_run_batch)(&batch, scratch);
+        i += (size_t)batch.lines;
+    }
+    free(scratch);
+    return CVOL_OK;
+}
+
+/* ---- single lines
+ * --------------------------------------------------------------------------------- */
+
+static void copy_line(float *out, size_t out_stride, const float *in, size_t in_stride, size_t n,
+                      size_t width)
+{
+    for (size_t i = 0; i < n; i++)
+        for (size_t p = 0; p < width; p++)
+            out[i * out_stride + p] = in[i * in_stride + p];
+}
+
+static size_t in_elements(const line_set *set)
+{
+    return set->kind == CVOL_FFT_INVERSE ? set->axis.n / 2 + 1 : set->axis.n;
+}
+
+static size_t out_elements(const line_set *set)
+{
+    return set->kind == CVOL_FFT_FORWARD ? set->axis.n / 2 + 1 : set->axis.n;
+}
+
+/* read, written: where elements lie next to each other, or NULL where they do already. */
+static int run_single(const plan *of, const line_set *set, float *out, const float *in, float *read,
+                      float *written)
+{
+    if (read)
+        copy_line(read, set->in_width, in, set->axis.in_stride, in_elements(set), set->in_width);
+    const float *from = read ? read : in;
+    float *to = written ? written : out;
+    const int code = is_cosine(set->kind) ? cvol_fft_cosine_line_run(of->line, of->cosines,
+                                                                     set->kind, of->n, to, from)
+                                          : cvol_fft_line_run(of->line, set->kind, to, from);
+    if (!code && written)
+        copy_line(out, set->axis.out_stride, written, set->out_width, out_elements(set),
+                  set->out_width);
+    return code;
+}
+
+static int run_singles(const plan *of, const line_set *set, float *out, const float *in)
+{
+    const int copy_in = set->axis.in_stride != set->in_width;
+    const int copy_out = set->axis.out_stride != set->out_width;
+    float *read = copy_in ? cvol_fft_allocate(2 * of->n + 2) : NULL;
+    float *written = copy_out ? cvol_fft_allocate(2 * of->n + 2) : NULL;
+    int code = (copy_in && !read) || (copy_out && !written) ? CVOL_ERROR_MEMORY : CVOL_OK;
+    for (size_t i = 0; i < line_count(set) && !code; i++)
+        code = run_single(of, set, out + place_of(set, set->out_distance, i),
+                          in + place_of(set, set->in_distance, i), read, written);
+    free(read);
+    free(written);
+    return code;
+}
+
+static int run_set(const line_set *set, float *out, const float *in)
+{
+    static const cvol_fft_maker maker = {sizeof(plan_key), create_plan, destroy_plan, plan_bytes};
+    plan_key key;
+    memset(&key, 0, sizeof key);
+    key.n = set->axis.n;
+    key.line = are_single(set);
+    key.cosine = is_cosine(set->kind);
+    key.real = key.line && is_real(set->kind);
+    cvol_fft_entry *entry = cvol_fft_cache_acquire(&maker, &key, NULL);
+    if (!entry)
+        return CVOL_ERROR_MEMORY;
+    const plan *of = cvol_fft_entry_plan(entry);
+    const int code = key.line ? run_singles(of, set, out, in) : run_batches(of, set, out, in);
+    cvol_fft_cache_release(entry);
+    return code;
+}
+
+/* ---- axes
+ * ------------------------------------------------------------------------------------------ */
+
+/* Points along an axis, of which a half complex array has fewer along its first. */
+static size_t points_along(const cvol_fft_job *job, int axis)
+{
+    const int half = job->kind == CVOL_FFT_FORWARD || job->kind == CVOL_FFT_INVERSE;
+    return half && axis == 0 ? job->axes[0].n / 2 + 1 : job->axes[axis].n;
+}
+
+/* What is done along one axis. Strides: 1 of the input (the input is read and written in place), 2
+ * of the output, 3 of both. */
+typedef enum sides { IN_PLACE_IN = 1, IN_PLACE_OUT = 2, IN_TO_OUT = 3 } sides;
+
+static line_set lines_along(const cvol_fft_job *job, int axis, cvol_fft_kind kind, sides side)
+{
+    line_set set = {.kind = kind, .count = {1, 1, 1}};
+    set.in_width = in_width(kind);
+    set.out_width = out_width(kind);
+    const cvol_fft_axis *of[4] = {NULL, NULL, NULL, &job->lines};
+    size_t count[4] = {1, 1, 1, job->lines.n};
+    for (int a = 0; a < job->rank; a++) {
+        of[a] = a == axis ? NULL : &job->axes[a];
+        count[a] = points_along(job, a);
+    }
+    int dimensions = 0;
+    for (int a = 0; a < 4; a++)
+        if (of[a])
+            add_lines(&set, &dimensions, count[a],
+                      set.in_width * (side == IN_PLACE_OUT ? of[a]->out_stride : of[a]->in_stride),
+                      set.out_width * (side == IN_PLACE_IN ? of[a]->in_stride : of[a]->out_stride));
+    set.axis = job->axes[axis];
+    set.axis.in_stride = set.in_width *
+                         (side == IN_PLACE_OUT ? set.axis.out_stride : set.axis.in_stride);
+    set.axis.out_stride = set.out_width *
+                          (side == IN_PLACE_IN ? job->axes[axis].in_stride : set.axis.out_stride);
+    return set;
+}
+
+static int run_axis(const cvol_fft_job *job, int axis, cvol_fft_kind kind, sides side, float *out,
+                    float *in)
+{
+    const line_set set = lines_along(job, axis, kind, side);
+    return run_set(&set, side == IN_PLACE_IN ? in : out, side == IN_PLACE_OUT ? out : in);
+}
+
+/* The real axis of half complex arrays is the first of FORWARD and the last of INVERSE, which uses
+ * up its input. */
+int cvol_fft_execute(cvol_context *context, const cvol_fft_job *job, float *out, float *in)
+{
+    const cvol_fft_kind kind = (cvol_fft_kind)job->kind;
+    int code = CVOL_OK;
+    if (kind == CVOL_FFT_INVERSE) {
+        for (int a = job->rank - 1; a > 0 && !code; a--)
+            code = run_axis(job, a, CVOL_FFT_COMPLEX_BACKWARD, IN_PLACE_IN, out, in);
+        code = code ? code : run_axis(job, 0, kind, IN_TO_OUT, out, in);
+    } else {
+        code = run_axis(job, 0, kind, IN_TO_OUT, out, in);
+        for (int a = 1; a < job->rank && !code; a++)
+            code = run_axis(job, a, kind == CVOL_FFT_FORWARD ? CVOL_FFT_COMPLEX_FORWARD : kind,
+                            IN_PLACE_OUT, out, in);
+    }
+    if (code)
+        return cvol_fail(context, code, "no memory for a transform of %zu x %zu x %zu",
+                         job->axes[0].n, job->axes[1].n, job->axes[2].n);
+    return CVOL_OK;
+}
+
+const char *cvol_fft_backend_name(void)
+{
+    return "own";
+}

@@ -1,0 +1,132 @@
+/* The default backend of fft.h: its plans and the kernels that execute them.
+ *
+ * A length n is factorized into radices. A transform runs one pass for each radix over a buffer of
+ * vectors, in which every lane holds one line (Stockham's order, decimation in time): a pass over
+ * sub-transforms of length m = before turns r of them into one of length m r,
+ *     X[k + m u] = sum_j exp(-2 pi i j u / r) exp(-2 pi i j k / (m r)) Y_j[k],
+ * with `after` sub-transforms next to each other. Real lines need only k <= m / 2, as the rest of
+ * their spectra is mirrored. The inverse transform of half a spectrum runs the passes in reverse.
+ * The backward complex transform is the forward one with real and imaginary parts exchanged.
+ *
+ * A long line by itself is split into n1 n2 points (fft_own_line.c), whose lines fill the lanes.
+ *
+ * Every lane computes the same operations in the same order on every processor, so that the results
+ * have the same bits.
+ */
+#ifndef CVOL_TRANSFORM_FFT_OWN_H
+#define CVOL_TRANSFORM_FFT_OWN_H
+
+#include "base/cpu.h"
+#include "transform/fft.h"
+
+/* Lines of a batch, on every processor. */
+#define CVOL_FFT_LINES 16
+/* Passes of a length: all radices are >= 2, and two 2s are a 4. */
+#define CVOL_FFT_MOST_PASSES 41
+/* The largest prime whose sums are computed term by term. */
+#define CVOL_FFT_MOST_RADIX 61
+
+/* ---- a length's passes (fft_own_passes.c) -------------------------------------------------- */
+
+typedef struct cvol_fft_passes cvol_fft_passes;
+
+/* A sum of p terms, p a large prime, as a convolution of length M >= 2 p - 1 (Bluestein 1970):
+ *     X[u] = c[u] sum_j (x[j] c[j]) conj(c[u - j]),   c[j] = exp(-pi i j^2 / p). */
+typedef struct cvol_fft_chirp {
+    cvol_fft_passes *convolution; /* of length M */
+    float *chirp;                 /* c: p pairs */
+    float *spectrum;              /* of conj(c), over M: M pairs */
+} cvol_fft_chirp;
+
+typedef struct cvol_fft_pass {
+    size_t radix, before, after;
+    const float *twiddles; /* of (k, j), j = 1 .. radix - 1: pairs */
+    const float *waves;    /* radix > 8: cos and sin of 2 pi u j / radix, u and j = 1 .. radix/2 */
+    cvol_fft_chirp *chirp; /* radix > CVOL_FFT_MOST_RADIX, else NULL */
+} cvol_fft_pass;
+
+struct cvol_fft_passes {
+    size_t n;
+    size_t chirp_points; /* the largest convolution's length */
+    int count;
+    cvol_fft_pass pass[CVOL_FFT_MOST_PASSES];
+    float *tables; /* what twiddles and waves point into */
+};
+
+/* NULL without memory. */
+cvol_fft_passes *cvol_fft_passes_create(size_t n);
+void cvol_fft_passes_free(cvol_fft_passes *passes);
+size_t cvol_fft_passes_bytes(const cvol_fft_passes *passes);
+/* Floats of scratch that a batch needs. */
+size_t cvol_fft_passes_scratch(const cvol_fft_passes *passes);
+/* exp(-2 pi i k / n), rounded from double precision. */
+void cvol_fft_root(float out[2], size_t k, size_t n);
+
+/* ---- batches of lines (fft_own_batch_simd.c) ------------------------------------------------ */
+
+typedef enum cvol_fft_access {
+    CVOL_FFT_COLUMNS,   /* lines begin next to each other */
+    CVOL_FFT_ROWS,      /* a line's elements lie next to each other */
+    CVOL_FFT_SCATTERED, /* neither */
+    CVOL_FFT_MIRRORED   /* columns of half a spectrum of `length` points, see fft_own_line.c */
+} cvol_fft_access;
+
+/* Where a batch's lines are; in floats. */
+typedef struct cvol_fft_side {
+    cvol_fft_access access;
+    size_t stride, length;
+    size_t at[CVOL_FFT_LINES];
+} cvol_fft_side;
+
+typedef struct cvol_fft_batch {
+    const cvol_fft_passes *passes;
+    const float *cosines; /* DCT, IDCT, IDST: exp(-pi i k / 2n), k = 0 .. n / 2 */
+    cvol_fft_kind kind;
+    int lines; /* at most CVOL_FFT_LINES */
+    const float *in;
+    float *out;
+    cvol_fft_side from, to;
+    /* The factors between the two steps of a split line, or NULL. FORWARD and COMPLEX_FORWARD
+     * multiply result k of line l by lane_turns[k][l] batch_turns[k]; COMPLEX_BACKWARD multiplies
+     * it, and INVERSE number k that it reads, by the conjugate. */
+    const float *lane_turns;  /* CVOL_FFT_LINES real, then as many imaginary parts */
+    const float *batch_turns; /* pairs */
+} cvol_fft_batch;
+
+/* scratch: cvol_fft_passes_scratch floats, aligned. */
+typedef void cvol_fft_batch_run(const cvol_fft_batch *batch, float *scratch);
+CVOL_SIMD_DECLARE(void, cvol_fft_run_batch, (const cvol_fft_batch *batch, float *scratch));
+
+/* All passes over one group of lines, as many as a vector has lanes (fft_own_passes_simd.c).
+ * `data` holds n points: a vector of real and one of imaginary parts each, in INVERSE of n / 2 + 1
+ * points; in FORWARD, one vector each. Results are in `data` or in `spare`, which is returned.
+ * swap: parts exchanged. */
+CVOL_SIMD_DECLARE(float *, cvol_fft_complex_passes,
+                  (const cvol_fft_passes *passes, float *data, float *spare, float *chirp,
+                   int swap));
+CVOL_SIMD_DECLARE(float *, cvol_fft_forward_passes,
+                  (const cvol_fft_passes *passes, float *data, float *spare, float *chirp));
+CVOL_SIMD_DECLARE(float *, cvol_fft_inverse_passes,
+                  (const cvol_fft_passes *passes, float *data, float *spare, float *chirp));
+
+/* ---- one long line (fft_own_line.c) ---------------------------------------------------------- */
+
+typedef struct cvol_fft_line cvol_fft_line;
+
+/* The shortest line that is split. */
+#define CVOL_FFT_LEAST_LINE 128
+
+/* n >= CVOL_FFT_LEAST_LINE; real: of FORWARD and INVERSE. NULL without memory. */
+cvol_fft_line *cvol_fft_line_create(size_t n, int real);
+void cvol_fft_line_free(cvol_fft_line *line);
+size_t cvol_fft_line_bytes(const cvol_fft_line *line);
+/* A line whose elements lie next to each other, of a complex kind, FORWARD or INVERSE; `out` may be
+ * `in` for the complex kinds. CVOL_OK or CVOL_ERROR_MEMORY. */
+int cvol_fft_line_run(const cvol_fft_line *line, cvol_fft_kind kind, float *out, const float *in);
+
+/* The same for DCT, IDCT and IDST with a real line's plan (fft_own_cosine.c). cosines: as those of
+ * a batch. `out` may be `in`. */
+int cvol_fft_cosine_line_run(const cvol_fft_line *line, const float *cosines, cvol_fft_kind kind,
+                             size_t n, float *out, const float *in);
+
+#endif
