@@ -5,11 +5,18 @@
 #include <stddef.h>
 #include <stdlib.h>
 
-/* Of many alike cases, every how many-th is tried: sanitizers make each ten times slower. */
-#if defined(__SANITIZE_ADDRESS__)
+/* Sanitizers make tests about eight times slower and see code paths, not figures. With them a test
+ * tries one in SUPPORT_STRIDE of the cases that differ in numbers alone, one in SUPPORT_DAMAGE of
+ * the places where it damages a file (fuzz/ tries millions), and volumes of side SUPPORT_SIDE(n)
+ * where size is not the point. CVOL_TEST_FEWER: the same cases without sanitizers. */
+#if defined(__SANITIZE_ADDRESS__) || defined(CVOL_TEST_FEWER)
 #define SUPPORT_STRIDE 3
+#define SUPPORT_DAMAGE 13
+#define SUPPORT_SIDE(n) ((n) * 5 / 8)
 #else
 #define SUPPORT_STRIDE 1
+#define SUPPORT_DAMAGE 1
+#define SUPPORT_SIDE(n) (n)
 #endif
 
 /* The case after k, where all of them take long: of lesser instruction sets (CVOL_CPU) half are

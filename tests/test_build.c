@@ -8,6 +8,7 @@
 #include "array/block/block_transform.h"
 #include "array/core/array.h"
 #include "random.h"
+#include "support.h"
 #include "support_context.h"
 #include "transform/whole.h"
 
@@ -236,7 +237,7 @@ static void test_block_transforms(void **state)
 static void test_all_and_transforms(void **state)
 {
     (void)state;
-    for (unsigned seed = 1; seed <= 60; seed++) {
+    for (unsigned seed = 1; seed <= 60; seed += SUPPORT_STRIDE) {
         sample_case c;
         make_case(&c, seed, 32);
         fill_exact(&c);
@@ -257,7 +258,7 @@ static void test_all_and_transforms(void **state)
 static void test_rules(void **state)
 {
     (void)state;
-    for (unsigned seed = 100; seed < 180; seed++) {
+    for (unsigned seed = 100; seed < 180; seed += SUPPORT_STRIDE) {
         sample_case c;
         make_case(&c, seed, seed % 4 ? 16 : 32);
         fill_exact(&c);
@@ -333,7 +334,7 @@ static void test_rules(void **state)
 static void test_low_box(void **state)
 {
     (void)state;
-    for (unsigned seed = 300; seed < 330; seed++) {
+    for (unsigned seed = 300; seed < 330; seed += SUPPORT_STRIDE) {
         sample_case c;
         make_case(&c, seed, 16);
         cvol_keep keep = {.rule = CVOL_KEEP_TERMS, .low = {2, 2, 2}};
@@ -431,7 +432,7 @@ static int same(const cvol_array *a, const cvol_array *b)
 static void test_threads(void **state)
 {
     (void)state;
-    for (unsigned seed = 400; seed < 412; seed++) {
+    for (unsigned seed = 400; seed < 412; seed += SUPPORT_STRIDE) {
         sample_case c;
         make_case(&c, seed, 8);
         random_state r = {.state = seed};

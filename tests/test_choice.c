@@ -10,7 +10,7 @@
 #include "support.h"
 #include "support_context.h"
 
-enum { NX = 49, NY = 45, NZ = 33, COUNT = NX * NY * NZ };
+enum { NX = SUPPORT_SIDE(49), NY = SUPPORT_SIDE(45), NZ = SUPPORT_SIDE(33), COUNT = NX * NY * NZ };
 
 typedef enum kind { LABELS, NOISE, SPARSE, STRIPPED, SMOOTH, KINDS } kind;
 

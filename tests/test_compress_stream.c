@@ -299,7 +299,7 @@ static int is_lapped(void)
 static void lapped_or_not(void **state)
 {
     (void)state;
-    const cvol_grid grid = cvol_grid_make(100, 90, 150, CVOL_UINT8);
+    const cvol_grid grid = cvol_grid_make(100, SUPPORT_SIDE(90), SUPPORT_SIDE(150), CVOL_UINT8);
     uint8_t *samples = make_volume(&grid, 1, 0.01);
     (void)compress(samples, &grid, CVOL_TARGET_PSNR, 40);
     assert_true(is_lapped());
@@ -307,8 +307,8 @@ static void lapped_or_not(void **state)
     uint8_t levels[7 * 6 * 10];
     for (size_t i = 0; i < sizeof levels; i++)
         levels[i] = (uint8_t)random_below(&r, 256);
-    for (size_t z = 0, i = 0; z < 150; z++)
-        for (size_t y = 0; y < 90; y++)
+    for (size_t z = 0, i = 0; z < grid.dims[2]; z++)
+        for (size_t y = 0; y < grid.dims[1]; y++)
             for (size_t x = 0; x < 100; x++, i++)
                 samples[i] = levels[x / 16 + 7 * (y / 16 + 6 * (z / 16))];
     (void)compress(samples, &grid, CVOL_TARGET_PSNR, 35);

@@ -146,7 +146,7 @@ static void test_damage_stays_where_it_is(void **state)
     uint8_t *data = make_series(&size);
     cvol_series *series;
     assert_int_equal(cvol_series_take(context, &series, data, size, "f"), CVOL_OK);
-    for (size_t at = 0; at < size; at += at < 320 ? 1 : 61 * SUPPORT_STRIDE) {
+    for (size_t at = 0; at < size; at += at < 320 ? SUPPORT_STRIDE : 61 * SUPPORT_DAMAGE) {
         data[at] ^= 4;
         assert_int_not_equal(verify_code(data, size), CVOL_OK);
         data[at] ^= 4;
@@ -315,7 +315,7 @@ static void test_mutations(void **state)
     uint8_t *data = make_series(&size), *copy = malloc(size);
     random_state r = {11};
     assert_non_null(copy);
-    for (int i = 0; i < 240; i += SUPPORT_STRIDE) {
+    for (int i = 0; i < 240; i += SUPPORT_DAMAGE) {
         memcpy(copy, data, size);
         const uint32_t near = i % 2 ? (uint32_t)size : 400; /* in all of it, in the list */
         for (int k = 0; k < 1 + i % 3; k++)

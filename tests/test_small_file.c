@@ -224,7 +224,7 @@ static void every_flip_is_seen(void **state)
     for (size_t k = 0; k < CASES; k++) {
         size_t size;
         uint8_t *data = make_file(&cases[k], &size);
-        for (size_t at = 0; at < size; at += SUPPORT_STRIDE) {
+        for (size_t at = 0; at < size; at += SUPPORT_DAMAGE) {
             cvol_file_layout layout;
             const uint8_t was = data[at];
             data[at] ^= (uint8_t)(1 + random_below(&r, 255));
@@ -273,7 +273,7 @@ static void every_cut_says_so(void **state)
         size_t size, begins[5];
         uint8_t *data = make_file(&cases[k], &size);
         find_shells(begins, data, size);
-        for (size_t cut = 0; cut < size; cut += SUPPORT_STRIDE) {
+        for (size_t cut = 0; cut < size; cut += SUPPORT_DAMAGE) {
             cvol_file_layout layout;
             cvol_file_report report;
             cvol_array *array;
@@ -357,7 +357,7 @@ static void hostile_fronts_do_no_harm(void **state)
     const size_t front = 37 + data[36]; /* its length is one byte */
     assert_non_null(copy);
     assert_true(data[36] < 128 && front < size);
-    for (int i = 0; i < 4000; i += SUPPORT_STRIDE) {
+    for (int i = 0; i < 4000; i += SUPPORT_DAMAGE) {
         memcpy(copy, data, size);
         for (uint32_t flips = 1 + random_below(&r, 4); flips; flips--)
             copy[36 + random_below(&r, (uint32_t)(front - 36))] = (uint8_t)random_below(&r, 256);
@@ -405,7 +405,7 @@ static void series_of_small_volumes_are_small(void **state)
         free(found);
         cvol_array_free(back);
     }
-    for (size_t at = 0; at < size; at += SUPPORT_STRIDE) {
+    for (size_t at = 0; at < size; at += SUPPORT_DAMAGE) {
         cvol_file_layout layout;
         data[at] ^= 32;
         assert_int_not_equal(cvol_layout_verify(context, &layout, data, size, "f"), CVOL_OK);
