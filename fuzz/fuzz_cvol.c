@@ -20,6 +20,7 @@
 #include "codec/container/picture.h"
 #include "codec/container/plane_file.h"
 #include "codec/container/series.h"
+#include "codec/section/signature.h"
 #include "cvol/codec.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

@@ -1,38 +1,150 @@
 #!/bin/sh
-# Holds the includes of the code against the rooms and arrows of doc/architecture.md.
-# A room may include its own headers, those of the rooms named here, and the public ones.
+# Checks every #include "..." of the code against one table of folders, and that files include no file in a circle.
+# A folder may include its own headers, those of the folders in its line, and the public ones (cvol/).
+# `parent/*` stands for all folders of a parent. Circles are between files; a .c and its own .h count as one.
 set -eu
 cd "$(dirname "$0")/.."
 
-failed=0
-check() { # FOLDER 'ALLOWED ROOMS'
-    for file in "$1"/*.c "$1"/*.h; do
-        [ -e "$file" ] || continue
-        for header in $(sed -n 's/^#include "\(.*\)"/\1/p' "$file"); do
-            room=${header%%/*}
-            case " $2 cvol " in
-            *" $room "*) ;;
-            *)
-                if [ "$room" = "$header" ] && [ -e "$1/$header" ]; then
-                    continue
-                fi
-                echo "$file includes $header: ${1#src/} may know only: ${2:-nothing}"
-                failed=1
-                ;;
-            esac
-        done
-    done
-}
+table='
+src/base:
+src/transform:                  base
+src/image:                      base array/core codec/section codec/container
+src/array/core:                 base transform
+src/array/block:                base transform array/core
+src/array/truncate:             base transform array/core array/block
+src/array/evaluate:             base transform array/core array/block array/truncate
+src/array/algebra:              base transform array/core array/block array/truncate array/evaluate
+src/array/convolve:             base transform array/core array/block array/truncate array/evaluate array/algebra
+src/array/multiply:             base transform array/core array/block array/truncate array/evaluate array/algebra
+src/codec/section:              base
+src/codec/entropy:              base
+src/codec/tables:               base codec/entropy codec/neural codec/mask
+src/codec/quantize:             base transform array/* codec/entropy
+src/codec/neural:               base transform array/* codec/entropy codec/quantize
+src/codec/brick:                base transform array/* codec/section codec/entropy codec/quantize codec/neural
+src/codec/residual:             base transform array/* codec/section codec/entropy codec/quantize codec/brick
+src/codec/mask:                 base transform array/* codec/section codec/entropy codec/quantize codec/brick
+src/codec/container:            base transform array/* codec/section codec/entropy codec/quantize codec/brick codec/residual codec/mask
+src/codec/rate:                 base transform array/* codec/*
+src/volume/io:                  base
+src/volume/formats:             base volume/io
+src/volume/formats/tiff:        base volume/io
+src/volume/formats/dicom:       base volume/io
+src/volume/formats/vtk:         base volume/io
+src/volume:                     base volume/io volume/formats
+src/render/transfer:            base array/core
+src/render/view:                base image render/transfer
+src/render/engine:              base array/* image render/view render/transfer
+src/render/ray:                 base volume image render/engine render/view render/transfer
+src/render/splat:               base transform array/* volume image render/engine render/view render/transfer
+src/render/fourier:             base transform array/* volume image render/engine render/view render/transfer
+src/render/spectral:            base transform array/* codec/* volume image render/engine render/view render/transfer render/splat
+src/render/sheet/frame:         base transform array/* image render/engine render/view render/transfer
+src/render/sheet/band:          base transform array/* render/sheet/frame
+src/render/sheet/warp:          base image render/engine render/view render/sheet/frame
+src/render/sheet:               base transform array/* image render/engine render/view render/transfer render/sheet/frame render/sheet/band
+src/render/sheet/kernels:       base transform array/* render/view render/sheet/frame render/sheet/band
+src/render/sheet/kernels/image_order: base render/sheet/kernels
+src/render/sheet/kernels/composite: base render/sheet/kernels render/sheet/kernels/image_order
+src/render/sheet/kernels/lit_object_order: base render/view render/sheet/kernels render/sheet/kernels/composite
+src/render/sheet/kernels/lit_image_order: base render/view render/sheet/kernels render/sheet/kernels/composite
+src/render/sheet/kernels/project: base render/sheet/kernels
+tools:                          viewer
+viewer:
+plugin:
+'
 
-check src/base 'base'
-check src/transform 'transform base'
-check src/array 'array transform base'
-check src/codec 'codec array transform base'
-check src/volume 'volume base'
-check src/image 'image codec array base'
-check src/render 'render codec array transform volume image base'
-check tools 'viewer'
-check viewer ''
-check plugin ''
-[ "$failed" = 0 ] && echo 'rooms: every include follows an arrow'
-exit "$failed"
+list=$(mktemp)
+trap 'rm -f "$list"' EXIT
+find src tools viewer plugin -name '*.[ch]' -o -name '*.cpp' -o -name '*.inc' | sort >"$list"
+printf '%s\n' "$table" | awk -v list="$list" '
+function folder(path) { sub(/\/[^\/]*$/, "", path); return path }
+function allowed(from, to,    i, n, words) {
+    if (from == to)
+        return 1
+    n = split(may[from], words, " ")
+    for (i = 1; i <= n; i++) {
+        if (words[i] == to || "src/" words[i] == to)
+            return 1
+        if (sub(/\*$/, "", words[i]) && index(to, "src/" words[i]) == 1)
+            return 1
+    }
+    return 0
+}
+# Depth first: a unit that is on the path already closes a circle.
+function visit(unit,    i, n, next_units) {
+    state[unit] = 1
+    path[++depth] = unit
+    n = split(uses[unit], next_units, " ")
+    for (i = 1; i <= n; i++) {
+        if (state[next_units[i]] == 1) {
+            circle = next_units[i]
+            for (j = depth; path[j] != next_units[i]; j--)
+                circle = path[j] " > " circle
+            print "circle: " next_units[i] " > " circle
+            failed = 1
+        } else if (!state[next_units[i]])
+            visit(next_units[i])
+    }
+    depth--
+    state[unit] = 2
+}
+/:/ {
+    at = index($0, ":")
+    name = substr($0, 1, at - 1)
+    known[name] = 1
+    may[name] = substr($0, at + 1)
+}
+END {
+    while ((getline file < list) > 0)
+        files[++count] = file
+    for (k in files)
+        exists[files[k]] = 1
+    for (k = 1; k <= count; k++) {
+        file = files[k]
+        from = folder(file)
+        if (++held[from] > 45 && from !~ /^(tools|viewer)/)
+            crowded[from] = 1
+        if (!known[from]) {
+            print from " is no folder of the table in tests/check_rooms.sh"
+            known[from] = failed = 1
+        }
+        unit = file
+        sub(/\.[a-z]+$/, "", unit)
+        while ((getline line < file) > 0)
+            if (line ~ /^[ \t]*#[ \t]*include "/) {
+                split(line, parts, "\"")
+                header = parts[2]
+                if (header ~ /^cvol\//)
+                    continue
+                target = exists["src/" header] ? "src/" header : \
+                         exists[from "/" header] ? from "/" header : header
+                if (!exists[target] && target !~ /\//)
+                    continue # a generated header
+                includes++
+                to = exists[target] ? folder(target) : header
+                if (!exists[target] && exists[header])
+                    to = folder(header)
+                if (!allowed(from, to)) {
+                    print file " includes " header ": " from " may include only:" may[from]
+                    failed = 1
+                }
+                other = target
+                sub(/\.[a-z]+$/, "", other)
+                if (other != unit && index(" " uses[unit] " ", " " other " ") == 0)
+                    uses[unit] = uses[unit] " " other
+            }
+        close(file)
+        units[++unit_count] = unit
+    }
+    for (k = 1; k <= unit_count; k++)
+        if (!state[units[k]])
+            visit(units[k])
+    for (name in crowded) {
+        print name " holds " held[name] " files, more than 45"
+        failed = 1
+    }
+    if (!failed)
+        print "rooms: " count " files, " includes " includes, every one follows the table; no circle"
+    exit failed
+}'

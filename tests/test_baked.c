@@ -3,6 +3,7 @@
 #include "test.h"
 
 #include "../fuzz/fuzz_cvol.c"
+#include "codec/section/signature.h"
 #include "random.h"
 #include "support.h"
 #include "support_files.h"

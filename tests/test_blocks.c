@@ -5,6 +5,11 @@
 
 #include "array/algebra/operations.h"
 #include "array/block/block_transform.h"
+#include "array/convolve/convolve.h"
+#include "array/convolve/kernel.h"
+#include "array/evaluate/box.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 #include "random.h"
 #include "support_context.h"
 

@@ -1,7 +1,6 @@
 /* Products and kernels on volumes in DCT blocks, against the same on samples. */
 #include "test.h"
 
-#include "array/algebra/operations.h"
 #include "array/multiply/block_product.h"
 #include "random.h"
 

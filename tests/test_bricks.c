@@ -9,6 +9,7 @@
 #include "codec/container/container.h"
 #include "codec/container/header.h"
 #include "codec/container/layout.h"
+#include "codec/rate/brick_choice.h"
 #include "cvol/algebra.h"
 #include "cvol/codec.h"
 #include "random.h"

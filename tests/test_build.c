@@ -4,9 +4,13 @@
 
 #include <float.h>
 
-#include "array/algebra/operations.h"
 #include "array/block/block_transform.h"
 #include "array/core/array.h"
+#include "array/evaluate/box.h"
+#include "array/truncate/account.h"
+#include "array/truncate/build.h"
+#include "array/truncate/compress_array.h"
+#include "array/truncate/producer.h"
 #include "random.h"
 #include "support.h"
 #include "support_context.h"

@@ -3,7 +3,6 @@
  * samples. */
 #include "test.h"
 
-#include "array/algebra/operations.h"
 #include "cvol/algebra.h"
 #include "support_operations.h"
 #include "transform/whole.h"

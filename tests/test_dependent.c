@@ -7,6 +7,7 @@
 #include "base/cpu.h"
 #include "codec/container/array_file.h"
 #include "codec/quantize/quantize.h"
+#include "codec/quantize/trellis.h"
 #include "codec/quantize/trellis_kernel.h"
 #include "codec/quantize/trellis_states.h"
 #include "codec/section/section.h"

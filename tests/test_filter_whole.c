@@ -2,7 +2,7 @@
  * result's samples, and that every bound holds for the exact samples. */
 #include "test.h"
 
-#include "array/algebra/operations.h"
+#include "array/convolve/kernel.h"
 #include "cvol/algebra.h"
 #include "support_operations.h"
 #include "transform/whole.h"

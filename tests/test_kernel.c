@@ -1,7 +1,7 @@
 /* Small filters: taps, responses, certified bounds against brute force, and what is refused. */
 #include "test.h"
 
-#include "array/algebra/operations.h"
+#include "array/convolve/kernel.h"
 #include "cvol/algebra.h"
 #include "random.h"
 

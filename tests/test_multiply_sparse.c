@@ -1,7 +1,9 @@
 /* The output-sensitive product: right or not verified, never wrong, and within its bound. */
 #include "test.h"
 
-#include "array/algebra/operations.h"
+#include "array/multiply/multiply.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 #include "base/memory.h"
 #include "cvol/cvol.h"
 #include "random.h"

@@ -2,7 +2,6 @@
  * same terms kept of them; the certified bound; the choice of a plan. */
 #include "test.h"
 
-#include "array/algebra/operations.h"
 #include "array/core/array.h"
 #include "array/multiply/cost.h"
 #include "array/truncate/truncate.h"

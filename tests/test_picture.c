@@ -3,6 +3,7 @@
 
 #include "../fuzz/fuzz_cvol.c"
 #include "base/context.h"
+#include "codec/section/signature.h"
 #include "image/picture.h"
 #include "random.h"
 #include "support.h"

@@ -7,6 +7,7 @@
 #include "codec/container/layout.h"
 #include "codec/container/series.h"
 #include "codec/section/section.h"
+#include "codec/section/signature.h"
 #include "cvol/cvol.h"
 #include "random.h"
 #include "support.h"

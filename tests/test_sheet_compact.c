@@ -6,9 +6,9 @@
 #include "array/core/array.h"
 #include "base/cpu.h"
 #include "random.h"
-#include "render/sheet/frame.h"
-#include "render/sheet/level.h"
-#include "render/sheet/mask.h"
+#include "render/sheet/frame/frame.h"
+#include "render/sheet/frame/level.h"
+#include "render/sheet/frame/mask.h"
 #include "transform/cell_points.h"
 
 enum { MOST = 32, COUNT = MOST * MOST * MOST, SQUARE = MOST * MOST, ROW = 48, SHEET = ROW * 34 };

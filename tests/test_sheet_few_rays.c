@@ -8,8 +8,8 @@
 
 #include "array/core/array.h"
 #include "random.h"
-#include "render/sheet/level.h"
-#include "render/sheet/plan.h"
+#include "render/sheet/frame/level.h"
+#include "render/sheet/frame/plan.h"
 #include "render/view/camera.h"
 #include "support.h"
 #include "support_context.h"

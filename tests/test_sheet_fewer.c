@@ -7,7 +7,7 @@
 #include "test.h"
 
 #include "array/core/array.h"
-#include "render/sheet/block_cache.h"
+#include "render/sheet/band/block_cache.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"

@@ -6,7 +6,7 @@
 #include "array/core/array.h"
 #include "array/core/mask.h"
 #include "random.h"
-#include "render/sheet/reconstruction_filter.h"
+#include "render/sheet/frame/reconstruction_filter.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"

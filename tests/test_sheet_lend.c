@@ -2,7 +2,7 @@
 #include "test.h"
 
 #include "base/thread.h"
-#include "render/sheet/block_exchange.h"
+#include "render/sheet/band/block_exchange.h"
 
 enum { LANE = 10, ROW = 7, SHEET = 5, ROW_STRIDE = 24, SHEET_STRIDE = 200, ALL = 1100 };
 

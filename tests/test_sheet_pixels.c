@@ -7,7 +7,7 @@
 #include "test.h"
 
 #include "random.h"
-#include "render/sheet/frame.h"
+#include "render/sheet/frame/frame.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_lapped.h"

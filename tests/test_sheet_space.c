@@ -8,9 +8,9 @@
 
 #include "base/cpu.h"
 #include "random.h"
+#include "render/sheet/frame/plan.h"
+#include "render/sheet/frame/policy.h"
 #include "render/sheet/opacity_curvature.h"
-#include "render/sheet/plan.h"
-#include "render/sheet/policy.h"
 #include "support.h"
 #include "support_context.h"
 #include "support_render.h"

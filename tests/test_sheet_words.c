@@ -1,10 +1,10 @@
-/* Classification in whole numbers (render/sheet/int16_table.h) says of every sample what the table's own
- * pieces say, and where it steps it steps at the right sample. */
+/* Classification in whole numbers (render/sheet/frame/int16_format.h) says of every sample what the
+ * table's own pieces say, and where it steps it steps at the right sample. */
 #include "test.h"
 
 #include "random.h"
-#include "render/sheet/frame.h"
-#include "render/sheet/table.h"
+#include "render/sheet/frame/frame.h"
+#include "render/sheet/frame/table.h"
 #include "render/transfer/transfer.h"
 #include "support.h"
 

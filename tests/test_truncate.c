@@ -1,7 +1,8 @@
 /* Truncation: every rule against sorting, pairs, low boxes, candidates of all shapes, sentences. */
 #include "test.h"
 
-#include "array/algebra/operations.h"
+#include "array/truncate/account.h"
+#include "array/truncate/candidates.h"
 #include "array/truncate/truncate.h"
 #include "random.h"
 #include "support_context.h"

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "frame.h"
+#include "volume_renderers.h"
 
 typedef struct difference {
     frame_request frame; /* of the first */

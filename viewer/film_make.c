@@ -4,6 +4,8 @@
 
 #include <stdio.h>
 
+#include "volume_renderers.h"
+
 /* Pictures that a film's colours are chosen from. */
 enum { LEARNT = 8 };
 

@@ -2,7 +2,7 @@
 #ifndef CVOL_VIEWER_FILM_OUT_H
 #define CVOL_VIEWER_FILM_OUT_H
 
-#include "viewer.h"
+#include "options.h"
 
 enum { FILM_SENTENCE_BYTES = 512 };
 

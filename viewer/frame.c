@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "encode.h"
+#include "volume_renderers.h"
 
 enum { MOTION_SIZE_MAX = 4096, MOTION_JPEG = 85 };
 

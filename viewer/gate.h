@@ -8,7 +8,7 @@
 #define CVOL_VIEWER_GATE_H
 
 #include "answer.h"
-#include "viewer.h"
+#include "options.h"
 
 #define TOKEN_LETTERS 32
 

@@ -13,8 +13,8 @@
 #include <stdint.h>
 
 #include "answer.h"
+#include "options.h"
 #include "pace.h"
-#include "viewer.h"
 
 enum { VIEWER_NAME_BYTES = 64, VIEWERS_MAX = 256, WAITING_MAX = 256 };
 

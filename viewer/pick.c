@@ -14,6 +14,7 @@
 
 #include "samples.h"
 #include "view.h"
+#include "volume_renderers.h"
 
 /* Its pixels are so many times as fine as the picture's, so that its middle is the place. */
 static const double finer = 4;

@@ -13,6 +13,7 @@
 #include "request.h"
 #include "slice.h"
 #include "transfer.h"
+#include "volume_renderers.h"
 
 static answer service_get(request *r)
 {

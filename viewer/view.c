@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "volume_renderers.h"
+
 static const char *const mode_names[] = {[CVOL_MODE_COMPOSITE] = "composite",
                                          [CVOL_MODE_XRAY] = "xray",
                                          [CVOL_MODE_MIP] = "mip",

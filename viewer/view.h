@@ -3,6 +3,7 @@
 #define CVOL_VIEWER_VIEW_H
 
 #include "fields.h"
+#include "volume_renderers.h"
 #include "volumes.h"
 
 enum { VIEW_SIZE_MAX = 8192, VIEW_PIXELS_MAX = 1 << 25, VIEW_POINTS_MAX = 1024 };

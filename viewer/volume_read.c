@@ -6,6 +6,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "volume_renderers.h"
+
 static const double poor_psnr_db = 30;
 
 /* Of a copy, or of a file that is not compressed: what its file would have. */

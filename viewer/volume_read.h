@@ -2,7 +2,8 @@
 #ifndef CVOL_VIEWER_VOLUME_READ_H
 #define CVOL_VIEWER_VOLUME_READ_H
 
-#include "volumes.h"
+#include "options.h"
+#include "shown_volume.h"
 
 /* Reads the file, compresses it if it is not, and fills in what does not change any more. */
 int volume_read(cvol_context *context, shown_volume *v, const viewer_options *options);
@@ -10,7 +11,5 @@ int volume_read(cvol_context *context, shown_volume *v, const viewer_options *op
 int volume_make_copy(cvol_context *context, shown_volume *v);
 /* Draws small pictures of all levels, so that the first ones that somebody sees need not wait. */
 void volume_warm(cvol_context *context, shown_volume *v);
-/* Says what it is at. */
-void volume_set_state(shown_volume *v, volume_state state);
 
 #endif

@@ -2,7 +2,7 @@
  * next one. */
 #include <stdlib.h>
 
-#include "volumes.h"
+#include "volume_renderers.h"
 
 /* Of a sample, along three axes, in 32 bits, with its levels: what pictures evaluate takes less. */
 enum { KEPT_SAMPLE_BYTES = 16 };

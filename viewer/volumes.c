@@ -8,6 +8,7 @@
 
 #include "behind.h"
 #include "volume_read.h"
+#include "volume_renderers.h"
 
 struct volumes {
     const viewer_options *options;

@@ -7,59 +7,9 @@
 #define CVOL_VIEWER_VOLUMES_H
 
 #include <jansson.h>
-#include <pthread.h>
 
-#include "viewer.h"
-
-enum { VOLUMES_MAX = 256, COPIES_MAX = 16, VOLUME_ID_BYTES = 16 };
-
-typedef enum volume_state {
-    VOLUME_READING,
-    VOLUME_COMPRESSING,
-    VOLUME_READY,
-    VOLUME_FAILED
-} volume_state;
-
-typedef struct volumes volumes;
-typedef struct idle_renderer idle_renderer;
-
-/* Memory in which renderers keep what they evaluated for the next pictures, of all volumes. */
-typedef struct kept_memory {
-    pthread_mutex_t lock;
-    uint64_t most, granted, filled; /* bytes */
-} kept_memory;
-
-typedef struct shown_volume {
-    char id[VOLUME_ID_BYTES];
-    char *path, *name;
-    volumes *all;
-    int holders; /* under the registry's lock, as are the next five */
-    int removed;
-    volume_state state;
-    char doing[64];
-    double fraction;
-    char *error;
-    /* what does not change once it is ready */
-    cvol_array *array;
-    cvol_volume *dense; /* the samples of a file that was not compressed; of a copy NULL */
-    cvol_grid grid;
-    cvol_histogram histogram;
-    int level; /* of a file that ends early: which one is whole; else 0 */
-    int cut, residual_missing; /* cvol_file_report */
-    uint64_t raw_bytes, compressed_bytes;
-    double psnr_db, max_error; /* NaN: not known */
-    int measured;              /* else the PSNR is at least that, the error at most */
-    double rescale[2];         /* to Hounsfield units; 0, 0: it is not known what samples mean */
-    /* a copy's */
-    struct shown_volume *parent; /* held; NULL: it is none */
-    char viewer[64];             /* who it was made for; "": nobody in particular */
-    cvol_compress_options wanted;
-    int flattened; /* its parent keeps a background apart, and it does not */
-    /* renderers that nobody uses, under a lock of their own */
-    pthread_mutex_t idle_lock;
-    idle_renderer *idle;
-    uint64_t granted; /* of kept_memory, under its lock */
-} shown_volume;
+#include "options.h"
+#include "shown_volume.h"
 
 /* Begins to read them. NULL: no memory. The options must outlive it. */
 volumes *volumes_open(const viewer_options *options);
@@ -93,30 +43,5 @@ shown_volume *volumes_copy(volumes *all, shown_volume *parent, const cvol_compre
 int volumes_remove(volumes *all, shown_volume *v);
 /* Bytes of memory that arrays and samples take. */
 uint64_t volumes_resident_bytes(volumes *all);
-/* How many there are. */
-int volumes_count(volumes *all);
-kept_memory *volumes_kept(volumes *all);
-
-/* ---- renderers ---- */
-
-/* A renderer over the volume's array, for one caller at a time. */
-struct idle_renderer {
-    cvol_renderer *renderer;
-    uint64_t transfer;        /* hash of the transfer function that it has; 0: none yet */
-    unsigned drawn;           /* bit L: level L, whose first picture takes longer */
-    uint64_t granted, filled; /* of kept_memory */
-    idle_renderer *next;
-};
-/* NULL: the context says why. */
-idle_renderer *volume_take_renderer(cvol_context *context, shown_volume *v);
-void volume_return_renderer(shown_volume *v, idle_renderer *renderer);
-/* Draws by one that was taken, which keeps what it evaluates: of the memory for that each volume
- * has an even share. */
-int volume_draw(cvol_context *context, shown_volume *v, idle_renderer *renderer, cvol_image *image,
-                const cvol_render_options *options);
-/* Bytes that are kept, of all volumes. */
-uint64_t volumes_kept_bytes(volumes *all);
-/* Frees them: nobody holds the volume any more. */
-void volume_free_renderers(shown_volume *v);
 
 #endif

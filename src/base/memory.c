@@ -47,3 +47,18 @@ void *cvol_allocate_zero(size_t count, size_t size)
         memset(memory, 0, count * size);
     return memory;
 }
+
+/* New memory is zero, so that samples which are loaded but weigh nothing are at least numbers. */
+int cvol_ensure(void *memory_pointer, size_t *capacity, size_t count, size_t size)
+{
+    void **memory = memory_pointer;
+    if (count <= *capacity)
+        return 1;
+    free(*memory);
+    *capacity = 0;
+    *memory = cvol_allocate_zero(count, size);
+    if (!*memory)
+        return 0;
+    *capacity = count;
+    return 1;
+}

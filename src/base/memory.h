@@ -33,5 +33,8 @@ static inline int cvol_size_add(size_t *out, size_t a, size_t b)
 void *cvol_allocate(size_t count, size_t size);
 /* The same, all zero. */
 void *cvol_allocate_zero(size_t count, size_t size);
+/* Grows *memory (a pointer to any object pointer) to `count` elements, all zero; the old content is
+ * lost. 0 without memory. */
+int cvol_ensure(void *memory, size_t *capacity, size_t count, size_t size);
 
 #endif

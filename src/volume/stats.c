@@ -10,7 +10,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
-#include "volume/dense.h"
+#include "volume/io/dense.h"
 
 #define CHUNK_SAMPLES ((size_t)1 << 16)
 #define BUFFER_SAMPLES ((size_t)1 << 10)

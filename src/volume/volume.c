@@ -5,7 +5,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
-#include "volume/dense.h"
+#include "volume/io/dense.h"
 
 int cvol_dense_create(cvol_context *context, cvol_volume **out, const cvol_grid *grid, int zero)
 {

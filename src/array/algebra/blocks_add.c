@@ -10,7 +10,10 @@
 #include "array/block/block_sums.h"
 #include "array/block/block_transform.h"
 #include "array/block/halo.h"
+#include "array/truncate/account.h"
 #include "array/truncate/blocks_keep.h"
+#include "array/truncate/build.h"
+#include "array/truncate/producer.h"
 #include "base/context.h"
 #include "base/memory.h"
 

@@ -4,7 +4,10 @@
 #include "array/algebra/operations.h"
 #include "array/block/block_transform.h"
 #include "array/block/halo.h"
+#include "array/truncate/account.h"
 #include "array/truncate/blocks_keep.h"
+#include "array/truncate/build.h"
+#include "array/truncate/producer.h"
 
 typedef struct gradient {
     const cvol_array *a, *shape;

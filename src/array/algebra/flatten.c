@@ -5,19 +5,11 @@
  * hardly ever add up. */
 #include <stdlib.h>
 
-#include "array/algebra/operations.h"
+#include "array/core/array.h"
+#include "array/core/summary.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "cvol/algebra.h"
-
-int cvol_array_need_plain(cvol_context *context, const cvol_array *array)
-{
-    if (!cvol_mask_is_background(array->mask))
-        return CVOL_OK;
-    return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
-                     "the array's background is kept apart from its terms, and operations are on "
-                     "terms: cvol_array_flatten makes an array without");
-}
 
 /* Evaluates the samples and transforms them, less terms that together are half as far off as the
  * samples themselves may be. */

@@ -3,7 +3,10 @@
 #include <math.h>
 
 #include "array/algebra/operations.h"
+#include "array/core/summary.h"
 #include "array/evaluate/decoded_terms.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/truncate.h"
 #include "base/context.h"
 

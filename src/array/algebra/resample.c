@@ -14,8 +14,11 @@
 #include <math.h>
 
 #include "array/algebra/operations.h"
+#include "array/core/array.h"
 #include "array/evaluate/decoded_terms.h"
 #include "array/evaluate/dirichlet.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/truncate.h"
 #include "base/context.h"
 

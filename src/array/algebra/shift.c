@@ -8,8 +8,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
 #include "array/evaluate/dirichlet.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/spectrum_map.h"
 #include "base/complex.h"
 #include "base/context.h"

@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "array/algebra/operations.h"
+#include "array/core/array.h"
 #include "array/evaluate/decoded_terms.h"
 
 static int sums_of(cvol_context *context, double *sum, double *squares, const cvol_array *a)

@@ -11,6 +11,8 @@
 #include <string.h>
 
 #include "array/algebra/operations.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/spectrum_map.h"
 #include "base/context.h"
 #include "base/memory.h"

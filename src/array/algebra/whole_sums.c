@@ -10,6 +10,8 @@
 #include <string.h>
 
 #include "array/algebra/operations.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 #include "base/context.h"
 
 static double mean_term(const cvol_spectrum *s)

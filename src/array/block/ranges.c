@@ -6,6 +6,7 @@
 
 #include "array/block/lapped.h"
 #include "array/core/array.h"
+#include "array/core/summary.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "transform/block.h"

@@ -3,11 +3,15 @@
  * have a shorter way. */
 #include <string.h>
 
-#include "array/algebra/operations.h"
 #include "array/block/block_transform.h"
 #include "array/block/halo.h"
 #include "array/convolve/blocks_convolve_dct.h"
+#include "array/convolve/convolve.h"
+#include "array/convolve/kernel.h"
+#include "array/truncate/account.h"
 #include "array/truncate/blocks_keep.h"
+#include "array/truncate/build.h"
+#include "array/truncate/producer.h"
 #include "base/context.h"
 
 typedef struct filter {

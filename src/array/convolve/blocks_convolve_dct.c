@@ -5,7 +5,11 @@
 
 #include "array/convolve/block_convolve.h"
 #include "array/convolve/face_matrices.h"
+#include "array/convolve/kernel.h"
+#include "array/truncate/account.h"
 #include "array/truncate/blocks_keep.h"
+#include "array/truncate/build.h"
+#include "array/truncate/producer.h"
 #include "base/cpu.h"
 
 CVOL_SIMD_DECLARE(void, cvol_block_convolve,

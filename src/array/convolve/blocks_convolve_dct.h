@@ -2,7 +2,8 @@
 #ifndef CVOL_ARRAY_CONVOLVE_BLOCKS_CONVOLVE_DCT_H
 #define CVOL_ARRAY_CONVOLVE_BLOCKS_CONVOLVE_DCT_H
 
-#include "array/algebra/operations.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 
 /* cvol_blocks_convolve_kernel for rank 3 under DCT. */
 int cvol_blocks_convolve_dct(cvol_context *context, cvol_array *out, cvol_build_result *result,

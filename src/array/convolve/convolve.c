@@ -15,7 +15,11 @@
 #include <math.h>
 
 #include "array/algebra/operations.h"
+#include "array/convolve/convolve.h"
+#include "array/convolve/kernel.h"
 #include "array/evaluate/decoded_terms.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/truncate.h"
 #include "base/context.h"
 

@@ -18,7 +18,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
+#include "array/convolve/kernel.h"
 #include "base/context.h"
 
 static const double PI = 3.14159265358979323846;

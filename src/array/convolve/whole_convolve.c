@@ -6,7 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
+#include "array/convolve/convolve.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/spectrum_map.h"
 #include "base/complex.h"
 #include "base/context.h"

@@ -14,7 +14,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
+#include "array/convolve/convolve.h"
+#include "array/convolve/kernel.h"
+#include "array/truncate/account.h"
+#include "array/truncate/candidates.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/spectrum_map.h"
 #include "array/truncate/truncate.h"
 #include "base/complex.h"

@@ -17,7 +17,6 @@
 #include "array/core/mask.h"
 #include "array/core/residual.h"
 #include "array/core/spectrum.h"
-#include "array/core/summary.h"
 #include "cvol/algebra.h"
 #include "cvol/array.h"
 
@@ -42,6 +41,8 @@ typedef struct cvol_brick_shape {
     size_t side[3], run;
 } cvol_brick_shape;
 
+struct cvol_summary;
+
 struct cvol_array {
     cvol_grid grid;
     int rank;
@@ -55,7 +56,7 @@ struct cvol_array {
     void (*free_coded)(void *coded);
     char *attributes; /* JSON text, or NULL: of the volume it was read with */
     double offset;    /* added to every sample; whole arrays: 0 */
-    cvol_summary *summary; /* volumes: how the original samples are distributed; or NULL */
+    struct cvol_summary *summary; /* volumes: how the original samples are distributed; or NULL */
     /* Volumes only: samples without a value, which evaluate to their fills; both may be NULL. */
     cvol_mask *mask;
     cvol_corrections *corrections;
@@ -94,6 +95,8 @@ int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_a
 
 /* Whether it is a volume (rank 3, DCT, blocks): what is rendered, and coded in groups. */
 int cvol_array_is_volume(const cvol_array *array);
+/* Whether all of the array is in its terms. Errors: UNSUPPORTED. */
+int cvol_array_need_plain(cvol_context *context, const cvol_array *array);
 /* Refuses arrays that are no volumes: UNSUPPORTED with what to do. `what`: "the
  * sheet engine", "a .cvol file". */
 int cvol_array_need_volume(cvol_context *context, const cvol_array *array, const char *what);

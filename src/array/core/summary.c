@@ -13,7 +13,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/core/array.h"
 #include "base/context.h"
 #include "base/for_type.h"
 #include "base/memory.h"

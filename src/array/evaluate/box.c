@@ -2,12 +2,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
 #include "array/block/block_inverse.h"
 #include "array/block/block_transform.h"
 #include "array/block/lapped.h"
 #include "array/core/array.h"
 #include "array/core/samples.h"
+#include "array/evaluate/box.h"
 #include "base/context.h"
 #include "base/cpu.h"
 #include "base/memory.h"

@@ -2,8 +2,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
 #include "array/block/lapped.h"
+#include "array/evaluate/box.h"
 #include "base/context.h"
 #include "base/memory.h"
 

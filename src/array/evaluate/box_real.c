@@ -2,7 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
+#include "array/evaluate/box.h"
 #include "array/evaluate/decoded_terms.h"
 #include "base/context.h"
 #include "base/memory.h"

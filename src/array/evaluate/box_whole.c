@@ -1,17 +1,16 @@
 /* A box of samples of a whole array: one inverse transform, or sums, whichever costs less.
  *
- * Sums run axis by axis through the terms in the order of their places (array/evaluate/interpolant.h):
- *     line[x]     = sum_u g slot[u, v, w] phi_u(x)          for each row (v, w) that has terms
- *     plane[y, x] = sum_v phi_v(y) line[x]                  for each sheet w that has terms
- *     a[x, y, z]  = Re sum_w phi_w(z) plane[y, x]
- * The low box and sparse terms are the same to them. In double precision, on one thread: they are
- * taken where they are cheap.
+ * Sums run axis by axis through the terms in the order of their places
+ * (array/evaluate/interpolant.h): line[x]     = sum_u g slot[u, v, w] phi_u(x)          for each
+ * row (v, w) that has terms plane[y, x] = sum_v phi_v(y) line[x]                  for each sheet w
+ * that has terms a[x, y, z]  = Re sum_w phi_w(z) plane[y, x] The low box and sparse terms are the
+ * same to them. In double precision, on one thread: they are taken where they are cheap.
  */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
+#include "array/evaluate/box.h"
 #include "array/evaluate/interpolant.h"
 #include "array/truncate/candidates.h"
 #include "base/context.h"

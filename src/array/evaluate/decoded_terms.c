@@ -6,7 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
+#include "array/core/summary.h"
+#include "array/truncate/account.h"
+#include "array/truncate/compress_array.h"
+#include "array/truncate/producer.h"
 #include "base/context.h"
 #include "base/for_type.h"
 #include "base/memory.h"
@@ -141,12 +144,4 @@ int cvol_array_decoded_terms(cvol_context *context, const cvol_array **out, cons
         *out = corrections->decoded;
     pthread_mutex_unlock(&one_at_a_time);
     return code;
-}
-
-void cvol_array_drop_decoded(cvol_corrections *corrections)
-{
-    if (corrections->decoded)
-        corrections->decoded->mask = NULL;
-    cvol_array_free(corrections->decoded);
-    corrections->decoded = NULL;
 }

@@ -20,7 +20,4 @@ int cvol_array_decoded_terms(cvol_context *context, const cvol_array **out,
  * range. Errors: those of the corrections. */
 int cvol_array_decoded_samples(cvol_context *context, void *out, const cvol_array *array,
                                const size_t begin[3], const size_t end[3]);
-/* Frees the terms; the array's mask is only lent. */
-void cvol_array_drop_decoded(cvol_corrections *corrections);
-
 #endif

@@ -5,6 +5,7 @@
 
 #include "array/evaluate/fold.h"
 #include "array/evaluate/interpolated.h"
+#include "array/truncate/candidates.h"
 #include "array/truncate/truncate.h"
 #include "base/context.h"
 #include "transform/fft.h"

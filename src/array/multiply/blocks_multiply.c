@@ -3,11 +3,14 @@
  * Rank 3 under DCT, what volumes are, goes by block_product.h; all others evaluate both blocks
  * whole, multiply, and transform back. Of lapped volumes the samples are read (halo.h).
  */
-#include "array/algebra/operations.h"
 #include "array/block/block_transform.h"
 #include "array/block/halo.h"
 #include "array/multiply/block_product.h"
+#include "array/multiply/multiply.h"
+#include "array/truncate/account.h"
 #include "array/truncate/blocks_keep.h"
+#include "array/truncate/build.h"
+#include "array/truncate/producer.h"
 #include "base/cpu.h"
 
 CVOL_SIMD_DECLARE(void, cvol_block_product,

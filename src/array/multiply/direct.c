@@ -9,9 +9,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
 #include "array/multiply/cost.h"
+#include "array/multiply/multiply.h"
 #include "array/multiply/terms.h"
+#include "array/truncate/account.h"
+#include "array/truncate/candidates.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/truncate.h"
 #include "base/context.h"
 #include "base/memory.h"

@@ -15,8 +15,11 @@
 #include <math.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
+#include "array/multiply/multiply.h"
 #include "array/multiply/passes.h"
+#include "array/truncate/account.h"
+#include "array/truncate/candidates.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/truncate.h"
 #include "base/context.h"
 

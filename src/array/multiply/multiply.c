@@ -3,9 +3,11 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
 #include "array/evaluate/decoded_terms.h"
 #include "array/multiply/cost.h"
+#include "array/multiply/multiply.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/truncate.h"
 #include "base/context.h"
 

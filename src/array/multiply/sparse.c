@@ -28,8 +28,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
+#include "array/multiply/multiply.h"
 #include "array/multiply/sparse.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "transform/fft.h"

@@ -11,6 +11,7 @@
 
 #include "array/core/array.h"
 #include "array/truncate/build.h"
+#include "array/truncate/producer.h"
 
 #define CVOL_SPARSE_NODES 4096 /* most places that fall into one bin */
 #define CVOL_SPARSE_SHIFTS \

@@ -3,8 +3,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
 #include "array/block/block_transform.h"
+#include "array/truncate/account.h"
+#include "array/truncate/build.h"
+#include "array/truncate/compress_array.h"
+#include "array/truncate/producer.h"
 #include "base/context.h"
 #include "base/memory.h"
 

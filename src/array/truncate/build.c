@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "array/truncate/build_runs.h"
+#include "array/truncate/producer.h"
 #include "base/context.h"
 #include "base/memory.h"
 

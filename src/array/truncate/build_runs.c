@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "array/block/block_transform.h"
+#include "array/truncate/producer.h"
 #include "base/context.h"
 #include "base/cpu.h"
 #include "base/memory.h"

@@ -2,9 +2,10 @@
 #ifndef CVOL_ARRAY_TRUNCATE_BUILD_RUNS_H
 #define CVOL_ARRAY_TRUNCATE_BUILD_RUNS_H
 
-#include "array/truncate/build.h"
+#include "array/core/array.h"
 #include "array/truncate/build_pack.h"
 #include "array/truncate/build_select.h"
+#include "array/truncate/producer.h"
 
 /* A coefficient whose key lies in the critical bin: packed, and perhaps taken out again. */
 typedef struct cvol_uncertain {

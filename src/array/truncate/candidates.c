@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "array/core/level.h"
+#include "array/core/spectrum.h"
 #include "base/context.h"
 #include "transform/whole.h"
 

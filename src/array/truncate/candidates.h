@@ -2,7 +2,19 @@
 #ifndef CVOL_ARRAY_TRUNCATE_CANDIDATES_H
 #define CVOL_ARRAY_TRUNCATE_CANDIDATES_H
 
-#include "array/truncate/truncate.h"
+#include <stddef.h>
+#include <stdint.h>
+
+#include "cvol/array.h"
+
+/* Where the candidates are: all N slots, or a box of them (wrapped as a low box is), or a list. */
+typedef struct cvol_candidates {
+    const float *slots;     /* dense candidates: a box of `box` around the origin, x fastest */
+    size_t low[3], box[3];  /* as cvol_spectrum's; low = box = dims for all N (DCT) */
+    const uint32_t *places; /* further ones, strictly rising, none within the box; may be NULL */
+    const float *values;
+    size_t count;
+} cvol_candidates;
 
 static inline size_t cvol_candidates_dense(const cvol_candidates *c)
 {

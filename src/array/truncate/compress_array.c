@@ -7,7 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
+#include "array/core/summary.h"
+#include "array/truncate/account.h"
+#include "array/truncate/compress_array.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/truncate.h"
 #include "base/context.h"
 #include "base/memory.h"

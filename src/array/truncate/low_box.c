@@ -13,6 +13,7 @@
 #include <stdlib.h>
 
 #include "array/core/level.h"
+#include "array/truncate/candidates.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "transform/whole.h"

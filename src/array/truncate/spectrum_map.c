@@ -5,6 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/truncate/account.h"
+#include "array/truncate/candidates.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/truncate.h"
 #include "base/complex.h"
 #include "base/context.h"

@@ -13,6 +13,7 @@
 
 #include "array/core/array.h"
 #include "array/truncate/build.h"
+#include "array/truncate/producer.h"
 #include "transform/whole.h"
 
 /* The value stored at a place; 0 where there is none. */

@@ -18,8 +18,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "array/algebra/operations.h"
 #include "array/core/level.h"
+#include "array/truncate/account.h"
 #include "array/truncate/candidates.h"
 #include "array/truncate/low_box.h"
 #include "base/context.h"

@@ -3,15 +3,7 @@
 #define CVOL_ARRAY_TRUNCATE_TRUNCATE_H
 
 #include "array/core/array.h"
-
-/* Where the candidates are: all N slots, or a box of them (wrapped as a low box is), or a list. */
-typedef struct cvol_candidates {
-    const float *slots;     /* dense candidates: a box of `box` around the origin, x fastest */
-    size_t low[3], box[3];  /* as cvol_spectrum's; low = box = dims for all N (DCT) */
-    const uint32_t *places; /* further ones, strictly rising, none within the box; may be NULL */
-    const float *values;
-    size_t count;
-} cvol_candidates;
+#include "array/truncate/candidates.h"
 
 /* Fills array->whole (which must be empty) with the candidates that `keep` (any rule but
  * LIKE_INPUTS and STEP) keeps; *dropped is the L2 norm of the others, exactly. Under DFT both slots

@@ -3,8 +3,11 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "array/algebra/operations.h"
 #include "array/core/level.h"
+#include "array/truncate/account.h"
+#include "array/truncate/candidates.h"
+#include "array/truncate/compress_array.h"
+#include "array/truncate/producer.h"
 #include "array/truncate/truncate.h"
 #include "base/context.h"
 #include "base/memory.h"

@@ -13,33 +13,7 @@
 #include "array/core/array.h"
 #include "base/bytes.h"
 #include "codec/entropy/token_tables.h"
-
-enum { CVOL_SHELLS = 4 };
-
-/* How many bricks an array has along each axis, and in all; none has a side beyond CVOL_BRICK_SIDE.
- */
-void cvol_brick_grid(size_t bricks[3], const cvol_array *array);
-size_t cvol_brick_count(const cvol_array *array);
-
-/* The blocks of a brick. */
-typedef struct cvol_brick_box {
-    size_t first[3], count[3]; /* in blocks of the array */
-} cvol_brick_box;
-cvol_brick_box cvol_brick_box_of(const cvol_array *array, size_t brick);
-/* The samples of a brick within the volume, along each axis. */
-void cvol_brick_inside(size_t size[3], const cvol_array *array, size_t brick);
-/* How many blocks along each axis, and samples, bricks have that do not reach beyond the volume. */
-void cvol_brick_shape_blocks(size_t blocks[3], const cvol_array *array);
-size_t cvol_brick_volume(const cvol_array *array);
-size_t cvol_brick_box_blocks(const cvol_brick_box *box);
-/* The array's index of the box' block `i`, x fastest. */
-size_t cvol_brick_block_index(const cvol_array *array, const cvol_brick_box *box, size_t i);
-
-/* Bytes somewhere. */
-typedef struct cvol_span {
-    const uint8_t *data;
-    size_t size;
-} cvol_span;
+#include "codec/quantize/brick_box.h"
 
 /* One thread's memory for coding bricks in either direction. */
 typedef struct cvol_brick_coder cvol_brick_coder;

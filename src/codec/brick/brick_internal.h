@@ -2,13 +2,14 @@
 #ifndef CVOL_CODEC_BRICK_BRICK_INTERNAL_H
 #define CVOL_CODEC_BRICK_BRICK_INTERNAL_H
 
-#include "codec/brick/brick_code.h"
 #include "codec/neural/neural_choice.h"
 #include "codec/neural/neural_code.h"
+#include "codec/quantize/brick_box.h"
 #include "codec/quantize/rd_cost.h"
 #include "codec/quantize/sub_block_code.h"
 #include "transform/cell.h"
 
+typedef struct cvol_brick_coder cvol_brick_coder;
 struct cvol_brick_coder {
     const cvol_token_tables *tables;
     cvol_token_writer writers[CVOL_SHELLS];
@@ -24,23 +25,6 @@ struct cvol_brick_coder {
     int is_small;                      /* the brick that was started is */
     int last_values;                   /* of it: where the last part's are */
 };
-
-/* The parts of a block of side B that is split so; how many. */
-int cvol_block_parts(cvol_cell_part parts[CVOL_CELL_PARTS_MAX], int block, uint16_t split);
-/* Where a part begins, in units of four samples of the brick, in block `place` (of x, y, z). */
-static inline void cvol_part_place(int at[3], const cvol_cell_part *part, const size_t place[3],
-                                   int block)
-{
-    for (int a = 0; a < 3; a++)
-        at[a] = ((int)place[a] * block + part->begin[a]) / 4;
-}
-/* Places of blocks within the box, from their number. */
-static inline void cvol_brick_box_place(size_t place[3], const cvol_brick_box *box, size_t i)
-{
-    place[0] = i % box->count[0];
-    place[1] = i / box->count[0] % box->count[1];
-    place[2] = i / box->count[0] / box->count[1];
-}
 
 /* Starts all streams of a brick of an array; 0 when memory is short. */
 int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box);

@@ -1,16 +1,9 @@
-/* Shapes of bricks: those that are asked for, and those of files that nobody said anything about.
- *
- * A plane needs all bricks that it meets, so that along each axis there should be many. Each takes
- * two dozen bytes for itself, lengths, ends of streams and checksums, and its first cells know less
- * than those in the middle of a larger one: below some 2 kB a brick that comes to more than 1 %.
- * Files that are small anyway are read in no time, and keep the usual shape.
- */
+/* Shapes of bricks that files may have. */
 #include "codec/brick/brick_shape.h"
 
 #include "base/context.h"
-#include "codec/rate/compress_residual.h"
 
-enum { UNIT = 16, LAYERS = 9, BRICK_BYTES = 2048, SMALL_FILE = 2 << 20 };
+enum { UNIT = 16 };
 
 cvol_brick_shape cvol_brick_shape_make(const int side[3])
 {
@@ -21,52 +14,6 @@ cvol_brick_shape cvol_brick_shape_make(const int side[3])
         brick.side[a] = (size_t)side[a];
     if (!cvol_brick_shape_is_usual(&brick))
         brick.run = 1;
-    return brick;
-}
-
-/* Raw bytes in each of the file, where that is what is asked for; else 0. */
-static double ratio_of(const cvol_grid *grid, const cvol_compress_options *options)
-{
-    if (cvol_compress_needs_modes(options))
-        return 0;
-    if (options->target == CVOL_TARGET_RATIO)
-        return options->target_value;
-    return options->target == CVOL_TARGET_BITS
-               ? 8 * (double)cvol_type_size(grid->type) / options->target_value
-               : 0;
-}
-
-/* Of a brick within the volume. */
-static double samples_of(const cvol_brick_shape *brick, const cvol_grid *grid)
-{
-    double samples = 1;
-    for (int a = 0; a < 3; a++)
-        samples *= (double)(brick->side[a] < grid->dims[a] ? brick->side[a] : grid->dims[a]);
-    return samples;
-}
-
-cvol_brick_shape cvol_brick_shape_choose(const cvol_grid *grid,
-                                         const cvol_compress_options *options)
-{
-    cvol_brick_shape brick = cvol_brick_shape_make(options->brick);
-    const double ratio = ratio_of(grid, options);
-    if (options->brick[0] || options->smallest || options->block != UNIT || !(ratio > 0) ||
-        (double)cvol_grid_bytes(grid) / ratio < SMALL_FILE)
-        return brick;
-    brick.run = 1;
-    for (int a = 0; a < 3; a++)
-        while (brick.side[a] > UNIT && grid->dims[a] <= (LAYERS - 1) * brick.side[a])
-            brick.side[a] -= UNIT;
-    while (samples_of(&brick, grid) * (double)cvol_type_size(grid->type) < ratio * BRICK_BYTES) {
-        int most = -1; /* the axis with most bricks */
-        for (int a = 0; a < 3; a++)
-            if (brick.side[a] < CVOL_BRICK_SIDE &&
-                (most < 0 || grid->dims[a] * brick.side[most] > grid->dims[most] * brick.side[a]))
-                most = a;
-        if (most < 0)
-            break;
-        brick.side[most] += UNIT;
-    }
     return brick;
 }
 

@@ -8,12 +8,6 @@
 /* Bricks of these sides; 0, 0, 0: the usual ones. Of others one brick is a run: who wants one reads
  * no other. */
 cvol_brick_shape cvol_brick_shape_make(const int side[3]);
-/* What a compression asks for, or, where it says nothing, what suits the volume: planes of large
- * files that are made to a size (a ratio, bits a sample) need less than an eighth of the bricks as
- * long as bricks hold 2 kB; all others have the usual ones. The grid's and the options' values are
- * checked. */
-cvol_brick_shape cvol_brick_shape_choose(const cvol_grid *grid,
-                                         const cvol_compress_options *options);
 /* Whether it is what files have that do not say it: 64^3, in runs of 16. */
 int cvol_brick_shape_is_usual(const cvol_brick_shape *brick);
 

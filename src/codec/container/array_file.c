@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/core/summary.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "codec/brick/brick_shape.h"
@@ -15,6 +16,7 @@
 #include "codec/container/writer.h"
 #include "codec/mask/mask_section.h"
 #include "codec/residual/residual_array.h"
+#include "codec/section/signature.h"
 #include "cvol/codec.h"
 
 /* ---- writing ---------------------------------------------------------------------------- */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "array/block/exact.h"
+#include "array/core/summary.h"
 #include "base/context.h"
 #include "codec/brick/brick_shape.h"
 #include "codec/brick/subbands.h"

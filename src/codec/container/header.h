@@ -7,6 +7,7 @@
 #define CVOL_CODEC_CONTAINER_HEADER_H
 
 #include "array/core/array.h"
+#include "array/core/summary.h"
 #include "base/bytes.h"
 #include "codec/residual/residual_array.h"
 

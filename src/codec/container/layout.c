@@ -19,6 +19,7 @@
 #include "codec/container/section_pack.h"
 #include "codec/container/series.h"
 #include "codec/section/section.h"
+#include "codec/section/signature.h"
 
 const char *cvol_section_state_name(cvol_section_state state)
 {

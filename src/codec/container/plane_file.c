@@ -5,7 +5,7 @@
 
 #include "base/context.h"
 #include "base/file.h"
-#include "codec/container/container.h"
+#include "codec/section/signature.h"
 
 int cvol_plane_file_put(cvol_context *context, cvol_bytes *out, cvol_section_kind head,
                         const cvol_bytes *head_content, const cvol_bytes *planes)

@@ -6,9 +6,9 @@
 
 #include "base/context.h"
 #include "codec/brick/brick_index.h"
-#include "codec/container/container.h"
 #include "codec/container/header.h"
 #include "codec/entropy/range_coder.h"
+#include "codec/section/signature.h"
 
 /* ---- usual fronts ----------------------------------------------------------------------- */
 

@@ -5,6 +5,7 @@
 #define CVOL_CODEC_CONTAINER_SERIES_H
 
 #include "base/bytes.h"
+#include "base/file.h"
 #include "cvol/series.h"
 
 typedef struct cvol_channel {
@@ -52,6 +53,12 @@ typedef struct cvol_series_place {
  * before it), FORMAT (it is no file of one volume). */
 int cvol_series_find(cvol_context *context, cvol_series_place *out, const cvol_series *series,
                      int time, int channel, const uint8_t *data, size_t size, const char *name);
+
+/* Adds a volume that `write` writes to the output, from where the output is. Errors: those of
+ * cvol_series_add and of `write`. */
+typedef int cvol_series_write(cvol_context *context, cvol_output *output, void *user);
+int cvol_series_add_written(cvol_context *context, cvol_series_writer *writer, const cvol_grid *grid,
+                            cvol_series_write *write, void *user);
 
 /* Whether what the list says is what follows it, and every volume decodes and has the first one's
  * shape and type; every checksum of the file was found to hold. Errors: those of

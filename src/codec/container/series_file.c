@@ -7,6 +7,7 @@
 #include "codec/container/container.h"
 #include "codec/container/plane_file.h"
 #include "codec/container/series.h"
+#include "codec/section/signature.h"
 
 /* ---- the list --------------------------------------------------------------------------- */
 

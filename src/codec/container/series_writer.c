@@ -8,8 +8,8 @@
 #include "codec/container/array_file.h"
 #include "codec/container/container.h"
 #include "codec/container/series.h"
-#include "codec/rate/compress_stream.h"
 #include "codec/section/section.h"
+#include "codec/section/signature.h"
 
 struct cvol_series_writer {
     cvol_output *output;
@@ -222,15 +222,14 @@ int cvol_series_add(cvol_context *context, cvol_series_writer *writer, const cvo
     return code ? code : end_volume(context, writer);
 }
 
-int cvol_series_add_stream(cvol_context *context, cvol_series_writer *writer,
-                           cvol_compress_report *report, const cvol_sample_source *source,
-                           const cvol_grid *grid, const cvol_compress_options *options)
+int cvol_series_add_written(cvol_context *context, cvol_series_writer *writer,
+                            const cvol_grid *grid, cvol_series_write *write, void *user)
 {
     int code = check_volume(context, writer, grid);
     if (!code)
         code = begin_volume(context, writer);
     if (!code)
-        code = cvol_compress_stream_within(context, report, writer->output, source, grid, options);
+        code = write(context, writer->output, user);
     return code ? code : end_volume(context, writer);
 }
 

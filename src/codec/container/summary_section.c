@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/core/summary.h"
 #include "base/context.h"
 #include "codec/entropy/range_coder.h"
 

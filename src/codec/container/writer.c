@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/core/summary.h"
 #include "base/context.h"
 #include "base/file.h"
 #include "base/spool.h"
@@ -13,6 +14,7 @@
 #include "codec/container/section_pack.h"
 #include "codec/container/summary_section.h"
 #include "codec/section/section.h"
+#include "codec/section/signature.h"
 
 struct cvol_file_writer {
     cvol_output *output; /* NULL: only counting */

@@ -6,8 +6,8 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/brick/brick_stream.h"
 #include "codec/mask/mask_code.h"
-#include "codec/residual/residual_array.h"
 
 /* The cells of a brick. */
 typedef struct brick_cells {
@@ -75,7 +75,7 @@ static int code_brick(cvol_range_encoder *coder, cvol_bytes *out, cvol_mask_bric
 }
 
 int cvol_mask_put_brick(cvol_range_encoder *coder, cvol_bytes *out, const cvol_array *array,
-                    size_t brick)
+                        size_t brick)
 {
     cvol_mask_brick *cells = cvol_allocate(1, sizeof *cells);
     const int done = cells && code_brick(coder, out, cells, array, brick);

@@ -8,6 +8,7 @@
 #include "codec/neural/neural_internal.h"
 #include "codec/neural/neural_model.h"
 #include "codec/neural/neural_stream.h"
+#include "codec/quantize/sub_block_code.h"
 #include "codec/quantize/trellis_states.h"
 
 CVOL_SIMD_DECLARE(void, cvol_small_evaluate,

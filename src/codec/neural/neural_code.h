@@ -3,7 +3,8 @@
 #ifndef CVOL_CODEC_NEURAL_NEURAL_CODE_H
 #define CVOL_CODEC_NEURAL_NEURAL_CODE_H
 
-#include "codec/brick/brick_code.h"
+#include "base/bytes.h"
+#include "codec/quantize/brick_box.h"
 #include "codec/quantize/context.h"
 
 typedef struct cvol_small_brick cvol_small_brick;

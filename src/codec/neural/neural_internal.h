@@ -2,9 +2,10 @@
 #ifndef CVOL_CODEC_NEURAL_NEURAL_INTERNAL_H
 #define CVOL_CODEC_NEURAL_NEURAL_INTERNAL_H
 
-#include "codec/brick/brick_internal.h"
 #include "codec/entropy/range_coder.h"
 #include "codec/neural/neural_kernels.h"
+#include "codec/quantize/brick_box.h"
+#include "codec/quantize/context.h"
 #include "codec/quantize/quantize.h"
 
 enum {
@@ -46,6 +47,7 @@ typedef struct cvol_small_states {
     cvol_probability escape[CVOL_SMALL_ESCAPES];
 } cvol_small_states;
 
+typedef struct cvol_small_brick cvol_small_brick;
 struct cvol_small_brick {
     const cvol_array *array;
     cvol_brick_box box;

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "codec/brick/brick_code.h"
+#include "array/core/array.h"
 
 #if defined(__SSE2__)
 #include <immintrin.h>

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "codec/brick/brick_internal.h"
+#include "codec/quantize/brick_box.h"
 #include "codec/quantize/split_extension.h"
 #include "codec/quantize/split_weight.h"
 #include "codec/quantize/trellis.h"

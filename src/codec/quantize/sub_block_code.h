@@ -19,8 +19,8 @@
 #ifndef CVOL_CODEC_QUANTIZE_SUB_BLOCK_CODE_H
 #define CVOL_CODEC_QUANTIZE_SUB_BLOCK_CODE_H
 
-#include "codec/brick/brick_code.h"
 #include "codec/entropy/token_stream.h"
+#include "codec/quantize/brick_box.h"
 #include "codec/quantize/context.h"
 
 /* The low bits of a magnitude that are raw, by level. */

@@ -2,7 +2,7 @@
 #ifndef CVOL_CODEC_QUANTIZE_TRELLIS_KERNEL_H
 #define CVOL_CODEC_QUANTIZE_TRELLIS_KERNEL_H
 
-#include "codec/quantize/trellis.h"
+#include "codec/quantize/rd_cost.h"
 #include "codec/quantize/trellis_states.h"
 #include "transform/cell.h"
 
@@ -10,6 +10,7 @@
  * one of odd values. */
 enum { CVOL_BRANCHES = 4 };
 
+typedef struct cvol_trellis cvol_trellis;
 struct cvol_trellis {
     float sums[CVOL_CELL_SAMPLES + 1][CVOL_STATES];  /* cost of the best way to a state before it */
     int32_t index[CVOL_CELL_SAMPLES][CVOL_BRANCHES]; /* magnitudes */

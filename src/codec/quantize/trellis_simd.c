@@ -5,6 +5,7 @@
 
 #include "base/cpu.h"
 #include "base/vector.h"
+#include "codec/quantize/trellis.h"
 
 void CVOL_SIMD(cvol_trellis_walk)(cvol_trellis *t, const float *scaled, int extent,
                                   const cvol_scan *scan, const cvol_token_costs *costs,

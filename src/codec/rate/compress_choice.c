@@ -18,6 +18,7 @@
 #include "codec/rate/compress_terms.h"
 #include "codec/rate/outliers.h"
 #include "codec/rate/step_search.h"
+#include "codec/rate/target.h"
 #include "codec/residual/residual_array.h"
 #include "codec/residual/residual_code.h"
 

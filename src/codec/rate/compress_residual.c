@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "array/core/summary.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/container/array_file.h"
@@ -40,12 +41,6 @@ typedef struct modes {
     double bound;         /* of every sample; negative: none */
     cvol_trial trial;
 } modes;
-
-int cvol_compress_needs_modes(const cvol_compress_options *options)
-{
-    return options->lossless || options->max_error > 0 || options->has_fill ||
-           options->target == CVOL_TARGET_MAX_ERROR;
-}
 
 /* ---- masks ------------------------------------------------------------------------------ */
 

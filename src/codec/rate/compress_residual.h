@@ -5,8 +5,6 @@
 
 #include "cvol/codec.h"
 
-/* Whether the options ask for it. */
-int cvol_compress_needs_modes(const cvol_compress_options *options);
 /* As cvol_compress, which has checked the options, but lossy whatever a lossless file would take
  * unless that is what they ask for. *out is NULL after success where no step has the PSNR. report
  * must not be NULL. */

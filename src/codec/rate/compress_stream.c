@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/core/summary.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/container/writer.h"
@@ -15,6 +16,7 @@
 #include "codec/rate/compress_stream.h"
 #include "codec/rate/layer_measure.h"
 #include "codec/rate/step_search.h"
+#include "codec/rate/target.h"
 #include "cvol/codec.h"
 
 enum { PASSES_MOST = 8, ESTIMATES_MOST = 6, ESTIMATED_BRICKS = 2048 };

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "array/core/summary.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/brick/brick_shape.h"
@@ -15,6 +16,7 @@
 #include "codec/mask/mask_section.h"
 #include "codec/quantize/true_length.h"
 #include "codec/rate/background.h"
+#include "codec/rate/brick_choice.h"
 #include "codec/rate/measure.h"
 #include "transform/lap.h"
 

@@ -2,6 +2,7 @@
 #ifndef CVOL_CODEC_RATE_ENCODE_ATTEMPT_H
 #define CVOL_CODEC_RATE_ENCODE_ATTEMPT_H
 
+#include "array/core/summary.h"
 #include "codec/brick/coded.h"
 #include "codec/brick/encode_pass.h"
 #include "codec/quantize/split_sample.h"

@@ -8,8 +8,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "array/algebra/operations.h"
+#include "array/core/array.h"
 #include "array/core/mask.h"
+#include "array/core/summary.h"
+#include "array/truncate/account.h"
+#include "array/truncate/producer.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/brick/brick_shape.h"

@@ -8,6 +8,7 @@
 #define CVOL_CODEC_RESIDUAL_RESIDUAL_ARRAY_H
 
 #include "array/core/array.h"
+#include "codec/brick/brick_stream.h"
 #include "codec/brick/bricks.h"
 #include "codec/residual/residual_code.h"
 #include "codec/section/section.h"
@@ -66,15 +67,5 @@ typedef struct cvol_corrected_file {
 /* Gives them to the array, whose terms are there. Errors: CORRUPT, LIMIT, MEMORY. */
 int cvol_corrected_take(cvol_context *context, cvol_array *array, const cvol_corrected_file *file,
                         const char *name);
-
-/* The samples of a brick. */
-cvol_box cvol_brick_samples_of(const cvol_array *array, size_t brick);
-/* Whether they meet a box (NULL: they do). */
-int cvol_brick_meets(const cvol_array *array, size_t brick, const cvol_box *box);
-/* Checks the checksums of a stream's runs that have a brick which meets the box. Errors: CORRUPT.
- */
-int cvol_brick_stream_check(cvol_context *context, const cvol_array *array,
-                            const cvol_brick_index *index, int stream, const cvol_section *section,
-                            const cvol_box *box, const char *name);
 
 #endif

@@ -3,36 +3,12 @@
 #define CVOL_CODEC_RESIDUAL_RESIDUAL_INTERVALS_H
 
 #include <math.h>
+#include <stdint.h>
 
-#include "codec/residual/residual_code.h"
-
-/* A float type: its digits, its smallest last place, its exponent's bias. */
-typedef struct cvol_float_kind {
-    int digits, lowest, bias;
-} cvol_float_kind;
-
-static inline cvol_float_kind cvol_float_kind_of(cvol_type type)
-{
-    return type == CVOL_FLOAT32 ? (cvol_float_kind){24, -149, 127}
-                                : (cvol_float_kind){53, -1074, 1023};
-}
-
-/* 2^e, -1022 <= e <= 1023. */
-CVOL_INLINE double cvol_power_of_two(int e)
-{
-    const uint64_t bits = (uint64_t)(e + 1023) << 52;
-    double value;
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
-
-/* floor(log2 |value|) of a normal number. */
-CVOL_INLINE int cvol_exponent_of(double value)
-{
-    uint64_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    return (int)(bits >> 52 & 2047) - 1023;
-}
+#include "base/vector.h"
+#include "codec/entropy/token_stream.h"
+#include "codec/residual/float_bits.h"
+#include "codec/residual/residual_rule.h"
 
 /* s: how much wider than 2^unit a base's cells are. */
 CVOL_INLINE int cvol_cell_widening(const cvol_correction_rule *rule, cvol_float_kind kind,

@@ -1,8 +1,11 @@
 /* Rules of corrections: quantum and unit from what is asked for, and whether a rule makes sense. */
+#include "codec/residual/residual_rule.h"
+
 #include <float.h>
 #include <limits.h>
+#include <math.h>
 
-#include "codec/residual/residual_intervals.h"
+#include "codec/residual/float_bits.h"
 
 /* Cells are numbered with this many bits at most, so that doubles count them with room to spare. */
 enum { CELL_BITS = 46, CELL_BITS_MOST = 48 };

@@ -36,11 +36,6 @@ struct cvol_renderer {
     double range[2]; /* of samples: black and white in grey modes */
 };
 
-static inline int cvol_mode_is_grey(cvol_mode mode)
-{
-    return mode == CVOL_MODE_XRAY || mode == CVOL_MODE_MIP || mode == CVOL_MODE_MIN;
-}
-
 /* Grey levels of a picture of floats, of range[0] .. range[1] within 0..1, become those of a
  * window.
  */

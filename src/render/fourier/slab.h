@@ -2,7 +2,7 @@
 #ifndef CVOL_RENDER_FOURIER_SLAB_H
 #define CVOL_RENDER_FOURIER_SLAB_H
 
-#include "render/fourier/spectrum.h"
+#include "render/fourier/source.h"
 
 /* Slices first .. first + count - 1. */
 typedef struct cvol_fourier_slab {

@@ -13,7 +13,7 @@
  * Slices are transformed along x and y as they come, then all along z; only the latter need all
  * padded places at once.
  */
-#include "render/fourier/slab.h"
+#include "render/fourier/spectrum.h"
 
 #include <math.h>
 #include <string.h>
@@ -21,6 +21,7 @@
 #include "array/core/array.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "render/fourier/slab.h"
 #include "transform/fft.h"
 
 #define HALF_LARGEST 60000.0

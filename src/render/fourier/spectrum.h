@@ -15,6 +15,7 @@
 #include "base/cpu.h"
 #include "render/engine/engine.h"
 #include "render/fourier/kernel.h"
+#include "render/fourier/source.h"
 
 /* ---- spectra: spectrum.c ----------------------------------------------------------------
  */
@@ -48,13 +49,6 @@ typedef struct cvol_fourier_spectrum {
     cvol_fourier_bricks bricks;
     float unit;
 } cvol_fourier_spectrum;
-
-/* Where samples come from: one of the two. */
-typedef struct cvol_fourier_source {
-    const cvol_array *array;
-    const cvol_volume *volume;
-    double min, max; /* of samples that have a value */
-} cvol_fourier_source;
 
 /* What a renderer has made of its samples: f - base, times 1/2 for each of the volume's faces that
  * a sample lies on (integrals end there), 0 where there is no value; and, if some have none, the

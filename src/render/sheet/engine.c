@@ -10,7 +10,7 @@
  * Blocks and lines are independent of each other, so the picture does not depend on the number of
  * threads.
  */
-#include "render/sheet/frame.h"
+#include "render/sheet/frame/frame.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -19,13 +19,15 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/thread.h"
-#include "render/sheet/band.h"
+#include "render/sheet/band/band.h"
+#include "render/sheet/band/lapped.h"
+#include "render/sheet/band/work_stealing.h"
+#include "render/sheet/frame/plan.h"
+#include "render/sheet/frame/policy.h"
+#include "render/sheet/frame/table.h"
 #include "render/sheet/frame_tile.h"
 #include "render/sheet/opacity_curvature.h"
-#include "render/sheet/plan.h"
-#include "render/sheet/policy.h"
 #include "render/sheet/source.h"
-#include "render/sheet/table.h"
 #include "transform/cell_points.h"
 
 typedef struct sheet_state {
@@ -494,7 +496,8 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
     frame.extremes.held = state->held;
     if (frame.mask && !plan->level)
         cvol_mask_points_find(frame.mask_points, plan, frame.mask->block);
-    const int code = cvol_share_draw(context, &frame, state->bands, threads, band_lines);
+    const int code = cvol_share_draw(context, &frame, state->bands, cvol_band_draw, threads,
+                                     band_lines);
     for (int i = 0; i < state->band_count; i++) {
         state->multiply_adds += state->bands[i].multiply_adds;
         state->bands[i].multiply_adds = 0;

@@ -3,7 +3,8 @@
 
 #include <math.h>
 
-#include "render/sheet/band.h"
+#include "render/sheet/band/band.h"
+#include "render/sheet/band/work_stealing.h"
 
 /* What lines, samples and a mask may take: a part of the 16 MB, and of the 24 bytes for each pixel
  * of the picture, that a frame needs at most. The rest is for blocks' windows and for tables. Two

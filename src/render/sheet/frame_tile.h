@@ -8,7 +8,7 @@
 #ifndef CVOL_RENDER_SHEET_FRAME_TILE_H
 #define CVOL_RENDER_SHEET_FRAME_TILE_H
 
-#include "render/sheet/frame.h"
+#include "render/sheet/frame/frame.h"
 
 typedef struct cvol_strips {
     int count;

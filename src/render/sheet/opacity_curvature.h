@@ -3,7 +3,7 @@
 #ifndef CVOL_RENDER_SHEET_OPACITY_CURVATURE_H
 #define CVOL_RENDER_SHEET_OPACITY_CURVATURE_H
 
-#include "render/sheet/skip.h"
+#include "render/sheet/band/skip.h"
 
 /* The root mean square of how far the opacity of a sample is from that of the mean of its two
  * neighbours along an axis, over the mean opacity; of samples that show, of some blocks that do.

@@ -2,9 +2,9 @@
 #ifndef CVOL_RENDER_SHEET_SOURCE_H
 #define CVOL_RENDER_SHEET_SOURCE_H
 
-#include "render/sheet/level.h"
-#include "render/sheet/mask.h"
-#include "render/sheet/skip.h"
+#include "render/sheet/band/skip.h"
+#include "render/sheet/frame/level.h"
+#include "render/sheet/frame/mask.h"
 
 /* The volume, and levels 1 to 3. */
 #define CVOL_SUBJECTS 4

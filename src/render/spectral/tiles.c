@@ -11,7 +11,9 @@
 #include <string.h>
 
 #include "array/block/block_transform.h"
+#include "array/truncate/account.h"
 #include "array/truncate/build.h"
+#include "array/truncate/producer.h"
 #include "base/context.h"
 #include "base/memory.h"
 #include "render/spectral/frame.h"

@@ -3,8 +3,8 @@
  * Whole vectors are passed over if none of their samples is visible. The gradient is one of
  * central differences in the world; at the volume's faces a difference is of half the length.
  */
-#include "render/sheet/kernels/phong.h"
 #include "render/splat/frame.h"
+#include "render/view/phong.h"
 
 /* What light makes of the samples from i on. */
 CVOL_INLINE lit_matter light_samples(const cvol_splat_row *row, int i, const cvol_light *light)

@@ -6,6 +6,7 @@
  * Mean length of chords of a convex body: 4 V / S (Cauchy).
  */
 #include "array/core/array.h"
+#include "array/core/summary.h"
 #include "base/context.h"
 #include "cvol/render.h"
 

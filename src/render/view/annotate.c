@@ -1,5 +1,4 @@
 /* Annotations (cvol/annotate.h): sizes, colours, and the scale bar. */
-#include "render/engine/engine.h"
 #include "render/view/annotate.h"
 
 #include <math.h>

@@ -15,7 +15,7 @@
 #include <math.h>
 
 #include "base/context.h"
-#include "render/view/light.h"
+#include "render/view/shading.h"
 
 /* A finer step shows nothing more: it only costs. */
 #define STEP_MIN (1.0 / 64)

@@ -43,6 +43,12 @@ typedef struct cvol_view {
     double plane[CVOL_VIEW_PLANES][4]; /* sample indices, is drawn */
 } cvol_view;
 
+/* Whether pictures of the mode are grey levels, not colours. */
+static inline int cvol_mode_is_grey(cvol_mode mode)
+{
+    return mode == CVOL_MODE_XRAY || mode == CVOL_MODE_MIP || mode == CVOL_MODE_MIN;
+}
+
 /* The view of a grid under these options. Errors: ARGUMENT (sizes, zoom, angles, step that have
  * no meaning, each named in the message; a clip that leaves nothing). */
 int cvol_view_make(cvol_context *context, cvol_view *out, const cvol_grid *grid,

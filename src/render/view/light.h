@@ -20,8 +20,4 @@ typedef struct cvol_light {
 void cvol_light_set(cvol_light *light, const cvol_view *view, const cvol_grid *grid,
                     const cvol_shading *shading, const int axes[3], const int turns[3]);
 
-/* Of lit pictures, and of surfaces. Errors: ARGUMENT (numbers that have no meaning, each named in
- * the message). */
-int cvol_shading_check(cvol_context *context, const cvol_render_options *options);
-
 #endif

@@ -3,7 +3,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
-#include "volume/dense.h"
+#include "volume/io/dense.h"
 #include "volume/io/stored.h"
 #include "volume/io/text.h"
 

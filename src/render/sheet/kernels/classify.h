@@ -10,8 +10,8 @@
 #ifndef CVOL_RENDER_SHEET_KERNELS_CLASSIFY_H
 #define CVOL_RENDER_SHEET_KERNELS_CLASSIFY_H
 
-#include "render/sheet/frame.h"
-#include "render/sheet/kernels/phong.h"
+#include "render/sheet/frame/frame.h"
+#include "render/view/phong.h"
 
 #if defined(__AVX512F__)
 #define HAVE_PIECES 1

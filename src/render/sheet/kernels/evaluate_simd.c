@@ -1,6 +1,6 @@
 /* Evaluation of blocks onto a layer's samples; pictures may use fused multiply-add. */
 #include "base/vector.h"
-#include "render/sheet/frame.h"
+#include "render/sheet/frame/frame.h"
 
 void CVOL_SIMD(cvol_sheet_evaluate)(float *out, long row_stride, long sheet_stride,
                                     const cvol_block *block, const cvol_block_axes *axes,

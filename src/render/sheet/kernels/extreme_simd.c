@@ -1,8 +1,8 @@
-/* What tiles hold (render/sheet/extreme.h). */
+/* What tiles hold (render/sheet/band/extreme.h). */
 #include <math.h>
 
 #include "base/vector.h"
-#include "render/sheet/extreme.h"
+#include "render/sheet/band/extreme.h"
 
 #define PARTS (CVOL_TILE / CVOL_LANES)
 

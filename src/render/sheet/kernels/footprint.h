@@ -13,7 +13,7 @@
 #include <math.h>
 
 #include "base/vector.h"
-#include "render/sheet/frame.h"
+#include "render/sheet/frame/frame.h"
 
 /* Whether the lines are the picture's own, see line_slanted.h. */
 #ifndef SHEET_PIXELS

@@ -5,7 +5,7 @@
  * reach beyond a line's end are computed alike, and not stored there.
  */
 #include "array/core/sample_words.h"
-#include "render/sheet/frame.h"
+#include "render/sheet/frame/frame.h"
 
 typedef float quad __attribute__((vector_size(16)));
 typedef double halves __attribute__((vector_size(16))); /* the same four, two by two */

@@ -1,5 +1,5 @@
 /* Puts a background where its samples are (mask.h). */
-#include "render/sheet/mask.h"
+#include "render/sheet/frame/mask.h"
 
 #include "array/core/sample_words.h"
 

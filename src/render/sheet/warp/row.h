@@ -5,7 +5,7 @@
 #include <stdint.h>
 
 #include "base/cpu.h"
-#include "render/sheet/frame.h"
+#include "render/sheet/frame/frame.h"
 
 /* Pixels of the picture are made in chunks of this many. */
 #define CVOL_WARP_CHUNK 64

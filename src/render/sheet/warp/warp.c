@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/thread.h"
-#include "render/sheet/frame.h"
+#include "render/sheet/frame/frame.h"
 #include "render/sheet/warp/outline.h"
 #include "render/sheet/warp/row.h"
 

@@ -2,7 +2,7 @@
  * at once, with AVX-512: rows are loaded one after the other, and each pixel takes its four samples
  * when its own are there.
  *
- * To be included by render/sheet/kernels/int16.h only.
+ * To be included by render/sheet/kernels/composite/int16.h only.
  */
 #ifndef CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_INT16_ROWS_H
 #define CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_INT16_ROWS_H

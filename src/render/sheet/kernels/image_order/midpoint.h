@@ -9,12 +9,10 @@
  * sheet there, pixels have the levels of their windows; where nothing was kept, what lies straight
  * between.
  *
- * To be included by kernel files only.
+ * To be included by composite.h only, after between.h.
  */
 #ifndef CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_MIDPOINT_H
 #define CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_MIDPOINT_H
-
-#include "render/sheet/kernels/between.h"
 
 /* Line 5 is for samples that may have no value: these rays go along the lattice. */
 CVOL_INLINE float *kept_midway(const line_job *job, int group)

@@ -1,6 +1,6 @@
 /* Samples half way between two sheets (midpoint.h) of 32 pixels at once, in 16 bits.
  *
- * To be included by render/sheet/kernels/int16.h only.
+ * To be included by render/sheet/kernels/composite/int16.h only.
  */
 #ifndef CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_MIDPOINT_INT16_H
 #define CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_MIDPOINT_INT16_H

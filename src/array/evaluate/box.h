@@ -1,0 +1,19 @@
+/* Samples of a box of an array. */
+#ifndef CVOL_ARRAY_EVALUATE_BOX_H
+#define CVOL_ARRAY_EVALUATE_BOX_H
+
+#include "array/core/array.h"
+
+/* Whether a box is one. Errors: ARGUMENT. */
+int cvol_array_check_box(cvol_context *context, const cvol_array *array, const size_t begin[3],
+                         const size_t end[3]);
+/* A box of a whole array in the grid's type; arguments checked. */
+int cvol_whole_evaluate_stored(cvol_context *context, void *out, const cvol_array *array,
+                               const size_t begin[3], const size_t end[3]);
+/* Real values of a box; arguments checked. */
+int cvol_whole_evaluate(cvol_context *context, float *out, const cvol_array *array,
+                        const size_t begin[3], const size_t end[3]);
+int cvol_blocks_evaluate(cvol_context *context, float *out, const cvol_array *array,
+                         const size_t begin[3], const size_t end[3]);
+
+#endif

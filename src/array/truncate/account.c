@@ -1,0 +1,80 @@
+/* What an operation enters into the error bound of its result: account.h. */
+#include "array/truncate/account.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "array/truncate/producer.h"
+#include "base/context.h"
+#include "transform/lap.h"
+
+/* What a sample may lose where float32 underflows, times the square root of how many samples there
+ * are: numbers near its least are multiples of 2^-149, and transforms add up what each of them
+ * lost. */
+#define UNDERFLOW 0x1p-143
+
+/* Bounds for both backends of transforms (src/transform/fft_backend.h). CVOL_ROUNDING is of fast
+ * transforms of short factors. FFTW sums a larger prime p, up to 172, term by term, cvol's own
+ * backend one up to 61: the error of such a sum grows with its length, by a quarter of 2^-24 p in
+ * the worst that tests found. Still larger ones are convolutions, of length p - 1 in FFTW (Rader),
+ * of at least 2 p - 1 in cvol (Bluestein), whose error is less. */
+enum { KERNEL_LENGTHS = 16, RADER = 173 };
+
+/* The sum of the lengths of all sums that a transform of length n is made of. */
+static double summed_lengths(size_t n)
+{
+    double sum = 0;
+    for (size_t p = 2; n > 1; p++) {
+        p = p * p > n ? n : p;
+        for (; n % p == 0; n /= p)
+            if (p >= RADER)
+                sum += KERNEL_LENGTHS + 2 * summed_lengths(p - 1);
+            else if (p > KERNEL_LENGTHS)
+                sum += (double)p;
+    }
+    return sum;
+}
+
+double cvol_array_rounding(const cvol_array *array)
+{
+    double sum = 0;
+    for (int axis = 0; axis < array->rank && !array->block; axis++)
+        sum += summed_lengths(array->grid.dims[axis]);
+    return CVOL_ROUNDING + 0x1p-24 * sum;
+}
+
+void cvol_array_account(cvol_array *array, const cvol_build_result *result, double factors)
+{
+    const double constant = fabs(array->offset) * sqrt((double)cvol_grid_samples(&array->grid));
+    double sample = (double)INFINITY, dropped = result->dropped, norm = result->norm;
+    double underflow = 0;
+    if (norm > 0 || array->ledger.max_abs > 0 || cvol_ledger_largest(&array->ledger) > 0)
+        underflow = UNDERFLOW * (double)cvol_grid_samples(&array->grid) * fmax(result->gain, 1);
+    if (array->block)
+        sample = result->sample + CVOL_ROUNDING * cvol_array_coefficient_bound(array);
+    if (array->lapped) { /* the filter's norms, and its rounding, which the L2 one includes */
+        const double rounding = 1 + (CVOL_LAP_POST_NORM_3 - 1) / CVOL_ROUNDING;
+        dropped *= CVOL_LAP_POST_NORM_3;
+        norm *= rounding;
+        sample *= CVOL_LAP_POST_PEAK_3 * rounding;
+    }
+    norm = (norm + factors + constant) * cvol_array_rounding(array) / CVOL_ROUNDING +
+           underflow / CVOL_ROUNDING;
+    cvol_ledger_drop(&array->ledger, dropped, norm, sample + underflow);
+}
+
+int cvol_array_check_ledger(cvol_context *context, const cvol_array *array,
+                            const cvol_ledger *ledger, const char *operation)
+{
+    const double largest = fmax(cvol_ledger_largest(ledger), ledger->max_abs);
+    /* By how much coefficients, and the sums that they are computed from, may be larger. */
+    const double room = array->block
+                            ? (array->lapped ? 16 : 4) * sqrt((double)cvol_array_block_terms(array))
+                            : 8 * (double)cvol_grid_samples(&array->grid);
+    if (!(largest > (double)FLT_MAX / room))
+        return cvol_ledger_check(context, ledger, operation);
+    return cvol_fail(context, CVOL_ERROR_DATA,
+                     "%s: values may reach %g, beyond what transforms in float32 can hold (%g); "
+                     "scale the operands down first",
+                     operation, largest, (double)FLT_MAX / room);
+}

@@ -1,0 +1,19 @@
+/* Streams that have a part for each brick: which bricks a box of samples needs, and their checksums. */
+#ifndef CVOL_CODEC_BRICK_BRICK_STREAM_H
+#define CVOL_CODEC_BRICK_BRICK_STREAM_H
+
+#include "codec/brick/brick_index.h"
+#include "codec/brick/bricks.h"
+#include "codec/section/section.h"
+
+/* The samples of a brick. */
+cvol_box cvol_brick_samples_of(const cvol_array *array, size_t brick);
+/* Whether they meet a box (NULL: they do). */
+int cvol_brick_meets(const cvol_array *array, size_t brick, const cvol_box *box);
+/* Checks the checksums of a stream's runs that have a brick which meets the box. Errors: CORRUPT.
+ */
+int cvol_brick_stream_check(cvol_context *context, const cvol_array *array,
+                            const cvol_brick_index *index, int stream, const cvol_section *section,
+                            const cvol_box *box, const char *name);
+
+#endif

@@ -1,0 +1,52 @@
+/* Bricks as boxes of blocks: where they lie in an array, and where sub-blocks lie in them. */
+#ifndef CVOL_CODEC_QUANTIZE_BRICK_BOX_H
+#define CVOL_CODEC_QUANTIZE_BRICK_BOX_H
+
+#include "array/core/array.h"
+#include "transform/cell.h"
+
+enum { CVOL_SHELLS = 4 };
+
+/* How many bricks an array has along each axis, and in all; none has a side beyond CVOL_BRICK_SIDE.
+ */
+void cvol_brick_grid(size_t bricks[3], const cvol_array *array);
+size_t cvol_brick_count(const cvol_array *array);
+
+/* The blocks of a brick. */
+typedef struct cvol_brick_box {
+    size_t first[3], count[3]; /* in blocks of the array */
+} cvol_brick_box;
+cvol_brick_box cvol_brick_box_of(const cvol_array *array, size_t brick);
+/* The samples of a brick within the volume, along each axis. */
+void cvol_brick_inside(size_t size[3], const cvol_array *array, size_t brick);
+/* How many blocks along each axis, and samples, bricks have that do not reach beyond the volume. */
+void cvol_brick_shape_blocks(size_t blocks[3], const cvol_array *array);
+size_t cvol_brick_volume(const cvol_array *array);
+size_t cvol_brick_box_blocks(const cvol_brick_box *box);
+/* The array's index of the box' block `i`, x fastest. */
+size_t cvol_brick_block_index(const cvol_array *array, const cvol_brick_box *box, size_t i);
+
+/* Bytes somewhere. */
+typedef struct cvol_span {
+    const uint8_t *data;
+    size_t size;
+} cvol_span;
+
+/* The parts of a block of side B that is split so; how many. */
+int cvol_block_parts(cvol_cell_part parts[CVOL_CELL_PARTS_MAX], int block, uint16_t split);
+/* Where a part begins, in units of four samples of the brick, in block `place` (of x, y, z). */
+static inline void cvol_part_place(int at[3], const cvol_cell_part *part, const size_t place[3],
+                                   int block)
+{
+    for (int a = 0; a < 3; a++)
+        at[a] = ((int)place[a] * block + part->begin[a]) / 4;
+}
+/* Places of blocks within the box, from their number. */
+static inline void cvol_brick_box_place(size_t place[3], const cvol_brick_box *box, size_t i)
+{
+    place[0] = i % box->count[0];
+    place[1] = i / box->count[0] % box->count[1];
+    place[2] = i / box->count[0] / box->count[1];
+}
+
+#endif

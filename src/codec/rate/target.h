@@ -1,0 +1,15 @@
+/* What the options of a compression ask for. */
+#ifndef CVOL_CODEC_RATE_TARGET_H
+#define CVOL_CODEC_RATE_TARGET_H
+
+#include "cvol/codec.h"
+
+/* Whether the file needs residuals or a mask: a bound on every sample, no loss, or samples without
+ * a value. */
+static inline int cvol_compress_needs_modes(const cvol_compress_options *options)
+{
+    return options->lossless || options->max_error > 0 || options->has_fill ||
+           options->target == CVOL_TARGET_MAX_ERROR;
+}
+
+#endif

@@ -1,0 +1,20 @@
+/* The first twelve bytes of a .cvol file: a signature of eight bytes, and the version. */
+#ifndef CVOL_CODEC_SECTION_SIGNATURE_H
+#define CVOL_CODEC_SECTION_SIGNATURE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "cvol/base.h"
+
+enum { CVOL_SIGNATURE_BYTES = 8, CVOL_FORMAT_VERSION = 1, CVOL_SECTIONS_AT = 12 };
+
+/* 1 if data begins with the signature. */
+int cvol_container_is(const uint8_t *data, size_t size);
+/* How many bytes of data are the signature's; its byte `i`. */
+size_t cvol_container_matches(const uint8_t *data, size_t size);
+uint8_t cvol_container_signature(size_t i);
+/* Refuses any version but this one. Errors: UNSUPPORTED. */
+int cvol_container_check_version(cvol_context *context, uint32_t version, const char *name);
+
+#endif

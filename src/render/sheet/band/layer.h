@@ -1,0 +1,24 @@
+/* Layers of blocks as a band of the intermediate image sees them. */
+#ifndef CVOL_RENDER_SHEET_BAND_LAYER_H
+#define CVOL_RENDER_SHEET_BAND_LAYER_H
+
+#include "render/sheet/band/skip.h"
+#include "render/sheet/frame/frame.h"
+
+/* A layer as one band sees it. */
+typedef struct cvol_band_layer {
+    size_t layer, z_begin, z_end; /* sheets */
+    size_t first_row, last_row;   /* of blocks */
+    int tile_begin, tile_end;     /* rows of tiles */
+} cvol_band_layer;
+
+/* Rows of blocks that lines line_begin .. line_end - 1 reach in a layer: *first .. *last; 0 if
+ * none. */
+int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, size_t layer,
+                    int line_begin, int line_end);
+
+/* `before`: of the layer that rays met before this one, NULL if it is not known. */
+void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, long sheet_stride,
+                         const cvol_layer_skip *skip, const cvol_layer_skip *before,
+                         const cvol_sheet_plan *plan, const cvol_band_layer *at);
+#endif

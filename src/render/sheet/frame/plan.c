@@ -1,0 +1,278 @@
+/* The geometry of a frame: principal axis, shear, and the grids that sheets and intermediate image
+ * are sampled on (Lacroute and Levoy, "Fast Volume Rendering Using a Shear-Warp Factorization of
+ * the Viewing Transformation", 1994; parallel projection). */
+#include <math.h>
+
+#include "base/context.h"
+#include "render/sheet/frame/level.h"
+#include "render/sheet/frame/plan.h"
+
+/* The axis along which rays cross the most sheets. */
+static int find_axis(const double rate[3])
+{
+    int c = 0;
+    for (int a = 1; a < 3; a++)
+        if (fabs(rate[a]) > fabs(rate[c]))
+            c = a;
+    return c;
+}
+
+/* Picture pixel to in-plane point at sheet 0: follow the ray from the pixel's world point to the
+ * plane of that sheet. */
+static void find_warp(cvol_sheet_plan *plan, const cvol_view *view, const double spacing[3])
+{
+    const int axes[2] = {plan->axis_lane, plan->axis_row};
+    const double shears[2] = {plan->shear_lane, plan->shear_row};
+    const int c = plan->axis_sheet;
+    for (int k = 0; k < 2; k++) {
+        const int a = axes[k];
+        double start[2]; /* index coordinates along a and c of the centre of pixel (0, 0) */
+        double right[2] = {view->right[a] * view->pixel / spacing[a],
+                           view->right[c] * view->pixel / spacing[c]};
+        double down[2] = {-view->up[a] * view->pixel / spacing[a],
+                          -view->up[c] * view->pixel / spacing[c]};
+        double x = 0.5 - 0.5 * view->width, y = 0.5 - 0.5 * view->height;
+        start[0] = view->centre[a] / spacing[a] + x * right[0] + y * down[0];
+        start[1] = view->centre[c] / spacing[c] + x * right[1] + y * down[1];
+        plan->warp[k][0] = start[0] - shears[k] * start[1];
+        plan->warp[k][1] = right[0] - shears[k] * right[1];
+        plan->warp[k][2] = down[0] - shears[k] * down[1];
+    }
+}
+
+/* How many pixels of the picture one unit of U (k = 0) or V (k = 1) moves. */
+static double pixels_per_sample(double warp[][3], int k)
+{
+    double determinant = warp[0][1] * warp[1][2] - warp[0][2] * warp[1][1];
+    return hypot(warp[1 - k][1], warp[1 - k][2]) / fabs(determinant);
+}
+
+/* Points per block: fewer than it has samples where a pixel of the picture spans more than one. */
+static void find_points(int *points, double *pitch, double *first, double coarsest, double pixel,
+                        int block)
+{
+    const int less = block < 16 ? 2 : block / 8; /* kernels want an even number of points */
+    *points = block;
+    while (*points - less >= block / 2 && (double)block / (*points - less) <= coarsest * pixel)
+        *points -= less;
+    *pitch = (double)block / *points;
+    *first = (*pitch - 1) / 2;
+}
+
+void cvol_sheet_refine(cvol_sheet_plan *plan)
+{
+    find_points(&plan->points_lane, &plan->pitch_lane, &plan->first_lane,
+                CVOL_COARSEST_PITCH_OF_PIXELS, 1 / pixels_per_sample(plan->warp, 0),
+                plan->block_lane);
+    find_points(&plan->points_row, &plan->pitch_row, &plan->first_row,
+                CVOL_COARSEST_PITCH_OF_PIXELS, 1 / pixels_per_sample(plan->warp, 1),
+                plan->block_row);
+}
+
+/* Points per block, and the distance of intermediate pixels, along one axis. Where a pixel of the
+ * picture spans less than a sample, the intermediate image is finer than the samples. */
+void cvol_sheet_resolution(int *points, double *pitch, double *first, double *delta,
+                           const cvol_view *view, double pixel, int block)
+{
+    find_points(points, pitch, first, view->coarsest, pixel, block);
+    *delta = pixel < 1 && *points == block ? fmin(1, view->apart * pixel) : *pitch;
+}
+
+/* Whether pixels of the picture, along one of its axes, lie `delta` apart in U (or V), and along
+ * the other not at all. */
+static int is_aligned(const double warp[3], double delta)
+{
+    const double tolerance = 1e-9 * delta;
+    return (fabs(fabs(warp[1]) - delta) < tolerance && fabs(warp[2]) < tolerance) ||
+           (fabs(fabs(warp[2]) - delta) < tolerance && fabs(warp[1]) < tolerance);
+}
+
+/* The range of U (or V) that both the sheets and the picture cover, in intermediate pixels. Where
+ * these can be the picture's own, they are: the warp then leaves them as sharp as they are. */
+static int find_extent(double *start, int *count, double delta, double shear,
+                       const cvol_sheet_plan *plan, int k, const double warp[3],
+                       const cvol_view *view)
+{
+    double drift_a = -shear * plan->lo[2], drift_b = -shear * plan->hi[2];
+    double lo = fmin(drift_a, drift_b) + plan->lo[k];
+    double hi = fmax(drift_a, drift_b) + plan->hi[k];
+    double picture_lo = INFINITY, picture_hi = -INFINITY;
+    for (int corner = 0; corner < 4; corner++) {
+        double x = corner & 1 ? view->width : -1, y = corner & 2 ? view->height : -1;
+        double at = warp[0] + x * warp[1] + y * warp[2];
+        picture_lo = fmin(picture_lo, at);
+        picture_hi = fmax(picture_hi, at);
+    }
+    lo = fmax(lo, picture_lo) - delta;
+    hi = fmin(hi, picture_hi) + delta;
+    if (is_aligned(warp, delta))
+        lo = warp[0] + floor((lo - warp[0]) / delta) * delta;
+    double pixels = hi > lo ? ceil((hi - lo) / delta) + 1 : 1;
+    *start = lo;
+    *count = pixels < CVOL_INTERMEDIATE_MAX ? (int)pixels : CVOL_INTERMEDIATE_MAX + 1;
+    return *count <= CVOL_INTERMEDIATE_MAX;
+}
+
+/* Samples of an axis of a level, see level.h. */
+static void set_level(int *block, int *points, double *pitch, double *first, size_t *blocks,
+                      size_t samples, int level)
+{
+    const size_t size = cvol_sheet_level_size(samples, level);
+    *pitch = samples == 1 ? 1 : 1 << level;
+    *first = (*pitch - 1) / 2;
+    *points = CVOL_LEVEL_BLOCK;
+    *block = CVOL_LEVEL_BLOCK * (int)*pitch;
+    *blocks = (size + CVOL_LEVEL_BLOCK - 1) / CVOL_LEVEL_BLOCK;
+}
+
+/* How far pixels of the intermediate image lie apart along an axis of a level: as its samples, so
+ * that the warp magnifies them; but a volume that is thin along an axis spans LEAST_SPAN, as far as
+ * the picture can show that many. */
+#define LEAST_SPAN 16
+static double choose_delta(double pitch, size_t samples, double pixels)
+{
+    const double span = (double)(samples - 1) + 2 * cvol_sheet_margin(samples);
+    return fmin(pitch, fmax(span / LEAST_SPAN, 1 / pixels));
+}
+
+static void choose_level(cvol_sheet_plan *plan)
+{
+    const int level = plan->level;
+    set_level(&plan->block_lane, &plan->points_lane, &plan->pitch_lane, &plan->first_lane,
+              &plan->blocks_lane, plan->lanes, level);
+    set_level(&plan->block_row, &plan->points_row, &plan->pitch_row, &plan->first_row,
+              &plan->blocks_row, plan->rows, level);
+    set_level(&plan->block_sheet, &plan->points_sheet, &plan->pitch_sheet, &plan->first_sheet,
+              &plan->layers, plan->sheets, level);
+    plan->sheet_count = cvol_sheet_level_size(plan->sheets, level);
+    plan->beyond = plan->sheets > 1;
+}
+
+/* The volume's own blocks. */
+static void set_blocks(cvol_sheet_plan *plan, const cvol_array *array)
+{
+    plan->blocks_lane = array->blocks[plan->axis_lane];
+    plan->blocks_row = array->blocks[plan->axis_row];
+    plan->layers = array->blocks[plan->axis_sheet];
+    plan->block_lane = plan->block_row = plan->block_sheet = array->block;
+    plan->points_sheet = array->block;
+    plan->sheet_count = plan->sheets;
+    plan->beyond = 0;
+    plan->pitch_sheet = 1;
+    plan->first_sheet = 0;
+}
+
+void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int level,
+                            const cvol_view *view, int axis)
+{
+    const cvol_grid *grid = &array->grid;
+    *plan = (cvol_sheet_plan){.axis_sheet = axis,
+                              .axis_lane = axis == 0 ? 1 : 0,
+                              .axis_row = axis == 2 ? 1 : 2,
+                              .level = level,
+                              .lapped = array->lapped && !level,
+                              .own = {-INFINITY, INFINITY}};
+    const int axes[3] = {plan->axis_lane, plan->axis_row, plan->axis_sheet};
+    plan->lanes = grid->dims[plan->axis_lane];
+    plan->rows = grid->dims[plan->axis_row];
+    plan->sheets = grid->dims[plan->axis_sheet];
+    if (level)
+        choose_level(plan);
+    else
+        set_blocks(plan, array);
+    plan->clipped = view->clipped;
+    plan->planes = view->planes;
+    for (int k = 0; k < 3; k++) {
+        plan->lo[k] = view->lo[axes[k]];
+        plan->hi[k] = view->hi[axes[k]];
+        plan->spacing[k] = grid->spacing[axes[k]] / view->mean_spacing;
+        for (int i = 0; i < view->planes; i++)
+            plan->plane[i][k] = view->plane[i][axes[k]];
+    }
+    for (int i = 0; i < view->planes; i++)
+        plan->plane[i][3] = view->plane[i][3];
+}
+
+/* Whether there may be fewer sheets than samples: of lapped arrays faces want two. */
+static int may_have_fewer(const cvol_sheet_plan *plan)
+{
+    const size_t in_last = plan->sheets % (size_t)plan->block_sheet;
+    return !plan->level && plan->sheets > 1 && !(plan->lapped && in_last == 2);
+}
+
+void cvol_sheet_plan_space(cvol_sheet_plan *plan, double apart)
+{
+    const int block = plan->block_sheet, less = block < 16 ? 2 : block / 8;
+    int points = block;
+    if (!may_have_fewer(plan) || plan->points_sheet != block)
+        return;
+    while (points - less >= block / 2 && plan->distance * block / (points - less) <= apart)
+        points -= less;
+    if (points == block)
+        return;
+    plan->points_sheet = points;
+    plan->pitch_sheet = (double)block / points;
+    plan->first_sheet = (plan->pitch_sheet - 1) / 2;
+    const double last = (double)plan->sheets - 0.5; /* half a sample behind it */
+    plan->sheet_count = (size_t)((last - plan->first_sheet) / plan->pitch_sheet + 1e-6) + 1;
+    plan->beyond = 1;
+    plan->distance *= plan->pitch_sheet;
+}
+
+void cvol_sheet_plan_halve(cvol_sheet_plan *plan)
+{
+    if (!may_have_fewer(plan))
+        return;
+    plan->points_sheet = plan->block_sheet / 2;
+    plan->pitch_sheet = 2;
+    plan->first_sheet = 0.5;
+    plan->sheet_count = (plan->sheets + 1) / 2;
+    plan->beyond = 1;
+}
+
+void cvol_sheet_plan_limit(cvol_sheet_plan *plan, double farthest)
+{
+    plan->du = fmin(plan->du, plan->pitch_lane / farthest);
+    plan->dv = fmin(plan->dv, plan->pitch_row / farthest);
+}
+
+int cvol_sheet_plan_make(cvol_context *context, cvol_sheet_plan *plan, const cvol_array *array,
+                         int level, const cvol_view *view)
+{
+    const cvol_grid *grid = &array->grid;
+    double rate[3]; /* sample indices per world length along a ray */
+    for (int a = 0; a < 3; a++)
+        rate[a] = -view->eye[a] / grid->spacing[a];
+    const int c = find_axis(rate);
+    cvol_sheet_plan_volume(plan, array, level, view, c);
+    plan->ascending = rate[c] > 0;
+    plan->shear_lane = rate[plan->axis_lane] / rate[c];
+    plan->shear_row = rate[plan->axis_row] / rate[c];
+    plan->warp[2][0] = 1;
+    if (view->step >= 2 / fabs(rate[c]) / view->mean_spacing)
+        cvol_sheet_plan_halve(plan);
+    plan->distance = plan->pitch_sheet / fabs(rate[plan->axis_sheet]) / view->mean_spacing;
+    find_warp(plan, view, grid->spacing);
+    const double pixels[2] = {view->rays * pixels_per_sample(plan->warp, 0),
+                              view->rays * pixels_per_sample(plan->warp, 1)};
+    if (level) {
+        plan->du = choose_delta(plan->pitch_lane, plan->lanes, pixels[0]) / view->rays;
+        plan->dv = choose_delta(plan->pitch_row, plan->rows, pixels[1]) / view->rays;
+    } else {
+        cvol_sheet_resolution(&plan->points_lane, &plan->pitch_lane, &plan->first_lane, &plan->du,
+                              view, 1 / pixels[0], array->block);
+        cvol_sheet_resolution(&plan->points_row, &plan->pitch_row, &plan->first_row, &plan->dv,
+                              view, 1 / pixels[1], array->block);
+    }
+    cvol_sheet_plan_limit(plan, 1);
+    if (!find_extent(&plan->u0, &plan->width, plan->du, plan->shear_lane, plan, 0, plan->warp[0],
+                     view) ||
+        !find_extent(&plan->v0, &plan->height, plan->dv, plan->shear_row, plan, 1, plan->warp[1],
+                     view))
+        return cvol_fail(context, CVOL_ERROR_LIMIT,
+                         "a picture of %d x %d needs an intermediate image of more than %d pixels "
+                         "along an axis",
+                         view->width, view->height, CVOL_INTERMEDIATE_MAX);
+    plan->width = (plan->width + CVOL_GROUP - 1) / CVOL_GROUP * CVOL_GROUP;
+    return CVOL_OK;
+}

@@ -1,0 +1,237 @@
+/* The transfer function of a frame, in two forms.
+ *
+ * Entries: opacity and colour at CVOL_TABLE_SIZE values. Pieces: colour times opacity, and opacity,
+ * as straight lines between some of these values, found from one end to the other: a piece is as
+ * long as some slope keeps all that it passes within a tolerance (Tomek, "Two algorithms for
+ * piecewise-linear continuous approximation of functions of one variable", 1974, gives the cone of
+ * slopes), and the next begins at the function itself. The tolerance is relative, so that many weak
+ * samples add up to what they should, and grows until there are few enough pieces. */
+#include "render/sheet/frame/table.h"
+
+#include <math.h>
+#include <string.h>
+
+/* The least tolerance, and the largest: as a share of a value, not more than so much of 1. */
+#define FINEST 0.002
+#define COARSE 0.0046 /* for few pieces, which are faster */
+#define COARSEST 0.02
+#define MOST_OFF 0.0015
+/* Of functions that are not clear every interval is looked at half way, of others those that rise
+ * by more than `flat`, where rays move by so many samples from sheet to sheet; where they move by
+ * less, and straight lines miss less, by so many times `flat` more for each sample. */
+#define MIDWAY_SHEAR 0.5
+#define MIDWAY_RATE 8
+/* Of fine files all are looked at whatever the angle, and have four parts from so many times `flat`
+ * on. */
+#define FINE_STEEP 0.5f
+
+/* Of numbers, without a call of the library. */
+static inline double less_of(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double more_of(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+/* About the widest interval (entries) over which classification departs from a straight line by no
+ * more than `tolerance` in its middle. */
+static int find_flat(double (*channels)[4], double tolerance)
+{
+    for (int span = CVOL_TABLE_SIZE / 2; span > 1; span = 5 * span / 12 * 2) {
+        double worst = 0;
+        for (int t = 0; t + span < CVOL_TABLE_SIZE && worst <= tolerance; t++)
+            for (int k = 0; k < 4; k++) {
+                const double ends = channels[t][k] + channels[t + span][k];
+                worst = more_of(worst, fabs(channels[t + span / 2][k] - 0.5 * ends));
+            }
+        if (worst <= tolerance)
+            return span;
+    }
+    return 1;
+}
+
+/* ---- pieces ------------------------------------------------------------------------------------
+ */
+
+static double tolerance_of(double value, double share)
+{
+    return 2e-6 + less_of(share * value, MOST_OFF);
+}
+
+/* How far a piece from entry `from` reaches, entry `most` at the most, and its slopes. */
+static int find_piece(double slope[4], double (*channels)[4], int from, int most, double share)
+{
+    double lo[4], hi[4];
+    for (int k = 0; k < 4; k++) {
+        lo[k] = -INFINITY;
+        hi[k] = INFINITY;
+        slope[k] = 0;
+    }
+    int to = from + 1;
+    for (; to <= most; to++) {
+        double below[4], above[4];
+        int fits = 1;
+        /* Colours are held as closely as the opacity that they come with. */
+        const double off = tolerance_of(channels[to][3], share), run = to - from;
+        for (int k = 0; k < 4; k++) {
+            const double rise = channels[to][k] - channels[from][k];
+            below[k] = more_of(lo[k], (rise - off) / run);
+            above[k] = less_of(hi[k], (rise + off) / run);
+            fits &= below[k] <= above[k];
+        }
+        if (!fits)
+            break;
+        for (int k = 0; k < 4; k++) {
+            lo[k] = below[k];
+            hi[k] = above[k];
+            const double chord = (channels[to][k] - channels[from][k]) / (to - from);
+            slope[k] = less_of(more_of(chord, lo[k]), hi[k]);
+        }
+    }
+    return to - 1;
+}
+
+/* Where a line of this slope begins that is as far above the entries from .. to as below them. */
+static double middle_of(double (*channels)[4], int k, double slope, int from, int to)
+{
+    double least = INFINITY, most = -INFINITY;
+    for (int t = from; t <= to; t++) {
+        const double start = channels[t][k] - slope * (t + 0.5);
+        least = less_of(least, start);
+        most = more_of(most, start);
+    }
+    return 0.5 * (least + most);
+}
+
+/* The last entry of a run that begins at `first`: of transparent ones, or of others. */
+static int find_run(double (*channels)[4], int first)
+{
+    const int clear = channels[first][3] <= 0;
+    int last = first;
+    while (last + 1 < CVOL_TABLE_SIZE && (channels[last + 1][3] <= 0) == clear)
+        last++;
+    return last;
+}
+
+/* Ends of the first pieces that lie in the bin of this one. */
+static int ends_beside(const cvol_sheet_table *table, int count, double end)
+{
+    const int bin = (int)end >> CVOL_PIECE_BIN_LOG2;
+    int beside = 0;
+    while (beside < count &&
+           table->piece_end[count - 1 - beside] > (float)(bin << CVOL_PIECE_BIN_LOG2))
+        beside++;
+    return beside;
+}
+
+/* Entry t lies at coordinate t + 1/2. What is transparent stays so exactly: no piece reaches from
+ * entries that are into others, but begins and ends half way between. `most`, or 0 if the function
+ * does not fit into so many. */
+static int fit_pieces(cvol_sheet_table *table, double (*channels)[4], double share, int most)
+{
+    const int few = most < CVOL_PIECES, most_steps = few ? 1 : 2;
+    int count = 0, from = 0, last = find_run(channels, 0);
+    while (from < CVOL_TABLE_SIZE) {
+        double slope[4];
+        if (count == most)
+            return 0;
+        int to = find_piece(slope, channels, from, last, share);
+        /* Where many short ones would end near each other, one is held less closely. */
+        for (double own = share; to < last && !few && own < COARSEST &&
+                                 ends_beside(table, count, to + 0.5) >= most_steps;) {
+            own *= 1.5;
+            to = find_piece(slope, channels, from, last, own);
+        }
+        for (int k = 0; k < 4; k++) {
+            table->piece_rise[k][count] = (float)slope[k];
+            table->piece_start[k][count] = (float)(middle_of(channels, k, slope[k], from, to));
+        }
+        const int ends = to == last;
+        table->piece_end[count++] = (float)(ends ? last + 1 : to + 0.5);
+        from = ends ? last + 1 : to;
+        if (ends && from < CVOL_TABLE_SIZE)
+            last = find_run(channels, from);
+    }
+    for (int i = count - 1; i < CVOL_PIECES; i++)
+        table->piece_end[i] = INFINITY;
+    for (int bin = 0, piece = 0; bin < CVOL_PIECE_BINS; bin++) {
+        int steps = 0;
+        while (table->piece_end[piece] <= (float)(bin << CVOL_PIECE_BIN_LOG2))
+            piece++;
+        table->piece_of[bin] = (int16_t)piece;
+        while (table->piece_end[piece + steps] < (float)((bin + 1) << CVOL_PIECE_BIN_LOG2))
+            steps++;
+        if (steps > most_steps)
+            return 0;
+    }
+    return most;
+}
+
+/* Its first and last entries lie one step outside, so that they are the constants there even where
+ * the function begins or ends with a jump. */
+void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
+                           const cvol_transfer *transfer, double distance)
+{
+    double channels[CVOL_TABLE_SIZE][4];
+    double lo = transfer->points[0].value, hi = transfer->points[transfer->count - 1].value;
+    lo = less_of(more_of(lo, array->range_min), array->range_max);
+    hi = less_of(more_of(hi, array->range_min), array->range_max);
+    double span = hi > lo ? hi - lo : array->range_max - array->range_min;
+    double unit = span > 0 ? span / (CVOL_TABLE_SIZE - 3) : 1;
+    lo -= unit;
+    table->from = (float)(lo - array->offset - 0.5 * unit);
+    table->scale = (float)(1 / unit);
+    int first = CVOL_TABLE_SIZE, last = -1;
+    double most = 0;
+    for (int t = 0; t < CVOL_TABLE_SIZE; t++) {
+        cvol_transfer_point p = cvol_transfer_at(transfer, lo + t * unit);
+        uint32_t colour = (uint32_t)lround(p.r * 1023) | (uint32_t)lround(p.g * 1023) << 10 |
+                          (uint32_t)lround(p.b * 1023) << 20;
+        double opacity = cvol_opacity_over(p.opacity, distance);
+        channels[t][0] = opacity * p.r;
+        channels[t][1] = opacity * p.g;
+        channels[t][2] = opacity * p.b;
+        channels[t][3] = opacity;
+        most = more_of(most, p.opacity);
+        table->entries[t] = (cvol_pair){(float)opacity, colour};
+        if (p.opacity > 0) {
+            first = t < first ? t : first;
+            last = t;
+        }
+    }
+    /* In table coordinates, where entry t is at t + 1/2. */
+    table->visible_from = first == 0 ? -INFINITY : (float)(first - 0.5);
+    table->visible_to = last == CVOL_TABLE_SIZE - 1 ? INFINITY : (float)(last + 1.5);
+    table->flat = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE);
+    const int is_opaque = most > CVOL_CLEAR;
+    table->flat_coarse = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE_COARSE);
+    table->is_clear = !is_opaque && table->flat >= CVOL_BROAD * CVOL_TABLE_SIZE;
+    table->midway_ramp = is_opaque ? 0.25f * table->flat : table->flat;
+    table->steep = (is_opaque ? 2 : 4) * table->flat;
+    table->midway = is_opaque ? -table->midway_ramp : table->flat;
+    table->pieces = 0;
+    for (double share = FINEST; share <= COARSE && !table->pieces; share *= 1.5)
+        table->pieces = fit_pieces(table, channels, share, CVOL_PIECES_FEW);
+    for (double share = FINEST; share <= COARSEST && !table->pieces; share *= 2)
+        table->pieces = fit_pieces(table, channels, share, CVOL_PIECES);
+}
+
+void cvol_sheet_table_soften(cvol_sheet_table *table)
+{
+    table->midway_ramp = table->midway = table->flat;
+    table->steep = 4 * table->flat;
+}
+
+void cvol_sheet_table_slant(cvol_sheet_table *table, double shear, int is_fine)
+{
+    if (is_fine && table->midway < 0) {
+        table->steep = FINE_STEEP * table->flat;
+        return;
+    }
+    const float less = (float)more_of(MIDWAY_SHEAR - shear, 0) * table->flat;
+    table->midway += MIDWAY_RATE * less;
+    table->steep = fminf(table->steep + MIDWAY_RATE / 2 * less, 4 * table->flat);
+}

@@ -1,0 +1,490 @@
+/* Mode composite: one line of the intermediate image through all sheets of a layer.
+ *
+ * A ray's value is known where it crosses the sheets; between two of them it is taken to be linear.
+ * Each interval between sheets is classified at the ends of 1, 2 or 4 parts of it, so many as
+ * the transfer function needs over the values that the interval spans (cvol_sheet_table.flat); a
+ * part has the mean of what is at its ends (the trapezoidal rule). Parts are composited front to
+ * back:
+ *     I += (1 - A) F D,  A += (1 - A) D
+ *
+ * What each sheet is to the line is found first. Then each group of pixels goes through all sheets
+ * of the layer, those alone in which it meets something to be seen, while its colour stays in
+ * registers. Values are kept as table coordinates.
+ *
+ * To be included by kernel files only: each compiles it for its instruction set, and with or
+ * without what is asked for seldom (SHEET_EXTRAS, classify.h).
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_COMPOSITE_H
+#define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_COMPOSITE_H
+
+#include "render/sheet/kernels/classify.h"
+#include "render/sheet/kernels/composite/between.h"
+#include "render/sheet/kernels/composite/line.h"
+#if SHEET_PIXELS
+#include "render/sheet/kernels/image_order/midpoint.h"
+#endif
+
+#define SHEET_LIT 0
+
+/* A group while it is drawn. */
+typedef struct group_state {
+    pixels p[PARTS];
+    cvol_vf value[PARTS], cover[PARTS]; /* at the sheet before; cover only where samples are void */
+    cvol_vf length[PARTS]; /* of an interval, over that of the table: in perspective, else 1 */
+    int bent; /* the interval before the layer's last sheet would be looked at half way */
+} group_state;
+
+/* ---- one group --------------------------------------------------------------------------------
+ */
+
+CVOL_INLINE void load_group(group_state *g, const line_job *job, int group, int has_void,
+                            int lengths)
+{
+    const cvol_line *line = job->line;
+    const float *r = line->values + group * CVOL_GROUP;
+    const int width = line->width;
+    for (int k = 0; k < PARTS; k++, r += CVOL_LANES) {
+        g->p[k] = (pixels){cvol_load(r),
+                           cvol_load(r + width),
+                           cvol_load(r + 2 * width),
+                           cvol_load(r + 3 * width),
+                           {0},
+                           0};
+        if (SHEET_EXTRAS && line->depth)
+            g->p[k].half = cvol_load(line->depth + group * CVOL_GROUP + k * CVOL_LANES);
+        g->value[k] = cvol_load(r + 4 * width);
+        g->cover[k] = has_void ? cvol_load(r + 5 * width) : cvol_splat(1);
+        g->length[k] = lengths ? find_lengths(job, group * CVOL_GROUP + k * CVOL_LANES)
+                               : cvol_splat(1);
+        if (SHEET_EXTRAS) /* the table is of parts */
+            g->length[k] *= (float)job->layer->parts;
+    }
+}
+
+/* With extras: the samples and parts of a group, if they are to be counted. */
+CVOL_INLINE void count_samples(const line_job *job, int sheets)
+{
+    if (SHEET_EXTRAS && job->line->multiply_adds)
+        *job->line->multiply_adds += (uint64_t)sheets * CVOL_GROUP * CVOL_ADDS_OF_SAMPLE;
+}
+
+CVOL_INLINE void count_parts(const group_state *g, const cvol_line *line)
+{
+    for (int k = 0; SHEET_EXTRAS && line->multiply_adds && k < PARTS; k++)
+        *line->multiply_adds += (uint64_t)g->p[k].parts * CVOL_LANES * CVOL_ADDS_OF_PART;
+}
+
+/* Pixels of all lines are more than the second level of the cache holds. */
+#define AHEAD 3
+
+CVOL_INLINE void prefetch_group(const cvol_line *line, int group)
+{
+    const float *r = line->values + group * CVOL_GROUP;
+    for (int k = 0; k < CVOL_LINES - 1; k++)
+        __builtin_prefetch(r + k * line->width, 1);
+}
+
+CVOL_INLINE void store_group(const group_state *g, const cvol_line *line, int group, int has_void)
+{
+    float *r = line->values + group * CVOL_GROUP;
+    const int width = line->width;
+    for (int k = 0; k < PARTS; k++, r += CVOL_LANES) {
+        cvol_store(r, g->p[k].r);
+        cvol_store(r + width, g->p[k].g);
+        cvol_store(r + 2 * width, g->p[k].b);
+        cvol_store(r + 3 * width, g->p[k].through);
+        cvol_store(r + 4 * width, g->value[k]);
+        if (SHEET_EXTRAS && line->depth)
+            cvol_store(line->depth + group * CVOL_GROUP + k * CVOL_LANES, g->p[k].half);
+        if (has_void)
+            cvol_store(r + 5 * width, g->cover[k]);
+    }
+}
+
+CVOL_INLINE int is_closed(const group_state *g)
+{
+    cvol_vf most = g->p[0].through;
+    for (int k = 1; k < PARTS; k++)
+        most = cvol_max(most, g->p[k].through);
+    return !any_above(most, OPAQUE_BELOW);
+}
+
+/* The part of an interval within what is drawn: from..to, 0 at its sheet and -1 at that before.
+ * near: how much of that is drawn by itself, see composite_within; `even`: as what it is at its
+ * beginning. */
+typedef struct span {
+    cvol_vf from, to, near;
+    int even;
+} span;
+
+/* Of the interval that ends at a sheet, for the CVOL_LANES pixels from i on. */
+CVOL_INLINE void find_within(span *out, const line_job *job, int s, int i)
+{
+    const cvol_layer *layer = job->layer;
+    const sheet_line *sheet = &job->sheets[s];
+    const cvol_vf begin = cvol_splat(layer->only ? -0.5f : -1),
+                  end = cvol_splat(layer->only ? 0.5f : 0), zero = {0};
+    cvol_vf enter, leave;
+    find_span(&enter, &leave, layer, &layer->sheets[s], &sheet->view,
+              sheet->lane_at + i * sheet->lane_step, i, job->line->number);
+    out->from = cvol_min(cvol_max(enter, begin), end);
+    out->to = cvol_min(cvol_max(leave, begin), end);
+    const cvol_vf near = 0.5f * cvol_min(-enter, 2 + enter);
+    out->near = cvol_max(cvol_min(near, out->to - out->from), zero);
+    out->even = !SHEET_PIXELS || layer->cuts > 0;
+}
+
+/* What of an interval, which ends at a sheet of this ordinal, is within. Of opaque matter what lies
+ * at a face is all that is seen, and would not be the same before and behind a sheet, which is seen
+ * as rings: so of what is within of the interval that a face cuts, half is drawn by itself; and of
+ * the next interval half of what the face leaves of the one before. Behind a plane that cuts, and
+ * along the lattice, this counts as what it is at the face. Rays of pixels do without that at the
+ * volume's own faces and a box's: a bright sample there would look as thick as half a sheet more,
+ * which is much of the little way that rays have at an edge. */
+CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol_vf from,
+                                  cvol_vf to, const span *within, int ordinal, cvol_vf length,
+                                  int pieces)
+{
+    const sample_parts whole = {.divided = 0};
+    const cvol_vf rise = to - from, sheet = cvol_splat((float)ordinal);
+    const cvol_vf face = to + within->from * rise;
+    const stretch at = {sheet + within->from + within->near, sheet + within->to};
+    const interval all = {within->even ? face : to + (within->from + within->near) * rise,
+                          to + within->to * rise,
+                          NULL,
+                          NULL,
+                          at,
+                          NULL,
+                          {0},
+                          0};
+    const cvol_vf rest = within->to - within->from - within->near;
+    matter last = matter_at_start(table, face, NULL, 0, pieces);
+    if (any_above(within->near, LEAST_WEIGHT)) {
+        const matter next = within->even ? last : matter_at_start(table, all.a, NULL, 0, pieces);
+        composite_part(p, &last, &next, whole, (stretch){at.from - within->near, at.from},
+                       within->near * length, 1);
+        last = next;
+    }
+    composite_from(p, table, &last, &all, rest * length, 1, pieces);
+}
+
+/* A group that was drawn up to the sheet before meets a window that cannot be seen: what of the
+ * interval between the two can be, is drawn. If samples there may have no value, then what half of
+ * it has by the sheet before. */
+CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group, int unit,
+                          int has_void, int pieces)
+{
+    const sheet_line *sheet = &job->sheets[s];
+#if SHEET_PIXELS
+    const int masked = 0;
+    cvol_vf levels[PARTS];
+    find_levels(levels, job, s, sheet->windows, group, 0);
+    (void)unit;
+    (void)has_void;
+#else
+    const long x = lane_sample(sheet, group, unit);
+    const int masked = has_void && sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
+    const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window_of(x)]));
+#endif
+    for (int k = 0; k < PARTS; k++) {
+        const int i = group * CVOL_GROUP + k * CVOL_LANES;
+#if SHEET_PIXELS
+        const cvol_vf level = levels[k];
+#endif
+        const cvol_vf end = masked ? g->value[k] : level;
+#if SHEET_PIXELS
+        if (group >= sheet->inside_begin && group < sheet->inside_end) {
+            cvol_vf middle;
+            const float ordinal = (float)job->layer->sheets[s].ordinal;
+            interval all = {g->value[k], level, NULL, NULL, stretch_of(ordinal - 1, ordinal),
+                            NULL,        {0},   0};
+            look_midway(&all, &middle, job, s, group, k, g->p[k].through);
+            composite_interval(&g->p[k], job->table, &all, g->length[k], 0, pieces);
+            continue;
+        }
+#endif
+        span within;
+        find_within(&within, job, s, i);
+        cvol_vf weight = g->length[k];
+        if (masked)
+            weight *= 0.5f * g->cover[k];
+        composite_within(&g->p[k], job->table, g->value[k], end, &within,
+                         job->layer->sheets[s].ordinal, weight, pieces);
+    }
+}
+
+/* The interval that ends at a sheet. known: its beginning is g->value; else only its latter half,
+ * or, of the first sheet, none is within the volume, and it has one value. */
+CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int group, int known,
+                               int unit, int has_void, int pieces)
+{
+    const cvol_layer *layer = job->layer;
+    const sheet_line *sheet = &job->sheets[s];
+    const double step = sheet->lane_step;
+    const long x = lane_sample(sheet, group, unit);
+    const int masked = !SHEET_PIXELS && has_void &&
+                       sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
+    const int inside = group >= sheet->inside_begin && group < sheet->inside_end;
+    const int ordinal = layer->sheets[s].ordinal;
+    const stretch at = stretch_of((float)ordinal - (known ? 1 : 0.5f), (float)ordinal);
+    count_samples(job, 1);
+    for (int k = 0; k < PARTS; k++) {
+        const double position = sheet->lane_at + (group * CVOL_GROUP + k * CVOL_LANES) * step;
+        cvol_vf cover = cvol_splat(1), value;
+#if SHEET_PIXELS
+        (void)masked;
+        (void)x;
+        (void)position;
+        value = reconstruct_slanted(job, sheet, group * CVOL_GROUP + k * CVOL_LANES);
+#else
+#if SHEET_EXTRAS
+        if (layer->wide)
+            value = masked ? reconstruct_widely_masked(&cover, job, sheet, 0, group, k, unit)
+                           : reconstruct_widely(job, sheet, sheet->view.near, group, k);
+        else
+#endif
+            if (masked)
+            value = unit ? reconstruct_unit_masked(&cover, &sheet->view, &sheet->footprint,
+                                                   x + k * CVOL_LANES, layer->cover_at)
+                         : reconstruct_finer_masked(&cover, &sheet->view, position, step,
+                                                    layer->cover_at);
+        else
+            value = unit ? reconstruct_unit(&sheet->view, &sheet->footprint, x + k * CVOL_LANES)
+                         : reconstruct_finer(&sheet->view, position, step);
+#endif
+        value = sample_to_table(job, value);
+        cvol_vf from = known ? g->value[k] : value, to = value, weight = g->length[k];
+        if (has_void) { /* where an end has no value, the other's holds */
+            const cvol_vf before = known ? g->cover[k] : cover;
+            to = cvol_select(cover < LEAST_WEIGHT, from, value);
+            from = cvol_select(before < LEAST_WEIGHT, value, from);
+            weight *= 0.5f * (before + cover);
+            g->cover[k] = cover;
+        }
+        interval all = {from, to, NULL, NULL, at, NULL, {0}, 0};
+#if SHEET_PIXELS
+        cvol_vf middle;
+        if (inside && known)
+            look_midway(&all, &middle, job, s, group, k, g->p[k].through);
+        if (s == layer->sheet_count - 1)
+            g->bent |= any_above(find_bend(from, to, g->p[k].through), job->table->midway);
+#endif
+        if (!inside) {
+            span within;
+            find_within(&within, job, s, group * CVOL_GROUP + k * CVOL_LANES);
+            composite_within(&g->p[k], job->table, from, to, &within, ordinal, weight, pieces);
+        } else if (known && !has_void && !layer->perspective &&
+                   !(SHEET_EXTRAS && layer->parts > 1)) {
+            composite_interval(&g->p[k], job->table, &all, weight, 0, pieces);
+        } else {
+            composite_interval(&g->p[k], job->table, &all, known ? weight : 0.5f * weight, 1,
+                               pieces);
+        }
+        g->value[k] = value;
+    }
+}
+
+/* An interval in parts, the last of which ends at sheet s. */
+CVOL_INLINE void draw_parts(group_state *g, matter *last, const line_job *job, int s, int group,
+                            int k, int unit, int lengths, int pieces, cvol_vf start, cvol_vf end)
+{
+    const int parts = job->layer->parts;
+    const float ordinal = (float)(job->layer->sheets[0].ordinal + s), step = 1 / (float)parts;
+    cvol_vf from = start;
+    for (int part = 1; part <= parts; part++) {
+        const cvol_vf value = part < parts ? find_between(job, s, part, group, k, unit, start, end)
+                                           : end;
+        const interval all = {
+            from,
+            value,
+            NULL,
+            NULL,
+            stretch_of(ordinal - 1 + (float)(part - 1) * step, ordinal - 1 + (float)part * step),
+            NULL,
+            {0},
+            0};
+        composite_from(&g->p[k], job->table, last, &all, step * g->length[k], lengths, pieces);
+        from = value;
+    }
+}
+
+/* The `count` sheets from s on: known intervals, whole, of samples that all have a value. First all
+ * of their values are found, and with them in which intervals there is anything to be seen; only
+ * these are looked at then. */
+CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, int s, int count,
+                          int group, int unit, int lengths, int pieces)
+{
+    const cvol_sheet_table *table = job->table;
+    cvol_vf values[CVOL_BLOCK_MAX + 1][PARTS];
+    uint64_t live = 0;
+    count_samples(job, count);
+    for (int k = 0; k < PARTS; k++)
+        values[0][k] = state->value[k];
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < PARTS; k++) {
+            const cvol_vf from = values[i][k],
+                          to = reconstruct(job, &job->sheets[s + i], group, k, unit);
+            values[i + 1][k] = to;
+            live |= (uint64_t)any_within(cvol_max(from, to), cvol_min(from, to),
+                                         table->visible_from, table->visible_to)
+                    << i;
+        }
+    if (SHEET_EXTRAS && job->layer->parts > 1) /* what lies between is not bounded by the ends */
+        live = (UINT64_C(1) << count) - 1;
+    for (int k = 0; k < PARTS; k++)
+        state->value[k] = values[count][k];
+#if SHEET_PIXELS
+    for (int k = 0; k < PARTS && s + count == job->layer->sheet_count; k++)
+        state->bent |= any_above(
+            find_bend(values[count - 1][k], values[count][k], state->p[k].through),
+            job->table->midway);
+#endif
+    if (!live)
+        return;
+    group_state g = *state;
+    matter last[PARTS] = {{{{0}}}};
+    int next = -1;
+    while (live && !*closed) {
+        const int i = __builtin_ctzll(live);
+        live &= live - 1;
+        const float ordinal = (float)(job->layer->sheets[0].ordinal + s + i);
+        const stretch at = stretch_of(ordinal - 1, ordinal);
+        for (int k = 0; k < PARTS; k++) {
+            interval all = {values[i][k], values[i + 1][k], NULL, NULL, at, NULL, {0}, 0};
+#if SHEET_PIXELS
+            cvol_vf middle;
+            look_midway(&all, &middle, job, s + i, group, k, g.p[k].through);
+#endif
+            if (i != next)
+                last[k] = matter_at_start(table, all.a, NULL, 0, pieces);
+            if (SHEET_EXTRAS && job->layer->parts > 1)
+                draw_parts(&g, &last[k], job, s + i, group, k, unit, lengths, pieces, all.a, all.b);
+            else
+                composite_from(&g.p[k], table, &last[k], &all, g.length[k], lengths, pieces);
+        }
+        next = i + 1;
+        *closed = is_closed(&g);
+    }
+    *state = g;
+}
+
+/* One sheet of any other kind; *known: whether its value was found. */
+CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, int known, int unit,
+                         int has_void, int pieces)
+{
+    float level = 0, spread;
+    if (!(job->seen[group - job->first_group] >> s & 1)) {
+        if (known)
+            draw_end(g, job, s, group, unit, has_void, pieces);
+        return 0;
+    }
+#if SHEET_PIXELS
+    cvol_vf levels[PARTS];
+    (void)level;
+    (void)spread;
+    if (!known && find_levels_before(levels, job, s, group)) {
+        known = 1;
+        for (int k = 0; k < PARTS; k++) {
+            g->value[k] = levels[k];
+            g->cover[k] = cvol_splat(1);
+        }
+        if (s == 0)
+            keep_levels_midway(job, group);
+    }
+#else
+    if (!known && find_level_before(&level, &spread, job, s, group)) {
+        known = 1;
+        for (int k = 0; k < PARTS; k++) {
+            g->value[k] = cvol_splat(level);
+            g->cover[k] = cvol_splat(1);
+        }
+    }
+#endif
+    draw_interval(g, job, s, group, known, unit, has_void, pieces);
+    return 1;
+}
+
+/* A group through the sheets that it meets. */
+CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_void, int lengths,
+                            int pieces)
+{
+    const cvol_line *line = job->line;
+    const int at = group - job->first_group, first_ordinal = job->layer->sheets[0].ordinal;
+    const uint32_t seen = job->seen[at];
+    const uint64_t go = has_void ? 0 : seen & job->inside[at];
+    uint32_t met = job->met[at];
+    int known = line->met[group] == first_ordinal - 1;
+    if (!seen && !(known && met & 1))
+        return;
+    group_state g;
+    load_group(&g, job, group, has_void, lengths);
+    g.bent = 0;
+    int last = line->met[group], closed = 0;
+    while (met && !closed) {
+        int s = __builtin_ctz(met);
+        known = last == first_ordinal + s - 1;
+        if (known && go >> s & 1) {
+            const int count = __builtin_ctzll(~(go >> s));
+            draw_run(&g, &closed, job, s, count, group, unit, lengths, pieces);
+            last = first_ordinal + s + count - 1;
+            met &= ~UINT32_C(0) << (s + count - 1) << 1;
+            continue;
+        }
+        met &= met - 1;
+        if (draw_sheet(&g, job, s, group, known, unit, has_void, pieces))
+            last = first_ordinal + s;
+        else
+            met &= from_lowest(met & seen); /* nothing to be seen until then */
+        closed = is_closed(&g);
+    }
+    store_group(&g, line, group, has_void);
+    count_parts(&g, line);
+    if (SHEET_EXTRAS && job->layer->parts > 1 && !closed &&
+        last == first_ordinal + job->layer->sheet_count - 1)
+        keep_between(job, group, unit);
+#if SHEET_PIXELS
+    if (job->layer->parts == 1 && !closed && last == first_ordinal + job->layer->sheet_count - 1)
+        keep_midway(job, group, g.bent);
+#endif
+    line->met[group] = last;
+    line->opaque[group] = (uint8_t)closed;
+}
+
+CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, int pieces)
+{
+    const cvol_layer *layer = job->layer;
+    int begin = job->line->width / CVOL_GROUP, end = 0;
+#if SHEET_PIXELS
+    view_slanted(job);
+#endif
+    for (int s = 0; s < layer->sheet_count; s++) {
+#if !SHEET_PIXELS
+        view_sheet(&job->sheets[s], job, &layer->sheets[s], unit);
+#endif
+        begin = job->sheets[s].begin < begin ? job->sheets[s].begin : begin;
+        end = job->sheets[s].end > end ? job->sheets[s].end : end;
+    }
+#if SHEET_EXTRAS
+    between_views between;
+    job->between = &between;
+    if (layer->parts > 1 && begin < end)
+        view_between(&between, job, unit);
+#endif
+    for (int first = begin; first < end; first += RUN) {
+        const int count = end - first < RUN ? end - first : RUN;
+#if SHEET_PIXELS
+        find_met_slanted(job, first, count);
+#else
+        find_met(job, first, count, unit);
+#endif
+        for (int group = first; group < first + count; group++) {
+            const int ahead = group + AHEAD;
+            if (ahead < first + count && job->seen[ahead - first] && !job->line->opaque[ahead])
+                prefetch_group(job->line, ahead);
+            if (!job->line->opaque[group])
+                draw_group(job, group, unit, has_void, lengths, pieces);
+        }
+    }
+}
+
+#endif

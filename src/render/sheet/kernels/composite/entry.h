@@ -1,0 +1,59 @@
+/* What line kernels begin with, after their draw_line(job, unit, has_void, lengths, pieces) is
+ * known: it is compiled for each kind of footprint, samples, projection and table by itself; with
+ * extras (classify.h) once, and told when it runs. Lit lines are long to compile: those in
+ * perspective and with samples without a value are compiled once, too.
+ *
+ * To be included by kernel files only, behind composite.h or render/sheet/kernels/lit_object_order/shade.h, which
+ * say whether they are lit (SHEET_LIT).
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_ENTRY_H
+#define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_ENTRY_H
+
+#include "render/sheet/kernels/classify.h"
+#include "render/sheet/kernels/composite/line.h"
+
+CVOL_INLINE void begin_line(line_job *job, const cvol_layer *layer, const cvol_sheet_table *table,
+                            const cvol_line *line)
+{
+    job->layer = layer;
+    job->table = table;
+    job->line = line;
+    job->table_offset = -table->from * table->scale;
+#ifdef SHEET_COMPACT
+    job->sample_scale = table->scale / layer->compact.scale;
+    job->sample_offset = job->table_offset - layer->compact.offset * job->sample_scale;
+#else
+    job->sample_scale = table->scale;
+    job->sample_offset = job->table_offset;
+#endif
+}
+
+CVOL_INLINE void draw_line_of_kind(line_job *job)
+{
+    const int unit = job->layer->unit, has_void = job->layer->cover_at != 0,
+              lengths = job->layer->perspective,
+              pieces = HAVE_PIECES && !has_void ? job->table->pieces : 0;
+    const int few = pieces == CVOL_PIECES_FEW;
+    const int is_rare = lengths || has_void || (HAVE_PIECES && !pieces);
+    if (SHEET_EXTRAS || (SHEET_LIT && is_rare))
+        draw_line(job, unit, has_void, lengths, pieces ? CVOL_PIECES : 0);
+    else if (SHEET_LIT && pieces)
+        unit ? draw_line(job, 1, 0, 0, CVOL_PIECES) : draw_line(job, 0, 0, 0, CVOL_PIECES);
+    else if (SHEET_LIT)
+        unit ? draw_line(job, 1, 0, 0, 0) : draw_line(job, 0, 0, 0, 0);
+    else if (lengths)
+        has_void ? draw_line(job, 0, 1, 1, 0)
+        : few    ? draw_line(job, 0, 0, 1, CVOL_PIECES_FEW)
+        : pieces ? draw_line(job, 0, 0, 1, CVOL_PIECES)
+                 : draw_line(job, 0, 0, 1, 0);
+    else if (has_void)
+        unit ? draw_line(job, 1, 1, 0, 0) : draw_line(job, 0, 1, 0, 0);
+    else if (few)
+        unit ? draw_line(job, 1, 0, 0, CVOL_PIECES_FEW) : draw_line(job, 0, 0, 0, CVOL_PIECES_FEW);
+    else if (pieces)
+        unit ? draw_line(job, 1, 0, 0, CVOL_PIECES) : draw_line(job, 0, 0, 0, CVOL_PIECES);
+    else
+        unit ? draw_line(job, 1, 0, 0, 0) : draw_line(job, 0, 0, 0, 0);
+}
+
+#endif

@@ -1,0 +1,397 @@
+/* Mode composite where samples are kept in 16 bits, with AVX-512: what composite.h does, for
+ * the usual intervals of two groups side by side at once, 32 pixels in whole numbers.
+ *
+ * Values are samples as they are kept, classified by cvol_sheet_words. Transmittances are numbers
+ * of 2^-15; what colours and opacity have gained over a layer's sheets is summed apart, times
+ * 2^(15 + shift), and added to the groups' own floats behind the last of these. Where a group
+ * begins or ends, or a face is near, it is drawn as composite.h does, by itself.
+ *
+ * To be included by kernel files only, behind composite.h.
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_INT16_H
+#define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_INT16_H
+
+#if defined(__AVX512F__)
+
+/* Two groups. */
+#define PAIR 2
+#define PAIR_LANES (PAIR * CVOL_GROUP)
+/* Transmittance below which nothing is seen, see OPAQUE_BELOW. */
+#define OPAQUE_WORD 64
+
+/* Sheets that a run has at most: what closes within it need not know those behind. */
+#define RUN_SHEETS (SHEET_PIXELS ? 8 : CVOL_BLOCK_MAX)
+
+#define ONE_WORD 32767
+
+/* What a line is to the sheets, in words. */
+typedef struct compact_job {
+    line_job *job;
+    const cvol_sheet_words *words;
+    int32_t weights[CVOL_BLOCK_MAX][4]; /* of near, its next sample, far, its next: twice 2^15 */
+    __m512i ramp[2];                    /* lane steps to pixels 0 .. 31, in 2^-16 */
+#if SHEET_PIXELS                        /* or steps along lanes, and rows, to pixels 0 .. 15 */
+    int32_t steps[2];
+    int32_t before[2][2], behind[2][2]; /* how far 16 pixels, or 32, reach from the first */
+    int lanes_at_once; /* samples that hold 32 pixels' of a row: 32, 64, or 0: more */
+    int rows[2];       /* the most rows that 16 pixels take samples of, and 32 */
+#endif
+    float sample_rate, sample_from; /* samples = table coordinates sample_rate + sample_from */
+} compact_job;
+
+/* Two groups while they are drawn. */
+typedef struct pair_state {
+    group_state groups[PAIR];
+    uint32_t run[PAIR], apart[PAIR]; /* sheets still to be met: in runs, and each by itself */
+    int active[PAIR], closed[PAIR];
+    int bent; /* groups whose interval before the layer's last sheet would be divided */
+} pair_state;
+
+/* Matter of 32 pixels. */
+typedef struct words_matter {
+    __m512i v[4];
+} words_matter;
+
+/* What of them has been drawn in a run. */
+typedef struct words_pixels {
+    __m512i gained[4], start, through; /* transmittances: at its beginning, and now */
+} words_pixels;
+
+/* ---- values ------------------------------------------------------------------------------------
+ */
+
+CVOL_INLINE int32_t double_word(float weight)
+{
+    int word = (int)(weight * 32768 + 0.5f);
+    word = word > ONE_WORD ? ONE_WORD : word;
+    return word << 16 | word;
+}
+
+CVOL_INLINE void begin_words(compact_job *c, line_job *job, int unit)
+{
+    const cvol_layer *layer = job->layer;
+    c->job = job;
+    c->words = &job->table->words;
+    c->sample_rate = 1 / job->sample_scale;
+    c->sample_from = -job->sample_offset / job->sample_scale;
+#if SHEET_PIXELS
+    const cvol_sheet_view *view = &layer->sheets[0];
+    const double steps[2] = {view->lane_step, view->row_right},
+                 downs[2] = {view->lane_down, view->row_step};
+    const __m512i number = (__m512i)cvol_to_int(cvol_iota());
+    for (int axis = 0; axis < 2; axis++) {
+        const int32_t step = (int32_t)lrint(steps[axis] * PLACE_ONE),
+                      down = (int32_t)lrint(downs[axis] * PLACE_ONE);
+        c->steps[axis] = step;
+        c->ramp[axis] = _mm512_add_epi32(
+            _mm512_mullo_epi32(_mm512_and_si512(number, _mm512_set1_epi32(CVOL_SQUARE - 1)),
+                               _mm512_set1_epi32(step)),
+            _mm512_mullo_epi32(_mm512_srli_epi32(number, CVOL_SQUARE_LOG2),
+                               _mm512_set1_epi32(down)));
+        for (int pair = 0; pair < 2; pair++) {
+            const int across = GROUP_ACROSS * (pair + 1);
+            c->before[axis][pair] = (int32_t)(least_reach(step, across) +
+                                              least_reach(down, GROUP_DOWN));
+            c->behind[axis][pair] = (int32_t)(most_reach(step, across) +
+                                              most_reach(down, GROUP_DOWN));
+        }
+    }
+    const int reach = ((c->behind[0][1] - c->before[0][1]) >> 16) + 3;
+    c->lanes_at_once = reach <= CVOL_GROUP      ? CVOL_GROUP
+                       : reach < PAIR_LANES     ? PAIR_LANES
+                       : reach < 2 * PAIR_LANES ? 2 * PAIR_LANES
+                                                : 0;
+    for (int pair = 0; pair < 2; pair++) /* one more if they begin late in a row */
+        c->rows[pair] = ((c->behind[1][pair] - c->before[1][pair]) >> 16) + 3;
+    (void)unit;
+#else
+    for (int s = 0; s < layer->sheet_count; s++) {
+        const line_view *view = &job->sheets[s].view;
+        const double at = job->sheets[s].lane_at;
+        const float right = unit ? (float)(at - floor(at)) : 0, left = 1 - right;
+        c->weights[s][0] = double_word(view->near_weight * left);
+        c->weights[s][1] = double_word(view->near_weight * right);
+        c->weights[s][2] = double_word(view->far_weight * left);
+        c->weights[s][3] = double_word(view->far_weight * right);
+    }
+    if (!unit && layer->sheet_count) {
+        const __m512 step = _mm512_set1_ps((float)layer->sheets[0].lane_step);
+        for (int half = 0; half < 2; half++) {
+            const __m512 i = _mm512_add_ps((__m512)cvol_iota(),
+                                           _mm512_set1_ps((float)(half * CVOL_GROUP)));
+            c->ramp[half] = _mm512_cvtps_epi32(
+                _mm512_mul_ps(_mm512_mul_ps(i, step), _mm512_set1_ps(65536)));
+        }
+    }
+#endif
+}
+
+CVOL_INLINE __m512i load_words(const int16_t *from)
+{
+    return _mm512_loadu_si512(from);
+}
+
+CVOL_INLINE __m512i weigh_rows(const int16_t *near, const int16_t *far, __m512i near_weight,
+                               __m512i far_weight)
+{
+    return _mm512_add_epi16(_mm512_mulhrs_epi16(load_words(near), near_weight),
+                            _mm512_mulhrs_epi16(load_words(far), far_weight));
+}
+
+/* Samples of 32 pixels from a group on. */
+CVOL_INLINE __m512i reconstruct_words(const compact_job *c, int s, int group, int unit)
+{
+    const sheet_line *sheet = &c->job->sheets[s];
+    const int32_t *w = c->weights[s];
+    const __m512i near_left = _mm512_set1_epi32(w[0]), far_left = _mm512_set1_epi32(w[2]);
+    if (unit) {
+        const long i = (long)group * CVOL_GROUP;
+        const __m512i near_right = _mm512_set1_epi32(w[1]), far_right = _mm512_set1_epi32(w[3]);
+        return _mm512_add_epi16(
+            weigh_rows(sheet->near + i, sheet->far + i, near_left, far_left),
+            weigh_rows(sheet->near + i + 1, sheet->far + i + 1, near_right, far_right));
+    }
+    const __m512i odd = _mm512_set_epi16(63, 61, 59, 57, 55, 53, 51, 49, 47, 45, 43, 41, 39, 37, 35,
+                                         33, 31, 29, 27, 25, 23, 21, 19, 17, 15, 13, 11, 9, 7, 5, 3,
+                                         1);
+    const double position = sheet->lane_at + (double)(group * CVOL_GROUP) * sheet->lane_step;
+    const double whole = floor(position);
+    const int16_t *near = sheet->near + (long)whole, *far = sheet->far + (long)whole;
+    const __m512i low = weigh_rows(near, far, near_left, far_left),
+                  high = weigh_rows(near + PAIR_LANES, far + PAIR_LANES, near_left, far_left);
+    const __m512i from = _mm512_set1_epi32((int32_t)((position - whole) * 65536));
+    const __m512i at[2] = {_mm512_add_epi32(c->ramp[0], from), _mm512_add_epi32(c->ramp[1], from)};
+    const __m512i index = _mm512_permutex2var_epi16(at[0], odd, at[1]);
+    const __m512i even = _mm512_sub_epi16(odd, _mm512_set1_epi16(1));
+    const __m512i part = _mm512_srli_epi16(_mm512_permutex2var_epi16(at[0], even, at[1]), 1);
+    const __m512i left = _mm512_permutex2var_epi16(low, index, high);
+    const __m512i right = _mm512_permutex2var_epi16(
+        low, _mm512_add_epi16(index, _mm512_set1_epi16(1)), high);
+    return _mm512_add_epi16(left, _mm512_mulhrs_epi16(_mm512_sub_epi16(right, left), part));
+}
+
+/* 32 words of two vectors of floats, each at least 0, at most 32767. */
+CVOL_INLINE __m512i words_of(__m512 low, __m512 high)
+{
+    const __m256i a = _mm512_cvtsepi32_epi16(_mm512_cvtps_epi32(low)),
+                  b = _mm512_cvtsepi32_epi16(_mm512_cvtps_epi32(high));
+    const __m512i words = _mm512_inserti64x4(_mm512_castsi256_si512(a), b, 1);
+    return _mm512_max_epi16(words, _mm512_setzero_si512());
+}
+
+/* 16 of them as floats again. */
+CVOL_INLINE cvol_vf floats_of(__m512i words, int half)
+{
+    const __m256i part = half ? _mm512_extracti64x4_epi64(words, 1) : _mm512_castsi512_si256(words);
+    return (cvol_vf)_mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(part));
+}
+
+#if SHEET_PIXELS
+#include "render/sheet/kernels/image_order/int16_rows.h"
+
+#include "render/sheet/kernels/image_order/midpoint_int16.h"
+#endif
+
+#include "render/sheet/kernels/composite/int16_interval.h"
+
+/* ---- runs --------------------------------------------------------------------------------------
+ */
+
+/* The `count` sheets from s on, of those groups that have bits in `halves`: known intervals, whole,
+ * of samples that all have a value. Pixels that are opaque see nothing, whatever the others of
+ * their group do. */
+CVOL_INLINE void draw_words(pair_state *state, const compact_job *c, int s, int count, int group,
+                            int halves, int unit)
+{
+    const cvol_sheet_words *w = c->words;
+    const __mmask32 mask = (halves & 1 ? 0xffffu : 0) | (halves & 2 ? 0xffff0000u : 0);
+    const __m512i visible_from = _mm512_set1_epi16(w->visible_from),
+                  visible_to = _mm512_set1_epi16(w->visible_to);
+    group_state *g = state->groups;
+    __m512i values[CVOL_BLOCK_MAX + 1];
+    uint64_t live = 0;
+    __mmask32 sees[CVOL_BLOCK_MAX];
+    const __m512i start = words_of((__m512)(g[0].p[0].through * 32768),
+                                   (__m512)(g[1].p[0].through * 32768));
+    const __mmask32 open = mask & find_open(start);
+    values[0] = words_of((__m512)(g[0].value[0] * c->sample_rate + c->sample_from),
+                         (__m512)(g[1].value[0] * c->sample_rate + c->sample_from));
+    for (int i = 0; i < count; i++) {
+#if SHEET_PIXELS
+        const __m512i from = values[i], to = reconstruct_slanted_words(c, s + i, group, halves);
+        (void)unit;
+#else
+        const __m512i from = values[i], to = reconstruct_words(c, s + i, group, unit);
+#endif
+        const __mmask32 above = _mm512_mask_cmpge_epi16_mask(open, _mm512_max_epi16(from, to),
+                                                             visible_from);
+        const __mmask32 seen = _mm512_mask_cmple_epi16_mask(above, _mm512_min_epi16(from, to),
+                                                            visible_to);
+        values[i + 1] = to;
+        sees[i] = seen;
+        live |= (uint64_t)(seen != 0) << i;
+    }
+    for (int half = 0; half < PAIR; half++)
+        if (halves >> half & 1)
+            g[half].value[0] = sample_to_table(c->job, floats_of(values[count], half));
+    const int is_last = SHEET_PIXELS && s + count == c->job->layer->sheet_count;
+    if (!live && !is_last)
+        return;
+    words_pixels p;
+    for (int k = 0; k < 4; k++)
+        p.gained[k] = _mm512_setzero_si512();
+    p.start = p.through = _mm512_maskz_mov_epi16(mask, start);
+#if SHEET_PIXELS
+    const __m512i rise = _mm512_abs_epi16(_mm512_sub_epi16(values[count], values[count - 1]));
+    if (is_last && find_bent(w, _mm512_mulhrs_epi16(rise, p.through)))
+        state->bent |= halves;
+#endif
+    if (!live)
+        return;
+    const words_run run = {c, s, group, halves};
+    draw_intervals(&p, &run, values, sees, live);
+    const float unit_of = 1.0f / (float)(32768 << w->shift);
+    for (int half = 0; half < PAIR; half++) {
+        if (!(halves >> half & 1))
+            continue;
+        pixels *to = &g[half].p[0];
+        to->r += unit_of * floats_of(p.gained[0], half);
+        to->g += unit_of * floats_of(p.gained[1], half);
+        to->b += unit_of * floats_of(p.gained[2], half);
+        to->through = cvol_max(to->through - unit_of * floats_of(p.gained[3], half), (cvol_vf){0});
+        state->closed[half] = !is_open(p.through, half);
+    }
+}
+
+#include "render/sheet/kernels/composite/int16_intersected.h"
+
+/* ---- groups ------------------------------------------------------------------------------------
+ */
+
+/* What the two groups have to meet. */
+CVOL_INLINE void begin_pair(pair_state *state, const line_job *job, int group, int end)
+{
+    const cvol_line *line = job->line;
+    const int first_ordinal = job->layer->sheets[0].ordinal;
+    state->bent = 0;
+    for (int half = 0; half < PAIR; half++) {
+        const int g = group + half, at = g - job->first_group;
+        state->active[half] = state->closed[half] = 0;
+        state->run[half] = state->apart[half] = 0;
+        if (g >= end || line->opaque[g])
+            continue;
+        const uint32_t met = job->met[at], seen = job->seen[at];
+        const uint32_t known = line->met[g] == first_ordinal - 1, before = seen << 1 | known;
+        state->run[half] = seen & job->inside[at] & before;
+        state->apart[half] = (seen & ~state->run[half]) | (met & ~seen & before);
+        state->active[half] = (state->run[half] | state->apart[half]) != 0;
+    }
+}
+
+/* How many sheets from s on both, or one, of the groups meet in a run; *halves: which. */
+CVOL_INLINE int find_run(int *halves, const pair_state *state, int s)
+{
+    const uint64_t a = state->run[0] >> s, b = state->run[1] >> s;
+    const int both = a & b & 1;
+    *halves = (int)(a & 1) | (int)(b & 1) << 1;
+    return __builtin_ctzll(~(both ? a & b : a & 1 ? a & ~b : b & ~a));
+}
+
+CVOL_INLINE void draw_pair(const compact_job *c, int group, int end, int unit, int pieces)
+{
+    const line_job *job = c->job;
+    const cvol_line *line = job->line;
+    pair_state state;
+    begin_pair(&state, job, group, end);
+    if (!state.active[0] && !state.active[1])
+        return;
+    int known[PAIR];
+    uint32_t seen[PAIR];
+    for (int half = 0; half < PAIR; half++) {
+        /* What is beyond the end is loaded like its neighbour, and left. */
+        load_group(&state.groups[half], job, group + half < end ? group + half : group, 0, 0);
+        state.groups[half].bent = 0;
+        known[half] = state.active[half] &&
+                      line->met[group + half] == job->layer->sheets[0].ordinal - 1;
+        seen[half] = state.active[half] ? job->seen[group + half - job->first_group] : 0;
+    }
+    uint32_t left;
+    while ((left = state.run[0] | state.apart[0] | state.run[1] | state.apart[1]) != 0) {
+        const int s = __builtin_ctz(left);
+        int halves;
+        for (int half = 0; half < PAIR; half++)
+            if (state.apart[half] >> s & 1) {
+                const uint32_t before = seen[half] << 1 | (uint32_t)known[half];
+                state.apart[half] &= state.apart[half] - 1;
+                draw_sheet(&state.groups[half], job, s, group + half, before >> s & 1, unit, 0,
+                           pieces);
+                state.bent |= state.groups[half].bent << half;
+                state.closed[half] = is_closed(&state.groups[half]);
+            }
+        const int all = find_run(&halves, &state, s), count = all < RUN_SHEETS ? all : RUN_SHEETS;
+        if (halves) {
+            const uint32_t done = (uint32_t)(((UINT64_C(1) << count) - 1) << s);
+            draw_words(&state, c, s, count, group, halves, unit);
+            for (int half = 0; half < PAIR; half++)
+                if (halves >> half & 1)
+                    state.run[half] &= ~done;
+        }
+        for (int half = 0; half < PAIR; half++)
+            if (state.closed[half])
+                state.run[half] = state.apart[half] = 0;
+    }
+#if SHEET_PIXELS
+    const int last = job->layer->sheet_count - 1;
+    for (int half = 0; half < PAIR; half++)
+        if (state.active[half] && !state.closed[half] && seen[half] >> last)
+            state.bent & 1 << half ? keep_midway_words(c, group, 1 << half)
+                                   : keep_no_midway(job, group + half);
+#endif
+    for (int half = 0; half < PAIR; half++) {
+        if (!state.active[half])
+            continue;
+        const int g = group + half;
+        store_group(&state.groups[half], line, g, 0);
+        if (seen[half])
+            line->met[g] = job->layer->sheets[0].ordinal + 31 - __builtin_clz(seen[half]);
+        line->opaque[g] = (uint8_t)state.closed[half];
+    }
+}
+
+CVOL_INLINE void draw_compact_line(line_job *job, int unit, int pieces)
+{
+    const cvol_layer *layer = job->layer;
+    int begin = job->line->width / CVOL_GROUP, end = 0;
+#if SHEET_PIXELS
+    view_slanted(job);
+#endif
+    for (int s = 0; s < layer->sheet_count; s++) {
+#if !SHEET_PIXELS
+        view_sheet(&job->sheets[s], job, &layer->sheets[s], unit);
+#endif
+        begin = job->sheets[s].begin < begin ? job->sheets[s].begin : begin;
+        end = job->sheets[s].end > end ? job->sheets[s].end : end;
+    }
+    if (begin >= end)
+        return;
+    compact_job c;
+    begin_words(&c, job, unit);
+    for (int first = begin; first < end; first += RUN) {
+        const int count = end - first < RUN ? end - first : RUN;
+#if SHEET_PIXELS
+        find_met_slanted(job, first, count);
+#else
+        find_met_words(job, first, count, unit);
+#endif
+        for (int group = first; group < first + count; group += PAIR) {
+            const int ahead = group + 2 * PAIR;
+            for (int k = ahead; k < ahead + PAIR && k < first + count; k++)
+                if (job->seen[k - first] && !job->line->opaque[k])
+                    prefetch_group(job->line, k);
+            draw_pair(&c, group, first + count, unit, pieces);
+        }
+    }
+}
+
+#endif
+#endif

@@ -1,0 +1,13 @@
+/* Mode composite (composite.h) with extras. */
+#define SHEET_EXTRAS 1
+#include "render/sheet/kernels/composite/composite.h"
+
+#include "render/sheet/kernels/composite/entry.h"
+
+void CVOL_SIMD(cvol_sheet_composite_extra)(const cvol_layer *layer, const cvol_sheet_table *table,
+                                           const cvol_line *line)
+{
+    line_job job;
+    begin_line(&job, layer, table, line);
+    draw_line_of_kind(&job);
+}

@@ -1,0 +1,284 @@
+/* Mode composite with light along the rays of the picture's own pixels, from samples of 16 bits,
+ * with AVX-512: as render/sheet/kernels/lit_object_order/shade.h does it along lines of the intermediate image.
+ *
+ * An interval between two sheets is drawn when the sheet after its end is met, as the gradient at
+ * its end is of what that one, its own and the one before have there: until then it is pending.
+ * Between two layers, what is needed of the first one's samples is kept in the line: the slopes at
+ * its last sheet, and how that sheet and the one before it continue into those beside them. What is
+ * not known of a pixel, because nothing there was evaluated, is no number; there values are
+ * continued straight.
+ *
+ * To be included by kernel files only.
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_H
+#define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_H
+
+#include "render/sheet/kernels/lit_image_order/shade_few.h"
+#include "render/sheet/kernels/lit_image_order/shade_gradient.h"
+
+/* Where less comes through all of a group's pixels, gradients are those of the sheet before. */
+#define LITTLE_LIGHT (1.0f / 64)
+
+/* ---- intervals ---------------------------------------------------------------------------------
+ */
+
+/* Draws an interval along which matter is as good as straight, but light turns: apart, as it is
+ * drawn only where pixels are fine. */
+CVOL_COLD void draw_turning(lit_group *g, const cvol_sheet_table *table, lit_interval *i,
+                            const matter *end, int pieces)
+{
+    i->middle = 0.5f * (i->a + i->b) + find_twist(i, table);
+    i->half = mix_gradients(&i->from, &i->to, cvol_splat(0.5f));
+    const lit_parts halves = {{~(cvol_vi){0}, {0}, {0}}, 2};
+    composite_parts(&g->p, table, &g->last, end, i, &halves, pieces);
+}
+
+/* Draws the pending interval, which ends at sheet s with a gradient. */
+CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int group,
+                               const gradient *now, int pieces)
+{
+    const cvol_sheet_table *table = job->table;
+    lit_interval i;
+    i.a = g->before;
+    i.b = g->value;
+    i.from = g->has_from ? g->from : *now;
+    i.to = *now;
+    take_other_gradient(&i.from, &i.to);
+    if (g->weighted) {
+        composite_weighted(&g->p, table, &i, g->weight, pieces);
+        g->has_last = 0;
+        return;
+    }
+    if (!g->has_last)
+        g->last = matter_of_gradient(table, i.a, &i.from, pieces);
+    g->has_last = 1;
+    const matter end = matter_of_gradient(table, i.b, &i.to, pieces);
+    const cvol_vf span = (cvol_max(i.a, i.b) - cvol_min(i.a, i.b)) * g->p.through;
+    if (!table->halves &&
+        !any_above(weigh_span(span, &g->last, &end), HALVES_OF_FLAT * table->flat)) {
+        if (table->turns) {
+            draw_turning(g, table, &i, &end, pieces);
+            return;
+        }
+        add_lit_part(&g->p, &g->last, &end, g->p.through, through_between(&g->last, &end));
+        g->last = end;
+        return;
+    }
+    find_half_way(&i, job, s, group);
+    composite_divided(&g->p, table, &g->last, &end, &i, pieces);
+}
+
+/* The same, whose end's gradient is found. `wanted`: that is needed in any case; `at`: where the
+ * sheet is met, NULL: not known yet. */
+CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int wanted,
+                        const group_place *at, int pieces)
+{
+    if (!g->visible && !wanted) {
+        g->has_last = 0;
+        return;
+    }
+    gradient now;
+    if (at && g->visible && g->has_from && !any_above(g->p.through, LITTLE_LIGHT)) {
+        now = g->from;
+        draw_interval(g, job, s, group, &now, pieces);
+        return;
+    }
+    if (s > 0 && s + 1 < job->layer->sheet_count) {
+        group_place found;
+        if (!at)
+            place_group(&found, job, &job->sheets[s], group);
+        now = gradient_within(job, s, at ? at : &found);
+    } else
+        now = gradient_at_end(g, job, s, group, value_after(job, s, group));
+    if (s >= 0 && is_mixed(job, s, group)) {
+        const gradient none = {{{0}}};
+        now = select_gradient(find_unseen_pixels(job, s, group), &none, &now);
+    }
+    if (g->visible)
+        draw_interval(g, job, s, group, &now, pieces);
+    else
+        g->has_last = 0;
+    g->from = now;
+    g->has_from = 1;
+}
+
+/* Sheets from s on, as long as `go` has them: known intervals, whole. Returns the sheet after the
+ * last that was met. */
+CVOL_INLINE int draw_run(lit_group *g, int *closed, const line_job *job, uint64_t go, int s,
+                         int group, int pieces)
+{
+    group_place places[2]; /* in turns: of a sheet, and of the one before */
+    if (s > 0)
+        place_group(&places[(s - 1) & 1], job, &job->sheets[s - 1], group);
+    do {
+        group_place *at = &places[s & 1];
+        place_group(at, job, &job->sheets[s], group);
+        const cvol_vf next = value_of_sheet(job, s, group, at);
+        const int visible = is_visible(job, g->p.through, g->value, next);
+        finish(g, job, s - 1, group, visible, &places[(s - 1) & 1], pieces);
+        *closed = g->visible && is_closed(g);
+        g->before = g->value;
+        g->value = next;
+        g->visible = visible;
+        g->has_from = visible; /* else it was not found */
+        g->weighted = 0;
+        s++;
+    } while (!*closed && go >> s & 1);
+    return s;
+}
+
+/* How much of the interval that ends at sheet s is within what is drawn. */
+CVOL_INLINE cvol_vf weigh_interval(const line_job *job, int s, int group)
+{
+    const sheet_line *sheet = &job->sheets[s];
+    const int only = job->layer->only, i = group * CVOL_GROUP;
+    return weigh(job->layer, &job->layer->sheets[s], &sheet->view,
+                 sheet->lane_at + i * sheet->lane_step, i, job->line->number, only ? -0.5f : -1,
+                 only ? 0.5f : 0);
+}
+
+/* A group meets a sheet where nothing can be seen: what of the interval up to there can be, is
+ * drawn. */
+CVOL_COLD void draw_end(lit_group *g, const line_job *job, int s, int group, int pieces)
+{
+    cvol_vf levels[PARTS];
+    find_levels(levels, job, s, job->sheets[s].windows, group, 0);
+    finish(g, job, s - 1, group, 1, NULL, pieces);
+    const lit_interval i = {.a = g->value, .b = levels[0], .from = g->from, .to = g->from};
+    if (is_visible(job, g->p.through, i.a, i.b))
+        composite_weighted(&g->p, job->table, &i, weigh_interval(job, s, group), pieces);
+    g->pending = 0;
+}
+
+/* A sheet of any kind that is seen. */
+CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, int pieces)
+{
+    const sheet_line *sheet = &job->sheets[s];
+    const int known = g->pending,
+              inside = group >= sheet->inside_begin && group < sheet->inside_end;
+    group_place place;
+    place_group(&place, job, sheet, group);
+    const cvol_vf value = value_of_sheet(job, s, group, &place);
+    cvol_vf levels[PARTS] = {{0}};
+    const int has_level = !known && find_levels_before(levels, job, s, group);
+    if (known)
+        finish(g, job, s - 1, group, 1, NULL, pieces);
+    g->has_from = known;
+    g->before = known ? g->value : has_level ? levels[0] : value;
+    if (!known) /* at a face samples go on as they are there */
+        g->ahead = job->layer->sheets[s].ordinal == 0 ? value : cvol_splat(NAN);
+    g->behind = g->ahead;
+    g->value = value;
+    g->weight = inside ? cvol_splat(known || has_level ? 1 : 0.5f) : weigh_interval(job, s, group);
+    g->weighted = !inside || !(known || has_level);
+    g->has_last = 0;
+    g->visible = is_visible(job, g->p.through, g->before, g->value);
+    g->pending = 1;
+}
+
+/* Keeps of the layer's sheet s, at which the interval ends that stays pending, what the next layer
+ * needs. */
+CVOL_INLINE void keep(lit_group *g, const line_job *job, int s, int group)
+{
+    g->behind = find_slopes(g->slope, g, job, s, group);
+    g->ahead = value_beside(job, &job->after, group);
+    if (is_mixed(job, s, group))
+        g->slope[0] = cvol_select(find_unseen_pixels(job, s, group), cvol_splat(NAN), g->slope[0]);
+    if (!g->weighted)
+        g->weight = cvol_splat(1);
+}
+
+/* A group through the sheets that it meets. */
+CVOL_INLINE void draw_group(const line_job *job, int group, int pieces)
+{
+    const cvol_line *line = job->line;
+    const int at = group - job->first_group, first = job->layer->sheets[0].ordinal;
+    const uint32_t seen = job->seen[at];
+    const uint64_t go = seen & job->inside[at];
+    uint32_t met = job->met[at];
+    int last = line->met[group], closed = 0;
+    if (!seen && last == INT32_MIN)
+        return;
+    lit_group g;
+    load_group(&g, line, group);
+    g.visible = g.pending && is_visible(job, g.p.through, g.before, g.value);
+    while (met && !closed) {
+        int s = __builtin_ctz(met);
+        if (g.pending && last != first + s - 1) {
+            finish(&g, job, last - first, group, 0, NULL, pieces);
+            g.pending = 0;
+            closed = is_closed(&g);
+            continue;
+        }
+        if (g.pending && go >> s & 1) {
+            s = draw_run(&g, &closed, job, go, s, group, pieces);
+            last = first + s - 1;
+            met &= ~UINT32_C(0) << (s - 1) << 1;
+            continue;
+        }
+        met &= met - 1;
+        if (seen >> s & 1) {
+            draw_sheet(&g, job, s, group, pieces);
+            last = first + s;
+        } else {
+            if (g.pending)
+                draw_end(&g, job, s, group, pieces);
+            met &= from_lowest(met & seen); /* nothing to be seen until then */
+        }
+        closed = is_closed(&g);
+    }
+    if (closed)
+        g.pending = 0;
+    if (g.pending && last >= first)
+        keep(&g, job, last - first, group);
+    store_group(&g, line, group);
+    line->met[group] = g.pending ? last : INT32_MIN;
+    line->opaque[group] = (uint8_t)closed;
+}
+
+CVOL_INLINE void draw_lit_line(line_job *job, int pieces)
+{
+    const cvol_layer *layer = job->layer;
+    int begin = job->line->width / CVOL_GROUP, end = 0;
+    view_slanted(job);
+    begin_places(job);
+    for (int s = 0; s < layer->sheet_count; s++) {
+        begin = job->sheets[s].begin < begin ? job->sheets[s].begin : begin;
+        end = job->sheets[s].end > end ? job->sheets[s].end : end;
+    }
+    job->before = move_sheet(job, 0, -1);
+    job->after = move_sheet(job, layer->sheet_count - 1, 1);
+    for (int first = begin; first < end; first += RUN) {
+        const int count = end - first < RUN ? end - first : RUN;
+        find_met_slanted(job, first, count);
+        for (int group = first; group < first + count; group++)
+            if (!job->line->opaque[group]) {
+                prefetch_group(job, group + AHEAD);
+                draw_group(job, group, pieces);
+            }
+    }
+}
+
+/* What is pending behind the last layer, whose last sheet is number layer->sheets[0].ordinal - 1:
+ * at the volume's face samples go on as they are there. */
+CVOL_COLD void end_lit_line(const line_job *job, int pieces)
+{
+    const cvol_line *line = job->line;
+    for (int group = 0; group < line->width / CVOL_GROUP; group++) {
+        const int last = line->met[group];
+        if (line->opaque[group] || last == INT32_MIN)
+            continue;
+        lit_group g;
+        load_group(&g, line, group);
+        const int at_face = last == job->layer->sheets[0].ordinal - 1;
+        const gradient now = gradient_at_end(&g, job, -1, group,
+                                             at_face ? g.value : cvol_splat(NAN));
+        if (is_visible(job, g.p.through, g.before, g.value))
+            draw_interval(&g, job, -1, group, &now, pieces);
+        g.pending = 0;
+        store_group(&g, line, group);
+        line->met[group] = INT32_MIN;
+    }
+}
+
+#endif

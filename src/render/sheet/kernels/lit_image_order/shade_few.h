@@ -1,0 +1,143 @@
+/* Those of 16 pixels whose interval has many parts are few, as a rule: two or four of them lie side
+ * by side in one vector, part behind part, so that all of these are found, and lit, at once
+ * (shade_interval.h). With AVX-512.
+ *
+ * To be included by kernel files only.
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_FEW_H
+#define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_FEW_H
+
+#include "render/sheet/kernels/lit_image_order/shade_interval.h"
+
+/* Of more pixels than these, whole groups are looked at part by part. */
+#define FEW_OF_EIGHT 6
+#define FEW_OF_FOUR 8
+
+/* What some pixels' intervals add, and what comes through them. */
+typedef struct few_pixels {
+    __m512 v[3], through;
+    __mmask16 which;
+} few_pixels;
+
+/* Which of an interval's ends and middle a lane's half of it begins and ends with, by pixel. */
+typedef struct few_lanes {
+    __m512i pixel, half;
+} few_lanes;
+
+CVOL_INLINE cvol_vf take_between(const few_lanes *at, cvol_vf a, cvol_vf middle, cvol_vf b,
+                                 cvol_vf t)
+{
+    const cvol_vf from = (cvol_vf)_mm512_permutex2var_ps((__m512)a, at->half, (__m512)middle),
+                  to = (cvol_vf)_mm512_permutex2var_ps((__m512)middle, at->half, (__m512)b);
+    return from + t * (to - from);
+}
+
+/* So many `parts` of the intervals of some pixels, 16 / parts of them or fewer. */
+CVOL_INLINE void draw_few(few_pixels *out, __mmask16 which, const cvol_sheet_table *table,
+                          const matter *last, const lit_interval *i, int parts, int pieces)
+{
+    const int log2_parts = parts == 8 ? 3 : 2;
+    const __m512i iota = (__m512i)cvol_to_int(cvol_iota());
+    const __m512i slot = _mm512_srli_epi32(iota, (unsigned)log2_parts),
+                  part = _mm512_and_si512(iota, _mm512_set1_epi32(parts - 1)),
+                  within = _mm512_and_si512(iota, _mm512_set1_epi32(parts / 2 - 1));
+    few_lanes at;
+    at.pixel = _mm512_permutexvar_epi32(slot, _mm512_maskz_compress_epi32(which, iota));
+    at.half = _mm512_mask_add_epi32(at.pixel,
+                                    _mm512_cmpge_epi32_mask(part, _mm512_set1_epi32(parts / 2)),
+                                    at.pixel, _mm512_set1_epi32(CVOL_GROUP));
+    /* What is at the ends of parts; their beginnings are the ends before. */
+    const cvol_vf t = (cvol_to_float((cvol_vi)within) + 1) * (2.0f / (float)parts);
+    gradient rise;
+    for (int k = 0; k < 3; k++)
+        rise.v[k] = take_between(&at, i->from.v[k], i->half.v[k], i->to.v[k], t);
+    const matter end = matter_of_gradient(table, take_between(&at, i->a, i->middle, i->b, t), &rise,
+                                          pieces);
+    const __mmask16 later = _mm512_test_epi32_mask(part, part);
+    const __m512i before = _mm512_sub_epi32(iota, _mm512_set1_epi32(1));
+    matter begin;
+    for (int k = 0; k < 4; k++)
+        begin.v[k] = (cvol_vf)_mm512_mask_permutexvar_ps(
+            _mm512_permutexvar_ps(at.pixel, (__m512)last->v[k]), later, before, (__m512)end.v[k]);
+    pixels p = {.through = cvol_splat(1)};
+    cvol_vf through = through_between(&begin, &end), share = p.through;
+    for (int k = 0; k < log2_parts; k++)
+        share *= half_share(&through);
+    add_lit_part(&p, &begin, &end, share, through);
+    /* Parts behind parts, two by two. */
+    for (int step = 1; step < parts; step *= 2) {
+        const __m512i behind = _mm512_add_epi32(iota, _mm512_set1_epi32(step));
+        p.r += p.through * (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.r);
+        p.g += p.through * (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.g);
+        p.b += p.through * (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.b);
+        p.through *= (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.through);
+    }
+    const __m512i first = _mm512_slli_epi32(_mm512_maskz_expand_epi32(which, iota),
+                                            (unsigned)log2_parts);
+    out->v[0] = _mm512_mask_permutexvar_ps(out->v[0], which, first, (__m512)p.r);
+    out->v[1] = _mm512_mask_permutexvar_ps(out->v[1], which, first, (__m512)p.g);
+    out->v[2] = _mm512_mask_permutexvar_ps(out->v[2], which, first, (__m512)p.b);
+    out->through = _mm512_mask_permutexvar_ps(out->through, which, first, (__m512)p.through);
+    out->which |= which;
+}
+
+/* The lowest `count` bits that are set. */
+CVOL_INLINE __mmask16 lowest_bits(unsigned bits, int count)
+{
+    unsigned rest = bits;
+    for (int k = 0; k < count; k++)
+        rest &= rest - 1;
+    return (__mmask16)(bits & ~rest);
+}
+
+/* Of pixels that have more than two parts, those that are few enough; what is left has as many
+ * parts->most. */
+CVOL_INLINE void draw_many_parts(few_pixels *out, const cvol_sheet_table *table, lit_parts *parts,
+                                 const matter *last, const lit_interval *i, int pieces)
+{
+    unsigned eighths = _mm512_movepi32_mask((__m512i)parts->divided[2]),
+             quarters = _mm512_movepi32_mask((__m512i)parts->divided[1]) & ~eighths;
+    out->which = 0;
+    if (__builtin_popcount(eighths) > FEW_OF_EIGHT)
+        return;
+    for (; eighths; eighths &= ~(unsigned)out->which) {
+        __mmask16 which = lowest_bits(eighths, 2);
+        if (!(eighths & (eighths - 1))) { /* room for one more */
+            which |= (__mmask16)(quarters & -quarters);
+            quarters &= quarters - 1;
+        }
+        draw_few(out, which, table, last, i, 8, pieces);
+    }
+    parts->most = quarters ? 4 : 2;
+    if (__builtin_popcount(quarters) > FEW_OF_FOUR)
+        return;
+    for (; quarters; quarters &= ~(unsigned)out->which)
+        draw_few(out, lowest_bits(quarters, 4), table, last, i, 4, pieces);
+    parts->most = 2;
+}
+
+/* A whole interval with a middle, in 2 to 8 parts; pixels by themselves may have one. *last: the
+ * matter at its beginning, becomes that at its end. */
+CVOL_INLINE void composite_divided(pixels *p, const cvol_sheet_table *table, matter *last,
+                                   const matter *end, const lit_interval *i, int pieces)
+{
+    lit_parts parts = find_parts_of(i, table, last, end, p->through);
+    if (parts.most == 2) {
+        composite_parts(p, table, last, end, i, &parts, pieces);
+        return;
+    }
+    const pixels start = *p;
+    few_pixels few = {.which = 0};
+    draw_many_parts(&few, table, &parts, last, i, pieces);
+    composite_parts(p, table, last, end, i, &parts, pieces);
+    const __m512 share = (__m512)start.through;
+    p->r = (cvol_vf)_mm512_mask_mov_ps((__m512)p->r, few.which,
+                                       _mm512_fmadd_ps(share, few.v[0], (__m512)start.r));
+    p->g = (cvol_vf)_mm512_mask_mov_ps((__m512)p->g, few.which,
+                                       _mm512_fmadd_ps(share, few.v[1], (__m512)start.g));
+    p->b = (cvol_vf)_mm512_mask_mov_ps((__m512)p->b, few.which,
+                                       _mm512_fmadd_ps(share, few.v[2], (__m512)start.b));
+    p->through = (cvol_vf)_mm512_mask_mul_ps((__m512)p->through, few.which, share, few.through);
+}
+
+#endif

@@ -1,0 +1,176 @@
+/* Values and gradients at a group's pixels along the rays of the picture's pixels
+ * (shade.h): where a sheet meets them, where its end was in a layer before, and half
+ * way between two sheets.
+ *
+ * To be included by kernel files only.
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_GRADIENT_H
+#define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_GRADIENT_H
+
+#include "render/sheet/kernels/lit_image_order/shade_group.h"
+#include "render/sheet/kernels/lit_image_order/shade_int16.h"
+
+/* ---- values ------------------------------------------------------------------------------------
+ */
+
+/* A sheet's samples where its layer's sheet `s` is met, `by` sheets further. */
+CVOL_INLINE sheet_line move_sheet(const line_job *job, int s, double by)
+{
+    sheet_line out = job->sheets[s];
+    out.number = -1;
+    out.lane_at += by * job->layer->sheets[s].lane_rate[0];
+    out.row_at += by * job->layer->sheets[s].row_rate[0];
+    return out;
+}
+
+/* How far sheet b of the layer lies behind sheet a in memory. */
+CVOL_INLINE long offset_to(const line_job *job, int b, int a)
+{
+    return job->sheets[b].origin - job->sheets[a].origin;
+}
+
+CVOL_INLINE int is_mixed(const line_job *job, int s, int group)
+{
+    return (int)(job->mixed[group - job->first_group] >> s & 1);
+}
+
+/* Pixels of sheet s with nothing to be seen. */
+CVOL_COLD cvol_vi find_unseen_pixels(const line_job *job, int s, int group)
+{
+    __m512 levels;
+    group_place at;
+    place_group(&at, job, &job->sheets[s], group);
+    return (cvol_vi)_mm512_movm_epi32(
+        find_unseen_of_group(&levels, job->layer, job->sheets[s].windows, &at));
+}
+
+/* Of sheet s; pixels with nothing to be seen have a value amidst what is there. */
+CVOL_INLINE cvol_vf value_of_sheet(const line_job *job, int s, int group, const group_place *at)
+{
+    const sheet_line *sheet = &job->sheets[s];
+    cvol_vf value = value_of_group(job, at, 0);
+    if (is_mixed(job, s, group)) {
+        __m512 levels;
+        const __mmask16 unseen = find_unseen_of_group(&levels, job->layer, sheet->windows, at);
+        value = (cvol_vf)_mm512_mask_mov_ps((__m512)value, unseen, kept_levels(job->layer, levels));
+    }
+    return sample_to_table(job, value);
+}
+
+/* Of a sheet where another is met; pixels with nothing to be seen there have none. */
+CVOL_INLINE cvol_vf value_beside(const line_job *job, const sheet_line *sheet, int group)
+{
+    group_place at;
+    place_group(&at, job, sheet, group);
+    const cvol_vf value = sample_to_table(job, value_of_group(job, &at, 0));
+    if (is_there_slanted(job, sheet, group))
+        return value;
+    __m512 levels;
+    const __mmask16 unseen = find_unseen_of_group(&levels, job->layer, sheet->windows, &at);
+    return (cvol_vf)_mm512_mask_mov_ps((__m512)value, unseen, _mm512_set1_ps(NAN));
+}
+
+/* ---- gradients ---------------------------------------------------------------------------------
+ */
+
+/* Of differences of samples two apart, in units of which so many are one of the table's. */
+CVOL_INLINE gradient gradient_of(const line_job *job, const cvol_vf rise[3], float scale)
+{
+    gradient out;
+    for (int k = 0; k < 3; k++)
+        out.v[k] = rise[k] * (scale * job->table->light->rise[k]);
+    return out;
+}
+
+/* At a sheet with one before it and one behind. */
+CVOL_INLINE gradient gradient_within(const line_job *job, int s, const group_place *at)
+{
+    cvol_vf rise[3];
+    rise_of_group(rise, job, at, offset_to(job, s - 1, s), offset_to(job, s + 1, s));
+    return gradient_of(job, rise, job->sample_scale);
+}
+
+/* Slopes of sheet s, in the table's units, and what is in the sheet before. */
+CVOL_INLINE cvol_vf find_slopes(cvol_vf slopes[2], const lit_group *g, const line_job *job, int s,
+                                int group)
+{
+    group_place at;
+    place_group(&at, job, &job->sheets[s], group);
+    cvol_vf rise[3];
+    rise_of_group(rise, job, &at, 0, 0);
+    for (int k = 0; k < 2; k++)
+        slopes[k] = rise[k] * job->sample_scale;
+    return s > 0 ? sample_to_table(job, value_of_group(job, &at, offset_to(job, s - 1, s)))
+                 : g->ahead;
+}
+
+/* At the end of the pending interval, which is sheet s of the layer, below 0: of one before;
+ * `after`: what is in the sheet behind. */
+CVOL_INLINE gradient gradient_at_end(const lit_group *g, const line_job *job, int s, int group,
+                                     cvol_vf after)
+{
+    cvol_vf slopes[2] = {g->slope[0], g->slope[1]}, behind = g->behind;
+    if (s >= 0)
+        behind = find_slopes(slopes, g, job, s, group);
+    cvol_vf rise = after - g->value, fall = g->value - behind;
+    rise = cvol_select(rise == rise, rise, fall);
+    fall = cvol_select(fall == fall, fall, rise);
+    const cvol_vi known = (slopes[0] == slopes[0]) & (rise == rise);
+    const cvol_vf rises[3] = {slopes[0], slopes[1], rise + fall};
+    const gradient none = {{{0}}}, at = gradient_of(job, rises, 1);
+    return select_gradient(known, &at, &none);
+}
+
+/* What a pending interval's end has behind it. */
+CVOL_INLINE cvol_vf value_after(const line_job *job, int s, int group)
+{
+    if (s < -1 || s + 1 >= job->layer->sheet_count)
+        return cvol_splat(NAN);
+    if (s < 0)
+        return value_beside(job, &job->before, group);
+    group_place at;
+    place_group(&at, job, &job->sheets[s], group);
+    return sample_to_table(job, value_of_group(job, &at, offset_to(job, s + 1, s)));
+}
+
+/* How far what lies half way is from straight, as both ends tell. */
+CVOL_INLINE cvol_vf find_twist(const lit_interval *i, const cvol_sheet_table *table)
+{
+    return table->twist[0] * (i->from.v[0] - i->to.v[0]) +
+           table->twist[1] * (i->from.v[1] - i->to.v[1]);
+}
+
+/* Half way from the sheet before to sheet s: as the ends tell where what lies there is not known.
+ */
+CVOL_INLINE void find_half_way(lit_interval *i, const line_job *job, int s, int group)
+{
+    const cvol_vf half = cvol_splat(0.5f);
+    const gradient straight = mix_gradients(&i->from, &i->to, half);
+    i->middle = half * (i->a + i->b);
+    i->half = straight;
+    if (s < 1 || (job->seen[group - job->first_group] >> (s - 1) & 3) != 3) {
+        i->middle += find_twist(i, job->table);
+        return;
+    }
+    const long before = offset_to(job, s - 1, s);
+    const sheet_line sheet = move_sheet(job, s, -0.5);
+    group_place at;
+    place_group(&at, job, &sheet, group);
+    if (s > 1 && s + 1 < job->layer->sheet_count) {
+        const four_sheets of = {offset_to(job, s - 2, s), before, offset_to(job, s + 1, s)};
+        cvol_vf rise[3];
+        i->middle = sample_to_table(job, half_way_of_group(rise, job, &at, &of));
+        i->half = gradient_of(job, rise, job->sample_scale);
+    } else {
+        const cvol_vf sum = value_of_group(job, &at, before) + value_of_group(job, &at, 0);
+        i->middle = sample_to_table(job, half * sum);
+    }
+    if (is_mixed(job, s, group) || is_mixed(job, s - 1, group)) {
+        const cvol_vi unseen = find_unseen_pixels(job, s, group) |
+                               find_unseen_pixels(job, s - 1, group);
+        i->middle = cvol_select(unseen, half * (i->a + i->b), i->middle);
+        i->half = select_gradient(unseen, &straight, &i->half);
+    }
+}
+
+#endif

@@ -1,0 +1,112 @@
+/* A group of lit pixels while it is drawn along the rays of the picture's pixels
+ * (shade.h): what is pending of it, and how a line keeps that from layer to layer.
+ *
+ * To be included by kernel files only.
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_GROUP_H
+#define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_GROUP_H
+
+#include "render/sheet/kernels/composite/line.h"
+#include "render/sheet/kernels/lit_image_order/shade_interval.h"
+
+/* A group while it is drawn; of its pending interval: */
+typedef struct lit_group {
+    pixels p;
+    cvol_vf before, value; /* at its beginning, and at its end */
+    gradient from;         /* at its beginning, */
+    int has_from;          /* if that is known */
+    cvol_vf weight;        /* if it is not whole */
+    int pending, weighted, visible;
+    matter last;  /* at its beginning, */
+    int has_last; /* if that is known */
+    /* Where its end is in a layer before, or the first sheet of this one: */
+    cvol_vf slope[2];
+    cvol_vf behind; /* in the sheet before its end, */
+    cvol_vf ahead;  /* and in its end's sheet, where the next one is met */
+} lit_group;
+
+/* ---- what lines keep ---------------------------------------------------------------------------
+ */
+
+#define HAS_FROM 1
+#define WEIGHTED 2
+
+CVOL_INLINE void load_group(lit_group *g, const cvol_line *line, int group)
+{
+    const long width = line->width;
+    const float *r = line->values + group * CVOL_GROUP, *s = line->pending + group * CVOL_GROUP;
+    g->p = (pixels){cvol_load(r),
+                    cvol_load(r + width),
+                    cvol_load(r + 2 * width),
+                    cvol_load(r + 3 * width),
+                    {0},
+                    0};
+    g->pending = line->met[group] != INT32_MIN;
+    g->has_from = g->has_last = g->visible = 0;
+    g->weighted = 1;
+    if (!g->pending)
+        return;
+    g->value = cvol_load(r + 4 * width);
+    cvol_vf *const kept[] = {&g->before,   &g->from.v[0], &g->from.v[1], &g->from.v[2], &g->weight,
+                             &g->slope[0], &g->slope[1],  &g->behind,    &g->ahead};
+    for (int n = 0; n < CVOL_PENDING_LINES_PLAIN; n++)
+        *kept[n] = cvol_load(s + n * width);
+    g->has_from = line->edges[group] & HAS_FROM;
+    g->weighted = line->edges[group] & WEIGHTED;
+}
+
+/* Pixels of all lines are more than the second level of the cache holds. */
+#define AHEAD 3
+
+CVOL_INLINE void prefetch_group(const line_job *job, int group)
+{
+    const cvol_line *line = job->line;
+    const long width = line->width;
+    if ((group + 1) * CVOL_GROUP > width || line->opaque[group] ||
+        !(line->met[group] != INT32_MIN ||
+          (group - job->first_group < RUN && job->seen[group - job->first_group])))
+        return;
+    const float *r = line->values + group * CVOL_GROUP, *s = line->pending + group * CVOL_GROUP;
+    for (int k = 0; k < 5; k++)
+        __builtin_prefetch(r + k * width, 1);
+    for (int k = 0; k < CVOL_PENDING_LINES_PLAIN && line->met[group] != INT32_MIN; k++)
+        __builtin_prefetch(s + k * width, 1);
+}
+
+CVOL_INLINE void store_group(const lit_group *g, const cvol_line *line, int group)
+{
+    const long width = line->width;
+    float *r = line->values + group * CVOL_GROUP, *s = line->pending + group * CVOL_GROUP;
+    cvol_store(r, g->p.r);
+    cvol_store(r + width, g->p.g);
+    cvol_store(r + 2 * width, g->p.b);
+    cvol_store(r + 3 * width, g->p.through);
+    if (!g->pending)
+        return;
+    cvol_store(r + 4 * width, g->value);
+    const cvol_vf *const kept[] = {&g->before,    &g->from.v[0], &g->from.v[1],
+                                   &g->from.v[2], &g->weight,    &g->slope[0],
+                                   &g->slope[1],  &g->behind,    &g->ahead};
+    for (int n = 0; n < CVOL_PENDING_LINES_PLAIN; n++)
+        cvol_store(s + n * width, *kept[n]);
+    line->edges[group] = (uint8_t)((g->has_from ? HAS_FROM : 0) | (g->weighted ? WEIGHTED : 0));
+}
+
+CVOL_INLINE int is_closed(const lit_group *g)
+{
+    return !any_above(g->p.through, OPAQUE_BELOW);
+}
+
+/* Whether anything of an interval can be seen, by pixels through which light still comes. */
+CVOL_INLINE int is_visible(const line_job *job, cvol_vf through, cvol_vf a, cvol_vf b)
+{
+    const __mmask16 open = _mm512_cmp_ps_mask((__m512)through, _mm512_set1_ps(OPAQUE_BELOW),
+                                              _CMP_GT_OQ),
+                    above = _mm512_mask_cmp_ps_mask(open, (__m512)cvol_max(a, b),
+                                                    _mm512_set1_ps(job->table->visible_from),
+                                                    _CMP_GE_OQ);
+    return _mm512_mask_cmp_ps_mask(above, (__m512)cvol_min(a, b),
+                                   _mm512_set1_ps(job->table->visible_to), _CMP_LE_OQ) != 0;
+}
+
+#endif

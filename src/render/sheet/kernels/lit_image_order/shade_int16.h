@@ -1,0 +1,385 @@
+/* Samples of 16 bits, and how they rise, at a group's pixels along lines that cross rows at a slant
+ * (line_slanted.h), with AVX-512: the rows that the pixels lie in are loaded one after the other,
+ * and each pixel takes its samples, or differences of these, when its own are there. Of eight words
+ * side by side the lower four are of four pixels' near rows, the upper of the same pixels' far
+ * rows.
+ *
+ * To be included by kernel files only, behind line.h.
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_INT16_H
+#define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_INT16_H
+
+/* The most samples of a row that are loaded at once. */
+#define ROW_SAMPLES 32
+/* Called, as it is long and needed in several places. */
+#define CVOL_APART static __attribute__((noinline))
+
+/* Where the pixels of a group lie. */
+typedef struct group_place {
+    const int16_t *from; /* the first sample that any takes, in the first row */
+    long stride;
+    int least, most;    /* rows from there on that there are */
+    int x, y;           /* that sample */
+    __m512i lane;       /* in words: how far from there a pixel's sample lies */
+    __m512i row;        /* that before it, and that behind */
+    __m512i left_right; /* pairs of words: how much of what is left and right counts */
+    __m512 below;
+} group_place;
+
+/* Steps from pixel to pixel are the same on all sheets. */
+CVOL_INLINE void begin_places(line_job *job)
+{
+    const cvol_sheet_view *sheet = &job->layer->sheets[0];
+    const double steps[2] = {sheet->lane_step, sheet->row_right},
+                 downs[2] = {sheet->lane_down, sheet->row_step};
+    const cvol_vi number = cvol_to_int(cvol_iota());
+    for (int axis = 0; axis < 2; axis++) {
+        const int step = (int)lrint(steps[axis] * PLACE_ONE),
+                  down = (int)lrint(downs[axis] * PLACE_ONE);
+        job->begins[axis] = (int)(least_reach(step, GROUP_ACROSS) + least_reach(down, GROUP_DOWN));
+        job->reaches[axis] = (int)(most_reach(step, GROUP_ACROSS) + most_reach(down, GROUP_DOWN)) -
+                             job->begins[axis];
+        job->ramp[axis] = (number & (CVOL_SQUARE - 1)) * step + number / CVOL_SQUARE * down -
+                          job->begins[axis];
+    }
+    const int reach = (job->reaches[0] >> 16) + 5;
+    job->samples = reach < 16 ? 16 : reach < 32 ? 32 : 64;
+    /* One more if they begin late in a row. */
+    job->rows = (job->reaches[1] >> 16) + 3;
+}
+
+/* What weights of left and right are together. */
+#define WEIGHTS_ONE 16384
+
+/* 16 words, each four of them twice. */
+CVOL_INLINE __m512i spread_words(__m512i numbers)
+{
+    const __m512i twice = _mm512_set_epi64(3, 3, 2, 2, 1, 1, 0, 0);
+    return _mm512_permutexvar_epi64(twice, _mm512_castsi256_si512(_mm512_cvtepi32_epi16(numbers)));
+}
+
+/* And the first of both, as numbers. */
+CVOL_INLINE __m512i gather_words(__m512i words)
+{
+    const __m512i first = _mm512_set_epi64(6, 4, 2, 0, 6, 4, 2, 0);
+    return _mm512_cvtepi16_epi32(_mm512_castsi512_si256(_mm512_permutexvar_epi64(first, words)));
+}
+
+/* Field by field: what is copied whole waits for its parts. */
+CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_line *sheet,
+                             int group)
+{
+    const cvol_layer *layer = job->layer;
+    const double i = (double)group * GROUP_ACROSS;
+    const double x = sheet->lane_at + i * sheet->lane_step + job->begins[0] * (1 / PLACE_ONE),
+                 y = sheet->row_at + i * sheet->row_right + job->begins[1] * (1 / PLACE_ONE);
+    const double x0 = floor(x), y0 = floor(y);
+    const int u0 = (int)((x - x0) * PLACE_ONE), v0 = (int)((y - y0) * PLACE_ONE);
+    const __m512i u = _mm512_add_epi32((__m512i)job->ramp[0], _mm512_set1_epi32(u0)),
+                  v = _mm512_add_epi32((__m512i)job->ramp[1], _mm512_set1_epi32(v0));
+    const __m512i part = _mm512_set1_epi32(0xffff);
+    const __m512i behind = _mm512_broadcast_i32x4(_mm_set_epi16(1, 1, 1, 1, 0, 0, 0, 0));
+    const __m512i right = _mm512_srli_epi32(_mm512_and_si512(u, part), 2);
+    out->x = (int)x0;
+    out->y = (int)y0;
+    out->from = sheet->origin + (long)out->y * layer->row_stride + (long)out->x;
+    out->stride = layer->row_stride;
+    out->least = layer->from_row - out->y;
+    out->most = layer->to_row - out->y;
+    out->lane = spread_words(_mm512_srli_epi32(u, 16));
+    out->row = _mm512_add_epi16(spread_words(_mm512_srai_epi32(v, 16)), behind);
+    out->left_right = _mm512_or_si512(_mm512_sub_epi32(_mm512_set1_epi32(WEIGHTS_ONE), right),
+                                      _mm512_slli_epi32(right, 16));
+    out->below = _mm512_mul_ps(_mm512_cvtepi32_ps(_mm512_and_si512(v, part)),
+                               _mm512_set1_ps((float)(1 / PLACE_ONE)));
+}
+
+/* ---- rows ---------------------------------------------------------------------------------------
+ */
+
+/* Words of a row, of which so many `samples` are loaded as pixels may reach: 64, of which 32 are
+ * `more`, 32 or 16; these lie in one line of the cache more often than not. */
+typedef struct row_words {
+    __m512i words, more;
+} row_words;
+
+CVOL_INLINE row_words load_row(const int16_t *from, int samples)
+{
+    if (samples == 16) {
+        const __m512i twice = _mm512_broadcast_i64x4(_mm256_loadu_si256((const __m256i *)from));
+        return (row_words){twice, twice};
+    }
+    const __m512i words = _mm512_loadu_si512(from);
+    return (row_words){words, samples == 64 ? _mm512_loadu_si512(from + ROW_SAMPLES) : words};
+}
+
+CVOL_INLINE row_words mean_of_rows(row_words a, row_words b, int samples)
+{
+    const __m512i words = _mm512_avg_epu16(a.words, b.words);
+    return (row_words){words, samples == 64 ? _mm512_avg_epu16(a.more, b.more) : words};
+}
+
+CVOL_INLINE row_words subtract_row(row_words a, row_words b, int samples)
+{
+    const __m512i words = _mm512_sub_epi16(a.words, b.words);
+    return (row_words){words, samples == 64 ? _mm512_sub_epi16(a.more, b.more) : words};
+}
+
+/* Words two further on, but for the last two. */
+CVOL_INLINE row_words shift_row(row_words row, int samples)
+{
+    const __m512i on = _mm512_set_epi16(33, 32, 31, 30, 29, 28, 27, 26, 25, 24, 23, 22, 21, 20, 19,
+                                        18, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2);
+    if (samples < 64) {
+        const __m512i words = _mm512_permutexvar_epi16(on, row.words);
+        return (row_words){words, words};
+    }
+    return (row_words){_mm512_permutex2var_epi16(row.words, on, row.more),
+                       _mm512_permutexvar_epi16(on, row.more)};
+}
+
+/* What is left and right of pixels. */
+typedef struct word_pair {
+    __m512i left, right;
+} word_pair;
+
+/* Words of a row for the pixels of a mask. */
+CVOL_INLINE void take_words(word_pair *out, __mmask32 own, __m512i left, __m512i right,
+                            row_words row, int samples)
+{
+    if (samples == 64) {
+        out->left = _mm512_mask_mov_epi16(out->left, own,
+                                          _mm512_permutex2var_epi16(row.words, left, row.more));
+        out->right = _mm512_mask_mov_epi16(out->right, own,
+                                           _mm512_permutex2var_epi16(row.words, right, row.more));
+        return;
+    }
+    out->left = _mm512_mask_permutexvar_epi16(out->left, own, left, row.words);
+    out->right = _mm512_mask_permutexvar_epi16(out->right, own, right, row.words);
+}
+
+CVOL_INLINE __mmask32 pixels_of_row(const group_place *at, int row)
+{
+    return _mm512_cmpeq_epi16_mask(at->row, _mm512_set1_epi16((int16_t)row));
+}
+
+CVOL_INLINE int first_row(const group_place *at)
+{
+    const int first = at->least > 0 ? at->least : 0;
+    return first < at->most ? first : at->most;
+}
+
+/* How far the row behind one lies: those that are not there are as good as the last. */
+CVOL_INLINE long stride_to_next(const group_place *at, int row)
+{
+    return row <= at->most ? at->stride : 0;
+}
+
+/* Calls a function for as many rows as the groups of a frame may need, which is foreseen: whether
+ * these pixels take all of them or not. */
+#define CVOL_OF_ROWS(job, call)              \
+    do {                                     \
+        if ((job)->samples == 64)            \
+            call((job)->rows, 64);           \
+        else if ((job)->samples == 32)       \
+            CVOL_OF_FEW_ROWS(job, call, 32); \
+        else                                 \
+            CVOL_OF_FEW_ROWS(job, call, 16); \
+    } while (0)
+#define CVOL_OF_FEW_ROWS(job, call, samples) \
+    do {                                     \
+        if ((job)->rows == 3)                \
+            call(3, samples);                \
+        else if ((job)->rows == 4)           \
+            call(4, samples);                \
+        else if ((job)->rows == 5)           \
+            call(5, samples);                \
+        else if ((job)->rows == 6)           \
+            call(6, samples);                \
+        else if ((job)->rows == 7)           \
+            call(7, samples);                \
+        else if ((job)->rows == 8)           \
+            call(8, samples);                \
+        else                                 \
+            call((job)->rows, samples);      \
+    } while (0)
+
+/* ---- values -------------------------------------------------------------------------------------
+ */
+
+/* In whole numbers until they are weighed by rows: where samples hardly differ, it counts how. */
+CVOL_INLINE cvol_vf weigh_words(const group_place *at, const word_pair *of)
+{
+    const __m512i near_pairs = _mm512_unpacklo_epi16(of->left, of->right),
+                  far_pairs = _mm512_unpackhi_epi16(of->left, of->right);
+    const __m512 near = _mm512_cvtepi32_ps(_mm512_madd_epi16(near_pairs, at->left_right)),
+                 far = _mm512_cvtepi32_ps(_mm512_madd_epi16(far_pairs, at->left_right));
+    return (cvol_vf)_mm512_mul_ps(_mm512_fmadd_ps(at->below, _mm512_sub_ps(far, near), near),
+                                  _mm512_set1_ps(1.0f / WEIGHTS_ONE));
+}
+
+CVOL_INLINE void take_values(word_pair *out, const group_place *at, long offset, int rows,
+                             int samples)
+{
+    const __m512i lane = at->lane, next = _mm512_add_epi16(lane, _mm512_set1_epi16(1));
+    const int first = first_row(at);
+    const int16_t *line = at->from + offset + first * at->stride;
+    *out = (word_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
+    for (int row = first; row < first + rows; row++) {
+        take_words(out, pixels_of_row(at, row), lane, next, load_row(line, samples), samples);
+        line += stride_to_next(at, row);
+    }
+}
+
+/* The same where the samples of a row lie within 16, and rows are `fours` times four or fewer: four
+ * of these, and a place is found by one permutation. */
+CVOL_INLINE void take_fours(word_pair *out, const group_place *at, long offset, int rows, int fours)
+{
+    const int first = first_row(at);
+    const __m512i left = _mm512_add_epi16(
+                      _mm512_slli_epi16(
+                          _mm512_sub_epi16(at->row, _mm512_set1_epi16((int16_t)first)), 4),
+                      at->lane),
+                  right = _mm512_add_epi16(left, _mm512_set1_epi16(1));
+    const int16_t *line = at->from + offset + first * at->stride;
+    int row = first;
+    for (int four = 0; four < fours; four++) {
+        __m512i pairs[2];
+        for (int k = 0; k < 2; k++) {
+            const __m256i low = _mm256_loadu_si256((const __m256i *)line);
+            line += row < first + rows - 1 ? stride_to_next(at, row++) : 0;
+            pairs[k] = _mm512_inserti64x4(_mm512_castsi256_si512(low),
+                                          _mm256_loadu_si256((const __m256i *)line), 1);
+            line += row < first + rows - 1 ? stride_to_next(at, row++) : 0;
+        }
+        const __m512i a = _mm512_permutex2var_epi16(pairs[0], left, pairs[1]),
+                      b = _mm512_permutex2var_epi16(pairs[0], right, pairs[1]);
+        const __mmask32 own = _mm512_cmpge_epi16_mask(left,
+                                                      _mm512_set1_epi16((int16_t)(64 * four)));
+        out->left = four ? _mm512_mask_mov_epi16(out->left, own, a) : a;
+        out->right = four ? _mm512_mask_mov_epi16(out->right, own, b) : b;
+    }
+}
+
+/* Samples, `offset` behind the sheet's. */
+CVOL_APART cvol_vf value_of_group(const line_job *job, const group_place *at, long offset)
+{
+    word_pair values;
+    if (job->samples == 16 && job->rows <= 8) {
+        if (job->rows <= 4)
+            take_fours(&values, at, offset, job->rows, 1);
+        else
+            take_fours(&values, at, offset, job->rows, 2);
+        return weigh_words(at, &values);
+    }
+#define TAKE_VALUES(rows, samples) take_values(&values, at, offset, rows, samples)
+    CVOL_OF_ROWS(job, TAKE_VALUES);
+#undef TAKE_VALUES
+    return weigh_words(at, &values);
+}
+
+/* ---- how they rise ------------------------------------------------------------------------------
+ */
+
+/* Along lanes, rows, and sheets: from one before to one behind. */
+CVOL_INLINE void take_rises(word_pair out[3], const group_place *at, long before, long behind,
+                            int rows, int samples)
+{
+    const __m512i one = _mm512_set1_epi16(1), left = at->lane, here = _mm512_add_epi16(left, one),
+                  right = _mm512_add_epi16(here, one);
+    const int first = first_row(at);
+    const int16_t *line = at->from - 1 + first * at->stride;
+    row_words above = load_row(line - at->stride, samples), own = load_row(line, samples);
+    for (int k = 0; k < 3; k++)
+        out[k] = (word_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
+    for (int row = first; row < first + rows; row++) {
+        const long stride = stride_to_next(at, row);
+        const __mmask32 which = pixels_of_row(at, row);
+        const row_words below = load_row(line + stride, samples);
+        take_words(&out[0], which, left, here, subtract_row(shift_row(own, samples), own, samples),
+                   samples);
+        take_words(&out[1], which, here, right, subtract_row(below, above, samples), samples);
+        take_words(&out[2], which, here, right,
+                   subtract_row(load_row(line + behind, samples), load_row(line + before, samples),
+                                samples),
+                   samples);
+        above = own;
+        own = below;
+        line += stride;
+    }
+}
+
+CVOL_APART void rise_of_group(cvol_vf out[3], const line_job *job, const group_place *at,
+                              long before, long behind)
+{
+    word_pair rises[3];
+#define TAKE_RISES(rows, samples) take_rises(rises, at, before, behind, rows, samples)
+    CVOL_OF_ROWS(job, TAKE_RISES);
+#undef TAKE_RISES
+    for (int k = 0; k < 3; k++)
+        out[k] = weigh_words(at, &rises[k]);
+}
+
+/* Half way between a sheet and the one before: four sheets in a row. */
+typedef struct four_sheets {
+    long first, before, behind; /* the sheet itself is the third */
+} four_sheets;
+
+/* What is there, and how that rises: of the mean of the two sheets. */
+CVOL_INLINE void take_half_way(word_pair out[4], const group_place *at, const four_sheets *of,
+                               int rows, int samples)
+{
+    const __m512i one = _mm512_set1_epi16(1), left = at->lane, here = _mm512_add_epi16(left, one),
+                  right = _mm512_add_epi16(here, one);
+    const int first = first_row(at);
+    const int16_t *line = at->from - 1 + first * at->stride;
+    row_words second = load_row(line + of->before, samples), third = load_row(line, samples);
+    row_words own = mean_of_rows(second, third, samples),
+              above = mean_of_rows(load_row(line + of->before - at->stride, samples),
+                                   load_row(line - at->stride, samples), samples);
+    for (int k = 0; k < 4; k++)
+        out[k] = (word_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
+    for (int row = first; row < first + rows; row++) {
+        const long stride = stride_to_next(at, row);
+        const __mmask32 which = pixels_of_row(at, row);
+        const row_words from = mean_of_rows(load_row(line + of->first, samples), second, samples),
+                        to = mean_of_rows(third, load_row(line + of->behind, samples), samples);
+        second = load_row(line + of->before + stride, samples);
+        third = load_row(line + stride, samples);
+        const row_words below = mean_of_rows(second, third, samples);
+        take_words(&out[0], which, left, here, subtract_row(shift_row(own, samples), own, samples),
+                   samples);
+        take_words(&out[1], which, here, right, subtract_row(below, above, samples), samples);
+        take_words(&out[2], which, here, right, subtract_row(to, from, samples), samples);
+        take_words(&out[3], which, here, right, own, samples);
+        above = own;
+        own = below;
+        line += stride;
+    }
+}
+
+CVOL_APART cvol_vf half_way_of_group(cvol_vf rise[3], const line_job *job, const group_place *at,
+                                     const four_sheets *of)
+{
+    word_pair words[4];
+#define TAKE_HALF_WAY(rows, samples) take_half_way(words, at, of, rows, samples)
+    CVOL_OF_ROWS(job, TAKE_HALF_WAY);
+#undef TAKE_HALF_WAY
+    for (int k = 0; k < 3; k++)
+        rise[k] = weigh_words(at, &words[k]);
+    return weigh_words(at, &words[3]);
+}
+
+/* ---- windows ------------------------------------------------------------------------------------
+ */
+
+/* Which pixels have a window with nothing to be seen in it, and what these hold. */
+CVOL_INLINE __mmask16 find_unseen_of_group(__m512 *levels, const cvol_layer *layer,
+                                           const cvol_windows *windows, const group_place *at)
+{
+    const __m512i lane = gather_words(at->lane), row = gather_words(at->row);
+    return find_unseen(levels, layer, windows, _mm512_add_epi32(lane, _mm512_set1_epi32(at->x)),
+                       _mm512_add_epi32(row, _mm512_set1_epi32(at->y)));
+}
+
+#endif

@@ -1,0 +1,198 @@
+/* Intervals between two sheets whose ends have gradients, along lines at a slant: 16 pixels, with
+ * AVX-512 (shade.h).
+ *
+ * Gradients, not light, are interpolated, and matter is lit wherever it is looked at. Along a ray
+ * that crosses cells at a slant neither samples nor gradients are straight: where an interval is
+ * divided both are found half way, too.
+ *
+ * To be included by kernel files only.
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_INTERVAL_H
+#define CVOL_RENDER_SHEET_KERNELS_LIT_IMAGE_ORDER_SHADE_INTERVAL_H
+
+#include "render/sheet/kernels/classify.h"
+#include "render/view/phong.h"
+
+/* How far an interval may span, of what the table has as flat, before it is divided: light bends
+ * more than matter does. */
+#define HALVES_OF_FLAT 0.1f
+#define QUARTERS_OF_FLAT 1.0f
+#define EIGHTHS_OF_FLAT 4.0f
+/* From a mean opacity of 1/4 on parts are as many as they can be; of less, quarters and eighths are
+ * those of such a share of the span at least, and halves of a tenth. */
+#define OPACITY_COUNTS 2.0f
+#define LEAST_OF_QUARTERS 0.25f
+
+/* Of a value, as the light's axes run. */
+typedef struct gradient {
+    cvol_vf v[3];
+} gradient;
+
+/* An interval's ends, and, if it has one, its middle. */
+typedef struct lit_interval {
+    cvol_vf a, b, middle;
+    gradient from, to, half;
+} lit_interval;
+
+CVOL_INLINE gradient mix_gradients(const gradient *a, const gradient *b, cvol_vf t)
+{
+    gradient out;
+    for (int k = 0; k < 3; k++)
+        out.v[k] = a->v[k] + t * (b->v[k] - a->v[k]);
+    return out;
+}
+
+CVOL_INLINE gradient select_gradient(cvol_vi mask, const gradient *a, const gradient *b)
+{
+    gradient out;
+    for (int k = 0; k < 3; k++)
+        out.v[k] = cvol_select(mask, a->v[k], b->v[k]);
+    return out;
+}
+
+/* Which pixels have none. */
+CVOL_INLINE __mmask16 find_level_pixels(const gradient *g)
+{
+    const __m512i any = _mm512_or_si512(_mm512_or_si512((__m512i)g->v[0], (__m512i)g->v[1]),
+                                        (__m512i)g->v[2]);
+    return _mm512_testn_epi32_mask(any, _mm512_set1_epi32(INT32_MAX));
+}
+
+/* Where one end has no gradient, it has the other's. */
+CVOL_INLINE void take_other_gradient(gradient *a, gradient *b)
+{
+    const __mmask16 no_a = find_level_pixels(a), no_b = find_level_pixels(b);
+    if (!(no_a | no_b))
+        return;
+    const gradient first = *a;
+    for (int k = 0; k < 3; k++) {
+        a->v[k] = (cvol_vf)_mm512_mask_mov_ps((__m512)a->v[k], no_a, (__m512)b->v[k]);
+        b->v[k] = (cvol_vf)_mm512_mask_mov_ps((__m512)b->v[k], no_b, (__m512)first.v[k]);
+    }
+}
+
+/* Light may make matter thinner, where the table says so. What has no opacity needs no light. */
+CVOL_INLINE matter matter_of_gradient(const cvol_sheet_table *table, cvol_vf t, const gradient *at,
+                                      int pieces)
+{
+    matter m = matter_of(table, t, NULL, pieces);
+    if (!any_above(m.v[3], 0))
+        return m;
+    const lit_matter lit = illuminate(at->v, table->light);
+    if (table->light->thinning > 0) {
+        const cvol_vf share = weight_share(cvol_splat(1), m.v[3], lit.thickness);
+        for (int k = 0; k < 4; k++)
+            m.v[k] *= share;
+    }
+    for (int k = 0; k < 3; k++)
+        m.v[k] = m.v[k] * lit.factor + m.v[3] * lit.gloss;
+    return m;
+}
+
+/* Which pixels divide their interval into halves, these into quarters, and these into eighths. */
+typedef struct lit_parts {
+    cvol_vi divided[3];
+    int most;
+} lit_parts;
+
+/* How much of a span counts: the less is seen of an interval, the less of its light. */
+CVOL_INLINE cvol_vf weigh_span(cvol_vf span, const matter *from, const matter *to)
+{
+    const cvol_vf opacity = OPACITY_COUNTS * (from->v[3] + to->v[3]);
+    return span * cvol_max(cvol_min(opacity, cvol_splat(1)), cvol_splat(HALVES_OF_FLAT));
+}
+
+CVOL_INLINE lit_parts find_parts(cvol_vf span, cvol_vf weighed, float flat)
+{
+    span = cvol_max(weighed, span * LEAST_OF_QUARTERS);
+    const float limits[3] = {HALVES_OF_FLAT * flat, QUARTERS_OF_FLAT * flat,
+                             EIGHTHS_OF_FLAT * flat};
+    lit_parts out = {{weighed > limits[0], span > limits[1], span > limits[2]}, 2};
+    if (any_above(span, limits[1]))
+        out.most = any_above(span, limits[2]) ? 8 : 4;
+    return out;
+}
+
+/* Draws a part of matter whose transmittance is `through`, which takes a share of what comes
+ * through so far. Of its beginning more is seen than of its end, and light makes them differ: by
+ * 4/3 of what the share of its first half is beyond a half, within 0.03 of opacity 1. */
+CVOL_INLINE void add_lit_part(pixels *p, const matter *from, const matter *to, cvol_vf share,
+                              cvol_vf through)
+{
+    const cvol_vf first = 1.0f / 6 + (2.0f / 3) * half_share(&through);
+    const cvol_vf near = share * first, far = share - near;
+    p->r += near * from->v[0] + far * to->v[0];
+    p->g += near * from->v[1] + far * to->v[1];
+    p->b += near * from->v[2] + far * to->v[2];
+    p->through -= 0.5f * share * (from->v[3] + to->v[3]);
+}
+
+CVOL_INLINE cvol_vf through_between(const matter *from, const matter *to)
+{
+    return cvol_max(1 - 0.5f * (from->v[3] + to->v[3]), cvol_splat(1e-12f));
+}
+
+/* Of the pixels of a mask. */
+CVOL_INLINE void composite_lit_part(pixels *p, matter *last, const matter *to,
+                                    const lit_parts *parts, cvol_vi mask)
+{
+    cvol_vf through = through_between(last, to), share = p->through;
+    for (int k = 0; 2 << k <= parts->most; k++) {
+        cvol_vf half = through;
+        share = cvol_select(parts->divided[k], share * half_share(&half), share);
+        through = cvol_select(parts->divided[k], half, through);
+    }
+    add_lit_part(p, last, to, (cvol_vf)((cvol_vi)share & mask), through);
+    replace_matter(last, mask, to);
+}
+
+/* How a whole interval with a middle is divided. */
+CVOL_INLINE lit_parts find_parts_of(const lit_interval *i, const cvol_sheet_table *table,
+                                    const matter *last, const matter *end, cvol_vf through)
+{
+    const cvol_vf most = cvol_max(cvol_max(i->a, i->b), i->middle),
+                  least = cvol_min(cvol_min(i->a, i->b), i->middle);
+    const cvol_vf span = (most - least) * through;
+    lit_parts parts = find_parts(span, weigh_span(span, last, end), table->flat);
+    if (table->halves || table->turns)
+        parts.divided[0] = ~(cvol_vi){0};
+    return parts;
+}
+
+/* Draws these parts one after the other. *last: the matter at the interval's beginning, becomes
+ * that at its end. */
+CVOL_INLINE void composite_parts(pixels *p, const cvol_sheet_table *table, matter *last,
+                                 const matter *end, const lit_interval *i, const lit_parts *parts,
+                                 int pieces)
+{
+    const int step = 8 / parts->most;
+    for (int part = step; part < 8; part += step) {
+        const int late = part >= 4;
+        const cvol_vf t = cvol_splat((float)(part & 3) / 4);
+        const cvol_vf from = late ? i->middle : i->a, to = late ? i->b : i->middle;
+        const gradient at = part == 4 ? i->half
+                            : late    ? mix_gradients(&i->half, &i->to, t)
+                                      : mix_gradients(&i->from, &i->half, t);
+        const matter m = matter_of_gradient(table, from + t * (to - from), &at, pieces);
+        composite_lit_part(p, last, &m, parts, parts->divided[part == 4 ? 0 : part & 1 ? 2 : 1]);
+    }
+    composite_lit_part(p, last, end, parts, ~(cvol_vi){0});
+    *last = *end;
+}
+
+/* Some of an interval, straight, in four parts: at faces, and where it begins or ends unseen. */
+CVOL_COLD void composite_weighted(pixels *p, const cvol_sheet_table *table, const lit_interval *i,
+                                  cvol_vf weight, int pieces)
+{
+    const sample_parts whole = {.divided = 0};
+    matter last = matter_of_gradient(table, i->a, &i->from, pieces);
+    for (int part = 1; part <= 4; part++) {
+        const cvol_vf t = cvol_splat((float)part / 4);
+        const gradient at = mix_gradients(&i->from, &i->to, t);
+        const matter m = matter_of_gradient(table, i->a + t * (i->b - i->a), &at, pieces);
+        composite_part(p, &last, &m, whole, (stretch){t, t}, 0.25f * weight, 1);
+        last = m;
+    }
+}
+
+#endif

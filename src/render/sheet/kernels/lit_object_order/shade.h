@@ -1,0 +1,272 @@
+/* Mode composite with light, as composite_simd.c without; and surfaces, mode iso.
+ *
+ * An interval between two sheets is lit at both, and by straight lines in between; where light
+ * turns (cvol_sheet_table), gradients are straight in between, and it is lit in its middle, too, by
+ * which a sheet's grain is not seen where pixels are finer than samples. At a sheet, the
+ * gradient is of what the sheet itself and those before and behind it have there (slope.h).
+ * So an interval is drawn when the sheet after its end is met: until then it is pending. Between
+ * two layers, what is needed of the first one's samples is kept in the line: the slopes at its last
+ * sheet, and how that sheet and the one before it continue into those beside them. Where a
+ * neighbour is one that cannot be seen, values are continued straight, within the range of its
+ * window.
+ *
+ * To be included by kernel files only, as composite.h.
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_H
+#define CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_H
+
+#include "render/sheet/kernels/lit_object_order/shade_interval.h"
+
+#define SHEET_LIT 1
+
+/* Sheets from s on, as long as `go` has them: known intervals, whole, of samples that all have a
+ * value. Returns the sheet after the last that was met. */
+CVOL_INLINE int draw_run(shade_state *g, int *closed, const line_job *job, uint64_t go, int s,
+                         int group, int unit, int lengths, int pieces)
+{
+    do {
+        cvol_vf next[PARTS];
+        for (int k = 0; k < PARTS; k++)
+            next[k] = reconstruct(job, &job->sheets[s], group, k, unit);
+        const int visible = is_visible(job, g->p, g->value, next);
+        finish(g, job, s - 1, 0, group, visible, unit, 0, pieces);
+        if (s == 0)
+            g->behind.edge = KNOWN;
+        for (int k = 0; k < PARTS; k++) {
+            if (s == 0)
+                g->behind.value[k] = g->ahead[k];
+            g->before[k] = g->value[k];
+            g->value[k] = next[k];
+#if SHEET_EXTRAS
+            for (int part = 1; part < job->layer->parts; part++)
+                g->between[part - 1][k] = find_between(job, s, part, group, k, unit, g->before[k],
+                                                       g->value[k]);
+#endif
+        }
+        g->divided = SHEET_EXTRAS && job->layer->parts > 1;
+        *closed = g->visible && is_closed(g);
+        g->visible = visible;
+        g->end = job->layer->sheets[0].ordinal + s;
+        g->weighted = lengths;
+        for (int k = 0; k < PARTS && g->weighted; k++)
+            g->weight[k] = g->length[k];
+        g->is_lit = visible; /* else light was not found */
+        s++;
+    } while (!*closed && go >> s & 1);
+    return s;
+}
+
+/* How much of the interval that ends at sheet s is within what is drawn. */
+CVOL_INLINE cvol_vf weigh_part(const line_job *job, int s, int i)
+{
+    const sheet_line *sheet = &job->sheets[s];
+    const int only = job->layer->only;
+    return weigh(job->layer, &job->layer->sheets[s], &sheet->view,
+                 sheet->lane_at + i * sheet->lane_step, i, job->line->number, only ? -0.5f : -1,
+                 only ? 0.5f : 0);
+}
+
+/* A group meets a window that cannot be seen: what of the interval up to there can be, is drawn. */
+CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, int unit,
+                        int has_void, int pieces)
+{
+    const sheet_line *sheet = &job->sheets[s];
+    const long window = window_at(sheet, group, unit);
+    const int masked = has_void && sheet->view.windows[window] & CVOL_WINDOW_MASKED;
+    const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window]));
+    finish(g, job, s - 1, 0, group, 1, unit, has_void, pieces);
+    g->weighted = 1;
+    g->divided = 0;
+    g->is_lit = 1;
+    g->end = job->layer->sheets[s].ordinal;
+    for (int k = 0; k < PARTS; k++) {
+        const int i = group * CVOL_GROUP + k * CVOL_LANES;
+        const lit_matter lit = g->lit[k];
+        g->weight[k] = g->length[k] * weigh_part(job, s, i);
+        if (masked)
+            g->weight[k] *= 0.5f * g->cover[k];
+        g->before[k] = g->value[k];
+        g->value[k] = masked ? g->value[k] : level;
+        draw_pending(g, job, k, &lit, 0, pieces);
+    }
+    g->pending = 0;
+}
+
+/* The ray ends behind sheet s, or what comes next is not known. */
+CVOL_COLD void draw_last(shade_state *g, const line_job *job, int s, int at_face, int group,
+                         int unit, int has_void, int pieces)
+{
+    finish(g, job, s, at_face, group, 0, unit, has_void, pieces);
+    g->pending = 0;
+}
+
+/* A sheet of any kind that is seen. */
+CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group, int unit,
+                          int has_void, int pieces)
+{
+    const cvol_layer *layer = job->layer;
+    const sheet_line *sheet = &job->sheets[s];
+    const int known = g->pending, ordinal = layer->sheets[s].ordinal;
+    const int inside = group >= sheet->inside_begin && group < sheet->inside_end;
+    const int masked = is_masked(sheet, group, unit, has_void);
+    float level = 0, spread = 0;
+    const int has_level = !known && find_level_before(&level, &spread, job, s, group);
+    cvol_vf value[PARTS], cover[PARTS], before[PARTS], weight[PARTS];
+    int visible = 0;
+    for (int k = 0; k < PARTS; k++) {
+        value[k] = value_at(&cover[k], job, sheet, 0, group, k, unit, masked);
+        before[k] = known ? g->value[k] : has_level ? cvol_splat(level) : value[k];
+        weight[k] = inside ? cvol_splat(known || has_level ? 1 : 0.5f)
+                           : weigh_part(job, s, group * CVOL_GROUP + k * CVOL_LANES);
+        visible |= sees(job, (cvol_vf)((cvol_vi)g->p[k].through & (weight[k] > 0)), before[k],
+                        value[k]);
+    }
+    if (known)
+        finish(g, job, s - 1, 0, group, visible, unit, has_void, pieces);
+    for (int k = 0; k < PARTS; k++) {
+        g->before[k] = before[k];
+        g->cover_before[k] = known ? g->cover[k] : has_level ? cvol_splat(1) : cover[k];
+        g->value[k] = value[k];
+        g->cover[k] = cover[k];
+        g->weight[k] = weight[k] * g->length[k];
+        if (has_void)
+            g->weight[k] *= 0.5f * (g->cover_before[k] + cover[k]);
+        g->behind.value[k] = g->ahead[k];
+        g->behind.cover[k] = g->cover_ahead[k];
+    }
+    g->behind.edge = known ? KNOWN : has_level ? BOUNDED : ordinal == 0 ? AT_FACE : CONTINUED;
+    g->behind.level = level;
+    g->behind.spread = spread;
+    g->is_lit = known && visible; /* else light was not found */
+    g->divided = 0;
+    g->weighted = 1;
+    g->end = ordinal;
+    g->visible = visible;
+    g->has_last &= known;
+    g->pending = 1;
+}
+
+/* Keeps of the layer's sheet s, at which the interval ends that stays pending, what the next layer
+ * needs. */
+CVOL_INLINE void keep(shade_state *g, const line_job *job, int s, int group, int unit, int has_void)
+{
+    const sheet_line *sheet = &job->sheets[s];
+    const int masked = is_masked(sheet, group, unit, has_void);
+    if (s > 0)
+        find_behind(&g->behind, job, s, group, unit, has_void);
+    for (int k = 0; k < PARTS; k++) {
+        g->slope[k] = masked ? find_slope_masked(job, sheet, group, k, unit)
+                             : find_slope(job, sheet, group, k, unit);
+        g->ahead[k] = value_at(&g->cover_ahead[k], job, &job->after, 0, group, k, unit,
+                               is_masked(&job->after, group, unit, has_void));
+    }
+}
+
+/* A group through the sheets that it meets. */
+CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_void, int lengths,
+                            int pieces)
+{
+    const cvol_line *line = job->line;
+    const int at = group - job->first_group, first = job->layer->sheets[0].ordinal;
+    const uint32_t seen = job->seen[at];
+    const uint64_t go = has_void ? 0 : seen & job->inside[at];
+    uint32_t met = job->met[at];
+    int last = line->met[group], closed = 0;
+    if (!seen && last == INT32_MIN)
+        return;
+    shade_state g;
+    load_group(&g, job, group, has_void, lengths);
+    while (met && !closed) {
+        int s = __builtin_ctz(met);
+        if (g.pending && last != first + s - 1) {
+            draw_last(&g, job, last - first, 0, group, unit, has_void, pieces);
+            closed = is_closed(&g);
+            continue;
+        }
+        if (g.pending && go >> s & 1) {
+            s = draw_run(&g, &closed, job, go, s, group, unit, lengths, pieces);
+            last = first + s - 1;
+            met &= ~UINT32_C(0) << (s - 1) << 1;
+            continue;
+        }
+        met &= met - 1;
+        if (seen >> s & 1) {
+            draw_sheet(&g, job, s, group, unit, has_void, pieces);
+            last = first + s;
+        } else {
+            if (g.pending)
+                draw_end(&g, job, s, group, unit, has_void, pieces);
+            met &= from_lowest(met & seen); /* nothing to be seen until then */
+        }
+        closed = is_closed(&g);
+    }
+    if (g.pending && last >= first)
+        keep(&g, job, last - first, group, unit, has_void);
+    if (SHEET_EXTRAS && job->layer->parts > 1 && g.pending && !closed &&
+        last == first + job->layer->sheet_count - 1)
+        keep_between(job, group, unit);
+    store_group(&g, job, group, has_void);
+    line->met[group] = g.pending ? last : INT32_MIN;
+    line->opaque[group] = (uint8_t)closed;
+}
+
+/* To where rays meet the sheet before or behind. */
+CVOL_INLINE void move_view(cvol_sheet_view *view, int by)
+{
+    view->lane_at += by * view->lane_rate[0];
+    view->lane_step += by * view->lane_rate[1];
+    view->row_at += by * view->row_rate[0];
+    view->row_step += by * view->row_rate[1];
+}
+
+CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, int pieces)
+{
+    const cvol_layer *layer = job->layer;
+    int begin = job->line->width / CVOL_GROUP, end = 0;
+    for (int s = 0; s < layer->sheet_count; s++) {
+        view_sheet(&job->sheets[s], job, &layer->sheets[s], unit);
+        begin = job->sheets[s].begin < begin ? job->sheets[s].begin : begin;
+        end = job->sheets[s].end > end ? job->sheets[s].end : end;
+    }
+#if SHEET_EXTRAS
+    between_views between;
+    job->between = &between;
+    if (layer->parts > 1 && begin < end)
+        view_between(&between, job, unit);
+#endif
+    cvol_sheet_view beyond = layer->sheets[0]; /* of the first sheet, where the one before is met */
+    move_view(&beyond, -1);
+    view_sheet(&job->before, job, &beyond, unit);
+    beyond = layer->sheets[layer->sheet_count - 1]; /* of the last one, where the next is met */
+    move_view(&beyond, 1);
+    view_sheet(&job->after, job, &beyond, unit);
+    for (int first = begin; first < end; first += RUN) {
+        const int count = end - first < RUN ? end - first : RUN;
+        find_met(job, first, count, unit);
+        for (int group = first; group < first + count; group++) {
+            if (group + AHEAD < first + count)
+                prefetch_group(job, group + AHEAD);
+            if (!job->line->opaque[group])
+                draw_group(job, group, unit, has_void, lengths, pieces);
+        }
+    }
+}
+
+/* What is pending behind the last layer, whose last sheet is number layer->sheets[0].ordinal - 1.
+ */
+CVOL_COLD void end_line(const line_job *job, int has_void)
+{
+    const cvol_line *line = job->line;
+    for (int group = 0; group < line->width / CVOL_GROUP; group++) {
+        const int last = line->met[group];
+        if (line->opaque[group] || last == INT32_MIN)
+            continue;
+        shade_state g;
+        load_group(&g, job, group, has_void, 0);
+        draw_last(&g, job, -2, last == job->layer->sheets[0].ordinal - 1, group, 1, has_void, 0);
+        store_group(&g, job, group, has_void);
+        line->met[group] = INT32_MIN;
+    }
+}
+
+#endif

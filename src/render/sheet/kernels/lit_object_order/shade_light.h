@@ -1,0 +1,136 @@
+/* The light at the end of a pending interval (shade.h): from the slopes of its sheet, and
+ * from what the sheets beside that have.
+ *
+ * To be included by kernel files only.
+ */
+#ifndef CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_LIGHT_H
+#define CVOL_RENDER_SHEET_KERNELS_LIT_OBJECT_ORDER_SHADE_LIGHT_H
+
+#include "render/sheet/kernels/lit_object_order/shade_group.h"
+#include "render/view/phong.h"
+
+/* A sheet's samples, of part k of a group, where it meets `place`: that sheet itself, or one
+ * `offset` before or behind it in memory. */
+CVOL_INLINE cvol_vf value_at(cvol_vf *cover, const line_job *job, const sheet_line *place,
+                             long offset, int group, int k, int unit, int masked)
+{
+    sheet_line sheet = *place;
+#if SHEET_EXTRAS
+    if (job->layer->wide && masked)
+        return to_table(job, reconstruct_widely_masked(cover, job, &sheet, offset, group, k, unit));
+#endif
+    if (masked) {
+        const cvol_layer *layer = job->layer;
+        const long i = group * CVOL_GROUP + k * CVOL_LANES;
+        sheet.view.near += offset;
+        sheet.view.far += offset;
+        return to_table(job,
+                        unit ? reconstruct_unit_masked(cover, &sheet.view, &sheet.footprint,
+                                                       sheet.footprint.x + i, layer->cover_at)
+                             : reconstruct_finer_masked(cover, &sheet.view,
+                                                        sheet.lane_at + (double)i * sheet.lane_step,
+                                                        sheet.lane_step, layer->cover_at));
+    }
+    sheet.near += offset;
+    sheet.far += offset;
+    *cover = cvol_splat(1);
+    return reconstruct(job, &sheet, group, k, unit);
+}
+
+CVOL_INLINE long window_at(const sheet_line *sheet, int group, int unit)
+{
+    return window_of(lane_sample(sheet, group, unit));
+}
+
+CVOL_INLINE int is_masked(const sheet_line *sheet, int group, int unit, int has_void)
+{
+    return has_void && sheet->view.windows[window_at(sheet, group, unit)] & CVOL_WINDOW_MASKED;
+}
+
+/* How far sheet b of the layer lies behind sheet a in memory. */
+CVOL_INLINE long offset_to(const line_job *job, int b, int a)
+{
+    return job->layer->sheets[b].first - job->layer->sheets[a].first;
+}
+
+CVOL_INLINE void bound_by(beside *out, const line_job *job, const sheet_line *sheet, long window)
+{
+    out->edge = BOUNDED;
+    out->level = sheet->view.levels[window] * job->table->scale + job->table_offset;
+    out->spread = sheet->view.levels[window + job->layer->windows.spread_at] * job->table->scale;
+}
+
+/* Beside sheet `s` of the layer (-1: the last one of the layer before), in the sheet after it. */
+CVOL_INLINE void find_after(beside *out, const line_job *job, int s, int at_face, int group,
+                            int unit, int has_void)
+{
+    out->level = out->spread = 0;
+    if (s + 1 >= job->layer->sheet_count || s < -1) {
+        out->edge = at_face ? AT_FACE : CONTINUED;
+        return;
+    }
+    const sheet_line *place = s < 0 ? &job->before : &job->sheets[s];
+    const long window = window_at(place, group, unit);
+    if (s < 0 && !(place->view.windows[window] & CVOL_WINDOW_SEEN)) {
+        bound_by(out, job, place, window);
+        return;
+    }
+    const int masked = is_masked(place, group, unit, has_void);
+    const long offset = s < 0 ? 0 : offset_to(job, s + 1, s);
+    out->edge = KNOWN;
+    for (int k = 0; k < PARTS; k++)
+        out->value[k] = value_at(&out->cover[k], job, place, offset, group, k, unit, masked);
+}
+
+/* The same in the sheet before it, s > 0. */
+CVOL_INLINE void find_behind(beside *out, const line_job *job, int s, int group, int unit,
+                             int has_void)
+{
+    const sheet_line *place = &job->sheets[s];
+    const int masked = is_masked(place, group, unit, has_void);
+    out->level = out->spread = 0;
+    out->edge = KNOWN;
+    for (int k = 0; k < PARTS; k++)
+        out->value[k] = value_at(&out->cover[k], job, place, offset_to(job, s - 1, s), group, k,
+                                 unit, masked);
+}
+
+CVOL_INLINE cvol_vf bound(cvol_vf value, const beside *by)
+{
+    return cvol_min(cvol_max(value, cvol_splat(by->level - by->spread)),
+                    cvol_splat(by->level + by->spread));
+}
+
+/* Of part k, whose end has `value`. Where light turns between sheets, the gradient alone, in the
+ * place of what it makes: as an opaque surface is between two sheets, one of them is where
+ * gradients are faint and point anywhere, and should count as little as they are long. */
+CVOL_INLINE lit_matter light_end(const line_job *job, cvol_vf value, slope at, const beside *after,
+                                 const beside *behind, int k, int has_void)
+{
+    const cvol_light *light = job->table->light;
+    cvol_vf rise = {0}, fall = {0}; /* to the sheet after, from the one before */
+    if (after->edge == KNOWN)
+        rise = after->value[k] - value;
+    if (behind->edge == KNOWN)
+        fall = value - behind->value[k];
+    if (after->edge == CONTINUED || after->edge == BOUNDED)
+        rise = fall;
+    if (behind->edge == CONTINUED || behind->edge == BOUNDED)
+        fall = rise;
+    if (after->edge == BOUNDED)
+        rise = bound(value + rise, after) - value;
+    if (behind->edge == BOUNDED)
+        fall = value - bound(value - fall, behind);
+    cvol_vf across = rise + fall;
+    if (has_void)
+        across = weigh_differences(rise, fall,
+                                   after->edge == KNOWN ? after->cover[k] : cvol_splat(1),
+                                   behind->edge == KNOWN ? behind->cover[k] : cvol_splat(1));
+    const cvol_vf gradient[3] = {at.lane * light->rise[0], at.row * light->rise[1],
+                                 across * light->rise[2]};
+    if (job->table->turns)
+        return (lit_matter){gradient[0], gradient[1], gradient[2]};
+    return illuminate(gradient, light);
+}
+
+#endif

@@ -1,0 +1,49 @@
+/* Checks of the options of light and surfaces. */
+#include "render/view/shading.h"
+
+#include <math.h>
+
+#include "base/context.h"
+
+static int check_surface(cvol_context *context, const cvol_surface *surface)
+{
+    if (!isfinite(surface->value))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "the surface's value %g: must be finite",
+                         surface->value);
+    for (int c = 0; c < 3; c++)
+        if (!(surface->colour[c] >= 0 && surface->colour[c] <= 1))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "the surface's colour: %s is %g, must be within 0 and 1",
+                             (const char *[]){"red", "green", "blue"}[c], surface->colour[c]);
+    return CVOL_OK;
+}
+
+int cvol_shading_check(cvol_context *context, const cvol_render_options *options)
+{
+    const cvol_shading *shading = &options->shading;
+    const struct {
+        const char *name;
+        double share;
+    } shares[] = {{"ambient", shading->ambient},
+                  {"diffuse", shading->diffuse},
+                  {"specular", shading->specular}};
+    if (!shading->on && options->mode != CVOL_MODE_ISO)
+        return CVOL_OK;
+    for (int a = 0; a < 3; a++)
+        if (!(fabs(shading->light[a]) <= 1e30))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                             "light: %c is %g, must be a number of at most 1e30", "xyz"[a],
+                             shading -> light[a]);
+    for (int k = 0; k < 3; k++)
+        if (!(shares[k].share >= 0 && shares[k].share <= 10))
+            return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s is %g, must be 0 to 10",
+                             shares[k].name, shares[k].share);
+    if (shading->shininess < 1 || shading->shininess > 256)
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT, "shininess is %d, must be 1 to 256",
+                         shading->shininess);
+    if (!(shading->gradient_opacity >= 0 && shading->gradient_opacity <= 1e30))
+        return cvol_fail(context, CVOL_ERROR_ARGUMENT,
+                         "gradient opacity is %g, must be 0 (not asked for) to 1e30",
+                         shading->gradient_opacity);
+    return options->mode == CVOL_MODE_ISO ? check_surface(context, &options->surface) : CVOL_OK;
+}

@@ -1,0 +1,12 @@
+/* What the readers and the statistics need of dense volumes beyond the public functions. */
+#ifndef CVOL_VOLUME_IO_DENSE_H
+#define CVOL_VOLUME_IO_DENSE_H
+
+#include "cvol/volume.h"
+
+/* Allocates a volume of a grid that has passed cvol_grid_check; samples zero or anything. */
+int cvol_dense_create(cvol_context *context, cvol_volume **out, const cvol_grid *grid, int zero);
+/* ARGUMENT or LIMIT unless the caller's volume has samples and a grid that makes sense. */
+int cvol_dense_check(cvol_context *context, const cvol_volume *volume, const char *name);
+
+#endif
