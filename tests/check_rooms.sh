@@ -17,13 +17,13 @@ src/array/algebra:              base transform array/core array/block array/trun
 src/array/convolve:             base transform array/core array/block array/truncate array/evaluate array/algebra
 src/array/multiply:             base transform array/core array/block array/truncate array/evaluate array/algebra
 src/codec/section:              base
-src/codec/entropy:              base
-src/codec/tables:               base codec/entropy codec/neural codec/mask
+src/codec/entropy:              base codec/tables
+src/codec/tables:
 src/codec/quantize:             base transform array/* codec/entropy
-src/codec/neural:               base transform array/* codec/entropy codec/quantize
+src/codec/neural:               base transform array/* codec/entropy codec/quantize codec/tables
 src/codec/brick:                base transform array/* codec/section codec/entropy codec/quantize codec/neural
 src/codec/residual:             base transform array/* codec/section codec/entropy codec/quantize codec/brick
-src/codec/mask:                 base transform array/* codec/section codec/entropy codec/quantize codec/brick
+src/codec/mask:                 base transform array/* codec/section codec/entropy codec/quantize codec/brick codec/tables
 src/codec/container:            base transform array/* codec/section codec/entropy codec/quantize codec/brick codec/residual codec/mask
 src/codec/rate:                 base transform array/* codec/*
 src/volume/io:                  base
