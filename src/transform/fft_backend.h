@@ -2,7 +2,9 @@
 #ifndef CVOL_TRANSFORM_FFT_BACKEND_H
 #define CVOL_TRANSFORM_FFT_BACKEND_H
 
-#include "transform/fft.h"
+#include <stddef.h>
+
+#include "cvol/base.h"
 
 /* n elements, so far apart in the input and in the output. */
 typedef struct cvol_fft_axis {

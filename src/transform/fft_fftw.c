@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/context.h"
+#include "transform/fft.h"
 #include "transform/fft_backend.h"
 #include "transform/fft_cache.h"
 

@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "transform/fft.h"
 #include "transform/fft_backend.h"
 #include "transform/fft_cache.h"
 
