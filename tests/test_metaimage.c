@@ -152,7 +152,7 @@ static void test_meta_lies(void **state)
     read_fails(MHA(12, "2 3 2", "MET_UCHAR", "TransformMatrix = 1 0 0 0 1 0 0 0 0\n"),
                CVOL_ERROR_FORMAT, "TransformMatrix", "length");
     read_fails(MHA(12, "2 3 2", "MET_UCHAR", "DimSize = 2 3 2\n"), CVOL_ERROR_FORMAT,
-               "DimSize twice", "");
+               "'DimSize' twice", "");
     read_fails(MHA(12, "2 3 2", "MET_UCHAR", "nonsense\n"), CVOL_ERROR_FORMAT, "line 5",
                "nonsense");
     read_fails(MHA(12, "2 3 2", "MET_UCHAR", "HeaderSize = 4\n"), CVOL_ERROR_FORMAT, "HeaderSize",
@@ -166,7 +166,7 @@ static void test_meta_lies(void **state)
                     12),
                CVOL_ERROR_UNSUPPORTED, "ObjectType 'Tube'", "");
     read_fails(meta(META "DimSize = 2 3 2\nElementType = MET_UCHAR\n", 0), CVOL_ERROR_FORMAT,
-               "no ElementDataFile", "");
+               "no 'ElementDataFile'", "");
     read_fails(meta("rubbish", 30), CVOL_ERROR_FORMAT, "line 1", "rubbish");
 }
 

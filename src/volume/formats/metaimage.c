@@ -5,16 +5,15 @@
  * Read: raw, zlib and text samples, one data file, three axes or two, one channel. Written:
  * zlib attached (.mha) or raw detached (.mhd). */
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/bytes.h"
 #include "base/context.h"
 #include "volume/io/format.h"
 #include "volume/io/geometry.h"
-#include "volume/io/text.h"
+#include "volume/io/text_header.h"
 
-/* The keys that are read; others are skipped. */
+/* The keys that the reader uses. */
 enum key {
     OBJECT_TYPE,
     N_DIMS,
@@ -43,65 +42,51 @@ enum key {
     KEYS
 };
 
-static const char *const keys[KEYS] = {
-    [OBJECT_TYPE] = "ObjectType",
-    [N_DIMS] = "NDims",
-    [DIM_SIZE] = "DimSize",
-    [ELEMENT_TYPE] = "ElementType",
-    [ELEMENT_SPACING] = "ElementSpacing",
-    [ELEMENT_SIZE] = "ElementSize",
-    [CHANNELS] = "ElementNumberOfChannels",
-    [OFFSET] = "Offset",
-    [ORIGIN] = "Origin",
-    [POSITION] = "Position",
-    [TRANSFORM_MATRIX] = "TransformMatrix",
-    [ROTATION] = "Rotation",
-    [ORIENTATION] = "Orientation",
-    [ANATOMICAL_ORIENTATION] = "AnatomicalOrientation",
-    [DISTANCE_UNITS] = "DistanceUnits",
-    [VALUE_SLOPE] = "ElementToIntensityFunctionSlope",
-    [VALUE_OFFSET] = "ElementToIntensityFunctionOffset",
-    [BINARY_DATA] = "BinaryData",
-    [BINARY_MSB] = "BinaryDataByteOrderMSB",
-    [ELEMENT_MSB] = "ElementByteOrderMSB",
-    [COMPRESSED] = "CompressedData",
-    [COMPRESSED_SIZE] = "CompressedDataSize",
-    [HEADER_SIZE] = "HeaderSize",
-    [DATA_FILE] = "ElementDataFile",
+static const cvol_keyword keys[] = {
+    [OBJECT_TYPE] = {"ObjectType", OBJECT_TYPE},
+    [N_DIMS] = {"NDims", N_DIMS},
+    [DIM_SIZE] = {"DimSize", DIM_SIZE},
+    [ELEMENT_TYPE] = {"ElementType", ELEMENT_TYPE},
+    [ELEMENT_SPACING] = {"ElementSpacing", ELEMENT_SPACING},
+    [ELEMENT_SIZE] = {"ElementSize", ELEMENT_SIZE},
+    [CHANNELS] = {"ElementNumberOfChannels", CHANNELS},
+    [OFFSET] = {"Offset", OFFSET},
+    [ORIGIN] = {"Origin", ORIGIN},
+    [POSITION] = {"Position", POSITION},
+    [TRANSFORM_MATRIX] = {"TransformMatrix", TRANSFORM_MATRIX},
+    [ROTATION] = {"Rotation", ROTATION},
+    [ORIENTATION] = {"Orientation", ORIENTATION},
+    [ANATOMICAL_ORIENTATION] = {"AnatomicalOrientation", ANATOMICAL_ORIENTATION},
+    [DISTANCE_UNITS] = {"DistanceUnits", DISTANCE_UNITS},
+    [VALUE_SLOPE] = {"ElementToIntensityFunctionSlope", VALUE_SLOPE},
+    [VALUE_OFFSET] = {"ElementToIntensityFunctionOffset", VALUE_OFFSET},
+    [BINARY_DATA] = {"BinaryData", BINARY_DATA},
+    [BINARY_MSB] = {"BinaryDataByteOrderMSB", BINARY_MSB},
+    [ELEMENT_MSB] = {"ElementByteOrderMSB", ELEMENT_MSB},
+    [COMPRESSED] = {"CompressedData", COMPRESSED},
+    [COMPRESSED_SIZE] = {"CompressedDataSize", COMPRESSED_SIZE},
+    [HEADER_SIZE] = {"HeaderSize", HEADER_SIZE},
+    [DATA_FILE] = {"ElementDataFile", DATA_FILE},
 };
 
-static const struct {
-    const char *name;
-    cvol_type type;
-} types[] = {
+_Static_assert(KEYS <= CVOL_TEXT_FIELDS_MOST, "a header has room for all keys");
+
+static const cvol_text_layout layout = {"Key = Value", '=', keys, CVOL_COUNT(keys)};
+
+static const cvol_keyword types[] = {
     {"MET_UCHAR", CVOL_UINT8},  {"MET_CHAR", CVOL_INT8},     {"MET_USHORT", CVOL_UINT16},
     {"MET_SHORT", CVOL_INT16},  {"MET_UINT", CVOL_UINT32},   {"MET_INT", CVOL_INT32},
     {"MET_ULONG", CVOL_UINT32}, /* four bytes in this format, whatever C says */
     {"MET_LONG", CVOL_INT32},   {"MET_FLOAT", CVOL_FLOAT32}, {"MET_DOUBLE", CVOL_FLOAT64},
 };
 
-#define TYPES (sizeof types / sizeof types[0])
+static const cvol_keyword flags[] = {{"True", 1}, {"1", 1}, {"False", 0}, {"0", 0}};
 
 typedef struct meta {
-    cvol_context *context;
-    const char *path;
-    const char *value[KEYS]; /* NULL where the header has no such key */
-    size_t data_offset;      /* behind the header */
+    cvol_text_header header;
     size_t dimensions;
     cvol_grid grid;
 } meta;
-
-static int fail(const meta *m, enum key key, const char *what)
-{
-    return cvol_fail(m->context, CVOL_ERROR_FORMAT, "%s: %s '%.80s' %s", m->path, keys[key],
-                     m->value[key], what);
-}
-
-static int unsupported(const meta *m, enum key key, const char *what)
-{
-    fail(m, key, what);
-    return CVOL_ERROR_UNSUPPORTED;
-}
 
 /* ---- header -------------------------------------------------------------------------- */
 
@@ -122,62 +107,37 @@ static int recognise(const uint8_t *head, size_t size)
     return key && at < size && text[at] == '=';
 }
 
-static int read_line(meta *m, char *line, size_t line_number)
+static int read_header(meta *m)
 {
-    if (!*cvol_text_trim(line))
-        return CVOL_OK;
-    char *equals = strchr(line, '=');
-    if (!equals)
-        return cvol_fail(m->context, CVOL_ERROR_FORMAT,
-                         "%s: line %zu of its header is no 'Key = Value': '%.80s'", m->path,
-                         line_number, line);
-    *equals = '\0';
-    const char *name = cvol_text_trim(line);
-    for (int k = 0; k < KEYS; k++) {
-        if (!cvol_text_equal(name, keys[k]))
-            continue;
-        if (m->value[k])
-            return cvol_fail(m->context, CVOL_ERROR_FORMAT, "%s: has %s twice", m->path, keys[k]);
-        m->value[k] = cvol_text_trim(equals + 1);
-    }
-    return CVOL_OK;
-}
-
-static int read_header(meta *m, cvol_header *header)
-{
+    cvol_text_header *header = &m->header;
     char *line = "";
     int code = CVOL_OK;
-    while (!code && line && !m->value[DATA_FILE]) {
-        code = cvol_header_next(m->context, header, &line);
-        if (!code && line)
-            code = read_line(m, line, header->line_number);
+    while (!code && line && !header->value[DATA_FILE]) {
+        code = cvol_header_next(header->context, &header->lines, &line);
+        if (!code && line && *cvol_text_trim(line))
+            code = cvol_text_header_put(header, line);
     }
-    m->data_offset = header->at;
-    static const enum key needed[] = {N_DIMS, DIM_SIZE, ELEMENT_TYPE, DATA_FILE};
-    for (size_t i = 0; !code && i < sizeof needed / sizeof needed[0]; i++)
-        if (!m->value[needed[i]])
-            code = cvol_fail(m->context, CVOL_ERROR_FORMAT, "%s: its header has no %s", m->path,
-                             keys[needed[i]]);
-    if (!code && m->value[OBJECT_TYPE] && !cvol_text_equal(m->value[OBJECT_TYPE], "Image"))
-        code = unsupported(m, OBJECT_TYPE, "is no Image");
+    static const int needed[] = {N_DIMS, DIM_SIZE, ELEMENT_TYPE, DATA_FILE};
+    if (!code)
+        code = cvol_text_header_need(header, needed, CVOL_COUNT(needed));
+    const char *object = header->value[OBJECT_TYPE];
+    if (!code && object && !cvol_text_equal(object, "Image"))
+        code = cvol_text_header_unsupported(header, OBJECT_TYPE, "is no Image");
     return code;
 }
 
 static int read_flag(const meta *m, enum key key, int *flag)
 {
-    const char *value = m->value[key];
-    if (!value)
+    const char *value = m->header.value[key];
+    if (!value || cvol_keyword_find(flags, CVOL_COUNT(flags), value, flag))
         return CVOL_OK;
-    *flag = cvol_text_equal(value, "True") || !strcmp(value, "1");
-    if (*flag || cvol_text_equal(value, "False") || !strcmp(value, "0"))
-        return CVOL_OK;
-    return fail(m, key, "is neither True nor False");
+    return cvol_text_header_fail(&m->header, key, "is neither True nor False");
 }
 
 /* The first of three keys that mean the same; KEYS if the header has none of them. */
 static enum key first_of(const meta *m, enum key a, enum key b, enum key c)
 {
-    return m->value[a] ? a : m->value[b] ? b : m->value[c] ? c : KEYS;
+    return m->header.value[a] ? a : m->header.value[b] ? b : m->header.value[c] ? c : KEYS;
 }
 
 /* ---- grid ---------------------------------------------------------------------------- */
@@ -185,75 +145,67 @@ static enum key first_of(const meta *m, enum key a, enum key b, enum key c)
 static int read_shape(meta *m)
 {
     int64_t dimensions = 0, channels = 1;
-    int code = cvol_text_field_integer(m->context, m->path, keys[N_DIMS], m->value[N_DIMS], 1, 16,
-                                       &dimensions);
+    int code = cvol_text_header_integer(&m->header, N_DIMS, 1, 16, &dimensions);
     if (!code && (dimensions < 2 || dimensions > 3))
-        code = unsupported(m, N_DIMS, "is not supported: volumes have three axes");
+        code = cvol_text_header_unsupported(&m->header, N_DIMS,
+                                            "is not supported: volumes have three axes");
     m->dimensions = (size_t)dimensions;
     if (!code)
-        code = cvol_text_sizes(m->context, m->path, keys[DIM_SIZE], m->value[DIM_SIZE],
-                               m->grid.dims, m->dimensions, keys[N_DIMS]);
-    if (!code && m->value[CHANNELS])
-        code = cvol_text_field_integer(m->context, m->path, keys[CHANNELS], m->value[CHANNELS], 1,
-                                       1 << 20, &channels);
+        code = cvol_text_header_sizes(&m->header, DIM_SIZE, m->grid.dims, m->dimensions, "NDims");
+    if (!code)
+        code = cvol_text_header_integer(&m->header, CHANNELS, 1, 1 << 20, &channels);
     if (!code && channels != 1)
-        code = unsupported(m, CHANNELS,
-                           "is not supported: write each channel into a file of its own");
+        code = cvol_text_header_unsupported(
+            &m->header, CHANNELS, "is not supported: write each channel into a file of its own");
     return code;
 }
 
 static int read_type(meta *m)
 {
-    const char *name = m->value[ELEMENT_TYPE];
-    for (size_t i = 0; i < TYPES; i++)
-        if (cvol_text_equal(name, types[i].name)) {
-            m->grid.type = types[i].type;
-            return CVOL_OK;
-        }
+    const char *name = m->header.value[ELEMENT_TYPE];
+    int type;
+    if (cvol_keyword_find(types, CVOL_COUNT(types), name, &type)) {
+        m->grid.type = (cvol_type)type;
+        return CVOL_OK;
+    }
     if (!strncmp(name, "MET_", 4))
-        return unsupported(m, ELEMENT_TYPE, "is not supported");
-    return fail(m, ELEMENT_TYPE, "is unknown");
+        return cvol_text_header_unsupported(&m->header, ELEMENT_TYPE, "is not supported");
+    return cvol_text_header_fail(&m->header, ELEMENT_TYPE, "is unknown");
 }
 
 static int read_vector(const meta *m, enum key key, double *out)
 {
-    if (key == KEYS || !m->value[key])
-        return CVOL_OK;
-    return cvol_text_numbers(m->context, m->path, keys[key], m->value[key], out, m->dimensions,
-                             keys[N_DIMS]);
+    return key == KEYS ? CVOL_OK
+                       : cvol_text_header_numbers(&m->header, key, out, m->dimensions, "NDims");
 }
 
 static int read_directions(meta *m)
 {
     enum key key = first_of(m, TRANSFORM_MATRIX, ROTATION, ORIENTATION);
-    const char *anatomy = m->value[ANATOMICAL_ORIENTATION];
+    const char *anatomy = m->header.value[ANATOMICAL_ORIENTATION];
     if (key != KEYS || (anatomy && *anatomy != '?'))
         m->grid.space = CVOL_SPACE_LPS;
     if (key == KEYS)
         return CVOL_OK;
     double matrix[9];
     size_t n = m->dimensions;
-    int code = cvol_text_numbers(m->context, m->path, keys[key], m->value[key], matrix, n * n,
-                                 "NDims squared");
+    int code = cvol_text_header_numbers(&m->header, key, matrix, n * n, "NDims squared");
     for (size_t a = 0; !code && a < n; a++) {
         double row[3] = {0, 0, 0};
         memcpy(row, matrix + n * a, n * sizeof *row);
         if (!cvol_geometry_set_direction(&m->grid, (int)a, row))
-            code = fail(m, key, "has a row without a length");
+            code = cvol_text_header_fail(&m->header, key, "has a row without a length");
     }
-    return code ? code : cvol_geometry_check(m->context, &m->grid, m->path);
+    return code ? code : cvol_geometry_check(m->header.context, &m->grid, m->header.path);
 }
 
 static int read_value_scale(meta *m)
 {
-    static const enum key both[] = {VALUE_SLOPE, VALUE_OFFSET};
-    double *const out[] = {&m->grid.value_scale, &m->grid.value_offset};
-    int code = CVOL_OK;
-    for (int i = 0; !code && i < 2; i++)
-        if (m->value[both[i]])
-            code = cvol_text_numbers(m->context, m->path, keys[both[i]], m->value[both[i]], out[i],
-                                     1, "the needed number");
-    return code;
+    static const char one[] = "the needed number";
+    const int code = cvol_text_header_numbers(&m->header, VALUE_SLOPE, &m->grid.value_scale, 1,
+                                              one);
+    return code ? code
+                : cvol_text_header_numbers(&m->header, VALUE_OFFSET, &m->grid.value_offset, 1, one);
 }
 
 static int read_grid(meta *m)
@@ -262,7 +214,7 @@ static int read_grid(meta *m)
     if (!code)
         code = read_type(m);
     if (!code)
-        code = read_vector(m, m->value[ELEMENT_SPACING] ? ELEMENT_SPACING : ELEMENT_SIZE,
+        code = read_vector(m, m->header.value[ELEMENT_SPACING] ? ELEMENT_SPACING : ELEMENT_SIZE,
                            m->grid.spacing);
     if (!code)
         code = read_vector(m, first_of(m, OFFSET, ORIGIN, POSITION), m->grid.origin);
@@ -270,7 +222,7 @@ static int read_grid(meta *m)
         code = read_directions(m);
     if (!code)
         code = read_value_scale(m);
-    const char *unit = m->value[DISTANCE_UNITS];
+    const char *unit = m->header.value[DISTANCE_UNITS];
     if (unit && *unit != '?')
         snprintf(m->grid.unit, sizeof m->grid.unit, "%s", unit);
     return code;
@@ -285,14 +237,14 @@ static int read_encoding(const meta *m, cvol_stored *stored)
     if (!code)
         code = read_flag(m, COMPRESSED, &compressed);
     if (!code)
-        code = read_flag(m, m->value[BINARY_MSB] ? BINARY_MSB : ELEMENT_MSB, &stored->big_endian);
+        code = read_flag(m, m->header.value[BINARY_MSB] ? BINARY_MSB : ELEMENT_MSB,
+                         &stored->big_endian);
     stored->encoding = compressed ? CVOL_ENCODING_ZLIB
                        : binary   ? CVOL_ENCODING_RAW
                                   : CVOL_ENCODING_TEXT;
     int64_t size = 0;
-    if (!code && compressed && m->value[COMPRESSED_SIZE])
-        code = cvol_text_field_integer(m->context, m->path, keys[COMPRESSED_SIZE],
-                                       m->value[COMPRESSED_SIZE], 0, INT64_MAX, &size);
+    if (!code && compressed)
+        code = cvol_text_header_integer(&m->header, COMPRESSED_SIZE, 0, INT64_MAX, &size);
     stored->stored_size = (uint64_t)size;
     return code;
 }
@@ -300,39 +252,24 @@ static int read_encoding(const meta *m, cvol_stored *stored)
 /* HeaderSize counts from the data file's beginning; -1: the samples are the file's last bytes. */
 static int read_header_size(const meta *m, cvol_stored *stored)
 {
-    if (!m->value[HEADER_SIZE])
-        return CVOL_OK;
-    int64_t size;
-    int code = cvol_text_field_integer(m->context, m->path, keys[HEADER_SIZE],
-                                       m->value[HEADER_SIZE], -1, INT64_MAX, &size);
-    if (code)
+    uint64_t size;
+    const int code = cvol_text_header_skip(&m->header, HEADER_SIZE, stored, &size);
+    if (code || size == 0)
         return code;
-    if (size < 0 && stored->encoding != CVOL_ENCODING_RAW)
-        return fail(m, HEADER_SIZE, "is for raw samples alone");
-    if (size > 0 && (uint64_t)size < stored->offset)
-        return fail(m, HEADER_SIZE, "is less than the header's size");
-    stored->at_end = size < 0;
-    if (size > 0)
-        stored->offset = (uint64_t)size;
+    if (size < stored->offset)
+        return cvol_text_header_fail(&m->header, HEADER_SIZE, "is less than the header's size");
+    stored->offset = size;
     return CVOL_OK;
 }
 
 static int find_samples(const meta *m, cvol_stored *stored)
 {
-    const char *file = m->value[DATA_FILE];
-    if (!*file)
-        return fail(m, DATA_FILE, "names no file");
-    if (cvol_text_names_many_files(file))
-        return unsupported(m, DATA_FILE, "is a list of files; one file can be read");
-    stored->offset = m->data_offset;
-    if (!cvol_text_equal(file, "LOCAL")) {
-        stored->data_path = cvol_input_beside(m->path, file);
-        if (!stored->data_path)
-            return cvol_fail_memory(m->context, strlen(m->path) + strlen(file), m->path);
-        stored->offset = 0;
-        stored->may_go_on = 1;
-    }
-    int code = read_encoding(m, stored);
+    int code = CVOL_OK;
+    stored->offset = m->header.lines.at;
+    if (!cvol_text_equal(m->header.value[DATA_FILE], "LOCAL"))
+        code = cvol_text_header_detach(&m->header, DATA_FILE, stored);
+    if (!code)
+        code = read_encoding(m, stored);
     return code ? code : read_header_size(m, stored);
 }
 
@@ -340,20 +277,15 @@ static int find_meta(cvol_context *context, cvol_grid *grid, cvol_stored *stored
                      const cvol_read_options *options)
 {
     (void)options;
-    meta m = {.context = context, .path = path, .grid = cvol_grid_make(1, 1, 1, CVOL_UINT8)};
-    cvol_input input;
-    cvol_header header = {.data = NULL};
-    int code = cvol_input_open(context, &input, path);
+    meta m = {.grid = cvol_grid_make(1, 1, 1, CVOL_UINT8)};
+    int code = cvol_text_header_open(context, &m.header, &layout, path);
     if (!code)
-        code = cvol_header_open(context, &header, &input);
-    cvol_input_close(&input);
-    if (!code)
-        code = read_header(&m, &header);
+        code = read_header(&m);
     if (!code)
         code = read_grid(&m);
     if (!code)
         code = find_samples(&m, stored);
-    cvol_header_close(&header);
+    cvol_text_header_close(&m.header);
     *grid = m.grid;
     return code;
 }
@@ -362,7 +294,7 @@ static int find_meta(cvol_context *context, cvol_grid *grid, cvol_stored *stored
 
 static void put_line(cvol_bytes *bytes, enum key key, const char *value)
 {
-    cvol_bytes_put_text(bytes, keys[key]);
+    cvol_bytes_put_text(bytes, keys[key].word);
     cvol_bytes_put_text(bytes, " = ");
     cvol_bytes_put_text(bytes, value);
     cvol_bytes_put_text(bytes, "\n");
@@ -370,14 +302,10 @@ static void put_line(cvol_bytes *bytes, enum key key, const char *value)
 
 static void put_numbers(cvol_bytes *bytes, enum key key, const double *values, size_t count)
 {
-    cvol_bytes_put_text(bytes, keys[key]);
+    cvol_bytes_put_text(bytes, keys[key].word);
     cvol_bytes_put_text(bytes, " =");
-    for (size_t i = 0; i < count; i++) {
-        char number[CVOL_TEXT_NUMBER_BYTES];
-        cvol_text_format(number, values[i]);
-        cvol_bytes_put_text(bytes, " ");
-        cvol_bytes_put_text(bytes, number);
-    }
+    for (size_t i = 0; i < count; i++)
+        cvol_text_put_number(bytes, " ", values[i]);
     cvol_bytes_put_text(bytes, "\n");
 }
 
@@ -409,9 +337,9 @@ static size_t put_header(cvol_bytes *bytes, const cvol_grid *grid, int packed)
     }
     snprintf(number, sizeof number, "%zu %zu %zu", lps.dims[0], lps.dims[1], lps.dims[2]);
     put_line(bytes, DIM_SIZE, number);
-    for (size_t i = 0; i < TYPES; i++)
-        if (types[i].type == lps.type) {
-            put_line(bytes, ELEMENT_TYPE, types[i].name);
+    for (size_t i = 0; i < CVOL_COUNT(types); i++)
+        if (types[i].value == (int)lps.type) {
+            put_line(bytes, ELEMENT_TYPE, types[i].word);
             break;
         }
     return size_at;
@@ -420,18 +348,14 @@ static size_t put_header(cvol_bytes *bytes, const cvol_grid *grid, int packed)
 static int plan_meta(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
                      const char *path)
 {
-    if (!cvol_text_ends(path, ".mhd")) {
-        plan->encoding = CVOL_ENCODING_ZLIB;
-        plan->size_at = put_header(&plan->header, grid, 1);
-        put_line(&plan->header, DATA_FILE, "LOCAL");
-        return CVOL_OK;
-    }
-    int code = cvol_write_plan_detach(context, plan, path, ".raw");
-    if (!code) {
-        put_header(&plan->header, grid, 0);
-        put_line(&plan->header, DATA_FILE, cvol_input_name(plan->data_path));
-    }
-    return code;
+    const char *data_name;
+    const int code = cvol_write_plan_text(context, plan, path, ".mhd", CVOL_ENCODING_ZLIB,
+                                          &data_name);
+    if (code)
+        return code;
+    plan->size_at = put_header(&plan->header, grid, !data_name);
+    put_line(&plan->header, DATA_FILE, data_name ? data_name : "LOCAL");
+    return CVOL_OK;
 }
 
 const cvol_format cvol_format_metaimage = {

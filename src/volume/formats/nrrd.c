@@ -5,23 +5,15 @@
  * them of size 1). Per-axis fields are in the file's axis order; `kept` maps the grid's axes to
  * them. Written: NRRD0004, gzip attached (.nrrd) or raw detached (.nhdr). */
 #define _GNU_SOURCE
-#include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/bytes.h"
 #include "base/context.h"
 #include "volume/formats/nrrd.h"
 #include "volume/io/format.h"
-#include "volume/io/geometry.h"
-#include "volume/io/text.h"
 
-/* The fields that are read; others are skipped. */
-static const struct {
-    const char *name;
-    enum nrrd_field field;
-} fields[] = {
+static const cvol_keyword field_names[] = {
     {"type", NRRD_TYPE},
     {"dimension", NRRD_DIMENSION},
     {"sizes", NRRD_SIZES},
@@ -43,14 +35,11 @@ static const struct {
     {"datafile", NRRD_DATA_FILE},
 };
 
-typedef struct word_value {
-    const char *word;
-    int value;
-} word_value;
+static const cvol_text_layout layout = {"field: value", ':', field_names, CVOL_COUNT(field_names)};
 
 #define TYPE_UNSUPPORTED (-1)
 
-static const word_value type_words[] = {
+static const cvol_keyword type_words[] = {
     {"uchar", CVOL_UINT8},
     {"unsigned char", CVOL_UINT8},
     {"uint8", CVOL_UINT8},
@@ -97,25 +86,13 @@ static const word_value type_words[] = {
 
 #define ENCODING_UNSUPPORTED (-1)
 
-static const word_value encoding_words[] = {
+static const cvol_keyword encoding_words[] = {
     {"raw", CVOL_ENCODING_RAW},      {"gzip", CVOL_ENCODING_GZIP},  {"gz", CVOL_ENCODING_GZIP},
     {"ascii", CVOL_ENCODING_TEXT},   {"text", CVOL_ENCODING_TEXT},  {"txt", CVOL_ENCODING_TEXT},
     {"bzip2", ENCODING_UNSUPPORTED}, {"bz2", ENCODING_UNSUPPORTED}, {"hex", ENCODING_UNSUPPORTED},
 };
 
-#define COUNT(array) (sizeof(array) / sizeof(array)[0])
-
-int cvol_nrrd_fail(const nrrd *n, const char *field, const char *value, const char *what)
-{
-    return cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: %s '%.80s' %s", n->path, field, value,
-                     what);
-}
-
-int cvol_nrrd_unsupported(const nrrd *n, const char *field, const char *value, const char *what)
-{
-    cvol_nrrd_fail(n, field, value, what);
-    return CVOL_ERROR_UNSUPPORTED;
-}
+static const cvol_keyword endian_words[] = {{"little", 0}, {"big", 1}};
 
 /* ---- header -------------------------------------------------------------------------- */
 
@@ -126,90 +103,61 @@ static int recognise(const uint8_t *head, size_t size)
 
 static int check_magic(const nrrd *n, const char *line)
 {
+    const cvol_text_header *header = &n->header;
     if (!line || strncmp(line, "NRRD", 4))
-        return cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: does not begin with 'NRRD'", n->path);
+        return cvol_fail(header->context, CVOL_ERROR_FORMAT, "%s: does not begin with 'NRRD'",
+                         header->path);
     if (strlen(line) == 8 && !strncmp(line, "NRRD000", 7) && line[7] >= '1' && line[7] <= '5')
         return CVOL_OK;
-    return cvol_nrrd_unsupported(n, "version", line, "is none of NRRD0001 to NRRD0005");
+    return cvol_fail(header->context, CVOL_ERROR_UNSUPPORTED,
+                     "%s: version '%.80s' is none of NRRD0001 to NRRD0005", header->path, line);
 }
 
-/* "field: value"; comments and "key:=value" are for others. */
-static int read_line(nrrd *n, char *line, size_t line_number)
+/* Skips comments and pairs "key:=value", which are for other programs. */
+static int read_line(nrrd *n, char *line)
 {
-    if (line[0] == '#')
+    const char *colon = strchr(line, ':');
+    if (line[0] == '#' || (colon && colon[1] == '='))
         return CVOL_OK;
-    char *colon = strchr(line, ':');
-    if (!colon)
-        return cvol_fail(n->context, CVOL_ERROR_FORMAT,
-                         "%s: line %zu of its header is no field: '%.80s'", n->path, line_number,
-                         line);
-    if (colon[1] == '=')
-        return CVOL_OK;
-    *colon = '\0';
-    const char *name = cvol_text_trim(line);
-    for (size_t f = 0; f < COUNT(fields); f++) {
-        if (!cvol_text_equal(name, fields[f].name))
-            continue;
-        const char **value = &n->value[fields[f].field];
-        if (*value)
-            return cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: has the field '%s' twice", n->path,
-                             fields[f].name);
-        *value = cvol_text_trim(colon + 1);
-    }
-    return CVOL_OK;
+    return cvol_text_header_put(&n->header, line);
 }
 
-static int read_header(nrrd *n, cvol_header *header)
+static int read_header(nrrd *n)
 {
+    cvol_text_header *header = &n->header;
     char *line;
-    int code = cvol_header_next(n->context, header, &line);
+    int ended = 0; /* by an empty line */
+    int code = cvol_header_next(header->context, &header->lines, &line);
     if (!code)
         code = check_magic(n, line);
-    while (!code && !n->ended) {
-        code = cvol_header_next(n->context, header, &line);
+    while (!code && !ended) {
+        code = cvol_header_next(header->context, &header->lines, &line);
         if (code || !line)
             break;
-        if (*line)
-            code = read_line(n, line, header->line_number);
-        else
-            n->ended = 1;
-        /* A list's names follow, up to the file's end. */
-        const char *file = n->value[NRRD_DATA_FILE];
-        if (!code && file && *file && cvol_text_names_many_files(file))
-            return cvol_nrrd_unsupported(n, "data file", file,
-                                         "is a list of files; one file can be read");
+        ended = !*line;
+        if (!ended)
+            code = read_line(n, line);
+        /* The names of a list would follow, which are no fields. */
+        if (!code)
+            code = cvol_text_header_one_file(header, NRRD_DATA_FILE);
     }
-    n->data_offset = header->at;
-    static const enum nrrd_field needed[] = {NRRD_DIMENSION, NRRD_TYPE, NRRD_SIZES, NRRD_ENCODING};
-    static const char *const names[] = {"dimension", "type", "sizes", "encoding"};
-    for (size_t i = 0; !code && i < COUNT(needed); i++)
-        if (!n->value[needed[i]])
-            code = cvol_fail(n->context, CVOL_ERROR_FORMAT, "%s: its header has no '%s'", n->path,
-                             names[i]);
-    if (!code && !n->ended && !n->value[NRRD_DATA_FILE])
-        code = cvol_fail(n->context, CVOL_ERROR_FORMAT,
+    static const int needed[] = {NRRD_DIMENSION, NRRD_TYPE, NRRD_SIZES, NRRD_ENCODING};
+    if (!code)
+        code = cvol_text_header_need(header, needed, CVOL_COUNT(needed));
+    if (!code && !ended && !header->value[NRRD_DATA_FILE])
+        code = cvol_fail(header->context, CVOL_ERROR_FORMAT,
                          "%s: its header has neither an empty line at its end nor a 'data file'",
-                         n->path);
+                         header->path);
     return code;
-}
-
-static int find_word(const word_value *words, size_t count, const char *word, int *value)
-{
-    for (size_t i = 0; i < count; i++)
-        if (cvol_text_equal(word, words[i].word)) {
-            *value = words[i].value;
-            return 1;
-        }
-    return 0;
 }
 
 static int read_type(nrrd *n)
 {
     int type;
-    if (!find_word(type_words, COUNT(type_words), n->value[NRRD_TYPE], &type))
-        return cvol_nrrd_fail(n, "type", n->value[NRRD_TYPE], "is unknown");
+    if (!cvol_keyword_find(type_words, CVOL_COUNT(type_words), n->header.value[NRRD_TYPE], &type))
+        return cvol_text_header_fail(&n->header, NRRD_TYPE, "is unknown");
     if (type == TYPE_UNSUPPORTED)
-        return cvol_nrrd_unsupported(n, "type", n->value[NRRD_TYPE], "is not supported");
+        return cvol_text_header_unsupported(&n->header, NRRD_TYPE, "is not supported");
     n->grid.type = (cvol_type)type;
     return CVOL_OK;
 }
@@ -218,83 +166,56 @@ static int read_type(nrrd *n)
 
 static int read_encoding(const nrrd *n, cvol_stored *stored)
 {
+    const cvol_text_header *header = &n->header;
     int encoding;
-    const char *word = n->value[NRRD_ENCODING];
-    if (!find_word(encoding_words, COUNT(encoding_words), word, &encoding))
-        return cvol_nrrd_fail(n, "encoding", word, "is unknown");
+    if (!cvol_keyword_find(encoding_words, CVOL_COUNT(encoding_words), header->value[NRRD_ENCODING],
+                           &encoding))
+        return cvol_text_header_fail(header, NRRD_ENCODING, "is unknown");
     if (encoding == ENCODING_UNSUPPORTED)
-        return cvol_nrrd_unsupported(n, "encoding", word,
-                                     "is not supported (raw, gzip and ascii are)");
+        return cvol_text_header_unsupported(header, NRRD_ENCODING,
+                                            "is not supported (raw, gzip and ascii are)");
     stored->encoding = (cvol_encoding)encoding;
-    const char *endian = n->value[NRRD_ENDIAN];
-    if (endian && !cvol_text_equal(endian, "little") && !cvol_text_equal(endian, "big"))
-        return cvol_nrrd_fail(n, "endian", endian, "is neither little nor big");
-    stored->big_endian = endian && cvol_text_equal(endian, "big");
+    const char *endian = header->value[NRRD_ENDIAN];
+    if (endian &&
+        !cvol_keyword_find(endian_words, CVOL_COUNT(endian_words), endian, &stored->big_endian))
+        return cvol_text_header_fail(header, NRRD_ENDIAN, "is neither little nor big");
     if (!endian && encoding != CVOL_ENCODING_TEXT && cvol_type_size(n->grid.type) > 1)
-        return cvol_fail(n->context, CVOL_ERROR_FORMAT,
-                         "%s: its header has no 'endian', which type '%s' needs", n->path,
-                         n->value[NRRD_TYPE]);
+        return cvol_fail(header->context, CVOL_ERROR_FORMAT,
+                         "%s: its header has no 'endian', which type '%s' needs", header->path,
+                         header->value[NRRD_TYPE]);
     return CVOL_OK;
-}
-
-static int read_skips(const nrrd *n, cvol_stored *stored)
-{
-    int64_t lines = 0, bytes = 0;
-    int code = CVOL_OK;
-    if (n->value[NRRD_LINE_SKIP])
-        code = cvol_text_field_integer(n->context, n->path, "line skip", n->value[NRRD_LINE_SKIP],
-                                       0, INT64_MAX, &lines);
-    if (!code && n->value[NRRD_BYTE_SKIP])
-        code = cvol_text_field_integer(n->context, n->path, "byte skip", n->value[NRRD_BYTE_SKIP],
-                                       -1, INT64_MAX, &bytes);
-    if (!code && bytes < 0 && stored->encoding != CVOL_ENCODING_RAW)
-        code = cvol_nrrd_fail(n, "byte skip", n->value[NRRD_BYTE_SKIP],
-                              "is for raw encoding alone");
-    stored->line_skip = (uint64_t)lines;
-    stored->byte_skip = bytes > 0 ? (uint64_t)bytes : 0;
-    stored->at_end = bytes < 0;
-    return code;
 }
 
 static int find_samples(const nrrd *n, cvol_stored *stored)
 {
-    stored->offset = n->data_offset;
+    int64_t lines = 0;
+    stored->offset = n->header.lines.at;
     int code = read_encoding(n, stored);
     if (!code)
-        code = read_skips(n, stored);
-    const char *file = n->value[NRRD_DATA_FILE];
-    if (code || !file)
-        return code;
-    if (!*file)
-        return cvol_nrrd_fail(n, "data file", file, "names no file");
-    stored->data_path = cvol_input_beside(n->path, file);
-    stored->offset = 0;
-    stored->may_go_on = 1;
-    return stored->data_path
-               ? CVOL_OK
-               : cvol_fail_memory(n->context, strlen(n->path) + strlen(file), n->path);
+        code = cvol_text_header_integer(&n->header, NRRD_LINE_SKIP, 0, INT64_MAX, &lines);
+    stored->line_skip = (uint64_t)lines;
+    if (!code)
+        code = cvol_text_header_skip(&n->header, NRRD_BYTE_SKIP, stored, &stored->byte_skip);
+    if (!code && n->header.value[NRRD_DATA_FILE])
+        code = cvol_text_header_detach(&n->header, NRRD_DATA_FILE, stored);
+    return code;
 }
 
 static int find_nrrd(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                      const cvol_read_options *options)
 {
     (void)options;
-    nrrd n = {.context = context, .path = path, .grid = cvol_grid_make(1, 1, 1, CVOL_UINT8)};
-    cvol_input input;
-    cvol_header header = {.data = NULL};
-    int code = cvol_input_open(context, &input, path);
+    nrrd n = {.grid = cvol_grid_make(1, 1, 1, CVOL_UINT8)};
+    int code = cvol_text_header_open(context, &n.header, &layout, path);
     if (!code)
-        code = cvol_header_open(context, &header, &input);
-    cvol_input_close(&input);
-    if (!code)
-        code = read_header(&n, &header);
+        code = read_header(&n);
     if (!code)
         code = read_type(&n);
     if (!code)
         code = cvol_nrrd_read_axes(&n);
     if (!code)
         code = find_samples(&n, stored);
-    cvol_header_close(&header);
+    cvol_text_header_close(&n.header);
     *grid = n.grid;
     return code;
 }
@@ -303,12 +224,8 @@ static int find_nrrd(cvol_context *context, cvol_grid *grid, cvol_stored *stored
 
 static void put_vector(cvol_bytes *bytes, const double v[3], double factor)
 {
-    for (int i = 0; i < 3; i++) {
-        char number[CVOL_TEXT_NUMBER_BYTES];
-        cvol_text_format(number, v[i] * factor);
-        cvol_bytes_put_text(bytes, i ? "," : " (");
-        cvol_bytes_put_text(bytes, number);
-    }
+    for (int i = 0; i < 3; i++)
+        cvol_text_put_number(bytes, i ? "," : " (", v[i] * factor);
     cvol_bytes_put_text(bytes, ")");
 }
 
@@ -365,14 +282,11 @@ static void put_header(cvol_bytes *bytes, const cvol_grid *grid, const char *dat
 static int plan_nrrd(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
                      const char *path)
 {
-    if (!cvol_text_ends(path, ".nhdr")) {
-        plan->encoding = CVOL_ENCODING_GZIP;
-        put_header(&plan->header, grid, NULL);
-        return CVOL_OK;
-    }
-    int code = cvol_write_plan_detach(context, plan, path, ".raw");
+    const char *data_name;
+    const int code = cvol_write_plan_text(context, plan, path, ".nhdr", CVOL_ENCODING_GZIP,
+                                          &data_name);
     if (!code)
-        put_header(&plan->header, grid, cvol_input_name(plan->data_path));
+        put_header(&plan->header, grid, data_name);
     return code;
 }
 

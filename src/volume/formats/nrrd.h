@@ -1,10 +1,10 @@
-/* What a NRRD header says, between its parser (nrrd.c) and its axes (nrrd_axes.c). */
+/* The fields of a NRRD header, shared by its reader (nrrd.c) and that of its axes (nrrd_axes.c). */
 #ifndef CVOL_VOLUME_FORMATS_NRRD_H
 #define CVOL_VOLUME_FORMATS_NRRD_H
 
-#include "cvol/base.h"
+#include "volume/io/text_header.h"
 
-/* The fields that are read. */
+/* The fields that the reader uses. */
 enum nrrd_field {
     NRRD_TYPE,
     NRRD_DIMENSION,
@@ -26,21 +26,15 @@ enum nrrd_field {
 };
 
 typedef struct nrrd {
-    cvol_context *context;
-    const char *path;
-    const char *value[NRRD_FIELDS]; /* NULL where the header has no such field */
-    size_t data_offset;             /* behind the header */
-    int ended;                      /* an empty line ended the header */
+    cvol_text_header header;
     size_t dimension;
-    size_t kept[3]; /* which axes of the file are the grid's */
+    size_t kept[3]; /* the file's axes that are the grid's */
     cvol_grid grid;
 } nrrd;
 
-/* "PATH: FIELD 'VALUE' WHAT", as a FORMAT or an UNSUPPORTED error. */
-int cvol_nrrd_fail(const nrrd *n, const char *field, const char *value, const char *what);
-int cvol_nrrd_unsupported(const nrrd *n, const char *field, const char *value, const char *what);
+_Static_assert(NRRD_FIELDS <= CVOL_TEXT_FIELDS_MOST, "a header has room for all fields");
 
-/* Everything about axes: which there are, how long, and how they lie. */
+/* The axes: their number, sizes, spacings and directions, and the space. */
 int cvol_nrrd_read_axes(nrrd *n);
 
 #endif

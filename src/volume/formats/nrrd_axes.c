@@ -9,7 +9,6 @@
 
 #include "base/context.h"
 #include "volume/io/geometry.h"
-#include "volume/io/text.h"
 
 #define MOST_AXES 4
 
@@ -58,7 +57,7 @@ static int has_colours(const nrrd *n)
 {
     static const char ending[] = "-color";
     const size_t most = sizeof ending - 1;
-    const char *kind = n->value[NRRD_KINDS];
+    const char *kind = n->header.value[NRRD_KINDS];
     while (kind && *kind) {
         kind += strspn(kind, " \t");
         const size_t length = strcspn(kind, " \t");
@@ -72,19 +71,20 @@ static int has_colours(const nrrd *n)
 static int read_sizes(nrrd *n, const int *known)
 {
     size_t sizes[MOST_AXES];
-    int code = cvol_text_sizes(n->context, n->path, "sizes", n->value[NRRD_SIZES], sizes,
-                               n->dimension, "dimension");
+    int code = cvol_text_header_sizes(&n->header, NRRD_SIZES, sizes, n->dimension, "dimension");
     if (code)
         return code;
     if (has_colours(n))
-        return cvol_nrrd_unsupported(n, "kinds", n->value[NRRD_KINDS],
-                                     "have an axis of colours, which is not supported: write each "
-                                     "colour into a file of its own");
+        return cvol_text_header_unsupported(
+            &n->header, NRRD_KINDS,
+            "have an axis of colours, which is not supported: write each "
+            "colour into a file of its own");
     int leave = n->dimension == 4 ? axis_to_leave(sizes, known) : MOST_AXES;
     if (leave < 0)
-        return cvol_nrrd_unsupported(n, "sizes", n->value[NRRD_SIZES],
-                                     "have a fourth axis, a series of volumes or of channels, "
-                                     "which is not supported: write each into a file of its own");
+        return cvol_text_header_unsupported(
+            &n->header, NRRD_SIZES,
+            "have a fourth axis, a series of volumes or of channels, "
+            "which is not supported: write each into a file of its own");
     for (size_t a = 0, kept = 0; a < n->dimension; a++)
         if ((int)a != leave) {
             n->grid.dims[kept] = sizes[a];
@@ -96,11 +96,10 @@ static int read_sizes(nrrd *n, const int *known)
 static int read_dimension(nrrd *n)
 {
     int64_t dimension = 0;
-    int code = cvol_text_field_integer(n->context, n->path, "dimension", n->value[NRRD_DIMENSION],
-                                       1, 16, &dimension);
+    int code = cvol_text_header_integer(&n->header, NRRD_DIMENSION, 1, 16, &dimension);
     if (!code && (dimension < 2 || dimension > MOST_AXES))
-        code = cvol_nrrd_unsupported(n, "dimension", n->value[NRRD_DIMENSION],
-                                     "is not supported: volumes have three axes");
+        code = cvol_text_header_unsupported(&n->header, NRRD_DIMENSION,
+                                            "is not supported: volumes have three axes");
     n->dimension = (size_t)dimension;
     return code;
 }
@@ -108,10 +107,10 @@ static int read_dimension(nrrd *n)
 static int read_spacings(nrrd *n)
 {
     double spacings[MOST_AXES];
-    if (!n->value[NRRD_SPACINGS])
+    if (!n->header.value[NRRD_SPACINGS])
         return CVOL_OK;
-    int code = cvol_text_numbers(n->context, n->path, "spacings", n->value[NRRD_SPACINGS], spacings,
-                                 n->dimension, "dimension");
+    int code = cvol_text_header_numbers(&n->header, NRRD_SPACINGS, spacings, n->dimension,
+                                        "dimension");
     for (size_t a = 0; !code && a < 3 && a < n->dimension; a++)
         if (!isnan(spacings[n->kept[a]])) /* the format's word for unknown */
             n->grid.spacing[a] = spacings[n->kept[a]];
@@ -123,10 +122,7 @@ static int read_spacings(nrrd *n)
 /* left-anterior-superior is LPS with its second axis turned round. */
 #define SPACE_LAS (-1)
 
-static const struct {
-    const char *word;
-    int space;
-} space_words[] = {
+static const cvol_keyword space_words[] = {
     {"left-posterior-superior", CVOL_SPACE_LPS}, {"LPS", CVOL_SPACE_LPS},
     {"right-anterior-superior", CVOL_SPACE_RAS}, {"RAS", CVOL_SPACE_RAS},
     {"left-anterior-superior", SPACE_LAS},       {"LAS", SPACE_LAS},
@@ -134,31 +130,21 @@ static const struct {
     {"3D-left-handed", CVOL_SPACE_UNKNOWN},
 };
 
-static int find_space(const char *word, int *space)
-{
-    for (size_t i = 0; i < sizeof space_words / sizeof space_words[0]; i++)
-        if (cvol_text_equal(word, space_words[i].word)) {
-            *space = space_words[i].space;
-            return 1;
-        }
-    return 0;
-}
-
 /* Components of each vector; 0 while the header does not say. */
 static int read_space_dimension(nrrd *n, size_t *components, int *space)
 {
     *components = 0;
     *space = CVOL_SPACE_UNKNOWN;
-    if (n->value[NRRD_SPACE]) {
-        if (!find_space(n->value[NRRD_SPACE], space))
-            return cvol_nrrd_unsupported(n, "space", n->value[NRRD_SPACE], "is not supported");
+    if (n->header.value[NRRD_SPACE]) {
+        if (!cvol_keyword_find(space_words, CVOL_COUNT(space_words), n->header.value[NRRD_SPACE],
+                               space))
+            return cvol_text_header_unsupported(&n->header, NRRD_SPACE, "is not supported");
         *components = 3;
     }
-    if (!n->value[NRRD_SPACE_DIMENSION])
+    if (!n->header.value[NRRD_SPACE_DIMENSION])
         return CVOL_OK;
     int64_t dimension = 0;
-    int code = cvol_text_field_integer(n->context, n->path, "space dimension",
-                                       n->value[NRRD_SPACE_DIMENSION], 1, 3, &dimension);
+    int code = cvol_text_header_integer(&n->header, NRRD_SPACE_DIMENSION, 1, 3, &dimension);
     *components = (size_t)dimension;
     return code;
 }
@@ -170,22 +156,22 @@ typedef struct directions {
 
 static int read_directions(nrrd *n, directions *d, size_t *components)
 {
-    const char *text = n->value[NRRD_SPACE_DIRECTIONS];
+    const char *text = n->header.value[NRRD_SPACE_DIRECTIONS];
     for (size_t a = 0; text && a < n->dimension; a++) {
         size_t count;
         int found = next_vector(&text, d->vector[a], &count);
         if (found > 0 && *components == 0)
             *components = count;
         if (found < 0 || (found && count != *components))
-            return cvol_fail(n->context, CVOL_ERROR_FORMAT,
+            return cvol_fail(n->header.context, CVOL_ERROR_FORMAT,
                              "%s: space directions '%.80s' are not %zu vectors of %zu numbers",
-                             n->path, n->value[NRRD_SPACE_DIRECTIONS], n->dimension,
+                             n->header.path, n->header.value[NRRD_SPACE_DIRECTIONS], n->dimension,
                              *components ? *components : 3);
         d->known[a] = found;
     }
     if (text && text[strspn(text, " \t")])
-        return cvol_nrrd_fail(n, "space directions", n->value[NRRD_SPACE_DIRECTIONS],
-                              "have more vectors than dimension");
+        return cvol_text_header_fail(&n->header, NRRD_SPACE_DIRECTIONS,
+                                     "have more vectors than dimension");
     return CVOL_OK;
 }
 
@@ -195,27 +181,26 @@ static int set_directions(nrrd *n, const directions *d)
     for (int a = 0; a < 3 && (size_t)a < n->dimension; a++) {
         size_t axis = n->kept[a];
         if (!d->known[axis] && n->grid.dims[a] > 1)
-            return cvol_nrrd_unsupported(n, "space directions", n->value[NRRD_SPACE_DIRECTIONS],
-                                         "have an axis that is none of space");
+            return cvol_text_header_unsupported(&n->header, NRRD_SPACE_DIRECTIONS,
+                                                "have an axis that is none of space");
         if (d->known[axis] && !cvol_geometry_set_axis(&n->grid, a, d->vector[axis]))
-            return cvol_nrrd_fail(n, "space directions", n->value[NRRD_SPACE_DIRECTIONS],
-                                  "have a vector without a length");
+            return cvol_text_header_fail(&n->header, NRRD_SPACE_DIRECTIONS,
+                                         "have a vector without a length");
         known[a] = d->known[axis];
     }
     cvol_geometry_complete(&n->grid, known);
-    return cvol_geometry_check(n->context, &n->grid, n->path);
+    return cvol_geometry_check(n->header.context, &n->grid, n->header.path);
 }
 
 static int read_origin(nrrd *n, size_t components)
 {
-    const char *text = n->value[NRRD_SPACE_ORIGIN];
+    const char *text = n->header.value[NRRD_SPACE_ORIGIN];
     if (!text || cvol_text_equal(text, "none"))
         return CVOL_OK;
     size_t count;
     double origin[3] = {0, 0, 0};
     if (next_vector(&text, origin, &count) < 1 || (components && count != components) || *text)
-        return cvol_nrrd_fail(n, "space origin", n->value[NRRD_SPACE_ORIGIN],
-                              "is no vector of the space");
+        return cvol_text_header_fail(&n->header, NRRD_SPACE_ORIGIN, "is no vector of the space");
     for (int i = 0; i < 3; i++)
         n->grid.origin[i] = isnan(origin[i]) ? 0 : origin[i];
     return CVOL_OK;
@@ -224,8 +209,8 @@ static int read_origin(nrrd *n, size_t components)
 /* The first quoted word of space units or units; axes of different units are not expected. */
 static void read_unit(nrrd *n)
 {
-    const char *text = n->value[NRRD_SPACE_UNITS] ? n->value[NRRD_SPACE_UNITS]
-                                                  : n->value[NRRD_UNITS];
+    const char *text = n->header.value[NRRD_SPACE_UNITS] ? n->header.value[NRRD_SPACE_UNITS]
+                                                         : n->header.value[NRRD_UNITS];
     const char *start = text ? strchr(text, '"') : NULL;
     const char *end = start ? strchr(start + 1, '"') : NULL;
     if (!end || !strncmp(start, "\"???\"", 5))
@@ -247,7 +232,7 @@ int cvol_nrrd_read_axes(nrrd *n)
         code = read_sizes(n, d.known);
     if (!code)
         code = read_spacings(n);
-    if (!code && n->value[NRRD_SPACE_DIRECTIONS])
+    if (!code && n->header.value[NRRD_SPACE_DIRECTIONS])
         code = set_directions(n, &d);
     if (!code)
         code = read_origin(n, components);

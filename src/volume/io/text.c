@@ -13,9 +13,8 @@
 
 /* ---- lines --------------------------------------------------------------------------- */
 
-int cvol_header_open(cvol_context *context, cvol_header *header, const cvol_input *input)
+static int read_beginning(cvol_context *context, cvol_header *header, const cvol_input *input)
 {
-    *header = (cvol_header){.path = input->path};
     size_t size = CVOL_HEADER_LIMIT_BYTES;
     header->whole = input->size <= size;
     if (header->whole)
@@ -24,6 +23,17 @@ int cvol_header_open(cvol_context *context, cvol_header *header, const cvol_inpu
     if (!header->data)
         return cvol_fail_memory(context, size, input->path);
     return cvol_input_read(context, input, 0, header->data, size, &header->size);
+}
+
+int cvol_header_open(cvol_context *context, cvol_header *header, const char *path)
+{
+    *header = (cvol_header){.path = path};
+    cvol_input input;
+    int code = cvol_input_open(context, &input, path);
+    if (!code)
+        code = read_beginning(context, header, &input);
+    cvol_input_close(&input);
+    return code;
 }
 
 void cvol_header_close(cvol_header *header)
@@ -210,4 +220,12 @@ void cvol_text_format(char out[CVOL_TEXT_NUMBER_BYTES], double value)
             break;
     }
     memcpy(out, text, sizeof text);
+}
+
+void cvol_text_put_number(cvol_bytes *bytes, const char *before, double value)
+{
+    char number[CVOL_TEXT_NUMBER_BYTES];
+    cvol_text_format(number, value);
+    cvol_bytes_put_text(bytes, before);
+    cvol_bytes_put_text(bytes, number);
 }

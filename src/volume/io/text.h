@@ -6,6 +6,7 @@
 #ifndef CVOL_VOLUME_IO_TEXT_H
 #define CVOL_VOLUME_IO_TEXT_H
 
+#include "base/bytes.h"
 #include "volume/io/input.h"
 
 /* Where a header must have ended. */
@@ -20,7 +21,8 @@ typedef struct cvol_header {
     int whole; /* data holds the file to its end */
 } cvol_header;
 
-int cvol_header_open(cvol_context *context, cvol_header *header, const cvol_input *input);
+/* Reads the file's beginning; the caller closes the header, also after a failure. */
+int cvol_header_open(cvol_context *context, cvol_header *header, const char *path);
 void cvol_header_close(cvol_header *header);
 /* The next line without its end; *line is NULL after the last one. A NUL byte or a header beyond
  * the limit is a FORMAT error; other control characters become '?', fit for messages. */
@@ -57,5 +59,7 @@ int cvol_text_field_integer(cvol_context *context, const char *path, const char 
 /* The shortest decimal that reads back as this very number. */
 #define CVOL_TEXT_NUMBER_BYTES 32
 void cvol_text_format(char out[CVOL_TEXT_NUMBER_BYTES], double value);
+/* Appends `before` and this decimal. */
+void cvol_text_put_number(cvol_bytes *bytes, const char *before, double value);
 
 #endif

@@ -4,6 +4,7 @@
 
 #include "base/context.h"
 #include "volume/io/stored.h"
+#include "volume/io/text.h"
 
 void cvol_write_plan_free(cvol_write_plan *plan)
 {
@@ -37,4 +38,18 @@ int cvol_write_plan_detach(cvol_context *context, cvol_write_plan *plan, const c
     return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                      "%s: a header cannot hold the data file's name '%s'", header_path,
                      cvol_input_name(plan->data_path));
+}
+
+int cvol_write_plan_text(cvol_context *context, cvol_write_plan *plan, const char *header_path,
+                         const char *detached, cvol_encoding encoding, const char **data_name)
+{
+    *data_name = NULL;
+    if (!cvol_text_ends(header_path, detached)) {
+        plan->encoding = encoding;
+        return CVOL_OK;
+    }
+    const int code = cvol_write_plan_detach(context, plan, header_path, ".raw");
+    if (!code)
+        *data_name = cvol_input_name(plan->data_path);
+    return code;
 }

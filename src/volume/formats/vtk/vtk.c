@@ -253,11 +253,7 @@ static int find_vtk(cvol_context *context, cvol_grid *grid, cvol_stored *stored,
                     const cvol_read_options *options)
 {
     vtk v = {.context = context, .path = path, .grid = cvol_grid_make(1, 1, 1, CVOL_UINT8)};
-    cvol_input input;
-    int code = cvol_input_open(context, &input, path);
-    if (!code)
-        code = cvol_header_open(context, &v.header, &input);
-    cvol_input_close(&input);
+    int code = cvol_header_open(context, &v.header, path);
     if (!code)
         code = read_header(&v);
     if (!code)
