@@ -12,7 +12,7 @@
 #if defined(__SANITIZE_ADDRESS__) || defined(CVOL_TEST_FEWER)
 #define SUPPORT_STRIDE 3
 #define SUPPORT_DAMAGE 13
-#define SUPPORT_SIDE(n) ((n) * 5 / 8)
+#define SUPPORT_SIDE(n) ((n)*5 / 8)
 #else
 #define SUPPORT_STRIDE 1
 #define SUPPORT_DAMAGE 1
@@ -27,7 +27,8 @@ static inline int support_next(int k)
     return k + 1 + (int)(((unsigned)k * 2654435761u >> 16) % (2 * stride - 1));
 }
 
-/* 1 if CVOL_TEST_VERBOSE is set: tests then print what they measure. They assert the same either way. */
+/* 1 if CVOL_TEST_VERBOSE is set: tests then print what they measure. They assert the same either
+ * way. */
 int test_verbose(void);
 
 /* A fresh, empty folder. support_folder_remove deletes it with the files in it and frees the

@@ -18,7 +18,8 @@ uint8_t *container_verified(const cvol_array *array, size_t *size);
 cvol_array *container_small_array(void);
 /* What reading all of it comes to. */
 int container_read_code(const uint8_t *data, size_t size);
-/* The context's message must name the file f and a place that is not behind the damage at this byte. */
+/* The context's message must name the file f and a place that is not behind the damage at this
+ * byte. */
 void container_expect_place(size_t at);
 
 #endif

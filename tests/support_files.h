@@ -8,7 +8,8 @@
 extern char *folder;    /* fresh and empty at first */
 extern char *file_path; /* FOLDER/a.cvol */
 
-/* For cmocka: make the context, with two threads, the folder and the path; and free them with the files. */
+/* For cmocka: make the context, with two threads, the folder and the path; and free them with the
+ * files. */
 int files_setup(void **state);
 int files_teardown(void **state);
 

@@ -17,8 +17,8 @@ typedef struct algebra_arguments {
 
 /* As INPUT_OPTIONS: --type is the result's here, and --time and --channel are of operands that are
  * .cvol files of many volumes. */
-#define RAW_OPERAND_OPTIONS(c)                                                           \
-    RAW_OPTIONS(c, "Operands of raw samples (x fastest):", "--raw-type"),                \
+#define RAW_OPERAND_OPTIONS(c)                                                            \
+    RAW_OPTIONS(c, "Operands of raw samples (x fastest):", "--raw-type"),                 \
         {NULL, NULL, "Operands of many volumes (.cvol):", OPTION_HEADING, NULL, 0, NULL}, \
         PLACE_OPTIONS(c)
 

@@ -172,8 +172,9 @@ int end_command(cvol_context *context, int status);
 
 /* ---- volumes and files ------------------------------------------------------------------- */
 
-/* What a volume keeps, in dB, unless --force says that a ratio or bits a voxel go before it; and the
- * PSNR that it is compressed to where nothing was asked for and the usual ratio would leave less. */
+/* What a volume keeps, in dB, unless --force says that a ratio or bits a voxel go before it; and
+ * the PSNR that it is compressed to where nothing was asked for and the usual ratio would leave
+ * less. */
 #define LEAST_PSNR 25
 #define PSNR_INSTEAD 35
 
@@ -183,7 +184,7 @@ typedef struct input {
     cvol_volume *volume;
     uint64_t file_bytes;
     int level, cut, residual_missing; /* cvol_file_report */
-    int has_fill;   /* need_array: samples that are `fill` have no value */
+    int has_fill;                     /* need_array: samples that are `fill` have no value */
     double fill;
 } input;
 

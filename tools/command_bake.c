@@ -10,7 +10,8 @@ static const char description[] =
     "directions for which this axis is the one most parallel to the view.\n"
     "Slices under dct are moved as samples once they are evaluated (tiles by their footprints'\n"
     "matrices), which serves every shear. A shear that is a phase ramp of the coefficients needs\n"
-    "dft or dht, and slices as long as the view's lattice: they would serve one direction, so they\n"
+    "dft or dht, and slices as long as the view's lattice: they would serve one direction, so "
+    "they\n"
     "are made when a picture is (cvol render --tile 0 --spectrum dft), and not baked.";
 
 static const char examples[] =
@@ -105,8 +106,9 @@ int command_bake(int argc, char **argv)
         {NULL, NULL, "Slices:", OPTION_HEADING, NULL, 0, NULL},
         {"--rho", "SHARE", "of their coefficients that are kept, at most 1 (default 0.1)",
          OPTION_NUMBER, &a.rho, 0, &a.rho_given},
-        {"--spectrum", "NAME", "dct (default): dft and dht serve one direction only, and are refused",
-         OPTION_TEXT, &a.spectrum_name, 0, NULL},
+        {"--spectrum", "NAME",
+         "dct (default): dft and dht serve one direction only, and are refused", OPTION_TEXT,
+         &a.spectrum_name, 0, NULL},
         {"--tile", "N", "in tiles of 8, 16 (default) or 32; 0: whole", OPTION_INTEGER, &a.tile, 0,
          &a.tile_given},
         {"--footprint", "NAME", "that pictures will have: gaussian (default) sinc or box",

@@ -197,7 +197,10 @@ static void print_lost_places(const part *p, const char *out_path)
     const char *lost[PLACES];
     const int count = lost_places(p, out_path, lost);
     for (int i = 0; i < count; i++)
-        printf("%s%s", !i ? "; the format has no place for " : i + 1 < count ? ", " : " and ",
+        printf("%s%s",
+               !i              ? "; the format has no place for "
+               : i + 1 < count ? ", "
+                               : " and ",
                lost[i]);
 }
 
@@ -213,12 +216,11 @@ static json_t *json_lost_places(const part *p, const char *out_path)
 
 static int report_json(const part *p, const char *out_path, double decode_ms)
 {
-    json_t *object = json_pack("{s:o, s:s, s:[f, f], s:b, s:o, s:I, s:f}", "dims",
-                               json_dims(p->grid.dims), "type", cvol_type_name(p->grid.type),
-                               "rescale", p->grid.value_scale, p->grid.value_offset, "rescale_lost",
-                               loses_rescale(p, out_path), "geometry_lost",
-                               json_lost_places(p, out_path), "file_bytes",
-                               (json_int_t)file_size(out_path), "decode_ms", decode_ms);
+    json_t *object = json_pack(
+        "{s:o, s:s, s:[f, f], s:b, s:o, s:I, s:f}", "dims", json_dims(p->grid.dims), "type",
+        cvol_type_name(p->grid.type), "rescale", p->grid.value_scale, p->grid.value_offset,
+        "rescale_lost", loses_rescale(p, out_path), "geometry_lost", json_lost_places(p, out_path),
+        "file_bytes", (json_int_t)file_size(out_path), "decode_ms", decode_ms);
     if (p->is_box && object) {
         json_object_set_new(object, "begin", json_dims(p->begin));
         json_object_set_new(object, "end", json_dims(p->end));

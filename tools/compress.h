@@ -21,7 +21,7 @@ typedef struct compress_arguments {
     int block, stream;
     int lossless, no_lap, fast, smallest, force;
     const char *transform, *keep, *attributes, *fill, *background, *bricks;
-    const char *labels; /* auto, yes or no */
+    const char *labels;                                        /* auto, yes or no */
     const char *output, *as, *channel_names, *channel_colours; /* NULL: not given */
     double time_step;
     int time_step_given;
@@ -58,8 +58,8 @@ int complain_compression(cvol_context *context, int code, const char *path,
                          const cvol_compress_options *options, const cvol_compress_report *report);
 /* The figures that the codec does not report itself. */
 void fill_report(cvol_compress_report *report, const cvol_array *array);
-/* compress_attributes.c: the attributes of the file named so, or those of a .cvol that is compressed again; the caller
- * frees *text. Exit status. */
+/* compress_attributes.c: the attributes of the file named so, or those of a .cvol that is
+ * compressed again; the caller frees *text. Exit status. */
 int find_attributes(char **text, const input *in, const char *path);
 /* Whether what is asked for can be done slab by slab. */
 int can_be_streamed(const compress_arguments *a, const method *m);

@@ -53,7 +53,7 @@ typedef struct render_arguments {
     double oversample;
     int oversample_given; /* engine sheet */
     double keep_mb;
-    int keep_given; /* engine sheet */
+    int keep_given;                        /* engine sheet */
     const char *depth_name, *opacity_name; /* files beside the picture; NULL: none */
     int views, repeat;
     double budget_ms;
@@ -62,208 +62,188 @@ typedef struct render_arguments {
 
 #define RENDER_ARGUMENTS_DEFAULTS                                                         \
     {                                                                                     \
-        .transfer_name = "auto", .size = {512, 512}, .zoom = 1,                           \
-        .views = 12, .repeat = 3, .opacity_scale = 1, .bits = 8, .quality = 90, .fps = 25 \
+        .transfer_name = "auto", .size = {512, 512}, .zoom = 1, .views = 12, .repeat = 3, \
+        .opacity_scale = 1, .bits = 8, .quality = 90, .fps = 25                           \
     }
 
-#define LOOK_OPTIONS(a)                                                                          \
-    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                        \
-        {"--mode",                                                                               \
-         "MODE",                                                                                 \
-         "composite (default), xray (of fourier), mip, min, mean (as xray), iso",                         \
-         OPTION_TEXT,                                                                            \
-         &(a).mode_name,                                                                         \
-         0,                                                                                      \
-         NULL},                                                                                  \
-        {"--transfer",                                                                           \
-         "NAME|FILE",                                                                            \
-         "a JSON file, or a name that cvol render --help tells (default auto)",                  \
-         OPTION_TEXT,                                                                            \
-         &(a).transfer_name,                                                                     \
-         0,                                                                                      \
-         &(a).transfer_given},                                                                   \
-        {"--window",                                                                             \
-         "C,W",                                                                                  \
-         "values C - W/2 to C + W/2 have all colours (composite) or greys (xray, mip); or auto", \
-         OPTION_TEXT,                                                                            \
-         &(a).window_text,                                                                       \
-         0,                                                                                      \
-         NULL},                                                                                  \
-        {"--opacity-scale",                                                                      \
-         "S",                                                                                    \
-         "as if matter were S times as dense (default 1)",                                       \
-         OPTION_NUMBER,                                                                          \
-         &(a).opacity_scale,                                                                     \
-         0,                                                                                      \
-         &(a).opacity_scale_given},                                                              \
-        {"--rescale",                                                                            \
-         "S,I",                                                                                  \
-         "a sample s means S s + I, as in 1,-1024 (default: what the file says)",                \
-         OPTION_TEXT,                                                                            \
-         &(a).rescale_text,                                                                      \
-         0,                                                                                      \
-         NULL},                                                                                  \
-        {"--iso",                                                                                \
-         "VALUE",                                                                                \
-         "of the surface that mode iso shows, as --window has values",                           \
-         OPTION_NUMBER,                                                                          \
-         &(a).iso,                                                                               \
-         0,                                                                                      \
-         &(a).iso_given},                                                                        \
-        {"--iso-colour",                                                                         \
-         "R,G,B",                                                                                \
-         "of that surface, each 0..1 (default 0.9,0.85,0.75)",                                   \
-         OPTION_NUMBERS3,                                                                        \
-         (a).iso_colour,                                                                         \
-         0,                                                                                      \
-         &(a).iso_colour_given},                                                                 \
-        {"--shade",                                                                              \
-         NULL,                                                                                   \
-         "light surfaces (mode composite; all engines but fourier)",                             \
-         OPTION_FLAG,                                                                            \
-         &(a).shade,                                                                             \
-         0,                                                                                      \
-         NULL},                                                                                  \
-        {"--light",                                                                              \
-         "X,Y,Z",                                                                                \
-         "where the light is (default: with the eye)",                                           \
-         OPTION_NUMBERS3,                                                                        \
-         (a).light,                                                                              \
-         0,                                                                                      \
-         &(a).light_given},                                                                      \
-        {"--ambient",                                                                            \
-         "A",                                                                                    \
-         "light from everywhere, 0 to 10 (default 0.1)",                                         \
-         OPTION_NUMBER,                                                                          \
-         &(a).ambient,                                                                           \
-         0,                                                                                      \
-         &(a).ambient_given},                                                                    \
-        {"--diffuse",                                                                            \
-         "D",                                                                                    \
-         "of surfaces that face the light (default 0.7)",                                        \
-         OPTION_NUMBER,                                                                          \
-         &(a).diffuse,                                                                           \
-         0,                                                                                      \
-         &(a).diffuse_given},                                                                    \
-        {"--specular",                                                                           \
-         "S",                                                                                    \
-         "of highlights (default 0.2)",                                                          \
-         OPTION_NUMBER,                                                                          \
-         &(a).specular,                                                                          \
-         0,                                                                                      \
-         &(a).specular_given},                                                                   \
-        {"--shininess",                                                                          \
-         "N",                                                                                    \
-         "1 to 256 (default 10): the more, the smaller are highlights",                          \
-         OPTION_INTEGER,                                                                         \
-         &(a).shininess,                                                                         \
-         0,                                                                                      \
-         &(a).shininess_given},                                                                  \
-        {"--gradient-opacity",                                                                   \
-         "G",                                                                                    \
-         "matter whose values rise by less than G a sample is thinner",                          \
-         OPTION_NUMBER,                                                                          \
-         &(a).gradient_opacity,                                                                  \
-         0,                                                                                      \
-         &(a).gradient_opacity_given},                                                           \
-        {"--background",                                                                         \
-         "COLOUR",                                                                               \
-         "R,G,B, each 0..1, or black (default), white, transparent",                             \
-         OPTION_TEXT,                                                                            \
-         &(a).background_text,                                                                   \
-         0,                                                                                      \
-         NULL},                                                                                  \
-        {"--level",                                                                              \
-         "L",                                                                                    \
-         "of a .cvol: 0 all of it (default: what is seen), 1 to 3 ever coarser previews",        \
-         OPTION_INTEGER,                                                                         \
-         &(a).common.level,                                                                      \
-         0,                                                                                      \
-         &(a).level_given},                                                                                  \
-        {"--engine",                                                                             \
-         "ENGINE",                                                                               \
-         "sheet (default), ray (slow), splat (footprints), transform (of slices), fourier",      \
-         OPTION_TEXT,                                                                            \
-         &(a).engine_name,                                                                       \
-         0,                                                                                      \
-         NULL},                                                                                  \
-        {"--footprint",                                                                          \
-         "NAME",                                                                                 \
-         "sheet: linear, catmull-rom, b-spline, gaussian; splat: gaussian, sinc, box, cone",     \
-         OPTION_TEXT,                                                                            \
-         &(a).footprint_name,                                                                    \
-         0,                                                                                      \
-         NULL},                                                                                  \
-        {"--footprint-size",                                                                     \
-         "N",                                                                                    \
-         "samples that it spans, of splat and transform: 3 to 31 (default 5)",                   \
-         OPTION_INTEGER,                                                                         \
-         &(a).footprint_size,                                                                    \
-         0,                                                                                      \
-         &(a).footprint_given},                                                                  \
-        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6; sheet 5 / 6)",  \
-         OPTION_NUMBER,   &(a).sigma, 0,                                                         \
-         &(a).sigma_given},                                                                      \
-        {"--order",                                                                              \
-         "ORDER",                                                                                \
-         "of splat and transform: front (default) to back, or back to front",                    \
-         OPTION_TEXT,                                                                            \
-         &(a).order_name,                                                                        \
-         0,                                                                                      \
-         NULL},                                                                                  \
-        {"--footprint-plane",                                                                    \
-         "PLANE",                                                                                \
-         "of splat: where it is round, view (default) or slices, as for transform",              \
-         OPTION_TEXT,                                                                            \
-         &(a).plane_name,                                                                        \
-         0,                                                                                      \
-         NULL},                                                                                  \
-        {"--tile",                                                                               \
-         "N",                                                                                    \
-         "of engine transform: slices in tiles of 8, 16 (default) or 32; 0: whole",              \
-         OPTION_INTEGER,                                                                         \
-         &(a).tile,                                                                              \
-         0,                                                                                      \
-         &(a).tile_given},                                                                       \
-        {"--spectrum",                                                                           \
-         "NAME",                                                                                 \
-         "of engine transform: dct (default), or, of whole slices, dft or dht",                  \
-         OPTION_TEXT,                                                                            \
-         &(a).spectrum_name,                                                                     \
-         0,                                                                                      \
-         NULL},                                                                                  \
-        {"--rho",       "SHARE",  "of coefficients that are kept (default 0.1; fourier: all)",   \
-         OPTION_NUMBER, &(a).rho, 0,                                                             \
-         &(a).rho_given},                                                                        \
-        {"--schedule",                                                                           \
-         "NAME",                                                                                 \
-         "deferred (default): composite samples; literal: coefficients, every time",             \
-         OPTION_TEXT,                                                                            \
-         &(a).schedule_name,                                                                     \
-         0,                                                                                      \
-         NULL},                                                                                  \
-        {"--depth-cue",                                                                          \
-         "S",                                                                                    \
-         "of engine fourier: how much darker the far end is, 0 (default) to 1",                  \
-         OPTION_NUMBER,                                                                          \
-         &(a).depth_cue,                                                                         \
-         0,                                                                                      \
-         &(a).depth_cue_given},                                                                  \
-    {                                                                                            \
-        "--oversample", "N", "of engine sheet: N x N rays a pixel, 0.25 to 4 (default 1)",       \
-            OPTION_NUMBER, &(a).oversample, 0, &(a).oversample_given                             \
-    },                                                                                           \
-    {                                                                                            \
-        "--keep-mb", "MB", "of engine sheet: keep what is evaluated for pictures that follow",   \
-            OPTION_NUMBER, &(a).keep_mb, 0, &(a).keep_given                                      \
-    },                                                                                           \
-    {                                                                                            \
-        "--rays", "KIND", "of engine sheet: pixels, lattice (quicker, softer), auto (default)",       \
-            OPTION_TEXT, &(a).rays_name, 0, NULL                                                 \
-    },                                                                                           \
-    {                                                                                            \
-        "--step", "VOXELS", "sample distance along rays (ray: 0.5; sheet: one a slice)",          \
-            OPTION_NUMBER, &(a).step, 0, NULL                                                    \
+#define LOOK_OPTIONS(a)                                                                              \
+    {NULL, NULL, "Look:", OPTION_HEADING, NULL, 0, NULL},                                            \
+        {"--mode",                                                                                   \
+         "MODE",                                                                                     \
+         "composite (default), xray (of fourier), mip, min, mean (as xray), iso",                    \
+         OPTION_TEXT,                                                                                \
+         &(a).mode_name,                                                                             \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--transfer",                                                                               \
+         "NAME|FILE",                                                                                \
+         "a JSON file, or a name that cvol render --help tells (default auto)",                      \
+         OPTION_TEXT,                                                                                \
+         &(a).transfer_name,                                                                         \
+         0,                                                                                          \
+         &(a).transfer_given},                                                                       \
+        {"--window",                                                                                 \
+         "C,W",                                                                                      \
+         "values C - W/2 to C + W/2 have all colours (composite) or greys (xray, mip); or auto",     \
+         OPTION_TEXT,                                                                                \
+         &(a).window_text,                                                                           \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--opacity-scale",                                                                          \
+         "S",                                                                                        \
+         "as if matter were S times as dense (default 1)",                                           \
+         OPTION_NUMBER,                                                                              \
+         &(a).opacity_scale,                                                                         \
+         0,                                                                                          \
+         &(a).opacity_scale_given},                                                                  \
+        {"--rescale",                                                                                \
+         "S,I",                                                                                      \
+         "a sample s means S s + I, as in 1,-1024 (default: what the file says)",                    \
+         OPTION_TEXT,                                                                                \
+         &(a).rescale_text,                                                                          \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--iso",       "VALUE",  "of the surface that mode iso shows, as --window has values",      \
+         OPTION_NUMBER, &(a).iso, 0,                                                                 \
+         &(a).iso_given},                                                                            \
+        {"--iso-colour",       "R,G,B",        "of that surface, each 0..1 (default 0.9,0.85,0.75)", \
+         OPTION_NUMBERS3,      (a).iso_colour, 0,                                                    \
+         &(a).iso_colour_given},                                                                     \
+        {"--shade",   NULL,       "light surfaces (mode composite; all engines but fourier)",        \
+         OPTION_FLAG, &(a).shade, 0,                                                                 \
+         NULL},                                                                                      \
+        {"--light",       "X,Y,Z",   "where the light is (default: with the eye)",                   \
+         OPTION_NUMBERS3, (a).light, 0,                                                              \
+         &(a).light_given},                                                                          \
+        {"--ambient",       "A",          "light from everywhere, 0 to 10 (default 0.1)",            \
+         OPTION_NUMBER,     &(a).ambient, 0,                                                         \
+         &(a).ambient_given},                                                                        \
+        {"--diffuse",       "D",          "of surfaces that face the light (default 0.7)",           \
+         OPTION_NUMBER,     &(a).diffuse, 0,                                                         \
+         &(a).diffuse_given},                                                                        \
+        {"--specular",       "S", "of highlights (default 0.2)", OPTION_NUMBER, &(a).specular, 0,    \
+         &(a).specular_given},                                                                       \
+        {"--shininess",                                                                              \
+         "N",                                                                                        \
+         "1 to 256 (default 10): the more, the smaller are highlights",                              \
+         OPTION_INTEGER,                                                                             \
+         &(a).shininess,                                                                             \
+         0,                                                                                          \
+         &(a).shininess_given},                                                                      \
+        {"--gradient-opacity",                                                                       \
+         "G",                                                                                        \
+         "matter whose values rise by less than G a sample is thinner",                              \
+         OPTION_NUMBER,                                                                              \
+         &(a).gradient_opacity,                                                                      \
+         0,                                                                                          \
+         &(a).gradient_opacity_given},                                                               \
+        {"--background",                                                                             \
+         "COLOUR",                                                                                   \
+         "R,G,B, each 0..1, or black (default), white, transparent",                                 \
+         OPTION_TEXT,                                                                                \
+         &(a).background_text,                                                                       \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--level",                                                                                  \
+         "L",                                                                                        \
+         "of a .cvol: 0 all of it (default: what is seen), 1 to 3 ever coarser previews",            \
+         OPTION_INTEGER,                                                                             \
+         &(a).common.level,                                                                          \
+         0,                                                                                          \
+         &(a).level_given},                                                                          \
+        {"--engine",                                                                                 \
+         "ENGINE",                                                                                   \
+         "sheet (default), ray (slow), splat (footprints), transform (of slices), fourier",          \
+         OPTION_TEXT,                                                                                \
+         &(a).engine_name,                                                                           \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--footprint",                                                                              \
+         "NAME",                                                                                     \
+         "sheet: linear, catmull-rom, b-spline, gaussian; splat: gaussian, sinc, box, cone",         \
+         OPTION_TEXT,                                                                                \
+         &(a).footprint_name,                                                                        \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--footprint-size",                                                                         \
+         "N",                                                                                        \
+         "samples that it spans, of splat and transform: 3 to 31 (default 5)",                       \
+         OPTION_INTEGER,                                                                             \
+         &(a).footprint_size,                                                                        \
+         0,                                                                                          \
+         &(a).footprint_given},                                                                      \
+        {"--sigma",       "S",        "of a Gaussian, in samples (default N / 6; sheet 5 / 6)",      \
+         OPTION_NUMBER,   &(a).sigma, 0,                                                             \
+         &(a).sigma_given},                                                                          \
+        {"--order",                                                                                  \
+         "ORDER",                                                                                    \
+         "of splat and transform: front (default) to back, or back to front",                        \
+         OPTION_TEXT,                                                                                \
+         &(a).order_name,                                                                            \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--footprint-plane",                                                                        \
+         "PLANE",                                                                                    \
+         "of splat: where it is round, view (default) or slices, as for transform",                  \
+         OPTION_TEXT,                                                                                \
+         &(a).plane_name,                                                                            \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--tile",                                                                                   \
+         "N",                                                                                        \
+         "of engine transform: slices in tiles of 8, 16 (default) or 32; 0: whole",                  \
+         OPTION_INTEGER,                                                                             \
+         &(a).tile,                                                                                  \
+         0,                                                                                          \
+         &(a).tile_given},                                                                           \
+        {"--spectrum",                                                                               \
+         "NAME",                                                                                     \
+         "of engine transform: dct (default), or, of whole slices, dft or dht",                      \
+         OPTION_TEXT,                                                                                \
+         &(a).spectrum_name,                                                                         \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--rho",       "SHARE",  "of coefficients that are kept (default 0.1; fourier: all)",       \
+         OPTION_NUMBER, &(a).rho, 0,                                                                 \
+         &(a).rho_given},                                                                            \
+        {"--schedule",                                                                               \
+         "NAME",                                                                                     \
+         "deferred (default): composite samples; literal: coefficients, every time",                 \
+         OPTION_TEXT,                                                                                \
+         &(a).schedule_name,                                                                         \
+         0,                                                                                          \
+         NULL},                                                                                      \
+        {"--depth-cue",                                                                              \
+         "S",                                                                                        \
+         "of engine fourier: how much darker the far end is, 0 (default) to 1",                      \
+         OPTION_NUMBER,                                                                              \
+         &(a).depth_cue,                                                                             \
+         0,                                                                                          \
+         &(a).depth_cue_given},                                                                      \
+        {"--oversample",                                                                             \
+         "N",                                                                                        \
+         "of engine sheet: N x N rays a pixel, 0.25 to 4 (default 1)",                               \
+         OPTION_NUMBER,                                                                              \
+         &(a).oversample,                                                                            \
+         0,                                                                                          \
+         &(a).oversample_given},                                                                     \
+        {"--keep-mb",                                                                                \
+         "MB",                                                                                       \
+         "of engine sheet: keep what is evaluated for pictures that follow",                         \
+         OPTION_NUMBER,                                                                              \
+         &(a).keep_mb,                                                                               \
+         0,                                                                                          \
+         &(a).keep_given},                                                                           \
+        {"--rays",                                                                                   \
+         "KIND",                                                                                     \
+         "of engine sheet: pixels, lattice (quicker, softer), auto (default)",                       \
+         OPTION_TEXT,                                                                                \
+         &(a).rays_name,                                                                             \
+         0,                                                                                          \
+         NULL},                                                                                      \
+    {                                                                                                \
+        "--step", "VOXELS", "sample distance along rays (ray: 0.5; sheet: one a slice)",             \
+            OPTION_NUMBER, &(a).step, 0, NULL                                                        \
     }
 
 /* What --transfer may be: a paragraph of the help. */
@@ -283,15 +263,16 @@ typedef struct scene {
     double rescale[2];       /* a sample s means rescale[0] s + rescale[1] */
     const char *value_unit;  /* of what it means: "HU", or "" */
     cvol_transfer *transfer; /* of mode composite; NULL: a baked volume's own */
-    int mirrored;            /* by --mirror, or a named view of samples whose axes are left-handed; */
-                             /* not by both */
+    int mirrored; /* by --mirror, or a named view of samples whose axes are left-handed; */
+                  /* not by both */
     double load_ms;
     int drawn_level; /* of the last picture; engine sheet */
     /* Of several channels this is the first; open_channels. */
     struct scene *others;
     int other_count;
     double colour[3];
-    /* Of a film over time: what values are fitted to, for each channel, at all times alike; or NULL. */
+    /* Of a film over time: what values are fitted to, for each channel, at all times alike; or
+     * NULL. */
     const cvol_histogram *shared;
 } scene;
 

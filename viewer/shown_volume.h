@@ -39,7 +39,7 @@ typedef struct shown_volume {
     cvol_volume *dense; /* the samples of a file that was not compressed; of a copy NULL */
     cvol_grid grid;
     cvol_histogram histogram;
-    int level; /* of a file that ends early: which one is whole; else 0 */
+    int level;                 /* of a file that ends early: which one is whole; else 0 */
     int cut, residual_missing; /* cvol_file_report */
     uint64_t raw_bytes, compressed_bytes;
     double psnr_db, max_error; /* NaN: not known */

@@ -1,4 +1,5 @@
-/* Renderers over a volume that is shown: each is used by one caller at a time, and kept for the next. */
+/* Renderers over a volume that is shown: each is used by one caller at a time, and kept for the
+ * next. */
 #ifndef CVOL_VIEWER_VOLUME_RENDERERS_H
 #define CVOL_VIEWER_VOLUME_RENDERERS_H
 

@@ -179,8 +179,10 @@ static void print(const bench *b, const bench_times *cvol, const bench_times *cl
     cvol_array_info in, out;
     cvol_array_get_info(b->a[0].array, &in);
     cvol_array_get_info(b->result, &out);
-    printf("{\"fft\":\"" BENCH_FFT "\",\"samples\":%zu,\"terms\":%llu,\"terms_out\":%llu,\"rho\":%.5g", b->dense.samples,
-           (unsigned long long)in.coefficients, (unsigned long long)out.coefficients, in.rho);
+    printf("{\"fft\":\"" BENCH_FFT
+           "\",\"samples\":%zu,\"terms\":%llu,\"terms_out\":%llu,\"rho\":%.5g",
+           b->dense.samples, (unsigned long long)in.coefficients,
+           (unsigned long long)out.coefficients, in.rho);
     printf(",\"resident_bytes\":%llu,\"agree\":%.3g,\"batch\":%d",
            (unsigned long long)in.resident_bytes, apart, cvol->batch);
     if (b->operation == DENSE_MULTIPLY)

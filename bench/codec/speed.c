@@ -79,8 +79,8 @@ static void decode(const bench *b)
         const double start = seconds(b);
         check(b, cvol_array_read(b->context, &array, b->path, NULL));
         const double read = seconds(b) - start;
-        check(b, cvol_array_evaluate_box(b->context, b->decoded, array, begin,
-                                         b->volume->grid.dims));
+        check(b,
+              cvol_array_evaluate_box(b->context, b->decoded, array, begin, b->volume->grid.dims));
         const double took = seconds(b) - start;
         cvol_array_free(array);
         best = took < best ? took : best;

@@ -24,8 +24,9 @@ float training_logistic(float x);
 
 /* One step of Adam (Kingma and Ba 2015). */
 typedef struct training_adam {
-    float *means, *squares;          /* one for each weight, zero before the first step */
-    double mean_decay, square_decay; /* 0.9 and 0.999 to the power of the steps so far; 1 at first */
+    float *means, *squares; /* one for each weight, zero before the first step */
+    double mean_decay,
+        square_decay; /* 0.9 and 0.999 to the power of the steps so far; 1 at first */
 } training_adam;
 void training_adam_step(training_adam *adam, float *weights, const float *gradient, int count,
                         float rate);
@@ -36,7 +37,7 @@ void training_fit_rows(cvol_token_tables *tables, const cvol_token_counts *count
 /* Reads tables/token_codes.inc, or a file like it. */
 void training_read_codes(cvol_token_tables *tables, const char *path);
 /* Writes the codes of rows first .. end - 1. comment: the file's first line. */
-void training_write_codes(const char *path, const char *comment,
-                          const cvol_token_tables *tables, int first, int end);
+void training_write_codes(const char *path, const char *comment, const cvol_token_tables *tables,
+                          int first, int end);
 
 #endif

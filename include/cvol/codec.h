@@ -35,8 +35,8 @@ typedef struct cvol_compress_options {
     double least_psnr; /* dB: where a ratio, or bits, would leave less, compressing fails with
                           TARGET and a report; 0: whatever is left. Not of transcoding */
     double max_error;  /* beside a PSNR: no sample is further off than this; 0: none asked for */
-    int lossless;     /* every sample comes back to the bit, of any type; target does not matter */
-    int has_fill;     /* samples that equal `fill` have no value; NaN: all NaN and infinite ones */
+    int lossless;      /* every sample comes back to the bit, of any type; target does not matter */
+    int has_fill;      /* samples that equal `fill` have no value; NaN: all NaN and infinite ones */
     double fill;
     cvol_background background; /* of samples in memory. VALUE: not beside a bound, lossless or a
                                    fill; FIND: there it finds none */
@@ -44,18 +44,18 @@ typedef struct cvol_compress_options {
     const char *attributes; /* of cvol_compress_stream: JSON text, or NULL */
     int no_lap;             /* cells are transformed by themselves, not through filters across their
                                faces: for volumes that will be multiplied or convolved */
-    int smallest; /* to send or to keep: most of a dB more, in bricks of 64^3; takes twenty
-                     times as long, to read as well; without bounds for skipping. In
-                     blocks of 16, not with fast, lossless or max_error */
-    int fast;     /* in haste: less than half the time, 3 to 9 % more bits; a PSNR
-                     may be 0.5 dB above what was asked */
+    int smallest;     /* to send or to keep: most of a dB more, in bricks of 64^3; takes twenty
+                         times as long, to read as well; without bounds for skipping. In
+                         blocks of 16, not with fast, lossless or max_error */
+    int fast;         /* in haste: less than half the time, 3 to 9 % more bits; a PSNR
+                         may be 0.5 dB above what was asked */
     int no_histogram; /* the file does not carry how the samples are distributed, which takes
                          40 to 200 bytes: for volumes that are not drawn by themselves */
-    int brick[3]; /* samples along x, y, z that are coded together, and read alone where a
-                     part of the file is asked for: 16, 32, 48 or 64, multiples of the
-                     block. 0, 0, 0: 64, 64, 64, and less for planes of files of 2 MB and more
-                     that are made to a ratio or to bits a sample (doc/format.md, section
-                     6); transcoding: as the array has them. Smaller ones take more bits */
+    int brick[3];     /* samples along x, y, z that are coded together, and read alone where a
+                         part of the file is asked for: 16, 32, 48 or 64, multiples of the
+                         block. 0, 0, 0: 64, 64, 64, and less for planes of files of 2 MB and more
+                         that are made to a ratio or to bits a sample (doc/format.md, section
+                         6); transcoding: as the array has them. Smaller ones take more bits */
 } cvol_compress_options;
 
 /* DCT blocks of 16^3 at ratio 30. */
@@ -119,20 +119,22 @@ CVOL_API int cvol_compress_stream(cvol_context *context, cvol_compress_report *r
                                   const cvol_grid *grid, const cvol_compress_options *options);
 
 /* 1 if a volume's samples are labels: names of what lies where, of which the mean of two means
- * nothing, so that they should be compressed without loss. A file says so (`path`, which may be NULL:
- * NIfTI's intent code 1002, names in .seg.nrrd), or the samples look like it: integers of at most
- * 4,096 values, that are the same over regions and jump between them. Cost: at most three passes. */
+ * nothing, so that they should be compressed without loss. A file says so (`path`, which may be
+ * NULL: NIfTI's intent code 1002, names in .seg.nrrd), or the samples look like it: integers of at
+ * most 4,096 values, that are the same over regions and jump between them. Cost: at most three
+ * passes. */
 CVOL_API int cvol_volume_is_labels(const cvol_volume *volume, const char *path);
 
 /* A coarser array from a compressed volume (DCT blocks), without going through samples: terms are
  * requantised with the step that the ratio, the bits or the PSNR need; cells stay as they are,
- * attributes and masks too. Of an array with corrections, the decoded samples are compressed instead
- * (as cvol_compress does it), since its terms are coarser than what it decodes to. What is known of the result is certified, not
- * measured: the bound of `array` and how far the samples moved. A PSNR is what that bound promises,
- * 2 to 3 dB below what it is. A ratio is kept, and is 3 % above what was asked at most, unless no
- * weight of bits gives such a size. report (may be NULL) and *out are as those of cvol_compress;
- * the caller frees *out. Cost: a dozen codings of the terms. Errors: ARGUMENT, UNSUPPORTED (no
- * volume in blocks; a largest error), TARGET (finer than `array`), DATA, MEMORY, CANCELLED. */
+ * attributes and masks too. Of an array with corrections, the decoded samples are compressed
+ * instead (as cvol_compress does it), since its terms are coarser than what it decodes to. What is
+ * known of the result is certified, not measured: the bound of `array` and how far the samples
+ * moved. A PSNR is what that bound promises, 2 to 3 dB below what it is. A ratio is kept, and is 3
+ * % above what was asked at most, unless no weight of bits gives such a size. report (may be NULL)
+ * and *out are as those of cvol_compress; the caller frees *out. Cost: a dozen codings of the
+ * terms. Errors: ARGUMENT, UNSUPPORTED (no volume in blocks; a largest error), TARGET (finer than
+ * `array`), DATA, MEMORY, CANCELLED. */
 CVOL_API int cvol_array_transcode(cvol_context *context, cvol_array **out,
                                   cvol_compress_report *report, const cvol_array *array,
                                   const cvol_compress_options *options);
@@ -192,9 +194,9 @@ typedef struct cvol_file_part {
 
 /* What was read. */
 typedef struct cvol_file_report {
-    uint64_t file_bytes; /* of a volume among many: its own */
-    int level;           /* of the array */
-    int cut;             /* 1: the file ends early */
+    uint64_t file_bytes;  /* of a volume among many: its own */
+    int level;            /* of the array */
+    int cut;              /* 1: the file ends early */
     int residual_missing; /* 1: it ends within the corrections that make samples exact, or keep
                              their bound: the array is without, all of its figures are of that */
 } cvol_file_report;
@@ -231,8 +233,8 @@ CVOL_API const char *cvol_section_state_name(cvol_section_state state);
 
 /* A section of a file. */
 typedef struct cvol_file_section {
-    char tag[5];         /* "HEAD", ...; letters that cannot be printed are '?' */
-    uint32_t flags;      /* bit 0: readers must know it */
+    char tag[5];    /* "HEAD", ...; letters that cannot be printed are '?' */
+    uint32_t flags; /* bit 0: readers must know it */
     /* of its header in the file; the content begins 24 bytes behind. In packed files, whose first
      * section is PACK, others have no header: of the shells, MASK and CORR it is the place of their
      * first byte; of those in front of them it is that of PACK */

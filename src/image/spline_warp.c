@@ -57,8 +57,8 @@ static void filter(float *places, const size_t dims[2], int threads)
 /* Splines' coefficients are next to nothing this many places beside what is not empty. */
 #define SPREAD 8
 
-/* Of each row and those that a pixel in it takes, the places from spans[0] up to spans[1] near which
- * there is anything. */
+/* Of each row and those that a pixel in it takes, the places from spans[0] up to spans[1] near
+ * which there is anything. */
 static void find_spans(int (*spans)[2], const float *places, const size_t dims[2])
 {
     const long width = (long)dims[0], height = (long)dims[1];

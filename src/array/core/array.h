@@ -34,8 +34,8 @@ static inline const uint32_t *cvol_block_end(const cvol_block *block)
     return block->words ? block->terms + block->words : block->terms;
 }
 
-/* How a file has a volume (codec/brick/brick_code.h): in bricks of so many samples along each axis, of
- * which `run` that follow each other have one checksum. */
+/* How a file has a volume (codec/brick/brick_code.h): in bricks of so many samples along each axis,
+ * of which `run` that follow each other have one checksum. */
 enum { CVOL_BRICK_SIDE = 64, CVOL_RUN_BRICKS = 16 }; /* where nothing is said; the most, too */
 typedef struct cvol_brick_shape {
     size_t side[3], run;
@@ -54,8 +54,8 @@ struct cvol_array {
     double threshold;          /* terms smaller than this were dropped; 0: none */
     void *coded;               /* how a codec coded it, or NULL; results have none */
     void (*free_coded)(void *coded);
-    char *attributes; /* JSON text, or NULL: of the volume it was read with */
-    double offset;    /* added to every sample; whole arrays: 0 */
+    char *attributes;             /* JSON text, or NULL: of the volume it was read with */
+    double offset;                /* added to every sample; whole arrays: 0 */
     struct cvol_summary *summary; /* volumes: how the original samples are distributed; or NULL */
     /* Volumes only: samples without a value, which evaluate to their fills; both may be NULL. */
     cvol_mask *mask;
@@ -68,10 +68,13 @@ struct cvol_array {
     int lapped; /* rank 3, DCT, B = 16: what blocks evaluate to is then post-filtered across their
                    faces (transform/lap.h, grid 16), along x, then y, then z */
     int dependent; /* rank 3, DCT, B = 16: the coder may code terms by half of what they are, as
-                      dependent quantisation chose them (codec/quantize/trellis_states.h); nothing else knows */
-    int small; /* dependent: coded by the small coder (codec/neural/neural_code.h); nothing else knows */
-    int ends;  /* rank 3, DCT, B = 16: the coder may code cells that the volume ends in by DCTs of
-                  their true length (codec/quantize/true_length.h), with a step 2^ends times this one; 0: not */
+                      dependent quantisation chose them (codec/quantize/trellis_states.h); nothing
+                      else knows */
+    int small;     /* dependent: coded by the small coder (codec/neural/neural_code.h); nothing else
+                      knows */
+    int ends; /* rank 3, DCT, B = 16: the coder may code cells that the volume ends in by DCTs of
+                 their true length (codec/quantize/true_length.h), with a step 2^ends times this
+                 one; 0: not */
     cvol_brick_shape brick;      /* that a file of it gets; volumes */
     int has_ranges;              /* whether the next two and the blocks' range codes are known */
     double range_min, range_max; /* what range codes 0 and 255 stand for */

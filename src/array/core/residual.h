@@ -1,7 +1,7 @@
 /* What an array adds to its evaluated samples so that they are within a bound of the original, or
- * equal to it: of whatever kind, made by whoever reads or makes such arrays. Evaluating samples uses
- * them; rendering and operations are on the terms of decoded samples (array/evaluate/decoded_terms.h), and
- * what operations give has no corrections.
+ * equal to it: of whatever kind, made by whoever reads or makes such arrays. Evaluating samples
+ * uses them; rendering and operations are on the terms of decoded samples
+ * (array/evaluate/decoded_terms.h), and what operations give has no corrections.
  */
 #ifndef CVOL_ARRAY_CORE_RESIDUAL_H
 #define CVOL_ARRAY_CORE_RESIDUAL_H

@@ -1,10 +1,10 @@
 /* The interpolant of a whole array at chirp points, axis by axis (transform/chirp.h).
  *
  * Terms become complex amplitudes of signed frequencies within the spectrum's extent (for
- * array/evaluate/interpolant.h's sum: slot times g; a frequency n / 2 half at each end, which makes a cosine
- * of it). For each frequency of z that has terms: chirps along x for the rows that have terms, then
- * along y; when all planes are done, along z. A DCT's functions are the real parts of such sums
- * over u >= 0 of the period 2 n, from x + 1/2: the real part is taken after each axis.
+ * array/evaluate/interpolant.h's sum: slot times g; a frequency n / 2 half at each end, which makes
+ * a cosine of it). For each frequency of z that has terms: chirps along x for the rows that have
+ * terms, then along y; when all planes are done, along z. A DCT's functions are the real parts of
+ * such sums over u >= 0 of the period 2 n, from x + 1/2: the real part is taken after each axis.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
-/* A whole spectrum on another number of samples: the interpolant of one grid (array/evaluate/interpolant.h)
- * sampled on another that shares its span, again in slots. More samples: zeros are put in; fewer:
- * frequencies fold (alias) onto those that the grid holds.
+/* A whole spectrum on another number of samples: the interpolant of one grid
+ * (array/evaluate/interpolant.h) sampled on another that shares its span, again in slots. More
+ * samples: zeros are put in; fewer: frequencies fold (alias) onto those that the grid holds.
  */
 #ifndef CVOL_ARRAY_EVALUATE_FOLD_H
 #define CVOL_ARRAY_EVALUATE_FOLD_H

@@ -1,6 +1,7 @@
-/* Arrays at scattered points: the interpolant (array/evaluate/interpolant.h), summed term by term in double
- * precision. The low box is summed row by row over tables of one dimension; sparse terms one by
- * one. Cells that are split, or of lapped volumes, have the interpolant of their samples' DCT.
+/* Arrays at scattered points: the interpolant (array/evaluate/interpolant.h), summed term by term
+ * in double precision. The low box is summed row by row over tables of one dimension; sparse terms
+ * one by one. Cells that are split, or of lapped volumes, have the interpolant of their samples'
+ * DCT.
  */
 #include <math.h>
 #include <stdlib.h>

@@ -1,4 +1,5 @@
-/* Producers: what computes the dense blocks of coefficients that an array is built from (build.h). */
+/* Producers: what computes the dense blocks of coefficients that an array is built from (build.h).
+ */
 #ifndef CVOL_ARRAY_TRUNCATE_PRODUCER_H
 #define CVOL_ARRAY_TRUNCATE_PRODUCER_H
 

@@ -1,4 +1,5 @@
-/* Streams that have a part for each brick: which bricks a box of samples needs, and their checksums. */
+/* Streams that have a part for each brick: which bricks a box of samples needs, and their
+ * checksums. */
 #ifndef CVOL_CODEC_BRICK_BRICK_STREAM_H
 #define CVOL_CODEC_BRICK_BRICK_STREAM_H
 

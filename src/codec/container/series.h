@@ -57,8 +57,8 @@ int cvol_series_find(cvol_context *context, cvol_series_place *out, const cvol_s
 /* Adds a volume that `write` writes to the output, from where the output is. Errors: those of
  * cvol_series_add and of `write`. */
 typedef int cvol_series_write(cvol_context *context, cvol_output *output, void *user);
-int cvol_series_add_written(cvol_context *context, cvol_series_writer *writer, const cvol_grid *grid,
-                            cvol_series_write *write, void *user);
+int cvol_series_add_written(cvol_context *context, cvol_series_writer *writer,
+                            const cvol_grid *grid, cvol_series_write *write, void *user);
 
 /* Whether what the list says is what follows it, and every volume decodes and has the first one's
  * shape and type; every checksum of the file was found to hold. Errors: those of

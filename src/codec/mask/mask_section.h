@@ -9,7 +9,7 @@
 
 /* The bytes of one brick's mask; they replace those of *out. 1, or 0 when memory is short. */
 int cvol_mask_put_brick(cvol_range_encoder *coder, cvol_bytes *out, const cvol_array *array,
-                    size_t brick);
+                        size_t brick);
 
 /* The bytes of all bricks' masks. Errors: MEMORY. */
 int cvol_mask_measure(cvol_context *context, uint64_t *bytes, const cvol_array *array);

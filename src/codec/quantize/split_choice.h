@@ -15,8 +15,8 @@ typedef enum cvol_split_choice {
     CVOL_SPLIT_FOURS    /* DCTs of 4 */
 } cvol_split_choice;
 
-/* For the small coder (neural_code.h): what a whole cell may cost at most, and an octant that is not
- * split, as shares of what its parts do; more is tried then. 0: another coder. */
+/* For the small coder (neural_code.h): what a whole cell may cost at most, and an octant that is
+ * not split, as shares of what its parts do; more is tried then. 0: another coder. */
 typedef struct cvol_coarse_shares {
     float cell, octant;
 } cvol_coarse_shares;

@@ -1,5 +1,5 @@
-/* Which indices a part's coefficients are coded as under dependent quantisation (trellis_states.h): the
- * path through the states that makes error and lambda bits least (Viterbi 1967).
+/* Which indices a part's coefficients are coded as under dependent quantisation (trellis_states.h):
+ * the path through the states that makes error and lambda bits least (Viterbi 1967).
  *
  * What a token costs depends on the magnitudes before it, which differ from path to path. All paths
  * take the contexts of the one that is best so far.

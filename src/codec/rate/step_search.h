@@ -37,7 +37,8 @@ typedef struct cvol_compression {
 
 /* Errors: ARGUMENT, UNSUPPORTED. */
 int cvol_compress_options_check(cvol_context *context, const cvol_compress_options *options);
-/* Whether what a ratio or bits a sample leave is no less than options->least_psnr. Errors: TARGET. */
+/* Whether what a ratio or bits a sample leave is no less than options->least_psnr. Errors: TARGET.
+ */
 int cvol_compress_check_least(cvol_context *context, const cvol_compress_options *options,
                               double psnr_db);
 /* Bits a sample, as the ratio that they are. Errors: ARGUMENT. */

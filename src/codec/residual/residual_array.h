@@ -1,5 +1,6 @@
 /* An array's corrections (array/core/residual.h) as files have them: a brick's base is evaluated
- * exactly (array/block/exact.h), and its stream (residual_code.h) decoded, when samples of it are asked for.
+ * exactly (array/block/exact.h), and its stream (residual_code.h) decoded, when samples of it are
+ * asked for.
  *
  * Or all samples, packed by zstd, where that takes fewer bytes: volumes that repeat themselves, as
  * no transform sees. Then they are unpacked at once, so they may not be many.

@@ -1,5 +1,5 @@
-/* Corrections: what is added to the exactly evaluated samples (array/block/exact.h) of a brick, so that
- * none is further from the original than a bound, or none differs at all.
+/* Corrections: what is added to the exactly evaluated samples (array/block/exact.h) of a brick, so
+ * that none is further from the original than a bound, or none differs at all.
  *
  * Every sample that is not masked has a whole number k, in raster order, x fastest.
  *

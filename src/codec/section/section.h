@@ -96,8 +96,9 @@ typedef struct cvol_section_walk {
 cvol_section_walk cvol_section_walk_make(cvol_cursor file);
 /* The next section's header, checked: its checksum, that it may stand there, and that its content
  * is there. ENDS, or PACK, is the last: nothing may follow it. *section is filled as far as could
- * be, its tag is empty if there was nothing. Errors: CORRUPT (with walk->cut if all that is wrong is that the
- * file ends), UNSUPPORTED (required, and unknown). The message names the section's byte. */
+ * be, its tag is empty if there was nothing. Errors: CORRUPT (with walk->cut if all that is wrong
+ * is that the file ends), UNSUPPORTED (required, and unknown). The message names the section's
+ * byte. */
 int cvol_section_next(cvol_context *context, cvol_section *section, cvol_section_walk *walk,
                       const char *name);
 static inline int cvol_section_walk_ended(const cvol_section_walk *walk)

@@ -28,8 +28,8 @@ typedef struct cvol_format {
      * failure too. */
     int (*find)(cvol_context *context, cvol_grid *grid, cvol_stored *stored, const char *path,
                 const cvol_read_options *options);
-    /* NULL: not written. Plans a file of a grid that has been checked; the path ends in one of `endings`. The plan is
-     * zero before, and freed by the caller after a failure too. */
+    /* NULL: not written. Plans a file of a grid that has been checked; the path ends in one of
+     * `endings`. The plan is zero before, and freed by the caller after a failure too. */
     int (*plan)(cvol_context *context, cvol_write_plan *plan, const cvol_grid *grid,
                 const char *path);
     /* 1 if the reader needs dims and type from the options. */

@@ -26,7 +26,8 @@ typedef struct cvol_labels {
     char time_unit[16]; /* "s", "ms", ..., or "" */
     size_t channels;    /* of which something is said */
     cvol_channel_label *channel;
-    int are_colours; /* channels 0, 1 and 2 are red, green and blue of one colour; a fourth is alpha */
+    int are_colours; /* channels 0, 1 and 2 are red, green and blue of one colour; a fourth is alpha
+                      */
 } cvol_labels;
 
 /* Says that the channels are the components of colours: names, colours, `are_colours`. Does nothing

@@ -33,7 +33,7 @@ typedef struct cvol_sheet_share cvol_sheet_share;
 struct cvol_sheet_share {
     cvol_context *context;
     const cvol_sheet_frame *frame;
-    cvol_band_memory *bands; /* one for each thread */
+    cvol_band_memory *bands;                                            /* one for each thread */
     void (*draw)(cvol_sheet_share *share, int thread, cvol_band *band); /* cvol_band_draw */
     int threads;
     int lines;            /* of the bands that are there at first, but the last */

@@ -154,9 +154,10 @@ typedef struct cvol_sheet_plan {
     double warp[3][3];
     double own[2]; /* of the picture's pixels, those are drawn whose V is own[0] or more and less
                       than own[1]: not all, if the plan is a strip (frame_tile.h) */
-    /* Of plans whose rays are those of the picture's pixels (plan_image_order.c): ray (i, j) crosses
-     * sheet 0 at the in-plane point place[.][0] + i place[.][1] + j place[.][2]. What U and V are
-     * elsewhere, i and j are then: u0 = v0 = 0, du = dv = 1, and the warp maps pixels onto these.
+    /* Of plans whose rays are those of the picture's pixels (plan_image_order.c): ray (i, j)
+     * crosses sheet 0 at the in-plane point place[.][0] + i place[.][1] + j place[.][2]. What U and
+     * V are elsewhere, i and j are then: u0 = v0 = 0, du = dv = 1, and the warp maps pixels onto
+     * these.
      */
     int of_pixels;
     double place[2][3];
@@ -228,7 +229,8 @@ typedef struct cvol_intermediate {
     int *spans;      /* [2][height][2]: where lines, and those around, are not empty (warp.c) */
     uint8_t *opaque; /* [height][width / CVOL_GROUP]: nothing behind this group is seen */
     int32_t *met;    /* [height][width / CVOL_GROUP]: number of the last sheet that it met */
-    float *pending;  /* [height][pending_lines][width], of lit frames: see render/sheet/kernels/lit_object_order/shade.h */
+    float *pending;  /* [height][pending_lines][width], of lit frames: see
+                        render/sheet/kernels/lit_object_order/shade.h */
     int pending_lines;
     uint8_t *edges; /* [height][width / CVOL_GROUP], the same */
     float *depth;   /* [height][width], if it is asked for: where opacity passes one half, in sheets
@@ -318,12 +320,11 @@ typedef struct cvol_layer {
     cvol_sheet_compact compact;
     cvol_sheet_view sheets[CVOL_BLOCK_MAX]; /* front to back */
     long row_stride;
-    long
-        cover_at; /* how far behind each sample its cover lies (mask.h); 0: all have values */
-    int unit;     /* in parallel projection, pixels and samples lie equally far apart */
-    int parts;    /* samples from sheet to sheet */
-    int only;     /* the volume is one sheet */
-    int bounded;  /* windows' levels are what no sample there is beyond: cvol_extremes_bound */
+    long cover_at; /* how far behind each sample its cover lies (mask.h); 0: all have values */
+    int unit;      /* in parallel projection, pixels and samples lie equally far apart */
+    int parts;     /* samples from sheet to sheet */
+    int only;      /* the volume is one sheet */
+    int bounded;   /* windows' levels are what no sample there is beyond: cvol_extremes_bound */
     const cvol_sheet_wide *wide; /* of plans, */
     int reach;                   /* whose windows are of so many samples more; 0: linear */
     int perspective;

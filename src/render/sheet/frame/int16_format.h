@@ -1,5 +1,6 @@
 /* Classification of samples that are kept in 16 bits: the pieces of a table (table.h) in
- * whole numbers, for kernels that work on 32 pixels at once (render/sheet/kernels/composite/int16.h).
+ * whole numbers, for kernels that work on 32 pixels at once
+ * (render/sheet/kernels/composite/int16.h).
  *
  * A sample q is brought to from .. to; piece_of[(q - from) bins / 2^16] is where to begin, and
  * `steps` steps at most lead to its piece i, the first with q < end[i]. What its matter has is

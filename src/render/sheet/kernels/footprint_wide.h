@@ -1,5 +1,5 @@
-/* Reconstruction by footprints wider than linear (reconstruction_filter.h): rows first, onto the samples
- * beside each other that some pixels see, then lanes.
+/* Reconstruction by footprints wider than linear (reconstruction_filter.h): rows first, onto the
+ * samples beside each other that some pixels see, then lanes.
  *
  * Cubic footprints overshoot at edges. What they say is kept between the smallest and the largest
  * of the 4 x 4 samples in the middle: so it lies within the ranges of blocks, by which is decided

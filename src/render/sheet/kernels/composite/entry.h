@@ -3,8 +3,8 @@
  * extras (classify.h) once, and told when it runs. Lit lines are long to compile: those in
  * perspective and with samples without a value are compiled once, too.
  *
- * To be included by kernel files only, behind composite.h or render/sheet/kernels/lit_object_order/shade.h, which
- * say whether they are lit (SHEET_LIT).
+ * To be included by kernel files only, behind composite.h or
+ * render/sheet/kernels/lit_object_order/shade.h, which say whether they are lit (SHEET_LIT).
  */
 #ifndef CVOL_RENDER_SHEET_KERNELS_COMPOSITE_ENTRY_H
 #define CVOL_RENDER_SHEET_KERNELS_COMPOSITE_ENTRY_H

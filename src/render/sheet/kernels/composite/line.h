@@ -46,7 +46,7 @@ typedef struct line_job {
     const cvol_sheet_table *table;
     const cvol_line *line;
     sheet_line sheets[CVOL_BLOCK_MAX];
-    sheet_line before, after;          /* of lit frames: see render/sheet/kernels/lit_object_order/shade.h */
+    sheet_line before, after; /* of lit frames: see render/sheet/kernels/lit_object_order/shade.h */
     struct between_views *between;     /* an extra: see between.h */
     float table_offset;                /* table coordinate = value * table->scale + table_offset, */
     float sample_scale, sample_offset; /* of samples as they are kept */

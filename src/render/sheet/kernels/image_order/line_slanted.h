@@ -1,6 +1,6 @@
-/* What a line of the picture itself is to the sheets of a layer (plans of pixels, plan_image_order.c):
- * line.h's part, where lines run across rows of samples, so that every pixel has rows and
- * weights of its own.
+/* What a line of the picture itself is to the sheets of a layer (plans of pixels,
+ * plan_image_order.c): line.h's part, where lines run across rows of samples, so that every pixel
+ * has rows and weights of its own.
  *
  * A line has CVOL_SQUARE lines of the picture, and a group is a square of these: of 16 pixels side
  * by side the first would meet a surface well before the last does, and all sheets between would be

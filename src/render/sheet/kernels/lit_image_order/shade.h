@@ -1,5 +1,6 @@
 /* Mode composite with light along the rays of the picture's own pixels, from samples of 16 bits,
- * with AVX-512: as render/sheet/kernels/lit_object_order/shade.h does it along lines of the intermediate image.
+ * with AVX-512: as render/sheet/kernels/lit_object_order/shade.h does it along lines of the
+ * intermediate image.
  *
  * An interval between two sheets is drawn when the sheet after its end is met, as the gradient at
  * its end is of what that one, its own and the one before have there: until then it is pending.
