@@ -11,8 +11,8 @@ all: build
 help:
 	@echo 'make           build $(BUILD)/cvol, libcvol.a and libcvol.so'
 	@echo 'make demo      install what is missing, build, compress the sample scan, render it'
-	@echo 'make check     install what is missing, build with warnings as errors and with'
-	@echo '               sanitizers, run all tests'
+	@echo 'make check     install what is missing, look at the sources with clang-format and'
+	@echo '               clang-tidy, build with warnings as errors and with sanitizers, run all tests'
 	@echo 'make bench     time and measure; writes bench/results'
 	@echo 'make bench-paper  splatting on transforms against splatting; writes bench/results/paper'
 	@echo 'make bench-render  pictures beside VTK: time, quality, one against the other; an hour;'

@@ -9,6 +9,7 @@ bench='g++ libfftw3-dev libzfp-dev python3-matplotlib python3-vtk9 python3-numpy
 test="$test python3-pytest" # of the Python package
 test="$test doxygen"        # of the reference
 test="$test clang libclang-rt-dev" # of the fuzzers
+test="$test clang-format clang-tidy" # of scripts/lint.sh
 # Of the viewer's page: two packages of npm's registry. Debian's npm stands on 350 others, so that one that is
 # there already, wherever it is from, will do.
 test="$test chromium"

@@ -95,7 +95,7 @@ static void take_box(cvol_clip *clip, fields *f)
 {
     json_t *box = take_any(f, "box");
     int good = !box || json_is_null(box) || (json_is_array(box) && json_array_size(box) == 6);
-    for (int i = 0; box && good && json_is_array(box) && i < 6; i++) {
+    for (int i = 0; good && json_is_array(box) && i < 6; i++) {
         const json_t *face = json_array_get(box, (size_t)i);
         double *side = i % 2 ? &clip->to[i / 2] : &clip->from[i / 2];
         good = json_is_null(face) || (json_is_number(face) && isfinite(json_number_value(face)));

@@ -90,9 +90,9 @@ void cvol_write_plan_free(cvol_write_plan *plan);
  * header's line is an ARGUMENT error. */
 int cvol_write_plan_detach(cvol_context *context, cvol_write_plan *plan, const char *header_path,
                            const char *ending);
-/* Text headers: samples of `encoding` follow the header, and *data_name is NULL. If the header's path
- * has the ending `detached`, raw samples go to a file of their own with the ending .raw; *data_name
- * is its name without the folder. */
+/* Text headers: samples of `encoding` follow the header, and *data_name is NULL. If the header's
+ * path has the ending `detached`, raw samples go to a file of their own with the ending .raw;
+ * *data_name is its name without the folder. */
 int cvol_write_plan_text(cvol_context *context, cvol_write_plan *plan, const char *header_path,
                          const char *detached, cvol_encoding encoding, const char **data_name);
 

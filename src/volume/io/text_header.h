@@ -17,8 +17,8 @@ typedef struct cvol_keyword {
 /* 1 and the word's value if it is in the table; letters match in either case. */
 int cvol_keyword_find(const cvol_keyword *words, size_t count, const char *word, int *value);
 
-/* The fields that a reader knows; it skips others. Several names may stand for one field: messages use
- * the first. */
+/* The fields that a reader knows; it skips others. Several names may stand for one field: messages
+ * use the first. */
 typedef struct cvol_text_layout {
     const char *line; /* the form of a line, for messages */
     char separator;
