@@ -199,9 +199,9 @@ static void make_film(double rate)
     options.frames_per_second = rate;
     options.quality = 100;
     assert_int_equal(cvol_film_open(context, &film, path, WIDTH, HEIGHT, &options), CVOL_OK);
-    for (int i = 0; i < FRAMES && cvol_film_learns(film); i++) {
+    for (int i = 0; i < FRAMES && cvol_film_needs_palette(film); i++) {
         cvol_image *image = frame(i);
-        assert_int_equal(cvol_film_learn(context, film, image), CVOL_OK);
+        assert_int_equal(cvol_film_sample_palette(context, film, image), CVOL_OK);
         cvol_image_free(image);
     }
     for (int i = 0; i < FRAMES; i++) {

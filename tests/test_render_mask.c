@@ -153,7 +153,7 @@ static void test_engines_agree(void **state)
 }
 
 /* Neither what the samples without a value are, nor the number of threads. */
-static void test_fills_and_threads_do_not_matter(void **state)
+static void test_fills_and_threads_do_not_classified(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(NX, NY, NZ);
@@ -265,7 +265,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         TEST(test_the_mask_comes_back),
         TEST(test_engines_agree),
-        TEST(test_fills_and_threads_do_not_matter),
+        TEST(test_fills_and_threads_do_not_classified),
         TEST(test_edges_have_no_halo),
         TEST(test_nothing_is_background),
     };

@@ -76,7 +76,7 @@ void free(void *memory)
  */
 
 /* Samples of 16 bits, which half of the bytes hold. */
-static int has_words(void)
+static int has_int16(void)
 {
     return cvol_cpu_best() == CVOL_CPU_AVX512;
 }
@@ -100,7 +100,7 @@ static double draw(const cvol_array *array, const cvol_render_options *options, 
         if (image->rgba[4 * i + 3] != 255)
             fail_msg("%s: pixel %d was not drawn", what, i);
     cvol_image_free(image);
-    const double beyond = bytes - 24.0 * pixels - (has_words() ? 16e6 : 32e6);
+    const double beyond = bytes - 24.0 * pixels - (has_int16() ? 16e6 : 32e6);
     if (test_verbose() || beyond > 0)
         print_message("%s, lit %d, %d x %d: %.1f MB, %.1f more than it may\n", what,
                       options->shading.on, options->width, options->height, bytes / 1e6,
@@ -155,7 +155,7 @@ static void expect_each_once(const cvol_sheet_plan *plan, uint8_t times[HEIGHT][
 {
     for (int count = 1; count <= 7; count += 3)
         for (int i = 0; i < count; i++) {
-            const cvol_sheet_plan strip = cvol_strip_make(plan, i, count);
+            const cvol_sheet_plan strip = cvol_frame_tile_make(plan, i, count);
             for (int y = 0; y < HEIGHT; y++) {
                 int begin, end;
                 cvol_warp_pixels(&begin, &end, &strip, y, WIDTH);

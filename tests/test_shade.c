@@ -284,7 +284,7 @@ static void test_ambient_alone(void **state)
     free(volume.data);
 }
 
-static void test_threads_do_not_matter(void **state)
+static void test_threads_do_not_classified(void **state)
 {
     (void)state;
     cvol_volume volume = ball(50, 60, 55, 20);
@@ -337,7 +337,7 @@ int main(void)
         cmocka_unit_test(test_shapes),
         cmocka_unit_test(test_void),
         cmocka_unit_test(test_ambient_alone),
-        cmocka_unit_test(test_threads_do_not_matter),
+        cmocka_unit_test(test_threads_do_not_classified),
         cmocka_unit_test(test_turns),
         cmocka_unit_test(test_surfaces),
         cmocka_unit_test(test_surface_beyond_range),

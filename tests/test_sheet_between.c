@@ -138,7 +138,7 @@ static void test_multiply_adds(void **state)
     cvol_render_options options = support_square(64, CVOL_MODE_COMPOSITE, 30, 20);
     cvol_renderer *renderer;
     cvol_image *image;
-    uint64_t count[4], of_pixels;
+    uint64_t count[4], image_order;
     assert_int_equal(cvol_image_create(context, &image, 64, 64), CVOL_OK);
     assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
     for (int k = 0; k < 4; k++) {
@@ -157,11 +157,11 @@ static void test_multiply_adds(void **state)
         cvol_image_free(plain);
         options.sheet.rays = CVOL_SHEET_RAYS_PIXELS;
         assert_int_equal(
-            cvol_renderer_sheet_multiply_adds(context, renderer, image, &options, &of_pixels),
+            cvol_renderer_sheet_multiply_adds(context, renderer, image, &options, &image_order),
             CVOL_OK);
         plain = support_sheet(context, array, looks[k % 3], 2, &options);
         assert_true(support_psnr(plain, image) > 60);
-        assert_true((of_pixels == 0) == (count[k] == 0));
+        assert_true((image_order == 0) == (count[k] == 0));
         cvol_image_free(plain);
     }
     assert_true(count[0] > (uint64_t)12 * 37 * 33 * 35);

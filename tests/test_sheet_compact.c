@@ -13,7 +13,7 @@
 
 enum { MOST = 32, COUNT = MOST * MOST * MOST, SQUARE = MOST * MOST, ROW = 48, SHEET = ROW * 34 };
 
-static const cvol_sheet_compact compact = {70, 9000};
+static const cvol_int16_scale int16 = {70, 9000};
 
 static float floats[SHEET * MOST] __attribute__((aligned(64)));
 static int16_t found[SHEET * MOST] __attribute__((aligned(64)));
@@ -24,7 +24,7 @@ static cvol_block_work work;
 
 static double word_of(double value)
 {
-    return fmin(fmax(value * (double)compact.scale + (double)compact.offset, 0), CVOL_COMPACT_MOST);
+    return fmin(fmax(value * (double)int16.scale + (double)int16.offset, 0), CVOL_INT16_MOST);
 }
 
 /* Fails where a word is not what the float beside it is, rounded, up to `error`. */
@@ -97,8 +97,8 @@ static void make_axes(cvol_block_axes *axes, int B, int sheet_axis, const int po
 static void check_block(uint64_t seed, int block_log2, int is_split, int all)
 {
     typedef void evaluator(int16_t *, long, long, const cvol_block *, const cvol_block_axes *, int,
-                           float, const cvol_sheet_compact *, cvol_block_work *);
-    evaluator *const sets[] = CVOL_SIMD_SETS(cvol_sheet_evaluate_compact);
+                           float, const cvol_int16_scale *, cvol_block_work *);
+    evaluator *const sets[] = CVOL_SIMD_SETS(cvol_sheet_evaluate_int16);
     const int B = 1 << block_log2;
     random_state r = {seed};
     const cvol_block block = random_block(&r, block_log2, is_split);
@@ -124,7 +124,7 @@ static void check_block(uint64_t seed, int block_log2, int is_split, int all)
         EACH_SET(set)
         {
             memset(found, 0x55, sizeof found);
-            sets[set](found, ROW, SHEET, &block, &axes, block_log2, 0.25f, &compact, &work);
+            sets[set](found, ROW, SHEET, &block, &axes, block_log2, 0.25f, &int16, &work);
             for (int i = 0; i < SHEET * MOST; i++)
                 if (isnan(floats[i])) {
                     const int sheet = i / SHEET, row = i % SHEET / ROW, lane = i % ROW;
@@ -159,9 +159,9 @@ static void fill_random(random_state *r)
     for (int i = 0; i < SHEET * MOST; i++) {
         const uint32_t kind = random_below(r, 20);
         found[i] = (int16_t)(kind == 0   ? 0
-                             : kind == 1 ? CVOL_COMPACT_MOST
-                                         : random_below(r, CVOL_COMPACT_MOST));
-        floats[i] = ((float)found[i] - compact.offset) / compact.scale;
+                             : kind == 1 ? CVOL_INT16_MOST
+                                         : random_below(r, CVOL_INT16_MOST));
+        floats[i] = ((float)found[i] - int16.offset) / int16.scale;
     }
 }
 
@@ -170,8 +170,8 @@ static void faces_are_filtered(void **state)
     (void)state;
     typedef void lanes(int16_t *, long, long, int, int, const float *);
     typedef void across(int16_t *const *, long, int, int, const float *);
-    lanes *const of_lanes[] = CVOL_SIMD_SETS(cvol_sheet_lap_lanes_compact);
-    across *const of_others[] = CVOL_SIMD_SETS(cvol_sheet_lap_across_compact);
+    lanes *const of_lanes[] = CVOL_SIMD_SETS(cvol_sheet_lap_lanes_int16);
+    across *const of_others[] = CVOL_SIMD_SETS(cvol_sheet_lap_across_int16);
     const float h[4] = {0.31f, -0.12f, 0.07f, 0.45f};
     for
         EACH_SET(set)
@@ -200,15 +200,15 @@ static void samples_are_bounded(void **state)
 {
     (void)state;
     typedef void clamp(int16_t *, long, long, int, int, int, int16_t, int16_t);
-    clamp *const sets[] = CVOL_SIMD_SETS(cvol_sheet_clamp_compact);
+    clamp *const sets[] = CVOL_SIMD_SETS(cvol_sheet_clamp_int16);
     for
         EACH_SET(set)
     for (int columns = 8; columns <= 16; columns += 2) {
         random_state r = {7};
         fill_random(&r);
         CVOL_SIMD_CHOOSE(cvol_sheet_clamp)(floats + 32, ROW, SHEET, columns, 5, 3, -50, 130);
-        sets[set](found + 32, ROW, SHEET, columns, 5, 3, cvol_sheet_compact_of(&compact, -50),
-                  cvol_sheet_compact_of(&compact, 130));
+        sets[set](found + 32, ROW, SHEET, columns, 5, 3, cvol_int16_scale_of(&int16, -50),
+                  cvol_int16_scale_of(&int16, 130));
         compare("bounded", 7, 0.52);
     }
 }
@@ -218,10 +218,10 @@ static void backgrounds_are_laid(void **state)
     (void)state;
     typedef void lay(int16_t *, long, long, int, int, int, const uint16_t *, int, int, int16_t);
     typedef void points_lay(const cvol_sheet_piece *, const cvol_mask_grid *, int16_t);
-    lay *const sets[] = CVOL_SIMD_SETS(cvol_sheet_lay_compact);
-    points_lay *const point_sets[] = CVOL_SIMD_SETS(cvol_sheet_lay_points_compact);
+    lay *const sets[] = CVOL_SIMD_SETS(cvol_sheet_lay_int16);
+    points_lay *const point_sets[] = CVOL_SIMD_SETS(cvol_sheet_lay_points_int16);
     const float background = -20;
-    const int16_t word = cvol_sheet_compact_of(&compact, background);
+    const int16_t word = cvol_int16_scale_of(&int16, background);
     uint16_t bits[2 * SQUARE];
     for
         EACH_SET(set)
@@ -260,8 +260,8 @@ static void backgrounds_are_laid(void **state)
 static void levels_are_copied(void **state)
 {
     (void)state;
-    typedef void copy(int16_t *, long, long, const float *, long, long, const cvol_sheet_compact *);
-    copy *const sets[] = CVOL_SIMD_SETS(cvol_sheet_copy_compact);
+    typedef void copy(int16_t *, long, long, const float *, long, long, const cvol_int16_scale *);
+    copy *const sets[] = CVOL_SIMD_SETS(cvol_sheet_copy_int16);
     static float level[2 * CVOL_LEVEL_BLOCK_SAMPLES];
     random_state r = {5};
     for (int i = 0; i < 2 * CVOL_LEVEL_BLOCK_SAMPLES; i++)
@@ -270,10 +270,10 @@ static void levels_are_copied(void **state)
         const cvol_sheet_plan plan = {.axis_lane = axis == 0,
                                       .axis_row = axis == 2 ? 1 : 2,
                                       .axis_sheet = axis,
-                                      .compact = compact};
+                                      .int16 = int16};
         fill_random(&r);
         cvol_sheet_level_copy(floats, ROW, SHEET, level, 1, &plan);
-        cvol_sheet_level_copy_compact(found, ROW, SHEET, level, 1, &plan);
+        cvol_sheet_level_copy_int16(found, ROW, SHEET, level, 1, &plan);
         compare("level", (uint64_t)axis, 0.52);
     }
     for
@@ -282,7 +282,7 @@ static void levels_are_copied(void **state)
             fill_random(&r);
             const cvol_sheet_plan plan = {.axis_row = 1, .axis_sheet = 2};
             cvol_sheet_level_copy(floats, ROW, SHEET, level, 0, &plan);
-            sets[set](found, ROW, SHEET, level, 16, 256, &compact);
+            sets[set](found, ROW, SHEET, level, 16, 256, &int16);
             compare("copy", (uint64_t)set, 0.52);
         }
 }

@@ -24,7 +24,7 @@ static const cvol_sheet_options kinds[] = {{CVOL_SHEET_CATMULL_ROM, 0, CVOL_SHEE
  */
 
 /* The weight of the sample `i` after the one before the place t. */
-static double weight(const cvol_sheet_wide *wide, int i, double t)
+static double weight(const cvol_reconstruction_filter *wide, int i, double t)
 {
     double sum = 0;
     if (i < -wide->reach || i > wide->reach + 1)
@@ -35,7 +35,7 @@ static double weight(const cvol_sheet_wide *wide, int i, double t)
 }
 
 /* What becomes of samples i^power at t. */
-static double moment(const cvol_sheet_wide *wide, int power, double t)
+static double moment(const cvol_reconstruction_filter *wide, int power, double t)
 {
     double sum = 0;
     for (int i = -4; i <= 5; i++)
@@ -47,13 +47,13 @@ static void test_weights(void **state)
 {
     (void)state;
     for (int k = 0; k < KINDS; k++) {
-        cvol_sheet_wide wide;
-        cvol_sheet_wide_make(&wide, &kinds[k]);
+        cvol_reconstruction_filter wide;
+        cvol_reconstruction_filter_make(&wide, &kinds[k]);
         const double sigma = kinds[k].sigma > 0 ? kinds[k].sigma : 5 / 6.0;
         const int exact = kinds[k].footprint == CVOL_SHEET_GAUSSIAN      ? 0
                           : kinds[k].footprint == CVOL_SHEET_CATMULL_ROM ? 2
                                                                          : 3;
-        assert_true(wide.reach <= CVOL_WIDE_REACH && wide.degree <= CVOL_WIDE_DEGREE);
+        assert_true(wide.reach <= CVOL_FILTER_REACH && wide.degree <= CVOL_FILTER_DEGREE);
         for (int n = 0; n <= 64; n++) {
             const double t = n / 64.0;
             for (int power = 0; power <= exact; power++)
@@ -64,7 +64,7 @@ static void test_weights(void **state)
             for (int i = -2; i <= 3 && !exact; i++)
                 assert_true(fabs(weight(&wide, i, t) -
                                  exp(-(i - t) * (i - t) / (2 * sigma * sigma)) / sum) <
-                            CVOL_WIDE_ERROR);
+                            CVOL_FILTER_ERROR);
         }
         /* From sample to sample without a step, but where a Gaussian is cut off. */
         for (int i = -4; i <= 4; i++)
@@ -78,9 +78,9 @@ static void test_weights(void **state)
 static void test_frequencies(void **state)
 {
     (void)state;
-    cvol_sheet_wide cubic, spline;
-    cvol_sheet_wide_make(&cubic, &kinds[0]);
-    cvol_sheet_wide_make(&spline, &kinds[1]);
+    cvol_reconstruction_filter cubic, spline;
+    cvol_reconstruction_filter_make(&cubic, &kinds[0]);
+    cvol_reconstruction_filter_make(&spline, &kinds[1]);
     double worst = 0;
     for (int n = 0; n <= 64; n++) {
         const double omega = PI * n / 64, s = 1 - cos(omega);
@@ -135,11 +135,11 @@ static double sample(const cvol_volume *volume, const int place[3])
 }
 
 /* A slice across axis c at (u, v) of the other two axes. */
-static double reconstruct(const cvol_volume *volume, const cvol_sheet_wide *wide, int c, int slice,
-                          double u, double v)
+static double reconstruct(const cvol_volume *volume, const cvol_reconstruction_filter *wide, int c,
+                          int slice, double u, double v)
 {
     const int a = c == 0, b = c == 2 ? 1 : 2, x = (int)floor(u), y = (int)floor(v);
-    double sum = 0, lo = INFINITY, hi = -INFINITY, across[CVOL_WIDE_TAPS], down[CVOL_WIDE_TAPS];
+    double sum = 0, lo = INFINITY, hi = -INFINITY, across[CVOL_FILTER_TAPS], down[CVOL_FILTER_TAPS];
     for (int i = -wide->reach; i <= wide->reach + 1; i++) {
         across[i + wide->reach] = weight(wide, i, u - x);
         down[i + wide->reach] = weight(wide, i, v - y);
@@ -177,13 +177,13 @@ static double compare(const cvol_array *array, const cvol_volume *decoded, int k
 {
     static const double angles[3][2] = {{90, 0}, {0, 0}, {0, 90}};
     cvol_render_options options = support_square(48, CVOL_MODE_XRAY, angles[c][0], angles[c][1]);
-    cvol_sheet_wide wide;
+    cvol_reconstruction_filter wide;
     cvol_renderer *renderer;
     cvol_image *image;
     double range[2], error = 0, diagonal = 0;
     options.sheet = kinds[kind];
     options.camera.zoom = zoom;
-    cvol_sheet_wide_make(&wide, &options.sheet);
+    cvol_reconstruction_filter_make(&wide, &options.sheet);
     assert_int_equal(cvol_renderer_create_sheet(context, &renderer, array), CVOL_OK);
     assert_int_equal(cvol_renderer_range(context, renderer, range), CVOL_OK);
     assert_int_equal(cvol_image_create_float(context, &image, 48, 48), CVOL_OK);

@@ -68,7 +68,7 @@ static void expect_same(const cvol_image *a, const cvol_image *b, const char *wh
 
 /* ---- threads, frames ----------------------------------------------------------------------- */
 
-static void test_threads_do_not_matter(void **state)
+static void test_threads_do_not_classified(void **state)
 {
     (void)state;
     static const int counts[] = {2, 3, 7};
@@ -89,7 +89,7 @@ static void test_threads_do_not_matter(void **state)
     cvol_array_free(array);
 }
 
-static void test_earlier_frames_do_not_matter(void **state)
+static void test_earlier_frames_do_not_classified(void **state)
 {
     (void)state;
     cvol_array *array = compress_and_free(support_blobs(37, 45, 41), 16);
@@ -218,19 +218,19 @@ static double shell_z(size_t x, size_t y, size_t z)
 
 /* Halves of 0 and 100: a function that shows 40..60 makes both transparent, and what lies between
  * them visible. */
-static double halves_x(size_t x, size_t y, size_t z)
+static double midpoints_x(size_t x, size_t y, size_t z)
 {
     (void)y, (void)z;
     return x < 16 ? 0 : 100;
 }
 
-static double halves_y(size_t x, size_t y, size_t z)
+static double midpoints_y(size_t x, size_t y, size_t z)
 {
     (void)x, (void)z;
     return y < 16 ? 0 : 100;
 }
 
-static double halves_z(size_t x, size_t y, size_t z)
+static double midpoints_z(size_t x, size_t y, size_t z)
 {
     (void)x, (void)y;
     return z < 16 ? 0 : 100;
@@ -287,8 +287,8 @@ static void forget_ranges(cvol_array *array)
 static void test_skipping_is_safe(void **state)
 {
     (void)state;
-    static sampler *const samplers[] = {shells,   shell_x,  shell_y, shell_z, halves_x,
-                                        halves_y, halves_z, patches, corner};
+    static sampler *const samplers[] = {shells,      shell_x,     shell_y, shell_z, midpoints_x,
+                                        midpoints_y, midpoints_z, patches, corner};
     /* Where a ray comes out of a skipped block, the last value in it is known only by the block's
      * range. That can be seen where such a step is all there is to see. */
     static const double floors_db[] = {99, 52, 52, 36, 57, 41, 38, 66, 65};
@@ -313,12 +313,12 @@ static void test_skipping_is_safe(void **state)
             for (size_t v = (s + f) % SUPPORT_STRIDE; v < sizeof views / sizeof *views;
                  v += SUPPORT_STRIDE)
                 for (size_t z = 0; z < 6; z++) {
-                    const int of_pixels = z >= 3; /* which look at more windows at once */
+                    const int image_order = z >= 3; /* which look at more windows at once */
                     cvol_render_options options = support_square(
                         z % 3 == 2 ? 30 : 80, CVOL_MODE_COMPOSITE, views[v][0], views[v][1]);
                     options.camera.zoom = zooms[z % 3];
-                    options.sheet.rays = of_pixels ? CVOL_SHEET_RAYS_PIXELS
-                                                   : CVOL_SHEET_RAYS_LATTICE;
+                    options.sheet.rays = image_order ? CVOL_SHEET_RAYS_PIXELS
+                                                     : CVOL_SHEET_RAYS_LATTICE;
                     cvol_image *skipped = support_sheet(context, array, functions[f], counts[f],
                                                         &options);
                     cvol_image *whole = support_sheet(context, open, functions[f], counts[f],
@@ -327,12 +327,12 @@ static void test_skipping_is_safe(void **state)
                     if (test_verbose() || psnr < floor_db)
                         print_message("%s, %s, sampler %zu function %zu view %zu zoom %g: %.2f dB, "
                                       "largest %d\n",
-                                      lapped ? "lapped" : "plain", of_pixels ? "pixels" : "lattice",
-                                      s % count, f, v, zooms[z % 3], psnr,
-                                      support_difference(skipped, whole));
+                                      lapped ? "lapped" : "plain",
+                                      image_order ? "pixels" : "lattice", s % count, f, v,
+                                      zooms[z % 3], psnr, support_difference(skipped, whole));
                     assert_true(psnr >= floor_db);
                     assert_true(!one_level ||
-                                support_difference(skipped, whole) <= (of_pixels ? 6 : 1));
+                                support_difference(skipped, whole) <= (image_order ? 6 : 1));
                     cvol_image_free(skipped);
                     cvol_image_free(whole);
                 }
@@ -373,7 +373,7 @@ static void test_skipping_is_invisible(void **state)
 static void test_bands_between_blocks_are_seen(void **state)
 {
     (void)state;
-    static sampler *const samplers[] = {halves_x, halves_y, halves_z};
+    static sampler *const samplers[] = {midpoints_x, midpoints_y, midpoints_z};
     static const cvol_transfer_point band[] = {
         {20, 1, 1, 1, 0}, {25, 1, 1, 1, .9}, {75, 1, 1, 1, .9}, {80, 1, 1, 1, 0}};
     /* Along the axis, and from afar: from the side the band is thinner than a pixel. */
@@ -469,8 +469,8 @@ int main(void)
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
     const struct CMUnitTest tests[] = {
         TEST(test_instruction_sets_agree), /* first: its children want no threads beside them */
-        TEST(test_threads_do_not_matter),
-        TEST(test_earlier_frames_do_not_matter),
+        TEST(test_threads_do_not_classified),
+        TEST(test_earlier_frames_do_not_classified),
         TEST(test_transfer_functions_replace_each_other),
         TEST(test_progress_and_cancel),
         TEST(test_skipping_is_safe),

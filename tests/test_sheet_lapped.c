@@ -215,7 +215,7 @@ static void test_skipped_neighbours(void **state)
     }
 }
 
-static void test_threads_and_bands_do_not_matter(void **state)
+static void test_threads_and_bands_do_not_classified(void **state)
 {
     (void)state;
     static const int counts[] = {2, 3, 7};
@@ -257,7 +257,7 @@ int main(void)
         TEST(test_thin_volumes),
         TEST(test_from_afar),
         TEST(test_skipped_neighbours),
-        TEST(test_threads_and_bands_do_not_matter),
+        TEST(test_threads_and_bands_do_not_classified),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,7 +6,7 @@
 
 enum { LANE = 10, ROW = 7, SHEET = 5, ROW_STRIDE = 24, SHEET_STRIDE = 200, ALL = 1100 };
 
-static cvol_sheet_plan make_plan(int compact)
+static cvol_sheet_plan make_plan(int int16)
 {
     return (cvol_sheet_plan){.blocks_lane = 4,
                              .blocks_row = 9,
@@ -14,7 +14,7 @@ static cvol_sheet_plan make_plan(int compact)
                              .points_lane = LANE,
                              .points_row = ROW,
                              .points_sheet = SHEET,
-                             .compact = {(float)compact, 0}};
+                             .int16 = {(float)int16, 0}};
 }
 
 /* Samples that tell whose they are, and where; in between, what no block has. */
@@ -32,25 +32,30 @@ static void fill(int16_t *out, long size, int16_t of)
 static void test_comes_back(void **state)
 {
     (void)state;
-    for (int compact = 0; compact < 2; compact++) {
-        const cvol_sheet_plan plan = make_plan(compact);
-        const long size = compact ? 1 : 2; /* of a sample, in halves of a float */
-        cvol_lending all = {0}, *lending = cvol_lending_open(&all, &plan, 2, 1000000);
-        assert_non_null(lending);
+    for (int int16 = 0; int16 < 2; int16++) {
+        const cvol_sheet_plan plan = make_plan(int16);
+        const long size = int16 ? 1 : 2; /* of a sample, in halves of a float */
+        cvol_block_exchange all = {0},
+                            *exchange = cvol_block_exchange_open(&all, &plan, 2, 1000000);
+        assert_non_null(exchange);
         int16_t given[2 * ALL], got[2 * ALL];
         fill(given, size, 3);
-        const size_t place = cvol_lending_place(lending, 2, 5, 1);
-        assert_int_equal(cvol_lent_take(lending, place, 77, got, ROW_STRIDE, SHEET_STRIDE), 0);
-        cvol_lent_put(lending, place, 77, given, ROW_STRIDE, SHEET_STRIDE);
-        assert_int_equal(cvol_lent_take(lending, place, 78, got, ROW_STRIDE, SHEET_STRIDE), 0);
+        const size_t place = cvol_block_exchange_place(exchange, 2, 5, 1);
+        assert_int_equal(
+            cvol_block_exchange_take(exchange, place, 77, got, ROW_STRIDE, SHEET_STRIDE), 0);
+        cvol_block_exchange_put(exchange, place, 77, given, ROW_STRIDE, SHEET_STRIDE);
+        assert_int_equal(
+            cvol_block_exchange_take(exchange, place, 78, got, ROW_STRIDE, SHEET_STRIDE), 0);
         for (int i = 0; i < ALL * size; i++)
             got[i] = -1;
-        assert_int_equal(cvol_lent_take(lending, place, 77, got, ROW_STRIDE, SHEET_STRIDE), 1);
+        assert_int_equal(
+            cvol_block_exchange_take(exchange, place, 77, got, ROW_STRIDE, SHEET_STRIDE), 1);
         assert_memory_equal(got, given, sizeof *got * ALL * (size_t)size);
         /* The next frame has none of this one's. */
-        lending = cvol_lending_open(&all, &plan, 2, 1000000);
-        assert_int_equal(cvol_lent_take(lending, place, 77, got, ROW_STRIDE, SHEET_STRIDE), 0);
-        cvol_lending_free(&all);
+        exchange = cvol_block_exchange_open(&all, &plan, 2, 1000000);
+        assert_int_equal(
+            cvol_block_exchange_take(exchange, place, 77, got, ROW_STRIDE, SHEET_STRIDE), 0);
+        cvol_block_exchange_free(&all);
     }
 }
 
@@ -59,17 +64,18 @@ static void test_no_two_rows_of_a_layer_share_a_place(void **state)
     (void)state;
     const cvol_sheet_plan plan = make_plan(1);
     for (int threads = 2; threads < 5; threads++) {
-        cvol_lending all = {0}, *lending = cvol_lending_open(&all, &plan, threads, 1000000);
-        assert_non_null(lending);
+        cvol_block_exchange all = {0},
+                            *exchange = cvol_block_exchange_open(&all, &plan, threads, 1000000);
+        assert_non_null(exchange);
         uint8_t taken[4 * 9 * 8] = {0};
         const size_t rows = threads == 2 ? 6 : 9;
         for (size_t row = 3; row < 3 + rows && row < 9; row++)
             for (size_t lane = 0; lane < 4; lane++) {
-                const size_t place = cvol_lending_place(lending, lane, row, 7);
-                assert_true(place < lending->lanes * lending->rows * lending->layers);
+                const size_t place = cvol_block_exchange_place(exchange, lane, row, 7);
+                assert_true(place < exchange->lanes * exchange->rows * exchange->layers);
                 assert_int_equal(taken[place]++, 0);
             }
-        cvol_lending_free(&all);
+        cvol_block_exchange_free(&all);
     }
 }
 
@@ -77,14 +83,14 @@ static void test_only_where_something_is_evaluated_twice(void **state)
 {
     (void)state;
     cvol_sheet_plan plan = make_plan(1);
-    cvol_lending all = {0};
-    assert_null(cvol_lending_open(&all, &plan, 1, 1000000));
-    assert_null(cvol_lending_open(&all, &plan, 2, 1000)); /* no room */
+    cvol_block_exchange all = {0};
+    assert_null(cvol_block_exchange_open(&all, &plan, 1, 1000000));
+    assert_null(cvol_block_exchange_open(&all, &plan, 2, 1000)); /* no room */
     plan.level = 1;
-    assert_null(cvol_lending_open(&all, &plan, 2, 1000000));
-    assert_int_equal(cvol_lent_take(NULL, 0, 0, NULL, 0, 0), 0);
-    cvol_lent_put(NULL, 0, 0, NULL, 0, 0);
-    cvol_lending_free(&all);
+    assert_null(cvol_block_exchange_open(&all, &plan, 2, 1000000));
+    assert_int_equal(cvol_block_exchange_take(NULL, 0, 0, NULL, 0, 0), 0);
+    cvol_block_exchange_put(NULL, 0, 0, NULL, 0, 0);
+    cvol_block_exchange_free(&all);
 }
 
 /* Threads that put two blocks into one place and take them from it, all at once. */
@@ -92,8 +98,8 @@ static void test_many_at_once(void **state)
 {
     (void)state;
     const cvol_sheet_plan plan = make_plan(1);
-    cvol_lending all = {0}, *lending = cvol_lending_open(&all, &plan, 4, 1000000);
-    assert_non_null(lending);
+    cvol_block_exchange all = {0}, *exchange = cvol_block_exchange_open(&all, &plan, 4, 1000000);
+    assert_non_null(exchange);
     int torn = 0, taken = 0;
 #pragma omp parallel num_threads(4) reduction(+ : torn, taken)
     {
@@ -106,8 +112,9 @@ static void test_many_at_once(void **state)
             next = next * 1664525u + 1013904223u;
             const size_t index = next >> 30 & 1;
             if (next >> 31) {
-                cvol_lent_put(lending, 3, index, given[index], ROW_STRIDE, SHEET_STRIDE);
-            } else if (cvol_lent_take(lending, 3, index, got, ROW_STRIDE, SHEET_STRIDE)) {
+                cvol_block_exchange_put(exchange, 3, index, given[index], ROW_STRIDE, SHEET_STRIDE);
+            } else if (cvol_block_exchange_take(exchange, 3, index, got, ROW_STRIDE,
+                                                SHEET_STRIDE)) {
                 taken++;
                 for (int at = 0; at < ALL; at++)
                     torn += got[at] != given[index][at];
@@ -116,7 +123,7 @@ static void test_many_at_once(void **state)
     }
     assert_int_equal(torn, 0);
     assert_true(taken > 0);
-    cvol_lending_free(&all);
+    cvol_block_exchange_free(&all);
 }
 
 int main(void)

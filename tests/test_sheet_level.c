@@ -21,7 +21,7 @@ static cvol_image *draw(const cvol_array *array, cvol_render_options options, in
 {
     options.level = level;
     options.sheet.rays =
-        CVOL_SHEET_RAYS_LATTICE; /* as of levels: rays of pixels may miss what is thin */
+        CVOL_SHEET_RAYS_LATTICE; /* as of levels: image-order rays may miss what is thin */
     return support_sheet(context, array, support_blob_points, SUPPORT_BLOB_POINTS, &options);
 }
 
@@ -220,7 +220,7 @@ static void test_a_file_has_the_same_levels(void **state)
 }
 
 /* One renderer draws all levels in turn, on any number of threads, for several functions. */
-static void test_frames_do_not_matter(void **state)
+static void test_frames_do_not_classified(void **state)
 {
     (void)state;
     cvol_volume volume = support_blobs(70, 64, 81);
@@ -237,7 +237,7 @@ static void test_frames_do_not_matter(void **state)
                                                      50 * k, k % 2 ? 70 : 10);
         options.level = level;
         options.sheet.rays =
-            CVOL_SHEET_RAYS_LATTICE; /* as of levels: rays of pixels may miss what is thin */
+            CVOL_SHEET_RAYS_LATTICE; /* as of levels: image-order rays may miss what is thin */
         options.camera.zoom = k % 4 == 1 ? 6 : 1;
         if (k % 12 == 0)
             support_set_transfer(context, renderer, points, count);
@@ -286,7 +286,7 @@ int main(void)
         cmocka_unit_test(test_masks),
         cmocka_unit_test(test_shapes),
         cmocka_unit_test(test_a_file_has_the_same_levels),
-        cmocka_unit_test(test_frames_do_not_matter),
+        cmocka_unit_test(test_frames_do_not_classified),
         cmocka_unit_test(test_there_are_four),
     };
     return cmocka_run_group_tests(tests, context_setup, context_teardown);

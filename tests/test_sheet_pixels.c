@@ -150,7 +150,7 @@ static void test_lit_near_to_rays(void **state)
     assert_true(8 * behind <= cases && (!differ || gain > 2 * cases));
 }
 
-static void test_threads_do_not_matter(void **state)
+static void test_threads_do_not_classified(void **state)
 {
     (void)state;
     for (int k = 0; k < 16; k = support_next(k)) {
@@ -175,7 +175,7 @@ static void test_threads_do_not_matter(void **state)
     }
 }
 
-/* What rays of pixels cannot draw is drawn along the lattice, whatever is asked for. */
+/* What image-order rays cannot draw is drawn along the lattice, whatever is asked for. */
 static void test_others_are_as_ever(void **state)
 {
     (void)state;
@@ -361,7 +361,7 @@ static void test_squares(void **state)
 /* A wall that rays meet at a slant: pixels beside each other see it sheets apart, and few sheets
  * are looked at for those that do not see it there. Squares take 265 multiply-adds a pixel, sixteen
  * pixels side by side would 429. */
-static void test_slanted_wall(void **state)
+static void test_image_order_wall(void **state)
 {
     (void)state;
     static const cvol_transfer_point points[] = {{40, 0.9, 0.5, 0.2, 0}, {60, 1, 0.9, 0.6, 1}};
@@ -391,7 +391,7 @@ static void test_slanted_wall(void **state)
     free(volume.data);
 }
 
-/* Where samples are nearly exact, rays that hardly move along the sheets are looked at half way. */
+/* Where samples are nearly exact, rays that hardly move along the sheets are looked at midpoint. */
 static void test_nearly_exact(void **state)
 {
     (void)state;
@@ -409,12 +409,16 @@ static void test_nearly_exact(void **state)
 int main(void)
 {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, context_setup, context_teardown)
-    const struct CMUnitTest tests[] = {
-        TEST(test_near_to_rays),          TEST(test_lit_near_to_rays),
-        TEST(test_threads_do_not_matter), TEST(test_others_are_as_ever),
-        TEST(test_kept_in_16_bits),       TEST(test_far_and_near),
-        TEST(test_left_to_the_engine),    TEST(test_bright_edge),
-        TEST(test_nearly_exact),          TEST(test_squares),
-        TEST(test_slanted_wall)};
+    const struct CMUnitTest tests[] = {TEST(test_near_to_rays),
+                                       TEST(test_lit_near_to_rays),
+                                       TEST(test_threads_do_not_classified),
+                                       TEST(test_others_are_as_ever),
+                                       TEST(test_kept_in_16_bits),
+                                       TEST(test_far_and_near),
+                                       TEST(test_left_to_the_engine),
+                                       TEST(test_bright_edge),
+                                       TEST(test_nearly_exact),
+                                       TEST(test_squares),
+                                       TEST(test_image_order_wall)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -67,15 +67,15 @@ static void test_outlines(void **state)
     free(volume.data);
 }
 
-static double bend_of(const cvol_array *array)
+static double curvature_of(const cvol_array *array)
 {
     cvol_transfer *transfer;
     cvol_visibility visibility;
     assert_int_equal(cvol_transfer_create(context, &transfer, soft, 2), CVOL_OK);
     cvol_visibility_make(&visibility, array, transfer);
-    const double bend = cvol_sheet_bend(array, transfer, &visibility);
+    const double curvature = cvol_opacity_curvature(array, transfer, &visibility);
     cvol_transfer_free(transfer);
-    return bend;
+    return curvature;
 }
 
 /* Whether a lit picture that the engine has chosen rays for is that of the pixels' own. */
@@ -133,10 +133,10 @@ static void test_light_on_what_is_rough(void **state)
     for (size_t k = 0; k < sizeof rough / sizeof *rough; k++) {
         cvol_volume volume = make_solid(rough[k]);
         cvol_array *array = support_compress(context, &volume, 16, 80);
-        const double bend = bend_of(array), noise = 0.003 * rough[k] * sqrt(0.5) / 0.15;
+        const double curvature = curvature_of(array), noise = 0.003 * rough[k] * sqrt(0.5) / 0.15;
         if (test_verbose())
-            print_message("rough %g: bends by %.3f\n", rough[k], bend);
-        assert_true(bend <= 0.03 + 1.25 * noise && bend >= 0.65 * noise);
+            print_message("rough %g: bends by %.3f\n", rough[k], curvature);
+        assert_true(curvature <= 0.03 + 1.25 * noise && curvature >= 0.65 * noise);
         if (cvol_cpu_best() == CVOL_CPU_AVX512) /* others have no such rays for light */
             assert_int_equal(takes_pixels(array), rough[k] > 20);
         cvol_array_free(array);
@@ -153,8 +153,8 @@ static cvol_sheet_plan plan_of(const cvol_array *array, double most, cvol_render
     cvol_sheet_plan plan;
     assert_int_equal(cvol_transfer_create(context, &transfer, points, 2), CVOL_OK);
     assert_int_equal(cvol_view_make(context, &view, &array->grid, &options), CVOL_OK);
-    const cvol_sheet_traits traits = cvol_sheet_traits_of(array, transfer);
-    cvol_sheet_rays_space(&view, &traits, &options);
+    const cvol_transfer_traits traits = cvol_sheet_traits_of(array, transfer);
+    cvol_policy_space(&view, &traits, &options);
     assert_int_equal(cvol_sheet_plan_make(context, &plan, array, 0, &view), CVOL_OK);
     cvol_sheet_plan_space(&plan, view.sheets_apart);
     cvol_transfer_free(transfer);

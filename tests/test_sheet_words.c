@@ -16,17 +16,17 @@ static double random_uniform(random_state *r)
 }
 
 /* What kernels make of a sample, one at a time. */
-static void classify(double out[4], const cvol_sheet_words *w, int q)
+static void classify(double out[4], const cvol_int16_table *w, int q)
 {
     q = q < w->from ? w->from : q > w->to ? w->to : q;
     const int bin = (int)((unsigned)(q - w->from) * w->bins >> 16);
-    int piece = w->piece_of[bin];
-    assert_in_range(bin, 0, CVOL_WORDS_BINS - 1);
+    int piece = w->segment_of[bin];
+    assert_in_range(bin, 0, CVOL_INT16_BINS - 1);
     for (int step = 0; step < w->steps; step++)
         piece += q >= w->end[piece];
     assert_true(q < w->end[piece] && (piece == 0 || q >= w->end[piece - 1]));
     const int part = (q - w->begin[piece]) << w->up[piece];
-    assert_in_range(part, 0, CVOL_COMPACT_MOST);
+    assert_in_range(part, 0, CVOL_INT16_MOST);
     for (int k = 0; k < 4; k++) {
         const int value = w->start[k][piece] + ((part * w->rise[k][piece] + 16384) >> 15);
         assert_in_range(value, 0, 16383);
@@ -38,11 +38,11 @@ static void classify(double out[4], const cvol_sheet_words *w, int q)
 static void look_up(double out[4], double t)
 {
     int piece = 0;
-    while ((double)table.piece_end[piece] <= t)
+    while ((double)table.segment_end[piece] <= t)
         piece++;
     for (int k = 0; k < 4; k++)
-        out[k] = fmax((double)table.piece_start[k][piece] + t * (double)table.piece_rise[k][piece],
-                      0);
+        out[k] = fmax(
+            (double)table.segment_start[k][piece] + t * (double)table.segment_rise[k][piece], 0);
 }
 
 static cvol_transfer *random_function(random_state *r, double most)
@@ -61,7 +61,7 @@ static cvol_transfer *random_function(random_state *r, double most)
     return transfer;
 }
 
-static void words_are_the_pieces(void **state)
+static void int16_are_the_segments(void **state)
 {
     (void)state;
     int usable = 0;
@@ -72,10 +72,10 @@ static void words_are_the_pieces(void **state)
         cvol_transfer *transfer = random_function(&r, most);
         const float scale = 32000.0f / (seed % 2 ? 350 : 1000), offset = seed % 2 ? 9000 : 14000;
         cvol_sheet_table_fill(&table, &array, transfer, 0.7 + random_uniform(&r));
-        cvol_sheet_words_fill(&table.words, &table, scale, offset);
-        const cvol_sheet_words *w = &table.words;
+        cvol_int16_table_fill(&table.words, &table, scale, offset);
+        const cvol_int16_table *w = &table.words;
         usable += w->usable;
-        for (int q = 0; q <= CVOL_COMPACT_MOST && w->usable; q++) {
+        for (int q = 0; q <= CVOL_INT16_MOST && w->usable; q++) {
             double got[4], wanted[4], near[4];
             const double value = (q - (double)offset) / (double)scale,
                          t = (value - (double)table.from) * (double)table.scale,
@@ -107,7 +107,7 @@ static void words_are_the_pieces(void **state)
 }
 
 /* Points near each other in one place of a table cost nothing in others, wherever its bins lie. */
-static void crowded_points_are_met_where_they_are(void **state)
+static void crowded_points_are_intersected_where_they_are(void **state)
 {
     (void)state;
     static const cvol_transfer_point points[] = {
@@ -121,7 +121,7 @@ static void crowded_points_are_met_where_they_are(void **state)
     for (double most = 3900; most < 4100; most += 7) {
         const cvol_array array = {.range_min = -10, .range_max = most};
         cvol_sheet_table_fill(&table, &array, transfer, 1);
-        assert_true(table.pieces > 0);
+        assert_true(table.segments > 0);
         sum = 0;
         for (double value = 1000; value < most; value++) {
             double got[4];
@@ -138,7 +138,8 @@ static void crowded_points_are_met_where_they_are(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(words_are_the_pieces),
-                                       cmocka_unit_test(crowded_points_are_met_where_they_are)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(int16_are_the_segments),
+        cmocka_unit_test(crowded_points_are_intersected_where_they_are)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

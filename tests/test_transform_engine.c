@@ -174,21 +174,21 @@ static cvol_composed compose(const cvol_transform_options *own, int front, doubl
     cvol_render_options options = support_square(80, CVOL_MODE_COMPOSITE, azimuth, elevation);
     cvol_view view;
     cvol_splat_plan plan;
-    cvol_splat_subject subject;
+    cvol_splat_input subject;
     cvol_light light = {0};
     cvol_transfer *transfer;
     cvol_baked baked;
     cvol_composed out;
     options.splat.size = 5;
     assert_int_equal(cvol_view_make(context, &view, &blobs.grid, &options), CVOL_OK);
-    assert_int_equal(cvol_splat_subject_make(context, &subject, NULL, &blobs), CVOL_OK);
+    assert_int_equal(cvol_splat_input_make(context, &subject, NULL, &blobs), CVOL_OK);
     assert_int_equal(
         cvol_transfer_create(context, &transfer, support_blob_points, SUPPORT_BLOB_POINTS),
         CVOL_OK);
     cvol_splat_plan_make(&plan, &blobs.grid, &view);
     const int ascending = plan.rising == front;
-    assert_int_equal(cvol_splat_subject_set_transfer(context, &subject, transfer), CVOL_OK);
-    cvol_splat_subject_tabulate(&subject, plan.distance, 1);
+    assert_int_equal(cvol_splat_input_set_transfer(context, &subject, transfer), CVOL_OK);
+    cvol_splat_input_tabulate(&subject, plan.distance, 1);
     cvol_splat_light_set(&light, &plan, &blobs.grid, &view, &options.shading, ascending);
     const cvol_footprint_shape shape = cvol_lattice_shape(&options.splat);
     const cvol_lattice lattice = cvol_lattice_make(&plan, &shape, 1);
@@ -201,7 +201,7 @@ static cvol_composed compose(const cvol_transform_options *own, int front, doubl
     *places = lattice.dims[0] * lattice.dims[1];
     cvol_baked_free(&baked);
     cvol_transfer_free(transfer);
-    cvol_splat_subject_free(&subject);
+    cvol_splat_input_free(&subject);
     return out;
 }
 

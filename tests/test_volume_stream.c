@@ -287,14 +287,15 @@ static cvol_volume *smooth_volume(const cvol_grid *grid)
     return volume;
 }
 
-static void write_slabs(cvol_volume_sink *sink, const cvol_volume *volume, random_state *r)
+static void write_slabs(cvol_volume_writer *sink, const cvol_volume *volume, random_state *r)
 {
     size_t sheet = sheet_bytes(&volume->grid), sheets = volume->grid.dims[2], step;
     for (size_t z = 0; z < sheets; z += step) {
         step = random_below(r, (uint32_t)(sheets - z) + 1);
         if (random_below(r, 3))
             step = step < 3 ? step : 3;
-        check_ok(cvol_volume_sink_write(context, sink, (uint8_t *)volume->data + z * sheet, step));
+        check_ok(
+            cvol_volume_writer_write(context, sink, (uint8_t *)volume->data + z * sheet, step));
     }
 }
 
@@ -309,12 +310,12 @@ static void check_sink(const char *name, const char *data_name, const cvol_volum
         expected[i] = support_read(in_folder(both[i]), &sizes[i]);
         assert_int_equal(remove(in_folder(both[i])), 0);
     }
-    cvol_volume_sink *sink;
-    check_ok(cvol_volume_sink_open(context, &sink, in_folder(name), &volume->grid));
+    cvol_volume_writer *sink;
+    check_ok(cvol_volume_writer_open(context, &sink, in_folder(name), &volume->grid));
     write_slabs(sink, volume, r);
     for (int i = 0; i < 2 && both[i]; i++)
         assert_int_equal(access(in_folder(both[i]), F_OK), -1);
-    check_ok(cvol_volume_sink_commit(context, sink));
+    check_ok(cvol_volume_writer_commit(context, sink));
     for (int i = 0; i < 2 && both[i]; i++) {
         uint8_t *bytes = support_read(in_folder(both[i]), &size);
         assert_int_equal(size, sizes[i]);
@@ -383,23 +384,23 @@ static void test_abandoned(void **state)
     cvol_grid grid = cvol_grid_make(8, 4, 3, CVOL_FLOAT32);
     cvol_volume *volume = make_volume(&grid, 3);
     uint8_t *samples = volume->data;
-    cvol_volume_sink *sink;
+    cvol_volume_writer *sink;
     for (size_t f = 0; f < sizeof sinks / sizeof sinks[0]; f++) {
         const char *path = write_bytes(sinks[f], "before", 6);
         for (int way = 0; way < 3; way++) {
-            check_ok(cvol_volume_sink_open(context, &sink, path, &grid));
-            check_ok(cvol_volume_sink_write(context, sink, samples, 2));
-            assert_int_equal(cvol_volume_sink_write(context, sink, samples, 2),
+            check_ok(cvol_volume_writer_open(context, &sink, path, &grid));
+            check_ok(cvol_volume_writer_write(context, sink, samples, 2));
+            assert_int_equal(cvol_volume_writer_write(context, sink, samples, 2),
                              CVOL_ERROR_ARGUMENT);
             assert_non_null(strstr(cvol_context_message(context), "1 of its 3"));
             if (way == 0)
-                cvol_volume_sink_abandon(sink);
+                cvol_volume_writer_abandon(sink);
             else if (way == 1) {
-                assert_int_equal(cvol_volume_sink_commit(context, sink), CVOL_ERROR_ARGUMENT);
+                assert_int_equal(cvol_volume_writer_commit(context, sink), CVOL_ERROR_ARGUMENT);
                 assert_non_null(strstr(cvol_context_message(context), "2 of its 3"));
             } else { /* the sink itself is still good */
-                check_ok(cvol_volume_sink_write(context, sink, samples + 256, 1));
-                cvol_volume_sink_abandon(sink);
+                check_ok(cvol_volume_writer_write(context, sink, samples + 256, 1));
+                cvol_volume_writer_abandon(sink);
             }
             assert_int_equal(support_folder_count(folder), 1);
         }
@@ -409,14 +410,14 @@ static void test_abandoned(void **state)
         free(bytes);
         remove(path);
     }
-    cvol_volume_sink_abandon(NULL);
-    assert_int_equal(cvol_volume_sink_open(context, &sink, in_folder("o.jpg"), &grid),
+    cvol_volume_writer_abandon(NULL);
+    assert_int_equal(cvol_volume_writer_open(context, &sink, in_folder("o.jpg"), &grid),
                      CVOL_ERROR_ARGUMENT);
     assert_null(sink);
-    assert_int_equal(cvol_volume_sink_open(context, &sink, in_folder("none/o.mhd"), &grid),
+    assert_int_equal(cvol_volume_writer_open(context, &sink, in_folder("none/o.mhd"), &grid),
                      CVOL_ERROR_IO);
     grid.dims[1] = 0;
-    assert_int_equal(cvol_volume_sink_open(context, &sink, in_folder("o.mha"), &grid),
+    assert_int_equal(cvol_volume_writer_open(context, &sink, in_folder("o.mha"), &grid),
                      CVOL_ERROR_ARGUMENT);
     assert_int_equal(support_folder_count(folder), 0);
     cvol_volume_free(volume);

@@ -154,7 +154,7 @@ int open_operands(cvol_context *context, input in[2], const char *const paths[2]
             status = in[1 - i].array
                          ? compress_like(context, &in[i], paths[i], in[1 - i].array)
                          : need_array(context, &in[i], paths[i], 0, CVOL_BACKGROUND_NONE);
-    if (!status && cvol_array_agree(context, in[0].array, in[1].array))
+    if (!status && cvol_array_compatible(context, in[0].array, in[1].array))
         status = complain(EXIT_FAILED, "%s and %s: %s", paths[0], paths[1],
                           cvol_context_message(context));
     return status;

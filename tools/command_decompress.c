@@ -121,7 +121,7 @@ static size_t slab_end(const part *p, size_t first, int by_slab)
     return end < p->end[2] ? end : p->end[2];
 }
 
-static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_volume_sink *sink,
+static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_volume_writer *sink,
                        void **samples)
 {
     const size_t sheet = cvol_grid_bytes(&p->grid) / p->grid.dims[2];
@@ -145,7 +145,7 @@ static int write_slabs(cvol_context *context, const part *p, int by_slab, cvol_v
             code = cvol_array_evaluate_box(context, *samples, array, from, to);
         cvol_array_free(array);
         if (!code)
-            code = cvol_volume_sink_write(context, sink, *samples, end - first);
+            code = cvol_volume_writer_write(context, sink, *samples, end - first);
     }
     hold_progress(NULL, 0);
     return code;
@@ -234,7 +234,7 @@ static int decompress(cvol_context *context, common_options *common, const size_
 {
     cvol_file_part chosen = {0};
     part p = {.path = in_path, .level = common->level, .is_box = box != NULL};
-    cvol_volume_sink *sink = NULL;
+    cvol_volume_writer *sink = NULL;
     void *samples = NULL;
     int by_slab = 0, status = check_output(in_path, out_path);
     if (!status && cvol_file_is_cvol(in_path))
@@ -250,16 +250,16 @@ static int decompress(cvol_context *context, common_options *common, const size_
     if (box && !(by_slab && has_few_bricks(&p)))
         cvol_context_set_threads(context, common->threads);
     if (!code)
-        code = cvol_volume_sink_open(context, &sink, out_path, &p.grid);
+        code = cvol_volume_writer_open(context, &sink, out_path, &p.grid);
     if (!code)
         code = write_slabs(context, &p, by_slab, sink, &samples);
     const double decode_ms = milliseconds() - start;
     const int no_memory = code == CVOL_ERROR_MEMORY && !samples;
     free(samples);
     if (code)
-        cvol_volume_sink_abandon(sink);
+        cvol_volume_writer_abandon(sink);
     else
-        code = cvol_volume_sink_commit(context, sink);
+        code = cvol_volume_writer_commit(context, sink);
     if (no_memory)
         return complain(EXIT_FAILED, "%s: not enough memory for a slab of samples", in_path);
     if (code)

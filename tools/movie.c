@@ -50,12 +50,12 @@ movie *open_movie(cvol_context *context, const char *path, int width, int height
 
 int movie_learns(const movie *m)
 {
-    return m->film && cvol_film_learns(m->film);
+    return m->film && cvol_film_needs_palette(m->film);
 }
 
 int show_movie(cvol_context *context, movie *m, const cvol_image *image)
 {
-    const int code = cvol_film_learn(context, m->film, image);
+    const int code = cvol_film_sample_palette(context, m->film, image);
     return code ? complain_context(context, code, NULL) : EXIT_DONE;
 }
 

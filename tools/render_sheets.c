@@ -37,7 +37,7 @@ int open_sheets(cvol_context *context, sheet_writer *w, const render_arguments *
 {
     *w = (sheet_writer){.output = a->output, .bits = a->bits};
     return is_numbered(a->output) ? open_pictures(context, w, a, s, grid->dims[2])
-                                  : cvol_volume_sink_open(context, &w->sink, a->output, grid);
+                                  : cvol_volume_writer_open(context, &w->sink, a->output, grid);
 }
 
 /* White on black, linear in the window. */
@@ -72,7 +72,7 @@ static int write_picture_of(cvol_context *context, sheet_writer *w, const float 
 int write_sheets(cvol_context *context, sheet_writer *w, const float *sheets, size_t count)
 {
     if (w->sink)
-        return cvol_volume_sink_write(context, w->sink, sheets, count);
+        return cvol_volume_writer_write(context, w->sink, sheets, count);
     const size_t pixels = (size_t)w->image->width * (size_t)w->image->height;
     int code = CVOL_OK;
     for (size_t i = 0; i < count && !code; i++) {
@@ -85,9 +85,9 @@ int write_sheets(cvol_context *context, sheet_writer *w, const float *sheets, si
 int close_sheets(cvol_context *context, sheet_writer *w, int code)
 {
     if (!code && w->sink)
-        code = cvol_volume_sink_commit(context, w->sink);
+        code = cvol_volume_writer_commit(context, w->sink);
     else if (w->sink)
-        cvol_volume_sink_abandon(w->sink);
+        cvol_volume_writer_abandon(w->sink);
     for (size_t i = 0; code && i < w->written; i++) { /* all of them, or none */
         char *name = name_of(w, i);
         if (name)

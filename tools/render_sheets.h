@@ -6,7 +6,7 @@
 
 typedef struct sheet_writer {
     const char *output;
-    cvol_volume_sink *sink; /* NULL: pictures */
+    cvol_volume_writer *sink; /* NULL: pictures */
     cvol_image *image;
     double range[2]; /* black, white */
     int bits, digits;

@@ -96,13 +96,13 @@ int film_out_open(cvol_context *context, film_out **out, const film_format *form
 
 int film_out_learns(const film_out *f)
 {
-    return f->film && cvol_film_learns(f->film);
+    return f->film && cvol_film_needs_palette(f->film);
 }
 
 int film_out_learn(cvol_context *context, film_out *f, const cvol_image *image,
                    char sentence[FILM_SENTENCE_BYTES])
 {
-    return tell(context, cvol_film_learn(context, f->film, image), sentence);
+    return tell(context, cvol_film_sample_palette(context, f->film, image), sentence);
 }
 
 /* As a file of the archive: 0001.png, ... */

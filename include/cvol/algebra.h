@@ -21,7 +21,7 @@ extern "C" {
 
 /* Whether two arrays can be operands of one operation; else ARGUMENT and what differs. Every
  * operation asks for itself. */
-CVOL_API int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_array *b);
+CVOL_API int cvol_array_compatible(cvol_context *context, const cvol_array *a, const cvol_array *b);
 
 /* The same samples without a background that is kept apart (cvol/codec.h), for operations, which
  * are on terms: plain blocks, with as many terms as make the bound grow by half. The caller frees

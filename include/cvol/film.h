@@ -31,9 +31,10 @@ CVOL_API int cvol_film_open(cvol_context *context, cvol_film **out, const char *
                             int height, const cvol_film_options *options);
 /* Whether the format chooses its colours from pictures that it is shown before the first one is
  * added. */
-CVOL_API int cvol_film_learns(const cvol_film *film);
+CVOL_API int cvol_film_needs_palette(const cvol_film *film);
 /* Shows it such a picture. Without any, its first is taken. Errors: ARGUMENT, MEMORY. */
-CVOL_API int cvol_film_learn(cvol_context *context, cvol_film *film, const cvol_image *image);
+CVOL_API int cvol_film_sample_palette(cvol_context *context, cvol_film *film,
+                                      const cvol_image *image);
 /* Adds a picture (bytes). After an error the film can only be abandoned. Errors: ARGUMENT (size, or
  * opacity in GIF), IO, MEMORY. */
 CVOL_API int cvol_film_add(cvol_context *context, cvol_film *film, const cvol_image *image);

@@ -116,23 +116,23 @@ CVOL_API int cvol_volume_stream_read(cvol_context *context, cvol_volume_stream *
 CVOL_API void cvol_volume_stream_close(cvol_volume_stream *stream);
 
 /* A volume's file, open for writing. */
-typedef struct cvol_volume_sink cvol_volume_sink;
+typedef struct cvol_volume_writer cvol_volume_writer;
 
 /* Opens a file for samples of this grid: the same file, byte by byte, that cvol_volume_write would
  * write. The caller ends it with one of commit and abandon. Errors: as cvol_volume_write, and LIMIT
  * for more bytes than size_t can count. */
-CVOL_API int cvol_volume_sink_open(cvol_context *context, cvol_volume_sink **out, const char *path,
-                                   const cvol_grid *grid);
+CVOL_API int cvol_volume_writer_open(cvol_context *context, cvol_volume_writer **out,
+                                     const char *path, const cvol_grid *grid);
 /* The next sheets, in order: sheets nx ny samples in the machine's byte order. After an error the
  * file can only be abandoned. Errors: IO, ARGUMENT (more sheets than the grid has: nothing was
  * written). */
-CVOL_API int cvol_volume_sink_write(cvol_context *context, cvol_volume_sink *sink,
-                                    const void *samples, size_t sheets);
+CVOL_API int cvol_volume_writer_write(cvol_context *context, cvol_volume_writer *sink,
+                                      const void *samples, size_t sheets);
 /* Gives the file its name, when all sheets are written, and frees the sink; also when it fails,
  * and then what had the name before stays. Errors: IO, ARGUMENT (sheets are missing). */
-CVOL_API int cvol_volume_sink_commit(cvol_context *context, cvol_volume_sink *sink);
+CVOL_API int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *sink);
 /* Removes what was written and frees the sink; NULL is allowed. */
-CVOL_API void cvol_volume_sink_abandon(cvol_volume_sink *sink);
+CVOL_API void cvol_volume_writer_abandon(cvol_volume_writer *sink);
 
 /* The endings that can be written, for messages: ".nrrd .nhdr ..."; static storage. */
 CVOL_API const char *cvol_volume_formats(void);

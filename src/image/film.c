@@ -95,7 +95,7 @@ int cvol_film_open(cvol_context *context, cvol_film **out, const char *path, int
     return code;
 }
 
-int cvol_film_learns(const cvol_film *film)
+int cvol_film_needs_palette(const cvol_film *film)
 {
     return film->format->learns;
 }
@@ -109,7 +109,7 @@ static int check_picture(cvol_context *context, const cvol_film *film, const cvo
                      film->path, image->width, image->height, film->width, film->height);
 }
 
-int cvol_film_learn(cvol_context *context, cvol_film *film, const cvol_image *image)
+int cvol_film_sample_palette(cvol_context *context, cvol_film *film, const cvol_image *image)
 {
     const int code = check_picture(context, film, image);
     return code || !film->format->learns ? code : film->format->learn(context, film, image);

@@ -192,7 +192,7 @@ static int open_any(cvol_context *context, cvol_volume_stream **out, const char 
     return cvol_stream_begin(context, out, format, path, options, limit_bytes);
 }
 
-static int create_any(cvol_context *context, cvol_volume_sink **out, const char *path,
+static int create_any(cvol_context *context, cvol_volume_writer **out, const char *path,
                       const cvol_grid *grid)
 {
     const cvol_format *format = format_of_name(path);
@@ -243,8 +243,8 @@ int cvol_volume_stream_open(cvol_context *context, cvol_volume_stream **out, con
     return open_within(context, out, path, options, UINT64_MAX);
 }
 
-int cvol_volume_sink_open(cvol_context *context, cvol_volume_sink **out, const char *path,
-                          const cvol_grid *grid)
+int cvol_volume_writer_open(cvol_context *context, cvol_volume_writer **out, const char *path,
+                            const cvol_grid *grid)
 {
     *out = NULL;
     locale_t c = (locale_t)0, before = (locale_t)0;
@@ -332,7 +332,7 @@ int cvol_volume_read(cvol_context *context, cvol_volume **out, const char *path,
     return code;
 }
 
-static int write_samples(cvol_context *context, const cvol_volume *volume, cvol_volume_sink *sink)
+static int write_samples(cvol_context *context, const cvol_volume *volume, cvol_volume_writer *sink)
 {
     size_t bytes = cvol_grid_bytes(&volume->grid);
     int code = CVOL_OK;
@@ -348,14 +348,14 @@ static int write_samples(cvol_context *context, const cvol_volume *volume, cvol_
 
 int cvol_volume_write(cvol_context *context, const cvol_volume *volume, const char *path)
 {
-    cvol_volume_sink *sink = NULL;
+    cvol_volume_writer *sink = NULL;
     int code = cvol_dense_check(context, volume, path);
     if (!code)
-        code = cvol_volume_sink_open(context, &sink, path, &volume->grid);
+        code = cvol_volume_writer_open(context, &sink, path, &volume->grid);
     if (!code)
         code = write_samples(context, volume, sink);
     if (!code)
-        return cvol_volume_sink_commit(context, sink);
-    cvol_volume_sink_abandon(sink);
+        return cvol_volume_writer_commit(context, sink);
+    cvol_volume_writer_abandon(sink);
     return code;
 }

@@ -67,7 +67,7 @@ int cvol_array_add(cvol_context *context, cvol_array **out, double alpha, const 
     if (!code)
         code = check_factor(context, beta, "beta");
     if (!code)
-        code = cvol_array_agree(context, a, b);
+        code = cvol_array_compatible(context, a, b);
     if (!code)
         code = cvol_array_decoded_terms(context, &a, a);
     if (!code)

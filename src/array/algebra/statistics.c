@@ -55,7 +55,7 @@ int cvol_array_inner_product(cvol_context *context, double *out, const cvol_arra
                              const cvol_array *b)
 {
     *out = 0;
-    int code = cvol_array_agree(context, a, b);
+    int code = cvol_array_compatible(context, a, b);
     if (!code)
         code = cvol_array_decoded_terms(context, &a, a);
     if (!code)
@@ -84,7 +84,7 @@ int cvol_array_compare(cvol_context *context, cvol_array_comparison *out, const 
 {
     double sum, inner, square_a, square_b;
     memset(out, 0, sizeof *out);
-    int code = cvol_array_agree(context, a, b);
+    int code = cvol_array_compatible(context, a, b);
     if (!code)
         code = cvol_array_decoded_terms(context, &a, a);
     if (!code)

@@ -58,7 +58,7 @@ CVOL_INLINE void cvol_block_sheets(const cvol_block_out *to, const cvol_block_ax
 }
 
 /* Two rows, as words: `tile` sheets from i on and their mirror images. */
-CVOL_INLINE void cvol_block_words_tile(int16_t *out, long row_stride, long sheet_stride,
+CVOL_INLINE void cvol_block_int16_tile(int16_t *out, long row_stride, long sheet_stride,
                                        float start, const float *in, int width, long in_stride,
                                        int K, const float *basis, int M, int i, int tile, int lanes)
 {
@@ -67,13 +67,13 @@ CVOL_INLINE void cvol_block_words_tile(int16_t *out, long row_stride, long sheet
     for (int t = 0; t < tile; t++) {
         int16_t *near_at = out + (i + t) * sheet_stride,
                 *far_at = out + (M - 1 - i - t) * sheet_stride;
-        cvol_store_words_of_two(near_at, near_at + row_stride, near[0][t], near[1][t], lanes);
-        cvol_store_words_of_two(far_at, far_at + row_stride, far[0][t], far[1][t], lanes);
+        cvol_store_int16_of_two(near_at, near_at + row_stride, near[0][t], near[1][t], lanes);
+        cvol_store_int16_of_two(far_at, far_at + row_stride, far[0][t], far[1][t], lanes);
     }
 }
 
 /* Step 3 as words. */
-CVOL_INLINE void cvol_block_sheets_words(const cvol_block_out *to, const cvol_block_axes *axes,
+CVOL_INLINE void cvol_block_sheets_int16(const cvol_block_out *to, const cvol_block_axes *axes,
                                          const float *in, int width, int low_sheet, int part,
                                          int lanes)
 {
@@ -83,15 +83,15 @@ CVOL_INLINE void cvol_block_sheets_words(const cvol_block_out *to, const cvol_bl
         int16_t *out = (int16_t *)to->at + part + j * to->row_stride;
         int i = 0;
         for (; i + CVOL_LINES_TILE <= wanted; i += CVOL_LINES_TILE)
-            cvol_block_words_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
+            cvol_block_int16_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
                                   width, (long)rows * width, low_sheet, axes->sheet_basis, sheets,
                                   i, CVOL_LINES_TILE, lanes);
         for (; CVOL_LINES_TILE > 2 && i + 2 <= wanted; i += 2)
-            cvol_block_words_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
+            cvol_block_int16_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
                                   width, (long)rows * width, low_sheet, axes->sheet_basis, sheets,
                                   i, 2, lanes);
         for (; i < wanted; i++)
-            cvol_block_words_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
+            cvol_block_int16_tile(out, to->row_stride, to->sheet_stride, to->start, in + j * width,
                                   width, (long)rows * width, low_sheet, axes->sheet_basis, sheets,
                                   i, 1, lanes);
     }
@@ -127,7 +127,7 @@ CVOL_INLINE void cvol_block_inverse_of(const cvol_block_out *out, const cvol_blo
                                cvol_block_frequencies(axes, rows, low_rows.count[s]),
                                axes->row_basis, rows, CVOL_LANES);
         if (out->are_words)
-            cvol_block_sheets_words(out, axes, second + part, width, low_sheet, part, lanes);
+            cvol_block_sheets_int16(out, axes, second + part, width, low_sheet, part, lanes);
         else
             cvol_block_sheets(out, axes, second + part, width, low_sheet, part, lanes);
     }

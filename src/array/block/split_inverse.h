@@ -76,7 +76,7 @@ CVOL_INLINE void cvol_split_store(const cvol_split_out *out, long i, long j, cvo
 {
     const long at = i * out->stride + j * out->vector_stride;
     if (out->are_words)
-        cvol_store_words((int16_t *)out->at + at, v, out->lanes);
+        cvol_store_int16((int16_t *)out->at + at, v, out->lanes);
     else if (out->lanes == CVOL_LANES)
         cvol_store((float *)out->at + at, v);
     else
@@ -242,7 +242,7 @@ CVOL_INLINE void cvol_split_half_kind(const cvol_split_out *out, const float *in
                            kind, eights);
         for (int t = 0; t < 8; t++) {
             int16_t *at = (int16_t *)out->at + (8 * c + t) * out->stride + j * out->vector_stride;
-            cvol_store_words_of_two(at, at + out->vector_stride, samples[0][t], samples[1][t],
+            cvol_store_int16_of_two(at, at + out->vector_stride, samples[0][t], samples[1][t],
                                     out->lanes);
         }
     }

@@ -130,7 +130,7 @@ int cvol_array_convolve(cvol_context *context, cvol_array **out, const cvol_arra
     *out = NULL;
     const cvol_keep like = cvol_keep_like_inputs();
     const cvol_keep *rule = keep ? keep : &like;
-    int code = cvol_array_agree(context, a, b);
+    int code = cvol_array_compatible(context, a, b);
     if (code)
         return code;
     if (a->block)

@@ -278,7 +278,7 @@ int cvol_array_need_plain(cvol_context *context, const cvol_array *array)
                      "terms: cvol_array_flatten makes an array without");
 }
 
-int cvol_array_agree(cvol_context *context, const cvol_array *a, const cvol_array *b)
+int cvol_array_compatible(cvol_context *context, const cvol_array *a, const cvol_array *b)
 {
     int plain = cvol_array_need_plain(context, a);
     if (!plain)

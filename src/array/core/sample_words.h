@@ -11,7 +11,7 @@
 
 #define CVOL_WORD_MOST 32767.0f
 
-CVOL_INLINE cvol_vf cvol_load_words(const int16_t *from)
+CVOL_INLINE cvol_vf cvol_load_int16(const int16_t *from)
 {
 #if CVOL_LANES == 16
     return (cvol_vf)_mm512_cvtepi32_ps(
@@ -26,7 +26,7 @@ CVOL_INLINE cvol_vf cvol_load_words(const int16_t *from)
 
 #if CVOL_LANES == 16
 /* A vector of words: those of a, then those of b. */
-CVOL_INLINE __m512i cvol_words_of(cvol_vf a, cvol_vf b)
+CVOL_INLINE __m512i cvol_int16_of(cvol_vf a, cvol_vf b)
 {
     const __m512 most = _mm512_set1_ps(CVOL_WORD_MOST);
     const __m512i low = _mm512_cvtps_epi32(_mm512_min_ps((__m512)a, most)),
@@ -37,7 +37,7 @@ CVOL_INLINE __m512i cvol_words_of(cvol_vf a, cvol_vf b)
 #endif
 
 /* Stores the first `lanes` of a vector. */
-CVOL_INLINE void cvol_store_words(int16_t *to, cvol_vf v, int lanes)
+CVOL_INLINE void cvol_store_int16(int16_t *to, cvol_vf v, int lanes)
 {
 #if CVOL_LANES == 16
     const __m512i rounded = _mm512_cvtps_epi32(
@@ -55,11 +55,11 @@ CVOL_INLINE void cvol_store_words(int16_t *to, cvol_vf v, int lanes)
 }
 
 /* Of two vectors. */
-CVOL_INLINE void cvol_store_words_of_two(int16_t *to_a, int16_t *to_b, cvol_vf a, cvol_vf b,
+CVOL_INLINE void cvol_store_int16_of_two(int16_t *to_a, int16_t *to_b, cvol_vf a, cvol_vf b,
                                          int lanes)
 {
 #if CVOL_LANES == 16
-    const __m512i words = cvol_words_of(a, b);
+    const __m512i words = cvol_int16_of(a, b);
     const __m256i low = _mm512_castsi512_si256(words), high = _mm512_extracti64x4_epi64(words, 1);
     if (lanes >= CVOL_LANES) {
         _mm256_storeu_si256((__m256i *)to_a, low);
@@ -70,8 +70,8 @@ CVOL_INLINE void cvol_store_words_of_two(int16_t *to_a, int16_t *to_b, cvol_vf a
         _mm256_mask_storeu_epi16(to_b, first, high);
     }
 #else
-    cvol_store_words(to_a, a, lanes);
-    cvol_store_words(to_b, b, lanes);
+    cvol_store_int16(to_a, a, lanes);
+    cvol_store_int16(to_b, b, lanes);
 #endif
 }
 

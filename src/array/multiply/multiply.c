@@ -206,7 +206,7 @@ int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_arra
     *out = NULL;
     cvol_multiply_report own;
     memset(&own, 0, sizeof own);
-    int code = cvol_array_agree(context, a, b);
+    int code = cvol_array_compatible(context, a, b);
     if (!code)
         code = cvol_array_decoded_terms(context, &a, a);
     if (!code)

@@ -32,24 +32,24 @@
 
 typedef struct sheet_state {
     const cvol_array *array;
-    cvol_sheet_subject subjects[CVOL_SUBJECTS]; /* it, and its levels */
+    cvol_sheet_source subjects[CVOL_SHEET_SOURCES]; /* it, and its levels */
     cvol_transfer *transfer;
     cvol_sheet_table *table;
     cvol_intermediate intermediate;
     float *depth, *between; /* the intermediate image's, where they are asked for */
     cvol_tiles tiles;
     float *held; /* see cvol_extremes */
-    size_t line_capacity, scratch_capacity, span_capacity, opaque_capacity, met_capacity,
+    size_t line_capacity, scratch_capacity, span_capacity, opaque_capacity, intersected_capacity,
         tile_capacity, pending_capacity, edge_capacity, depth_capacity, between_capacity,
         held_capacity;
     float *bases;            /* bases of lane, row and sheet of the frame; those of parts */
     cvol_band_memory *bands; /* one for each thread */
     int band_count;
-    cvol_sheet_traits traits; /* of the array, with the transfer function */
-    cvol_sheet_wide wide;     /* the footprint of the picture */
-    cvol_sheet_keep keep;     /* evaluated blocks, where they are to be kept */
-    cvol_lending lending;     /* those that threads lend each other */
-    int counts;               /* multiply-adds, of all plans of a picture together */
+    cvol_transfer_traits traits;     /* of the array, with the transfer function */
+    cvol_reconstruction_filter wide; /* the footprint of the picture */
+    cvol_block_cache_slot keep;      /* evaluated blocks, where they are to be kept */
+    cvol_block_exchange exchange;    /* those that threads lend each other */
+    int counts;                      /* multiply-adds, of all plans of a picture together */
     uint64_t multiply_adds;
 } sheet_state;
 
@@ -64,7 +64,7 @@ static void sheet_free(void *opaque_state)
     free(state->intermediate.scratch);
     free(state->intermediate.spans);
     free(state->intermediate.opaque);
-    free(state->intermediate.met);
+    free(state->intermediate.intersected);
     free(state->intermediate.pending);
     free(state->intermediate.edges);
     free(state->depth);
@@ -75,10 +75,10 @@ static void sheet_free(void *opaque_state)
         cvol_band_memory_free(&state->bands[i]);
     free(state->bands);
     free(state->bases);
-    cvol_keep_free(&state->keep);
-    cvol_lending_free(&state->lending);
-    for (int i = 0; i < CVOL_SUBJECTS; i++)
-        cvol_sheet_subject_free(&state->subjects[i]);
+    cvol_block_cache_free(&state->keep);
+    cvol_block_exchange_free(&state->exchange);
+    for (int i = 0; i < CVOL_SHEET_SOURCES; i++)
+        cvol_sheet_source_free(&state->subjects[i]);
     free(state);
 }
 
@@ -114,13 +114,13 @@ static int sheet_set_transfer(cvol_context *context, void *opaque_state,
     cvol_transfer_free(state->transfer);
     state->transfer = copy;
     state->traits = cvol_sheet_traits_of(state->array, copy);
-    for (int i = 0; i < CVOL_SUBJECTS; i++)
-        cvol_sheet_subject_see(&state->subjects[i], copy);
+    for (int i = 0; i < CVOL_SHEET_SOURCES; i++)
+        cvol_sheet_source_see(&state->subjects[i], copy);
     return CVOL_OK;
 }
 
 /* What is drawn at a level; a level that is too large to be kept is drawn from the blocks. */
-static int find_subject(cvol_context *context, cvol_sheet_subject **out, sheet_state *state,
+static int find_subject(cvol_context *context, cvol_sheet_source **out, sheet_state *state,
                         int level)
 {
     if (level && !cvol_sheet_level_fits(state->array, level))
@@ -128,9 +128,9 @@ static int find_subject(cvol_context *context, cvol_sheet_subject **out, sheet_s
     *out = &state->subjects[level];
     if ((*out)->array)
         return CVOL_OK;
-    const int code = cvol_sheet_subject_make(context, *out, state->array, level);
+    const int code = cvol_sheet_source_make(context, *out, state->array, level);
     if (!code && state->transfer)
-        cvol_sheet_subject_see(*out, state->transfer);
+        cvol_sheet_source_see(*out, state->transfer);
     return code;
 }
 
@@ -169,8 +169,8 @@ static int prepare_image(sheet_state *state, const cvol_sheet_plan *plan, int ha
                        4 * width * (size_t)image->down * (size_t)threads, sizeof(float)) &&
            cvol_ensure(&image->spans, &state->span_capacity, 4 * height, sizeof(int)) &&
            cvol_ensure(&image->opaque, &state->opaque_capacity, width / CVOL_GROUP * height, 1) &&
-           cvol_ensure(&image->met, &state->met_capacity, width / CVOL_GROUP * height,
-                       sizeof *image->met) &&
+           cvol_ensure(&image->intersected, &state->intersected_capacity,
+                       width / CVOL_GROUP * height, sizeof *image->intersected) &&
            cvol_ensure(&state->held, &state->held_capacity, tiles, sizeof(float)) &&
            cvol_ensure(&state->tiles.open, &state->tile_capacity, tiles, 1);
 }
@@ -215,7 +215,7 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
                             .lane_basis = lane,
                             .row_basis = row,
                             .sheet_basis = sheet,
-                            .fewer = plan->of_pixels && plan->points_sheet < B};
+                            .fewer = plan->image_order && plan->points_sheet < B};
     cvol_sheet_basis(lane, B, axes.lane_points, (B < 16 ? 16 : B));
     cvol_sheet_basis(row, B, axes.row_points, axes.row_points);
     cvol_sheet_basis(sheet, B, axes.sheet_points, axes.sheet_points);
@@ -236,18 +236,18 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
 
 static cvol_sheet_kernel *choose_kernel(cvol_mode mode, const cvol_sheet_plan *plan, int extras)
 {
-    const int lit = plan->lit, are_compact = plan->compact.scale > 0;
-    if (plan->of_pixels && lit)
-        return CVOL_SIMD_CHOOSE(cvol_sheet_pixels_shade);
-    if (plan->of_pixels)
-        return extras        ? CVOL_SIMD_CHOOSE(cvol_sheet_pixels_extra)
-               : are_compact ? CVOL_SIMD_CHOOSE(cvol_sheet_pixels_compact)
-                             : CVOL_SIMD_CHOOSE(cvol_sheet_pixels);
-    if (are_compact && cvol_mode_is_grey(mode))
-        return mode == CVOL_MODE_MIP ? CVOL_SIMD_CHOOSE(cvol_sheet_max_compact)
-                                     : CVOL_SIMD_CHOOSE(cvol_sheet_min_compact);
-    if (are_compact)
-        return CVOL_SIMD_CHOOSE(cvol_sheet_compact);
+    const int lit = plan->lit, are_int16 = plan->int16.scale > 0;
+    if (plan->image_order && lit)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_image_order_shade);
+    if (plan->image_order)
+        return extras      ? CVOL_SIMD_CHOOSE(cvol_sheet_image_order_extra)
+               : are_int16 ? CVOL_SIMD_CHOOSE(cvol_sheet_image_order_int16)
+                           : CVOL_SIMD_CHOOSE(cvol_sheet_image_order);
+    if (are_int16 && cvol_mode_is_grey(mode))
+        return mode == CVOL_MODE_MIP ? CVOL_SIMD_CHOOSE(cvol_sheet_max_int16)
+                                     : CVOL_SIMD_CHOOSE(cvol_sheet_min_int16);
+    if (are_int16)
+        return CVOL_SIMD_CHOOSE(cvol_sheet_composite_int16);
 #ifndef CVOL_ONLY_EXTRAS /* src/CMakeLists.txt */
     if (!extras && lit)
         return CVOL_SIMD_CHOOSE(cvol_sheet_shade);
@@ -282,46 +282,46 @@ static double find_error(const cvol_array *array)
 
 /* How the samples of maxima and minima are kept: in 16 bits where pixels and samples lie equally
  * far apart, and the array is coarser than words are. */
-static cvol_sheet_compact choose_compact_extremes(const cvol_sheet_plan *plan,
-                                                  const cvol_array *array, cvol_mode mode)
+static cvol_int16_scale choose_int16_extremes(const cvol_sheet_plan *plan, const cvol_array *array,
+                                              cvol_mode mode)
 {
     const double range = array->range_max - array->range_min;
     /* Between samples, where points are fewer, values overshoot. */
-    const double beyond = plan->lapped                      ? CVOL_COMPACT_MOST / 2.8
+    const double beyond = plan->lapped                      ? CVOL_INT16_MOST / 2.8
                           : cvol_extremes_have_bounds(plan) ? 64
-                                                            : CVOL_COMPACT_MOST / 8.0;
-    const double scale = (CVOL_COMPACT_MOST - 2 * beyond) / range;
+                                                            : CVOL_INT16_MOST / 8.0;
+    const double scale = (CVOL_INT16_MOST - 2 * beyond) / range;
     if ((mode != CVOL_MODE_MIP && mode != CVOL_MODE_MIN) || plan->wide ||
         plan->masked == CVOL_SHEET_SOME_VOID || plan->level || plan->perspective ||
         plan->du != plan->pitch_lane || cvol_cpu_best() != CVOL_CPU_AVX512 || !(range > 0) ||
         !(find_error(array) * scale >= LEAST_ERROR_WORDS))
-        return (cvol_sheet_compact){0, 0};
-    return (cvol_sheet_compact){(float)scale,
-                                (float)(beyond - scale * (array->range_min - array->offset))};
+        return (cvol_int16_scale){0, 0};
+    return (cvol_int16_scale){(float)scale,
+                              (float)(beyond - scale * (array->range_min - array->offset))};
 }
 
 /* How samples are kept: in 16 bits where there are kernels that read these, and the table can be
  * told apart in them. */
-static cvol_sheet_compact choose_compact(cvol_sheet_table *table, const cvol_sheet_plan *plan,
-                                         const cvol_array *array, cvol_mode mode, int extras)
+static cvol_int16_scale choose_int16(cvol_sheet_table *table, const cvol_sheet_plan *plan,
+                                     const cvol_array *array, cvol_mode mode, int extras)
 {
     /* What the filter across faces is yet to mix may lie outside of the range. */
     const double range = array->range_max - array->range_min;
-    const double beyond = plan->lapped ? CVOL_COMPACT_MOST / 2.8 : 64;
-    const double least = beyond, most = CVOL_COMPACT_MOST - beyond;
-    if (mode != CVOL_MODE_COMPOSITE || extras || (plan->lit && !plan->of_pixels) ||
+    const double beyond = plan->lapped ? CVOL_INT16_MOST / 2.8 : 64;
+    const double least = beyond, most = CVOL_INT16_MOST - beyond;
+    if (mode != CVOL_MODE_COMPOSITE || extras || (plan->lit && !plan->image_order) ||
         plan->perspective || plan->masked == CVOL_SHEET_SOME_VOID ||
         cvol_cpu_best() != CVOL_CPU_AVX512 || !(range > 0))
-        return (cvol_sheet_compact){0, 0};
+        return (cvol_int16_scale){0, 0};
     const double scale = (most - least) / range;
-    const cvol_sheet_compact compact = {
-        (float)scale, (float)(least - scale * (array->range_min - array->offset))};
+    const cvol_int16_scale int16 = {(float)scale,
+                                    (float)(least - scale * (array->range_min - array->offset))};
     if (plan->lit) /* classified as floats, and so a function may be steep */
         return CVOL_TABLE_SIZE * scale >= LEAST_LIT_SPAN * (double)table->scale
-                   ? compact
-                   : (cvol_sheet_compact){0, 0};
-    cvol_sheet_words_fill(&table->words, table, compact.scale, compact.offset);
-    return table->words.usable ? compact : (cvol_sheet_compact){0, 0};
+                   ? int16
+                   : (cvol_int16_scale){0, 0};
+    cvol_int16_table_fill(&table->words, table, int16.scale, int16.offset);
+    return table->words.usable ? int16 : (cvol_int16_scale){0, 0};
 }
 
 /* Table coordinates for a surface: as if of a function that is opaque from its value on. */
@@ -345,7 +345,7 @@ static int set_surface(cvol_context *context, cvol_sheet_table *table, cvol_visi
     return CVOL_OK;
 }
 
-/* The mean of two sheets half way between them: at each of them as far from where a ray meets it as
+/* The mean of two sheets midpoint between them: at each of them as far from where a ray meets it as
  * that moves by until there. In perspective rays move by as much as they like. */
 static void set_twist(cvol_sheet_table *table, const cvol_sheet_plan *plan, const cvol_light *light)
 {
@@ -385,34 +385,34 @@ static int choose_parts(const cvol_sheet_plan *plan, double step_voxels)
 
 /* The table of a frame; of a surface its visibility, too. How samples are kept follows from it. */
 static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan *plan,
-                     const cvol_sheet_subject *subject, cvol_visibility *by_surface,
+                     const cvol_sheet_source *subject, cvol_visibility *by_surface,
                      const cvol_render_options *options, int extras)
 {
     cvol_sheet_table *table = state->table;
     table->is_surface = options->mode == CVOL_MODE_ISO;
-    plan->compact = (cvol_sheet_compact){0, 0};
+    plan->int16 = (cvol_int16_scale){0, 0};
     if (table->is_surface)
         return set_surface(context, table, by_surface, subject->array, &options->surface);
     if (cvol_mode_is_grey(options->mode)) {
-        plan->compact = choose_compact_extremes(plan, subject->array, options->mode);
+        plan->int16 = choose_int16_extremes(plan, subject->array, options->mode);
         return CVOL_OK;
     }
     cvol_sheet_table_fill(table, subject->array, state->transfer, plan->distance / plan->parts);
-    if (!plan->of_pixels && (state->traits.is_noisy || (table->is_clear && !plan->lit)))
+    if (!plan->image_order && (state->traits.is_noisy || (table->is_translucent && !plan->lit)))
         table->flat = table->flat_coarse;
     if (state->traits.is_soft)
         cvol_sheet_table_soften(table);
-    cvol_sheet_table_slant(table,
-                           plan->pitch_sheet * fmax(fabs(plan->shear_lane) / plan->pitch_lane,
-                                                    fabs(plan->shear_row) / plan->pitch_row),
-                           state->traits.is_fine && !plan->lit);
-    plan->compact = choose_compact(table, plan, subject->array, options->mode, extras);
+    cvol_sheet_table_image_order(table,
+                                 plan->pitch_sheet * fmax(fabs(plan->shear_lane) / plan->pitch_lane,
+                                                          fabs(plan->shear_row) / plan->pitch_row),
+                                 state->traits.is_fine && !plan->lit);
+    plan->int16 = choose_int16(table, plan, subject->array, options->mode, extras);
     return CVOL_OK;
 }
 
 /* Whether rays are those of the picture's pixels, see cvol_sheet_rays. */
-static int are_of_pixels(const cvol_sheet_plan *plan, const cvol_view *view,
-                         const cvol_render_options *options)
+static int wants_image_order(const cvol_sheet_plan *plan, const cvol_view *view,
+                             const cvol_render_options *options)
 {
     return options->sheet.rays == CVOL_SHEET_RAYS_PIXELS && options->mode == CVOL_MODE_COMPOSITE &&
            !plan->wide && !plan->level && !plan->perspective && view->rays == 1 &&
@@ -422,29 +422,30 @@ static int are_of_pixels(const cvol_sheet_plan *plan, const cvol_view *view,
 /* What the frame of a plan draws, beside its plan and its image. */
 typedef struct drawing {
     sheet_state *state;
-    const cvol_sheet_subject *subject;
+    const cvol_sheet_source *subject;
     const cvol_view *view;
     const cvol_render_options *options;
     cvol_visibility by_surface;
     int extras;
-    size_t spare; /* bytes, see cvol_strips */
+    size_t spare; /* bytes, see cvol_frame_tiles */
 } drawing;
 
 /* Blocks of pictures before. Covers of a level, which are copied with its samples, are not kept. */
-static cvol_kept *find_kept(sheet_state *state, const cvol_sheet_subject *subject,
-                            const cvol_sheet_plan *plan, const cvol_render_options *options)
+static cvol_block_cache *find_kept(sheet_state *state, const cvol_sheet_source *subject,
+                                   const cvol_sheet_plan *plan, const cvol_render_options *options)
 {
     const int with_cover = plan->level && plan->masked == CVOL_SHEET_SOME_VOID;
     return state->counts || with_cover
                ? NULL
-               : cvol_keep_open(&state->keep, plan, subject->array->block_count, options->keep_mb);
+               : cvol_block_cache_open(&state->keep, plan, subject->array->block_count,
+                                       options->keep_mb);
 }
 
 /* A value less the array's offset, in the numbers that samples are kept in. */
 static double as_kept(const cvol_sheet_plan *plan, double value)
 {
-    const cvol_sheet_compact *compact = &plan->compact;
-    return compact->scale > 0 ? value * (double)compact->scale + (double)compact->offset : value;
+    const cvol_int16_scale *int16 = &plan->int16;
+    return int16->scale > 0 ? value * (double)int16->scale + (double)int16->offset : value;
 }
 
 /* Draws the pixels of a plan, or of a strip of it. */
@@ -452,12 +453,12 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
                       cvol_sheet_plan *plan, const double progress[2])
 {
     sheet_state *state = of->state;
-    const cvol_sheet_subject *subject = of->subject;
+    const cvol_sheet_source *subject = of->subject;
     const cvol_render_options *options = of->options;
     const cvol_array *array = state->array;
     const int threads = cvol_context_threads(context);
     const int colour = !cvol_mode_is_grey(options->mode);
-    const int band_lines = cvol_share_lines(plan, threads);
+    const int band_lines = cvol_work_stealing_lines(plan, threads);
     if (!prepare_image(state, plan, image->depth != NULL, threads) ||
         !prepare_bands(state, plan, threads, band_lines))
         return cvol_fail(context, CVOL_ERROR_MEMORY,
@@ -474,15 +475,16 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
         .level = subject->level.samples ? &subject->level : NULL,
         .plan = plan,
         .kept = find_kept(state, subject, plan, options),
-        .lending = state->counts ? NULL
-                                 : cvol_lending_open(&state->lending, plan, threads, of->spare),
+        .exchange = state->counts
+                        ? NULL
+                        : cvol_block_exchange_open(&state->exchange, plan, threads, of->spare),
         .axes = plan->level ? (cvol_block_axes){0} : make_axes(state, plan),
         .filters = cvol_lapped_filters_of(plan),
         .table = state->table,
         .visibility = options->mode == CVOL_MODE_ISO ? &of->by_surface
                       : colour                       ? &subject->by_transfer
                                                      : &subject->everything,
-        .mask = cvol_sheet_subject_mask(subject),
+        .mask = cvol_sheet_source_mask(subject),
         .background = cvol_sheet_background(array, array->mask),
         .kernel = choose_kernel(options->mode, plan, of->extras),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
@@ -496,8 +498,8 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
     frame.extremes.held = state->held;
     if (frame.mask && !plan->level)
         cvol_mask_points_find(frame.mask_points, plan, frame.mask->block);
-    const int code = cvol_share_draw(context, &frame, state->bands, cvol_band_draw, threads,
-                                     band_lines);
+    const int code = cvol_work_stealing_draw(context, &frame, state->bands, cvol_band_draw, threads,
+                                             band_lines);
     for (int i = 0; i < state->band_count; i++) {
         state->multiply_adds += state->bands[i].multiply_adds;
         state->bands[i].multiply_adds = 0;
@@ -531,35 +533,36 @@ static int is_one_sample_thick(const cvol_array *array)
     return array->grid.dims[0] == 1 || array->grid.dims[1] == 1 || array->grid.dims[2] == 1;
 }
 
-/* Whether light is looked at between sheets, too. What is not clear is, along the rays of pixels,
+/* Whether light is looked at between sheets, too. What is not clear is, along the image-order rays,
  * looked at more closely already. */
 static int turns_light(const drawing *of, const cvol_sheet_plan *plan)
 {
-    return plan->lit && (plan->parts > 1 || (cvol_sheet_rays_turn(of->view) &&
-                                             (!plan->of_pixels || of->state->traits.is_clear)));
+    return plan->lit &&
+           (plan->parts > 1 || (cvol_policy_turn(of->view) &&
+                                (!plan->image_order || of->state->traits.is_translucent)));
 }
 
-/* Chooses rays, and with them the frame's table. Lit rays of pixels are drawn from 16 bits alone,
+/* Chooses rays, and with them the frame's table. Lit image-order rays are drawn from 16 bits alone,
  * and with one sample between two sheets, if any are asked for; not those of a volume one sample
  * thick: it has no slope along that axis beside which the rounding of the others is nothing, and
  * what hardly rises would be lit by that. */
 static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan, int has_depth)
 {
     sheet_state *state = of->state;
-    const int wanted = !plan->of_pixels && are_of_pixels(plan, of->view, of->options);
-    state->table->halves = 0;
+    const int wanted = !plan->image_order && wants_image_order(plan, of->view, of->options);
+    state->table->midpoints = 0;
     of->extras = has_depth || plan->parts > 1 || plan->wide || state->counts;
     cvol_sheet_plan pixels = *plan;
     if (wanted && !plan->lit) {
-        if (cvol_sheet_plan_of_pixels(plan, of->view))
+        if (cvol_sheet_plan_image_order(plan, of->view))
             cvol_sheet_plan_space(plan, of->view->sheets_apart);
     } else if (wanted && !has_depth && !is_one_sample_thick(state->array) &&
-               cvol_sheet_plan_of_pixels(&pixels, of->view)) {
+               cvol_sheet_plan_image_order(&pixels, of->view)) {
         pixels.parts = 1;
         const int code = set_table(context, state, &pixels, of->subject, &of->by_surface,
                                    of->options, 0);
-        if (code || pixels.compact.scale > 0) {
-            state->table->halves = plan->parts > 1;
+        if (code || pixels.int16.scale > 0) {
+            state->table->midpoints = plan->parts > 1;
             of->extras = 0;
             *plan = pixels;
             return code;
@@ -569,12 +572,12 @@ static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan
 }
 
 /* Draws the pixels of a plan. */
-static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet_subject *subject,
+static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet_source *subject,
                      cvol_image *image, cvol_sheet_plan *plan, const cvol_view *view,
                      const cvol_render_options *options, const double progress[2])
 {
     drawing of = {.state = state, .subject = subject, .view = view, .options = options};
-    plan->masked = cvol_sheet_subject_masked(subject, state->array->mask);
+    plan->masked = cvol_sheet_source_masked(subject, state->array->mask);
     const int is_surface = options->mode == CVOL_MODE_ISO;
     plan->lit = is_surface || (options->mode == CVOL_MODE_COMPOSITE && options->shading.on);
     plan->wide = state->wide.reach ? &state->wide : NULL;
@@ -584,14 +587,15 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
                       : 1;
     int code = choose_rays(context, &of, plan, image->depth != NULL);
     state->table->turns = turns_light(&of, plan);
-    cvol_strips strips = {0, 0};
+    cvol_frame_tiles strips = {0, 0};
     if (!code)
-        strips = cvol_strips_choose(plan, (size_t)image->width * (size_t)image->height,
-                                    count_floats(plan, image->depth != NULL), subject->mask.bytes);
+        strips = cvol_frame_tiles_choose(plan, (size_t)image->width * (size_t)image->height,
+                                         count_floats(plan, image->depth != NULL),
+                                         subject->mask.bytes);
     of.spare = strips.spare;
     for (int i = 0; i < strips.count && !code; i++) {
         const double part = progress[1] / strips.count, begin = progress[0] + i * part;
-        cvol_sheet_plan strip = cvol_strip_make(plan, i, strips.count);
+        cvol_sheet_plan strip = cvol_frame_tile_make(plan, i, strips.count);
         code = draw_strip(context, &of, image, &strip, (const double[2]){begin, part});
     }
     return code;
@@ -599,7 +603,7 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
 
 /* A picture in perspective: what is seen along each of the axes, one after the other. */
 static int draw_all_along(cvol_context *context, sheet_state *state,
-                          const cvol_sheet_subject *subject, cvol_image *image,
+                          const cvol_sheet_source *subject, cvol_image *image,
                           const cvol_view *view, const cvol_render_options *options)
 {
     cvol_sheet_plan plans[6];
@@ -628,9 +632,8 @@ static int draw_all_along(cvol_context *context, sheet_state *state,
 /* A picture in parallel projection. What is drawn from samples of 16 bits stays the same picture
  * where its depth is asked for, too, which is found from floats: it is drawn after that. */
 static int draw_parallel(cvol_context *context, sheet_state *state,
-                         const cvol_sheet_subject *subject, cvol_image *image,
-                         cvol_sheet_plan *plan, const cvol_view *view,
-                         const cvol_render_options *options)
+                         const cvol_sheet_source *subject, cvol_image *image, cvol_sheet_plan *plan,
+                         const cvol_view *view, const cvol_render_options *options)
 {
     const int both = image->depth && options->mode == CVOL_MODE_COMPOSITE &&
                      (!options->shading.on || (options->sheet.rays == CVOL_SHEET_RAYS_PIXELS &&
@@ -655,28 +658,28 @@ static int check_footprint(cvol_context *context, const cvol_sheet_options *opti
     if ((int)options->rays < CVOL_SHEET_RAYS_AUTO || options->rays > CVOL_SHEET_RAYS_LATTICE)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no kind of rays of engine sheet",
                          (int)options->rays);
-    if (sigma != 0 && !(sigma >= CVOL_WIDE_SIGMA_MIN && sigma <= CVOL_WIDE_SIGMA_MAX))
+    if (sigma != 0 && !(sigma >= CVOL_FILTER_SIGMA_MIN && sigma <= CVOL_FILTER_SIGMA_MAX))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT,
                          "sigma %g: engine sheet has Gaussians of %g to %g samples", sigma,
-                         CVOL_WIDE_SIGMA_MIN, CVOL_WIDE_SIGMA_MAX);
+                         CVOL_FILTER_SIGMA_MIN, CVOL_FILTER_SIGMA_MAX);
     return CVOL_OK;
 }
 
 /* Which rays a picture in parallel projection is drawn along, where that is left to the engine. */
 static int choose_lattice(cvol_context *context, sheet_state *state,
-                          const cvol_sheet_subject *subject, cvol_view *view,
+                          const cvol_sheet_source *subject, cvol_view *view,
                           cvol_render_options *options)
 {
-    if (!subject->level.samples && cvol_sheet_rays_want_bend(&state->traits, options)) {
-        state->traits.bend = cvol_sheet_bend(subject->array, state->transfer,
-                                             &subject->by_transfer);
-        if (state->traits.bend < 0)
+    if (!subject->level.samples && cvol_policy_needs_curvature(&state->traits, options)) {
+        state->traits.curvature = cvol_opacity_curvature(subject->array, state->transfer,
+                                                         &subject->by_transfer);
+        if (state->traits.curvature < 0)
             return cvol_fail_memory(context, cvol_array_block_terms(subject->array) * sizeof(float),
                                     "a block");
     }
-    cvol_sheet_rays_space(view, &state->traits, options);
+    cvol_policy_space(view, &state->traits, options);
     if (options->mode == CVOL_MODE_COMPOSITE)
-        options->sheet.rays = cvol_sheet_rays_suited(&state->traits, view, options);
+        options->sheet.rays = cvol_policy_suited(&state->traits, view, options);
     return CVOL_OK;
 }
 
@@ -684,14 +687,14 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
                       const cvol_view *view, const cvol_render_options *options)
 {
     sheet_state *state = opaque_state;
-    cvol_sheet_subject *subject;
+    cvol_sheet_source *subject;
     cvol_sheet_plan plan;
     int code = check_footprint(context, &options->sheet);
     if (!code)
         code = find_subject(context, &subject, state, options->level);
     if (code)
         return code;
-    cvol_sheet_wide_make(&state->wide, &options->sheet);
+    cvol_reconstruction_filter_make(&state->wide, &options->sheet);
     if (view->perspective)
         return draw_all_along(context, state, subject, image, view, options);
     cvol_view seen = *view;

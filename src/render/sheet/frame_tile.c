@@ -32,7 +32,7 @@ static int strip_lines(const cvol_sheet_plan *plan, int count)
     return whole_lines(plan, (plan->height + count - 1) / count);
 }
 
-cvol_sheet_plan cvol_strip_make(const cvol_sheet_plan *plan, int index, int count)
+cvol_sheet_plan cvol_frame_tile_make(const cvol_sheet_plan *plan, int index, int count)
 {
     cvol_sheet_plan out = *plan;
     const int lines = strip_lines(plan, count), begin = index * lines, end = begin + lines,
@@ -55,21 +55,21 @@ static double find_bytes(const cvol_sheet_plan *plan, int line_floats, int count
 {
     double most = 0;
     for (int i = 0; i < count; i++) {
-        const cvol_sheet_plan strip = cvol_strip_make(plan, i, count);
-        const int lines = cvol_share_lines(&strip, THREADS);
+        const cvol_sheet_plan strip = cvol_frame_tile_make(plan, i, count);
+        const int lines = cvol_work_stealing_lines(&strip, THREADS);
         most = fmax(most, (double)line_floats * sizeof(float) * strip.width * strip.height +
                               THREADS * (double)cvol_band_sample_bytes(&strip, lines));
     }
     return most;
 }
 
-cvol_strips cvol_strips_choose(const cvol_sheet_plan *plan, size_t pixels, int line_floats,
-                               size_t mask_bytes)
+cvol_frame_tiles cvol_frame_tiles_choose(const cvol_sheet_plan *plan, size_t pixels,
+                                         int line_floats, size_t mask_bytes)
 {
     const double most = FRAME_BYTES + PIXEL_BYTES * (double)pixels - (double)mask_bytes;
     int count = 1;
     double bytes = find_bytes(plan, line_floats, count);
     while (strip_lines(plan, count + 1) >= LEAST_LINES && bytes > most)
         bytes = find_bytes(plan, line_floats, ++count);
-    return (cvol_strips){count, bytes < most ? (size_t)(most - bytes) : 0};
+    return (cvol_frame_tiles){count, bytes < most ? (size_t)(most - bytes) : 0};
 }

@@ -10,16 +10,16 @@
 
 #include "render/sheet/frame/frame.h"
 
-typedef struct cvol_strips {
+typedef struct cvol_frame_tiles {
     int count;
     size_t spare; /* bytes that a frame may still take, for what can be done without */
-} cvol_strips;
+} cvol_frame_tiles;
 
 /* In how many strips a plan of a picture of so many pixels is to be drawn. `line_floats`: of the
  * intermediate image, for each of its pixels; `mask_bytes`: what is kept of a mask. */
-cvol_strips cvol_strips_choose(const cvol_sheet_plan *plan, size_t pixels, int line_floats,
-                               size_t mask_bytes);
+cvol_frame_tiles cvol_frame_tiles_choose(const cvol_sheet_plan *plan, size_t pixels,
+                                         int line_floats, size_t mask_bytes);
 /* Strip `index` of `count`; the plan itself if there is one. */
-cvol_sheet_plan cvol_strip_make(const cvol_sheet_plan *plan, int index, int count);
+cvol_sheet_plan cvol_frame_tile_make(const cvol_sheet_plan *plan, int index, int count);
 
 #endif

@@ -33,15 +33,15 @@ static inline float opacity_of(const opacities *table, float value)
     return table->of[at > 0 ? at < OPACITIES ? (int)at : OPACITIES - 1 : 0];
 }
 
-typedef struct bends {
+typedef struct curvature {
     double squares, opacity;
     size_t count;
-} bends;
+} curvature;
 
 /* Of the lines of a block that run along an axis whose samples lie `stride` apart; end: of those
  * that are looked at. */
-static void add_bends(bends *sum, const opacities *table, const float *samples, int block,
-                      const int end[3], int stride)
+static void add_curvature(curvature *sum, const opacities *table, const float *samples, int block,
+                          const int end[3], int stride)
 {
     for (int z = MARGIN; z < end[2]; z += 2)
         for (int y = MARGIN; y < end[1]; y++)
@@ -68,13 +68,13 @@ static void find_ends(int end[3], const cvol_array *array, size_t index)
     }
 }
 
-double cvol_sheet_bend(const cvol_array *array, const cvol_transfer *transfer,
-                       const cvol_visibility *visibility)
+double cvol_opacity_curvature(const cvol_array *array, const cvol_transfer *transfer,
+                              const cvol_visibility *visibility)
 {
     const int block = array->block;
     opacities table;
-    bends sum = {0, 0, 0};
-    size_t shown = 0, met = 0;
+    curvature sum = {0, 0, 0};
+    size_t shown = 0, intersected = 0;
     if (!(array->range_max > array->range_min))
         return 0;
     float *samples = cvol_allocate(cvol_array_block_terms(array), sizeof *samples);
@@ -86,14 +86,14 @@ double cvol_sheet_bend(const cvol_array *array, const cvol_transfer *transfer,
     for (size_t i = 0; i < array->block_count; i++) {
         if (!cvol_visibility_of(visibility, &array->block_table[i]))
             continue;
-        const size_t before = met * BLOCKS / shown;
-        if (++met * BLOCKS / shown == before)
+        const size_t before = intersected * BLOCKS / shown;
+        if (++intersected * BLOCKS / shown == before)
             continue;
         int end[3];
         find_ends(end, array, i);
         cvol_block_evaluate(samples, array, i);
         for (int stride = 1; stride < block * block * block; stride *= block)
-            add_bends(&sum, &table, samples, block, end, stride);
+            add_curvature(&sum, &table, samples, block, end, stride);
     }
     free(samples);
     return sum.opacity > 0 ? sqrt(sum.squares * (double)sum.count) / sum.opacity : 0;

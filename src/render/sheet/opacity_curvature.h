@@ -9,7 +9,7 @@
  * neighbours along an axis, over the mean opacity; of samples that show, of some blocks that do.
  * 0 if there are none, -1 without memory. Costs the evaluation of 160 blocks and 0.2 million steps:
  * 2 ms. */
-double cvol_sheet_bend(const cvol_array *array, const cvol_transfer *transfer,
-                       const cvol_visibility *visibility);
+double cvol_opacity_curvature(const cvol_array *array, const cvol_transfer *transfer,
+                              const cvol_visibility *visibility);
 
 #endif

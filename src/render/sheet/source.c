@@ -2,7 +2,7 @@
 #include "render/sheet/source.h"
 
 /* The volume itself: with ranges of its blocks, and their masks. */
-static int make_whole(cvol_context *context, cvol_sheet_subject *out, const cvol_array *array)
+static int make_whole(cvol_context *context, cvol_sheet_source *out, const cvol_array *array)
 {
     int code = array->mask ? cvol_sheet_mask_make(context, &out->mask, array) : CVOL_OK;
     out->array = array;
@@ -18,10 +18,10 @@ static int make_whole(cvol_context *context, cvol_sheet_subject *out, const cvol
     return code;
 }
 
-int cvol_sheet_subject_make(cvol_context *context, cvol_sheet_subject *out, const cvol_array *array,
-                            int level)
+int cvol_sheet_source_make(cvol_context *context, cvol_sheet_source *out, const cvol_array *array,
+                           int level)
 {
-    *out = (cvol_sheet_subject){0};
+    *out = (cvol_sheet_source){0};
     int code;
     if (level) {
         code = cvol_sheet_level_make(context, &out->level, array, level);
@@ -30,35 +30,34 @@ int cvol_sheet_subject_make(cvol_context *context, cvol_sheet_subject *out, cons
         code = make_whole(context, out, array);
     }
     if (code)
-        cvol_sheet_subject_free(out);
+        cvol_sheet_source_free(out);
     else
         cvol_visibility_make(&out->everything, out->array, NULL);
     return code;
 }
 
-void cvol_sheet_subject_see(cvol_sheet_subject *subject, const cvol_transfer *transfer)
+void cvol_sheet_source_see(cvol_sheet_source *subject, const cvol_transfer *transfer)
 {
     if (subject->array)
         cvol_visibility_make(&subject->by_transfer, subject->array, transfer);
 }
 
-void cvol_sheet_subject_free(cvol_sheet_subject *subject)
+void cvol_sheet_source_free(cvol_sheet_source *subject)
 {
     cvol_array_free(subject->ranged);
     cvol_sheet_mask_free(&subject->mask);
     cvol_sheet_level_free(&subject->level);
-    *subject = (cvol_sheet_subject){0};
+    *subject = (cvol_sheet_source){0};
 }
 
-const cvol_sheet_mask *cvol_sheet_subject_mask(const cvol_sheet_subject *subject)
+const cvol_sheet_mask *cvol_sheet_source_mask(const cvol_sheet_source *subject)
 {
     return subject->mask.states         ? &subject->mask
            : subject->level.mask.states ? &subject->level.mask
                                         : NULL;
 }
 
-cvol_sheet_masked cvol_sheet_subject_masked(const cvol_sheet_subject *subject,
-                                            const cvol_mask *mask)
+cvol_sheet_masked cvol_sheet_source_masked(const cvol_sheet_source *subject, const cvol_mask *mask)
 {
     if (cvol_mask_is_void(mask))
         return CVOL_SHEET_SOME_VOID;

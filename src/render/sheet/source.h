@@ -7,29 +7,28 @@
 #include "render/sheet/frame/mask.h"
 
 /* The volume, and levels 1 to 3. */
-#define CVOL_SUBJECTS 4
+#define CVOL_SHEET_SOURCES 4
 
-typedef struct cvol_sheet_subject {
+typedef struct cvol_sheet_source {
     const cvol_array
         *array;             /* blocks and ranges: the volume's or the level's; NULL: not made yet */
     cvol_array *ranged;     /* what the volume's is if it came without ranges */
     cvol_sheet_mask mask;   /* of the volume's blocks */
     cvol_sheet_level level; /* samples: NULL for the volume itself */
     cvol_visibility by_transfer, everything;
-} cvol_sheet_subject;
+} cvol_sheet_source;
 
 /* Makes level `level` of an array (0: itself), which must outlive it; all zero is none.
  * Errors: MEMORY, CANCELLED. */
-int cvol_sheet_subject_make(cvol_context *context, cvol_sheet_subject *out, const cvol_array *array,
-                            int level);
+int cvol_sheet_source_make(cvol_context *context, cvol_sheet_source *out, const cvol_array *array,
+                           int level);
 /* Finds what of it a transfer function shows. */
-void cvol_sheet_subject_see(cvol_sheet_subject *subject, const cvol_transfer *transfer);
-void cvol_sheet_subject_free(cvol_sheet_subject *subject);
+void cvol_sheet_source_see(cvol_sheet_source *subject, const cvol_transfer *transfer);
+void cvol_sheet_source_free(cvol_sheet_source *subject);
 
 /* The mask of its blocks; NULL: they have none. */
-const cvol_sheet_mask *cvol_sheet_subject_mask(const cvol_sheet_subject *subject);
+const cvol_sheet_mask *cvol_sheet_source_mask(const cvol_sheet_source *subject);
 /* What masked samples are when the subject is drawn; `mask`: the volume's, or NULL. */
-cvol_sheet_masked cvol_sheet_subject_masked(const cvol_sheet_subject *subject,
-                                            const cvol_mask *mask);
+cvol_sheet_masked cvol_sheet_source_masked(const cvol_sheet_source *subject, const cvol_mask *mask);
 
 #endif

@@ -102,7 +102,7 @@ static int make_slices(cvol_context *context, cvol_transform_state *state, cvol_
     const cvol_lattice lattice = cvol_lattice_make(&plan, &shape, 1);
     const cvol_bake_source source = {&state->subject.source, &plan, state->subject.table, &light,
                                      plan.rising};
-    cvol_splat_subject_tabulate(&state->subject, plan.distance, 1);
+    cvol_splat_input_tabulate(&state->subject, plan.distance, 1);
     return cvol_bake(context, out, &source, &lattice, &shape, &options->transform);
 }
 

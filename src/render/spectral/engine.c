@@ -19,7 +19,7 @@ static void transform_free(void *opaque)
 {
     cvol_transform_state *state = opaque;
     cvol_baked_free(&state->baked);
-    cvol_splat_subject_free(&state->subject);
+    cvol_splat_input_free(&state->subject);
     cvol_baked_file_free(&state->file);
     free(state->path);
     free(state);
@@ -32,7 +32,7 @@ static int create(cvol_context *context, void **out, const cvol_array *array,
     cvol_transform_state *state = calloc(1, sizeof *state);
     if (!state)
         return cvol_fail_memory(context, sizeof *state, "a renderer");
-    const int code = cvol_splat_subject_make(context, &state->subject, array, volume);
+    const int code = cvol_splat_input_make(context, &state->subject, array, volume);
     if (code)
         free(state);
     else
@@ -57,7 +57,7 @@ static int transform_set_transfer(cvol_context *context, void *opaque,
     if (state->path)
         return cvol_baked_file_has_transfer(context, state, transfer);
     state->has_baked = 0;
-    return cvol_splat_subject_set_transfer(context, &state->subject, transfer);
+    return cvol_splat_input_set_transfer(context, &state->subject, transfer);
 }
 
 int cvol_renderer_transform_report(cvol_context *context, const cvol_renderer *renderer,
@@ -128,7 +128,7 @@ static int bake(cvol_context *context, cvol_transform_state *state, const cvol_s
 {
     state->has_baked = 0;
     cvol_baked_free(&state->baked);
-    cvol_splat_subject_tabulate(&state->subject, plan->distance, 1);
+    cvol_splat_input_tabulate(&state->subject, plan->distance, 1);
     const cvol_bake_source source = {&state->subject.source, plan, state->subject.table, light,
                                      ascending};
     cvol_transform_options stored = *options;

@@ -6,7 +6,7 @@
 #include "render/spectral/frame.h"
 
 typedef struct cvol_transform_state {
-    cvol_splat_subject subject;
+    cvol_splat_input subject;
     cvol_baked baked;
     /* What `baked` is of. */
     int has_baked;

@@ -26,7 +26,7 @@
 #define FOOTPRINT_MOST 31
 
 typedef struct splat_state {
-    cvol_splat_subject subject;
+    cvol_splat_input subject;
     /* What the picture before leaves for the next. */
     cvol_footprint_table footprint;
     cvol_splat_slab slab;
@@ -40,7 +40,7 @@ static void splat_free(void *opaque)
     splat_state *state = opaque;
     cvol_footprint_table_free(&state->footprint);
     cvol_splat_slab_free(&state->slab);
-    cvol_splat_subject_free(&state->subject);
+    cvol_splat_input_free(&state->subject);
     free(state);
 }
 
@@ -51,7 +51,7 @@ static int create(cvol_context *context, void **out, const cvol_array *array,
     splat_state *state = calloc(1, sizeof *state);
     if (!state)
         return cvol_fail_memory(context, sizeof *state, "a renderer");
-    const int code = cvol_splat_subject_make(context, &state->subject, array, volume);
+    const int code = cvol_splat_input_make(context, &state->subject, array, volume);
     if (code)
         free(state);
     else
@@ -72,7 +72,7 @@ int cvol_splat_create_dense(cvol_context *context, void **state, const cvol_volu
 static int splat_set_transfer(cvol_context *context, void *opaque, const cvol_transfer *transfer)
 {
     splat_state *state = opaque;
-    return cvol_splat_subject_set_transfer(context, &state->subject, transfer);
+    return cvol_splat_input_set_transfer(context, &state->subject, transfer);
 }
 
 /* ---- one picture's tables ---------------------------------------------------------------- */
@@ -209,7 +209,7 @@ static int splat_draw(cvol_context *context, void *opaque, cvol_image *image, co
     cvol_footprint_gain gain;
     cvol_footprint_gain_make(&gain, &state->footprint, plan.along[0], plan.along[1],
                              cvol_context_threads(context));
-    cvol_splat_subject_tabulate(&state->subject, plan.distance, gain.mean);
+    cvol_splat_input_tabulate(&state->subject, plan.distance, gain.mean);
     const int front = options->splat.order == CVOL_ORDER_FRONT;
     const int ascending = plan.rising == front;
     cvol_light light;

@@ -98,23 +98,23 @@ void cvol_splat_light_set(cvol_light *light, const cvol_splat_plan *plan, const 
                           const cvol_view *view, const cvol_shading *shading, int ascending);
 
 /* What is drawn, and how its samples are classified: source.c. */
-typedef struct cvol_splat_subject {
+typedef struct cvol_splat_input {
     cvol_splat_source source;
     cvol_grid grid;
     cvol_transfer *transfer; /* NULL: none was set yet */
-    cvol_splat_table *table; /* of the last cvol_splat_subject_tabulate */
-} cvol_splat_subject;
+    cvol_splat_table *table; /* of the last cvol_splat_input_tabulate */
+} cvol_splat_input;
 
 /* Of an array or a volume, the other one NULL. Errors: MEMORY, those of cvol_grid_check; then there
  * is nothing to free. */
-int cvol_splat_subject_make(cvol_context *context, cvol_splat_subject *out, const cvol_array *array,
-                            const cvol_volume *volume);
-void cvol_splat_subject_free(cvol_splat_subject *subject);
+int cvol_splat_input_make(cvol_context *context, cvol_splat_input *out, const cvol_array *array,
+                          const cvol_volume *volume);
+void cvol_splat_input_free(cvol_splat_input *subject);
 /* Copies the transfer function. Errors: MEMORY. */
-int cvol_splat_subject_set_transfer(cvol_context *context, cvol_splat_subject *subject,
-                                    const cvol_transfer *transfer);
+int cvol_splat_input_set_transfer(cvol_context *context, cvol_splat_input *subject,
+                                  const cvol_transfer *transfer);
 /* Sets the table (cvol_splat_table_fill). */
-void cvol_splat_subject_tabulate(cvol_splat_subject *subject, double distance, double share);
+void cvol_splat_input_tabulate(cvol_splat_input *subject, double distance, double share);
 
 /* A row of samples with its neighbours, each beginning with sample 0; beyond the volume's faces
  * these are the row itself. */

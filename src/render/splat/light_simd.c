@@ -7,7 +7,7 @@
 #include "render/view/phong.h"
 
 /* What light makes of the samples from i on. */
-CVOL_INLINE lit_matter light_samples(const cvol_splat_row *row, int i, const cvol_light *light)
+CVOL_INLINE lit_sample light_samples(const cvol_splat_row *row, int i, const cvol_light *light)
 {
     const cvol_vf gradient[3] = {
         (cvol_load(row->samples + i + 1) - cvol_load(row->samples + i - 1)) * light->rise[0],
@@ -40,7 +40,7 @@ CVOL_INLINE int pack(int *numbers, int *entries, cvol_vi number, cvol_vi entry, 
 CVOL_INLINE void light_list(cvol_splat_list *list, int first, int end, const cvol_splat_row *row,
                             int i, const cvol_splat_table *table, const cvol_light *light)
 {
-    const lit_matter lit = light_samples(row, i, light);
+    const lit_sample lit = light_samples(row, i, light);
     for (int n = first; n < end; n++) {
         const float *from = table->entries[list->entries[n]];
         float *to = list->channels + CVOL_SPLAT_CHANNELS * n;

@@ -3,10 +3,10 @@
 #include "base/memory.h"
 #include "render/splat/frame.h"
 
-int cvol_splat_subject_make(cvol_context *context, cvol_splat_subject *out, const cvol_array *array,
-                            const cvol_volume *volume)
+int cvol_splat_input_make(cvol_context *context, cvol_splat_input *out, const cvol_array *array,
+                          const cvol_volume *volume)
 {
-    *out = (cvol_splat_subject){.source = {.array = array, .volume = volume}};
+    *out = (cvol_splat_input){.source = {.array = array, .volume = volume}};
     if (array) {
         out->grid = *cvol_array_grid(array);
         out->source.min = array->ledger.value_min;
@@ -27,15 +27,15 @@ int cvol_splat_subject_make(cvol_context *context, cvol_splat_subject *out, cons
                       : cvol_fail_memory(context, sizeof *out->table, "a table of samples");
 }
 
-void cvol_splat_subject_free(cvol_splat_subject *subject)
+void cvol_splat_input_free(cvol_splat_input *subject)
 {
     cvol_transfer_free(subject->transfer);
     free(subject->table);
-    *subject = (cvol_splat_subject){0};
+    *subject = (cvol_splat_input){0};
 }
 
-int cvol_splat_subject_set_transfer(cvol_context *context, cvol_splat_subject *subject,
-                                    const cvol_transfer *transfer)
+int cvol_splat_input_set_transfer(cvol_context *context, cvol_splat_input *subject,
+                                  const cvol_transfer *transfer)
 {
     cvol_transfer *copy;
     const int code = cvol_transfer_copy(context, &copy, transfer);
@@ -46,7 +46,7 @@ int cvol_splat_subject_set_transfer(cvol_context *context, cvol_splat_subject *s
     return CVOL_OK;
 }
 
-void cvol_splat_subject_tabulate(cvol_splat_subject *subject, double distance, double share)
+void cvol_splat_input_tabulate(cvol_splat_input *subject, double distance, double share)
 {
     cvol_splat_table_fill(subject->table, subject->transfer, &subject->source, subject->grid.type,
                           distance, share);

@@ -12,9 +12,9 @@
 
 /* What light makes of matter: a factor of its colour, what is added to that, and how thick it is.
  */
-typedef struct lit_matter {
+typedef struct lit_sample {
     cvol_vf factor, gloss, thickness;
-} lit_matter;
+} lit_sample;
 
 CVOL_INLINE cvol_vf inverse_root(cvol_vf v)
 {
@@ -53,7 +53,7 @@ CVOL_INLINE cvol_vf power(cvol_vf v, int n)
 }
 
 /* `gradient` in the samples' units a mean spacing, along the light's axes. */
-CVOL_INLINE lit_matter illuminate(const cvol_vf gradient[3], const cvol_light *light)
+CVOL_INLINE lit_sample illuminate(const cvol_vf gradient[3], const cvol_light *light)
 {
     const cvol_vf square = gradient[0] * gradient[0] + gradient[1] * gradient[1] +
                            gradient[2] * gradient[2];
@@ -68,7 +68,7 @@ CVOL_INLINE lit_matter illuminate(const cvol_vf gradient[3], const cvol_light *l
     const cvol_vi dark = lit <= 0;
     lit = cvol_max(lit, cvol_splat(0));
     const cvol_vf along = cvol_max(2 * lit * seen - light->facing_light, cvol_splat(0));
-    lit_matter out;
+    lit_sample out;
     out.factor = light->ambient + light->diffuse * lit;
     out.gloss = cvol_select(dark, cvol_splat(0), light->specular * power(along, light->shininess));
     out.thickness = cvol_splat(1);

@@ -15,7 +15,7 @@
 /* What is swapped and deflated at once. */
 #define STEP_BYTES ((size_t)1 << 20)
 
-struct cvol_volume_sink {
+struct cvol_volume_writer {
     char *path;
     cvol_grid grid;
     cvol_write_plan plan;
@@ -31,7 +31,7 @@ struct cvol_volume_sink {
 /* ---- opening ------------------------------------------------------------------------- */
 
 /* Both files of detached samples are whole before either replaces what was there. */
-static int open_outputs(cvol_context *context, cvol_volume_sink *s)
+static int open_outputs(cvol_context *context, cvol_volume_writer *s)
 {
     const cvol_write_plan *plan = &s->plan;
     cvol_output **headed = plan->data_path ? &s->header : &s->samples;
@@ -51,11 +51,11 @@ static int open_outputs(cvol_context *context, cvol_volume_sink *s)
     return code;
 }
 
-int cvol_sink_begin(cvol_context *context, cvol_volume_sink **out, const cvol_format *format,
+int cvol_sink_begin(cvol_context *context, cvol_volume_writer **out, const cvol_format *format,
                     const char *path, const cvol_grid *grid)
 {
     *out = NULL;
-    cvol_volume_sink *s = calloc(1, sizeof *s);
+    cvol_volume_writer *s = calloc(1, sizeof *s);
     if (!s)
         return cvol_fail_memory(context, sizeof *s, path);
     s->grid = *grid;
@@ -69,7 +69,7 @@ int cvol_sink_begin(cvol_context *context, cvol_volume_sink **out, const cvol_fo
     if (!code)
         code = open_outputs(context, s);
     if (code)
-        cvol_volume_sink_abandon(s);
+        cvol_volume_writer_abandon(s);
     else
         *out = s;
     return code;
@@ -77,13 +77,13 @@ int cvol_sink_begin(cvol_context *context, cvol_volume_sink **out, const cvol_fo
 
 /* ---- writing ------------------------------------------------------------------------- */
 
-static int put(cvol_context *context, cvol_volume_sink *s, const void *data, size_t size)
+static int put(cvol_context *context, cvol_volume_writer *s, const void *data, size_t size)
 {
     return s->deflater ? cvol_deflater_write(context, s->deflater, data, size)
                        : cvol_output_write(context, s->samples, data, size);
 }
 
-static int put_step(cvol_context *context, cvol_volume_sink *s)
+static int put_step(cvol_context *context, cvol_volume_writer *s)
 {
     size_t sample = cvol_type_size(s->grid.type);
     if (s->swaps)
@@ -94,7 +94,7 @@ static int put_step(cvol_context *context, cvol_volume_sink *s)
 }
 
 /* Steps are always cut at the same places. */
-static int put_in_steps(cvol_context *context, cvol_volume_sink *s, const uint8_t *data,
+static int put_in_steps(cvol_context *context, cvol_volume_writer *s, const uint8_t *data,
                         size_t size)
 {
     int code = CVOL_OK;
@@ -116,7 +116,7 @@ static int put_in_steps(cvol_context *context, cvol_volume_sink *s, const uint8_
     return code;
 }
 
-int cvol_sink_write_bytes(cvol_context *context, cvol_volume_sink *sink, const void *data,
+int cvol_sink_write_bytes(cvol_context *context, cvol_volume_writer *sink, const void *data,
                           size_t size)
 {
     int code = sink->step ? put_in_steps(context, sink, data, size)
@@ -126,8 +126,8 @@ int cvol_sink_write_bytes(cvol_context *context, cvol_volume_sink *sink, const v
     return code;
 }
 
-int cvol_volume_sink_write(cvol_context *context, cvol_volume_sink *sink, const void *samples,
-                           size_t sheets)
+int cvol_volume_writer_write(cvol_context *context, cvol_volume_writer *sink, const void *samples,
+                             size_t sheets)
 {
     if (!sink || (!samples && sheets))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing sheets: no %s",
@@ -142,7 +142,7 @@ int cvol_volume_sink_write(cvol_context *context, cvol_volume_sink *sink, const 
 
 /* ---- ending -------------------------------------------------------------------------- */
 
-static int check_whole(cvol_context *context, const cvol_volume_sink *s)
+static int check_whole(cvol_context *context, const cvol_volume_writer *s)
 {
     if (s->failed)
         return cvol_fail(context, CVOL_ERROR_IO, "%s: not all of its sheets could be written",
@@ -154,7 +154,7 @@ static int check_whole(cvol_context *context, const cvol_volume_sink *s)
                      s->path, s->done / sheet, s->grid.dims[2]);
 }
 
-static int finish(cvol_context *context, cvol_volume_sink *s)
+static int finish(cvol_context *context, cvol_volume_writer *s)
 {
     int code = s->filled ? put_step(context, s) : CVOL_OK;
     uint64_t packed = 0;
@@ -169,7 +169,7 @@ static int finish(cvol_context *context, cvol_volume_sink *s)
     return cvol_output_rewrite(context, s->samples, s->plan.size_at, number, CVOL_PLAN_SIZE_BYTES);
 }
 
-int cvol_volume_sink_commit(cvol_context *context, cvol_volume_sink *sink)
+int cvol_volume_writer_commit(cvol_context *context, cvol_volume_writer *sink)
 {
     if (!sink)
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "writing sheets: no sink");
@@ -184,11 +184,11 @@ int cvol_volume_sink_commit(cvol_context *context, cvol_volume_sink *sink)
         code = cvol_output_commit(context, sink->header);
         sink->header = NULL;
     }
-    cvol_volume_sink_abandon(sink);
+    cvol_volume_writer_abandon(sink);
     return code;
 }
 
-void cvol_volume_sink_abandon(cvol_volume_sink *sink)
+void cvol_volume_writer_abandon(cvol_volume_writer *sink)
 {
     if (!sink)
         return;

@@ -29,7 +29,7 @@ static sample_shape find_shape(const cvol_sheet_plan *plan, int lines)
                 most = last - first + 1;
         }
     /* Some of a band's lines, at a slant, reach no further than all of them, but for rounding. */
-    most += plan->of_pixels && most < plan->blocks_row;
+    most += plan->image_order && most < plan->blocks_row;
     const size_t lanes = plan->blocks_lane * (size_t)plan->points_lane;
     const size_t line = CVOL_ALIGNMENT / cvol_sample_size(plan); /* rows begin on those of caches */
     const size_t row_stride = (lanes + 2 * CVOL_SHEET_PAD + line - 1) / line * line;
@@ -55,12 +55,12 @@ int cvol_band_memory_prepare(cvol_band_memory *memory, const cvol_sheet_plan *pl
     memory->cover_at = covered ? (long)samples : 0;
     /* Rows more at either end; lit groups of pixels reach further before the first one's begin. */
     const size_t before = (size_t)plan->reach * row_stride +
-                          (plan->lit && plan->of_pixels ? 2 * CVOL_SHEET_PAD : 0);
+                          (plan->lit && plan->image_order ? 2 * CVOL_SHEET_PAD : 0);
     /* 32 pixels at once reach beyond the last row's end. */
-    const size_t after = plan->compact.scale > 0 ? 2 * CVOL_SHEET_PAD : 0;
-    if (memory->are_compact != (plan->compact.scale > 0)) /* its words might be no numbers */
+    const size_t after = plan->int16.scale > 0 ? 2 * CVOL_SHEET_PAD : 0;
+    if (memory->are_int16 != (plan->int16.scale > 0)) /* its words might be no numbers */
         memory->sample_capacity = 0;
-    memory->are_compact = plan->compact.scale > 0;
+    memory->are_int16 = plan->int16.scale > 0;
     if (!cvol_ensure(&memory->allocated, &memory->sample_capacity,
                      before + (samples << covered) + after, cvol_sample_size(plan)) ||
         !cvol_layer_skip_prepare(&memory->skip[0], plan) ||
@@ -125,9 +125,9 @@ static void copy_level(void *samples, const cvol_band_memory *memory, const cvol
                        size_t index)
 {
     const cvol_sheet_level *level = frame->level;
-    if (frame->plan->compact.scale > 0) {
-        cvol_sheet_level_copy_compact(samples, memory->row_stride, memory->sheet_stride,
-                                      level->samples, index, frame->plan);
+    if (frame->plan->int16.scale > 0) {
+        cvol_sheet_level_copy_int16(samples, memory->row_stride, memory->sheet_stride,
+                                    level->samples, index, frame->plan);
         return;
     }
     float *out = samples;
@@ -150,9 +150,9 @@ static void make_samples(cvol_band_memory *memory, const cvol_sheet_frame *frame
                          size_t index, size_t place, int is_shared)
 {
     const long row_stride = memory->row_stride, sheet_stride = memory->sheet_stride;
-    cvol_lending *lending = is_shared ? frame->lending : NULL;
-    if (cvol_keep_take(frame->kept, index, out, row_stride, sheet_stride) ||
-        cvol_lent_take(lending, place, index, out, row_stride, sheet_stride))
+    cvol_block_exchange *exchange = is_shared ? frame->exchange : NULL;
+    if (cvol_block_cache_take(frame->kept, index, out, row_stride, sheet_stride) ||
+        cvol_block_exchange_take(exchange, place, index, out, row_stride, sheet_stride))
         return;
     if (frame->level)
         copy_level(out, memory, frame, index);
@@ -163,8 +163,8 @@ static void make_samples(cvol_band_memory *memory, const cvol_sheet_frame *frame
         cvol_sheet_mask_lay(&piece, frame->plan, frame->mask_points, frame->mask, index,
                             frame->background);
     }
-    cvol_keep_put(frame->kept, index, out, row_stride, sheet_stride);
-    cvol_lent_put(lending, place, index, out, row_stride, sheet_stride);
+    cvol_block_cache_put(frame->kept, index, out, row_stride, sheet_stride);
+    cvol_block_exchange_put(exchange, place, index, out, row_stride, sheet_stride);
 }
 
 static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *frame,
@@ -179,7 +179,7 @@ static void evaluate_block(cvol_band_memory *memory, const cvol_sheet_frame *fra
                                        memory->row_stride);
     void *cover = cvol_sample_at(plan, out, memory->cover_at);
     make_samples(memory, frame, out, index,
-                 cvol_lending_place(frame->lending, lane, row, at->layer),
+                 cvol_block_exchange_place(frame->exchange, lane, row, at->layer),
                  seen == CVOL_SEEN_BY_MORE);
     if (memory->cover_at && frame->mask && !frame->level) {
         const cvol_sheet_piece piece = whole_piece(cover, memory, plan);
@@ -227,14 +227,14 @@ static void clear_lines(const cvol_sheet_frame *frame, int begin, int end)
                 line.values[k * width + i] = frame->start[k];
         memset(line.opaque, 0, (size_t)(width / CVOL_GROUP));
         for (int g = 0; g < width / CVOL_GROUP; g++)
-            line.met[g] = INT32_MIN;
+            line.intersected[g] = INT32_MIN;
     }
 }
 
 /* Evaluates and draws a layer, some lines at a time: a row of blocks is evaluated just before the
  * first lines that meet it, so that they find its samples in the cache. Where nothing can be seen,
  * the first sheet ends what the layer before began. */
-static void draw_layer(cvol_sheet_share *share, int thread, cvol_band *band,
+static void draw_layer(cvol_work_stealing *share, int thread, cvol_band *band,
                        const cvol_layer_skip *skip, const cvol_layer_skip *before,
                        cvol_band_layer *at)
 {
@@ -251,7 +251,7 @@ static void draw_layer(cvol_sheet_share *share, int thread, cvol_band *band,
     first_sheet->sheet_count = 1;
     for (int from = band->begin; from < band->end; from += CVOL_TILE) {
         size_t first, last;
-        cvol_share_tile(share, thread, band, from);
+        cvol_work_stealing_tile(share, thread, band, from);
         if (from >= band->end)
             break;
         at->tile_end = cvol_band_tile_end(band);
@@ -310,7 +310,7 @@ static const cvol_layer_skip *find_windows(cvol_band_memory *memory, const cvol_
     return skip;
 }
 
-void cvol_band_draw(cvol_sheet_share *share, int thread, cvol_band *band)
+void cvol_band_draw(cvol_work_stealing *share, int thread, cvol_band *band)
 {
     const cvol_sheet_frame *frame = share->frame;
     const cvol_sheet_plan *plan = frame->plan;
@@ -327,7 +327,7 @@ void cvol_band_draw(cvol_sheet_share *share, int thread, cvol_band *band)
     else
         before = find_windows(memory, frame, &at, band, band->step - 1);
     for (; band->step < plan->layers; band->step++) {
-        if (!cvol_share_layer(share, thread, band))
+        if (!cvol_work_stealing_layer(share, thread, band))
             return;
         if (plan->lapped)
             cvol_lapped_draw(share, thread, band);

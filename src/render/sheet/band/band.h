@@ -17,6 +17,6 @@ void cvol_band_memory_free(cvol_band_memory *memory);
 
 /* Draws a band from its layer on, to the last one or until it is stopped; other threads that ask
  * may get some of its lines. */
-void cvol_band_draw(cvol_sheet_share *share, int thread, cvol_band *band);
+void cvol_band_draw(cvol_work_stealing *share, int thread, cvol_band *band);
 
 #endif

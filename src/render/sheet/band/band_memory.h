@@ -15,8 +15,8 @@ struct cvol_sheet_frame {
     const cvol_array *array;       /* of blocks and ranges */
     const cvol_sheet_level *level; /* whose these are; NULL: they are the volume's */
     const cvol_sheet_plan *plan;
-    cvol_kept *kept;       /* blocks from pictures before; NULL: none */
-    cvol_lending *lending; /* those of other bands; NULL: none */
+    cvol_block_cache *kept;        /* blocks from pictures before; NULL: none */
+    cvol_block_exchange *exchange; /* those of other bands; NULL: none */
     cvol_block_axes axes;
     cvol_lapped_filters filters; /* of lapped arrays */
     const cvol_sheet_table *table;
@@ -38,7 +38,7 @@ struct cvol_sheet_frame {
 struct cvol_band_memory {
     void *allocated;
     void *samples; /* of one layer: [sheets][rows + 2][row_stride]; lapped: two sheets more */
-    int are_compact;
+    int are_int16;
     long row_stride, sheet_stride;
     long cover_at;           /* see cvol_layer */
     cvol_layer_skip skip[2]; /* of layers in turn */
@@ -49,13 +49,13 @@ struct cvol_band_memory {
     cvol_layer layer, first_sheet; /* what is drawn: large for a thread's stack */
     cvol_lapped_memory lapped;
     uint64_t multiply_adds;
-    cvol_seat seat;
+    cvol_worker worker;
 };
 
 /* How large samples of a plan's layers are: floats, or as plan->compact says. */
 static inline size_t cvol_sample_size(const cvol_sheet_plan *plan)
 {
-    return plan->compact.scale > 0 ? sizeof(int16_t) : sizeof(float);
+    return plan->int16.scale > 0 ? sizeof(int16_t) : sizeof(float);
 }
 
 /* The one that lies `at` samples behind that one. */

@@ -9,7 +9,7 @@
 void cvol_sample_repeat(const cvol_sheet_plan *plan, void *sample, int way, int times)
 {
     for (int i = 1; i <= times; i++)
-        if (plan->compact.scale > 0)
+        if (plan->int16.scale > 0)
             ((int16_t *)sample)[i * way] = *(int16_t *)sample;
         else
             ((float *)sample)[i * way] = *(float *)sample;
@@ -70,7 +70,7 @@ void cvol_band_prefetch(const cvol_sheet_frame *frame, const cvol_layer_skip *sk
         skip->touched[row * plan->blocks_lane + lane] != CVOL_TOUCHED_DRAWN)
         return;
     const size_t index = cvol_sheet_block_index(plan, frame->array, lane, row, at->layer);
-    if (cvol_keep_prefetch(frame->kept, index) || cvol_band_is_background(frame, index))
+    if (cvol_block_cache_prefetch(frame->kept, index) || cvol_band_is_background(frame, index))
         return;
     const cvol_block *block = &frame->array->block_table[index];
     for (size_t word = 0; word < block->words && word < WORDS; word += LINE)
@@ -85,10 +85,10 @@ void cvol_band_evaluate(cvol_band_memory *memory, const cvol_sheet_frame *frame,
     const cvol_array *array = frame->array;
     const cvol_block *block = &array->block_table[index];
     cvol_band_count_block(memory, frame, index);
-    if (frame->plan->compact.scale > 0)
-        CVOL_SIMD_CHOOSE(cvol_sheet_evaluate_compact)
+    if (frame->plan->int16.scale > 0)
+        CVOL_SIMD_CHOOSE(cvol_sheet_evaluate_int16)
     (out, memory->row_stride, sheet_stride, block, axes, array->block_log2, (float)array->step,
-     &frame->plan->compact, memory->work);
+     &frame->plan->int16, memory->work);
     else frame->evaluate(out, memory->row_stride, sheet_stride, block, axes, array->block_log2,
                          (float)array->step, memory->work);
 }

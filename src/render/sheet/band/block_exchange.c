@@ -10,49 +10,49 @@
 #define LAYERS 4
 
 /* As many layers as there is room for; 0: none. */
-static size_t choose_places(cvol_lending *lending, const cvol_sheet_plan *plan, int threads,
+static size_t choose_places(cvol_block_exchange *exchange, const cvol_sheet_plan *plan, int threads,
                             size_t most)
 {
     const size_t between = ROWS * (size_t)(threads - 1);
-    lending->shape = cvol_tight_of(plan);
-    lending->bytes = cvol_tight_bytes(&lending->shape);
-    lending->lanes = plan->blocks_lane;
-    lending->rows = between < plan->blocks_row ? between : plan->blocks_row;
-    const size_t layer = lending->lanes * lending->rows,
-                 layers = most / (layer * (lending->bytes + sizeof(cvol_lent)));
-    lending->layers = layers < LAYERS ? layers : LAYERS;
-    return layer * lending->layers;
+    exchange->shape = cvol_packed_block_of(plan);
+    exchange->bytes = cvol_packed_block_bytes(&exchange->shape);
+    exchange->lanes = plan->blocks_lane;
+    exchange->rows = between < plan->blocks_row ? between : plan->blocks_row;
+    const size_t layer = exchange->lanes * exchange->rows,
+                 layers = most / (layer * (exchange->bytes + sizeof(cvol_exchanged_block)));
+    exchange->layers = layers < LAYERS ? layers : LAYERS;
+    return layer * exchange->layers;
 }
 
-cvol_lending *cvol_lending_open(cvol_lending *lending, const cvol_sheet_plan *plan, int threads,
-                                size_t most)
+cvol_block_exchange *cvol_block_exchange_open(cvol_block_exchange *exchange,
+                                              const cvol_sheet_plan *plan, int threads, size_t most)
 {
     if (threads < 2 || plan->level) /* a level's samples are there */
         return NULL;
-    const size_t count = choose_places(lending, plan, threads, most);
+    const size_t count = choose_places(exchange, plan, threads, most);
     if (count == 0 ||
-        !cvol_ensure(&lending->lent, &lending->lent_capacity, count, sizeof *lending->lent) ||
-        !cvol_ensure(&lending->samples, &lending->sample_capacity, count * lending->bytes, 1))
+        !cvol_ensure(&exchange->lent, &exchange->lent_capacity, count, sizeof *exchange->lent) ||
+        !cvol_ensure(&exchange->samples, &exchange->sample_capacity, count * exchange->bytes, 1))
         return NULL;
     for (size_t i = 0; i < count; i++) {
-        atomic_init(&lending->lent[i].readers, 0);
-        lending->lent[i].block = SIZE_MAX;
+        atomic_init(&exchange->lent[i].readers, 0);
+        exchange->lent[i].block = SIZE_MAX;
     }
-    return lending;
+    return exchange;
 }
 
-void cvol_lending_free(cvol_lending *lending)
+void cvol_block_exchange_free(cvol_block_exchange *exchange)
 {
-    free(lending->lent);
-    free(lending->samples);
+    free(exchange->lent);
+    free(exchange->samples);
 }
 
-int cvol_lent_take(cvol_lending *lending, size_t place, size_t index, void *out, long row_stride,
-                   long sheet_stride)
+int cvol_block_exchange_take(cvol_block_exchange *exchange, size_t place, size_t index, void *out,
+                             long row_stride, long sheet_stride)
 {
-    if (!lending)
+    if (!exchange)
         return 0;
-    cvol_lent *lent = &lending->lent[place];
+    cvol_exchanged_block *lent = &exchange->lent[place];
     int readers = atomic_load_explicit(&lent->readers, memory_order_relaxed);
     do
         if (readers < 0)
@@ -61,24 +61,24 @@ int cvol_lent_take(cvol_lending *lending, size_t place, size_t index, void *out,
                                                   memory_order_acquire, memory_order_relaxed));
     const int is_there = lent->block == index;
     if (is_there)
-        cvol_tight_take(out, lending->samples + place * lending->bytes, &lending->shape, row_stride,
-                        sheet_stride);
+        cvol_packed_block_take(out, exchange->samples + place * exchange->bytes, &exchange->shape,
+                               row_stride, sheet_stride);
     atomic_fetch_sub_explicit(&lent->readers, 1, memory_order_release);
     return is_there;
 }
 
-void cvol_lent_put(cvol_lending *lending, size_t place, size_t index, const void *samples,
-                   long row_stride, long sheet_stride)
+void cvol_block_exchange_put(cvol_block_exchange *exchange, size_t place, size_t index,
+                             const void *samples, long row_stride, long sheet_stride)
 {
-    if (!lending)
+    if (!exchange)
         return;
-    cvol_lent *lent = &lending->lent[place];
+    cvol_exchanged_block *lent = &exchange->lent[place];
     int nobody = 0;
     if (!atomic_compare_exchange_strong_explicit(&lent->readers, &nobody, -1, memory_order_acquire,
                                                  memory_order_relaxed))
         return;
     lent->block = index;
-    cvol_tight_put(lending->samples + place * lending->bytes, &lending->shape, samples, row_stride,
-                   sheet_stride);
+    cvol_packed_block_put(exchange->samples + place * exchange->bytes, &exchange->shape, samples,
+                          row_stride, sheet_stride);
     atomic_store_explicit(&lent->readers, 0, memory_order_release);
 }

@@ -3,21 +3,21 @@
 
 #include <string.h>
 
-cvol_tight cvol_tight_of(const cvol_sheet_plan *plan)
+cvol_packed_block cvol_packed_block_of(const cvol_sheet_plan *plan)
 {
-    return (cvol_tight){plan->compact.scale > 0 ? sizeof(int16_t) : sizeof(float),
-                        {plan->points_lane, plan->points_row, plan->points_sheet}};
+    return (cvol_packed_block){plan->int16.scale > 0 ? sizeof(int16_t) : sizeof(float),
+                               {plan->points_lane, plan->points_row, plan->points_sheet}};
 }
 
-size_t cvol_tight_bytes(const cvol_tight *shape)
+size_t cvol_packed_block_bytes(const cvol_packed_block *shape)
 {
     return shape->sample * (size_t)shape->points[0] * (size_t)shape->points[1] *
            (size_t)shape->points[2];
 }
 
 /* Lines of `size` bytes, which the compiler had better know. */
-static inline void copy_lines(char *out, const char *in, const cvol_tight *shape, size_t size,
-                              const long out_strides[2], const long in_strides[2])
+static inline void copy_lines(char *out, const char *in, const cvol_packed_block *shape,
+                              size_t size, const long out_strides[2], const long in_strides[2])
 {
     for (long z = 0; z < shape->points[2]; z++)
         for (long y = 0; y < shape->points[1]; y++)
@@ -25,8 +25,8 @@ static inline void copy_lines(char *out, const char *in, const cvol_tight *shape
                    in + y * in_strides[0] + z * in_strides[1], size);
 }
 
-static void copy(char *out, const char *in, const cvol_tight *shape, const long out_strides[2],
-                 const long in_strides[2])
+static void copy(char *out, const char *in, const cvol_packed_block *shape,
+                 const long out_strides[2], const long in_strides[2])
 {
     const size_t size = shape->sample * (size_t)shape->points[0];
     switch (size) {
@@ -57,22 +57,22 @@ typedef struct byte_strides {
     long tight[2], loose[2]; /* from row to row, from sheet to sheet */
 } byte_strides;
 
-static byte_strides strides_of(const cvol_tight *shape, long row_stride, long sheet_stride)
+static byte_strides strides_of(const cvol_packed_block *shape, long row_stride, long sheet_stride)
 {
     const long size = (long)shape->sample, line = size * shape->points[0];
     return (byte_strides){{line, line * shape->points[1]},
                           {size * row_stride, size * sheet_stride}};
 }
 
-void cvol_tight_put(char *block, const cvol_tight *shape, const void *samples, long row_stride,
-                    long sheet_stride)
+void cvol_packed_block_put(char *block, const cvol_packed_block *shape, const void *samples,
+                           long row_stride, long sheet_stride)
 {
     const byte_strides by = strides_of(shape, row_stride, sheet_stride);
     copy(block, samples, shape, by.tight, by.loose);
 }
 
-void cvol_tight_take(void *samples, const char *block, const cvol_tight *shape, long row_stride,
-                     long sheet_stride)
+void cvol_packed_block_take(void *samples, const char *block, const cvol_packed_block *shape,
+                            long row_stride, long sheet_stride)
 {
     const byte_strides by = strides_of(shape, row_stride, sheet_stride);
     copy(samples, block, shape, by.loose, by.tight);

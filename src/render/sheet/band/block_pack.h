@@ -6,18 +6,18 @@
 
 #include "render/sheet/frame/frame.h"
 
-typedef struct cvol_tight {
+typedef struct cvol_packed_block {
     size_t sample; /* bytes */
     int points[3]; /* of lane, row, sheet */
-} cvol_tight;
+} cvol_packed_block;
 
-cvol_tight cvol_tight_of(const cvol_sheet_plan *plan);
-size_t cvol_tight_bytes(const cvol_tight *shape);
+cvol_packed_block cvol_packed_block_of(const cvol_sheet_plan *plan);
+size_t cvol_packed_block_bytes(const cvol_packed_block *shape);
 
 /* Puts samples away, and back where a view wants them; strides in samples. */
-void cvol_tight_put(char *block, const cvol_tight *shape, const void *samples, long row_stride,
-                    long sheet_stride);
-void cvol_tight_take(void *samples, const char *block, const cvol_tight *shape, long row_stride,
-                     long sheet_stride);
+void cvol_packed_block_put(char *block, const cvol_packed_block *shape, const void *samples,
+                           long row_stride, long sheet_stride);
+void cvol_packed_block_take(void *samples, const char *block, const cvol_packed_block *shape,
+                            long row_stride, long sheet_stride);
 
 #endif

@@ -30,39 +30,39 @@ cvol_extremes cvol_extremes_of(cvol_mode mode, const cvol_sheet_plan *plan, cons
                          ROUNDING_OF_VALUE * largest;
     cvol_extremes out = {.sign = isfinite(slack) && is_looked_at ? sign : 0,
                          .slack = cvol_extremes_have_bounds(plan) ? slack : INFINITY,
-                         .compact = {1, 0}};
-    if (plan->compact.scale > 0) {
-        out.compact = plan->compact;
-        out.slack += ROUNDING_OF_WORDS / (double)plan->compact.scale;
+                         .int16 = {1, 0}};
+    if (plan->int16.scale > 0) {
+        out.int16 = plan->int16;
+        out.slack += ROUNDING_OF_WORDS / (double)plan->int16.scale;
     }
     return out;
 }
 
 static int are_floats(const cvol_extremes *extremes)
 {
-    return extremes->compact.scale == 1 && extremes->compact.offset == 0;
+    return extremes->int16.scale == 1 && extremes->int16.offset == 0;
 }
 
-/* The word of a value: whichever way those who write it round what lies half way. */
-static float round_outwards(const cvol_sheet_compact *compact, float value, int sign)
+/* The word of a value: whichever way those who write it round what lies midpoint. */
+static float round_outwards(const cvol_int16_scale *int16, float value, int sign)
 {
-    const float up = cvol_sheet_compact_of(compact, value),
-                even = rintf(value * compact->scale + compact->offset);
+    const float up = cvol_int16_scale_of(int16, value),
+                even = rintf(value * int16->scale + int16->offset);
     return sign > 0 ? fmaxf(up, even) : fminf(up, even);
 }
 
 /* Words of constants are one number, which kernels leave as it is. */
 float cvol_extremes_bound(const cvol_extremes *extremes, double lo, double hi, int constant)
 {
-    const cvol_sheet_compact *compact = &extremes->compact;
+    const cvol_int16_scale *int16 = &extremes->int16;
     const int sign = extremes->sign;
     const double slack = constant ? 0 : extremes->slack, end = sign > 0 ? hi + slack : lo - slack;
     if (are_floats(extremes))
         return (float)end;
     if (constant)
-        return round_outwards(compact, (float)end, sign);
-    const double word = end * (double)compact->scale + (double)compact->offset;
-    return (float)fmin(fmax(word, -CVOL_COMPACT_MOST), 2 * CVOL_COMPACT_MOST);
+        return round_outwards(int16, (float)end, sign);
+    const double word = end * (double)int16->scale + (double)int16->offset;
+    return (float)fmin(fmax(word, -CVOL_INT16_MOST), 2 * CVOL_INT16_MOST);
 }
 
 void cvol_extremes_clear(const cvol_extremes *extremes, const cvol_tiles *tiles, int begin, int end)

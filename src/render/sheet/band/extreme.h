@@ -10,7 +10,7 @@ typedef struct cvol_extremes {
     int sign;     /* 1: maxima; -1: minima; 0: nothing is known, all blocks are looked at */
     double slack; /* how far a sample may lie beyond its block's range: for rounding; or
                      infinitely */
-    cvol_sheet_compact compact; /* how values, less the array's offset, are kept */
+    cvol_int16_scale int16; /* how values, less the array's offset, are kept */
     float *held; /* [down][across] of tiles: the least that any pixel holds, of minima the most with
                     the other sign; minus infinity where some hold nothing */
 } cvol_extremes;

@@ -90,7 +90,7 @@ int cvol_block_tiles(cvol_tile_span *out, const cvol_tiles *tiles, const cvol_sh
     keep_ahead(&from, plan);
     keep_ahead(&to, plan);
     const double around = fmax(2, 2 * plan->pitch_sheet);
-    const double still = plan->of_pixels ? 0 : 1;
+    const double still = plan->image_order ? 0 : 1;
     const double lanes[2] = {still * from.lane, still * to.lane},
                  rows[2] = {still * from.row, still * to.row}, scales[2] = {from.scale, to.scale},
                  reach_lane = fmax(around, plan->pitch_lane) + beyond * plan->pitch_lane,
@@ -99,7 +99,7 @@ int cvol_block_tiles(cvol_tile_span *out, const cvol_tiles *tiles, const cvol_sh
                  row_lo = (double)(row * (size_t)plan->block_row) - reach_row;
     double lane_reach[2] = {lane_lo, lane_lo + plan->block_lane - 1 + 2 * reach_lane},
            row_reach[2] = {row_lo, row_lo + plan->block_row - 1 + 2 * reach_row};
-    if (plan->of_pixels) {
+    if (plan->image_order) {
         double lo[2] = {INFINITY, INFINITY}, hi[2] = {-INFINITY, -INFINITY};
         widen_pixels(lo, hi, plan, cvol_sheet_place(plan, z_begin), lane_reach, row_reach);
         widen_pixels(lo, hi, plan, cvol_sheet_place(plan, z_end - 1), lane_reach, row_reach);
@@ -108,7 +108,7 @@ int cvol_block_tiles(cvol_tile_span *out, const cvol_tiles *tiles, const cvol_sh
             row_reach[k] = k ? hi[1] : lo[1];
         }
     }
-    const double first_line = plan->of_pixels ? 0 : plan->v0;
+    const double first_line = plan->image_order ? 0 : plan->v0;
     tile_span(&out->left, &out->right, plan->u0, plan->du, lane_reach[0], lane_reach[1], lanes,
               scales, tiles->across);
     tile_span(&out->top, &out->bottom, first_line, plan->dv, row_reach[0], row_reach[1], rows,
@@ -145,7 +145,7 @@ cvol_line cvol_band_line(const cvol_intermediate *image, int j)
     return (cvol_line){
         .values = image->lines + at * CVOL_LINES * width,
         .opaque = image->opaque + at * groups,
-        .met = image->met + at * groups,
+        .intersected = image->intersected + at * groups,
         .pending = image->pending ? image->pending + at * (size_t)image->pending_lines * width
                                   : NULL,
         .edges = image->edges ? image->edges + at * groups : NULL,

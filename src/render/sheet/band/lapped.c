@@ -44,10 +44,11 @@ static void place_sheets(cvol_lapped_layer *layer, const cvol_band_memory *memor
 {
     const int points = plan->points_sheet, ascending = plan->ascending;
     const long stride = memory->sheet_stride, way = step % 2 ? -1 : 1;
-    const long first_met = step % 2 ? points - 1 : 2;
+    const long first_intersected = step % 2 ? points - 1 : 2;
     layer->sheet_stride = ascending ? way * stride : -way * stride;
     layer->samples = cvol_sample_at(
-        plan, memory->samples, (ascending ? first_met : first_met + way * (points - 1)) * stride);
+        plan, memory->samples,
+        (ascending ? first_intersected : first_intersected + way * (points - 1)) * stride);
 }
 
 /* What is known of a layer before its first cell is evaluated. Cells are looked at two rows beyond
@@ -120,17 +121,19 @@ static void evaluate_cell(cvol_band_memory *memory, const cvol_sheet_frame *fram
                                         plan->points_sheet};
         cvol_sheet_mask_cover(&piece, plan, frame->mask_points, frame->mask, index);
     }
-    cvol_kept *kept = what == CVOL_HAVE_ALL ? frame->kept : NULL;
-    cvol_lending *lending = what == CVOL_HAVE_ALL && seen == CVOL_SEEN_BY_MORE ? frame->lending
-                                                                               : NULL;
-    const size_t place = cvol_lending_place(lending, lane, row, at->layer);
-    if (cvol_keep_take(kept, index, out, memory->row_stride, layer->sheet_stride) ||
-        cvol_lent_take(lending, place, index, out, memory->row_stride, layer->sheet_stride))
+    cvol_block_cache *kept = what == CVOL_HAVE_ALL ? frame->kept : NULL;
+    cvol_block_exchange *exchange = what == CVOL_HAVE_ALL && seen == CVOL_SEEN_BY_MORE
+                                        ? frame->exchange
+                                        : NULL;
+    const size_t place = cvol_block_exchange_place(exchange, lane, row, at->layer);
+    if (cvol_block_cache_take(kept, index, out, memory->row_stride, layer->sheet_stride) ||
+        cvol_block_exchange_take(exchange, place, index, out, memory->row_stride,
+                                 layer->sheet_stride))
         return;
     axes.sheet_ends = what == CVOL_HAVE_ALL ? 0 : what;
     cvol_band_evaluate(memory, frame, out, layer->sheet_stride, index, &axes);
-    cvol_keep_put(kept, index, out, memory->row_stride, layer->sheet_stride);
-    cvol_lent_put(lending, place, index, out, memory->row_stride, layer->sheet_stride);
+    cvol_block_cache_put(kept, index, out, memory->row_stride, layer->sheet_stride);
+    cvol_block_exchange_put(exchange, place, index, out, memory->row_stride, layer->sheet_stride);
 }
 
 static void evaluate_row(cvol_band_memory *memory, const cvol_sheet_frame *frame, size_t step,
@@ -229,7 +232,7 @@ void cvol_lapped_go_on(cvol_band_memory *memory, const cvol_sheet_frame *frame,
     evaluate_rows(memory, frame, step, &next_row, layer->at.last_row);
 }
 
-void cvol_lapped_draw(cvol_sheet_share *share, int thread, cvol_band *band)
+void cvol_lapped_draw(cvol_work_stealing *share, int thread, cvol_band *band)
 {
     const cvol_sheet_frame *frame = share->frame;
     cvol_band_memory *memory = &share->bands[thread];
@@ -246,7 +249,7 @@ void cvol_lapped_draw(cvol_sheet_share *share, int thread, cvol_band *band)
     *first_sheet = *now;
     first_sheet->sheet_count = 1;
     /* Those that read samples of 16 bits look at nothing but a sheet itself. */
-    const int joins = plan->compact.scale > 0 && before->reached;
+    const int joins = plan->int16.scale > 0 && before->reached;
     if (joins) {
         join(all, &before->drawn, now);
         join(all_and_first, &before->drawn, first_sheet);
@@ -254,7 +257,7 @@ void cvol_lapped_draw(cvol_sheet_share *share, int thread, cvol_band *band)
     size_t next_row = layer->at.first_row;
     for (int from = band->begin; from < band->end; from += CVOL_TILE) {
         size_t first, last;
-        cvol_share_tile(share, thread, band, from);
+        cvol_work_stealing_tile(share, thread, band, from);
         if (from >= band->end)
             break;
         const int to = from + CVOL_TILE < band->end ? from + CVOL_TILE : band->end;

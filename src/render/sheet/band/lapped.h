@@ -13,7 +13,7 @@ int cvol_lapped_prepare(cvol_lapped_memory *memory, const cvol_sheet_plan *plan)
 void cvol_lapped_free(cvol_lapped_memory *memory);
 
 /* Draws what the band's next layer completes of its lines. */
-void cvol_lapped_draw(cvol_sheet_share *share, int thread, cvol_band *band);
+void cvol_lapped_draw(cvol_work_stealing *share, int thread, cvol_band *band);
 /* Evaluates the layer before the band's next one, for what of it waits for that one. */
 void cvol_lapped_go_on(cvol_band_memory *memory, const cvol_sheet_frame *frame,
                        const cvol_band *band);

@@ -73,9 +73,9 @@ static void *find_samples(const work *w, const cvol_lapped_layer *layer, size_t 
                               line * w->memory->row_stride + sheet * layer->sheet_stride);
 }
 
-static int is_compact(const work *w)
+static int is_int16(const work *w)
 {
-    return w->plan->compact.scale > 0;
+    return w->plan->int16.scale > 0;
 }
 
 /* The first run of cells from *begin on in which a[i] & b[i] & mask is the same and not 0: that
@@ -132,8 +132,8 @@ void cvol_lapped_filter_lane(cvol_band_memory *memory, const cvol_sheet_frame *f
     const int count = find_spans(spans, both, layer->count, w.plan->points_sheet);
     for (int i = 0; i < count; i++) {
         void *a2 = find_samples(&w, layer, lane, row, 0, spans[i].begin);
-        if (is_compact(&w))
-            CVOL_SIMD_CHOOSE(cvol_sheet_lap_lanes_compact)
+        if (is_int16(&w))
+            CVOL_SIMD_CHOOSE(cvol_sheet_lap_lanes_int16)
         (a2, memory->row_stride, layer->sheet_stride, w.plan->points_row, spans[i].count,
          frame->filters.lane);
         else CVOL_SIMD_CHOOSE(cvol_sheet_lap_lanes)(a2, memory->row_stride, layer->sheet_stride,
@@ -146,9 +146,9 @@ static void filter_across(const work *w, void *const a[4], long stride, size_t c
                           const float h[4])
 {
     const int columns = (int)cells * w->plan->points_lane;
-    if (is_compact(w)) {
+    if (is_int16(w)) {
         int16_t *const words[4] = {a[0], a[1], a[2], a[3]};
-        CVOL_SIMD_CHOOSE(cvol_sheet_lap_across_compact)(words, stride, columns, lines, h);
+        CVOL_SIMD_CHOOSE(cvol_sheet_lap_across_int16)(words, stride, columns, lines, h);
     } else {
         float *const floats[4] = {a[0], a[1], a[2], a[3]};
         CVOL_SIMD_CHOOSE(cvol_sheet_lap_across)(floats, stride, columns, lines, h);
@@ -206,12 +206,12 @@ static void bound_cells(const work *w, const cvol_lapped_layer *layer, piece p, 
         double lo, hi;
         cvol_array_range(array, index, &lo, &hi);
         const float least = (float)(lo - array->offset), most = (float)(hi - array->offset);
-        const cvol_sheet_compact *compact = &w->plan->compact;
+        const cvol_int16_scale *int16 = &w->plan->int16;
         void *first = find_samples(w, layer, lane, p.row, p.begin, sheets.begin);
-        if (is_compact(w))
-            CVOL_SIMD_CHOOSE(cvol_sheet_clamp_compact)
+        if (is_int16(w))
+            CVOL_SIMD_CHOOSE(cvol_sheet_clamp_int16)
         (first, w->memory->row_stride, layer->sheet_stride, w->plan->points_lane, p.count,
-         sheets.count, cvol_sheet_compact_of(compact, least), cvol_sheet_compact_of(compact, most));
+         sheets.count, cvol_int16_scale_of(int16, least), cvol_int16_scale_of(int16, most));
         else CVOL_SIMD_CHOOSE(cvol_sheet_clamp)(first, w->memory->row_stride, layer->sheet_stride,
                                                 w->plan->points_lane, p.count, sheets.count, least,
                                                 most);
@@ -289,7 +289,7 @@ static void finish(const work *w, const cvol_lapped_layer *layer, piece p, sheet
 }
 
 /* The slice of a layer, counted along its axis, that is the i-th met. */
-static int slice_met(const cvol_sheet_plan *plan, const cvol_lapped_layer *layer, int i)
+static int slice_intersected(const cvol_sheet_plan *plan, const cvol_lapped_layer *layer, int i)
 {
     return plan->ascending ? i : layer->count - 1 - i;
 }
@@ -314,7 +314,7 @@ static void filter_sheets(const work *w, piece p)
         void *a[4];
         for (int i = 0; i < 4; i++) {
             const cvol_lapped_layer *of = i < 2 ? w->before : w->layer;
-            const int slice = slice_met(plan, of, i < 2 ? of->count - 2 + i : i - 2);
+            const int slice = slice_intersected(plan, of, i < 2 ? of->count - 2 + i : i - 2);
             a[i] = find_samples(w, of, begin, p.row, p.begin, slice);
         }
         filter_across(w, a, w->memory->row_stride, end - begin, p.count, w->frame->filters.sheet);

@@ -17,8 +17,8 @@ static double find_row(const cvol_sheet_plan *plan, const cvol_sheet_crossing *a
 /* The rows lo .. hi that the rays of some lines cross beside lanes of the volume, between two
  * planes of samples. Pixels, lines and planes are a box, in which lane and row are linear: the row
  * has its extremes at the box's corners, and where its edges cross the first and the last lane. */
-static void find_rows_of_pixels(double *lo, double *hi, const cvol_sheet_plan *plan,
-                                const double z[2], int line_begin, int line_end)
+static void find_rows_image_order(double *lo, double *hi, const cvol_sheet_plan *plan,
+                                  const double z[2], int line_begin, int line_end)
 {
     const double i[2] = {0, plan->width - 1}, j[2] = {line_begin, line_end - 1};
     const double ends[2] = {plan->lo[0] - 2, plan->hi[0] + 2};
@@ -52,10 +52,10 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
     size_t z_begin, z_end;
     cvol_layer_sheets(&z_begin, &z_end, plan, layer);
     const double around = plan->lapped ? 2 : 0; /* rows and sheets that faces mix */
-    /* Samples between sheets, and half way to them, look at a sheet where rays are up to one before
+    /* Samples between sheets, and midpoint to them, look at a sheet where rays are up to one before
      * or behind it; light does, too, and only lines of the intermediate image never are further
      * than `reach` there. */
-    const int between = plan->parts > 1 || plan->of_pixels;
+    const int between = plan->parts > 1 || plan->image_order;
     const double behind = (around + plan->beyond + between) * plan->pitch_sheet;
     const cvol_sheet_crossing from = cvol_sheet_cross(plan,
                                                       cvol_sheet_place(plan, z_begin) - behind),
@@ -68,12 +68,12 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
                  bottom = plan->v0 + (line_end - 1) * plan->dv;
     double lo = fmin(find_row(plan, &from, top), find_row(plan, &to, top)) - reach;
     double hi = fmax(find_row(plan, &from, bottom), find_row(plan, &to, bottom)) + reach;
-    if (plan->of_pixels) {
+    if (plan->image_order) {
         lo = INFINITY;
         hi = -INFINITY;
         const double planes[2] = {cvol_sheet_place(plan, z_begin) - behind,
                                   cvol_sheet_place(plan, z_end - 1) + behind};
-        find_rows_of_pixels(&lo, &hi, plan, planes, line_begin, line_end);
+        find_rows_image_order(&lo, &hi, plan, planes, line_begin, line_end);
         if (!(lo <= hi)) /* beside the volume */
             return 0;
         lo -= reach;
@@ -81,7 +81,7 @@ int cvol_layer_rows(size_t *first, size_t *last, const cvol_sheet_plan *plan, si
     }
     const double rows = (double)(plan->rows - 1);
     const double beyond = fmax(2, 2 * plan->pitch_sheet) + plan->reach * fmax(1, plan->pitch_row);
-    if (hi < -beyond || lo > rows + beyond) /* rays may enter or leave half way to the next sheet */
+    if (hi < -beyond || lo > rows + beyond) /* rays may enter or leave midpoint to the next sheet */
         return 0;
     *first = (size_t)fmin(fmax(lo, 0), rows) / (size_t)plan->block_row;
     *last = (size_t)fmin(fmax(hi, 0), rows) / (size_t)plan->block_row;
@@ -144,9 +144,9 @@ static void find_faces(double *enter, double *leave, float *turn, double lo, dou
     *turn = (float)((shear < 0 ? -1 : 1) / fmax(fabs(shear) / pitch, least_shear));
 }
 
-/* The same of plans of pixels. */
-static void describe_sheet_of_pixels(cvol_sheet_view *sheet, const cvol_sheet_plan *plan, double z,
-                                     double next)
+/* The same of image-order plans. */
+static void describe_sheet_image_order(cvol_sheet_view *sheet, const cvol_sheet_plan *plan,
+                                       double z, double next)
 {
     const double *u = plan->place[0], *v = plan->place[1];
     sheet->lane_at = (u[0] + plan->shear_lane * z - plan->first_lane) / plan->pitch_lane;
@@ -252,7 +252,7 @@ void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, 
     const int is_last = plan->ascending ? at->layer + 1 == plan->layers : at->layer == 0;
     out->sheet_count = count + (is_last && plan->beyond);
     out->row_stride = row_stride;
-    out->compact = plan->compact;
+    out->int16 = plan->int16;
     out->cover_at = 0;
     describe_rays(out, plan);
     out->row_points = plan->points_row;
@@ -281,11 +281,11 @@ void cvol_layer_describe(cvol_layer *out, const void *samples, long row_stride, 
         sheet->back = (float)(plan->ascending ? above : below);
         sheet->is_first = s == 0;
         sheet->is_of_before = 0;
-        sheet->samples = plan->compact.scale > 0 ? NULL : samples;
-        sheet->compact = plan->compact.scale > 0 ? samples : NULL;
+        sheet->samples = plan->int16.scale > 0 ? NULL : samples;
+        sheet->int16 = plan->int16.scale > 0 ? samples : NULL;
         sheet->first = CVOL_SHEET_PAD + row_0 * row_stride + slice * sheet_stride;
-        if (plan->of_pixels) {
-            describe_sheet_of_pixels(sheet, plan, z, next);
+        if (plan->image_order) {
+            describe_sheet_image_order(sheet, plan, z, next);
             continue;
         }
         describe_sheet(sheet, plan, z, next);

@@ -12,7 +12,7 @@
 #define LEAST_LINES (2 * CVOL_TILE)
 #define LEAST_LEFT (8 * CVOL_TILE)
 
-int cvol_share_lines(const cvol_sheet_plan *plan, int threads)
+int cvol_work_stealing_lines(const cvol_sheet_plan *plan, int threads)
 {
     /* Of a level nothing is evaluated twice. */
     const int least = plan->level ? CVOL_TILE : 48;
@@ -24,23 +24,23 @@ int cvol_share_lines(const cvol_sheet_plan *plan, int threads)
 /* ---- giving ------------------------------------------------------------------------------------
  */
 
-static int left_of(const cvol_sheet_share *share, const cvol_band *band)
+static int left_of(const cvol_work_stealing *share, const cvol_band *band)
 {
     const int lines = band->end - band->begin,
               layers = (int)(share->frame->plan->layers - band->step);
     return lines < LEAST_LINES || lines * layers < LEAST_LEFT ? 0 : lines * layers;
 }
 
-static void answer(cvol_sheet_share *share, int asker, int with)
+static void answer(cvol_work_stealing *share, int thief, int with)
 {
-    atomic_store_explicit(&share->bands[asker - 1].seat.answer, with, memory_order_release);
+    atomic_store_explicit(&share->bands[thief - 1].worker.answer, with, memory_order_release);
 }
 
-void cvol_share_tile(cvol_sheet_share *share, int thread, cvol_band *band, int next)
+void cvol_work_stealing_tile(cvol_work_stealing *share, int thread, cvol_band *band, int next)
 {
     cvol_band_memory *own = &share->bands[thread];
-    const int asker = atomic_load_explicit(&own->seat.asker, memory_order_acquire);
-    if (asker <= 0)
+    const int thief = atomic_load_explicit(&own->worker.thief, memory_order_acquire);
+    if (thief <= 0)
         return;
     const int lines = band->end - band->begin,
               half = band->begin + (lines / 2 + CVOL_TILE - 1) / CVOL_TILE * CVOL_TILE,
@@ -49,23 +49,23 @@ void cvol_share_tile(cvol_sheet_share *share, int thread, cvol_band *band, int n
     if (left && band->end - from < lines / 4) /* in the next layer */
         return;
     if (left && from < band->end) {
-        cvol_band_memory *other = &share->bands[asker - 1];
-        other->seat.given = (cvol_band){from, band->end, band->step};
-        atomic_store(&other->seat.left, left_of(share, &other->seat.given));
+        cvol_band_memory *other = &share->bands[thief - 1];
+        other->worker.given = (cvol_band){from, band->end, band->step};
+        atomic_store(&other->worker.left, left_of(share, &other->worker.given));
         memcpy(other->pending, own->pending + (from - band->begin) / CVOL_TILE,
                (size_t)(band->end - from + CVOL_TILE - 1) / CVOL_TILE);
         band->end = from;
     }
-    atomic_store(&own->seat.left, left_of(share, band));
-    atomic_store(&own->seat.asker, 0);
-    answer(share, asker, left ? 1 : -1);
+    atomic_store(&own->worker.left, left_of(share, band));
+    atomic_store(&own->worker.thief, 0);
+    answer(share, thief, left ? 1 : -1);
 }
 
-int cvol_share_layer(cvol_sheet_share *share, int thread, const cvol_band *band)
+int cvol_work_stealing_layer(cvol_work_stealing *share, int thread, const cvol_band *band)
 {
     const cvol_sheet_frame *frame = share->frame;
     const long all = (long)frame->plan->height * (long)frame->plan->layers;
-    atomic_store_explicit(&share->bands[thread].seat.left, left_of(share, band),
+    atomic_store_explicit(&share->bands[thread].worker.left, left_of(share, band),
                           memory_order_relaxed);
     if (atomic_load_explicit(&share->cancelled, memory_order_relaxed))
         return 0;
@@ -95,15 +95,15 @@ static void wait_a_little(int *times)
 
 /* The thread with the most left of those that nobody asks, -1 if there is none; *any: whether some
  * has. */
-static int choose_whom(int *any, const cvol_sheet_share *share, int thread)
+static int choose_whom(int *any, const cvol_work_stealing *share, int thread)
 {
     int most = 0, whom = -1;
     *any = 0;
     for (int i = 0; i < share->threads; i++) {
-        const cvol_seat *seat = &share->bands[i].seat;
-        const int left = i == thread ? 0 : atomic_load(&seat->left);
+        const cvol_worker *worker = &share->bands[i].worker;
+        const int left = i == thread ? 0 : atomic_load(&worker->left);
         *any |= left > 0;
-        if (left > most && atomic_load(&seat->asker) == 0) {
+        if (left > most && atomic_load(&worker->thief) == 0) {
             most = left;
             whom = i;
         }
@@ -112,9 +112,9 @@ static int choose_whom(int *any, const cvol_sheet_share *share, int thread)
 }
 
 /* Some lines of another thread; 0 if none has any to give. */
-static int ask(cvol_band *out, cvol_sheet_share *share, int thread)
+static int ask(cvol_band *out, cvol_work_stealing *share, int thread)
 {
-    cvol_seat *own = &share->bands[thread].seat;
+    cvol_worker *own = &share->bands[thread].worker;
     int any, times = 0;
     for (;;) {
         const int whom = choose_whom(&any, share, thread);
@@ -122,8 +122,8 @@ static int ask(cvol_band *out, cvol_sheet_share *share, int thread)
             return 0;
         int nobody = 0;
         atomic_store(&own->answer, 0);
-        if (whom < 0 ||
-            !atomic_compare_exchange_strong(&share->bands[whom].seat.asker, &nobody, thread + 1)) {
+        if (whom < 0 || !atomic_compare_exchange_strong(&share->bands[whom].worker.thief, &nobody,
+                                                        thread + 1)) {
             wait_a_little(&times);
             continue;
         }
@@ -137,7 +137,7 @@ static int ask(cvol_band *out, cvol_sheet_share *share, int thread)
     }
 }
 
-static int next_band(cvol_band *out, cvol_sheet_share *share, int thread)
+static int next_band(cvol_band *out, cvol_work_stealing *share, int thread)
 {
     const int height = share->frame->plan->height,
               begin = share->lines * atomic_fetch_add(&share->next, 1);
@@ -147,34 +147,35 @@ static int next_band(cvol_band *out, cvol_sheet_share *share, int thread)
     return 1;
 }
 
-static void draw_some(cvol_sheet_share *share, int thread)
+static void draw_some(cvol_work_stealing *share, int thread)
 {
-    cvol_seat *seat = &share->bands[thread].seat;
+    cvol_worker *worker = &share->bands[thread].worker;
     cvol_band band;
     while (next_band(&band, share, thread)) {
-        atomic_store(&seat->left, left_of(share, &band));
-        atomic_store(&seat->asker, 0);
+        atomic_store(&worker->left, left_of(share, &band));
+        atomic_store(&worker->thief, 0);
         share->draw(share, thread, &band);
-        atomic_store(&seat->left, 0);
-        const int asker = atomic_exchange(&seat->asker, -1);
-        if (asker > 0)
-            answer(share, asker, -1);
+        atomic_store(&worker->left, 0);
+        const int thief = atomic_exchange(&worker->thief, -1);
+        if (thief > 0)
+            answer(share, thief, -1);
     }
 }
 
-int cvol_share_draw(cvol_context *context, const cvol_sheet_frame *frame, cvol_band_memory *bands,
-                    void (*draw)(cvol_sheet_share *share, int thread, cvol_band *band), int threads,
-                    int lines)
+int cvol_work_stealing_draw(cvol_context *context, const cvol_sheet_frame *frame,
+                            cvol_band_memory *bands,
+                            void (*draw)(cvol_work_stealing *share, int thread, cvol_band *band),
+                            int threads, int lines)
 {
-    cvol_sheet_share share = {.context = context,
-                              .frame = frame,
-                              .bands = bands,
-                              .draw = draw,
-                              .threads = threads,
-                              .lines = lines};
+    cvol_work_stealing share = {.context = context,
+                                .frame = frame,
+                                .bands = bands,
+                                .draw = draw,
+                                .threads = threads,
+                                .lines = lines};
     for (int i = 0; i < threads; i++) {
-        atomic_store(&bands[i].seat.left, 0);
-        atomic_store(&bands[i].seat.asker, -1);
+        atomic_store(&bands[i].worker.left, 0);
+        atomic_store(&bands[i].worker.thief, -1);
     }
 #pragma omp parallel num_threads(threads)
     draw_some(&share, cvol_thread_index());

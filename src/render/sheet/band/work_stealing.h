@@ -12,18 +12,19 @@
 #include "render/sheet/band/worker.h"
 
 /* How many lines bands have at first. */
-int cvol_share_lines(const cvol_sheet_plan *plan, int threads);
+int cvol_work_stealing_lines(const cvol_sheet_plan *plan, int threads);
 
 /* Draws a frame into its intermediate image, each band by `draw`. `bands` have room for bands of
  * `lines` lines. Reports progress from the calling thread. Errors: CANCELLED. */
-int cvol_share_draw(cvol_context *context, const cvol_sheet_frame *frame, cvol_band_memory *bands,
-                    void (*draw)(cvol_sheet_share *share, int thread, cvol_band *band), int threads,
-                    int lines);
+int cvol_work_stealing_draw(cvol_context *context, const cvol_sheet_frame *frame,
+                            cvol_band_memory *bands,
+                            void (*draw)(cvol_work_stealing *share, int thread, cvol_band *band),
+                            int threads, int lines);
 
 /* To be called by those who draw a band: before a layer; 0 if they are to stop. */
-int cvol_share_layer(cvol_sheet_share *share, int thread, const cvol_band *band);
+int cvol_work_stealing_layer(cvol_work_stealing *share, int thread, const cvol_band *band);
 /* Before the tile of lines from `next` on: gives the band's last lines away, if another thread
  * waits for some. */
-void cvol_share_tile(cvol_sheet_share *share, int thread, cvol_band *band, int next);
+void cvol_work_stealing_tile(cvol_work_stealing *share, int thread, cvol_band *band, int next);
 
 #endif

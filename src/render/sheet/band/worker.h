@@ -22,19 +22,19 @@ static inline int cvol_band_tile_end(const cvol_band *band)
 }
 
 /* A thread's place among those that share. */
-typedef struct cvol_seat {
+typedef struct cvol_worker {
     atomic_int left;   /* lines times layers of its band that are worth asking for */
-    atomic_int asker;  /* the thread that waits for some, plus 1; 0: none; -1: it has no band */
+    atomic_int thief;  /* the thread that waits for some, plus 1; 0: none; -1: it has no band */
     atomic_int answer; /* to what it asked itself: 0: none yet; 1: `given`; -1: nothing */
     cvol_band given;
-} cvol_seat;
+} cvol_worker;
 
-typedef struct cvol_sheet_share cvol_sheet_share;
-struct cvol_sheet_share {
+typedef struct cvol_work_stealing cvol_work_stealing;
+struct cvol_work_stealing {
     cvol_context *context;
     const cvol_sheet_frame *frame;
-    cvol_band_memory *bands;                                            /* one for each thread */
-    void (*draw)(cvol_sheet_share *share, int thread, cvol_band *band); /* cvol_band_draw */
+    cvol_band_memory *bands;                                              /* one for each thread */
+    void (*draw)(cvol_work_stealing *share, int thread, cvol_band *band); /* cvol_band_draw */
     int threads;
     int lines;            /* of the bands that are there at first, but the last */
     atomic_int next;      /* the first of these that none has begun */

@@ -39,12 +39,12 @@
 /* Along the lattice, which loses more than that, where samples are off by more, or all is clear,
  * unlit, and bends slowly: CVOL_BROAD of the function's span at least. */
 #define CVOL_FLAT_TOLERANCE_COARSE 0.175f
-#define CVOL_BROAD 0.07
+#define CVOL_SMOOTH 0.07
 /* Opacity up to which matter is clear. */
-#define CVOL_CLEAR 0.45
+#define CVOL_TRANSLUCENT 0.45
 /* Pixels of the intermediate image are worked on in groups of this many. */
 #define CVOL_GROUP 16
-/* Of plans of pixels a group is a square of so many pixels, whose rays lie close together and so
+/* Of image-order plans a group is a square of so many pixels, whose rays lie close together and so
  * meet about the same. Their lines are so many lines of the picture, which lie in memory square by
  * square. */
 #define CVOL_SQUARE 4
@@ -53,10 +53,10 @@
 #define CVOL_SHEET_PAD 32
 
 /* Pieces of a table, and bins of its coordinates that say where to look for theirs. */
-#define CVOL_PIECES 32
-#define CVOL_PIECES_FEW 16
-#define CVOL_PIECE_BINS 64
-#define CVOL_PIECE_BIN_LOG2 5
+#define CVOL_SEGMENTS 32
+#define CVOL_SEGMENTS_FEW 16
+#define CVOL_SEGMENT_BINS 64
+#define CVOL_SEGMENT_BIN_LOG2 5
 
 /* Classification of one frame (table.c). The table coordinate of a value is
  * (value - offset - from) scale, and entry t stands for t .. t + 1. Entries have the opacity
@@ -64,7 +64,7 @@
  * Over intervals of up to `flat` entries both are as good as linear.
  *
  * The same as pieces: colour times opacity (0 to 2) and opacity (3) are
- *     piece_start[k][i] + t piece_rise[k][i]
+ *     segment_start[k][i] + t segment_rise[k][i]
  * of the first piece i whose end lies beyond t; it is no more than two after that of t's bin, of
  * few pieces no more than one. */
 typedef struct cvol_sheet_table {
@@ -80,21 +80,21 @@ typedef struct cvol_sheet_table {
     int is_surface; /* then only the first coordinate of `at` or more is seen, with this colour */
     float at, colour[3];
     float from, scale, flat, flat_coarse; /* the latter: where less counts */
-    int is_clear;                         /* and bends slowly */
-    /* Along rays of pixels, intervals that rise by more than so many entries are looked at half way
-     * (midpoint.h), and what is found there counts the more, the more they do, wholly from
-     * midway + midway_ramp on. Below 0: all. */
-    float midway, midway_ramp;
-    float steep; /* and those that rise by more than so many have four parts */
-    int halves;  /* of lit plans of pixels: every interval has a sample in its middle */
+    int is_translucent;                   /* and bends slowly */
+    /* Along image-order rays, intervals that rise by more than so many entries are looked at
+     * midpoint (midpoint.h), and what is found there counts the more, the more they do, wholly from
+     * midpoint + midpoint_ramp on. Below 0: all. */
+    float midpoint, midpoint_ramp;
+    float steep;   /* and those that rise by more than so many have four parts */
+    int midpoints; /* of lit image-order plans: every interval has a sample in its middle */
     float visible_from, visible_to; /* opacity is 0 outside of these table coordinates */
-    int pieces;                     /* CVOL_PIECES, or _FEW of them; 0: there are only entries */
-    float piece_end[CVOL_PIECES] __attribute__((aligned(64)));
-    float piece_start[4][CVOL_PIECES] __attribute__((aligned(64)));
-    float piece_rise[4][CVOL_PIECES] __attribute__((aligned(64)));
-    int16_t piece_of[CVOL_PIECE_BINS] __attribute__((aligned(64)));
+    int segments;                   /* CVOL_SEGMENTS, or _FEW of them; 0: there are only entries */
+    float segment_end[CVOL_SEGMENTS] __attribute__((aligned(64)));
+    float segment_start[4][CVOL_SEGMENTS] __attribute__((aligned(64)));
+    float segment_rise[4][CVOL_SEGMENTS] __attribute__((aligned(64)));
+    int16_t segment_of[CVOL_SEGMENT_BINS] __attribute__((aligned(64)));
     cvol_pair entries[CVOL_TABLE_SIZE] __attribute__((aligned(64)));
-    cvol_sheet_words words; /* of frames whose samples are kept in 16 bits */
+    cvol_int16_table words; /* of frames whose samples are kept in 16 bits */
 } cvol_sheet_table;
 
 /* What samples that are no part of the transform are (array/core/mask.h). */
@@ -105,17 +105,17 @@ typedef enum cvol_sheet_masked {
 } cvol_sheet_masked;
 
 /* Samples of a layer may be kept in 16 bits, which kernels that classify by pieces read: a value v,
- * less the array's offset, as v scale + offset, rounded, at least 0 and at most CVOL_COMPACT_MOST.
+ * less the array's offset, as v scale + offset, rounded, at least 0 and at most CVOL_INT16_MOST.
  * scale 0: they are floats. */
-#define CVOL_COMPACT_MOST 32767
-typedef struct cvol_sheet_compact {
+#define CVOL_INT16_MOST 32767
+typedef struct cvol_int16_scale {
     float scale, offset;
-} cvol_sheet_compact;
+} cvol_int16_scale;
 
-static inline int16_t cvol_sheet_compact_of(const cvol_sheet_compact *compact, float value)
+static inline int16_t cvol_int16_scale_of(const cvol_int16_scale *int16, float value)
 {
-    const float word = value * compact->scale + compact->offset + 0.5f;
-    return (int16_t)(word > 0 ? word < CVOL_COMPACT_MOST ? word : CVOL_COMPACT_MOST : 0);
+    const float word = value * int16->scale + int16->offset + 0.5f;
+    return (int16_t)(word > 0 ? word < CVOL_INT16_MOST ? word : CVOL_INT16_MOST : 0);
 }
 
 typedef struct cvol_sheet_plan {
@@ -128,10 +128,10 @@ typedef struct cvol_sheet_plan {
     int level;  /* what is drawn is a level of the volume (level.h); 0: itself */
     int lapped; /* the array is, and not a level of it */
     int lit;    /* samples one point further are looked at */
-    const cvol_sheet_wide *wide; /* the footprint, where it is not linear; else NULL */
+    const cvol_reconstruction_filter *wide; /* the footprint, where it is not linear; else NULL */
     int reach; /* how many points further than a linear footprint's samples are looked at, for light
                   and the footprint */
-    cvol_sheet_compact compact;
+    cvol_int16_scale int16;
     cvol_sheet_masked masked;
     int ascending; /* sheets are met in rising order */
     double shear_lane, shear_row;
@@ -159,7 +159,7 @@ typedef struct cvol_sheet_plan {
      * V are elsewhere, i and j are then: u0 = v0 = 0, du = dv = 1, and the warp maps pixels onto
      * these.
      */
-    int of_pixels;
+    int image_order;
     double place[2][3];
 } cvol_sheet_plan;
 
@@ -228,9 +228,9 @@ typedef struct cvol_intermediate {
     float *scratch;  /* one line for each thread */
     int *spans;      /* [2][height][2]: where lines, and those around, are not empty (warp.c) */
     uint8_t *opaque; /* [height][width / CVOL_GROUP]: nothing behind this group is seen */
-    int32_t *met;    /* [height][width / CVOL_GROUP]: number of the last sheet that it met */
-    float *pending;  /* [height][pending_lines][width], of lit frames: see
-                        render/sheet/kernels/lit_object_order/shade.h */
+    int32_t *intersected; /* [height][width / CVOL_GROUP]: number of the last sheet that it met */
+    float *pending;       /* [height][pending_lines][width], of lit frames: see
+                             render/sheet/kernels/lit_object_order/shade.h */
     int pending_lines;
     uint8_t *edges; /* [height][width / CVOL_GROUP], the same */
     float *depth;   /* [height][width], if it is asked for: where opacity passes one half, in sheets
@@ -252,7 +252,7 @@ static inline size_t cvol_pixel_place(const cvol_intermediate *image, int floats
 /* How many lines lie in one another. */
 static inline int cvol_lines_at_once(const cvol_sheet_plan *plan)
 {
-    return plan->of_pixels ? CVOL_SQUARE : 1;
+    return plan->image_order ? CVOL_SQUARE : 1;
 }
 
 /* Lines of `pending`; the last three only if samples may be without a value. */
@@ -268,7 +268,7 @@ static inline int cvol_lines_at_once(const cvol_sheet_plan *plan)
 typedef struct cvol_line {
     float *values; /* [CVOL_LINES][width] */
     uint8_t *opaque;
-    int32_t *met;
+    int32_t *intersected;
     float *pending; /* [pending_lines][width] */
     uint8_t *edges;
     float *depth, *between;
@@ -299,14 +299,14 @@ typedef struct cvol_sheet_cut {
 
 /* What a line kernel needs to know of one sheet. */
 typedef struct cvol_sheet_view {
-    const float *samples;   /* sample s of row r: samples[first + r row_stride + s] */
-    const int16_t *compact; /* the same, if they are kept in 16 bits; the other is NULL then */
+    const float *samples; /* sample s of row r: samples[first + r row_stride + s] */
+    const int16_t *int16; /* the same, if they are kept in 16 bits; the other is NULL then */
     long first;
     int ordinal;       /* in the order in which rays meet the sheets */
     float front, back; /* of what is drawn, in sheets from this one, the way that rays take */
     double lane_at, lane_step;        /* sample coordinate of pixel i: lane_at + i lane_step */
     double row_at, row_step;          /* sample coordinate of line j: row_at + j row_step */
-    double lane_down, row_right;      /* of plans of pixels: how these move with j, and with i */
+    double lane_down, row_right;      /* of image-order plans: how these move with j, and with i */
     double lane_rate[2], row_rate[2]; /* how far, at [0] + i [1], they move from sheet to sheet */
     int begin, end;                   /* groups that lie within, one sheet before or behind */
     int inside_begin, inside_end;     /* those that do, and did from two sheets before on */
@@ -317,7 +317,7 @@ typedef struct cvol_sheet_view {
 
 typedef struct cvol_layer {
     int sheet_count;
-    cvol_sheet_compact compact;
+    cvol_int16_scale int16;
     cvol_sheet_view sheets[CVOL_BLOCK_MAX]; /* front to back */
     long row_stride;
     long cover_at; /* how far behind each sample its cover lies (mask.h); 0: all have values */
@@ -325,8 +325,8 @@ typedef struct cvol_layer {
     int parts;     /* samples from sheet to sheet */
     int only;      /* the volume is one sheet */
     int bounded;   /* windows' levels are what no sample there is beyond: cvol_extremes_bound */
-    const cvol_sheet_wide *wide; /* of plans, */
-    int reach;                   /* whose windows are of so many samples more; 0: linear */
+    const cvol_reconstruction_filter *wide; /* of plans, */
+    int reach; /* whose windows are of so many samples more; 0: linear */
     int perspective;
     /* Sample coordinates of the faces, a little outwards. In parallel projection also of those
      * through which rays would enter and leave, and in how many sheets a ray moves by one sample;
@@ -339,7 +339,7 @@ typedef struct cvol_layer {
      * (length_row[0] + j [1])^2) of that which the table is for. */
     double length, length_lane[2], length_row[2];
     int row_points, block_rows;
-    int from_row, to_row, from_lane, to_lane; /* samples that are there: of plans of pixels */
+    int from_row, to_row, from_lane, to_lane; /* samples that are there: of image-order plans */
     uint64_t row_points_inverse; /* row / row_points = row times this >> 32, of rows below 2^27 */
     cvol_windows windows, windows_before; /* of this layer and the one before; count 0: none */
 } cvol_layer;
@@ -350,17 +350,17 @@ typedef struct cvol_layer {
 CVOL_SIMD_DECLARE(void, cvol_sheet_composite,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 /* The same where samples are kept in 16 bits, without what is asked for seldom. */
-CVOL_SIMD_DECLARE(void, cvol_sheet_compact,
+CVOL_SIMD_DECLARE(void, cvol_sheet_composite_int16,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-/* The same with light from 16 bits, of plans of pixels, where vectors are the widest. */
-CVOL_SIMD_DECLARE(void, cvol_sheet_pixels_shade,
+/* The same with light from 16 bits, of image-order plans, where vectors are the widest. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_image_order_shade,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-/* The first of plans of pixels; with samples between sheets; and from 16 bits. */
-CVOL_SIMD_DECLARE(void, cvol_sheet_pixels_extra,
+/* The first of image-order plans; with samples between sheets; and from 16 bits. */
+CVOL_SIMD_DECLARE(void, cvol_sheet_image_order_extra,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-CVOL_SIMD_DECLARE(void, cvol_sheet_pixels,
+CVOL_SIMD_DECLARE(void, cvol_sheet_image_order,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-CVOL_SIMD_DECLARE(void, cvol_sheet_pixels_compact,
+CVOL_SIMD_DECLARE(void, cvol_sheet_image_order_int16,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 /* The same with light, or a surface. A layer without sheets, whose sheets[0].ordinal would be the
  * next, is what rays end with. */
@@ -374,9 +374,9 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_shade_extra,
 CVOL_SIMD_DECLARE(void, cvol_sheet_sum,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 /* The last two from samples of 16 bits, whose values stay as these are kept. */
-CVOL_SIMD_DECLARE(void, cvol_sheet_max_compact,
+CVOL_SIMD_DECLARE(void, cvol_sheet_max_int16,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
-CVOL_SIMD_DECLARE(void, cvol_sheet_min_compact,
+CVOL_SIMD_DECLARE(void, cvol_sheet_min_int16,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
 CVOL_SIMD_DECLARE(void, cvol_sheet_max,
                   (const cvol_layer *layer, const cvol_sheet_table *table, const cvol_line *line));
@@ -393,13 +393,13 @@ typedef void cvol_sheet_evaluator(float *out, long row_stride, long sheet_stride
                                   const cvol_block *block, const cvol_block_axes *axes,
                                   int block_log2, float step, cvol_block_work *work);
 /* The same onto samples of 16 bits; and 16^3 samples that are kept as floats. */
-CVOL_SIMD_DECLARE(void, cvol_sheet_evaluate_compact,
+CVOL_SIMD_DECLARE(void, cvol_sheet_evaluate_int16,
                   (int16_t * out, long row_stride, long sheet_stride, const cvol_block *block,
                    const cvol_block_axes *axes, int block_log2, float step,
-                   const cvol_sheet_compact *compact, cvol_block_work *work));
-CVOL_SIMD_DECLARE(void, cvol_sheet_copy_compact,
+                   const cvol_int16_scale *int16, cvol_block_work *work));
+CVOL_SIMD_DECLARE(void, cvol_sheet_copy_int16,
                   (int16_t * out, long row_stride, long sheet_stride, const float *in,
-                   long in_row_stride, long in_sheet_stride, const cvol_sheet_compact *compact));
+                   long in_row_stride, long in_sheet_stride, const cvol_int16_scale *int16));
 
 /* Filters the four samples nearest to faces in place (transform/lap.h), a0 a1 | a2 a3:
  *     d = h (a1 - a2, a0 - a3),  a1 += d0,  a2 -= d0,  a0 += d1,  a3 -= d1.
@@ -411,10 +411,10 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_lap_lanes,
 CVOL_SIMD_DECLARE(void, cvol_sheet_lap_across,
                   (float *const a[4], long stride, int columns, int lines, const float h[4]));
 /* The same on samples of 16 bits. */
-CVOL_SIMD_DECLARE(void, cvol_sheet_lap_lanes_compact,
+CVOL_SIMD_DECLARE(void, cvol_sheet_lap_lanes_int16,
                   (int16_t * a2, long row_stride, long sheet_stride, int rows, int sheets,
                    const float h[4]));
-CVOL_SIMD_DECLARE(void, cvol_sheet_lap_across_compact,
+CVOL_SIMD_DECLARE(void, cvol_sheet_lap_across_int16,
                   (int16_t *const a[4], long stride, int columns, int lines, const float h[4]));
 /* Puts `background` where bits are set: row y of sheet z has bits[z sheet_step + y row_step + ...],
  * 16 samples a word. */
@@ -422,7 +422,7 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_lay,
                   (float *samples, long row_stride, long sheet_stride, int rows, int sheets,
                    int lanes, const uint16_t *bits, int row_step, int sheet_step,
                    float background));
-CVOL_SIMD_DECLARE(void, cvol_sheet_lay_compact,
+CVOL_SIMD_DECLARE(void, cvol_sheet_lay_int16,
                   (int16_t * samples, long row_stride, long sheet_stride, int rows, int sheets,
                    int lanes, const uint16_t *bits, int row_step, int sheet_step,
                    int16_t background));
@@ -430,7 +430,7 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_lay_compact,
 CVOL_SIMD_DECLARE(void, cvol_sheet_clamp,
                   (float *samples, long row_stride, long sheet_stride, int columns, int rows,
                    int sheets, float lo, float hi));
-CVOL_SIMD_DECLARE(void, cvol_sheet_clamp_compact,
+CVOL_SIMD_DECLARE(void, cvol_sheet_clamp_int16,
                   (int16_t * samples, long row_stride, long sheet_stride, int columns, int rows,
                    int sheets, int16_t lo, int16_t hi));
 

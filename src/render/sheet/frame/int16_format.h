@@ -2,7 +2,7 @@
  * whole numbers, for kernels that work on 32 pixels at once
  * (render/sheet/kernels/composite/int16.h).
  *
- * A sample q is brought to from .. to; piece_of[(q - from) bins / 2^16] is where to begin, and
+ * A sample q is brought to from .. to; segment_of[(q - from) bins / 2^16] is where to begin, and
  * `steps` steps at most lead to its piece i, the first with q < end[i]. What its matter has is
  *     start[k][i] + ((q - begin[i]) 2^up[i]) rise[k][i] / 2^15,
  * colour times opacity (k 0 to 2) and opacity (3), over the distance of two sheets, times
@@ -13,38 +13,38 @@
 
 #include <stdint.h>
 
-#define CVOL_WORDS_PIECES 32
-#define CVOL_WORDS_BINS 64
+#define CVOL_INT16_PIECES 32
+#define CVOL_INT16_BINS 64
 /* The most steps. */
-#define CVOL_WORDS_STEPS 3
+#define CVOL_INT16_STEPS 3
 
-typedef struct cvol_sheet_words {
+typedef struct cvol_int16_table {
     int usable;
     int steps, shift, fine;
     int16_t from, to, visible_from, visible_to;
     int16_t flat; /* over so much both colour and opacity are as good as linear */
-    /* See cvol_sheet_table; of what is found half way, ((rise - midway) 2^up rate) / 2^31 counts.
+    /* See cvol_sheet_table; of what is found midpoint, ((rise - midpoint) 2^up rate) / 2^31 counts.
      */
-    int16_t steep, midway, midway_ramp, midway_up;
-    uint16_t midway_rate;
+    int16_t steep, midpoint, midpoint_ramp, midpoint_up;
+    uint16_t midpoint_rate;
     uint16_t bins;
-    int16_t end[CVOL_WORDS_PIECES] __attribute__((aligned(64)));
-    int16_t begin[CVOL_WORDS_PIECES] __attribute__((aligned(64)));
-    int16_t up[CVOL_WORDS_PIECES] __attribute__((aligned(64)));
-    int16_t start[4][CVOL_WORDS_PIECES] __attribute__((aligned(64)));
-    int16_t rise[4][CVOL_WORDS_PIECES] __attribute__((aligned(64)));
-    int16_t piece_of[CVOL_WORDS_BINS] __attribute__((aligned(64)));
+    int16_t end[CVOL_INT16_PIECES] __attribute__((aligned(64)));
+    int16_t begin[CVOL_INT16_PIECES] __attribute__((aligned(64)));
+    int16_t up[CVOL_INT16_PIECES] __attribute__((aligned(64)));
+    int16_t start[4][CVOL_INT16_PIECES] __attribute__((aligned(64)));
+    int16_t rise[4][CVOL_INT16_PIECES] __attribute__((aligned(64)));
+    int16_t segment_of[CVOL_INT16_BINS] __attribute__((aligned(64)));
     /* 1 / (1 + sqrt(1 - A)) times 2^15, the share of an opacity A that half of the length has:
      * from A = i / 32 on, and how it rises until the next. */
-    int16_t half_start[CVOL_WORDS_PIECES] __attribute__((aligned(64)));
-    int16_t half_rise[CVOL_WORDS_PIECES] __attribute__((aligned(64)));
-} cvol_sheet_words;
+    int16_t half_start[CVOL_INT16_PIECES] __attribute__((aligned(64)));
+    int16_t half_rise[CVOL_INT16_PIECES] __attribute__((aligned(64)));
+} cvol_int16_table;
 
 struct cvol_sheet_table;
 
 /* For samples kept as `scale` and `offset` say. Not usable: where the table has no pieces, or
  * samples are too coarse for it. */
-void cvol_sheet_words_fill(cvol_sheet_words *words, const struct cvol_sheet_table *table,
+void cvol_int16_table_fill(cvol_int16_table *words, const struct cvol_sheet_table *table,
                            float scale, float offset);
 
 #endif

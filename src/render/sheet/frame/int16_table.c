@@ -31,7 +31,7 @@ static double sample_at(const coordinates *c, double t)
 
 /* Opacities of functions that are thin everywhere use the bits that they would leave: `shift` of
  * what a layer's sheets add up to, and `fine` more of each sheet's. */
-static void find_shifts(cvol_sheet_words *words, const cvol_sheet_table *table)
+static void find_shifts(cvol_int16_table *words, const cvol_sheet_table *table)
 {
     double most = 1e-6;
     for (int t = 0; t < CVOL_TABLE_SIZE; t++)
@@ -45,25 +45,25 @@ static void find_shifts(cvol_sheet_words *words, const cvol_sheet_table *table)
 }
 
 /* Ends and beginnings; where the bins begin, and how many steps they take. */
-static void find_places(cvol_sheet_words *words, const cvol_sheet_table *table,
+static void find_places(cvol_int16_table *words, const cvol_sheet_table *table,
                         const coordinates *c)
 {
     int count = 0;
-    while (count < CVOL_WORDS_PIECES - 1 && isfinite(table->piece_end[count]))
+    while (count < CVOL_INT16_PIECES - 1 && isfinite(table->segment_end[count]))
         count++;
-    for (int i = 0; i < CVOL_WORDS_PIECES; i++) {
-        words->end[i] = i < count ? (int16_t)clamp(ceil(sample_at(c, table->piece_end[i])),
+    for (int i = 0; i < CVOL_INT16_PIECES; i++) {
+        words->end[i] = i < count ? (int16_t)clamp(ceil(sample_at(c, table->segment_end[i])),
                                                    words->from, words->to)
-                                  : CVOL_COMPACT_MOST;
+                                  : CVOL_INT16_MOST;
         words->begin[i] = i ? words->end[i - 1] : words->from;
     }
     words->steps = 0;
-    for (int bin = 0, piece = 0; bin < CVOL_WORDS_BINS; bin++) {
+    for (int bin = 0, piece = 0; bin < CVOL_INT16_BINS; bin++) {
         const int next = words->from + (((bin + 1) << 16) + words->bins - 1) / words->bins,
                   first = words->from + ((bin << 16) + words->bins - 1) / words->bins;
         while (words->end[piece] <= first)
             piece++;
-        words->piece_of[bin] = (int16_t)piece;
+        words->segment_of[bin] = (int16_t)piece;
         int last = piece;
         while (words->end[last] < next && last < count)
             last++;
@@ -71,29 +71,29 @@ static void find_places(cvol_sheet_words *words, const cvol_sheet_table *table,
     }
 }
 
-static void find_values(cvol_sheet_words *words, const cvol_sheet_table *table,
+static void find_values(cvol_int16_table *words, const cvol_sheet_table *table,
                         const coordinates *c)
 {
     const double one = 16384.0 * (1 << (words->shift + words->fine));
-    for (int i = 0; i < CVOL_WORDS_PIECES; i++) {
+    for (int i = 0; i < CVOL_INT16_PIECES; i++) {
         const int last = words->end[i] < words->to ? words->end[i] : words->to;
         int length = last - words->begin[i], up = 0;
         length = length < 1 ? 1 : length;
-        while (length << (up + 1) <= CVOL_COMPACT_MOST)
+        while (length << (up + 1) <= CVOL_INT16_MOST)
             up++;
         words->up[i] = (int16_t)up;
         /* From where it begins to where it ends, but not beyond the table's piece: so nothing sinks
          * below 0 or rises above one. */
-        const double first = i ? (double)table->piece_end[i - 1] : 0.5,
-                     most = fmin((double)table->piece_end[i], CVOL_TABLE_SIZE - 0.5);
+        const double first = i ? (double)table->segment_end[i - 1] : 0.5,
+                     most = fmin((double)table->segment_end[i], CVOL_TABLE_SIZE - 0.5);
         double t[2] = {words->begin[i] * c->rate + c->offset, last * c->rate + c->offset};
         for (int side = 0; side < 2; side++)
             t[side] = fmin(fmax(t[side], first), most);
         for (int k = 0; k < 4; k++) {
             double value[2];
             for (int side = 0; side < 2; side++)
-                value[side] = fmin(fmax(one * ((double)table->piece_start[k][i] +
-                                               (double)table->piece_rise[k][i] * t[side]),
+                value[side] = fmin(fmax(one * ((double)table->segment_start[k][i] +
+                                               (double)table->segment_rise[k][i] * t[side]),
                                         0),
                                    MATTER_ONE);
             words->start[k][i] = (int16_t)clamp(value[0], 0, MATTER_ONE);
@@ -103,50 +103,50 @@ static void find_values(cvol_sheet_words *words, const cvol_sheet_table *table,
     }
 }
 
-static void find_halves(cvol_sheet_words *words)
+static void find_midpoints(cvol_int16_table *words)
 {
-    for (int i = 0; i < CVOL_WORDS_PIECES; i++) {
+    for (int i = 0; i < CVOL_INT16_PIECES; i++) {
         double share[2];
         for (int k = 0; k < 2; k++)
-            share[k] = 1 / (1 + sqrt(1 - (i + k) / (double)CVOL_WORDS_PIECES));
+            share[k] = 1 / (1 + sqrt(1 - (i + k) / (double)CVOL_INT16_PIECES));
         words->half_start[i] = (int16_t)clamp(32768 * share[0], 0, ONE);
         words->half_rise[i] = (int16_t)clamp(32768 * (share[1] - share[0]), 0, ONE);
     }
 }
 
-void cvol_sheet_words_fill(cvol_sheet_words *words, const cvol_sheet_table *table, float scale,
+void cvol_int16_table_fill(cvol_int16_table *words, const cvol_sheet_table *table, float scale,
                            float offset)
 {
     memset(words, 0, sizeof *words);
-    if (!table->pieces || !(scale > 0))
+    if (!table->segments || !(scale > 0))
         return;
     const coordinates c = {.rate = (double)table->scale / (double)scale,
                            .offset = -(double)table->from * (double)table->scale -
                                      (double)offset * (double)table->scale / (double)scale};
     /* What lies outside of the entries is what is at their ends, be these narrower than a sample.
      */
-    words->from = (int16_t)clamp(floor(sample_at(&c, 0.5)), 0, CVOL_COMPACT_MOST - 1);
-    words->to = (int16_t)clamp(ceil(sample_at(&c, CVOL_TABLE_SIZE - 0.5)), 0,
-                               CVOL_COMPACT_MOST - 1);
+    words->from = (int16_t)clamp(floor(sample_at(&c, 0.5)), 0, CVOL_INT16_MOST - 1);
+    words->to = (int16_t)clamp(ceil(sample_at(&c, CVOL_TABLE_SIZE - 0.5)), 0, CVOL_INT16_MOST - 1);
     const int span = words->to - words->from;
     if (span < LEAST_SPAN)
         return;
-    words->bins = (uint16_t)((CVOL_WORDS_BINS << 16) / (span + 1));
+    words->bins = (uint16_t)((CVOL_INT16_BINS << 16) / (span + 1));
     words->visible_from = (int16_t)clamp(floor(sample_at(&c, (double)table->visible_from)), 0,
-                                         CVOL_COMPACT_MOST);
+                                         CVOL_INT16_MOST);
     words->visible_to = (int16_t)clamp(ceil(sample_at(&c, (double)table->visible_to)), 0,
-                                       CVOL_COMPACT_MOST);
-    words->flat = (int16_t)clamp((double)table->flat / c.rate, 1, CVOL_COMPACT_MOST);
-    words->steep = (int16_t)clamp((double)table->steep / c.rate, 1, CVOL_COMPACT_MOST);
-    words->midway = (int16_t)clamp((double)table->midway / c.rate, -ONE, CVOL_COMPACT_MOST);
-    words->midway_ramp = (int16_t)clamp((double)table->midway_ramp / c.rate, 1, CVOL_COMPACT_MOST);
-    while (words->midway_ramp << (words->midway_up + 1) < 1 << 16)
-        words->midway_up++;
-    words->midway_rate = (uint16_t)(((int64_t)ONE << 16) /
-                                    (words->midway_ramp << words->midway_up));
+                                       CVOL_INT16_MOST);
+    words->flat = (int16_t)clamp((double)table->flat / c.rate, 1, CVOL_INT16_MOST);
+    words->steep = (int16_t)clamp((double)table->steep / c.rate, 1, CVOL_INT16_MOST);
+    words->midpoint = (int16_t)clamp((double)table->midpoint / c.rate, -ONE, CVOL_INT16_MOST);
+    words->midpoint_ramp = (int16_t)clamp((double)table->midpoint_ramp / c.rate, 1,
+                                          CVOL_INT16_MOST);
+    while (words->midpoint_ramp << (words->midpoint_up + 1) < 1 << 16)
+        words->midpoint_up++;
+    words->midpoint_rate = (uint16_t)(((int64_t)ONE << 16) /
+                                      (words->midpoint_ramp << words->midpoint_up));
     find_shifts(words, table);
     find_places(words, table, &c);
     find_values(words, table, &c);
-    find_halves(words);
-    words->usable = words->steps <= CVOL_WORDS_STEPS;
+    find_midpoints(words);
+    words->usable = words->steps <= CVOL_INT16_STEPS;
 }

@@ -520,11 +520,11 @@ void cvol_sheet_level_copy(float *out, long row_stride, long sheet_stride, const
                           in + z + SIDE * (x + SIDE * y), SIDE);
 }
 
-void cvol_sheet_level_copy_compact(int16_t *out, long row_stride, long sheet_stride,
-                                   const float *from, size_t index, const cvol_sheet_plan *plan)
+void cvol_sheet_level_copy_int16(int16_t *out, long row_stride, long sheet_stride,
+                                 const float *from, size_t index, const cvol_sheet_plan *plan)
 {
     float turned[CVOL_LEVEL_BLOCK_SAMPLES] __attribute__((aligned(64)));
     cvol_sheet_level_copy(turned, SIDE, SIDE * SIDE, from, index, plan);
-    CVOL_SIMD_CHOOSE(cvol_sheet_copy_compact)
-    (out, row_stride, sheet_stride, turned, SIDE, SIDE * SIDE, &plan->compact);
+    CVOL_SIMD_CHOOSE(cvol_sheet_copy_int16)
+    (out, row_stride, sheet_stride, turned, SIDE, SIDE * SIDE, &plan->int16);
 }

@@ -38,7 +38,7 @@ void cvol_sheet_level_free(cvol_sheet_level *level);
 void cvol_sheet_level_copy(float *out, long row_stride, long sheet_stride, const float *from,
                            size_t index, const cvol_sheet_plan *plan);
 /* Samples as plan->compact says. */
-void cvol_sheet_level_copy_compact(int16_t *out, long row_stride, long sheet_stride,
-                                   const float *from, size_t index, const cvol_sheet_plan *plan);
+void cvol_sheet_level_copy_int16(int16_t *out, long row_stride, long sheet_stride,
+                                 const float *from, size_t index, const cvol_sheet_plan *plan);
 
 #endif

@@ -10,14 +10,14 @@
 #include "base/memory.h"
 
 /* Bits of a row come in words of 16. */
-static int words_of(int block)
+static int int16_of(int block)
 {
     return (block + 15) / 16;
 }
 
-static size_t words_of_block(int block)
+static size_t int16_of_block(int block)
 {
-    return 2 * (size_t)(block * block * words_of(block));
+    return 2 * (size_t)(block * block * int16_of(block));
 }
 
 static void set_bit(uint16_t *row, int i)
@@ -28,9 +28,9 @@ static void set_bit(uint16_t *row, int i)
 /* Both sets of rows of a block whose samples within the volume `which` has. */
 static void make_bits(uint16_t *bits, const uint8_t *which, const int size[3], int block)
 {
-    const int words = words_of(block);
+    const int words = int16_of(block);
     uint16_t *along_x = bits, *along_y = bits + block * block * words;
-    memset(bits, 0, sizeof *bits * words_of_block(block));
+    memset(bits, 0, sizeof *bits * int16_of_block(block));
     for (int z = 0; z < block; z++)
         for (int y = 0; y < block; y++) {
             const uint8_t *from = which + ((z < size[2] ? z : size[2] - 1) * size[1] +
@@ -180,7 +180,7 @@ static void make_block_bits(uint16_t *bits, const cvol_array *array, size_t inde
 
 int cvol_sheet_mask_make(cvol_context *context, cvol_sheet_mask *mask, const cvol_array *array)
 {
-    const size_t words = words_of_block(array->block);
+    const size_t words = int16_of_block(array->block);
     size_t mixed = 0;
     mask->block = array->block;
     mask->states = cvol_allocate(array->block_count, 1);
@@ -230,8 +230,8 @@ typedef struct block_bits {
 
 static block_bits find_bits(const cvol_sheet_plan *plan, const cvol_sheet_mask *mask, size_t index)
 {
-    const int words = words_of(mask->block), lines = mask->block * words;
-    block_bits bits = {mask->bits + mask->mixed[index] * words_of_block(mask->block), lines, words};
+    const int words = int16_of(mask->block), lines = mask->block * words;
+    block_bits bits = {mask->bits + mask->mixed[index] * int16_of_block(mask->block), lines, words};
     if (plan->axis_sheet == 2)
         bits = (block_bits){bits.first, words, lines};
     if (plan->axis_lane == 1)
@@ -245,8 +245,8 @@ void cvol_sheet_mask_prefetch(const cvol_sheet_mask *mask, const cvol_sheet_plan
     enum { LINE = 32 }; /* words of a line of the cache */
     if (mask->states[index] != CVOL_MASK_SOME)
         return;
-    const size_t count = (size_t)mask->block * (size_t)mask->block * (size_t)words_of(mask->block);
-    const uint16_t *bits = mask->bits + mask->mixed[index] * words_of_block(mask->block) +
+    const size_t count = (size_t)mask->block * (size_t)mask->block * (size_t)int16_of(mask->block);
+    const uint16_t *bits = mask->bits + mask->mixed[index] * int16_of_block(mask->block) +
                            (plan->axis_lane == 1 ? count : 0);
     for (size_t word = 0; word < count; word += LINE)
         __builtin_prefetch(bits + word);
@@ -301,7 +301,7 @@ static void fill(const cvol_sheet_piece *p, const cvol_sheet_plan *plan, float v
         }
 }
 
-static void fill_compact(const cvol_sheet_piece *p, const cvol_sheet_plan *plan, int16_t value)
+static void fill_int16(const cvol_sheet_piece *p, const cvol_sheet_plan *plan, int16_t value)
 {
     for (int z = 0; z < p->sheets; z++)
         for (int y = 0; y < p->rows; y++) {
@@ -327,29 +327,29 @@ void cvol_sheet_mask_lay(const cvol_sheet_piece *p, const cvol_sheet_plan *plan,
                          const cvol_mask_points points[3], const cvol_sheet_mask *mask,
                          size_t index, float background)
 {
-    const int is_compact = plan->compact.scale > 0;
-    const int16_t word = is_compact ? cvol_sheet_compact_of(&plan->compact, background) : 0;
+    const int is_int16 = plan->int16.scale > 0;
+    const int16_t word = is_int16 ? cvol_int16_scale_of(&plan->int16, background) : 0;
     if (mask->states[index] == CVOL_MASK_NONE)
         return;
     if (mask->states[index] == CVOL_MASK_ALL) {
-        if (is_compact)
-            fill_compact(p, plan, word);
+        if (is_int16)
+            fill_int16(p, plan, word);
         else
             fill(p, plan, background);
         return;
     }
     if (!points[0].are_samples || !points[1].are_samples || !points[2].are_samples) {
         const cvol_mask_grid grid = find_grid(plan, points, mask, index);
-        if (is_compact)
-            CVOL_SIMD_CHOOSE(cvol_sheet_lay_points_compact)(p, &grid, word);
+        if (is_int16)
+            CVOL_SIMD_CHOOSE(cvol_sheet_lay_points_int16)(p, &grid, word);
         else
             CVOL_SIMD_CHOOSE(cvol_sheet_lay_points)(p, &grid, background);
         return;
     }
     block_bits bits = find_bits(plan, mask, index);
     bits.first += p->row * bits.row_step + p->sheet * bits.sheet_step;
-    if (is_compact)
-        CVOL_SIMD_CHOOSE(cvol_sheet_lay_compact)
+    if (is_int16)
+        CVOL_SIMD_CHOOSE(cvol_sheet_lay_int16)
     (p->at, p->row_stride, p->sheet_stride, p->rows, p->sheets, mask->block, bits.first,
      bits.row_step, bits.sheet_step, word);
     else CVOL_SIMD_CHOOSE(cvol_sheet_lay)(p->at, p->row_stride, p->sheet_stride, p->rows, p->sheets,

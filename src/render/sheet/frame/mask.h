@@ -58,7 +58,7 @@ CVOL_SIMD_DECLARE(void, cvol_sheet_cover,
                   (const cvol_sheet_piece *piece, const cvol_mask_grid *grid));
 CVOL_SIMD_DECLARE(void, cvol_sheet_lay_points,
                   (const cvol_sheet_piece *piece, const cvol_mask_grid *grid, float background));
-CVOL_SIMD_DECLARE(void, cvol_sheet_lay_points_compact,
+CVOL_SIMD_DECLARE(void, cvol_sheet_lay_points_int16,
                   (const cvol_sheet_piece *piece, const cvol_mask_grid *grid, int16_t background));
 
 /* The points of a plan along lane, row and sheet. */

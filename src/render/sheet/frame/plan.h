@@ -14,7 +14,7 @@
 void cvol_sheet_plan_volume(cvol_sheet_plan *plan, const cvol_array *array, int level,
                             const cvol_view *view, int axis);
 
-/* Makes a sheet of every two, midway between these, if the volume allows it. */
+/* Makes a sheet of every two, midpoint between these, if the volume allows it. */
 void cvol_sheet_plan_halve(cvol_sheet_plan *plan);
 
 /* Makes as few sheets as lie no further apart along a ray than `apart` mean spacings, if the volume
@@ -31,7 +31,7 @@ void cvol_sheet_plan_limit(cvol_sheet_plan *plan, double farthest);
  * pixels. 0, and it stays as it is, where neither lines nor columns of the picture run along lanes,
  * or pixels are more than 64 samples apart.
  */
-int cvol_sheet_plan_of_pixels(cvol_sheet_plan *plan, const cvol_view *view);
+int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view);
 /* As many points as these are worth; before a plan is made one of them. */
 void cvol_sheet_refine(cvol_sheet_plan *plan);
 

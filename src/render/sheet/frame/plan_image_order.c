@@ -20,19 +20,20 @@
 #define MOST_LIT_REACH 19
 
 /* How many rows of samples a line along one axis of the picture crosses from sample to sample. */
-static double slant_of(const cvol_sheet_plan *plan, int axis)
+static double image_order_of(const cvol_sheet_plan *plan, int axis)
 {
     const double lane = fabs(plan->warp[0][1 + axis]) / plan->pitch_lane,
                  row = fabs(plan->warp[1][1 + axis]) / plan->pitch_row;
     return lane > 1e-6 * row ? row / lane : INFINITY;
 }
 
-int cvol_sheet_plan_of_pixels(cvol_sheet_plan *plan, const cvol_view *view)
+int cvol_sheet_plan_image_order(cvol_sheet_plan *plan, const cvol_view *view)
 {
-    const int along = slant_of(plan, 0) <= slant_of(plan, 1) ? 0 : 1, across = 1 - along;
+    const int along = image_order_of(plan, 0) <= image_order_of(plan, 1) ? 0 : 1,
+              across = 1 - along;
     const int sizes[2] = {view->width, view->height};
     const int axes[2] = {along, across};
-    if (isinf(slant_of(plan, along)))
+    if (isinf(image_order_of(plan, along)))
         return 0;
     for (int k = 0; k < 4; k++)
         if (!(fabs(plan->warp[k & 1][1 + k / 2]) < MOST_SAMPLES))
@@ -62,7 +63,7 @@ int cvol_sheet_plan_of_pixels(cvol_sheet_plan *plan, const cvol_view *view)
          plan->place[0][1] > MOST_LIT_SAMPLES * plan->pitch_lane ||
          fabs(plan->place[1][1]) > MOST_LIT_SAMPLES * plan->pitch_row))
         return 0;
-    plan->of_pixels = 1;
+    plan->image_order = 1;
     plan->u0 = plan->v0 = 0;
     plan->du = plan->dv = 1;
     plan->width = (sizes[along] + CVOL_GROUP - 1) / CVOL_GROUP * CVOL_GROUP;

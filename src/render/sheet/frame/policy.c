@@ -18,14 +18,14 @@
 #define EXACT_NOISE 0.001
 /* Where what is clear bends by more than this between samples (opacity_curvature.h), light on it
  * shows which of its places were looked at, and so does an array that is nearly exact. */
-#define MOST_BEND 0.34
+#define MOST_CURVATURE 0.34
 /* Of what is clear and bends slowly, of means and of extremes so many pixels can lie between two
  * rays; and between the points that means are of. */
-#define CLEAR_APART 1.5
+#define TRANSLUCENT_APART 1.5
 #define MEAN_PITCH 1.3
 /* What is soft has no opacity above this, and bends slowly over such a part of all values. */
 #define SOFT 0.55
-#define SOFT_BROAD 0.05
+#define SOFT_SMOOTH 0.05
 /* Where its pixels span more than a sample, sheets lie up to so much further apart along a ray, for
  * each that they span more, and no more than so far: straight lines between them would be seen. */
 #define SOFT_APART 1.7
@@ -54,7 +54,7 @@ static double find_steepest(const cvol_transfer *transfer, double lo, double hi)
 
 /* Whether opacity is as good as straight over every such part of what lies between two values, and
  * where the function begins and ends. */
-static int is_broad(const cvol_transfer *transfer, double lo, double hi, double part)
+static int is_smooth(const cvol_transfer *transfer, double lo, double hi, double part)
 {
     const int half = (int)(part * STEPS / 2);
     double opacity[STEPS + 2 * BESIDE + 1];
@@ -69,7 +69,7 @@ static int is_broad(const cvol_transfer *transfer, double lo, double hi, double 
     return 1;
 }
 
-cvol_sheet_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_transfer *transfer)
+cvol_transfer_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_transfer *transfer)
 {
     const double lo = array->ledger.value_min, hi = array->ledger.value_max;
     const double error = array->ledger.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
@@ -77,40 +77,43 @@ cvol_sheet_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_trans
                  most = cvol_transfer_max_opacity(transfer, lo, hi);
     const double from = fmax(lo, transfer->points[0].value),
                  to = fmin(hi, transfer->points[transfer->count - 1].value);
-    return (cvol_sheet_traits){.is_clear = most <= CVOL_CLEAR &&
-                                           is_broad(transfer, from, to, CVOL_BROAD),
-                               .is_soft = most <= SOFT && is_broad(transfer, lo, hi, SOFT_BROAD),
-                               .is_noisy = noise > MOST_NOISE,
-                               .is_fine = noise <= FINE_NOISE,
-                               .is_exact = noise <= EXACT_NOISE,
-                               .bend = -1};
+    return (cvol_transfer_traits){
+        .is_translucent = most <= CVOL_TRANSLUCENT && is_smooth(transfer, from, to, CVOL_SMOOTH),
+        .is_soft = most <= SOFT && is_smooth(transfer, lo, hi, SOFT_SMOOTH),
+        .is_noisy = noise > MOST_NOISE,
+        .is_fine = noise <= FINE_NOISE,
+        .is_exact = noise <= EXACT_NOISE,
+        .curvature = -1};
 }
 
-int cvol_sheet_rays_want_bend(const cvol_sheet_traits *traits, const cvol_render_options *options)
+int cvol_policy_needs_curvature(const cvol_transfer_traits *traits,
+                                const cvol_render_options *options)
 {
     return options->mode == CVOL_MODE_COMPOSITE && options->sheet.rays == CVOL_SHEET_RAYS_AUTO &&
-           traits->is_clear && (options->shading.on || traits->is_exact) && traits->bend < 0;
+           traits->is_translucent && (options->shading.on || traits->is_exact) &&
+           traits->curvature < 0;
 }
 
-cvol_sheet_rays cvol_sheet_rays_suited(const cvol_sheet_traits *traits, const cvol_view *view,
-                                       const cvol_render_options *options)
+cvol_sheet_rays cvol_policy_suited(const cvol_transfer_traits *traits, const cvol_view *view,
+                                   const cvol_render_options *options)
 {
     if (options->sheet.rays != CVOL_SHEET_RAYS_AUTO)
         return options->sheet.rays;
     if (options->step_voxels > 0 || view->pixel > WIDEST_PIXEL * view->mean_spacing)
         return CVOL_SHEET_RAYS_PIXELS;
     const int shows_all = options->shading.on || traits->is_exact,
-              is_smooth = traits->is_clear && (!shows_all || traits->bend <= MOST_BEND);
+              is_smooth = traits->is_translucent &&
+                          (!shows_all || traits->curvature <= MOST_CURVATURE);
     return traits->is_noisy || is_smooth ? CVOL_SHEET_RAYS_LATTICE : CVOL_SHEET_RAYS_PIXELS;
 }
 
-int cvol_sheet_rays_turn(const cvol_view *view)
+int cvol_policy_turn(const cvol_view *view)
 {
     return view->pixel < TURNING_PIXEL * view->mean_spacing;
 }
 
-void cvol_sheet_rays_space(cvol_view *view, const cvol_sheet_traits *traits,
-                           const cvol_render_options *options)
+void cvol_policy_space(cvol_view *view, const cvol_transfer_traits *traits,
+                       const cvol_render_options *options)
 {
     if (options->mode == CVOL_MODE_COMPOSITE && traits->is_soft && !options->shading.on &&
         !(view->step > 0) && !view->planes)
@@ -119,10 +122,10 @@ void cvol_sheet_rays_space(cvol_view *view, const cvol_sheet_traits *traits,
     if (options->sheet.rays != CVOL_SHEET_RAYS_AUTO || view->rays != 1 || view->planes)
         return;
     const int is_mean = options->mode == CVOL_MODE_XRAY,
-              is_clear = options->mode == CVOL_MODE_COMPOSITE && traits->is_clear &&
-                         cvol_sheet_rays_suited(traits, view, options) == CVOL_SHEET_RAYS_LATTICE;
-    if (is_clear || cvol_mode_is_grey(options->mode))
-        view->apart = CLEAR_APART;
+              is_translucent = options->mode == CVOL_MODE_COMPOSITE && traits->is_translucent &&
+                               cvol_policy_suited(traits, view, options) == CVOL_SHEET_RAYS_LATTICE;
+    if (is_translucent || cvol_mode_is_grey(options->mode))
+        view->apart = TRANSLUCENT_APART;
     if (is_mean)
         view->coarsest = MEAN_PITCH;
 }

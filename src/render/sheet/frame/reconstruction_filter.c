@@ -14,8 +14,8 @@ static const double b_spline[4][4] = {{1 / 6.0, -0.5, 0.5, -1 / 6.0},
 static const double prefilter[5] = {1 / 24.0, -1 / 3.0, 19 / 12.0, -1 / 3.0, 1 / 24.0};
 
 /* The cubic one, each of whose taps sees samples through `filter`. */
-static void set_cubic(cvol_sheet_wide *out, const double cubic[4][4], const double *filter,
-                      int length)
+static void set_cubic(cvol_reconstruction_filter *out, const double cubic[4][4],
+                      const double *filter, int length)
 {
     out->reach = 1 + length / 2;
     out->degree = 3;
@@ -31,10 +31,10 @@ static void set_cubic(cvol_sheet_wide *out, const double cubic[4][4], const doub
 }
 
 /* The polynomials that go through weights[i][n] at t = places[n]: by Newton's differences. */
-static void fit_weights(cvol_sheet_wide *out, double weights[][CVOL_WIDE_DEGREE + 1],
+static void fit_weights(cvol_reconstruction_filter *out, double weights[][CVOL_FILTER_DEGREE + 1],
                         const double *places, int taps)
 {
-    enum { COUNT = CVOL_WIDE_DEGREE + 1 };
+    enum { COUNT = CVOL_FILTER_DEGREE + 1 };
     for (int i = 0; i < taps; i++) {
         double *w = weights[i], sum[COUNT] = {0};
         for (int order = 1; order < COUNT; order++)
@@ -49,13 +49,13 @@ static void fit_weights(cvol_sheet_wide *out, double weights[][CVOL_WIDE_DEGREE 
     }
 }
 
-static void set_gaussian(cvol_sheet_wide *out, double sigma)
+static void set_gaussian(cvol_reconstruction_filter *out, double sigma)
 {
-    enum { TAPS = 6, COUNT = CVOL_WIDE_DEGREE + 1 };
+    enum { TAPS = 6, COUNT = CVOL_FILTER_DEGREE + 1 };
     const double pi = 3.14159265358979323846;
     double places[COUNT], weights[TAPS][COUNT];
     out->reach = TAPS / 2 - 1;
-    out->degree = CVOL_WIDE_DEGREE;
+    out->degree = CVOL_FILTER_DEGREE;
     for (int n = 0; n < COUNT; n++) {
         double sum = 0;
         places[n] = 0.5 - 0.5 * cos(pi * (n + 0.5) / COUNT);
@@ -69,7 +69,8 @@ static void set_gaussian(cvol_sheet_wide *out, double sigma)
     fit_weights(out, weights, places, TAPS);
 }
 
-void cvol_sheet_wide_make(cvol_sheet_wide *out, const cvol_sheet_options *options)
+void cvol_reconstruction_filter_make(cvol_reconstruction_filter *out,
+                                     const cvol_sheet_options *options)
 {
     static const double none[1] = {1};
     memset(out, 0, sizeof *out);
@@ -78,5 +79,5 @@ void cvol_sheet_wide_make(cvol_sheet_wide *out, const cvol_sheet_options *option
     else if (options->footprint == CVOL_SHEET_B_SPLINE)
         set_cubic(out, b_spline, prefilter, 5);
     else if (options->footprint == CVOL_SHEET_GAUSSIAN)
-        set_gaussian(out, options->sigma > 0 ? options->sigma : CVOL_WIDE_SIGMA);
+        set_gaussian(out, options->sigma > 0 ? options->sigma : CVOL_FILTER_SIGMA);
 }

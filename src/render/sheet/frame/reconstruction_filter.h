@@ -19,29 +19,30 @@
  * to 0.9 %, and takes 22 % of the highest. Spline and prefilter together span 8 samples.
  *
  * Gaussian: exp(-q^2 / 2 sigma^2) over 6 samples, divided by its sum; it blurs. w_i are not
- * polynomials then, but within CVOL_WIDE_ERROR of some.
+ * polynomials then, but within CVOL_FILTER_ERROR of some.
  */
 #ifndef CVOL_RENDER_SHEET_FRAME_RECONSTRUCTION_FILTER_H
 #define CVOL_RENDER_SHEET_FRAME_RECONSTRUCTION_FILTER_H
 
 #include "cvol/render.h"
 
-#define CVOL_WIDE_TAPS 8
-#define CVOL_WIDE_DEGREE 7
-#define CVOL_WIDE_REACH (CVOL_WIDE_TAPS / 2 - 1)
-#define CVOL_WIDE_ERROR 5e-5
+#define CVOL_FILTER_TAPS 8
+#define CVOL_FILTER_DEGREE 7
+#define CVOL_FILTER_REACH (CVOL_FILTER_TAPS / 2 - 1)
+#define CVOL_FILTER_ERROR 5e-5
 /* A Gaussian's, without one given. */
-#define CVOL_WIDE_SIGMA (5 / 6.0)
-#define CVOL_WIDE_SIGMA_MIN 0.5
-#define CVOL_WIDE_SIGMA_MAX 1.0
+#define CVOL_FILTER_SIGMA (5 / 6.0)
+#define CVOL_FILTER_SIGMA_MIN 0.5
+#define CVOL_FILTER_SIGMA_MAX 1.0
 
-typedef struct cvol_sheet_wide {
+typedef struct cvol_reconstruction_filter {
     int reach;     /* 0: linear, and the rest does not matter */
     int overshoot; /* weights below 0: what is reconstructed is kept between the 4 x 4 samples */
     int degree;
-    float factors[CVOL_WIDE_TAPS][CVOL_WIDE_DEGREE + 1]; /* w_i(t) = sum of factors[i][d] t^d */
-} cvol_sheet_wide;
+    float factors[CVOL_FILTER_TAPS][CVOL_FILTER_DEGREE + 1]; /* w_i(t) = sum of factors[i][d] t^d */
+} cvol_reconstruction_filter;
 
-void cvol_sheet_wide_make(cvol_sheet_wide *out, const cvol_sheet_options *options);
+void cvol_reconstruction_filter_make(cvol_reconstruction_filter *out,
+                                     const cvol_sheet_options *options);
 
 #endif

@@ -16,7 +16,7 @@
 #define COARSE 0.0046 /* for few pieces, which are faster */
 #define COARSEST 0.02
 #define MOST_OFF 0.0015
-/* Of functions that are not clear every interval is looked at half way, of others those that rise
+/* Of functions that are not clear every interval is looked at midpoint, of others those that rise
  * by more than `flat`, where rays move by so many samples from sheet to sheet; where they move by
  * less, and straight lines miss less, by so many times `flat` more for each sample. */
 #define MIDWAY_SHEAR 0.5
@@ -119,20 +119,20 @@ static int find_run(double (*channels)[4], int first)
 /* Ends of the first pieces that lie in the bin of this one. */
 static int ends_beside(const cvol_sheet_table *table, int count, double end)
 {
-    const int bin = (int)end >> CVOL_PIECE_BIN_LOG2;
+    const int bin = (int)end >> CVOL_SEGMENT_BIN_LOG2;
     int beside = 0;
     while (beside < count &&
-           table->piece_end[count - 1 - beside] > (float)(bin << CVOL_PIECE_BIN_LOG2))
+           table->segment_end[count - 1 - beside] > (float)(bin << CVOL_SEGMENT_BIN_LOG2))
         beside++;
     return beside;
 }
 
 /* Entry t lies at coordinate t + 1/2. What is transparent stays so exactly: no piece reaches from
- * entries that are into others, but begins and ends half way between. `most`, or 0 if the function
+ * entries that are into others, but begins and ends midpoint between. `most`, or 0 if the function
  * does not fit into so many. */
-static int fit_pieces(cvol_sheet_table *table, double (*channels)[4], double share, int most)
+static int fit_segments(cvol_sheet_table *table, double (*channels)[4], double share, int most)
 {
-    const int few = most < CVOL_PIECES, most_steps = few ? 1 : 2;
+    const int few = most < CVOL_SEGMENTS, most_steps = few ? 1 : 2;
     int count = 0, from = 0, last = find_run(channels, 0);
     while (from < CVOL_TABLE_SIZE) {
         double slope[4];
@@ -146,23 +146,23 @@ static int fit_pieces(cvol_sheet_table *table, double (*channels)[4], double sha
             to = find_piece(slope, channels, from, last, own);
         }
         for (int k = 0; k < 4; k++) {
-            table->piece_rise[k][count] = (float)slope[k];
-            table->piece_start[k][count] = (float)(middle_of(channels, k, slope[k], from, to));
+            table->segment_rise[k][count] = (float)slope[k];
+            table->segment_start[k][count] = (float)(middle_of(channels, k, slope[k], from, to));
         }
         const int ends = to == last;
-        table->piece_end[count++] = (float)(ends ? last + 1 : to + 0.5);
+        table->segment_end[count++] = (float)(ends ? last + 1 : to + 0.5);
         from = ends ? last + 1 : to;
         if (ends && from < CVOL_TABLE_SIZE)
             last = find_run(channels, from);
     }
-    for (int i = count - 1; i < CVOL_PIECES; i++)
-        table->piece_end[i] = INFINITY;
-    for (int bin = 0, piece = 0; bin < CVOL_PIECE_BINS; bin++) {
+    for (int i = count - 1; i < CVOL_SEGMENTS; i++)
+        table->segment_end[i] = INFINITY;
+    for (int bin = 0, piece = 0; bin < CVOL_SEGMENT_BINS; bin++) {
         int steps = 0;
-        while (table->piece_end[piece] <= (float)(bin << CVOL_PIECE_BIN_LOG2))
+        while (table->segment_end[piece] <= (float)(bin << CVOL_SEGMENT_BIN_LOG2))
             piece++;
-        table->piece_of[bin] = (int16_t)piece;
-        while (table->piece_end[piece + steps] < (float)((bin + 1) << CVOL_PIECE_BIN_LOG2))
+        table->segment_of[bin] = (int16_t)piece;
+        while (table->segment_end[piece + steps] < (float)((bin + 1) << CVOL_SEGMENT_BIN_LOG2))
             steps++;
         if (steps > most_steps)
             return 0;
@@ -206,32 +206,32 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
     table->visible_from = first == 0 ? -INFINITY : (float)(first - 0.5);
     table->visible_to = last == CVOL_TABLE_SIZE - 1 ? INFINITY : (float)(last + 1.5);
     table->flat = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE);
-    const int is_opaque = most > CVOL_CLEAR;
+    const int is_opaque = most > CVOL_TRANSLUCENT;
     table->flat_coarse = (float)find_flat(channels, (double)CVOL_FLAT_TOLERANCE_COARSE);
-    table->is_clear = !is_opaque && table->flat >= CVOL_BROAD * CVOL_TABLE_SIZE;
-    table->midway_ramp = is_opaque ? 0.25f * table->flat : table->flat;
+    table->is_translucent = !is_opaque && table->flat >= CVOL_SMOOTH * CVOL_TABLE_SIZE;
+    table->midpoint_ramp = is_opaque ? 0.25f * table->flat : table->flat;
     table->steep = (is_opaque ? 2 : 4) * table->flat;
-    table->midway = is_opaque ? -table->midway_ramp : table->flat;
-    table->pieces = 0;
-    for (double share = FINEST; share <= COARSE && !table->pieces; share *= 1.5)
-        table->pieces = fit_pieces(table, channels, share, CVOL_PIECES_FEW);
-    for (double share = FINEST; share <= COARSEST && !table->pieces; share *= 2)
-        table->pieces = fit_pieces(table, channels, share, CVOL_PIECES);
+    table->midpoint = is_opaque ? -table->midpoint_ramp : table->flat;
+    table->segments = 0;
+    for (double share = FINEST; share <= COARSE && !table->segments; share *= 1.5)
+        table->segments = fit_segments(table, channels, share, CVOL_SEGMENTS_FEW);
+    for (double share = FINEST; share <= COARSEST && !table->segments; share *= 2)
+        table->segments = fit_segments(table, channels, share, CVOL_SEGMENTS);
 }
 
 void cvol_sheet_table_soften(cvol_sheet_table *table)
 {
-    table->midway_ramp = table->midway = table->flat;
+    table->midpoint_ramp = table->midpoint = table->flat;
     table->steep = 4 * table->flat;
 }
 
-void cvol_sheet_table_slant(cvol_sheet_table *table, double shear, int is_fine)
+void cvol_sheet_table_image_order(cvol_sheet_table *table, double shear, int is_fine)
 {
-    if (is_fine && table->midway < 0) {
+    if (is_fine && table->midpoint < 0) {
         table->steep = FINE_STEEP * table->flat;
         return;
     }
     const float less = (float)more_of(MIDWAY_SHEAR - shear, 0) * table->flat;
-    table->midway += MIDWAY_RATE * less;
+    table->midpoint += MIDWAY_RATE * less;
     table->steep = fminf(table->steep + MIDWAY_RATE / 2 * less, 4 * table->flat);
 }

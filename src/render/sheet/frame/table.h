@@ -10,13 +10,13 @@
 void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
                            const cvol_transfer *transfer, double distance);
 
-/* What is soft (cvol_sheet_traits) is looked at half way no more than what is clear: it has no thin
- * shells between two ends that are alike. Before cvol_sheet_table_slant. */
+/* What is soft (cvol_transfer_traits) is looked at midpoint no more than what is clear: it has no
+ * thin shells between two ends that are alike. Before cvol_sheet_table_slant. */
 void cvol_sheet_table_soften(cvol_sheet_table *table);
 
-/* What it says about samples half way between sheets (midway) becomes that for rays that move by
+/* What it says about samples midpoint between sheets (midpoint) becomes that for rays that move by
  * `shear` samples from sheet to sheet, along lanes or rows, whichever is more; `is_fine`: see
- * cvol_sheet_traits. */
-void cvol_sheet_table_slant(cvol_sheet_table *table, double shear, int is_fine);
+ * cvol_transfer_traits. */
+void cvol_sheet_table_image_order(cvol_sheet_table *table, double shear, int is_fine);
 
 #endif

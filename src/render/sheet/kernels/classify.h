@@ -31,36 +31,36 @@
 /* What composite has of CVOL_LANES pixels: premultiplied colour and the transmittance 1 - A.
  * half, an extra: where A passes one half, as places are told. */
 typedef struct pixels {
-    cvol_vf r, g, b, through, half;
+    cvol_vf r, g, b, transmittance, half;
     int parts; /* that were composited: counted with extras only */
 } pixels;
 
 /* Where on its way an interval or a part of it begins and ends, in sheets as they are met; looked
  * at for extras only. */
-typedef struct stretch {
+typedef struct ray_interval {
     cvol_vf from, to;
-} stretch;
+} ray_interval;
 
-CVOL_INLINE stretch stretch_of(float from, float to)
+CVOL_INLINE ray_interval ray_interval_of(float from, float to)
 {
-    return (stretch){cvol_splat(from), cvol_splat(to)};
+    return (ray_interval){cvol_splat(from), cvol_splat(to)};
 }
 
 /* After a part, before which there was the transmittance `before`. */
-CVOL_INLINE void find_half(pixels *p, cvol_vf before, stretch at)
+CVOL_INLINE void find_half(pixels *p, cvol_vf before, ray_interval at)
 {
     if (!SHEET_EXTRAS)
         return;
-    const cvol_vi passed = (before > 0.5f) & (p->through <= 0.5f);
+    const cvol_vi passed = (before > 0.5f) & (p->transmittance <= 0.5f);
     if (!cvol_any(passed))
         return;
-    const cvol_vf t = (before - 0.5f) / cvol_max(before - p->through, cvol_splat(1e-20f));
+    const cvol_vf t = (before - 0.5f) / cvol_max(before - p->transmittance, cvol_splat(1e-20f));
     p->half = cvol_select(passed, at.from + t * (at.to - at.from), p->half);
 }
 
 /* Which pixels take a sample, and of those which for a half or a quarter of the interval. */
 typedef struct sample_parts {
-    cvol_vi halves, quarters, mask;
+    cvol_vi midpoints, quarters, mask;
     int divided; /* known when this is compiled: whether any of the three is looked at */
 } sample_parts;
 
@@ -127,60 +127,62 @@ CVOL_INLINE cvol_vf weight_share(cvol_vf share, cvol_vf opacity, cvol_vf weight)
 }
 
 /* What matter of a value has over the distance of two sheets: colour times opacity, and opacity. */
-typedef struct matter {
+typedef struct classified {
     cvol_vf v[4];
-} matter;
+} classified;
 
-CVOL_INLINE matter matter_of_entry(const cvol_sheet_table *table, cvol_vf t)
+CVOL_INLINE classified classified_of_entry(const cvol_sheet_table *table, cvol_vf t)
 {
     cvol_vf opacity;
     cvol_vi colour;
     cvol_lookup(&opacity, &colour, table->entries, cvol_to_int(table_clamp(t)));
     const cvol_vf share = opacity * (1.0f / 1023);
-    return (matter){{share * cvol_to_float(colour & 1023),
-                     share * cvol_to_float((colour >> 10) & 1023),
-                     share * cvol_to_float(colour >> 20), opacity}};
+    return (classified){{share * cvol_to_float(colour & 1023),
+                         share * cvol_to_float((colour >> 10) & 1023),
+                         share * cvol_to_float(colour >> 20), opacity}};
 }
 
 #if HAVE_PIECES
-/* Of so many `pieces` at the most: CVOL_PIECES_FEW are found in one register. */
-CVOL_INLINE cvol_vf piece_value(const float values[CVOL_PIECES], __m512i piece, int pieces)
+/* Of so many `pieces` at the most: CVOL_SEGMENTS_FEW are found in one register. */
+CVOL_INLINE cvol_vf piece_value(const float values[CVOL_SEGMENTS], __m512i piece, int segments)
 {
-    if (pieces == CVOL_PIECES_FEW)
+    if (segments == CVOL_SEGMENTS_FEW)
         return (cvol_vf)_mm512_permutexvar_ps(piece, _mm512_load_ps(values));
     return (cvol_vf)_mm512_permutex2var_ps(_mm512_load_ps(values), piece,
                                            _mm512_load_ps(values + 16));
 }
 
-CVOL_INLINE __m512i next_piece(const cvol_sheet_table *table, __m512i piece, cvol_vf t, int pieces)
+CVOL_INLINE __m512i next_piece(const cvol_sheet_table *table, __m512i piece, cvol_vf t,
+                               int segments)
 {
     const __mmask16 beyond = _mm512_cmp_ps_mask(
-        (__m512)t, (__m512)piece_value(table->piece_end, piece, pieces), _CMP_GE_OQ);
+        (__m512)t, (__m512)piece_value(table->segment_end, piece, segments), _CMP_GE_OQ);
     return _mm512_mask_add_epi32(piece, beyond, piece, _mm512_set1_epi32(1));
 }
 
-CVOL_INLINE matter matter_of_piece(const cvol_sheet_table *table, cvol_vf t, int pieces)
+CVOL_INLINE classified classified_of_piece(const cvol_sheet_table *table, cvol_vf t, int segments)
 {
     /* Entries lie in the middles of their coordinates. */
     t = cvol_min(cvol_max(t, cvol_splat(0.5f)), cvol_splat(CVOL_TABLE_SIZE - 0.5f));
-    const __m512i bin = _mm512_srli_epi32(_mm512_cvttps_epi32((__m512)t), CVOL_PIECE_BIN_LOG2);
+    const __m512i bin = _mm512_srli_epi32(_mm512_cvttps_epi32((__m512)t), CVOL_SEGMENT_BIN_LOG2);
     /* The bin is in the lower half of each word, and what the upper half finds is no matter. */
-    __m512i piece = _mm512_permutex2var_epi16(_mm512_load_si512(table->piece_of), bin,
-                                              _mm512_load_si512(table->piece_of + 32));
-    piece = _mm512_and_si512(piece, _mm512_set1_epi32(CVOL_PIECES - 1));
-    piece = next_piece(table, piece, t, pieces);
-    if (pieces != CVOL_PIECES_FEW) /* of few no two end in the same bin */
-        piece = next_piece(table, piece, t, pieces);
-    matter m;
+    __m512i piece = _mm512_permutex2var_epi16(_mm512_load_si512(table->segment_of), bin,
+                                              _mm512_load_si512(table->segment_of + 32));
+    piece = _mm512_and_si512(piece, _mm512_set1_epi32(CVOL_SEGMENTS - 1));
+    piece = next_piece(table, piece, t, segments);
+    if (segments != CVOL_SEGMENTS_FEW) /* of few no two end in the same bin */
+        piece = next_piece(table, piece, t, segments);
+    classified m;
     for (int k = 0; k < 4; k++)
-        m.v[k] = piece_value(table->piece_start[k], piece, pieces) +
-                 t * piece_value(table->piece_rise[k], piece, pieces);
+        m.v[k] = piece_value(table->segment_start[k], piece, segments) +
+                 t * piece_value(table->segment_rise[k], piece, segments);
     return m;
 }
 #endif
 
 /* Light may make matter thinner, where the table says so. */
-CVOL_INLINE void light_matter(matter *m, const cvol_sheet_table *table, const lit_matter *lit)
+CVOL_INLINE void light_classified(classified *m, const cvol_sheet_table *table,
+                                  const lit_sample *lit)
 {
     if (table->light->thinning > 0) {
         const cvol_vf share = weight_share(cvol_splat(1), m->v[3], lit->thickness);
@@ -192,72 +194,73 @@ CVOL_INLINE void light_matter(matter *m, const cvol_sheet_table *table, const li
 }
 
 /* What light makes of a gradient that stands in its place. */
-CVOL_INLINE lit_matter light_of_gradient(const lit_matter *at, const cvol_light *light)
+CVOL_INLINE lit_sample light_of_gradient(const lit_sample *at, const cvol_light *light)
 {
     const cvol_vf gradient[3] = {at->factor, at->gloss, at->thickness};
     return illuminate(gradient, light);
 }
 
 /* `lit` NULL: its colour is as it is. */
-CVOL_INLINE matter matter_of(const cvol_sheet_table *table, cvol_vf t, const lit_matter *lit,
-                             int pieces)
+CVOL_INLINE classified classified_of(const cvol_sheet_table *table, cvol_vf t,
+                                     const lit_sample *lit, int segments)
 {
-    matter m;
+    classified m;
 #if HAVE_PIECES
-    if (pieces)
-        m = matter_of_piece(table, t, pieces);
+    if (segments)
+        m = classified_of_piece(table, t, segments);
     else
 #endif
-        m = matter_of_entry(table, t);
-    (void)pieces;
+        m = classified_of_entry(table, t);
+    (void)segments;
     if (lit)
-        light_matter(&m, table, lit);
+        light_classified(&m, table, lit);
     return m;
 }
 
 /* The same where `at` may be a gradient. What has no opacity needs no light. */
-CVOL_INLINE matter matter_lit(const cvol_sheet_table *table, cvol_vf t, const lit_matter *at,
-                              int is_gradient, int pieces)
+CVOL_INLINE classified light_sample(const cvol_sheet_table *table, cvol_vf t, const lit_sample *at,
+                                    int is_gradient, int segments)
 {
     if (!is_gradient)
-        return matter_of(table, t, at, pieces);
-    matter m = matter_of(table, t, NULL, pieces);
+        return classified_of(table, t, at, segments);
+    classified m = classified_of(table, t, NULL, segments);
     if (!any_above(m.v[3], 0))
         return m;
-    const lit_matter lit = light_of_gradient(at, table->light);
-    light_matter(&m, table, &lit);
+    const lit_sample lit = light_of_gradient(at, table->light);
+    light_classified(&m, table, &lit);
     return m;
 }
 
 /* Of an opacity its share over half the length, 1 / (1 + sqrt(through)); *through = 1 - opacity
  * becomes that of the half. */
-CVOL_INLINE cvol_vf half_share(cvol_vf *through)
+CVOL_INLINE cvol_vf half_share(cvol_vf *transmittance)
 {
 #if defined(__AVX512F__)
-    *through = (cvol_vf)_mm512_mul_ps((__m512)*through, _mm512_rsqrt14_ps((__m512)*through));
-    return (cvol_vf)_mm512_rcp14_ps((__m512)(1 + *through));
+    *transmittance = (cvol_vf)_mm512_mul_ps((__m512)*transmittance,
+                                            _mm512_rsqrt14_ps((__m512)*transmittance));
+    return (cvol_vf)_mm512_rcp14_ps((__m512)(1 + *transmittance));
 #elif defined(__AVX2__)
-    *through = (cvol_vf)_mm256_sqrt_ps((__m256)*through);
-    return 1 / (1 + *through);
+    *transmittance = (cvol_vf)_mm256_sqrt_ps((__m256)*transmittance);
+    return 1 / (1 + *transmittance);
 #else
     for (int lane = 0; lane < CVOL_LANES; lane++)
-        (*through)[lane] = sqrtf((*through)[lane]);
-    return 1 / (1 + *through);
+        (*transmittance)[lane] = sqrtf((*transmittance)[lane]);
+    return 1 / (1 + *transmittance);
 #endif
 }
 
 /* One part of an interval, of the mean of the matter at its ends; if `weighted`, only this part of
  * its length. */
-CVOL_INLINE void composite_part(pixels *p, const matter *from, const matter *to, sample_parts parts,
-                                stretch at, cvol_vf weight, int weighted)
+CVOL_INLINE void composite_part(pixels *p, const classified *from, const classified *to,
+                                sample_parts parts, ray_interval at, cvol_vf weight, int weighted)
 {
-    const cvol_vf before = p->through;
+    const cvol_vf before = p->transmittance;
     cvol_vf share = before;
     const cvol_vf twice = from->v[3] + to->v[3];
     if (parts.divided) {
-        cvol_vf through = cvol_max(1 - 0.5f * twice, cvol_splat(1e-12f));
-        share = cvol_select(parts.halves, share * half_share(&through), share);
-        share = cvol_select(parts.quarters, share * half_share(&through), share);
+        cvol_vf transmittance = cvol_max(1 - 0.5f * twice, cvol_splat(1e-12f));
+        share = cvol_select(parts.midpoints, share * half_share(&transmittance), share);
+        share = cvol_select(parts.quarters, share * half_share(&transmittance), share);
         share = (cvol_vf)((cvol_vi)share & parts.mask);
     }
     if (weighted)
@@ -266,49 +269,49 @@ CVOL_INLINE void composite_part(pixels *p, const matter *from, const matter *to,
     p->r += share * (from->v[0] + to->v[0]);
     p->g += share * (from->v[1] + to->v[1]);
     p->b += share * (from->v[2] + to->v[2]);
-    p->through -= share * twice;
+    p->transmittance -= share * twice;
     if (SHEET_EXTRAS)
         p->parts++;
     find_half(p, before, at);
 }
 
 /* Where a mask is set, another matter. */
-CVOL_INLINE void replace_matter(matter *m, cvol_vi mask, const matter *by)
+CVOL_INLINE void replace_classified(classified *m, cvol_vi mask, const classified *by)
 {
     for (int k = 0; k < 4; k++)
         m->v[k] = cvol_select(mask, by->v[k], m->v[k]);
 }
 
-CVOL_INLINE lit_matter mix(const lit_matter *a, const lit_matter *b, cvol_vf t)
+CVOL_INLINE lit_sample mix(const lit_sample *a, const lit_sample *b, cvol_vf t)
 {
-    return (lit_matter){a->factor + t * (b->factor - a->factor),
+    return (lit_sample){a->factor + t * (b->factor - a->factor),
                         a->gloss + t * (b->gloss - a->gloss),
                         a->thickness + t * (b->thickness - a->thickness)};
 }
 
 /* An interval from table coordinate a to b, and its light at both ends; NULL: none. `middle`: what
- * it has half way; NULL: all have what lies straight between. */
+ * it has midpoint; NULL: all have what lies straight between. */
 typedef struct interval {
     cvol_vf a, b;
-    const lit_matter *from, *to;
-    stretch at;
+    const lit_sample *from, *to;
+    ray_interval at;
     const cvol_vf *middle;
     cvol_vi bent; /* the pixels that have it */
     int turns;    /* `from` and `to` are gradients, and it is lit in its middle, too */
 } interval;
 
 /* The part of it that ends after so much of it, of the lanes of a mask; *begin: where these are. */
-CVOL_INLINE stretch part_of(const interval *i, cvol_vf *begin, float end, cvol_vi mask)
+CVOL_INLINE ray_interval part_of(const interval *i, cvol_vf *begin, float end, cvol_vi mask)
 {
     const cvol_vf to = i->at.from + end * (i->at.to - i->at.from);
-    const stretch at = {*begin, to};
+    const ray_interval at = {*begin, to};
     *begin = cvol_select(mask, to, *begin);
     return at;
 }
 
 /* The matter after so much of an interval. */
-CVOL_INLINE matter matter_within(const cvol_sheet_table *table, const interval *i, float t,
-                                 int pieces)
+CVOL_INLINE classified classified_within(const cvol_sheet_table *table, const interval *i, float t,
+                                         int segments)
 {
     cvol_vf value = i->a + t * (i->b - i->a);
     if (i->middle) {
@@ -316,25 +319,25 @@ CVOL_INLINE matter matter_within(const cvol_sheet_table *table, const interval *
         value = cvol_select(i->bent, m + fabsf(1 - 2 * t) * (end - m), value);
     }
     if (!i->from)
-        return matter_of(table, value, NULL, pieces);
-    const lit_matter lit = mix(i->from, i->to, cvol_splat(t));
-    return matter_lit(table, value, &lit, i->turns, pieces);
+        return classified_of(table, value, NULL, segments);
+    const lit_sample lit = mix(i->from, i->to, cvol_splat(t));
+    return light_sample(table, value, &lit, i->turns, segments);
 }
 
 /* The rise from which on an interval has 4 parts. */
 CVOL_INLINE float quarters_from(const cvol_sheet_table *table)
 {
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     return table->steep;
 #endif
     return 4 * table->flat;
 }
 
-/* The rise from which on it has 2: along rays of pixels less, where these look half way. */
-CVOL_INLINE float halves_from(const cvol_sheet_table *table)
+/* The rise from which on it has 2: along image-order rays less, where these look midpoint. */
+CVOL_INLINE float midpoints_from(const cvol_sheet_table *table)
 {
-#if SHEET_PIXELS
-    return table->midway < table->flat ? table->midway : table->flat;
+#if SHEET_IMAGE_ORDER
+    return table->midpoint < table->flat ? table->midpoint : table->flat;
 #endif
     return table->flat;
 }
@@ -350,46 +353,46 @@ CVOL_INLINE cvol_vf steeper_half(const interval *i)
 /* An interval in 1, 2 or 4 parts: each pixel by itself, or the groups would be seen; the less light
  * still comes through, the fewer, for the less an error is seen. If `weighted`, only this part of
  * its length. *last: the matter at its beginning; becomes that at its end. */
-CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, matter *last,
-                                const interval *i, cvol_vf weight, int weighted, int pieces)
+CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, classified *last,
+                                const interval *i, cvol_vf weight, int weighted, int segments)
 {
     const cvol_vf most = cvol_max(i->a, i->b), least = cvol_min(i->a, i->b);
     if (!i->middle && !any_within(most, least, table->visible_from, table->visible_to)) {
-        *last = (matter){{{0}}};
+        *last = (classified){{{0}}};
         return;
     }
-    const matter end = matter_lit(table, i->b, i->to, i->turns, pieces);
-    cvol_vf span = (most - least) * p->through;
+    const classified end = light_sample(table, i->b, i->to, i->turns, segments);
+    cvol_vf span = (most - least) * p->transmittance;
     sample_parts parts = {.divided = 1};
-    if (!i->middle && !i->turns && !any_above(span, halves_from(table))) {
+    if (!i->middle && !i->turns && !any_above(span, midpoints_from(table))) {
         parts.divided = 0;
         composite_part(p, last, &end, parts, i->at, weight, weighted);
         *last = end;
         return;
     }
-    parts.halves = i->turns ? ~(cvol_vi){0} : span > halves_from(table);
+    parts.midpoints = i->turns ? ~(cvol_vi){0} : span > midpoints_from(table);
     if (i->middle)
-        span = cvol_select(i->bent, 2 * steeper_half(i) * p->through, span);
+        span = cvol_select(i->bent, 2 * steeper_half(i) * p->transmittance, span);
     parts.quarters = span > quarters_from(table);
     const int finest = any_above(span, quarters_from(table));
     cvol_vf at = i->at.from;
     if (finest) {
-        const matter first = matter_within(table, i, 0.25f, pieces);
+        const classified first = classified_within(table, i, 0.25f, segments);
         parts.mask = parts.quarters;
         composite_part(p, last, &first, parts, part_of(i, &at, 0.25f, parts.mask), weight,
                        weighted);
-        replace_matter(last, parts.quarters, &first);
+        replace_classified(last, parts.quarters, &first);
     }
-    const matter middle = matter_within(table, i, 0.5f, pieces);
-    parts.mask = parts.halves;
+    const classified middle = classified_within(table, i, 0.5f, segments);
+    parts.mask = parts.midpoints;
     composite_part(p, last, &middle, parts, part_of(i, &at, 0.5f, parts.mask), weight, weighted);
-    replace_matter(last, parts.halves, &middle);
+    replace_classified(last, parts.midpoints, &middle);
     if (finest) {
-        const matter third = matter_within(table, i, 0.75f, pieces);
+        const classified third = classified_within(table, i, 0.75f, segments);
         parts.mask = parts.quarters;
         composite_part(p, last, &third, parts, part_of(i, &at, 0.75f, parts.mask), weight,
                        weighted);
-        replace_matter(last, parts.quarters, &third);
+        replace_classified(last, parts.quarters, &third);
     }
     parts.mask = ~(cvol_vi){0};
     composite_part(p, last, &end, parts, part_of(i, &at, 1, parts.mask), weight, weighted);
@@ -397,20 +400,20 @@ CVOL_INLINE void composite_from(pixels *p, const cvol_sheet_table *table, matter
 }
 
 /* What composite_from is told of a beginning, where the interval before is not known. */
-CVOL_INLINE matter matter_at_start(const cvol_sheet_table *table, cvol_vf a, const lit_matter *at,
-                                   int is_gradient, int pieces)
+CVOL_INLINE classified classified_at_start(const cvol_sheet_table *table, cvol_vf a,
+                                           const lit_sample *at, int is_gradient, int segments)
 {
     if (!any_within(a, a, table->visible_from, table->visible_to))
-        return (matter){{{0}}};
-    return matter_lit(table, a, at, is_gradient, pieces);
+        return (classified){{{0}}};
+    return light_sample(table, a, at, is_gradient, segments);
 }
 
 /* An interval by itself. */
 CVOL_INLINE void composite_interval(pixels *p, const cvol_sheet_table *table, const interval *i,
-                                    cvol_vf weight, int weighted, int pieces)
+                                    cvol_vf weight, int weighted, int segments)
 {
-    matter last = matter_at_start(table, i->a, i->from, i->turns, pieces);
-    composite_from(p, table, &last, i, weight, weighted, pieces);
+    classified last = classified_at_start(table, i->a, i->from, i->turns, segments);
+    composite_from(p, table, &last, i, weight, weighted, segments);
 }
 
 #endif

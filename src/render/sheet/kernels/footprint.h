@@ -16,12 +16,12 @@
 #include "render/sheet/frame/frame.h"
 
 /* Whether the lines are the picture's own, see line_slanted.h. */
-#ifndef SHEET_PIXELS
-#define SHEET_PIXELS 0
+#ifndef SHEET_IMAGE_ORDER
+#define SHEET_IMAGE_ORDER 0
 #endif
 
 /* Columns of pixels that a group has, and lines. */
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
 #define GROUP_ACROSS CVOL_SQUARE
 #define GROUP_DOWN CVOL_SQUARE
 #else
@@ -33,19 +33,19 @@
  * column, and how many lines further. */
 CVOL_INLINE int column_of(int i)
 {
-    return SHEET_PIXELS ? i / CVOL_GROUP * GROUP_ACROSS : i;
+    return SHEET_IMAGE_ORDER ? i / CVOL_GROUP * GROUP_ACROSS : i;
 }
 
 CVOL_INLINE int line_of(int i)
 {
-    return SHEET_PIXELS ? i % CVOL_GROUP / GROUP_ACROSS : 0;
+    return SHEET_IMAGE_ORDER ? i % CVOL_GROUP / GROUP_ACROSS : 0;
 }
 
 /* How far these CVOL_LANES pixels are from the first of them: `across` from column to column, and
  * `down` from line to line. */
 CVOL_INLINE cvol_vf spread_pixels(float across, float down)
 {
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     const cvol_vi number = cvol_to_int(cvol_iota());
     return cvol_to_float(number & (CVOL_SQUARE - 1)) * across +
            cvol_to_float(number / CVOL_SQUARE) * down;
@@ -67,8 +67,8 @@ CVOL_INLINE double most_reach(double step, int count)
     return step < 0 ? 0 : (count - 1) * step;
 }
 
-/* Kernels are compiled for samples of either kind, see cvol_sheet_compact. */
-#ifdef SHEET_COMPACT
+/* Kernels are compiled for samples of either kind, see cvol_int16_scale. */
+#ifdef SHEET_INT16
 typedef int16_t sheet_sample;
 #else
 typedef float sheet_sample;
@@ -76,8 +76,8 @@ typedef float sheet_sample;
 
 CVOL_INLINE const sheet_sample *samples_of(const cvol_sheet_view *sheet)
 {
-#ifdef SHEET_COMPACT
-    return sheet->compact;
+#ifdef SHEET_INT16
+    return sheet->int16;
 #else
     return sheet->samples;
 #endif
@@ -86,7 +86,7 @@ CVOL_INLINE const sheet_sample *samples_of(const cvol_sheet_view *sheet)
 /* CVOL_LANES samples, as they are kept. */
 CVOL_INLINE cvol_vf load_samples(const sheet_sample *from)
 {
-#ifdef SHEET_COMPACT
+#ifdef SHEET_INT16
     int16_t words __attribute__((vector_size(2 * CVOL_LANES)));
     memcpy(&words, from, sizeof words);
     return __builtin_convertvector(words, cvol_vf);
@@ -329,7 +329,7 @@ CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *lay
 {
     const int column = column_of(i);
     j += line_of(i);
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     position = sheet->lane_at + column * sheet->lane_step + j * sheet->lane_down;
 #endif
     const cvol_vf offset = spread_pixels((float)sheet->lane_step, (float)sheet->lane_down);
@@ -344,7 +344,7 @@ CVOL_INLINE void find_span(cvol_vf *enter, cvol_vf *leave, const cvol_layer *lay
         *enter = ((float)(layer->lane_enter - position) - offset) * layer->lane_turn;
         *leave = ((float)(layer->lane_leave - position) - offset) * layer->lane_turn;
     }
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     const double row = sheet->row_at + j * sheet->row_step + column * sheet->row_right;
     const cvol_vf below = spread_pixels((float)sheet->row_right, (float)sheet->row_step);
     *enter = cvol_max(*enter, ((float)(layer->row_enter - row) - below) * layer->row_turn);

@@ -13,11 +13,11 @@
 #include "render/sheet/kernels/footprint.h"
 
 /* Vectors of samples that CVOL_LANES pixels, a sample apart or less, see in a row. */
-#define WIDE_VECTORS (CVOL_LANES < CVOL_WIDE_TAPS ? 3 : 2)
+#define WIDE_VECTORS (CVOL_LANES < CVOL_FILTER_TAPS ? 3 : 2)
 
 /* The weights of rows, and, of pixels as far apart as samples, of lanes. */
 typedef struct wide_view {
-    float rows[CVOL_WIDE_TAPS], lanes[CVOL_WIDE_TAPS];
+    float rows[CVOL_FILTER_TAPS], lanes[CVOL_FILTER_TAPS];
 } wide_view;
 
 /* Where CVOL_LANES pixels see a sheet. */
@@ -28,7 +28,7 @@ typedef struct wide_place {
     long row_stride, cover_at;
 } wide_place;
 
-CVOL_INLINE void find_wide_weights(float *weights, const cvol_sheet_wide *wide, float t)
+CVOL_INLINE void find_wide_weights(float *weights, const cvol_reconstruction_filter *wide, float t)
 {
     for (int i = 0; i < 2 + 2 * wide->reach; i++) {
         weights[i] = wide->factors[i][wide->degree];
@@ -57,7 +57,7 @@ CVOL_INLINE wide_place find_wide_place(const cvol_layer *layer, const float *nea
 /* Sample index[k] of some beside each other. */
 CVOL_INLINE cvol_vf pick(const cvol_vf samples[WIDE_VECTORS], cvol_vi index)
 {
-#if CVOL_LANES < CVOL_WIDE_TAPS
+#if CVOL_LANES < CVOL_FILTER_TAPS
     float all[WIDE_VECTORS * CVOL_LANES];
     cvol_vf out;
     memcpy(all, samples, sizeof all);
@@ -69,8 +69,8 @@ CVOL_INLINE cvol_vf pick(const cvol_vf samples[WIDE_VECTORS], cvol_vi index)
 #endif
 }
 
-CVOL_INLINE cvol_vf wide_weight(const cvol_sheet_wide *wide, const wide_view *view, int unit, int i,
-                                cvol_vf t)
+CVOL_INLINE cvol_vf wide_weight(const cvol_reconstruction_filter *wide, const wide_view *view,
+                                int unit, int i, cvol_vf t)
 {
     if (unit)
         return cvol_splat(view->lanes[i]);
@@ -93,8 +93,9 @@ CVOL_INLINE void find_bounds(cvol_vf *lo, cvol_vf *hi, const cvol_vf least[WIDE_
 }
 
 /* Samples, all of which have a value. */
-static __attribute__((noinline)) cvol_vf
-reconstruct_wide(const cvol_sheet_wide *wide, const wide_view *view, const wide_place *place)
+static __attribute__((noinline)) cvol_vf reconstruct_wide(const cvol_reconstruction_filter *wide,
+                                                          const wide_view *view,
+                                                          const wide_place *place)
 {
     const int reach = wide->reach, taps = 2 + 2 * reach;
     const float *at = place->at - reach - reach * place->row_stride;
@@ -127,8 +128,8 @@ reconstruct_wide(const cvol_sheet_wide *wide, const wide_view *view, const wide_
  * linear one's value, `mean` of cover *cover, in the place of samples without one: weights below 0
  * would make anything of what is left. */
 static __attribute__((noinline)) cvol_vf
-reconstruct_wide_masked(cvol_vf *cover, const cvol_sheet_wide *wide, const wide_view *view,
-                        const wide_place *place, cvol_vf mean)
+reconstruct_wide_masked(cvol_vf *cover, const cvol_reconstruction_filter *wide,
+                        const wide_view *view, const wide_place *place, cvol_vf mean)
 {
     const int reach = wide->reach, taps = 2 + 2 * reach;
     const float *at = place->at - reach - reach * place->row_stride;

@@ -8,7 +8,7 @@
 #include "render/sheet/frame/frame.h"
 
 typedef float quad __attribute__((vector_size(16)));
-typedef double halves __attribute__((vector_size(16))); /* the same four, two by two */
+typedef double midpoints __attribute__((vector_size(16))); /* the same four, two by two */
 
 /* The quad a0 a1 | a2 a3 and its mirror image have the differences w1 w0 -w0 -w1. */
 void CVOL_SIMD(cvol_sheet_lap_lanes)(float *a2, long row_stride, long sheet_stride, int rows,
@@ -23,11 +23,11 @@ void CVOL_SIMD(cvol_sheet_lap_lanes)(float *a2, long row_stride, long sheet_stri
             double low, high;
             memcpy(&low, at - 2, sizeof low);
             memcpy(&high, at, sizeof high);
-            quad a = (quad)(halves){low, high};
+            quad a = (quad)(midpoints){low, high};
             const quad own = a - (quad){a[3], a[2], a[1], a[0]};
             const quad other = {own[1], own[0], own[3], own[2]};
             a += near * own + far * other;
-            const halves done = (halves)a;
+            const midpoints done = (midpoints)a;
             low = done[0];
             high = done[1];
             memcpy(at - 2, &low, sizeof low);
@@ -92,11 +92,11 @@ CVOL_INLINE void lap_row(int16_t *a2, const float h[4])
     const float w0 = (float)(a2[-1] - a2[0]), w1 = (float)(a2[-2] - a2[1]);
     const float d0 = h[0] * w0 + h[1] * w1, d1 = h[2] * w0 + h[3] * w1;
     const cvol_vf done = {a2[-2] + d1, a2[-1] + d0, a2[0] - d0, a2[1] - d1};
-    cvol_store_words(a2 - 2, done, 4);
+    cvol_store_int16(a2 - 2, done, 4);
 }
 
-void CVOL_SIMD(cvol_sheet_lap_lanes_compact)(int16_t *a2, long row_stride, long sheet_stride,
-                                             int rows, int sheets, const float h[4])
+void CVOL_SIMD(cvol_sheet_lap_lanes_int16)(int16_t *a2, long row_stride, long sheet_stride,
+                                           int rows, int sheets, const float h[4])
 {
 #if CVOL_LANES == 16
     const __m512 near = _mm512_broadcast_f32x4(_mm_setr_ps(h[3], h[0], h[0], h[3])),
@@ -113,7 +113,7 @@ void CVOL_SIMD(cvol_sheet_lap_lanes_compact)(int16_t *a2, long row_stride, long 
             const __m256i words = _mm256_setr_epi64x(quads[0], quads[1], quads[2], quads[3]);
             const __m512 a = _mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(words));
             int16_t done[16];
-            cvol_store_words(done, (cvol_vf)lap_four_rows(a, near, far), 16);
+            cvol_store_int16(done, (cvol_vf)lap_four_rows(a, near, far), 16);
             for (int k = 0; k < 4; k++)
                 memcpy(at + k * row_stride, done + 4 * k, sizeof quads[k]);
         }
@@ -123,8 +123,8 @@ void CVOL_SIMD(cvol_sheet_lap_lanes_compact)(int16_t *a2, long row_stride, long 
     }
 }
 
-void CVOL_SIMD(cvol_sheet_lap_across_compact)(int16_t *const a[4], long stride, int columns,
-                                              int lines, const float h[4])
+void CVOL_SIMD(cvol_sheet_lap_across_int16)(int16_t *const a[4], long stride, int columns,
+                                            int lines, const float h[4])
 {
     for (long line = 0; line < lines; line++)
         for (int i = 0; i < columns; i += CVOL_LANES) {
@@ -132,17 +132,17 @@ void CVOL_SIMD(cvol_sheet_lap_across_compact)(int16_t *const a[4], long stride, 
             for (int k = 0; k < 4; k++)
                 at[k] = a[k] + line * stride + i;
             const int lanes = columns - i < CVOL_LANES ? columns - i : CVOL_LANES;
-            const cvol_vf a0 = cvol_load_words(at[0]), a1 = cvol_load_words(at[1]),
-                          a2 = cvol_load_words(at[2]), a3 = cvol_load_words(at[3]);
+            const cvol_vf a0 = cvol_load_int16(at[0]), a1 = cvol_load_int16(at[1]),
+                          a2 = cvol_load_int16(at[2]), a3 = cvol_load_int16(at[3]);
             const cvol_vf w0 = a1 - a2, w1 = a0 - a3;
             const cvol_vf d0 = h[0] * w0 + h[1] * w1, d1 = h[2] * w0 + h[3] * w1;
-            cvol_store_words_of_two(at[0], at[1], a0 + d1, a1 + d0, lanes);
-            cvol_store_words_of_two(at[2], at[3], a2 - d0, a3 - d1, lanes);
+            cvol_store_int16_of_two(at[0], at[1], a0 + d1, a1 + d0, lanes);
+            cvol_store_int16_of_two(at[2], at[3], a2 - d0, a3 - d1, lanes);
         }
 }
 
-void CVOL_SIMD(cvol_sheet_clamp_compact)(int16_t *samples, long row_stride, long sheet_stride,
-                                         int columns, int rows, int sheets, int16_t lo, int16_t hi)
+void CVOL_SIMD(cvol_sheet_clamp_int16)(int16_t *samples, long row_stride, long sheet_stride,
+                                       int columns, int rows, int sheets, int16_t lo, int16_t hi)
 {
     for (int z = 0; z < sheets; z++)
         for (int r = 0; r < rows; r++) {

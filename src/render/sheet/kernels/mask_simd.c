@@ -36,9 +36,9 @@ void CVOL_SIMD(cvol_sheet_lay)(float *samples, long row_stride, long sheet_strid
             }
 }
 
-void CVOL_SIMD(cvol_sheet_lay_compact)(int16_t *samples, long row_stride, long sheet_stride,
-                                       int rows, int sheets, int lanes, const uint16_t *bits,
-                                       int row_step, int sheet_step, int16_t background)
+void CVOL_SIMD(cvol_sheet_lay_int16)(int16_t *samples, long row_stride, long sheet_stride, int rows,
+                                     int sheets, int lanes, const uint16_t *bits, int row_step,
+                                     int sheet_step, int16_t background)
 {
     for (int z = 0; z < sheets; z++)
         for (int y = 0; y < rows; y++)
@@ -167,8 +167,8 @@ void CVOL_SIMD(cvol_sheet_lay_points)(const cvol_sheet_piece *p, const cvol_mask
         }
 }
 
-void CVOL_SIMD(cvol_sheet_lay_points_compact)(const cvol_sheet_piece *p, const cvol_mask_grid *g,
-                                              int16_t background)
+void CVOL_SIMD(cvol_sheet_lay_points_int16)(const cvol_sheet_piece *p, const cvol_mask_grid *g,
+                                            int16_t background)
 {
     const int words = (g->block + 15) / 16, count = g->lane->count;
     float cover[CVOL_BLOCK_MAX];
@@ -182,8 +182,8 @@ void CVOL_SIMD(cvol_sheet_lay_points_compact)(const cvol_sheet_piece *p, const c
             int16_t *at = (int16_t *)p->at + z * p->sheet_stride + y * p->row_stride;
             for (int x = 0; x < count; x += CVOL_LANES) {
                 const cvol_vf v = background +
-                                  cvol_load(cover + x) * (cvol_load_words(at + x) - background);
-                cvol_store_words(at + x, v, count - x);
+                                  cvol_load(cover + x) * (cvol_load_int16(at + x) - background);
+                cvol_store_int16(at + x, v, count - x);
             }
         }
 }

@@ -111,7 +111,7 @@ typedef struct pixel_writer {
 
 /* Where fewer did, but the pixel's own ray does: the mean of the nearest of those that did, as
  * interpolation beyond the last of them would be anything. *met: whether there are any. */
-static float mean_of_near(int *met, const cvol_warp_source *source, double u, double v)
+static float mean_of_near(int *intersected, const cvol_warp_source *source, double u, double v)
 {
     const int left = (int)floor(u), top = (int)floor(v);
     float sum = 0, weight = 0;
@@ -125,7 +125,7 @@ static float mean_of_near(int *met, const cvol_warp_source *source, double u, do
         sum += share * pixel[0];
         weight += share;
     }
-    *met = weight > 0;
+    *intersected = weight > 0;
     return weight > 0 ? sum / weight : 0;
 }
 
@@ -279,7 +279,7 @@ static void write_line(cvol_image *image, int y, const cvol_warp_source *source,
 /* Whether lines of the intermediate image are the picture's own, one way or the other. */
 static int are_lines(const cvol_sheet_plan *plan, const pixel_writer *writer)
 {
-    return plan->of_pixels && plan->warp[0][1] != 0 && !writer->grey;
+    return plan->image_order && plan->warp[0][1] != 0 && !writer->grey;
 }
 
 /* Of such a plan: a line needs nothing but to be written. */

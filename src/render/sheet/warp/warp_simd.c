@@ -39,7 +39,7 @@ static __attribute__((noinline)) void copy_edge(float *out, const cvol_warp_sour
 
 CVOL_INLINE cvol_pixel_f sample(const cvol_warp_source *source, int x, int y, float s, float t)
 {
-    /* Of plans of pixels all lie on pixels. */
+    /* Of image-order plans all lie on pixels. */
     if (s == 0 && t == 0 && x >= 0 && y >= 0 && x < source->width && y < source->height)
         return cvol_pixel_load(source->pixels + y * source->stride + 4L * x);
     float down[4], edge[4 * WINDOW];
@@ -129,16 +129,16 @@ void CVOL_SIMD(cvol_warp_bytes)(uint8_t *rgba, const float *values, int count,
 {
     const cvol_vf zero = {0}, one = cvol_splat(1);
     cvol_vf ground, base;
-    cvol_vi through;
+    cvol_vi transmittance;
     /* Channel 3 is 1 - T + T = 1, whatever T. */
     for (int i = 0; i < CVOL_LANES; i++) {
         ground[i] = i % 4 < 3 ? background[i % 4] : 0;
         base[i] = i % 4 < 3 ? 0 : 1;
-        through[i] = i | 3;
+        transmittance[i] = i | 3;
     }
     for (int i = 0; i < 4 * count; i += CVOL_LANES) {
         const cvol_vf value = cvol_load(values + i);
-        const cvol_vf seen = cvol_shuffle(value, value, through);
+        const cvol_vf seen = cvol_shuffle(value, value, transmittance);
         const cvol_vf level = value + cvol_min(cvol_max(seen, zero), one) * ground;
         const bytes now = __builtin_convertvector(
             cvol_to_int(cvol_min(cvol_max(cvol_max(level, base), zero), one) * 255 + 0.5f), bytes);

@@ -31,7 +31,7 @@ CVOL_INLINE void move_by(cvol_sheet_view *view, double by)
     view->row_step += by * view->row_rate[1];
 }
 
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
 static inline void view_between(between_views *out, const line_job *job, int unit)
 {
     const cvol_layer *layer = job->layer;
@@ -69,14 +69,14 @@ static inline void view_between(between_views *out, const line_job *job, int uni
 
 #endif
 
-/* A part of a group: where samples are not there, along rays of pixels the levels of their windows;
- * else not a number. */
+/* A part of a group: where samples are not there, along image-order rays the levels of their
+ * windows; else not a number. */
 CVOL_INLINE cvol_vf reconstruct_there(const line_job *job, const sheet_line *sheet, int group,
                                       int k, int unit)
 {
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     sheet_line view = *sheet;
-    view.mixed = !is_there_slanted(job, sheet, group);
+    view.mixed = !is_there_image_order(job, sheet, group);
     return reconstruct(job, &view, group, k, unit);
 #else
     const long window = window_of(lane_sample(sheet, group, unit));
@@ -113,7 +113,7 @@ CVOL_INLINE cvol_vf find_between(const line_job *job, int s, int part, int group
     if (s > 0) {
         sheet_line before = *view;
         const long offset = job->layer->sheets[s - 1].first - job->layer->sheets[s].first;
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
         before.origin += offset;
         before.windows = job->sheets[s - 1].windows;
 #else

@@ -20,7 +20,7 @@
 #include "render/sheet/kernels/classify.h"
 #include "render/sheet/kernels/composite/between.h"
 #include "render/sheet/kernels/composite/line.h"
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
 #include "render/sheet/kernels/image_order/midpoint.h"
 #endif
 
@@ -31,7 +31,7 @@ typedef struct group_state {
     pixels p[PARTS];
     cvol_vf value[PARTS], cover[PARTS]; /* at the sheet before; cover only where samples are void */
     cvol_vf length[PARTS]; /* of an interval, over that of the table: in perspective, else 1 */
-    int bent; /* the interval before the layer's last sheet would be looked at half way */
+    int bent; /* the interval before the layer's last sheet would be looked at midpoint */
 } group_state;
 
 /* ---- one group --------------------------------------------------------------------------------
@@ -92,7 +92,7 @@ CVOL_INLINE void store_group(const group_state *g, const cvol_line *line, int gr
         cvol_store(r, g->p[k].r);
         cvol_store(r + width, g->p[k].g);
         cvol_store(r + 2 * width, g->p[k].b);
-        cvol_store(r + 3 * width, g->p[k].through);
+        cvol_store(r + 3 * width, g->p[k].transmittance);
         cvol_store(r + 4 * width, g->value[k]);
         if (SHEET_EXTRAS && line->depth)
             cvol_store(line->depth + group * CVOL_GROUP + k * CVOL_LANES, g->p[k].half);
@@ -103,9 +103,9 @@ CVOL_INLINE void store_group(const group_state *g, const cvol_line *line, int gr
 
 CVOL_INLINE int is_closed(const group_state *g)
 {
-    cvol_vf most = g->p[0].through;
+    cvol_vf most = g->p[0].transmittance;
     for (int k = 1; k < PARTS; k++)
-        most = cvol_max(most, g->p[k].through);
+        most = cvol_max(most, g->p[k].transmittance);
     return !any_above(most, OPAQUE_BELOW);
 }
 
@@ -131,24 +131,24 @@ CVOL_INLINE void find_within(span *out, const line_job *job, int s, int i)
     out->to = cvol_min(cvol_max(leave, begin), end);
     const cvol_vf near = 0.5f * cvol_min(-enter, 2 + enter);
     out->near = cvol_max(cvol_min(near, out->to - out->from), zero);
-    out->even = !SHEET_PIXELS || layer->cuts > 0;
+    out->even = !SHEET_IMAGE_ORDER || layer->cuts > 0;
 }
 
 /* What of an interval, which ends at a sheet of this ordinal, is within. Of opaque matter what lies
  * at a face is all that is seen, and would not be the same before and behind a sheet, which is seen
  * as rings: so of what is within of the interval that a face cuts, half is drawn by itself; and of
  * the next interval half of what the face leaves of the one before. Behind a plane that cuts, and
- * along the lattice, this counts as what it is at the face. Rays of pixels do without that at the
+ * along the lattice, this counts as what it is at the face. Image-order rays do without that at the
  * volume's own faces and a box's: a bright sample there would look as thick as half a sheet more,
  * which is much of the little way that rays have at an edge. */
 CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol_vf from,
                                   cvol_vf to, const span *within, int ordinal, cvol_vf length,
-                                  int pieces)
+                                  int segments)
 {
     const sample_parts whole = {.divided = 0};
     const cvol_vf rise = to - from, sheet = cvol_splat((float)ordinal);
     const cvol_vf face = to + within->from * rise;
-    const stretch at = {sheet + within->from + within->near, sheet + within->to};
+    const ray_interval at = {sheet + within->from + within->near, sheet + within->to};
     const interval all = {within->even ? face : to + (within->from + within->near) * rise,
                           to + within->to * rise,
                           NULL,
@@ -158,24 +158,25 @@ CVOL_INLINE void composite_within(pixels *p, const cvol_sheet_table *table, cvol
                           {0},
                           0};
     const cvol_vf rest = within->to - within->from - within->near;
-    matter last = matter_at_start(table, face, NULL, 0, pieces);
+    classified last = classified_at_start(table, face, NULL, 0, segments);
     if (any_above(within->near, LEAST_WEIGHT)) {
-        const matter next = within->even ? last : matter_at_start(table, all.a, NULL, 0, pieces);
-        composite_part(p, &last, &next, whole, (stretch){at.from - within->near, at.from},
+        const classified next = within->even ? last
+                                             : classified_at_start(table, all.a, NULL, 0, segments);
+        composite_part(p, &last, &next, whole, (ray_interval){at.from - within->near, at.from},
                        within->near * length, 1);
         last = next;
     }
-    composite_from(p, table, &last, &all, rest * length, 1, pieces);
+    composite_from(p, table, &last, &all, rest * length, 1, segments);
 }
 
 /* A group that was drawn up to the sheet before meets a window that cannot be seen: what of the
  * interval between the two can be, is drawn. If samples there may have no value, then what half of
  * it has by the sheet before. */
 CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group, int unit,
-                          int has_void, int pieces)
+                          int has_void, int segments)
 {
     const sheet_line *sheet = &job->sheets[s];
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     const int masked = 0;
     cvol_vf levels[PARTS];
     find_levels(levels, job, s, sheet->windows, group, 0);
@@ -188,18 +189,18 @@ CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group,
 #endif
     for (int k = 0; k < PARTS; k++) {
         const int i = group * CVOL_GROUP + k * CVOL_LANES;
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
         const cvol_vf level = levels[k];
 #endif
         const cvol_vf end = masked ? g->value[k] : level;
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
         if (group >= sheet->inside_begin && group < sheet->inside_end) {
             cvol_vf middle;
             const float ordinal = (float)job->layer->sheets[s].ordinal;
-            interval all = {g->value[k], level, NULL, NULL, stretch_of(ordinal - 1, ordinal),
+            interval all = {g->value[k], level, NULL, NULL, ray_interval_of(ordinal - 1, ordinal),
                             NULL,        {0},   0};
-            look_midway(&all, &middle, job, s, group, k, g->p[k].through);
-            composite_interval(&g->p[k], job->table, &all, g->length[k], 0, pieces);
+            look_midpoint(&all, &middle, job, s, group, k, g->p[k].transmittance);
+            composite_interval(&g->p[k], job->table, &all, g->length[k], 0, segments);
             continue;
         }
 #endif
@@ -209,33 +210,33 @@ CVOL_INLINE void draw_end(group_state *g, const line_job *job, int s, int group,
         if (masked)
             weight *= 0.5f * g->cover[k];
         composite_within(&g->p[k], job->table, g->value[k], end, &within,
-                         job->layer->sheets[s].ordinal, weight, pieces);
+                         job->layer->sheets[s].ordinal, weight, segments);
     }
 }
 
 /* The interval that ends at a sheet. known: its beginning is g->value; else only its latter half,
  * or, of the first sheet, none is within the volume, and it has one value. */
 CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int group, int known,
-                               int unit, int has_void, int pieces)
+                               int unit, int has_void, int segments)
 {
     const cvol_layer *layer = job->layer;
     const sheet_line *sheet = &job->sheets[s];
     const double step = sheet->lane_step;
     const long x = lane_sample(sheet, group, unit);
-    const int masked = !SHEET_PIXELS && has_void &&
+    const int masked = !SHEET_IMAGE_ORDER && has_void &&
                        sheet->view.windows[window_of(x)] & CVOL_WINDOW_MASKED;
     const int inside = group >= sheet->inside_begin && group < sheet->inside_end;
     const int ordinal = layer->sheets[s].ordinal;
-    const stretch at = stretch_of((float)ordinal - (known ? 1 : 0.5f), (float)ordinal);
+    const ray_interval at = ray_interval_of((float)ordinal - (known ? 1 : 0.5f), (float)ordinal);
     count_samples(job, 1);
     for (int k = 0; k < PARTS; k++) {
         const double position = sheet->lane_at + (group * CVOL_GROUP + k * CVOL_LANES) * step;
         cvol_vf cover = cvol_splat(1), value;
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
         (void)masked;
         (void)x;
         (void)position;
-        value = reconstruct_slanted(job, sheet, group * CVOL_GROUP + k * CVOL_LANES);
+        value = reconstruct_image_order(job, sheet, group * CVOL_GROUP + k * CVOL_LANES);
 #else
 #if SHEET_EXTRAS
         if (layer->wide)
@@ -262,31 +263,32 @@ CVOL_INLINE void draw_interval(group_state *g, const line_job *job, int s, int g
             g->cover[k] = cover;
         }
         interval all = {from, to, NULL, NULL, at, NULL, {0}, 0};
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
         cvol_vf middle;
         if (inside && known)
-            look_midway(&all, &middle, job, s, group, k, g->p[k].through);
+            look_midpoint(&all, &middle, job, s, group, k, g->p[k].transmittance);
         if (s == layer->sheet_count - 1)
-            g->bent |= any_above(find_bend(from, to, g->p[k].through), job->table->midway);
+            g->bent |= any_above(find_curvature(from, to, g->p[k].transmittance),
+                                 job->table->midpoint);
 #endif
         if (!inside) {
             span within;
             find_within(&within, job, s, group * CVOL_GROUP + k * CVOL_LANES);
-            composite_within(&g->p[k], job->table, from, to, &within, ordinal, weight, pieces);
+            composite_within(&g->p[k], job->table, from, to, &within, ordinal, weight, segments);
         } else if (known && !has_void && !layer->perspective &&
                    !(SHEET_EXTRAS && layer->parts > 1)) {
-            composite_interval(&g->p[k], job->table, &all, weight, 0, pieces);
+            composite_interval(&g->p[k], job->table, &all, weight, 0, segments);
         } else {
             composite_interval(&g->p[k], job->table, &all, known ? weight : 0.5f * weight, 1,
-                               pieces);
+                               segments);
         }
         g->value[k] = value;
     }
 }
 
 /* An interval in parts, the last of which ends at sheet s. */
-CVOL_INLINE void draw_parts(group_state *g, matter *last, const line_job *job, int s, int group,
-                            int k, int unit, int lengths, int pieces, cvol_vf start, cvol_vf end)
+CVOL_INLINE void draw_parts(group_state *g, classified *last, const line_job *job, int s, int group,
+                            int k, int unit, int lengths, int segments, cvol_vf start, cvol_vf end)
 {
     const int parts = job->layer->parts;
     const float ordinal = (float)(job->layer->sheets[0].ordinal + s), step = 1 / (float)parts;
@@ -294,16 +296,16 @@ CVOL_INLINE void draw_parts(group_state *g, matter *last, const line_job *job, i
     for (int part = 1; part <= parts; part++) {
         const cvol_vf value = part < parts ? find_between(job, s, part, group, k, unit, start, end)
                                            : end;
-        const interval all = {
-            from,
-            value,
-            NULL,
-            NULL,
-            stretch_of(ordinal - 1 + (float)(part - 1) * step, ordinal - 1 + (float)part * step),
-            NULL,
-            {0},
-            0};
-        composite_from(&g->p[k], job->table, last, &all, step * g->length[k], lengths, pieces);
+        const interval all = {from,
+                              value,
+                              NULL,
+                              NULL,
+                              ray_interval_of(ordinal - 1 + (float)(part - 1) * step,
+                                              ordinal - 1 + (float)part * step),
+                              NULL,
+                              {0},
+                              0};
+        composite_from(&g->p[k], job->table, last, &all, step * g->length[k], lengths, segments);
         from = value;
     }
 }
@@ -312,7 +314,7 @@ CVOL_INLINE void draw_parts(group_state *g, matter *last, const line_job *job, i
  * of their values are found, and with them in which intervals there is anything to be seen; only
  * these are looked at then. */
 CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, int s, int count,
-                          int group, int unit, int lengths, int pieces)
+                          int group, int unit, int lengths, int segments)
 {
     const cvol_sheet_table *table = job->table;
     cvol_vf values[CVOL_BLOCK_MAX + 1][PARTS];
@@ -333,34 +335,35 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
         live = (UINT64_C(1) << count) - 1;
     for (int k = 0; k < PARTS; k++)
         state->value[k] = values[count][k];
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     for (int k = 0; k < PARTS && s + count == job->layer->sheet_count; k++)
         state->bent |= any_above(
-            find_bend(values[count - 1][k], values[count][k], state->p[k].through),
-            job->table->midway);
+            find_curvature(values[count - 1][k], values[count][k], state->p[k].transmittance),
+            job->table->midpoint);
 #endif
     if (!live)
         return;
     group_state g = *state;
-    matter last[PARTS] = {{{{0}}}};
+    classified last[PARTS] = {{{{0}}}};
     int next = -1;
     while (live && !*closed) {
         const int i = __builtin_ctzll(live);
         live &= live - 1;
         const float ordinal = (float)(job->layer->sheets[0].ordinal + s + i);
-        const stretch at = stretch_of(ordinal - 1, ordinal);
+        const ray_interval at = ray_interval_of(ordinal - 1, ordinal);
         for (int k = 0; k < PARTS; k++) {
             interval all = {values[i][k], values[i + 1][k], NULL, NULL, at, NULL, {0}, 0};
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
             cvol_vf middle;
-            look_midway(&all, &middle, job, s + i, group, k, g.p[k].through);
+            look_midpoint(&all, &middle, job, s + i, group, k, g.p[k].transmittance);
 #endif
             if (i != next)
-                last[k] = matter_at_start(table, all.a, NULL, 0, pieces);
+                last[k] = classified_at_start(table, all.a, NULL, 0, segments);
             if (SHEET_EXTRAS && job->layer->parts > 1)
-                draw_parts(&g, &last[k], job, s + i, group, k, unit, lengths, pieces, all.a, all.b);
+                draw_parts(&g, &last[k], job, s + i, group, k, unit, lengths, segments, all.a,
+                           all.b);
             else
-                composite_from(&g.p[k], table, &last[k], &all, g.length[k], lengths, pieces);
+                composite_from(&g.p[k], table, &last[k], &all, g.length[k], lengths, segments);
         }
         next = i + 1;
         *closed = is_closed(&g);
@@ -370,15 +373,15 @@ CVOL_INLINE void draw_run(group_state *state, int *closed, const line_job *job, 
 
 /* One sheet of any other kind; *known: whether its value was found. */
 CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, int known, int unit,
-                         int has_void, int pieces)
+                         int has_void, int segments)
 {
     float level = 0, spread;
     if (!(job->seen[group - job->first_group] >> s & 1)) {
         if (known)
-            draw_end(g, job, s, group, unit, has_void, pieces);
+            draw_end(g, job, s, group, unit, has_void, segments);
         return 0;
     }
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     cvol_vf levels[PARTS];
     (void)level;
     (void)spread;
@@ -389,7 +392,7 @@ CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, 
             g->cover[k] = cvol_splat(1);
         }
         if (s == 0)
-            keep_levels_midway(job, group);
+            keep_levels_midpoint(job, group);
     }
 #else
     if (!known && find_level_before(&level, &spread, job, s, group)) {
@@ -400,41 +403,41 @@ CVOL_COLD int draw_sheet(group_state *g, const line_job *job, int s, int group, 
         }
     }
 #endif
-    draw_interval(g, job, s, group, known, unit, has_void, pieces);
+    draw_interval(g, job, s, group, known, unit, has_void, segments);
     return 1;
 }
 
 /* A group through the sheets that it meets. */
 CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_void, int lengths,
-                            int pieces)
+                            int segments)
 {
     const cvol_line *line = job->line;
     const int at = group - job->first_group, first_ordinal = job->layer->sheets[0].ordinal;
     const uint32_t seen = job->seen[at];
     const uint64_t go = has_void ? 0 : seen & job->inside[at];
-    uint32_t met = job->met[at];
-    int known = line->met[group] == first_ordinal - 1;
-    if (!seen && !(known && met & 1))
+    uint32_t intersected = job->intersected[at];
+    int known = line->intersected[group] == first_ordinal - 1;
+    if (!seen && !(known && intersected & 1))
         return;
     group_state g;
     load_group(&g, job, group, has_void, lengths);
     g.bent = 0;
-    int last = line->met[group], closed = 0;
-    while (met && !closed) {
-        int s = __builtin_ctz(met);
+    int last = line->intersected[group], closed = 0;
+    while (intersected && !closed) {
+        int s = __builtin_ctz(intersected);
         known = last == first_ordinal + s - 1;
         if (known && go >> s & 1) {
             const int count = __builtin_ctzll(~(go >> s));
-            draw_run(&g, &closed, job, s, count, group, unit, lengths, pieces);
+            draw_run(&g, &closed, job, s, count, group, unit, lengths, segments);
             last = first_ordinal + s + count - 1;
-            met &= ~UINT32_C(0) << (s + count - 1) << 1;
+            intersected &= ~UINT32_C(0) << (s + count - 1) << 1;
             continue;
         }
-        met &= met - 1;
-        if (draw_sheet(&g, job, s, group, known, unit, has_void, pieces))
+        intersected &= intersected - 1;
+        if (draw_sheet(&g, job, s, group, known, unit, has_void, segments))
             last = first_ordinal + s;
         else
-            met &= from_lowest(met & seen); /* nothing to be seen until then */
+            intersected &= from_lowest(intersected & seen); /* nothing to be seen until then */
         closed = is_closed(&g);
     }
     store_group(&g, line, group, has_void);
@@ -442,23 +445,23 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
     if (SHEET_EXTRAS && job->layer->parts > 1 && !closed &&
         last == first_ordinal + job->layer->sheet_count - 1)
         keep_between(job, group, unit);
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     if (job->layer->parts == 1 && !closed && last == first_ordinal + job->layer->sheet_count - 1)
-        keep_midway(job, group, g.bent);
+        keep_midpoint(job, group, g.bent);
 #endif
-    line->met[group] = last;
+    line->intersected[group] = last;
     line->opaque[group] = (uint8_t)closed;
 }
 
-CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, int pieces)
+CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, int segments)
 {
     const cvol_layer *layer = job->layer;
     int begin = job->line->width / CVOL_GROUP, end = 0;
-#if SHEET_PIXELS
-    view_slanted(job);
+#if SHEET_IMAGE_ORDER
+    view_image_order(job);
 #endif
     for (int s = 0; s < layer->sheet_count; s++) {
-#if !SHEET_PIXELS
+#if !SHEET_IMAGE_ORDER
         view_sheet(&job->sheets[s], job, &layer->sheets[s], unit);
 #endif
         begin = job->sheets[s].begin < begin ? job->sheets[s].begin : begin;
@@ -472,17 +475,17 @@ CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, i
 #endif
     for (int first = begin; first < end; first += RUN) {
         const int count = end - first < RUN ? end - first : RUN;
-#if SHEET_PIXELS
-        find_met_slanted(job, first, count);
+#if SHEET_IMAGE_ORDER
+        find_intersected_image_order(job, first, count);
 #else
-        find_met(job, first, count, unit);
+        find_intersected(job, first, count, unit);
 #endif
         for (int group = first; group < first + count; group++) {
             const int ahead = group + AHEAD;
             if (ahead < first + count && job->seen[ahead - first] && !job->line->opaque[ahead])
                 prefetch_group(job->line, ahead);
             if (!job->line->opaque[group])
-                draw_group(job, group, unit, has_void, lengths, pieces);
+                draw_group(job, group, unit, has_void, lengths, segments);
         }
     }
 }

@@ -19,9 +19,9 @@ CVOL_INLINE void begin_line(line_job *job, const cvol_layer *layer, const cvol_s
     job->table = table;
     job->line = line;
     job->table_offset = -table->from * table->scale;
-#ifdef SHEET_COMPACT
-    job->sample_scale = table->scale / layer->compact.scale;
-    job->sample_offset = job->table_offset - layer->compact.offset * job->sample_scale;
+#ifdef SHEET_INT16
+    job->sample_scale = table->scale / layer->int16.scale;
+    job->sample_offset = job->table_offset - layer->int16.offset * job->sample_scale;
 #else
     job->sample_scale = table->scale;
     job->sample_offset = job->table_offset;
@@ -32,26 +32,27 @@ CVOL_INLINE void draw_line_of_kind(line_job *job)
 {
     const int unit = job->layer->unit, has_void = job->layer->cover_at != 0,
               lengths = job->layer->perspective,
-              pieces = HAVE_PIECES && !has_void ? job->table->pieces : 0;
-    const int few = pieces == CVOL_PIECES_FEW;
-    const int is_rare = lengths || has_void || (HAVE_PIECES && !pieces);
+              segments = HAVE_PIECES && !has_void ? job->table->segments : 0;
+    const int few = segments == CVOL_SEGMENTS_FEW;
+    const int is_rare = lengths || has_void || (HAVE_PIECES && !segments);
     if (SHEET_EXTRAS || (SHEET_LIT && is_rare))
-        draw_line(job, unit, has_void, lengths, pieces ? CVOL_PIECES : 0);
-    else if (SHEET_LIT && pieces)
-        unit ? draw_line(job, 1, 0, 0, CVOL_PIECES) : draw_line(job, 0, 0, 0, CVOL_PIECES);
+        draw_line(job, unit, has_void, lengths, segments ? CVOL_SEGMENTS : 0);
+    else if (SHEET_LIT && segments)
+        unit ? draw_line(job, 1, 0, 0, CVOL_SEGMENTS) : draw_line(job, 0, 0, 0, CVOL_SEGMENTS);
     else if (SHEET_LIT)
         unit ? draw_line(job, 1, 0, 0, 0) : draw_line(job, 0, 0, 0, 0);
     else if (lengths)
-        has_void ? draw_line(job, 0, 1, 1, 0)
-        : few    ? draw_line(job, 0, 0, 1, CVOL_PIECES_FEW)
-        : pieces ? draw_line(job, 0, 0, 1, CVOL_PIECES)
-                 : draw_line(job, 0, 0, 1, 0);
+        has_void   ? draw_line(job, 0, 1, 1, 0)
+        : few      ? draw_line(job, 0, 0, 1, CVOL_SEGMENTS_FEW)
+        : segments ? draw_line(job, 0, 0, 1, CVOL_SEGMENTS)
+                   : draw_line(job, 0, 0, 1, 0);
     else if (has_void)
         unit ? draw_line(job, 1, 1, 0, 0) : draw_line(job, 0, 1, 0, 0);
     else if (few)
-        unit ? draw_line(job, 1, 0, 0, CVOL_PIECES_FEW) : draw_line(job, 0, 0, 0, CVOL_PIECES_FEW);
-    else if (pieces)
-        unit ? draw_line(job, 1, 0, 0, CVOL_PIECES) : draw_line(job, 0, 0, 0, CVOL_PIECES);
+        unit ? draw_line(job, 1, 0, 0, CVOL_SEGMENTS_FEW)
+             : draw_line(job, 0, 0, 0, CVOL_SEGMENTS_FEW);
+    else if (segments)
+        unit ? draw_line(job, 1, 0, 0, CVOL_SEGMENTS) : draw_line(job, 0, 0, 0, CVOL_SEGMENTS);
     else
         unit ? draw_line(job, 1, 0, 0, 0) : draw_line(job, 0, 0, 0, 0);
 }

@@ -1,14 +1,14 @@
 /* Mode composite along the rays of the picture's pixels, with samples between sheets. */
-#define SHEET_PIXELS 1
+#define SHEET_IMAGE_ORDER 1
 #define SHEET_EXTRAS 1
 #include "render/sheet/kernels/composite/composite.h"
 
 #include "render/sheet/kernels/composite/entry.h"
 
-void CVOL_SIMD(cvol_sheet_pixels_extra)(const cvol_layer *layer, const cvol_sheet_table *table,
-                                        const cvol_line *line)
+void CVOL_SIMD(cvol_sheet_image_order_extra)(const cvol_layer *layer, const cvol_sheet_table *table,
+                                             const cvol_line *line)
 {
     line_job job;
     begin_line(&job, layer, table, line);
-    draw_line(&job, 0, 0, 0, table->pieces ? CVOL_PIECES : 0);
+    draw_line(&job, 0, 0, 0, table->segments ? CVOL_SEGMENTS : 0);
 }

@@ -1,14 +1,14 @@
 /* Mode composite along the rays of the picture's pixels (line_slanted.h). */
-#define SHEET_PIXELS 1
+#define SHEET_IMAGE_ORDER 1
 #include "render/sheet/kernels/composite/composite.h"
 
 #include "render/sheet/kernels/composite/entry.h"
 
-void CVOL_SIMD(cvol_sheet_pixels)(const cvol_layer *layer, const cvol_sheet_table *table,
-                                  const cvol_line *line)
+void CVOL_SIMD(cvol_sheet_image_order)(const cvol_layer *layer, const cvol_sheet_table *table,
+                                       const cvol_line *line)
 {
     line_job job;
     begin_line(&job, layer, table, line);
-    HAVE_PIECES && table->pieces ? draw_line(&job, 0, 0, 0, CVOL_PIECES)
-                                 : draw_line(&job, 0, 0, 0, 0);
+    HAVE_PIECES && table->segments ? draw_line(&job, 0, 0, 0, CVOL_SEGMENTS)
+                                   : draw_line(&job, 0, 0, 0, 0);
 }

@@ -1,7 +1,7 @@
 /* Mode composite where samples are kept in 16 bits, with AVX-512: what composite.h does, for
  * the usual intervals of two groups side by side at once, 32 pixels in whole numbers.
  *
- * Values are samples as they are kept, classified by cvol_sheet_words. Transmittances are numbers
+ * Values are samples as they are kept, classified by cvol_int16_table. Transmittances are numbers
  * of 2^-15; what colours and opacity have gained over a layer's sheets is summed apart, times
  * 2^(15 + shift), and added to the groups' own floats behind the last of these. Where a group
  * begins or ends, or a face is near, it is drawn as composite.h does, by itself.
@@ -20,24 +20,24 @@
 #define OPAQUE_WORD 64
 
 /* Sheets that a run has at most: what closes within it need not know those behind. */
-#define RUN_SHEETS (SHEET_PIXELS ? 8 : CVOL_BLOCK_MAX)
+#define RUN_SHEETS (SHEET_IMAGE_ORDER ? 8 : CVOL_BLOCK_MAX)
 
 #define ONE_WORD 32767
 
 /* What a line is to the sheets, in words. */
-typedef struct compact_job {
+typedef struct int16_job {
     line_job *job;
-    const cvol_sheet_words *words;
+    const cvol_int16_table *words;
     int32_t weights[CVOL_BLOCK_MAX][4]; /* of near, its next sample, far, its next: twice 2^15 */
     __m512i ramp[2];                    /* lane steps to pixels 0 .. 31, in 2^-16 */
-#if SHEET_PIXELS                        /* or steps along lanes, and rows, to pixels 0 .. 15 */
+#if SHEET_IMAGE_ORDER                   /* or steps along lanes, and rows, to pixels 0 .. 15 */
     int32_t steps[2];
     int32_t before[2][2], behind[2][2]; /* how far 16 pixels, or 32, reach from the first */
     int lanes_at_once; /* samples that hold 32 pixels' of a row: 32, 64, or 0: more */
     int rows[2];       /* the most rows that 16 pixels take samples of, and 32 */
 #endif
     float sample_rate, sample_from; /* samples = table coordinates sample_rate + sample_from */
-} compact_job;
+} int16_job;
 
 /* Two groups while they are drawn. */
 typedef struct pair_state {
@@ -48,14 +48,14 @@ typedef struct pair_state {
 } pair_state;
 
 /* Matter of 32 pixels. */
-typedef struct words_matter {
+typedef struct int16_classified {
     __m512i v[4];
-} words_matter;
+} int16_classified;
 
 /* What of them has been drawn in a run. */
-typedef struct words_pixels {
-    __m512i gained[4], start, through; /* transmittances: at its beginning, and now */
-} words_pixels;
+typedef struct int16_pixels {
+    __m512i gained[4], start, transmittance; /* transmittances: at its beginning, and now */
+} int16_pixels;
 
 /* ---- values ------------------------------------------------------------------------------------
  */
@@ -67,14 +67,14 @@ CVOL_INLINE int32_t double_word(float weight)
     return word << 16 | word;
 }
 
-CVOL_INLINE void begin_words(compact_job *c, line_job *job, int unit)
+CVOL_INLINE void begin_int16(int16_job *c, line_job *job, int unit)
 {
     const cvol_layer *layer = job->layer;
     c->job = job;
     c->words = &job->table->words;
     c->sample_rate = 1 / job->sample_scale;
     c->sample_from = -job->sample_offset / job->sample_scale;
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     const cvol_sheet_view *view = &layer->sheets[0];
     const double steps[2] = {view->lane_step, view->row_right},
                  downs[2] = {view->lane_down, view->row_step};
@@ -126,7 +126,7 @@ CVOL_INLINE void begin_words(compact_job *c, line_job *job, int unit)
 #endif
 }
 
-CVOL_INLINE __m512i load_words(const int16_t *from)
+CVOL_INLINE __m512i load_int16(const int16_t *from)
 {
     return _mm512_loadu_si512(from);
 }
@@ -134,12 +134,12 @@ CVOL_INLINE __m512i load_words(const int16_t *from)
 CVOL_INLINE __m512i weigh_rows(const int16_t *near, const int16_t *far, __m512i near_weight,
                                __m512i far_weight)
 {
-    return _mm512_add_epi16(_mm512_mulhrs_epi16(load_words(near), near_weight),
-                            _mm512_mulhrs_epi16(load_words(far), far_weight));
+    return _mm512_add_epi16(_mm512_mulhrs_epi16(load_int16(near), near_weight),
+                            _mm512_mulhrs_epi16(load_int16(far), far_weight));
 }
 
 /* Samples of 32 pixels from a group on. */
-CVOL_INLINE __m512i reconstruct_words(const compact_job *c, int s, int group, int unit)
+CVOL_INLINE __m512i reconstruct_int16(const int16_job *c, int s, int group, int unit)
 {
     const sheet_line *sheet = &c->job->sheets[s];
     const int32_t *w = c->weights[s];
@@ -171,7 +171,7 @@ CVOL_INLINE __m512i reconstruct_words(const compact_job *c, int s, int group, in
 }
 
 /* 32 words of two vectors of floats, each at least 0, at most 32767. */
-CVOL_INLINE __m512i words_of(__m512 low, __m512 high)
+CVOL_INLINE __m512i int16_of(__m512 low, __m512 high)
 {
     const __m256i a = _mm512_cvtsepi32_epi16(_mm512_cvtps_epi32(low)),
                   b = _mm512_cvtsepi32_epi16(_mm512_cvtps_epi32(high));
@@ -186,7 +186,7 @@ CVOL_INLINE cvol_vf floats_of(__m512i words, int half)
     return (cvol_vf)_mm512_cvtepi32_ps(_mm512_cvtepi16_epi32(part));
 }
 
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
 #include "render/sheet/kernels/image_order/int16_rows.h"
 
 #include "render/sheet/kernels/image_order/midpoint_int16.h"
@@ -200,28 +200,29 @@ CVOL_INLINE cvol_vf floats_of(__m512i words, int half)
 /* The `count` sheets from s on, of those groups that have bits in `halves`: known intervals, whole,
  * of samples that all have a value. Pixels that are opaque see nothing, whatever the others of
  * their group do. */
-CVOL_INLINE void draw_words(pair_state *state, const compact_job *c, int s, int count, int group,
-                            int halves, int unit)
+CVOL_INLINE void draw_int16(pair_state *state, const int16_job *c, int s, int count, int group,
+                            int midpoints, int unit)
 {
-    const cvol_sheet_words *w = c->words;
-    const __mmask32 mask = (halves & 1 ? 0xffffu : 0) | (halves & 2 ? 0xffff0000u : 0);
+    const cvol_int16_table *w = c->words;
+    const __mmask32 mask = (midpoints & 1 ? 0xffffu : 0) | (midpoints & 2 ? 0xffff0000u : 0);
     const __m512i visible_from = _mm512_set1_epi16(w->visible_from),
                   visible_to = _mm512_set1_epi16(w->visible_to);
     group_state *g = state->groups;
     __m512i values[CVOL_BLOCK_MAX + 1];
     uint64_t live = 0;
     __mmask32 sees[CVOL_BLOCK_MAX];
-    const __m512i start = words_of((__m512)(g[0].p[0].through * 32768),
-                                   (__m512)(g[1].p[0].through * 32768));
+    const __m512i start = int16_of((__m512)(g[0].p[0].transmittance * 32768),
+                                   (__m512)(g[1].p[0].transmittance * 32768));
     const __mmask32 open = mask & find_open(start);
-    values[0] = words_of((__m512)(g[0].value[0] * c->sample_rate + c->sample_from),
+    values[0] = int16_of((__m512)(g[0].value[0] * c->sample_rate + c->sample_from),
                          (__m512)(g[1].value[0] * c->sample_rate + c->sample_from));
     for (int i = 0; i < count; i++) {
-#if SHEET_PIXELS
-        const __m512i from = values[i], to = reconstruct_slanted_words(c, s + i, group, halves);
+#if SHEET_IMAGE_ORDER
+        const __m512i from = values[i],
+                      to = reconstruct_image_order_int16(c, s + i, group, midpoints);
         (void)unit;
 #else
-        const __m512i from = values[i], to = reconstruct_words(c, s + i, group, unit);
+        const __m512i from = values[i], to = reconstruct_int16(c, s + i, group, unit);
 #endif
         const __mmask32 above = _mm512_mask_cmpge_epi16_mask(open, _mm512_max_epi16(from, to),
                                                              visible_from);
@@ -232,34 +233,35 @@ CVOL_INLINE void draw_words(pair_state *state, const compact_job *c, int s, int 
         live |= (uint64_t)(seen != 0) << i;
     }
     for (int half = 0; half < PAIR; half++)
-        if (halves >> half & 1)
+        if (midpoints >> half & 1)
             g[half].value[0] = sample_to_table(c->job, floats_of(values[count], half));
-    const int is_last = SHEET_PIXELS && s + count == c->job->layer->sheet_count;
+    const int is_last = SHEET_IMAGE_ORDER && s + count == c->job->layer->sheet_count;
     if (!live && !is_last)
         return;
-    words_pixels p;
+    int16_pixels p;
     for (int k = 0; k < 4; k++)
         p.gained[k] = _mm512_setzero_si512();
-    p.start = p.through = _mm512_maskz_mov_epi16(mask, start);
-#if SHEET_PIXELS
+    p.start = p.transmittance = _mm512_maskz_mov_epi16(mask, start);
+#if SHEET_IMAGE_ORDER
     const __m512i rise = _mm512_abs_epi16(_mm512_sub_epi16(values[count], values[count - 1]));
-    if (is_last && find_bent(w, _mm512_mulhrs_epi16(rise, p.through)))
-        state->bent |= halves;
+    if (is_last && find_bent(w, _mm512_mulhrs_epi16(rise, p.transmittance)))
+        state->bent |= midpoints;
 #endif
     if (!live)
         return;
-    const words_run run = {c, s, group, halves};
+    const int16_run run = {c, s, group, midpoints};
     draw_intervals(&p, &run, values, sees, live);
     const float unit_of = 1.0f / (float)(32768 << w->shift);
     for (int half = 0; half < PAIR; half++) {
-        if (!(halves >> half & 1))
+        if (!(midpoints >> half & 1))
             continue;
         pixels *to = &g[half].p[0];
         to->r += unit_of * floats_of(p.gained[0], half);
         to->g += unit_of * floats_of(p.gained[1], half);
         to->b += unit_of * floats_of(p.gained[2], half);
-        to->through = cvol_max(to->through - unit_of * floats_of(p.gained[3], half), (cvol_vf){0});
-        state->closed[half] = !is_open(p.through, half);
+        to->transmittance = cvol_max(to->transmittance - unit_of * floats_of(p.gained[3], half),
+                                     (cvol_vf){0});
+        state->closed[half] = !is_open(p.transmittance, half);
     }
 }
 
@@ -280,24 +282,25 @@ CVOL_INLINE void begin_pair(pair_state *state, const line_job *job, int group, i
         state->run[half] = state->apart[half] = 0;
         if (g >= end || line->opaque[g])
             continue;
-        const uint32_t met = job->met[at], seen = job->seen[at];
-        const uint32_t known = line->met[g] == first_ordinal - 1, before = seen << 1 | known;
+        const uint32_t intersected = job->intersected[at], seen = job->seen[at];
+        const uint32_t known = line->intersected[g] == first_ordinal - 1,
+                       before = seen << 1 | known;
         state->run[half] = seen & job->inside[at] & before;
-        state->apart[half] = (seen & ~state->run[half]) | (met & ~seen & before);
+        state->apart[half] = (seen & ~state->run[half]) | (intersected & ~seen & before);
         state->active[half] = (state->run[half] | state->apart[half]) != 0;
     }
 }
 
 /* How many sheets from s on both, or one, of the groups meet in a run; *halves: which. */
-CVOL_INLINE int find_run(int *halves, const pair_state *state, int s)
+CVOL_INLINE int find_run(int *midpoints, const pair_state *state, int s)
 {
     const uint64_t a = state->run[0] >> s, b = state->run[1] >> s;
     const int both = a & b & 1;
-    *halves = (int)(a & 1) | (int)(b & 1) << 1;
+    *midpoints = (int)(a & 1) | (int)(b & 1) << 1;
     return __builtin_ctzll(~(both ? a & b : a & 1 ? a & ~b : b & ~a));
 }
 
-CVOL_INLINE void draw_pair(const compact_job *c, int group, int end, int unit, int pieces)
+CVOL_INLINE void draw_pair(const int16_job *c, int group, int end, int unit, int segments)
 {
     const line_job *job = c->job;
     const cvol_line *line = job->line;
@@ -312,40 +315,41 @@ CVOL_INLINE void draw_pair(const compact_job *c, int group, int end, int unit, i
         load_group(&state.groups[half], job, group + half < end ? group + half : group, 0, 0);
         state.groups[half].bent = 0;
         known[half] = state.active[half] &&
-                      line->met[group + half] == job->layer->sheets[0].ordinal - 1;
+                      line->intersected[group + half] == job->layer->sheets[0].ordinal - 1;
         seen[half] = state.active[half] ? job->seen[group + half - job->first_group] : 0;
     }
     uint32_t left;
     while ((left = state.run[0] | state.apart[0] | state.run[1] | state.apart[1]) != 0) {
         const int s = __builtin_ctz(left);
-        int halves;
+        int midpoints;
         for (int half = 0; half < PAIR; half++)
             if (state.apart[half] >> s & 1) {
                 const uint32_t before = seen[half] << 1 | (uint32_t)known[half];
                 state.apart[half] &= state.apart[half] - 1;
                 draw_sheet(&state.groups[half], job, s, group + half, before >> s & 1, unit, 0,
-                           pieces);
+                           segments);
                 state.bent |= state.groups[half].bent << half;
                 state.closed[half] = is_closed(&state.groups[half]);
             }
-        const int all = find_run(&halves, &state, s), count = all < RUN_SHEETS ? all : RUN_SHEETS;
-        if (halves) {
+        const int all = find_run(&midpoints, &state, s),
+                  count = all < RUN_SHEETS ? all : RUN_SHEETS;
+        if (midpoints) {
             const uint32_t done = (uint32_t)(((UINT64_C(1) << count) - 1) << s);
-            draw_words(&state, c, s, count, group, halves, unit);
+            draw_int16(&state, c, s, count, group, midpoints, unit);
             for (int half = 0; half < PAIR; half++)
-                if (halves >> half & 1)
+                if (midpoints >> half & 1)
                     state.run[half] &= ~done;
         }
         for (int half = 0; half < PAIR; half++)
             if (state.closed[half])
                 state.run[half] = state.apart[half] = 0;
     }
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     const int last = job->layer->sheet_count - 1;
     for (int half = 0; half < PAIR; half++)
         if (state.active[half] && !state.closed[half] && seen[half] >> last)
-            state.bent & 1 << half ? keep_midway_words(c, group, 1 << half)
-                                   : keep_no_midway(job, group + half);
+            state.bent & 1 << half ? keep_midpoint_int16(c, group, 1 << half)
+                                   : keep_no_midpoint(job, group + half);
 #endif
     for (int half = 0; half < PAIR; half++) {
         if (!state.active[half])
@@ -353,20 +357,20 @@ CVOL_INLINE void draw_pair(const compact_job *c, int group, int end, int unit, i
         const int g = group + half;
         store_group(&state.groups[half], line, g, 0);
         if (seen[half])
-            line->met[g] = job->layer->sheets[0].ordinal + 31 - __builtin_clz(seen[half]);
+            line->intersected[g] = job->layer->sheets[0].ordinal + 31 - __builtin_clz(seen[half]);
         line->opaque[g] = (uint8_t)state.closed[half];
     }
 }
 
-CVOL_INLINE void draw_compact_line(line_job *job, int unit, int pieces)
+CVOL_INLINE void draw_int16_line(line_job *job, int unit, int segments)
 {
     const cvol_layer *layer = job->layer;
     int begin = job->line->width / CVOL_GROUP, end = 0;
-#if SHEET_PIXELS
-    view_slanted(job);
+#if SHEET_IMAGE_ORDER
+    view_image_order(job);
 #endif
     for (int s = 0; s < layer->sheet_count; s++) {
-#if !SHEET_PIXELS
+#if !SHEET_IMAGE_ORDER
         view_sheet(&job->sheets[s], job, &layer->sheets[s], unit);
 #endif
         begin = job->sheets[s].begin < begin ? job->sheets[s].begin : begin;
@@ -374,21 +378,21 @@ CVOL_INLINE void draw_compact_line(line_job *job, int unit, int pieces)
     }
     if (begin >= end)
         return;
-    compact_job c;
-    begin_words(&c, job, unit);
+    int16_job c;
+    begin_int16(&c, job, unit);
     for (int first = begin; first < end; first += RUN) {
         const int count = end - first < RUN ? end - first : RUN;
-#if SHEET_PIXELS
-        find_met_slanted(job, first, count);
+#if SHEET_IMAGE_ORDER
+        find_intersected_image_order(job, first, count);
 #else
-        find_met_words(job, first, count, unit);
+        find_intersected_int16(job, first, count, unit);
 #endif
         for (int group = first; group < first + count; group += PAIR) {
             const int ahead = group + 2 * PAIR;
             for (int k = ahead; k < ahead + PAIR && k < first + count; k++)
                 if (job->seen[k - first] && !job->line->opaque[k])
                     prefetch_group(job->line, k);
-            draw_pair(&c, group, first + count, unit, pieces);
+            draw_pair(&c, group, first + count, unit, segments);
         }
     }
 }

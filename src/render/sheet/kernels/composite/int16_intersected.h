@@ -1,5 +1,5 @@
 /* Which sheets groups meet along the lattice, and of which they see something: sixteen groups at
- * once. (Along rays of pixels: visible_slices.h.)
+ * once. (Along image-order rays: visible_slices.h.)
  *
  * To be included by int16.h only.
  */
@@ -48,10 +48,10 @@ CVOL_INLINE void add_sheet(uint32_t *to, __mmask16 lanes, __mmask16 where, __m51
 }
 
 /* What find_met finds, sixteen groups at once. */
-CVOL_INLINE void find_met_words(line_job *job, int first, int count, int unit)
+CVOL_INLINE void find_intersected_int16(line_job *job, int first, int count, int unit)
 {
     const __m512i one = _mm512_set1_epi32(CVOL_WINDOW_SEEN);
-    memset(job->met, 0, sizeof *job->met * (size_t)count);
+    memset(job->intersected, 0, sizeof *job->intersected * (size_t)count);
     memset(job->seen, 0, sizeof *job->seen * (size_t)count);
     memset(job->inside, 0, sizeof *job->inside * (size_t)count);
     job->first_group = first;
@@ -70,7 +70,7 @@ CVOL_INLINE void find_met_words(line_job *job, int first, int count, int unit)
                 _mm256_maskz_loadu_epi8(there, sheet->view.windows + base));
             const __mmask16 seen = _mm512_mask_test_epi32_mask(
                 lanes, _mm512_permutexvar_epi16(number, windows), one);
-            add_sheet(job->met + (group - first), lanes, lanes, bit);
+            add_sheet(job->intersected + (group - first), lanes, lanes, bit);
             add_sheet(job->seen + (group - first), lanes, seen, bit);
             add_sheet(job->inside + (group - first), lanes,
                       lanes & lanes_of(sheet->inside_begin - group, sheet->inside_end - group),

@@ -1,5 +1,5 @@
 /* Matter of 32 pixels' samples of 16 bits, and intervals between these: classified by
- * cvol_sheet_words, divided where the transfer function bends, composited in whole numbers.
+ * cvol_int16_table, divided where the transfer function bends, composited in whole numbers.
  *
  * To be included by int16.h only.
  */
@@ -9,58 +9,58 @@
 /* ---- matter ------------------------------------------------------------------------------------
  */
 
-CVOL_INLINE __m512i of_pieces(const int16_t values[CVOL_WORDS_PIECES], __m512i piece)
+CVOL_INLINE __m512i of_segments(const int16_t values[CVOL_INT16_PIECES], __m512i piece)
 {
     return _mm512_permutexvar_epi16(piece, _mm512_load_si512(values));
 }
 
-CVOL_INLINE words_matter matter_of_words(const cvol_sheet_words *w, __m512i q)
+CVOL_INLINE int16_classified classified_of_int16(const cvol_int16_table *w, __m512i q)
 {
     const __m512i from = _mm512_set1_epi16(w->from);
     q = _mm512_min_epi16(_mm512_max_epi16(q, from), _mm512_set1_epi16(w->to));
     const __m512i bin = _mm512_mulhi_epu16(_mm512_sub_epi16(q, from),
                                            _mm512_set1_epi16((int16_t)w->bins));
-    __m512i piece = _mm512_permutex2var_epi16(_mm512_load_si512(w->piece_of), bin,
-                                              _mm512_load_si512(w->piece_of + 32));
+    __m512i piece = _mm512_permutex2var_epi16(_mm512_load_si512(w->segment_of), bin,
+                                              _mm512_load_si512(w->segment_of + 32));
     for (int step = 0; step < w->steps; step++) {
-        const __mmask32 beyond = _mm512_cmpge_epi16_mask(q, of_pieces(w->end, piece));
+        const __mmask32 beyond = _mm512_cmpge_epi16_mask(q, of_segments(w->end, piece));
         piece = _mm512_mask_add_epi16(piece, beyond, piece, _mm512_set1_epi16(1));
     }
-    const __m512i part = _mm512_sllv_epi16(_mm512_sub_epi16(q, of_pieces(w->begin, piece)),
-                                           of_pieces(w->up, piece));
-    words_matter m;
+    const __m512i part = _mm512_sllv_epi16(_mm512_sub_epi16(q, of_segments(w->begin, piece)),
+                                           of_segments(w->up, piece));
+    int16_classified m;
     for (int k = 0; k < 4; k++)
-        m.v[k] = _mm512_add_epi16(of_pieces(w->start[k], piece),
-                                  _mm512_mulhrs_epi16(part, of_pieces(w->rise[k], piece)));
+        m.v[k] = _mm512_add_epi16(of_segments(w->start[k], piece),
+                                  _mm512_mulhrs_epi16(part, of_segments(w->rise[k], piece)));
     return m;
 }
 
-CVOL_INLINE __m512i half_of_opacity(const cvol_sheet_words *w, __m512i opacity)
+CVOL_INLINE __m512i half_of_opacity(const cvol_int16_table *w, __m512i opacity)
 {
     const __m512i i = _mm512_srli_epi16(opacity, 10);
     const __m512i part = _mm512_and_si512(_mm512_slli_epi16(opacity, 5),
                                           _mm512_set1_epi16(ONE_WORD));
-    return _mm512_adds_epi16(of_pieces(w->half_start, i),
-                             _mm512_mulhrs_epi16(part, of_pieces(w->half_rise, i)));
+    return _mm512_adds_epi16(of_segments(w->half_start, i),
+                             _mm512_mulhrs_epi16(part, of_segments(w->half_rise, i)));
 }
 
 /* How an interval is divided: in which pixels into halves, in which of these into quarters. */
-typedef struct words_parts {
-    __mmask32 halves, quarters;
-} words_parts;
+typedef struct int16_parts {
+    __mmask32 midpoints, quarters;
+} int16_parts;
 
 /* One part of an interval, of the mean of the matter at its ends, where `mask` is set. */
-CVOL_INLINE void composite_words(words_pixels *p, const cvol_sheet_words *w,
-                                 const words_matter *from, const words_matter *to,
-                                 const words_parts *parts, __mmask32 mask)
+CVOL_INLINE void composite_int16(int16_pixels *p, const cvol_int16_table *w,
+                                 const int16_classified *from, const int16_classified *to,
+                                 const int16_parts *parts, __mmask32 mask)
 {
     const __m128i shift = _mm_cvtsi32_si128(w->shift);
     const __m512i opacity = _mm512_adds_epi16(from->v[3], to->v[3]);
-    __m512i share = p->through;
+    __m512i share = p->transmittance;
     if (parts) {
         const __m512i whole = _mm512_srl_epi16(opacity, _mm_cvtsi32_si128(w->shift + w->fine));
         const __m512i half = half_of_opacity(w, whole);
-        share = _mm512_mask_mulhrs_epi16(share, parts->halves, share, half);
+        share = _mm512_mask_mulhrs_epi16(share, parts->midpoints, share, half);
         if (parts->quarters) {
             const __m512i quarter = half_of_opacity(w, _mm512_mulhrs_epi16(whole, half));
             share = _mm512_mask_mulhrs_epi16(share, parts->quarters, share, quarter);
@@ -73,10 +73,10 @@ CVOL_INLINE void composite_words(words_pixels *p, const cvol_sheet_words *w,
         p->gained[k] = _mm512_adds_epi16(
             p->gained[k], _mm512_mulhrs_epi16(share, _mm512_adds_epi16(from->v[k], to->v[k])));
     p->gained[3] = _mm512_adds_epi16(p->gained[3], _mm512_mulhrs_epi16(share, opacity));
-    p->through = _mm512_subs_epu16(p->start, _mm512_srl_epi16(p->gained[3], shift));
+    p->transmittance = _mm512_subs_epu16(p->start, _mm512_srl_epi16(p->gained[3], shift));
 }
 
-CVOL_INLINE void replace_words(words_matter *m, __mmask32 mask, const words_matter *by)
+CVOL_INLINE void replace_int16(int16_classified *m, __mmask32 mask, const int16_classified *by)
 {
     for (int k = 0; k < 4; k++)
         m->v[k] = _mm512_mask_mov_epi16(m->v[k], mask, by->v[k]);
@@ -85,73 +85,73 @@ CVOL_INLINE void replace_words(words_matter *m, __mmask32 mask, const words_matt
 /* ---- intervals ---------------------------------------------------------------------------------
  */
 
-CVOL_INLINE __mmask32 find_open(__m512i through)
+CVOL_INLINE __mmask32 find_open(__m512i transmittance)
 {
-    return _mm512_cmpge_epi16_mask(through, _mm512_set1_epi16(OPAQUE_WORD));
+    return _mm512_cmpge_epi16_mask(transmittance, _mm512_set1_epi16(OPAQUE_WORD));
 }
 
-CVOL_INLINE int is_open(__m512i through, int half)
+CVOL_INLINE int is_open(__m512i transmittance, int half)
 {
-    return (find_open(through) >> (half * CVOL_GROUP) & 0xffff) != 0;
+    return (find_open(transmittance) >> (half * CVOL_GROUP) & 0xffff) != 0;
 }
 
 /* Some intervals that follow one another: what matter they have is found before any is composited,
  * as one does not wait for the other then. */
 #define TURN 4
-typedef struct words_turn {
-    words_matter ends[TURN + 1], middle[TURN], quarter[TURN][2];
+typedef struct int16_turn {
+    int16_classified ends[TURN + 1], middle[TURN], quarter[TURN][2];
     __m512i rise[TURN];
-    __mmask32 bent[TURN]; /* pixels that are looked at half way, and so have two parts at least */
-} words_turn;
+    __mmask32 bent[TURN]; /* pixels that are looked at midpoint, and so have two parts at least */
+} int16_turn;
 
 /* As much as light still comes through: the less, the fewer, for the less an error is seen. */
-CVOL_INLINE words_parts find_parts(const cvol_sheet_words *w, __m512i rise, __m512i through)
+CVOL_INLINE int16_parts find_parts(const cvol_int16_table *w, __m512i rise, __m512i transmittance)
 {
-    const int coarse = SHEET_PIXELS ? w->steep : 4 * w->flat;
-    const __m512i seen = _mm512_mulhrs_epi16(rise, through);
-    return (words_parts){
+    const int coarse = SHEET_IMAGE_ORDER ? w->steep : 4 * w->flat;
+    const __m512i seen = _mm512_mulhrs_epi16(rise, transmittance);
+    return (int16_parts){
         _mm512_cmpgt_epi16_mask(seen, _mm512_set1_epi16(w->flat)),
         _mm512_cmpgt_epi16_mask(
             seen, _mm512_set1_epi16((int16_t)(coarse > ONE_WORD ? ONE_WORD : coarse)))};
 }
 
 /* A run that is drawn: sheets from s on, of those groups that have bits in `halves`. */
-typedef struct words_run {
-    const compact_job *job;
-    int s, group, halves;
-} words_run;
+typedef struct int16_run {
+    const int16_job *job;
+    int s, group, midpoints;
+} int16_run;
 
 /* Of which pixels an interval may be divided. */
-CVOL_INLINE __mmask32 find_divided(const cvol_sheet_words *w, __m512i rise, __m512i through)
+CVOL_INLINE __mmask32 find_divided(const cvol_int16_table *w, __m512i rise, __m512i transmittance)
 {
-    const int16_t from = SHEET_PIXELS && w->midway < w->flat ? w->midway : w->flat;
+    const int16_t from = SHEET_IMAGE_ORDER && w->midpoint < w->flat ? w->midpoint : w->flat;
     const __m512i least = _mm512_set1_epi16(from);
-    return _mm512_cmpgt_epi16_mask(_mm512_mulhrs_epi16(rise, through), least);
+    return _mm512_cmpgt_epi16_mask(_mm512_mulhrs_epi16(rise, transmittance), least);
 }
 
 /* About what comes through an interval. */
-CVOL_INLINE __m512i pass_interval(const cvol_sheet_words *w, __m512i through,
-                                  const words_matter *from, const words_matter *to)
+CVOL_INLINE __m512i pass_interval(const cvol_int16_table *w, __m512i transmittance,
+                                  const int16_classified *from, const int16_classified *to)
 {
     const __m512i opacity = _mm512_srl_epi16(_mm512_adds_epi16(from->v[3], to->v[3]),
                                              _mm_cvtsi32_si128(w->shift + w->fine));
-    return _mm512_subs_epu16(through, _mm512_mulhrs_epi16(through, opacity));
+    return _mm512_subs_epu16(transmittance, _mm512_mulhrs_epi16(transmittance, opacity));
 }
 
 /* The `live` intervals between `values`, of which the first is the run's interval `first`. Where
- * one pixel sees something, what lies half way is looked at for all: shells that are thinner than
+ * one pixel sees something, what lies midpoint is looked at for all: shells that are thinner than
  * an interval lie between two ends at which there is nothing. */
-CVOL_INLINE void find_turn(words_turn *turn, const words_run *run, int first, const __m512i *values,
+CVOL_INLINE void find_turn(int16_turn *turn, const int16_run *run, int first, const __m512i *values,
                            unsigned live, const __m512i begin)
 {
-    const cvol_sheet_words *w = run->job->words;
+    const cvol_int16_table *w = run->job->words;
     const unsigned ends = live | live << 1;
-#if SHEET_PIXELS
-    __m512i through = begin;
+#if SHEET_IMAGE_ORDER
+    __m512i transmittance = begin;
 #endif
     for (int i = 0; i <= TURN; i++)
         if (ends >> i & 1)
-            turn->ends[i] = matter_of_words(w, values[i]);
+            turn->ends[i] = classified_of_int16(w, values[i]);
     for (int i = 0; i < TURN; i++) {
         const __m512i a = values[i], b = values[i + 1];
         if (!(live >> i & 1))
@@ -159,81 +159,82 @@ CVOL_INLINE void find_turn(words_turn *turn, const words_run *run, int first, co
         turn->rise[i] = _mm512_abs_epi16(_mm512_sub_epi16(b, a));
         turn->bent[i] = 0;
         const __mmask32 divided = find_divided(w, turn->rise[i], begin);
-#if SHEET_PIXELS
-        const __m512i seen = _mm512_mulhrs_epi16(turn->rise[i], through), before = through;
-        through = pass_interval(w, through, &turn->ends[i], &turn->ends[i + 1]);
+#if SHEET_IMAGE_ORDER
+        const __m512i seen = _mm512_mulhrs_epi16(turn->rise[i], transmittance),
+                      before = transmittance;
+        transmittance = pass_interval(w, transmittance, &turn->ends[i], &turn->ends[i + 1]);
 #endif
         if (!divided)
             continue;
         __m512i middle = _mm512_avg_epu16(a, b);
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
         turn->bent[i] = find_bent(w, seen) & find_open(before);
         if (turn->bent[i]) {
-            middle = mix_midway(w, seen, middle,
-                                reconstruct_midway_words(run->job, run->s + first + i, run->group,
-                                                         run->halves, a, b));
+            middle = mix_midpoint(w, seen, middle,
+                                  reconstruct_midpoint_int16(run->job, run->s + first + i,
+                                                             run->group, run->midpoints, a, b));
             turn->rise[i] = _mm512_mask_mov_epi16(turn->rise[i], turn->bent[i],
                                                   find_steeper(a, middle, b));
         }
 #else
         (void)first;
 #endif
-        turn->middle[i] = matter_of_words(w, middle);
+        turn->middle[i] = classified_of_int16(w, middle);
         if (find_parts(w, turn->rise[i], begin).quarters) {
-            turn->quarter[i][0] = matter_of_words(w, _mm512_avg_epu16(a, middle));
-            turn->quarter[i][1] = matter_of_words(w, _mm512_avg_epu16(middle, b));
+            turn->quarter[i][0] = classified_of_int16(w, _mm512_avg_epu16(a, middle));
+            turn->quarter[i][1] = classified_of_int16(w, _mm512_avg_epu16(middle, b));
         }
     }
 }
 
-CVOL_INLINE void composite_divided(words_pixels *p, const cvol_sheet_words *w,
-                                   const words_turn *turn, int i, const words_parts *parts)
+CVOL_INLINE void composite_divided(int16_pixels *p, const cvol_int16_table *w,
+                                   const int16_turn *turn, int i, const int16_parts *parts)
 {
-    words_matter last = turn->ends[i];
+    int16_classified last = turn->ends[i];
     if (parts->quarters) {
-        composite_words(p, w, &last, &turn->quarter[i][0], parts, parts->quarters);
-        replace_words(&last, parts->quarters, &turn->quarter[i][0]);
+        composite_int16(p, w, &last, &turn->quarter[i][0], parts, parts->quarters);
+        replace_int16(&last, parts->quarters, &turn->quarter[i][0]);
     }
-    composite_words(p, w, &last, &turn->middle[i], parts, parts->halves);
-    replace_words(&last, parts->halves, &turn->middle[i]);
+    composite_int16(p, w, &last, &turn->middle[i], parts, parts->midpoints);
+    replace_int16(&last, parts->midpoints, &turn->middle[i]);
     if (parts->quarters) {
-        composite_words(p, w, &last, &turn->quarter[i][1], parts, parts->quarters);
-        replace_words(&last, parts->quarters, &turn->quarter[i][1]);
+        composite_int16(p, w, &last, &turn->quarter[i][1], parts, parts->quarters);
+        replace_int16(&last, parts->quarters, &turn->quarter[i][1]);
     }
-    composite_words(p, w, &last, &turn->ends[i + 1], parts, ~(__mmask32)0);
+    composite_int16(p, w, &last, &turn->ends[i + 1], parts, ~(__mmask32)0);
 }
 
 /* The `live` ones of the intervals between `values`, of which pixels see something where `sees` has
  * them; those that are opaque by then do not count. */
-CVOL_INLINE void draw_intervals(words_pixels *p, const words_run *run, const __m512i *values,
+CVOL_INLINE void draw_intervals(int16_pixels *p, const int16_run *run, const __m512i *values,
                                 const __mmask32 *sees, uint64_t live)
 {
-    const cvol_sheet_words *w = run->job->words;
-    words_turn turn;
+    const cvol_int16_table *w = run->job->words;
+    int16_turn turn;
     while (live) {
         const int first = __builtin_ctzll(live);
         unsigned now = (unsigned)(live >> first) & ((1u << TURN) - 1);
-        const __mmask32 open = find_open(p->through);
+        const __mmask32 open = find_open(p->transmittance);
         for (int i = 0; i < TURN; i++)
             if (now >> i & 1 && !(sees[first + i] & open))
                 now &= ~(1u << i);
         live &= ~((UINT64_C(1) << TURN) - 1) << first;
         if (!now)
             continue;
-        find_turn(&turn, run, first, values + first, now, p->through);
+        find_turn(&turn, run, first, values + first, now, p->transmittance);
         for (int i = 0; i < TURN; i++) {
             if (!(now >> i & 1))
                 continue;
-            words_parts parts = find_parts(w, turn.rise[i], p->through);
-#if SHEET_PIXELS
-            parts.halves |= turn.bent[i];
+            int16_parts parts = find_parts(w, turn.rise[i], p->transmittance);
+#if SHEET_IMAGE_ORDER
+            parts.midpoints |= turn.bent[i];
 #endif
-            if (!parts.halves)
-                composite_words(p, w, &turn.ends[i], &turn.ends[i + 1], NULL, 0);
+            if (!parts.midpoints)
+                composite_int16(p, w, &turn.ends[i], &turn.ends[i + 1], NULL, 0);
             else
                 composite_divided(p, w, &turn, i, &parts);
         }
-        if (!find_open(p->through))
+        if (!find_open(p->transmittance))
             break;
     }
 }

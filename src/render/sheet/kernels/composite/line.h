@@ -29,7 +29,7 @@ typedef struct sheet_line {
 #if SHEET_EXTRAS
     wide_view wide; /* where the layer has a wide footprint */
 #endif
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     const sheet_sample *origin; /* sample 0 of row 0 */
     const cvol_windows *windows;
     double row_at, row_right; /* row of pixel i: row_at + i row_right */
@@ -50,7 +50,7 @@ typedef struct line_job {
     struct between_views *between;     /* an extra: see between.h */
     float table_offset;                /* table coordinate = value * table->scale + table_offset, */
     float sample_scale, sample_offset; /* of samples as they are kept */
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
     float lane_at[CVOL_BLOCK_MAX],
         row_at[CVOL_BLOCK_MAX]; /* of sheets, at the line's first pixel */
     uint32_t
@@ -63,9 +63,10 @@ typedef struct line_job {
     cvol_vi ramp[2];
     int rows, samples; /* the most rows of samples, and how many of a row are loaded */
 #endif
-    int first_group;              /* the run's */
-    uint32_t met[RUN], seen[RUN]; /* sheets that each group crosses, and sees something in, */
-    uint32_t inside[RUN];         /* and those whose intervals lie within, and no face near */
+    int first_group; /* the run's */
+    uint32_t intersected[RUN],
+        seen[RUN];        /* sheets that each group crosses, and sees something in, */
+    uint32_t inside[RUN]; /* and those whose intervals lie within, and no face near */
 } line_job;
 
 /* ---- what a line is to the sheets ---------------------------------------------------------------
@@ -94,12 +95,12 @@ CVOL_INLINE void view_sheet(sheet_line *out, const line_job *job, const cvol_she
 #endif
     /* A sheet before the rays enter has nothing, but its values may be needed. */
     const float begin = layer->only ? -0.5f : -1, end = layer->only ? 0.5f : 1;
-    const int met = view->enter < end && view->leave > begin + LEAST_WEIGHT &&
-                    view->leave - view->enter > LEAST_WEIGHT;
+    const int intersected = view->enter < end && view->leave > begin + LEAST_WEIGHT &&
+                            view->leave - view->enter > LEAST_WEIGHT;
     const int whole = !layer->only && view->enter < LEAST_WEIGHT - 2 && view->leave > -LEAST_WEIGHT;
-    group_range range = {sheet->begin, met ? sheet->end : sheet->begin,
+    group_range range = {sheet->begin, intersected ? sheet->end : sheet->begin,
                          whole ? sheet->inside_begin : 0, whole ? sheet->inside_end : 0};
-    if (layer->cuts && met)
+    if (layer->cuts && intersected)
         cut_groups(&range, layer, sheet, job->line->number, job->line->width / CVOL_GROUP);
     out->begin = range.begin;
     out->end = range.end;
@@ -125,14 +126,15 @@ CVOL_INLINE void find_sheet(line_job *job, int s, int begin, int end, int unit)
         if (unit && x >= -CVOL_GROUP)
             break;
         const uint32_t seen = sheet->view.windows[window_of(x)] & CVOL_WINDOW_SEEN;
-        job->met[group - first] |= bit;
+        job->intersected[group - first] |= bit;
         job->seen[group - first] |= seen << s;
     }
     if (group < end) {
         const uint8_t *windows = sheet->view.windows + window_of(lane_sample(sheet, group, 1));
-        uint32_t *met = job->met + (group - first), *all = job->seen + (group - first);
+        uint32_t *intersected = job->intersected + (group - first),
+                 *all = job->seen + (group - first);
         for (int i = 0; i < end - group; i++) {
-            met[i] |= bit;
+            intersected[i] |= bit;
             all[i] |= (uint32_t)(windows[i] & CVOL_WINDOW_SEEN) << s;
         }
     }
@@ -143,9 +145,9 @@ CVOL_INLINE void find_sheet(line_job *job, int s, int begin, int end, int unit)
 }
 
 /* Which sheets the groups of a run meet. */
-CVOL_INLINE void find_met(line_job *job, int first, int count, int unit)
+CVOL_INLINE void find_intersected(line_job *job, int first, int count, int unit)
 {
-    memset(job->met, 0, sizeof *job->met * (size_t)count);
+    memset(job->intersected, 0, sizeof *job->intersected * (size_t)count);
     memset(job->seen, 0, sizeof *job->seen * (size_t)count);
     memset(job->inside, 0, sizeof *job->inside * (size_t)count);
     job->first_group = first;
@@ -169,7 +171,7 @@ CVOL_INLINE cvol_vf sample_to_table(const line_job *job, cvol_vf sample)
     return sample * job->sample_scale + job->sample_offset;
 }
 
-#if SHEET_PIXELS
+#if SHEET_IMAGE_ORDER
 #include "render/sheet/kernels/image_order/line_slanted.h"
 #endif
 
@@ -234,8 +236,8 @@ CVOL_INLINE cvol_vf reconstruct(const line_job *job, const sheet_line *sheet, in
 {
     const long i = group * CVOL_GROUP + k * CVOL_LANES;
     const float *w = sheet->weights;
-#if SHEET_PIXELS
-    return sample_to_table(job, reconstruct_slanted(job, sheet, (int)i));
+#if SHEET_IMAGE_ORDER
+    return sample_to_table(job, reconstruct_image_order(job, sheet, (int)i));
 #endif
 #if SHEET_EXTRAS
     if (job->layer->wide)

@@ -1,19 +1,19 @@
 /* Mode composite where samples are kept in 16 bits (render/sheet/kernels/composite/int16.h). */
-#define SHEET_COMPACT 1
+#define SHEET_INT16 1
 #include "render/sheet/kernels/composite/composite.h"
 
 #include "render/sheet/kernels/composite/entry.h"
 #include "render/sheet/kernels/composite/int16.h"
 
-void CVOL_SIMD(cvol_sheet_compact)(const cvol_layer *layer, const cvol_sheet_table *table,
-                                   const cvol_line *line)
+void CVOL_SIMD(cvol_sheet_composite_int16)(const cvol_layer *layer, const cvol_sheet_table *table,
+                                           const cvol_line *line)
 {
     line_job job;
     begin_line(&job, layer, table, line);
 #if defined(__AVX512F__)
     if (table->words.usable)
-        layer->unit ? draw_compact_line(&job, 1, CVOL_PIECES)
-                    : draw_compact_line(&job, 0, CVOL_PIECES);
+        layer->unit ? draw_int16_line(&job, 1, CVOL_SEGMENTS)
+                    : draw_int16_line(&job, 0, CVOL_SEGMENTS);
     else
 #endif
         draw_line_of_kind(&job);

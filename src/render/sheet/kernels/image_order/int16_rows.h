@@ -8,7 +8,7 @@
 #define CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_INT16_ROWS_H
 
 /* The lower words of 32 numbers. */
-CVOL_INLINE __m512i join_words(__m512i low, __m512i high)
+CVOL_INLINE __m512i join_int16(__m512i low, __m512i high)
 {
     const __m512i even = _mm512_set_epi16(62, 60, 58, 56, 54, 52, 50, 48, 46, 44, 42, 40, 38, 36,
                                           34, 32, 30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6,
@@ -18,16 +18,16 @@ CVOL_INLINE __m512i join_words(__m512i low, __m512i high)
 
 /* Where 32 pixels lie, from the first sample and row on that any of them takes: lanes and rows, and
  * how far behind these. */
-typedef struct slanted_place {
+typedef struct image_order_place {
     const int16_t *from;             /* that sample, */
     int column, line;                /* which is this one */
     __m512i lane, right, row, below; /* in words; parts are times 2^15 */
     int last_lane, last_row;         /* of those pixels that are asked for */
-} slanted_place;
+} image_order_place;
 
 /* `count`: 16 pixels are asked for, or 32. */
-CVOL_INLINE slanted_place place_words(const compact_job *c, const sheet_line *sheet, int group,
-                                      int count)
+CVOL_INLINE image_order_place place_int16(const int16_job *c, const sheet_line *sheet, int group,
+                                          int count)
 {
     const double i = (double)group * GROUP_ACROSS;
     const int pair = count == PAIR_LANES;
@@ -47,14 +47,14 @@ CVOL_INLINE slanted_place place_words(const compact_job *c, const sheet_line *sh
         v[half] = _mm512_add_epi32(c->ramp[1],
                                    _mm512_set1_epi32(v0 - v_before + further * c->steps[1]));
     }
-    return (slanted_place){
+    return (image_order_place){
         .from = sheet->origin + (long)y0 * c->job->layer->row_stride + (long)x0,
         .column = (int)x0,
         .line = (int)y0,
         .lane = _mm512_permutex2var_epi16(u[0], odd, u[1]),
-        .right = _mm512_srli_epi16(join_words(u[0], u[1]), 1),
+        .right = _mm512_srli_epi16(join_int16(u[0], u[1]), 1),
         .row = _mm512_permutex2var_epi16(v[0], odd, v[1]),
-        .below = _mm512_srli_epi16(join_words(v[0], v[1]), 1),
+        .below = _mm512_srli_epi16(join_int16(v[0], v[1]), 1),
         .last_lane = (u0 + c->behind[0][pair] - u_before) >> 16,
         .last_row = (v0 + c->behind[1][pair] - v_before) >> 16,
     };
@@ -66,26 +66,26 @@ CVOL_INLINE slanted_place place_words(const compact_job *c, const sheet_line *sh
 /* Windows side by side of which pixels have their levels at once. */
 #define WINDOWS_AT_ONCE 8
 
-CVOL_INLINE __m128i level_words(const cvol_layer *layer, const float *levels)
+CVOL_INLINE __m128i level_int16(const cvol_layer *layer, const float *levels)
 {
     const __m256 word = _mm256_add_ps(
-        _mm256_mul_ps(_mm256_loadu_ps(levels), _mm256_set1_ps(layer->compact.scale)),
-        _mm256_set1_ps(layer->compact.offset));
+        _mm256_mul_ps(_mm256_loadu_ps(levels), _mm256_set1_ps(layer->int16.scale)),
+        _mm256_set1_ps(layer->int16.offset));
     return _mm_max_epi16(_mm256_cvtsepi32_epi16(_mm256_cvtps_epi32(word)), _mm_setzero_si128());
 }
 
 /* Levels of windows c0 .. c0 + 7 as words, 8 behind 8: within row r0 of blocks, across it and the
  * next one, within row r1; -1 where there is something to be seen. */
-CVOL_INLINE __m512i find_level_words(const cvol_layer *layer, const cvol_windows *windows, int c0,
+CVOL_INLINE __m512i find_level_int16(const cvol_layer *layer, const cvol_windows *windows, int c0,
                                      int r0, int r1)
 {
     const long at = (long)r0 * windows->count + c0, next = (long)r1 * windows->count + c0;
     const int across = r1 > r0;
     const float *across_level = across ? windows->across_level : windows->within_level;
     const uint8_t *across_flags = across ? windows->across : windows->within;
-    __m512i words = _mm512_castsi128_si512(level_words(layer, windows->within_level + at));
-    words = _mm512_inserti32x4(words, level_words(layer, across_level + at), 1);
-    words = _mm512_inserti32x4(words, level_words(layer, windows->within_level + next), 2);
+    __m512i words = _mm512_castsi128_si512(level_int16(layer, windows->within_level + at));
+    words = _mm512_inserti32x4(words, level_int16(layer, across_level + at), 1);
+    words = _mm512_inserti32x4(words, level_int16(layer, windows->within_level + next), 2);
     const __m256i flags = _mm256_set_epi64x(0, (int64_t)load_flags(windows->within + next),
                                             (int64_t)load_flags(across_flags + at),
                                             (int64_t)load_flags(windows->within + at));
@@ -101,8 +101,8 @@ CVOL_INLINE __m512i word_of_place(int place)
 }
 
 /* The same pixel by pixel. */
-CVOL_COLD __m512i gather_level_words(__m512i values, const cvol_layer *layer,
-                                     const cvol_windows *windows, const slanted_place *at,
+CVOL_COLD __m512i gather_level_int16(__m512i values, const cvol_layer *layer,
+                                     const cvol_windows *windows, const image_order_place *at,
                                      __mmask32 which)
 {
     __m256i words[2];
@@ -125,8 +125,8 @@ CVOL_COLD __m512i gather_level_words(__m512i values, const cvol_layer *layer,
 }
 
 /* Puts levels where those of `which` see nothing. */
-CVOL_INLINE __m512i put_level_words(__m512i values, const compact_job *c, const sheet_line *sheet,
-                                    const slanted_place *at, __mmask32 which)
+CVOL_INLINE __m512i put_level_int16(__m512i values, const int16_job *c, const sheet_line *sheet,
+                                    const image_order_place *at, __mmask32 which)
 {
     const cvol_layer *layer = c->job->layer;
     const cvol_windows *windows = sheet->windows;
@@ -138,8 +138,8 @@ CVOL_INLINE __m512i put_level_words(__m512i values, const compact_job *c, const 
     const int r0 = clamp_row(windows, (int)(low * layer->row_points_inverse >> 32)),
               r1 = clamp_row(windows, (int)(high * layer->row_points_inverse >> 32));
     if (c1 - c0 >= WINDOWS_AT_ONCE || r1 - r0 > 1)
-        return gather_level_words(values, layer, windows, at, which);
-    const __m512i levels = find_level_words(layer, windows, c0, r0, r1);
+        return gather_level_int16(values, layer, windows, at, which);
+    const __m512i levels = find_level_int16(layer, windows, c0, r0, r1);
     const __m512i window = _mm512_srai_epi16(
         _mm512_add_epi16(at->lane, word_of_place(at->column + CVOL_GROUP - 16 * c0)), 4);
     __m512i number = _mm512_max_epi16(_mm512_min_epi16(window, word_of_place(last_window - c0)),
@@ -157,23 +157,23 @@ CVOL_INLINE __m512i put_level_words(__m512i values, const compact_job *c, const 
 }
 
 /* Four samples around each of 32 pixels. */
-typedef struct around_words {
+typedef struct around_int16 {
     __m512i near_left, near_right, far_left, far_right;
-} around_words;
+} around_int16;
 
 /* 32 samples, or their means with those of another sheet, `other` further in memory. */
 CVOL_INLINE __m512i load_row(const int16_t *from, long other)
 {
-    return other ? _mm512_avg_epu16(load_words(from), load_words(from + other)) : load_words(from);
+    return other ? _mm512_avg_epu16(load_int16(from), load_int16(from + other)) : load_int16(from);
 }
 
 /* From the rows that they lie in, one after the other, where these lie within 32 samples, or within
  * 64 (`wide`). */
-CVOL_INLINE around_words take_rows(const slanted_place *at, long stride, int rows, int wide,
+CVOL_INLINE around_int16 take_rows(const image_order_place *at, long stride, int rows, int wide,
                                    long other)
 {
     const __m512i left = at->lane, right = _mm512_add_epi16(left, _mm512_set1_epi16(1));
-    around_words out = {_mm512_setzero_si512(), _mm512_setzero_si512(), _mm512_setzero_si512(),
+    around_int16 out = {_mm512_setzero_si512(), _mm512_setzero_si512(), _mm512_setzero_si512(),
                         _mm512_setzero_si512()};
     const int last = at->last_row + 1;
     __mmask32 far = 0;
@@ -214,7 +214,7 @@ typedef struct four_rows {
 } four_rows;
 
 /* From row `from` on; those behind the last are that again. */
-CVOL_INLINE four_rows load_four_rows(const slanted_place *at, long stride, int from, long other)
+CVOL_INLINE four_rows load_four_rows(const image_order_place *at, long stride, int from, long other)
 {
     const int last = at->last_row + 1;
     const int16_t *line[4];
@@ -229,7 +229,7 @@ CVOL_INLINE four_rows load_four_rows(const slanted_place *at, long stride, int f
 }
 
 /* Where all samples of a row lie within 16: from so many times four rows. */
-CVOL_INLINE around_words take_fours(const slanted_place *at, long stride, int fours, long other)
+CVOL_INLINE around_int16 take_fours(const image_order_place *at, long stride, int fours, long other)
 {
     const __m512i place = _mm512_add_epi16(_mm512_slli_epi16(at->row, 4), at->lane);
     __m512i out[4];
@@ -249,11 +249,11 @@ CVOL_INLINE around_words take_fours(const slanted_place *at, long stride, int fo
                           : found;
         }
     }
-    return (around_words){out[0], out[1], out[2], out[3]};
+    return (around_int16){out[0], out[1], out[2], out[3]};
 }
 
 /* Few rows: as many as may be, whether these pixels take all of them or not, which is foreseen. */
-CVOL_INLINE around_words take_around(const slanted_place *at, long stride, int most, int wide,
+CVOL_INLINE around_int16 take_around(const image_order_place *at, long stride, int most, int wide,
                                      long other)
 {
     switch (most) {
@@ -275,7 +275,8 @@ CVOL_INLINE around_words take_around(const slanted_place *at, long stride, int m
 }
 
 /* The same one by one, of the first `count` pixels: where rows are many, or samples far apart. */
-CVOL_COLD around_words gather_around(const slanted_place *at, long stride, int count, long other)
+CVOL_COLD around_int16 gather_around(const image_order_place *at, long stride, int count,
+                                     long other)
 {
     int16_t lane[PAIR_LANES], row[PAIR_LANES], out[4][PAIR_LANES] = {{0}};
     _mm512_storeu_si512(lane, at->lane);
@@ -285,15 +286,15 @@ CVOL_COLD around_words gather_around(const slanted_place *at, long stride, int c
         for (int k = 0; k < 4; k++, from += k & 1 ? 1 : stride - 1)
             out[k][i] = (int16_t)((from[0] + from[other] + 1) / 2);
     }
-    return (around_words){load_words(out[0]), load_words(out[1]), load_words(out[2]),
-                          load_words(out[3])};
+    return (around_int16){load_int16(out[0]), load_int16(out[1]), load_int16(out[2]),
+                          load_int16(out[3])};
 }
 
 /* More rows than that are looked at pixel by pixel. */
 #define ROWS_MOST 16
 
 /* Bilinearly. */
-CVOL_INLINE __m512i weigh_around(const around_words *four, const slanted_place *at)
+CVOL_INLINE __m512i weigh_around(const around_int16 *four, const image_order_place *at)
 {
     const __m512i near = _mm512_add_epi16(
                       four->near_left,
@@ -307,7 +308,7 @@ CVOL_INLINE __m512i weigh_around(const around_words *four, const slanted_place *
 }
 
 /* `count`: as place_words; `other`: 0, or as load_row. */
-CVOL_INLINE around_words find_around(const compact_job *c, const slanted_place *at, int count,
+CVOL_INLINE around_int16 find_around(const int16_job *c, const image_order_place *at, int count,
                                      long other)
 {
     const long stride = c->job->layer->row_stride;
@@ -322,18 +323,19 @@ CVOL_INLINE around_words find_around(const compact_job *c, const slanted_place *
 }
 
 /* Samples of those of 32 pixels from a group on that have bits in `halves`. */
-CVOL_INLINE __m512i reconstruct_slanted_words(const compact_job *c, int s, int group, int halves)
+CVOL_INLINE __m512i reconstruct_image_order_int16(const int16_job *c, int s, int group,
+                                                  int midpoints)
 {
     const sheet_line *sheet = &c->job->sheets[s];
-    const int count = halves == 3 ? PAIR_LANES : CVOL_GROUP, only_second = halves == 2;
-    const slanted_place at = place_words(c, sheet, group + only_second, count);
-    const around_words four = find_around(c, &at, count, 0);
+    const int count = midpoints == 3 ? PAIR_LANES : CVOL_GROUP, only_second = midpoints == 2;
+    const image_order_place at = place_int16(c, sheet, group + only_second, count);
+    const around_int16 four = find_around(c, &at, count, 0);
     __m512i values = weigh_around(&four, &at);
     const uint32_t *mixed = &c->job->mixed[group - c->job->first_group];
-    const uint32_t first = halves & 1 ? mixed[0] >> s & 1 : 0,
-                   second = halves & 2 ? mixed[1] >> s & 1 : 0;
+    const uint32_t first = midpoints & 1 ? mixed[0] >> s & 1 : 0,
+                   second = midpoints & 2 ? mixed[1] >> s & 1 : 0;
     if (first | second)
-        values = put_level_words(values, c, sheet, &at,
+        values = put_level_int16(values, c, sheet, &at,
                                  only_second ? 0xffff : first * 0xffff | second * 0xffff0000);
     if (only_second)
         values = _mm512_shuffle_i64x2(values, values, 0x44);

@@ -1,4 +1,4 @@
-/* What a line of the picture itself is to the sheets of a layer (plans of pixels,
+/* What a line of the picture itself is to the sheets of a layer (image-order plans,
  * plan_image_order.c): line.h's part, where lines run across rows of samples, so that every pixel
  * has rows and weights of its own.
  *
@@ -129,7 +129,7 @@ CVOL_INLINE void find_group_ranges(group_ranges *out, const pixels_within within
 }
 
 /* All sheets of the layer as the line sees them. */
-CVOL_INLINE void view_slanted(line_job *job)
+CVOL_INLINE void view_image_order(line_job *job)
 {
     const cvol_layer *layer = job->layer;
     const int j = job->line->number, groups = job->line->width / CVOL_GROUP;
@@ -161,16 +161,16 @@ CVOL_INLINE void view_slanted(line_job *job)
         out->number = s;
         out->windows = sheet->is_of_before ? &layer->windows_before : &layer->windows;
         const float begin = layer->only ? -0.5f : -1, end = layer->only ? 0.5f : 1;
-        const int met = out->view.enter < end && out->view.leave > begin + LEAST_WEIGHT;
+        const int intersected = out->view.enter < end && out->view.leave > begin + LEAST_WEIGHT;
         const int whole = !layer->only && out->view.enter < LEAST_WEIGHT - 2 &&
                           out->view.leave > -LEAST_WEIGHT;
         group_range range = {ranges.begin[s], ranges.end[s], ranges.inside_begin[s],
                              ranges.inside_end[s]};
-        if (!met)
+        if (!intersected)
             range.end = range.begin;
         if (!whole)
             range.inside_begin = range.inside_end = 0;
-        if (layer->cuts && met)
+        if (layer->cuts && intersected)
             cut_groups(&range, layer, sheet, j, groups);
         out->begin = range.begin;
         out->end = range.end;
@@ -185,7 +185,7 @@ CVOL_INLINE void view_slanted(line_job *job)
  */
 
 /* Whether the samples that a group sees of a sheet are all there. */
-CVOL_INLINE int is_there_slanted(const line_job *job, const sheet_line *sheet, int group)
+CVOL_INLINE int is_there_image_order(const line_job *job, const sheet_line *sheet, int group)
 {
     group_windows at;
     place_windows(&at, 0, job, (float)sheet->lane_at, (float)sheet->row_at, group);
@@ -209,7 +209,7 @@ CVOL_INLINE int find_levels(cvol_vf *levels, const line_job *job, int s,
     const double i = group * GROUP_ACROSS, begin = lane_at + i * sheet->lane_step,
                  top = row_at + i * sheet->row_right;
     const __m512i x = find_places(begin, sheet->lane_step, sheet->lane_down),
-                  y = clamp_words(find_places(top, sheet->row_right, sheet->row_step), last);
+                  y = clamp_int16(find_places(top, sheet->row_right, sheet->row_step), last);
     const __m512i block = _mm512_cvttps_epi32(
         _mm512_mul_ps(_mm512_add_ps(_mm512_cvtepi32_ps(y), _mm512_set1_ps(0.5f)),
                       _mm512_set1_ps(1 / (float)layer->row_points)));
@@ -283,8 +283,8 @@ CVOL_INLINE int is_window_seen(float *level, const cvol_layer *layer, const cvol
 /* A value as samples are kept. */
 CVOL_INLINE float kept_value(const cvol_layer *layer, float value)
 {
-#ifdef SHEET_COMPACT
-    return cvol_sheet_compact_of(&layer->compact, value);
+#ifdef SHEET_INT16
+    return cvol_int16_scale_of(&layer->int16, value);
 #endif
     (void)layer;
     return value;
@@ -326,10 +326,10 @@ CVOL_INLINE __mmask16 find_unseen(__m512 *levels, const cvol_layer *layer,
 /* What a level is among samples as they are kept. */
 CVOL_INLINE __m512 kept_levels(const cvol_layer *layer, __m512 level)
 {
-#ifdef SHEET_COMPACT
+#ifdef SHEET_INT16
     const __m512i word = _mm512_cvtps_epi32(
-        _mm512_add_ps(_mm512_mul_ps(level, _mm512_set1_ps(layer->compact.scale)),
-                      _mm512_set1_ps(layer->compact.offset)));
+        _mm512_add_ps(_mm512_mul_ps(level, _mm512_set1_ps(layer->int16.scale)),
+                      _mm512_set1_ps(layer->int16.offset)));
     return _mm512_cvtepi32_ps(_mm512_max_epi32(_mm512_min_epi32(word, _mm512_set1_epi32(INT16_MAX)),
                                                _mm512_setzero_si512()));
 #endif
@@ -341,32 +341,32 @@ CVOL_INLINE __m512 kept_levels(const cvol_layer *layer, __m512 level)
 
 /* Where a sheet is met by the first of the CVOL_LANES pixels from number i on, and how far it is
  * there from column to column and from line to line: along lanes, and rows. */
-typedef struct slanted_part {
+typedef struct image_order_part {
     double at[2], right[2], down[2];
-} slanted_part;
+} image_order_part;
 
-CVOL_INLINE slanted_part place_part(const line_job *job, const sheet_line *sheet, int i)
+CVOL_INLINE image_order_part place_part(const line_job *job, const sheet_line *sheet, int i)
 {
     const cvol_sheet_view *view = &job->layer->sheets[0];
     const int column = column_of(i), line = line_of(i);
-    return (slanted_part){{sheet->lane_at + column * sheet->lane_step + line * view->lane_down,
-                           sheet->row_at + column * sheet->row_right + line * view->row_step},
-                          {sheet->lane_step, sheet->row_right},
-                          {view->lane_down, view->row_step}};
+    return (image_order_part){{sheet->lane_at + column * sheet->lane_step + line * view->lane_down,
+                               sheet->row_at + column * sheet->row_right + line * view->row_step},
+                              {sheet->lane_step, sheet->row_right},
+                              {view->lane_down, view->row_step}};
 }
 
 /* Puts levels where the CVOL_LANES pixels from number i on see nothing. */
 CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_line *sheet, int i)
 {
 #if defined(__AVX512F__)
-    const slanted_part of = place_part(job, sheet, i);
+    const image_order_part of = place_part(job, sheet, i);
     __m512 levels;
     const __mmask16 unseen = find_unseen(&levels, job->layer, sheet->windows,
                                          find_places(of.at[0], of.right[0], of.down[0]),
                                          find_places(of.at[1], of.right[1], of.down[1]));
     return (cvol_vf)_mm512_mask_mov_ps((__m512)value, unseen, kept_levels(job->layer, levels));
 #else
-    const slanted_part of = place_part(job, sheet, i);
+    const image_order_part of = place_part(job, sheet, i);
     for (int k = 0; k < CVOL_LANES; k++) {
         const int column = k % GROUP_ACROSS, line = k / GROUP_ACROSS;
         const double x = of.at[0] + column * of.right[0] + line * of.down[0],
@@ -381,10 +381,10 @@ CVOL_COLD cvol_vf put_levels(cvol_vf value, const line_job *job, const sheet_lin
 
 /* Samples, as they are kept, at CVOL_LANES pixels from pixel i on. What lies beyond those that are
  * there is as good as any: such pixels are not drawn. */
-CVOL_INLINE cvol_vf reconstruct_slanted(const line_job *job, const sheet_line *sheet, int i)
+CVOL_INLINE cvol_vf reconstruct_image_order(const line_job *job, const sheet_line *sheet, int i)
 {
     const cvol_layer *layer = job->layer;
-    const slanted_part of = place_part(job, sheet, i);
+    const image_order_part of = place_part(job, sheet, i);
     const double x0 = floor(of.at[0]), y0 = floor(of.at[1]);
     const cvol_vf u = (float)(of.at[0] - x0) + spread_pixels((float)of.right[0], (float)of.down[0]),
                   v = (float)(of.at[1] - y0) + spread_pixels((float)of.right[1], (float)of.down[1]);
@@ -410,7 +410,7 @@ CVOL_INLINE cvol_vf reconstruct_slanted(const line_job *job, const sheet_line *s
         _mm512_mullo_epi32(_mm512_sub_epi32(line, _mm512_set1_epi32(layer->from_row)),
                            _mm512_set1_epi32((int)stride)),
         lane);
-#ifdef SHEET_COMPACT
+#ifdef SHEET_INT16
     const __m512i pairs[2] = {_mm512_i32gather_epi32(at, from_row, 2),
                               _mm512_i32gather_epi32(at, from_row + stride, 2)};
     a = (cvol_vf)_mm512_cvtepi32_ps(_mm512_srai_epi32(_mm512_slli_epi32(pairs[0], 16), 16));

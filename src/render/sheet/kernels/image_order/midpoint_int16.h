@@ -1,78 +1,78 @@
-/* Samples half way between two sheets (midpoint.h) of 32 pixels at once, in 16 bits.
+/* Samples midpoint between two sheets (midpoint.h) of 32 pixels at once, in 16 bits.
  *
  * To be included by render/sheet/kernels/composite/int16.h only.
  */
 #ifndef CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_MIDPOINT_INT16_H
 #define CVOL_RENDER_SHEET_KERNELS_IMAGE_ORDER_MIDPOINT_INT16_H
 
-CVOL_INLINE __mmask32 lanes_of_halves(int halves)
+CVOL_INLINE __mmask32 lanes_of_midpoints(int midpoints)
 {
-    return (halves & 1 ? 0xffffu : 0) | (halves & 2 ? 0xffff0000u : 0);
+    return (midpoints & 1 ? 0xffffu : 0) | (midpoints & 2 ? 0xffff0000u : 0);
 }
 
 /* Those of `which`, where words are of `halves`: of the second group alone these come first. */
-CVOL_INLINE __mmask32 lanes_placed(int which, int halves)
+CVOL_INLINE __mmask32 lanes_placed(int which, int midpoints)
 {
-    return lanes_of_halves(halves == 2 ? which >> 1 : which);
+    return lanes_of_midpoints(midpoints == 2 ? which >> 1 : which);
 }
 
 /* Both groups' words, if they were made of the second alone. */
-CVOL_INLINE __m512i spread_second(__m512i values, int halves)
+CVOL_INLINE __m512i spread_second(__m512i values, int midpoints)
 {
-    return halves == 2 ? _mm512_shuffle_i64x2(values, values, 0x44) : values;
+    return midpoints == 2 ? _mm512_shuffle_i64x2(values, values, 0x44) : values;
 }
 
 /* What sheet s has `by` sheets further on. */
-CVOL_INLINE __m512i take_midway(const compact_job *c, int s, double by, int group, int halves)
+CVOL_INLINE __m512i take_midpoint(const int16_job *c, int s, double by, int group, int midpoints)
 {
-    const sheet_line sheet = view_midway(c->job, s, by);
-    const int count = halves == 3 ? PAIR_LANES : CVOL_GROUP;
-    const slanted_place place = place_words(c, &sheet, group + (halves == 2), count);
-    const around_words four = find_around(c, &place, count, 0);
+    const sheet_line sheet = view_midpoint(c->job, s, by);
+    const int count = midpoints == 3 ? PAIR_LANES : CVOL_GROUP;
+    const image_order_place place = place_int16(c, &sheet, group + (midpoints == 2), count);
+    const around_int16 four = find_around(c, &place, count, 0);
     __m512i words = weigh_around(&four, &place);
     int mixed = 0;
     for (int half = 0; half < PAIR; half++)
-        if (halves >> half & 1)
-            mixed |= !is_there_slanted(c->job, &sheet, group + half) << half;
+        if (midpoints >> half & 1)
+            mixed |= !is_there_image_order(c->job, &sheet, group + half) << half;
     if (mixed)
-        words = put_level_words(words, c, &sheet, &place, lanes_placed(mixed, halves));
-    return spread_second(words, halves);
+        words = put_level_int16(words, c, &sheet, &place, lanes_placed(mixed, midpoints));
+    return spread_second(words, midpoints);
 }
 
-CVOL_INLINE void keep_no_midway(const line_job *job, int group)
+CVOL_INLINE void keep_no_midpoint(const line_job *job, int group)
 {
-    cvol_store(kept_midway(job, group), cvol_splat(NAN));
+    cvol_store(kept_midpoint(job, group), cvol_splat(NAN));
 }
 
-/* Keeps what the layer's last sheet has half way to the next. */
-CVOL_COLD void keep_midway_words(const compact_job *c, int group, int halves)
+/* Keeps what the layer's last sheet has midpoint to the next. */
+CVOL_COLD void keep_midpoint_int16(const int16_job *c, int group, int midpoints)
 {
     const line_job *job = c->job;
     const int last = job->layer->sheet_count - 1;
     int inside = 0;
     for (int half = 0; half < PAIR; half++)
-        if (halves >> half & 1)
+        if (midpoints >> half & 1)
             inside |= (int)(job->inside[group + half - job->first_group] >> last & 1) << half;
     __m512i values = _mm512_setzero_si512();
     if (inside)
-        values = take_midway(c, last, 0.5, group, inside);
+        values = take_midpoint(c, last, 0.5, group, inside);
     for (int half = 0; half < PAIR; half++)
-        if (halves >> half & 1)
-            cvol_store(kept_midway(job, group + half),
+        if (midpoints >> half & 1)
+            cvol_store(kept_midpoint(job, group + half),
                        inside >> half & 1 ? sample_to_table(job, floats_of(values, half))
                                           : cvol_splat(NAN));
 }
 
 /* Half way to sheet s from one of another layer, or with the windows of another; where that was not
  * kept, `straight`. */
-CVOL_COLD __m512i reconstruct_between_layers(const compact_job *c, int s, int group, int halves,
+CVOL_COLD __m512i reconstruct_between_layers(const int16_job *c, int s, int group, int midpoints,
                                              __m512i straight)
 {
-    const __m512i behind = take_midway(c, s, -0.5, group, halves);
+    const __m512i behind = take_midpoint(c, s, -0.5, group, midpoints);
     if (s > 0)
-        return _mm512_avg_epu16(take_midway(c, s - 1, 0.5, group, halves), behind);
-    const float *from = kept_midway(c->job, group);
-    const cvol_vf low = cvol_load(from), high = cvol_load(halves & 2 ? from + CVOL_GROUP : from);
+        return _mm512_avg_epu16(take_midpoint(c, s - 1, 0.5, group, midpoints), behind);
+    const float *from = kept_midpoint(c->job, group);
+    const cvol_vf low = cvol_load(from), high = cvol_load(midpoints & 2 ? from + CVOL_GROUP : from);
     const __m512 parts[2] = {(__m512)(low * c->sample_rate + c->sample_from),
                              (__m512)(high * c->sample_rate + c->sample_from)};
     __mmask32 kept = 0, known = 0; /* a number; or not none */
@@ -81,27 +81,27 @@ CVOL_COLD __m512i reconstruct_between_layers(const compact_job *c, int s, int gr
         kept |= (__mmask32)_mm512_cmp_ps_mask(parts[half], far, _CMP_LT_OQ) << (half * CVOL_GROUP);
         known |= (__mmask32)_mm512_cmp_ps_mask(parts[half], far, _CMP_LE_OQ) << (half * CVOL_GROUP);
     }
-    const __m512i value = _mm512_mask_avg_epu16(behind, kept, words_of(parts[0], parts[1]), behind);
+    const __m512i value = _mm512_mask_avg_epu16(behind, kept, int16_of(parts[0], parts[1]), behind);
     return _mm512_mask_mov_epi16(straight, known, value);
 }
 
-/* The pixels that are looked at half way, of intervals that rise so much. */
-CVOL_INLINE __mmask32 find_bent(const cvol_sheet_words *w, __m512i rise)
+/* The pixels that are looked at midpoint, of intervals that rise so much. */
+CVOL_INLINE __mmask32 find_bent(const cvol_int16_table *w, __m512i rise)
 {
-    return _mm512_cmpgt_epi16_mask(rise, _mm512_set1_epi16(w->midway));
+    return _mm512_cmpgt_epi16_mask(rise, _mm512_set1_epi16(w->midpoint));
 }
 
-/* What counts half way of what is straight between and what is `found`, of intervals that rise so
+/* What counts midpoint of what is straight between and what is `found`, of intervals that rise so
  * much. */
-CVOL_INLINE __m512i mix_midway(const cvol_sheet_words *w, __m512i rise, __m512i straight,
-                               __m512i found)
+CVOL_INLINE __m512i mix_midpoint(const cvol_int16_table *w, __m512i rise, __m512i straight,
+                                 __m512i found)
 {
-    const __m512i over = _mm512_subs_epi16(rise, _mm512_set1_epi16(w->midway));
+    const __m512i over = _mm512_subs_epi16(rise, _mm512_set1_epi16(w->midpoint));
     const __m512i within = _mm512_max_epi16(
-        _mm512_min_epi16(over, _mm512_set1_epi16(w->midway_ramp)), _mm512_setzero_si512());
+        _mm512_min_epi16(over, _mm512_set1_epi16(w->midpoint_ramp)), _mm512_setzero_si512());
     const __m512i share = _mm512_mulhi_epu16(
-        _mm512_sll_epi16(within, _mm_cvtsi32_si128(w->midway_up)),
-        _mm512_set1_epi16((int16_t)w->midway_rate));
+        _mm512_sll_epi16(within, _mm_cvtsi32_si128(w->midpoint_up)),
+        _mm512_set1_epi16((int16_t)w->midpoint_rate));
     return _mm512_add_epi16(straight,
                             _mm512_mulhrs_epi16(_mm512_sub_epi16(found, straight), share));
 }
@@ -115,24 +115,24 @@ CVOL_INLINE __m512i find_steeper(__m512i a, __m512i middle, __m512i b)
 }
 
 /* Half way from sheet s - 1, where values are `a`, to sheet s, where they are `b`. */
-CVOL_INLINE __m512i reconstruct_midway_words(const compact_job *c, int s, int group, int halves,
-                                             __m512i a, __m512i b)
+CVOL_INLINE __m512i reconstruct_midpoint_int16(const int16_job *c, int s, int group, int midpoints,
+                                               __m512i a, __m512i b)
 {
     const line_job *job = c->job;
-    const int at = group - job->first_group, second = halves & 2 ? at + 1 : at;
-    const int mixed = halves &
+    const int at = group - job->first_group, second = midpoints & 2 ? at + 1 : at;
+    const int mixed = midpoints &
                       ~((int)(job->ways[at] >> s & 1) | (int)(job->ways[second] >> s & 1) << 1);
     if (s == 0 || (mixed && job->sheets[s].windows != job->sheets[s - 1].windows))
-        return reconstruct_between_layers(c, s, group, halves, _mm512_avg_epu16(a, b));
-    const sheet_line sheet = view_midway(job, s, -0.5);
-    const int count = halves == 3 ? PAIR_LANES : CVOL_GROUP;
-    const slanted_place place = place_words(c, &sheet, group + (halves == 2), count);
-    const around_words mean = find_around(c, &place, count,
+        return reconstruct_between_layers(c, s, group, midpoints, _mm512_avg_epu16(a, b));
+    const sheet_line sheet = view_midpoint(job, s, -0.5);
+    const int count = midpoints == 3 ? PAIR_LANES : CVOL_GROUP;
+    const image_order_place place = place_int16(c, &sheet, group + (midpoints == 2), count);
+    const around_int16 mean = find_around(c, &place, count,
                                           job->sheets[s - 1].origin - job->sheets[s].origin);
     __m512i values = weigh_around(&mean, &place);
     if (mixed)
-        values = put_level_words(values, c, &sheet, &place, lanes_placed(mixed, halves));
-    return spread_second(values, halves);
+        values = put_level_int16(values, c, &sheet, &place, lanes_placed(mixed, midpoints));
+    return spread_second(values, midpoints);
 }
 
 #endif

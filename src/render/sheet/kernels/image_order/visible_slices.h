@@ -115,12 +115,12 @@ typedef struct sixteen_places {
 
 #if defined(__AVX512F__)
 
-CVOL_INLINE __m512i floor_words(__m512 value)
+CVOL_INLINE __m512i floor_int16(__m512 value)
 {
     return _mm512_cvt_roundps_epi32(value, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
 }
 
-CVOL_INLINE __m512i clamp_words(__m512i value, int last)
+CVOL_INLINE __m512i clamp_int16(__m512i value, int last)
 {
     return _mm512_max_epi32(_mm512_min_epi32(value, _mm512_set1_epi32(last)),
                             _mm512_setzero_si512());
@@ -136,7 +136,7 @@ CVOL_INLINE __m512i find_places(double at, double across, double down)
 {
     const double whole = floor(at);
     const cvol_vf from = (float)(at - whole) + spread_pixels((float)across, (float)down);
-    return _mm512_add_epi32(floor_words((__m512)from), _mm512_set1_epi32((int)whole));
+    return _mm512_add_epi32(floor_int16((__m512)from), _mm512_set1_epi32((int)whole));
 }
 
 /* A bit for each of sixteen groups before that one. */
@@ -152,7 +152,7 @@ CVOL_INLINE __m512i find_block_rows(const float row[CVOL_GROUP], float next, flo
     const __m512 middle = _mm512_add_ps(
         _mm512_roundscale_ps(_mm512_loadu_ps(row), _MM_FROUND_TO_NEG_INF),
         _mm512_set1_ps(0.5f + next));
-    return clamp_words(floor_words(_mm512_mul_ps(middle, _mm512_set1_ps(inverse))), last);
+    return clamp_int16(floor_int16(_mm512_mul_ps(middle, _mm512_set1_ps(inverse))), last);
 }
 
 #endif
@@ -165,13 +165,13 @@ CVOL_INLINE void find_sixteen_windows(group_windows *out, int s, const cvol_laye
     const float inverse = 1 / (float)layer->row_points;
 #if defined(__AVX512F__)
     const __m512i group = _mm512_set1_epi32(CVOL_GROUP), one = _mm512_set1_epi32(1);
-    const __m512i from = _mm512_add_epi32(floor_words(_mm512_loadu_ps(at->lane[0])), group),
-                  begin = _mm512_add_epi32(floor_words(_mm512_loadu_ps(at->begin)), group),
-                  to = _mm512_add_epi32(floor_words(_mm512_loadu_ps(at->lane[1])), one);
+    const __m512i from = _mm512_add_epi32(floor_int16(_mm512_loadu_ps(at->lane[0])), group),
+                  begin = _mm512_add_epi32(floor_int16(_mm512_loadu_ps(at->begin)), group),
+                  to = _mm512_add_epi32(floor_int16(_mm512_loadu_ps(at->lane[1])), one);
     const __m512i c0 = _mm512_srai_epi32(from, 4),
                   c1 = _mm512_srai_epi32(_mm512_max_epi32(begin, to), 4);
-    _mm512_storeu_si512(out->c0 + s, clamp_words(c0, last_window));
-    _mm512_storeu_si512(out->c1 + s, clamp_words(c1, last_window));
+    _mm512_storeu_si512(out->c0 + s, clamp_int16(c0, last_window));
+    _mm512_storeu_si512(out->c1 + s, clamp_int16(c1, last_window));
     _mm512_storeu_si512(out->r0 + s, find_block_rows(at->row[0], 0, inverse, last));
     _mm512_storeu_si512(out->r1 + s, find_block_rows(at->row[1], 1, inverse, last));
 #else
@@ -332,8 +332,9 @@ CVOL_INLINE uint32_t find_seen_sheets(uint32_t *mixed, const group_windows *at,
 }
 
 /* Which sheets sixteen groups from `first` on meet, and in which they lie within. */
-CVOL_INLINE void find_met_groups(uint32_t met[CVOL_GROUP], uint32_t inside[CVOL_GROUP],
-                                 const line_job *job, int first)
+CVOL_INLINE void find_intersected_groups(uint32_t intersected[CVOL_GROUP],
+                                         uint32_t inside[CVOL_GROUP], const line_job *job,
+                                         int first)
 {
     const int sheets = job->layer->sheet_count;
 #if defined(__AVX512F__)
@@ -348,18 +349,19 @@ CVOL_INLINE void find_met_groups(uint32_t met[CVOL_GROUP], uint32_t inside[CVOL_
         all = _mm512_mask_or_epi32(all, at, all, bit);
         within = _mm512_mask_or_epi32(within, at & in, within, bit);
     }
-    _mm512_storeu_si512(met, all);
+    _mm512_storeu_si512(intersected, all);
     _mm512_storeu_si512(inside, within);
 #else
-    memset(met, 0, CVOL_GROUP * sizeof *met);
+    memset(intersected, 0, CVOL_GROUP * sizeof *intersected);
     memset(inside, 0, CVOL_GROUP * sizeof *inside);
     for (int s = 0; s < sheets; s++) {
         const sheet_line *sheet = &job->sheets[s];
         for (int k = 0; k < CVOL_GROUP; k++) {
-            const int g = first + k, is_met = g >= sheet->begin && g < sheet->end;
-            met[k] |= (uint32_t)is_met << s;
-            inside[k] |= (uint32_t)(is_met && g >= sheet->inside_begin && g < sheet->inside_end)
-                         << s;
+            const int g = first + k, is_intersected = g >= sheet->begin && g < sheet->end;
+            intersected[k] |= (uint32_t)is_intersected << s;
+            inside[k] |=
+                (uint32_t)(is_intersected && g >= sheet->inside_begin && g < sheet->inside_end)
+                << s;
         }
     }
 #endif
@@ -376,21 +378,22 @@ CVOL_INLINE void find_seen_groups(line_job *job, int first, int count, const cvo
     find_boxes(&boxes, job, first, s, end);
     for (uint32_t seen = find_seen_boxes(&all, &boxes, 0, count, windows); seen; seen &= seen - 1) {
         const int g = __builtin_ctz(seen), at = from + g;
-        if (!(job->met[at] & sheets) || job->line->opaque[first + g])
+        if (!(job->intersected[at] & sheets) || job->line->opaque[first + g])
             continue;
         if (all >> g & 1) {
-            job->seen[at] |= job->met[at] & sheets;
+            job->seen[at] |= job->intersected[at] & sheets;
             job->ways[at] |= sheets & sheets << 1;
             continue;
         }
         group_windows places;
         find_group_windows(&places, job, first + g);
-        job->seen[at] |= job->met[at] & find_seen_sheets(&job->mixed[at], &places, windows, s, end);
+        job->seen[at] |= job->intersected[at] &
+                         find_seen_sheets(&job->mixed[at], &places, windows, s, end);
     }
 }
 
 /* What find_met finds. */
-CVOL_INLINE void find_met_slanted(line_job *job, int first, int count)
+CVOL_INLINE void find_intersected_image_order(line_job *job, int first, int count)
 {
     const cvol_layer *layer = job->layer;
     const int sheets = layer->sheet_count,
@@ -403,7 +406,7 @@ CVOL_INLINE void find_met_slanted(line_job *job, int first, int count)
     memset(job->ways, 0, sizeof *job->ways * (size_t)whole);
     job->first_group = first;
     for (int g = 0; g < count; g += CVOL_GROUP) {
-        find_met_groups(job->met + g, job->inside + g, job, first + g);
+        find_intersected_groups(job->intersected + g, job->inside + g, job, first + g);
         const int groups = count - g < CVOL_GROUP ? count - g : CVOL_GROUP;
         if (held)
             find_seen_groups(job, first + g, groups, &layer->windows_before, 0, held);

@@ -26,17 +26,17 @@
 /* Draws an interval along which matter is as good as straight, but light turns: apart, as it is
  * drawn only where pixels are fine. */
 CVOL_COLD void draw_turning(lit_group *g, const cvol_sheet_table *table, lit_interval *i,
-                            const matter *end, int pieces)
+                            const classified *end, int segments)
 {
     i->middle = 0.5f * (i->a + i->b) + find_twist(i, table);
     i->half = mix_gradients(&i->from, &i->to, cvol_splat(0.5f));
-    const lit_parts halves = {{~(cvol_vi){0}, {0}, {0}}, 2};
-    composite_parts(&g->p, table, &g->last, end, i, &halves, pieces);
+    const lit_parts midpoints = {{~(cvol_vi){0}, {0}, {0}}, 2};
+    composite_parts(&g->p, table, &g->last, end, i, &midpoints, segments);
 }
 
 /* Draws the pending interval, which ends at sheet s with a gradient. */
 CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int group,
-                               const gradient *now, int pieces)
+                               const gradient *now, int segments)
 {
     const cvol_sheet_table *table = job->table;
     lit_interval i;
@@ -46,42 +46,43 @@ CVOL_INLINE void draw_interval(lit_group *g, const line_job *job, int s, int gro
     i.to = *now;
     take_other_gradient(&i.from, &i.to);
     if (g->weighted) {
-        composite_weighted(&g->p, table, &i, g->weight, pieces);
+        composite_weighted(&g->p, table, &i, g->weight, segments);
         g->has_last = 0;
         return;
     }
     if (!g->has_last)
-        g->last = matter_of_gradient(table, i.a, &i.from, pieces);
+        g->last = classified_of_gradient(table, i.a, &i.from, segments);
     g->has_last = 1;
-    const matter end = matter_of_gradient(table, i.b, &i.to, pieces);
-    const cvol_vf span = (cvol_max(i.a, i.b) - cvol_min(i.a, i.b)) * g->p.through;
-    if (!table->halves &&
+    const classified end = classified_of_gradient(table, i.b, &i.to, segments);
+    const cvol_vf span = (cvol_max(i.a, i.b) - cvol_min(i.a, i.b)) * g->p.transmittance;
+    if (!table->midpoints &&
         !any_above(weigh_span(span, &g->last, &end), HALVES_OF_FLAT * table->flat)) {
         if (table->turns) {
-            draw_turning(g, table, &i, &end, pieces);
+            draw_turning(g, table, &i, &end, segments);
             return;
         }
-        add_lit_part(&g->p, &g->last, &end, g->p.through, through_between(&g->last, &end));
+        add_lit_part(&g->p, &g->last, &end, g->p.transmittance,
+                     transmittance_between(&g->last, &end));
         g->last = end;
         return;
     }
     find_half_way(&i, job, s, group);
-    composite_divided(&g->p, table, &g->last, &end, &i, pieces);
+    composite_divided(&g->p, table, &g->last, &end, &i, segments);
 }
 
 /* The same, whose end's gradient is found. `wanted`: that is needed in any case; `at`: where the
  * sheet is met, NULL: not known yet. */
 CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int wanted,
-                        const group_place *at, int pieces)
+                        const group_place *at, int segments)
 {
     if (!g->visible && !wanted) {
         g->has_last = 0;
         return;
     }
     gradient now;
-    if (at && g->visible && g->has_from && !any_above(g->p.through, LITTLE_LIGHT)) {
+    if (at && g->visible && g->has_from && !any_above(g->p.transmittance, LITTLE_LIGHT)) {
         now = g->from;
-        draw_interval(g, job, s, group, &now, pieces);
+        draw_interval(g, job, s, group, &now, segments);
         return;
     }
     if (s > 0 && s + 1 < job->layer->sheet_count) {
@@ -96,7 +97,7 @@ CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int
         now = select_gradient(find_unseen_pixels(job, s, group), &none, &now);
     }
     if (g->visible)
-        draw_interval(g, job, s, group, &now, pieces);
+        draw_interval(g, job, s, group, &now, segments);
     else
         g->has_last = 0;
     g->from = now;
@@ -106,7 +107,7 @@ CVOL_INLINE void finish(lit_group *g, const line_job *job, int s, int group, int
 /* Sheets from s on, as long as `go` has them: known intervals, whole. Returns the sheet after the
  * last that was met. */
 CVOL_INLINE int draw_run(lit_group *g, int *closed, const line_job *job, uint64_t go, int s,
-                         int group, int pieces)
+                         int group, int segments)
 {
     group_place places[2]; /* in turns: of a sheet, and of the one before */
     if (s > 0)
@@ -115,8 +116,8 @@ CVOL_INLINE int draw_run(lit_group *g, int *closed, const line_job *job, uint64_
         group_place *at = &places[s & 1];
         place_group(at, job, &job->sheets[s], group);
         const cvol_vf next = value_of_sheet(job, s, group, at);
-        const int visible = is_visible(job, g->p.through, g->value, next);
-        finish(g, job, s - 1, group, visible, &places[(s - 1) & 1], pieces);
+        const int visible = is_visible(job, g->p.transmittance, g->value, next);
+        finish(g, job, s - 1, group, visible, &places[(s - 1) & 1], segments);
         *closed = g->visible && is_closed(g);
         g->before = g->value;
         g->value = next;
@@ -140,19 +141,19 @@ CVOL_INLINE cvol_vf weigh_interval(const line_job *job, int s, int group)
 
 /* A group meets a sheet where nothing can be seen: what of the interval up to there can be, is
  * drawn. */
-CVOL_COLD void draw_end(lit_group *g, const line_job *job, int s, int group, int pieces)
+CVOL_COLD void draw_end(lit_group *g, const line_job *job, int s, int group, int segments)
 {
     cvol_vf levels[PARTS];
     find_levels(levels, job, s, job->sheets[s].windows, group, 0);
-    finish(g, job, s - 1, group, 1, NULL, pieces);
+    finish(g, job, s - 1, group, 1, NULL, segments);
     const lit_interval i = {.a = g->value, .b = levels[0], .from = g->from, .to = g->from};
-    if (is_visible(job, g->p.through, i.a, i.b))
-        composite_weighted(&g->p, job->table, &i, weigh_interval(job, s, group), pieces);
+    if (is_visible(job, g->p.transmittance, i.a, i.b))
+        composite_weighted(&g->p, job->table, &i, weigh_interval(job, s, group), segments);
     g->pending = 0;
 }
 
 /* A sheet of any kind that is seen. */
-CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, int pieces)
+CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, int segments)
 {
     const sheet_line *sheet = &job->sheets[s];
     const int known = g->pending,
@@ -163,7 +164,7 @@ CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, i
     cvol_vf levels[PARTS] = {{0}};
     const int has_level = !known && find_levels_before(levels, job, s, group);
     if (known)
-        finish(g, job, s - 1, group, 1, NULL, pieces);
+        finish(g, job, s - 1, group, 1, NULL, segments);
     g->has_from = known;
     g->before = known ? g->value : has_level ? levels[0] : value;
     if (!known) /* at a face samples go on as they are there */
@@ -173,7 +174,7 @@ CVOL_COLD void draw_sheet(lit_group *g, const line_job *job, int s, int group, i
     g->weight = inside ? cvol_splat(known || has_level ? 1 : 0.5f) : weigh_interval(job, s, group);
     g->weighted = !inside || !(known || has_level);
     g->has_last = 0;
-    g->visible = is_visible(job, g->p.through, g->before, g->value);
+    g->visible = is_visible(job, g->p.transmittance, g->before, g->value);
     g->pending = 1;
 }
 
@@ -190,41 +191,41 @@ CVOL_INLINE void keep(lit_group *g, const line_job *job, int s, int group)
 }
 
 /* A group through the sheets that it meets. */
-CVOL_INLINE void draw_group(const line_job *job, int group, int pieces)
+CVOL_INLINE void draw_group(const line_job *job, int group, int segments)
 {
     const cvol_line *line = job->line;
     const int at = group - job->first_group, first = job->layer->sheets[0].ordinal;
     const uint32_t seen = job->seen[at];
     const uint64_t go = seen & job->inside[at];
-    uint32_t met = job->met[at];
-    int last = line->met[group], closed = 0;
+    uint32_t intersected = job->intersected[at];
+    int last = line->intersected[group], closed = 0;
     if (!seen && last == INT32_MIN)
         return;
     lit_group g;
     load_group(&g, line, group);
-    g.visible = g.pending && is_visible(job, g.p.through, g.before, g.value);
-    while (met && !closed) {
-        int s = __builtin_ctz(met);
+    g.visible = g.pending && is_visible(job, g.p.transmittance, g.before, g.value);
+    while (intersected && !closed) {
+        int s = __builtin_ctz(intersected);
         if (g.pending && last != first + s - 1) {
-            finish(&g, job, last - first, group, 0, NULL, pieces);
+            finish(&g, job, last - first, group, 0, NULL, segments);
             g.pending = 0;
             closed = is_closed(&g);
             continue;
         }
         if (g.pending && go >> s & 1) {
-            s = draw_run(&g, &closed, job, go, s, group, pieces);
+            s = draw_run(&g, &closed, job, go, s, group, segments);
             last = first + s - 1;
-            met &= ~UINT32_C(0) << (s - 1) << 1;
+            intersected &= ~UINT32_C(0) << (s - 1) << 1;
             continue;
         }
-        met &= met - 1;
+        intersected &= intersected - 1;
         if (seen >> s & 1) {
-            draw_sheet(&g, job, s, group, pieces);
+            draw_sheet(&g, job, s, group, segments);
             last = first + s;
         } else {
             if (g.pending)
-                draw_end(&g, job, s, group, pieces);
-            met &= from_lowest(met & seen); /* nothing to be seen until then */
+                draw_end(&g, job, s, group, segments);
+            intersected &= from_lowest(intersected & seen); /* nothing to be seen until then */
         }
         closed = is_closed(&g);
     }
@@ -233,15 +234,15 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int pieces)
     if (g.pending && last >= first)
         keep(&g, job, last - first, group);
     store_group(&g, line, group);
-    line->met[group] = g.pending ? last : INT32_MIN;
+    line->intersected[group] = g.pending ? last : INT32_MIN;
     line->opaque[group] = (uint8_t)closed;
 }
 
-CVOL_INLINE void draw_lit_line(line_job *job, int pieces)
+CVOL_INLINE void draw_lit_line(line_job *job, int segments)
 {
     const cvol_layer *layer = job->layer;
     int begin = job->line->width / CVOL_GROUP, end = 0;
-    view_slanted(job);
+    view_image_order(job);
     begin_places(job);
     for (int s = 0; s < layer->sheet_count; s++) {
         begin = job->sheets[s].begin < begin ? job->sheets[s].begin : begin;
@@ -251,22 +252,22 @@ CVOL_INLINE void draw_lit_line(line_job *job, int pieces)
     job->after = move_sheet(job, layer->sheet_count - 1, 1);
     for (int first = begin; first < end; first += RUN) {
         const int count = end - first < RUN ? end - first : RUN;
-        find_met_slanted(job, first, count);
+        find_intersected_image_order(job, first, count);
         for (int group = first; group < first + count; group++)
             if (!job->line->opaque[group]) {
                 prefetch_group(job, group + AHEAD);
-                draw_group(job, group, pieces);
+                draw_group(job, group, segments);
             }
     }
 }
 
 /* What is pending behind the last layer, whose last sheet is number layer->sheets[0].ordinal - 1:
  * at the volume's face samples go on as they are there. */
-CVOL_COLD void end_lit_line(const line_job *job, int pieces)
+CVOL_COLD void end_lit_line(const line_job *job, int segments)
 {
     const cvol_line *line = job->line;
     for (int group = 0; group < line->width / CVOL_GROUP; group++) {
-        const int last = line->met[group];
+        const int last = line->intersected[group];
         if (line->opaque[group] || last == INT32_MIN)
             continue;
         lit_group g;
@@ -274,11 +275,11 @@ CVOL_COLD void end_lit_line(const line_job *job, int pieces)
         const int at_face = last == job->layer->sheets[0].ordinal - 1;
         const gradient now = gradient_at_end(&g, job, -1, group,
                                              at_face ? g.value : cvol_splat(NAN));
-        if (is_visible(job, g.p.through, g.before, g.value))
-            draw_interval(&g, job, -1, group, &now, pieces);
+        if (is_visible(job, g.p.transmittance, g.before, g.value))
+            draw_interval(&g, job, -1, group, &now, segments);
         g.pending = 0;
         store_group(&g, line, group);
-        line->met[group] = INT32_MIN;
+        line->intersected[group] = INT32_MIN;
     }
 }
 

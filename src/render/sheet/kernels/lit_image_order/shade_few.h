@@ -15,7 +15,7 @@
 
 /* What some pixels' intervals add, and what comes through them. */
 typedef struct few_pixels {
-    __m512 v[3], through;
+    __m512 v[3], transmittance;
     __mmask16 which;
 } few_pixels;
 
@@ -34,7 +34,7 @@ CVOL_INLINE cvol_vf take_between(const few_lanes *at, cvol_vf a, cvol_vf middle,
 
 /* So many `parts` of the intervals of some pixels, 16 / parts of them or fewer. */
 CVOL_INLINE void draw_few(few_pixels *out, __mmask16 which, const cvol_sheet_table *table,
-                          const matter *last, const lit_interval *i, int parts, int pieces)
+                          const classified *last, const lit_interval *i, int parts, int segments)
 {
     const int log2_parts = parts == 8 ? 3 : 2;
     const __m512i iota = (__m512i)cvol_to_int(cvol_iota());
@@ -51,33 +51,34 @@ CVOL_INLINE void draw_few(few_pixels *out, __mmask16 which, const cvol_sheet_tab
     gradient rise;
     for (int k = 0; k < 3; k++)
         rise.v[k] = take_between(&at, i->from.v[k], i->half.v[k], i->to.v[k], t);
-    const matter end = matter_of_gradient(table, take_between(&at, i->a, i->middle, i->b, t), &rise,
-                                          pieces);
+    const classified end = classified_of_gradient(
+        table, take_between(&at, i->a, i->middle, i->b, t), &rise, segments);
     const __mmask16 later = _mm512_test_epi32_mask(part, part);
     const __m512i before = _mm512_sub_epi32(iota, _mm512_set1_epi32(1));
-    matter begin;
+    classified begin;
     for (int k = 0; k < 4; k++)
         begin.v[k] = (cvol_vf)_mm512_mask_permutexvar_ps(
             _mm512_permutexvar_ps(at.pixel, (__m512)last->v[k]), later, before, (__m512)end.v[k]);
-    pixels p = {.through = cvol_splat(1)};
-    cvol_vf through = through_between(&begin, &end), share = p.through;
+    pixels p = {.transmittance = cvol_splat(1)};
+    cvol_vf transmittance = transmittance_between(&begin, &end), share = p.transmittance;
     for (int k = 0; k < log2_parts; k++)
-        share *= half_share(&through);
-    add_lit_part(&p, &begin, &end, share, through);
+        share *= half_share(&transmittance);
+    add_lit_part(&p, &begin, &end, share, transmittance);
     /* Parts behind parts, two by two. */
     for (int step = 1; step < parts; step *= 2) {
         const __m512i behind = _mm512_add_epi32(iota, _mm512_set1_epi32(step));
-        p.r += p.through * (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.r);
-        p.g += p.through * (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.g);
-        p.b += p.through * (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.b);
-        p.through *= (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.through);
+        p.r += p.transmittance * (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.r);
+        p.g += p.transmittance * (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.g);
+        p.b += p.transmittance * (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.b);
+        p.transmittance *= (cvol_vf)_mm512_permutexvar_ps(behind, (__m512)p.transmittance);
     }
     const __m512i first = _mm512_slli_epi32(_mm512_maskz_expand_epi32(which, iota),
                                             (unsigned)log2_parts);
     out->v[0] = _mm512_mask_permutexvar_ps(out->v[0], which, first, (__m512)p.r);
     out->v[1] = _mm512_mask_permutexvar_ps(out->v[1], which, first, (__m512)p.g);
     out->v[2] = _mm512_mask_permutexvar_ps(out->v[2], which, first, (__m512)p.b);
-    out->through = _mm512_mask_permutexvar_ps(out->through, which, first, (__m512)p.through);
+    out->transmittance = _mm512_mask_permutexvar_ps(out->transmittance, which, first,
+                                                    (__m512)p.transmittance);
     out->which |= which;
 }
 
@@ -93,7 +94,7 @@ CVOL_INLINE __mmask16 lowest_bits(unsigned bits, int count)
 /* Of pixels that have more than two parts, those that are few enough; what is left has as many
  * parts->most. */
 CVOL_INLINE void draw_many_parts(few_pixels *out, const cvol_sheet_table *table, lit_parts *parts,
-                                 const matter *last, const lit_interval *i, int pieces)
+                                 const classified *last, const lit_interval *i, int segments)
 {
     unsigned eighths = _mm512_movepi32_mask((__m512i)parts->divided[2]),
              quarters = _mm512_movepi32_mask((__m512i)parts->divided[1]) & ~eighths;
@@ -106,38 +107,39 @@ CVOL_INLINE void draw_many_parts(few_pixels *out, const cvol_sheet_table *table,
             which |= (__mmask16)(quarters & -quarters);
             quarters &= quarters - 1;
         }
-        draw_few(out, which, table, last, i, 8, pieces);
+        draw_few(out, which, table, last, i, 8, segments);
     }
     parts->most = quarters ? 4 : 2;
     if (__builtin_popcount(quarters) > FEW_OF_FOUR)
         return;
     for (; quarters; quarters &= ~(unsigned)out->which)
-        draw_few(out, lowest_bits(quarters, 4), table, last, i, 4, pieces);
+        draw_few(out, lowest_bits(quarters, 4), table, last, i, 4, segments);
     parts->most = 2;
 }
 
 /* A whole interval with a middle, in 2 to 8 parts; pixels by themselves may have one. *last: the
  * matter at its beginning, becomes that at its end. */
-CVOL_INLINE void composite_divided(pixels *p, const cvol_sheet_table *table, matter *last,
-                                   const matter *end, const lit_interval *i, int pieces)
+CVOL_INLINE void composite_divided(pixels *p, const cvol_sheet_table *table, classified *last,
+                                   const classified *end, const lit_interval *i, int segments)
 {
-    lit_parts parts = find_parts_of(i, table, last, end, p->through);
+    lit_parts parts = find_parts_of(i, table, last, end, p->transmittance);
     if (parts.most == 2) {
-        composite_parts(p, table, last, end, i, &parts, pieces);
+        composite_parts(p, table, last, end, i, &parts, segments);
         return;
     }
     const pixels start = *p;
     few_pixels few = {.which = 0};
-    draw_many_parts(&few, table, &parts, last, i, pieces);
-    composite_parts(p, table, last, end, i, &parts, pieces);
-    const __m512 share = (__m512)start.through;
+    draw_many_parts(&few, table, &parts, last, i, segments);
+    composite_parts(p, table, last, end, i, &parts, segments);
+    const __m512 share = (__m512)start.transmittance;
     p->r = (cvol_vf)_mm512_mask_mov_ps((__m512)p->r, few.which,
                                        _mm512_fmadd_ps(share, few.v[0], (__m512)start.r));
     p->g = (cvol_vf)_mm512_mask_mov_ps((__m512)p->g, few.which,
                                        _mm512_fmadd_ps(share, few.v[1], (__m512)start.g));
     p->b = (cvol_vf)_mm512_mask_mov_ps((__m512)p->b, few.which,
                                        _mm512_fmadd_ps(share, few.v[2], (__m512)start.b));
-    p->through = (cvol_vf)_mm512_mask_mul_ps((__m512)p->through, few.which, share, few.through);
+    p->transmittance = (cvol_vf)_mm512_mask_mul_ps((__m512)p->transmittance, few.which, share,
+                                                   few.transmittance);
 }
 
 #endif

@@ -63,7 +63,7 @@ CVOL_INLINE cvol_vf value_beside(const line_job *job, const sheet_line *sheet, i
     group_place at;
     place_group(&at, job, sheet, group);
     const cvol_vf value = sample_to_table(job, value_of_group(job, &at, 0));
-    if (is_there_slanted(job, sheet, group))
+    if (is_there_image_order(job, sheet, group))
         return value;
     __m512 levels;
     const __mmask16 unseen = find_unseen_of_group(&levels, job->layer, sheet->windows, &at);
@@ -133,7 +133,7 @@ CVOL_INLINE cvol_vf value_after(const line_job *job, int s, int group)
     return sample_to_table(job, value_of_group(job, &at, offset_to(job, s + 1, s)));
 }
 
-/* How far what lies half way is from straight, as both ends tell. */
+/* How far what lies midpoint is from straight, as both ends tell. */
 CVOL_INLINE cvol_vf find_twist(const lit_interval *i, const cvol_sheet_table *table)
 {
     return table->twist[0] * (i->from.v[0] - i->to.v[0]) +

@@ -17,8 +17,8 @@ typedef struct lit_group {
     int has_from;          /* if that is known */
     cvol_vf weight;        /* if it is not whole */
     int pending, weighted, visible;
-    matter last;  /* at its beginning, */
-    int has_last; /* if that is known */
+    classified last; /* at its beginning, */
+    int has_last;    /* if that is known */
     /* Where its end is in a layer before, or the first sheet of this one: */
     cvol_vf slope[2];
     cvol_vf behind; /* in the sheet before its end, */
@@ -41,7 +41,7 @@ CVOL_INLINE void load_group(lit_group *g, const cvol_line *line, int group)
                     cvol_load(r + 3 * width),
                     {0},
                     0};
-    g->pending = line->met[group] != INT32_MIN;
+    g->pending = line->intersected[group] != INT32_MIN;
     g->has_from = g->has_last = g->visible = 0;
     g->weighted = 1;
     if (!g->pending)
@@ -63,13 +63,13 @@ CVOL_INLINE void prefetch_group(const line_job *job, int group)
     const cvol_line *line = job->line;
     const long width = line->width;
     if ((group + 1) * CVOL_GROUP > width || line->opaque[group] ||
-        !(line->met[group] != INT32_MIN ||
+        !(line->intersected[group] != INT32_MIN ||
           (group - job->first_group < RUN && job->seen[group - job->first_group])))
         return;
     const float *r = line->values + group * CVOL_GROUP, *s = line->pending + group * CVOL_GROUP;
     for (int k = 0; k < 5; k++)
         __builtin_prefetch(r + k * width, 1);
-    for (int k = 0; k < CVOL_PENDING_LINES_PLAIN && line->met[group] != INT32_MIN; k++)
+    for (int k = 0; k < CVOL_PENDING_LINES_PLAIN && line->intersected[group] != INT32_MIN; k++)
         __builtin_prefetch(s + k * width, 1);
 }
 
@@ -80,7 +80,7 @@ CVOL_INLINE void store_group(const lit_group *g, const cvol_line *line, int grou
     cvol_store(r, g->p.r);
     cvol_store(r + width, g->p.g);
     cvol_store(r + 2 * width, g->p.b);
-    cvol_store(r + 3 * width, g->p.through);
+    cvol_store(r + 3 * width, g->p.transmittance);
     if (!g->pending)
         return;
     cvol_store(r + 4 * width, g->value);
@@ -94,13 +94,13 @@ CVOL_INLINE void store_group(const lit_group *g, const cvol_line *line, int grou
 
 CVOL_INLINE int is_closed(const lit_group *g)
 {
-    return !any_above(g->p.through, OPAQUE_BELOW);
+    return !any_above(g->p.transmittance, OPAQUE_BELOW);
 }
 
 /* Whether anything of an interval can be seen, by pixels through which light still comes. */
-CVOL_INLINE int is_visible(const line_job *job, cvol_vf through, cvol_vf a, cvol_vf b)
+CVOL_INLINE int is_visible(const line_job *job, cvol_vf transmittance, cvol_vf a, cvol_vf b)
 {
-    const __mmask16 open = _mm512_cmp_ps_mask((__m512)through, _mm512_set1_ps(OPAQUE_BELOW),
+    const __mmask16 open = _mm512_cmp_ps_mask((__m512)transmittance, _mm512_set1_ps(OPAQUE_BELOW),
                                               _CMP_GT_OQ),
                     above = _mm512_mask_cmp_ps_mask(open, (__m512)cvol_max(a, b),
                                                     _mm512_set1_ps(job->table->visible_from),

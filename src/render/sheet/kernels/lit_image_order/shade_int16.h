@@ -52,14 +52,14 @@ CVOL_INLINE void begin_places(line_job *job)
 #define WEIGHTS_ONE 16384
 
 /* 16 words, each four of them twice. */
-CVOL_INLINE __m512i spread_words(__m512i numbers)
+CVOL_INLINE __m512i spread_int16(__m512i numbers)
 {
     const __m512i twice = _mm512_set_epi64(3, 3, 2, 2, 1, 1, 0, 0);
     return _mm512_permutexvar_epi64(twice, _mm512_castsi256_si512(_mm512_cvtepi32_epi16(numbers)));
 }
 
 /* And the first of both, as numbers. */
-CVOL_INLINE __m512i gather_words(__m512i words)
+CVOL_INLINE __m512i gather_int16(__m512i words)
 {
     const __m512i first = _mm512_set_epi64(6, 4, 2, 0, 6, 4, 2, 0);
     return _mm512_cvtepi16_epi32(_mm512_castsi512_si256(_mm512_permutexvar_epi64(first, words)));
@@ -86,8 +86,8 @@ CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_
     out->stride = layer->row_stride;
     out->least = layer->from_row - out->y;
     out->most = layer->to_row - out->y;
-    out->lane = spread_words(_mm512_srli_epi32(u, 16));
-    out->row = _mm512_add_epi16(spread_words(_mm512_srai_epi32(v, 16)), behind);
+    out->lane = spread_int16(_mm512_srli_epi32(u, 16));
+    out->row = _mm512_add_epi16(spread_int16(_mm512_srai_epi32(v, 16)), behind);
     out->left_right = _mm512_or_si512(_mm512_sub_epi32(_mm512_set1_epi32(WEIGHTS_ONE), right),
                                       _mm512_slli_epi32(right, 16));
     out->below = _mm512_mul_ps(_mm512_cvtepi32_ps(_mm512_and_si512(v, part)),
@@ -99,42 +99,42 @@ CVOL_INLINE void place_group(group_place *out, const line_job *job, const sheet_
 
 /* Words of a row, of which so many `samples` are loaded as pixels may reach: 64, of which 32 are
  * `more`, 32 or 16; these lie in one line of the cache more often than not. */
-typedef struct row_words {
+typedef struct row_int16 {
     __m512i words, more;
-} row_words;
+} row_int16;
 
-CVOL_INLINE row_words load_row(const int16_t *from, int samples)
+CVOL_INLINE row_int16 load_row(const int16_t *from, int samples)
 {
     if (samples == 16) {
         const __m512i twice = _mm512_broadcast_i64x4(_mm256_loadu_si256((const __m256i *)from));
-        return (row_words){twice, twice};
+        return (row_int16){twice, twice};
     }
     const __m512i words = _mm512_loadu_si512(from);
-    return (row_words){words, samples == 64 ? _mm512_loadu_si512(from + ROW_SAMPLES) : words};
+    return (row_int16){words, samples == 64 ? _mm512_loadu_si512(from + ROW_SAMPLES) : words};
 }
 
-CVOL_INLINE row_words mean_of_rows(row_words a, row_words b, int samples)
+CVOL_INLINE row_int16 mean_of_rows(row_int16 a, row_int16 b, int samples)
 {
     const __m512i words = _mm512_avg_epu16(a.words, b.words);
-    return (row_words){words, samples == 64 ? _mm512_avg_epu16(a.more, b.more) : words};
+    return (row_int16){words, samples == 64 ? _mm512_avg_epu16(a.more, b.more) : words};
 }
 
-CVOL_INLINE row_words subtract_row(row_words a, row_words b, int samples)
+CVOL_INLINE row_int16 subtract_row(row_int16 a, row_int16 b, int samples)
 {
     const __m512i words = _mm512_sub_epi16(a.words, b.words);
-    return (row_words){words, samples == 64 ? _mm512_sub_epi16(a.more, b.more) : words};
+    return (row_int16){words, samples == 64 ? _mm512_sub_epi16(a.more, b.more) : words};
 }
 
 /* Words two further on, but for the last two. */
-CVOL_INLINE row_words shift_row(row_words row, int samples)
+CVOL_INLINE row_int16 shift_row(row_int16 row, int samples)
 {
     const __m512i on = _mm512_set_epi16(33, 32, 31, 30, 29, 28, 27, 26, 25, 24, 23, 22, 21, 20, 19,
                                         18, 17, 16, 15, 14, 13, 12, 11, 10, 9, 8, 7, 6, 5, 4, 3, 2);
     if (samples < 64) {
         const __m512i words = _mm512_permutexvar_epi16(on, row.words);
-        return (row_words){words, words};
+        return (row_int16){words, words};
     }
-    return (row_words){_mm512_permutex2var_epi16(row.words, on, row.more),
+    return (row_int16){_mm512_permutex2var_epi16(row.words, on, row.more),
                        _mm512_permutexvar_epi16(on, row.more)};
 }
 
@@ -144,8 +144,8 @@ typedef struct word_pair {
 } word_pair;
 
 /* Words of a row for the pixels of a mask. */
-CVOL_INLINE void take_words(word_pair *out, __mmask32 own, __m512i left, __m512i right,
-                            row_words row, int samples)
+CVOL_INLINE void take_int16(word_pair *out, __mmask32 own, __m512i left, __m512i right,
+                            row_int16 row, int samples)
 {
     if (samples == 64) {
         out->left = _mm512_mask_mov_epi16(out->left, own,
@@ -208,7 +208,7 @@ CVOL_INLINE long stride_to_next(const group_place *at, int row)
  */
 
 /* In whole numbers until they are weighed by rows: where samples hardly differ, it counts how. */
-CVOL_INLINE cvol_vf weigh_words(const group_place *at, const word_pair *of)
+CVOL_INLINE cvol_vf weigh_int16(const group_place *at, const word_pair *of)
 {
     const __m512i near_pairs = _mm512_unpacklo_epi16(of->left, of->right),
                   far_pairs = _mm512_unpackhi_epi16(of->left, of->right);
@@ -226,7 +226,7 @@ CVOL_INLINE void take_values(word_pair *out, const group_place *at, long offset,
     const int16_t *line = at->from + offset + first * at->stride;
     *out = (word_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
     for (int row = first; row < first + rows; row++) {
-        take_words(out, pixels_of_row(at, row), lane, next, load_row(line, samples), samples);
+        take_int16(out, pixels_of_row(at, row), lane, next, load_row(line, samples), samples);
         line += stride_to_next(at, row);
     }
 }
@@ -270,12 +270,12 @@ CVOL_APART cvol_vf value_of_group(const line_job *job, const group_place *at, lo
             take_fours(&values, at, offset, job->rows, 1);
         else
             take_fours(&values, at, offset, job->rows, 2);
-        return weigh_words(at, &values);
+        return weigh_int16(at, &values);
     }
 #define TAKE_VALUES(rows, samples) take_values(&values, at, offset, rows, samples)
     CVOL_OF_ROWS(job, TAKE_VALUES);
 #undef TAKE_VALUES
-    return weigh_words(at, &values);
+    return weigh_int16(at, &values);
 }
 
 /* ---- how they rise ------------------------------------------------------------------------------
@@ -289,17 +289,17 @@ CVOL_INLINE void take_rises(word_pair out[3], const group_place *at, long before
                   right = _mm512_add_epi16(here, one);
     const int first = first_row(at);
     const int16_t *line = at->from - 1 + first * at->stride;
-    row_words above = load_row(line - at->stride, samples), own = load_row(line, samples);
+    row_int16 above = load_row(line - at->stride, samples), own = load_row(line, samples);
     for (int k = 0; k < 3; k++)
         out[k] = (word_pair){_mm512_setzero_si512(), _mm512_setzero_si512()};
     for (int row = first; row < first + rows; row++) {
         const long stride = stride_to_next(at, row);
         const __mmask32 which = pixels_of_row(at, row);
-        const row_words below = load_row(line + stride, samples);
-        take_words(&out[0], which, left, here, subtract_row(shift_row(own, samples), own, samples),
+        const row_int16 below = load_row(line + stride, samples);
+        take_int16(&out[0], which, left, here, subtract_row(shift_row(own, samples), own, samples),
                    samples);
-        take_words(&out[1], which, here, right, subtract_row(below, above, samples), samples);
-        take_words(&out[2], which, here, right,
+        take_int16(&out[1], which, here, right, subtract_row(below, above, samples), samples);
+        take_int16(&out[2], which, here, right,
                    subtract_row(load_row(line + behind, samples), load_row(line + before, samples),
                                 samples),
                    samples);
@@ -317,7 +317,7 @@ CVOL_APART void rise_of_group(cvol_vf out[3], const line_job *job, const group_p
     CVOL_OF_ROWS(job, TAKE_RISES);
 #undef TAKE_RISES
     for (int k = 0; k < 3; k++)
-        out[k] = weigh_words(at, &rises[k]);
+        out[k] = weigh_int16(at, &rises[k]);
 }
 
 /* Half way between a sheet and the one before: four sheets in a row. */
@@ -333,8 +333,8 @@ CVOL_INLINE void take_half_way(word_pair out[4], const group_place *at, const fo
                   right = _mm512_add_epi16(here, one);
     const int first = first_row(at);
     const int16_t *line = at->from - 1 + first * at->stride;
-    row_words second = load_row(line + of->before, samples), third = load_row(line, samples);
-    row_words own = mean_of_rows(second, third, samples),
+    row_int16 second = load_row(line + of->before, samples), third = load_row(line, samples);
+    row_int16 own = mean_of_rows(second, third, samples),
               above = mean_of_rows(load_row(line + of->before - at->stride, samples),
                                    load_row(line - at->stride, samples), samples);
     for (int k = 0; k < 4; k++)
@@ -342,16 +342,16 @@ CVOL_INLINE void take_half_way(word_pair out[4], const group_place *at, const fo
     for (int row = first; row < first + rows; row++) {
         const long stride = stride_to_next(at, row);
         const __mmask32 which = pixels_of_row(at, row);
-        const row_words from = mean_of_rows(load_row(line + of->first, samples), second, samples),
+        const row_int16 from = mean_of_rows(load_row(line + of->first, samples), second, samples),
                         to = mean_of_rows(third, load_row(line + of->behind, samples), samples);
         second = load_row(line + of->before + stride, samples);
         third = load_row(line + stride, samples);
-        const row_words below = mean_of_rows(second, third, samples);
-        take_words(&out[0], which, left, here, subtract_row(shift_row(own, samples), own, samples),
+        const row_int16 below = mean_of_rows(second, third, samples);
+        take_int16(&out[0], which, left, here, subtract_row(shift_row(own, samples), own, samples),
                    samples);
-        take_words(&out[1], which, here, right, subtract_row(below, above, samples), samples);
-        take_words(&out[2], which, here, right, subtract_row(to, from, samples), samples);
-        take_words(&out[3], which, here, right, own, samples);
+        take_int16(&out[1], which, here, right, subtract_row(below, above, samples), samples);
+        take_int16(&out[2], which, here, right, subtract_row(to, from, samples), samples);
+        take_int16(&out[3], which, here, right, own, samples);
         above = own;
         own = below;
         line += stride;
@@ -366,8 +366,8 @@ CVOL_APART cvol_vf half_way_of_group(cvol_vf rise[3], const line_job *job, const
     CVOL_OF_ROWS(job, TAKE_HALF_WAY);
 #undef TAKE_HALF_WAY
     for (int k = 0; k < 3; k++)
-        rise[k] = weigh_words(at, &words[k]);
-    return weigh_words(at, &words[3]);
+        rise[k] = weigh_int16(at, &words[k]);
+    return weigh_int16(at, &words[3]);
 }
 
 /* ---- windows ------------------------------------------------------------------------------------
@@ -377,7 +377,7 @@ CVOL_APART cvol_vf half_way_of_group(cvol_vf rise[3], const line_job *job, const
 CVOL_INLINE __mmask16 find_unseen_of_group(__m512 *levels, const cvol_layer *layer,
                                            const cvol_windows *windows, const group_place *at)
 {
-    const __m512i lane = gather_words(at->lane), row = gather_words(at->row);
+    const __m512i lane = gather_int16(at->lane), row = gather_int16(at->row);
     return find_unseen(levels, layer, windows, _mm512_add_epi32(lane, _mm512_set1_epi32(at->x)),
                        _mm512_add_epi32(row, _mm512_set1_epi32(at->y)));
 }

@@ -3,7 +3,7 @@
  *
  * Gradients, not light, are interpolated, and matter is lit wherever it is looked at. Along a ray
  * that crosses cells at a slant neither samples nor gradients are straight: where an interval is
- * divided both are found half way, too.
+ * divided both are found midpoint, too.
  *
  * To be included by kernel files only.
  */
@@ -72,13 +72,13 @@ CVOL_INLINE void take_other_gradient(gradient *a, gradient *b)
 }
 
 /* Light may make matter thinner, where the table says so. What has no opacity needs no light. */
-CVOL_INLINE matter matter_of_gradient(const cvol_sheet_table *table, cvol_vf t, const gradient *at,
-                                      int pieces)
+CVOL_INLINE classified classified_of_gradient(const cvol_sheet_table *table, cvol_vf t,
+                                              const gradient *at, int segments)
 {
-    matter m = matter_of(table, t, NULL, pieces);
+    classified m = classified_of(table, t, NULL, segments);
     if (!any_above(m.v[3], 0))
         return m;
-    const lit_matter lit = illuminate(at->v, table->light);
+    const lit_sample lit = illuminate(at->v, table->light);
     if (table->light->thinning > 0) {
         const cvol_vf share = weight_share(cvol_splat(1), m.v[3], lit.thickness);
         for (int k = 0; k < 4; k++)
@@ -96,7 +96,7 @@ typedef struct lit_parts {
 } lit_parts;
 
 /* How much of a span counts: the less is seen of an interval, the less of its light. */
-CVOL_INLINE cvol_vf weigh_span(cvol_vf span, const matter *from, const matter *to)
+CVOL_INLINE cvol_vf weigh_span(cvol_vf span, const classified *from, const classified *to)
 {
     const cvol_vf opacity = OPACITY_COUNTS * (from->v[3] + to->v[3]);
     return span * cvol_max(cvol_min(opacity, cvol_splat(1)), cvol_splat(HALVES_OF_FLAT));
@@ -116,54 +116,55 @@ CVOL_INLINE lit_parts find_parts(cvol_vf span, cvol_vf weighed, float flat)
 /* Draws a part of matter whose transmittance is `through`, which takes a share of what comes
  * through so far. Of its beginning more is seen than of its end, and light makes them differ: by
  * 4/3 of what the share of its first half is beyond a half, within 0.03 of opacity 1. */
-CVOL_INLINE void add_lit_part(pixels *p, const matter *from, const matter *to, cvol_vf share,
-                              cvol_vf through)
+CVOL_INLINE void add_lit_part(pixels *p, const classified *from, const classified *to,
+                              cvol_vf share, cvol_vf transmittance)
 {
-    const cvol_vf first = 1.0f / 6 + (2.0f / 3) * half_share(&through);
+    const cvol_vf first = 1.0f / 6 + (2.0f / 3) * half_share(&transmittance);
     const cvol_vf near = share * first, far = share - near;
     p->r += near * from->v[0] + far * to->v[0];
     p->g += near * from->v[1] + far * to->v[1];
     p->b += near * from->v[2] + far * to->v[2];
-    p->through -= 0.5f * share * (from->v[3] + to->v[3]);
+    p->transmittance -= 0.5f * share * (from->v[3] + to->v[3]);
 }
 
-CVOL_INLINE cvol_vf through_between(const matter *from, const matter *to)
+CVOL_INLINE cvol_vf transmittance_between(const classified *from, const classified *to)
 {
     return cvol_max(1 - 0.5f * (from->v[3] + to->v[3]), cvol_splat(1e-12f));
 }
 
 /* Of the pixels of a mask. */
-CVOL_INLINE void composite_lit_part(pixels *p, matter *last, const matter *to,
+CVOL_INLINE void composite_lit_part(pixels *p, classified *last, const classified *to,
                                     const lit_parts *parts, cvol_vi mask)
 {
-    cvol_vf through = through_between(last, to), share = p->through;
+    cvol_vf transmittance = transmittance_between(last, to), share = p->transmittance;
     for (int k = 0; 2 << k <= parts->most; k++) {
-        cvol_vf half = through;
+        cvol_vf half = transmittance;
         share = cvol_select(parts->divided[k], share * half_share(&half), share);
-        through = cvol_select(parts->divided[k], half, through);
+        transmittance = cvol_select(parts->divided[k], half, transmittance);
     }
-    add_lit_part(p, last, to, (cvol_vf)((cvol_vi)share & mask), through);
-    replace_matter(last, mask, to);
+    add_lit_part(p, last, to, (cvol_vf)((cvol_vi)share & mask), transmittance);
+    replace_classified(last, mask, to);
 }
 
 /* How a whole interval with a middle is divided. */
 CVOL_INLINE lit_parts find_parts_of(const lit_interval *i, const cvol_sheet_table *table,
-                                    const matter *last, const matter *end, cvol_vf through)
+                                    const classified *last, const classified *end,
+                                    cvol_vf transmittance)
 {
     const cvol_vf most = cvol_max(cvol_max(i->a, i->b), i->middle),
                   least = cvol_min(cvol_min(i->a, i->b), i->middle);
-    const cvol_vf span = (most - least) * through;
+    const cvol_vf span = (most - least) * transmittance;
     lit_parts parts = find_parts(span, weigh_span(span, last, end), table->flat);
-    if (table->halves || table->turns)
+    if (table->midpoints || table->turns)
         parts.divided[0] = ~(cvol_vi){0};
     return parts;
 }
 
 /* Draws these parts one after the other. *last: the matter at the interval's beginning, becomes
  * that at its end. */
-CVOL_INLINE void composite_parts(pixels *p, const cvol_sheet_table *table, matter *last,
-                                 const matter *end, const lit_interval *i, const lit_parts *parts,
-                                 int pieces)
+CVOL_INLINE void composite_parts(pixels *p, const cvol_sheet_table *table, classified *last,
+                                 const classified *end, const lit_interval *i,
+                                 const lit_parts *parts, int segments)
 {
     const int step = 8 / parts->most;
     for (int part = step; part < 8; part += step) {
@@ -173,7 +174,7 @@ CVOL_INLINE void composite_parts(pixels *p, const cvol_sheet_table *table, matte
         const gradient at = part == 4 ? i->half
                             : late    ? mix_gradients(&i->half, &i->to, t)
                                       : mix_gradients(&i->from, &i->half, t);
-        const matter m = matter_of_gradient(table, from + t * (to - from), &at, pieces);
+        const classified m = classified_of_gradient(table, from + t * (to - from), &at, segments);
         composite_lit_part(p, last, &m, parts, parts->divided[part == 4 ? 0 : part & 1 ? 2 : 1]);
     }
     composite_lit_part(p, last, end, parts, ~(cvol_vi){0});
@@ -182,15 +183,15 @@ CVOL_INLINE void composite_parts(pixels *p, const cvol_sheet_table *table, matte
 
 /* Some of an interval, straight, in four parts: at faces, and where it begins or ends unseen. */
 CVOL_COLD void composite_weighted(pixels *p, const cvol_sheet_table *table, const lit_interval *i,
-                                  cvol_vf weight, int pieces)
+                                  cvol_vf weight, int segments)
 {
     const sample_parts whole = {.divided = 0};
-    matter last = matter_of_gradient(table, i->a, &i->from, pieces);
+    classified last = classified_of_gradient(table, i->a, &i->from, segments);
     for (int part = 1; part <= 4; part++) {
         const cvol_vf t = cvol_splat((float)part / 4);
         const gradient at = mix_gradients(&i->from, &i->to, t);
-        const matter m = matter_of_gradient(table, i->a + t * (i->b - i->a), &at, pieces);
-        composite_part(p, &last, &m, whole, (stretch){t, t}, 0.25f * weight, 1);
+        const classified m = classified_of_gradient(table, i->a + t * (i->b - i->a), &at, segments);
+        composite_part(p, &last, &m, whole, (ray_interval){t, t}, 0.25f * weight, 1);
         last = m;
     }
 }

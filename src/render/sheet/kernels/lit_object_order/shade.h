@@ -22,14 +22,14 @@
 /* Sheets from s on, as long as `go` has them: known intervals, whole, of samples that all have a
  * value. Returns the sheet after the last that was met. */
 CVOL_INLINE int draw_run(shade_state *g, int *closed, const line_job *job, uint64_t go, int s,
-                         int group, int unit, int lengths, int pieces)
+                         int group, int unit, int lengths, int segments)
 {
     do {
         cvol_vf next[PARTS];
         for (int k = 0; k < PARTS; k++)
             next[k] = reconstruct(job, &job->sheets[s], group, k, unit);
         const int visible = is_visible(job, g->p, g->value, next);
-        finish(g, job, s - 1, 0, group, visible, unit, 0, pieces);
+        finish(g, job, s - 1, 0, group, visible, unit, 0, segments);
         if (s == 0)
             g->behind.edge = KNOWN;
         for (int k = 0; k < PARTS; k++) {
@@ -68,41 +68,41 @@ CVOL_INLINE cvol_vf weigh_part(const line_job *job, int s, int i)
 
 /* A group meets a window that cannot be seen: what of the interval up to there can be, is drawn. */
 CVOL_COLD void draw_end(shade_state *g, const line_job *job, int s, int group, int unit,
-                        int has_void, int pieces)
+                        int has_void, int segments)
 {
     const sheet_line *sheet = &job->sheets[s];
     const long window = window_at(sheet, group, unit);
     const int masked = has_void && sheet->view.windows[window] & CVOL_WINDOW_MASKED;
     const cvol_vf level = to_table(job, cvol_splat(sheet->view.levels[window]));
-    finish(g, job, s - 1, 0, group, 1, unit, has_void, pieces);
+    finish(g, job, s - 1, 0, group, 1, unit, has_void, segments);
     g->weighted = 1;
     g->divided = 0;
     g->is_lit = 1;
     g->end = job->layer->sheets[s].ordinal;
     for (int k = 0; k < PARTS; k++) {
         const int i = group * CVOL_GROUP + k * CVOL_LANES;
-        const lit_matter lit = g->lit[k];
+        const lit_sample lit = g->lit[k];
         g->weight[k] = g->length[k] * weigh_part(job, s, i);
         if (masked)
             g->weight[k] *= 0.5f * g->cover[k];
         g->before[k] = g->value[k];
         g->value[k] = masked ? g->value[k] : level;
-        draw_pending(g, job, k, &lit, 0, pieces);
+        draw_pending(g, job, k, &lit, 0, segments);
     }
     g->pending = 0;
 }
 
 /* The ray ends behind sheet s, or what comes next is not known. */
 CVOL_COLD void draw_last(shade_state *g, const line_job *job, int s, int at_face, int group,
-                         int unit, int has_void, int pieces)
+                         int unit, int has_void, int segments)
 {
-    finish(g, job, s, at_face, group, 0, unit, has_void, pieces);
+    finish(g, job, s, at_face, group, 0, unit, has_void, segments);
     g->pending = 0;
 }
 
 /* A sheet of any kind that is seen. */
 CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group, int unit,
-                          int has_void, int pieces)
+                          int has_void, int segments)
 {
     const cvol_layer *layer = job->layer;
     const sheet_line *sheet = &job->sheets[s];
@@ -118,11 +118,11 @@ CVOL_COLD void draw_sheet(shade_state *g, const line_job *job, int s, int group,
         before[k] = known ? g->value[k] : has_level ? cvol_splat(level) : value[k];
         weight[k] = inside ? cvol_splat(known || has_level ? 1 : 0.5f)
                            : weigh_part(job, s, group * CVOL_GROUP + k * CVOL_LANES);
-        visible |= sees(job, (cvol_vf)((cvol_vi)g->p[k].through & (weight[k] > 0)), before[k],
+        visible |= sees(job, (cvol_vf)((cvol_vi)g->p[k].transmittance & (weight[k] > 0)), before[k],
                         value[k]);
     }
     if (known)
-        finish(g, job, s - 1, 0, group, visible, unit, has_void, pieces);
+        finish(g, job, s - 1, 0, group, visible, unit, has_void, segments);
     for (int k = 0; k < PARTS; k++) {
         g->before[k] = before[k];
         g->cover_before[k] = known ? g->cover[k] : has_level ? cvol_splat(1) : cover[k];
@@ -164,39 +164,39 @@ CVOL_INLINE void keep(shade_state *g, const line_job *job, int s, int group, int
 
 /* A group through the sheets that it meets. */
 CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_void, int lengths,
-                            int pieces)
+                            int segments)
 {
     const cvol_line *line = job->line;
     const int at = group - job->first_group, first = job->layer->sheets[0].ordinal;
     const uint32_t seen = job->seen[at];
     const uint64_t go = has_void ? 0 : seen & job->inside[at];
-    uint32_t met = job->met[at];
-    int last = line->met[group], closed = 0;
+    uint32_t intersected = job->intersected[at];
+    int last = line->intersected[group], closed = 0;
     if (!seen && last == INT32_MIN)
         return;
     shade_state g;
     load_group(&g, job, group, has_void, lengths);
-    while (met && !closed) {
-        int s = __builtin_ctz(met);
+    while (intersected && !closed) {
+        int s = __builtin_ctz(intersected);
         if (g.pending && last != first + s - 1) {
-            draw_last(&g, job, last - first, 0, group, unit, has_void, pieces);
+            draw_last(&g, job, last - first, 0, group, unit, has_void, segments);
             closed = is_closed(&g);
             continue;
         }
         if (g.pending && go >> s & 1) {
-            s = draw_run(&g, &closed, job, go, s, group, unit, lengths, pieces);
+            s = draw_run(&g, &closed, job, go, s, group, unit, lengths, segments);
             last = first + s - 1;
-            met &= ~UINT32_C(0) << (s - 1) << 1;
+            intersected &= ~UINT32_C(0) << (s - 1) << 1;
             continue;
         }
-        met &= met - 1;
+        intersected &= intersected - 1;
         if (seen >> s & 1) {
-            draw_sheet(&g, job, s, group, unit, has_void, pieces);
+            draw_sheet(&g, job, s, group, unit, has_void, segments);
             last = first + s;
         } else {
             if (g.pending)
-                draw_end(&g, job, s, group, unit, has_void, pieces);
-            met &= from_lowest(met & seen); /* nothing to be seen until then */
+                draw_end(&g, job, s, group, unit, has_void, segments);
+            intersected &= from_lowest(intersected & seen); /* nothing to be seen until then */
         }
         closed = is_closed(&g);
     }
@@ -206,7 +206,7 @@ CVOL_INLINE void draw_group(const line_job *job, int group, int unit, int has_vo
         last == first + job->layer->sheet_count - 1)
         keep_between(job, group, unit);
     store_group(&g, job, group, has_void);
-    line->met[group] = g.pending ? last : INT32_MIN;
+    line->intersected[group] = g.pending ? last : INT32_MIN;
     line->opaque[group] = (uint8_t)closed;
 }
 
@@ -219,7 +219,7 @@ CVOL_INLINE void move_view(cvol_sheet_view *view, int by)
     view->row_step += by * view->row_rate[1];
 }
 
-CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, int pieces)
+CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, int segments)
 {
     const cvol_layer *layer = job->layer;
     int begin = job->line->width / CVOL_GROUP, end = 0;
@@ -242,12 +242,12 @@ CVOL_INLINE void draw_line(line_job *job, int unit, int has_void, int lengths, i
     view_sheet(&job->after, job, &beyond, unit);
     for (int first = begin; first < end; first += RUN) {
         const int count = end - first < RUN ? end - first : RUN;
-        find_met(job, first, count, unit);
+        find_intersected(job, first, count, unit);
         for (int group = first; group < first + count; group++) {
             if (group + AHEAD < first + count)
                 prefetch_group(job, group + AHEAD);
             if (!job->line->opaque[group])
-                draw_group(job, group, unit, has_void, lengths, pieces);
+                draw_group(job, group, unit, has_void, lengths, segments);
         }
     }
 }
@@ -258,14 +258,14 @@ CVOL_COLD void end_line(const line_job *job, int has_void)
 {
     const cvol_line *line = job->line;
     for (int group = 0; group < line->width / CVOL_GROUP; group++) {
-        const int last = line->met[group];
+        const int last = line->intersected[group];
         if (line->opaque[group] || last == INT32_MIN)
             continue;
         shade_state g;
         load_group(&g, job, group, has_void, 0);
         draw_last(&g, job, -2, last == job->layer->sheets[0].ordinal - 1, group, 1, has_void, 0);
         store_group(&g, job, group, has_void);
-        line->met[group] = INT32_MIN;
+        line->intersected[group] = INT32_MIN;
     }
 }
 

@@ -30,14 +30,14 @@ typedef struct shade_state {
     pixels p[PARTS];
     cvol_vf value[PARTS], cover[PARTS];         /* at its end */
     cvol_vf before[PARTS], cover_before[PARTS]; /* at its beginning */
-    lit_matter lit[PARTS];                      /* at its beginning, */
+    lit_sample lit[PARTS];                      /* at its beginning, */
     int is_lit;                                 /* if that is known */
     cvol_vf weight[PARTS];
     int pending, weighted, visible;
-    matter last[PARTS]; /* at its beginning, */
-    int has_last;       /* if that is known */
-    int end;            /* the ordinal of the sheet that it ends at */
-    int divided;        /* an extra: samples between its ends are known */
+    classified last[PARTS]; /* at its beginning, */
+    int has_last;           /* if that is known */
+    int end;                /* the ordinal of the sheet that it ends at */
+    int divided;            /* an extra: samples between its ends are known */
 #if SHEET_EXTRAS
     cvol_vf between[CVOL_PARTS - 1][PARTS];
 #endif
@@ -67,7 +67,7 @@ CVOL_INLINE void move_group(shade_state *g, const line_job *job, int group, int 
         move(&g->p[k].r, r, store);
         move(&g->p[k].g, r + width, store);
         move(&g->p[k].b, r + 2 * width, store);
-        move(&g->p[k].through, r + 3 * width, store);
+        move(&g->p[k].transmittance, r + 3 * width, store);
         if (SHEET_EXTRAS && line->depth)
             move(&g->p[k].half, line->depth + group * CVOL_GROUP + k * CVOL_LANES, store);
         if (!g->pending)
@@ -95,18 +95,18 @@ CVOL_INLINE void move_group(shade_state *g, const line_job *job, int group, int 
 }
 
 /* Whether anything of an interval can be seen, by pixels through which light still comes. */
-CVOL_INLINE int sees(const line_job *job, cvol_vf through, cvol_vf a, cvol_vf b)
+CVOL_INLINE int sees(const line_job *job, cvol_vf transmittance, cvol_vf a, cvol_vf b)
 {
     const cvol_vf most = cvol_max(a, b), least = cvol_min(a, b);
     const float from = job->table->visible_from, to = job->table->visible_to;
 #if defined(__AVX512F__)
-    const __mmask16 open = _mm512_cmp_ps_mask((__m512)through, _mm512_set1_ps(OPAQUE_BELOW),
+    const __mmask16 open = _mm512_cmp_ps_mask((__m512)transmittance, _mm512_set1_ps(OPAQUE_BELOW),
                                               _CMP_GT_OQ),
                     above = _mm512_mask_cmp_ps_mask(open, (__m512)most, _mm512_set1_ps(from),
                                                     _CMP_GE_OQ);
     return _mm512_mask_cmp_ps_mask(above, (__m512)least, _mm512_set1_ps(to), _CMP_LE_OQ) != 0;
 #else
-    return cvol_any((through > OPAQUE_BELOW) & (most >= from) & (least <= to));
+    return cvol_any((transmittance > OPAQUE_BELOW) & (most >= from) & (least <= to));
 #endif
 }
 
@@ -115,7 +115,7 @@ CVOL_INLINE int is_visible(const line_job *job, const pixels p[PARTS], const cvo
 {
     int visible = 0;
     for (int k = 0; k < PARTS; k++)
-        visible |= sees(job, p[k].through, a[k], b[k]);
+        visible |= sees(job, p[k].transmittance, a[k], b[k]);
     return visible;
 }
 
@@ -123,8 +123,8 @@ CVOL_INLINE void load_group(shade_state *g, const line_job *job, int group, int 
                             int lengths)
 {
     const cvol_line *line = job->line;
-    g->pending = line->met[group] != INT32_MIN;
-    g->end = line->met[group];
+    g->pending = line->intersected[group] != INT32_MIN;
+    g->end = line->intersected[group];
     g->is_lit = g->visible = g->has_last = 0;
     g->weighted = 1;
     g->behind.edge = KNOWN;
@@ -170,7 +170,7 @@ CVOL_INLINE void prefetch_group(const line_job *job, int group)
 {
     const cvol_line *line = job->line;
     const long width = line->width;
-    const int pending = line->met[group] != INT32_MIN;
+    const int pending = line->intersected[group] != INT32_MIN;
     if (line->opaque[group] || !(pending || job->seen[group - job->first_group]))
         return;
     const float *r = line->values + group * CVOL_GROUP, *s = line->pending + group * CVOL_GROUP;
@@ -182,9 +182,9 @@ CVOL_INLINE void prefetch_group(const line_job *job, int group)
 
 CVOL_INLINE int is_closed(const shade_state *g)
 {
-    cvol_vf most = g->p[0].through;
+    cvol_vf most = g->p[0].transmittance;
     for (int k = 1; k < PARTS; k++)
-        most = cvol_max(most, g->p[k].through);
+        most = cvol_max(most, g->p[k].transmittance);
     return !any_above(most, OPAQUE_BELOW);
 }
 

@@ -13,21 +13,22 @@ CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, const i
                              cvol_vf weight, int has_void)
 {
     const cvol_vf a = i->a, b = i->b;
-    const lit_matter *from = i->from, *to = i->to;
+    const lit_sample *from = i->from, *to = i->to;
     const cvol_sheet_table *table = job->table;
     pixels *p = &g->p[k];
     const cvol_vf t = cvol_select(a >= table->at, cvol_splat(0),
                                   (table->at - a) / cvol_max(b - a, cvol_splat(1e-20f)));
-    cvol_vi hit = (cvol_max(a, b) >= table->at) & (weight >= LEAST_WEIGHT) & (p->through > 0.5f);
+    cvol_vi hit = (cvol_max(a, b) >= table->at) & (weight >= LEAST_WEIGHT) &
+                  (p->transmittance > 0.5f);
     if (has_void)
         hit &= g->cover_before[k] + t * (g->cover[k] - g->cover_before[k]) >= 0.5f;
-    lit_matter lit = mix(from, to, t);
+    lit_sample lit = mix(from, to, t);
     if (i->turns)
         lit = light_of_gradient(&lit, table->light);
     p->r = cvol_select(hit, table->colour[0] * lit.factor + lit.gloss, p->r);
     p->g = cvol_select(hit, table->colour[1] * lit.factor + lit.gloss, p->g);
     p->b = cvol_select(hit, table->colour[2] * lit.factor + lit.gloss, p->b);
-    p->through = cvol_select(hit, cvol_splat(0), p->through);
+    p->transmittance = cvol_select(hit, cvol_splat(0), p->transmittance);
     if (SHEET_EXTRAS)
         p->half = cvol_select(hit, i->at.from + t * (i->at.to - i->at.from), p->half);
 }
@@ -35,16 +36,16 @@ CVOL_INLINE void hit_surface(shade_state *g, const line_job *job, int k, const i
 #if SHEET_EXTRAS
 /* An interval in parts. */
 CVOL_INLINE void draw_divided(shade_state *g, const line_job *job, int k, const interval *all,
-                              int has_void, int pieces)
+                              int has_void, int segments)
 {
     const int parts = job->layer->parts;
     const float step = 1 / (float)parts;
     const cvol_vf weight = step * (g->weighted ? g->weight[k] : g->length[k]);
     cvol_vf last = all->a;
-    lit_matter from = light_of_gradient(all->from, job->table->light);
+    lit_sample from = light_of_gradient(all->from, job->table->light);
     for (int part = 1; part <= parts; part++) {
         const float before = (float)(part - 1) * step, now = (float)part * step;
-        const lit_matter there = mix(all->from, all->to, cvol_splat(now)),
+        const lit_sample there = mix(all->from, all->to, cvol_splat(now)),
                          to = light_of_gradient(&there, job->table->light);
         const cvol_vf next = part < parts ? g->between[part - 1][k] : all->b;
         const interval one = {last, next, &from, &to, {all->at.from + before, all->at.from + now},
@@ -52,7 +53,7 @@ CVOL_INLINE void draw_divided(shade_state *g, const line_job *job, int k, const 
         if (job->table->is_surface)
             hit_surface(g, job, k, &one, weight, has_void);
         else
-            composite_interval(&g->p[k], job->table, &one, weight, g->weighted, pieces);
+            composite_interval(&g->p[k], job->table, &one, weight, g->weighted, segments);
         last = next;
         from = to;
     }
@@ -60,12 +61,12 @@ CVOL_INLINE void draw_divided(shade_state *g, const line_job *job, int k, const 
 #endif
 
 /* Draws part k of the pending interval, whose end is lit by `now`. */
-CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const lit_matter *now,
-                              int has_void, int pieces)
+CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const lit_sample *now,
+                              int has_void, int segments)
 {
     const cvol_sheet_table *table = job->table;
     const cvol_vf weight = g->weighted ? g->weight[k] : cvol_splat(1);
-    lit_matter from = g->is_lit ? g->lit[k] : *now, to = *now;
+    lit_sample from = g->is_lit ? g->lit[k] : *now, to = *now;
     cvol_vf a = g->before[k], b = g->value[k];
     if (has_void) { /* where an end has no value, the other's holds */
         const cvol_vi no_end = g->cover[k] < LEAST_WEIGHT;
@@ -76,11 +77,11 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
         const cvol_vf least = cvol_splat(LEAST_WEIGHT);
         const cvol_vf start = cvol_max(g->cover_before[k], least),
                       end = cvol_max(g->cover[k], least);
-        const lit_matter to_alone = to;
+        const lit_sample to_alone = to;
         to = mix(&from, &to, cvol_min(end / start, cvol_splat(1)));
         from = mix(&to_alone, &from, cvol_min(start / end, cvol_splat(1)));
     }
-    interval all = {a,    b,   &from,       &to, stretch_of((float)g->end - 1, (float)g->end),
+    interval all = {a,    b,   &from,       &to, ray_interval_of((float)g->end - 1, (float)g->end),
                     NULL, {0}, table->turns};
     cvol_vf middle;
     if (table->turns) {
@@ -91,7 +92,7 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
     }
 #if SHEET_EXTRAS
     if (g->divided) {
-        draw_divided(g, job, k, &all, has_void, pieces);
+        draw_divided(g, job, k, &all, has_void, segments);
         return;
     }
 #endif
@@ -99,18 +100,18 @@ CVOL_INLINE void draw_pending(shade_state *g, const line_job *job, int k, const 
         hit_surface(g, job, k, &all, weight, has_void);
     else {
         if (has_void || !g->has_last)
-            g->last[k] = matter_at_start(table, a, &from, table->turns, pieces);
+            g->last[k] = classified_at_start(table, a, &from, table->turns, segments);
         if (g->weighted)
-            composite_from(&g->p[k], table, &g->last[k], &all, weight, 1, pieces);
+            composite_from(&g->p[k], table, &g->last[k], &all, weight, 1, segments);
         else
-            composite_from(&g->p[k], table, &g->last[k], &all, weight, 0, pieces);
+            composite_from(&g->p[k], table, &g->last[k], &all, weight, 0, segments);
     }
 }
 
 /* Draws the pending interval, which ends at sheet `s` of the layer (-1: the last one of the layer
  * before). `wanted`: the light at its end is needed in any case. */
 CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face, int group,
-                        int wanted, int unit, int has_void, int pieces)
+                        int wanted, int unit, int has_void, int segments)
 {
     if (!g->visible && !wanted) {
         g->has_last = 0;
@@ -127,9 +128,9 @@ CVOL_INLINE void finish(shade_state *g, const line_job *job, int s, int at_face,
         const slope at = s < 0    ? g->slope[k]
                          : masked ? find_slope_masked(job, &job->sheets[s], group, k, unit)
                                   : find_slope(job, &job->sheets[s], group, k, unit);
-        const lit_matter now = light_end(job, g->value[k], at, &after, &behind, k, has_void);
+        const lit_sample now = light_end(job, g->value[k], at, &after, &behind, k, has_void);
         if (g->visible)
-            draw_pending(g, job, k, &now, has_void, pieces);
+            draw_pending(g, job, k, &now, has_void, segments);
         g->lit[k] = now;
     }
     g->has_last = g->visible && !g->divided;

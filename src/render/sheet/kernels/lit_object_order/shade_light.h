@@ -104,7 +104,7 @@ CVOL_INLINE cvol_vf bound(cvol_vf value, const beside *by)
 /* Of part k, whose end has `value`. Where light turns between sheets, the gradient alone, in the
  * place of what it makes: as an opaque surface is between two sheets, one of them is where
  * gradients are faint and point anywhere, and should count as little as they are long. */
-CVOL_INLINE lit_matter light_end(const line_job *job, cvol_vf value, slope at, const beside *after,
+CVOL_INLINE lit_sample light_end(const line_job *job, cvol_vf value, slope at, const beside *after,
                                  const beside *behind, int k, int has_void)
 {
     const cvol_light *light = job->table->light;
@@ -129,7 +129,7 @@ CVOL_INLINE lit_matter light_end(const line_job *job, cvol_vf value, slope at, c
     const cvol_vf gradient[3] = {at.lane * light->rise[0], at.row * light->rise[1],
                                  across * light->rise[2]};
     if (job->table->turns)
-        return (lit_matter){gradient[0], gradient[1], gradient[2]};
+        return (lit_sample){gradient[0], gradient[1], gradient[2]};
     return illuminate(gradient, light);
 }
 

@@ -78,7 +78,7 @@ CVOL_INLINE int is_window_beyond(const cvol_layer *layer, const line_view *view,
  * miss by a last bit, nothing else becomes. */
 CVOL_INLINE cvol_vf settle(cvol_vf value)
 {
-#ifdef SHEET_COMPACT
+#ifdef SHEET_INT16
     const cvol_vf large = cvol_splat(49152);
     return (value + large) - large;
 #else

@@ -49,7 +49,7 @@ CVOL_INLINE __m512i load_pairs(const int16_t *from)
     return _mm512_loadu_si512(from);
 }
 
-CVOL_INLINE __m512i widen_words(__m512i held, __mmask16 lanes, __m512i by, int largest)
+CVOL_INLINE __m512i widen_int16(__m512i held, __mmask16 lanes, __m512i by, int largest)
 {
     return largest ? _mm512_mask_max_epi32(held, lanes, held, by)
                    : _mm512_mask_min_epi32(held, lanes, held, by);
@@ -64,8 +64,8 @@ CVOL_INLINE void widen_pair(extreme_pair *pair, __mmask16 lanes, const extreme_s
                                           _mm512_madd_epi16(load_pairs(far), weights->far)),
                   odd = _mm512_add_epi32(_mm512_madd_epi16(load_pairs(near + 1), weights->near),
                                          _mm512_madd_epi16(load_pairs(far + 1), weights->far));
-    pair->even = widen_words(pair->even, lanes, even, largest);
-    pair->odd = widen_words(pair->odd, lanes, odd, largest);
+    pair->even = widen_int16(pair->even, lanes, even, largest);
+    pair->odd = widen_int16(pair->odd, lanes, odd, largest);
 }
 
 /* What all is beyond. */
@@ -118,7 +118,7 @@ CVOL_INLINE __mmask16 find_beyond(__m512i most, __m512i held, int largest)
 }
 
 /* The most that a window has; of words that are no whole numbers less than one of these is lost. */
-CVOL_INLINE __m512i most_words(float level)
+CVOL_INLINE __m512i most_int16(float level)
 {
     return _mm512_set1_epi32((int32_t)(level * WEIGHT_ONE));
 }
@@ -134,8 +134,8 @@ CVOL_INLINE __mmask16 find_lanes(const cvol_layer *layer, const line_view *view,
                                        (bits[1] & CVOL_WINDOW_SEEN ? 0xff00 : 0));
     if (!seen || !layer->bounded)
         return seen;
-    const __m512i most = _mm512_mask_blend_epi32(0xff00, most_words(level[0]),
-                                                 most_words(level[1]));
+    const __m512i most = _mm512_mask_blend_epi32(0xff00, most_int16(level[0]),
+                                                 most_int16(level[1]));
     const __mmask16 beyond = find_beyond(most, pair->even, largest) |
                              find_beyond(most, pair->odd, largest);
     return beyond & seen ? seen : 0;
@@ -162,7 +162,7 @@ CVOL_INLINE void draw_pair(const extreme_job *job, const pair_weights *weights, 
 
 #endif
 
-CVOL_INLINE void draw_compact_extremes(const cvol_layer *layer, const cvol_line *line, int largest)
+CVOL_INLINE void draw_int16_extremes(const cvol_layer *layer, const cvol_line *line, int largest)
 {
     extreme_job job;
     begin_extremes(&job, layer, line);

@@ -1,17 +1,17 @@
 /* Modes mip and min where samples are kept in 16 bits (int16.h). */
-#define SHEET_COMPACT 1
+#define SHEET_INT16 1
 #include "render/sheet/kernels/project/int16.h"
 
-void CVOL_SIMD(cvol_sheet_max_compact)(const cvol_layer *layer, const cvol_sheet_table *table,
-                                       const cvol_line *line)
+void CVOL_SIMD(cvol_sheet_max_int16)(const cvol_layer *layer, const cvol_sheet_table *table,
+                                     const cvol_line *line)
 {
     (void)table;
-    draw_compact_extremes(layer, line, 1);
+    draw_int16_extremes(layer, line, 1);
 }
 
-void CVOL_SIMD(cvol_sheet_min_compact)(const cvol_layer *layer, const cvol_sheet_table *table,
-                                       const cvol_line *line)
+void CVOL_SIMD(cvol_sheet_min_int16)(const cvol_layer *layer, const cvol_sheet_table *table,
+                                     const cvol_line *line)
 {
     (void)table;
-    draw_compact_extremes(layer, line, 0);
+    draw_int16_extremes(layer, line, 0);
 }
