@@ -9,6 +9,7 @@
 #include "codec/container/container.h"
 #include "codec/container/header.h"
 #include "codec/container/layout.h"
+#include "codec/quantize/coding.h"
 #include "codec/rate/brick_choice.h"
 #include "cvol/algebra.h"
 #include "cvol/codec.h"
@@ -156,7 +157,7 @@ static void check_box(random_state *r, const cvol_array *array, const int16_t *w
             end[a] = begin[a] + 1;
     }
     uint8_t *data = support_unpack(support_read(file_path, &size), &size);
-    if (array->brick.run == 1)
+    if (cvol_coding_of(array)->brick.run == 1)
         spoil_others(data, size, array, begin, end);
     const cvol_file_part part = {.begin = begin, .end = end};
     cvol_array *read;
@@ -272,17 +273,17 @@ static void shapes_are_kept_and_changed(void **state)
     cvol_compress_options options = cvol_compress_options_defaults();
     options.target_value = 40;
     check_ok(cvol_array_transcode(context, &coarse, NULL, array, &options));
-    assert_int_equal(coarse->brick.side[2], 48);
+    assert_int_equal(cvol_coding_of(coarse)->brick.side[2], 48);
     int16_t *coarse_samples = evaluate(coarse, zero, grid.dims);
     cvol_array_free(coarse);
     memcpy(options.brick, other, sizeof other);
     check_ok(cvol_array_transcode(context, &coarse, NULL, array, &options));
-    assert_int_equal(coarse->brick.side[1], 64);
-    assert_int_equal(coarse->brick.run, 1);
+    assert_int_equal(cvol_coding_of(coarse)->brick.side[1], 64);
+    assert_int_equal(cvol_coding_of(coarse)->brick.run, 1);
     free(container_file_of(coarse, &size));
     cvol_array_free(coarse);
     coarse = read_back();
-    assert_int_equal(coarse->brick.side[0], 16);
+    assert_int_equal(cvol_coding_of(coarse)->brick.side[0], 16);
     cvol_array_free(coarse);
     free(coarse_samples);
 
@@ -291,13 +292,13 @@ static void shapes_are_kept_and_changed(void **state)
     check_ok(cvol_array_set_bricks(context, array, other));
     free(container_file_of(array, &size));
     cvol_array *read = read_back();
-    assert_int_equal(read->brick.side[1], 64);
-    assert_int_equal(read->dependent, array->dependent);
+    assert_int_equal(cvol_coding_of(read)->brick.side[1], 64);
+    assert_int_equal(cvol_coding_of(read)->dependent, cvol_coding_of(array)->dependent);
     int16_t *again = evaluate(read, zero, grid.dims);
     assert_memory_equal(again, whole, cvol_grid_bytes(&grid));
     if (!read->mask) {
         check_ok(cvol_array_add(context, &sum, 1, read, 1, read, NULL));
-        assert_int_equal(sum->brick.side[2], 32);
+        assert_int_equal(cvol_coding_of(sum)->brick.side[2], 32);
         cvol_array_free(sum);
     }
     free(again);

@@ -5,6 +5,7 @@
 #include "array/core/array.h"
 #include "base/bytes.h"
 #include "base/cpu.h"
+#include "codec/quantize/coding.h"
 #include "codec/quantize/quantize.h"
 #include "codec/quantize/true_length.h"
 #include "codec/quantize/true_length_kernel.h"
@@ -288,27 +289,28 @@ static void files_keep_them(void **state)
     (void)state;
     cvol_array *array = compress(40, 0), *back = write_and_read(array), *again, *turned;
     cvol_array_info info;
-    assert_int_equal(array->ends, CVOL_ENDS_BITS);
-    assert_int_equal(back->ends, CVOL_ENDS_BITS);
+    assert_int_equal(cvol_coding_of(array)->ends, CVOL_ENDS_BITS);
+    assert_int_equal(cvol_coding_of(back)->ends, CVOL_ENDS_BITS);
     assert_true(back->step == array->step);
     cvol_array_get_info(back, &info); /* what users are told is what was asked of the coder */
     assert_true(info.step == ldexp(back->step, CVOL_ENDS_BITS));
     support_terms_expect_same(array, back);
     again = write_and_read(back); /* coded anew */
-    assert_int_equal(again->ends, CVOL_ENDS_BITS);
+    assert_int_equal(cvol_coding_of(again)->ends, CVOL_ENDS_BITS);
     support_terms_expect_same(array, again);
     cvol_array_free(again);
     check_ok(cvol_array_scale(context, &turned, -2, back, 1));
     again = write_and_read(turned);
-    assert_int_equal(again->ends, CVOL_ENDS_BITS);
+    assert_int_equal(cvol_coding_of(again)->ends, CVOL_ENDS_BITS);
     support_terms_expect_same(turned, again);
     cvol_array_free(again);
     cvol_array_free(turned);
     const cvol_keep keep = cvol_keep_threshold(20 * array->step);
     check_ok(cvol_array_truncate(context, &turned, array, &keep));
-    turned->ends = CVOL_ENDS_BITS; /* as if it were: the writer looks */
+    assert_int_equal(cvol_coding_need(context, turned), CVOL_OK);
+    cvol_coding_own(turned)->ends = CVOL_ENDS_BITS; /* as if it were: the writer looks */
     again = write_and_read(turned);
-    assert_int_equal(again->ends, 0);
+    assert_int_equal(cvol_coding_of(again)->ends, 0);
     support_terms_expect_same(turned, again);
     cvol_array_free(again);
     cvol_array_free(turned);
@@ -320,7 +322,7 @@ static void haste_knows_nothing_of_them(void **state)
 {
     (void)state;
     cvol_array *array = compress(40, 1);
-    assert_int_equal(array->ends, 0);
+    assert_int_equal(cvol_coding_of(array)->ends, 0);
     cvol_array_free(array);
 }
 

@@ -8,6 +8,7 @@
 #include "codec/brick/brick_code.h"
 #include "codec/neural/neural_internal.h"
 #include "codec/neural/neural_model.h"
+#include "codec/quantize/coding.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
@@ -74,13 +75,13 @@ static void the_same_terms_take_fewer_bytes_at_every_level(void **state)
     size_t size, usual_size, again_size;
     uint8_t *data = container_verified(made, &size), *again, *usual;
     cvol_array *back = read_level(data, size, 0);
-    assert_int_equal(made->small, 1);
-    assert_int_equal(back->small, 1);
+    assert_int_equal(cvol_coding_of(made)->small, 1);
+    assert_int_equal(cvol_coding_of(back)->small, 1);
     support_terms_expect_same(made, back);
     again = container_verified(back, &again_size); /* coded anew, by one thread */
     assert_int_equal(size, again_size);
     assert_memory_equal(data, again, size);
-    back->small = 0;
+    cvol_coding_own(back)->small = 0;
     usual = container_verified(back, &usual_size);
     assert_true((double)size < 0.97 * (double)usual_size);
     for (int level = 1; level < 4; level++) {
@@ -131,7 +132,7 @@ static void transcoding_keeps_it(void **state)
     data = container_verified(coarser, &size);
     assert_true((double)size < 0.55 * (double)before);
     back = read_level(data, size, 0);
-    assert_int_equal(back->small, 1);
+    assert_int_equal(cvol_coding_of(back)->small, 1);
     support_terms_expect_same(coarser, back);
     free(data);
     cvol_array_free(back);
@@ -253,9 +254,8 @@ static void damaged_bricks_are_survived(void **state)
     int refused = 0;
     check_ok(cvol_array_create(context, &decoded, &made->grid, made->block));
     decoded->step = made->step;
-    decoded->dependent = decoded->small = 1;
+    check_ok(cvol_coding_copy(context, decoded, made));
     decoded->lapped = made->lapped;
-    decoded->ends = made->ends;
     assert_non_null(coder);
     assert_true(cvol_brick_encode(coder, shells, made, 1));
     for (int trial = 0; trial < 40; trial += SUPPORT_STRIDE) {

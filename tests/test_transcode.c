@@ -3,6 +3,7 @@
 
 #include "array/core/array.h"
 #include "base/context.h"
+#include "codec/quantize/coding.h"
 #include "cvol/codec.h"
 #include "random.h"
 #include "support.h"
@@ -69,7 +70,7 @@ static void check_result(const cvol_array *array, const cvol_array *from,
     assert_true(found <= info.l2_error && info.l2_error < 1.6 * found);
     assert_true(info.l2_error > from->ledger.l2_error && info.step >= from->step);
     assert_int_equal(array->lapped, from->lapped);
-    assert_int_equal(array->dependent, from->dependent);
+    assert_int_equal(cvol_coding_of(array)->dependent, cvol_coding_of(from)->dependent);
     for (size_t i = 0; i < array->block_count; i++)
         assert_int_equal(array->block_table[i].split, from->block_table[i].split);
     check_ok(cvol_array_write(context, array, path, &bytes));

@@ -92,6 +92,12 @@ static void find_mask(subject *s, int lowest)
     free(which);
 }
 
+/* The first brick that is looked at. */
+static size_t first_brick(size_t stride, size_t bricks)
+{
+    return stride / 2 < bricks ? stride / 2 : 0;
+}
+
 static void make_base(subject *s, double step, const cvol_token_tables *tables, size_t stride)
 {
     static cvol_token_costs costs;
@@ -111,7 +117,8 @@ static void make_base(subject *s, double step, const cvol_token_tables *tables, 
     cvol_brick_coder *coder = cvol_brick_coder_create(tables);
     cvol_bytes shells[CVOL_SHELLS] = {{0}};
     s->bits = 0;
-    for (size_t b = 0; b < cvol_brick_count(array); b++) {
+    const size_t bricks = cvol_brick_count(array), first = first_brick(stride, bricks);
+    for (size_t b = 0; b < bricks; b++) {
         double error;
         cvol_span spans[CVOL_SHELLS];
         cvol_brick_terms terms;
@@ -120,7 +127,7 @@ static void make_base(subject *s, double step, const cvol_token_tables *tables, 
             training_fail("a brick cannot be made");
         for (int k = 0; k < CVOL_SHELLS; k++) {
             spans[k] = (cvol_span){shells[k].data, shells[k].size};
-            s->bits += b % stride == stride / 2 ? 8 * (double)shells[k].size : 0;
+            s->bits += b % stride == first ? 8 * (double)shells[k].size : 0;
         }
         if (cvol_brick_decode(coder, &terms, array, b, spans, CVOL_SHELLS))
             training_fail("a brick does not decode");
@@ -163,7 +170,7 @@ static double correct(subject *s, double bound, const cvol_token_tables *tables,
     for (int a = 0; a < 3; a++)
         total *= bricks[a] = (dims[a] - 1) / 64 + 1;
     s->samples = 0;
-    for (size_t b = stride / 2; b < total; b += stride) {
+    for (size_t b = first_brick(stride, total); b < total; b += stride) {
         const size_t begin[3] = {b % bricks[0] * 64, b / bricks[0] % bricks[1] * 64,
                                  b / bricks[0] / bricks[1] * 64};
         size_t end[3];

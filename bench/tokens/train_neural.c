@@ -21,6 +21,7 @@
 #include "codec/brick/bricks.h"
 #include "codec/neural/neural_internal.h"
 #include "codec/neural/neural_model.h"
+#include "codec/quantize/coding.h"
 #include "codec/quantize/trellis_states.h"
 #include "cvol/array.h"
 #include "cvol/codec.h"
@@ -163,9 +164,9 @@ static void add_file(cvol_context *context, const char *path)
     sets[0][files].left_out = sets[1][files].left_out = left_out;
     if (cvol_array_read(context, &array, path + left_out, 0))
         training_fail(cvol_context_message(context));
-    if (!array->dependent)
+    if (!cvol_coding_of(array)->dependent)
         training_fail("a file without dependent coefficients");
-    array->small = 1;
+    cvol_coding_own(array)->small = 1;
     memset(&counts, 0, sizeof counts);
     for (size_t b = 0; b < cvol_brick_count(array); b++) {
         if (!cvol_brick_encode(coder, shells, array, b))

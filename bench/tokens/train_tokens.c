@@ -22,6 +22,7 @@
 #include "codec/brick/brick_code.h"
 #include "codec/brick/brick_samples.h"
 #include "codec/mask/mask_make.h"
+#include "codec/quantize/coding.h"
 #include "codec/rate/background.h"
 #include "training.h"
 
@@ -97,17 +98,20 @@ static run_result run(cvol_context *context, const cvol_volume *volume, const cv
     cvol_token_costs_set(&costs, tables);
     const cvol_slab slab = {volume->data, 0, volume->grid.dims[2]};
     const cvol_brick_recipe recipe = {
-        shape, tables, &costs, {step, split, 0, shape->dependent, {0, 0}}, counts, NULL};
+        shape,  tables, &costs, {step, split, 0, cvol_coding_of(shape)->dependent, {0, 0}},
+        counts, NULL};
     cvol_brick_maker *maker = cvol_brick_maker_create(shape);
     cvol_brick_coder *coder = cvol_brick_coder_create(tables);
     cvol_bytes shells[CVOL_SHELLS] = {{0}};
     cvol_array *decoded;
-    if (cvol_array_create(context, &decoded, &volume->grid, 16) || !maker || !coder)
+    if (cvol_array_create(context, &decoded, &volume->grid, 16) ||
+        cvol_coding_need(context, decoded) || !maker || !coder)
         training_fail("no memory");
     decoded->step = step;
-    decoded->dependent = shape->dependent;
+    cvol_coding_own(decoded)->dependent = cvol_coding_of(shape)->dependent;
     decoded->offset = shape->offset;
-    for (size_t b = stride / 2; b < cvol_brick_count(shape); b += stride) {
+    const size_t count = cvol_brick_count(shape);
+    for (size_t b = stride / 2 < count ? stride / 2 : 0; b < count; b += stride) {
         double start = now();
         double error;
         if (cvol_brick_make(maker, shells, &error, &recipe,
@@ -182,7 +186,8 @@ static void print_run(const series *s, double step, const run_result *result, do
 static void run_steps(series *s, const cvol_array *shape)
 {
     for (int k = 0; k < STEPS; k++) {
-        const double step = steps[k] * (s->max - s->min) * (shape->dependent ? 0.56 : 1);
+        const double step = steps[k] * (s->max - s->min) *
+                            (cvol_coding_of(shape)->dependent ? 0.56 : 1);
         cvol_bytes section = {0};
         memset(s->counts, 0, sizeof *s->counts);
         memcpy(s->own, s->tables, sizeof *s->own);
@@ -193,7 +198,7 @@ static void run_steps(series *s, const cvol_array *shape)
         }
         const run_result result = run(s->context, s->volume, shape, step, s->own,
                                       s->print ? NULL : s->counts, s->stride, s->split);
-        if (cvol_token_tables_put(s->context, &section, s->own))
+        if (s->fit && cvol_token_tables_put(s->context, &section, s->own))
             training_fail(cvol_context_message(s->context));
         const double table_bits = 8 * (double)section.size;
         s->log_bits += log(result.bits + table_bits);
@@ -214,15 +219,16 @@ static void run_volume(series *s, const char *argument, int lapped, int dependen
     s->name = strrchr(name, '/') ? strrchr(name, '/') + 1 : name;
     s->min = s->max = 0;
     if (cvol_array_create(s->context, &shape, &s->volume->grid, 16) ||
+        cvol_coding_need(s->context, shape) ||
         cvol_survey_samples(s->context, &s->min, &s->max, s->volume->data, &s->volume->grid))
         training_fail(cvol_context_message(s->context));
     fill_background(s->context, s->volume);
     shape->offset = s->min;
     for (int way = 0; way < 4; way++) {
         shape->lapped = way & 1;
-        shape->dependent = way >> 1;
+        cvol_coding_own(shape)->dependent = way >> 1;
         if ((lapped == 2 || lapped == shape->lapped) &&
-            (dependent == 2 || dependent == shape->dependent))
+            (dependent == 2 || dependent == cvol_coding_of(shape)->dependent))
             run_steps(s, shape);
     }
     cvol_array_free(shape);

@@ -197,8 +197,9 @@ int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result 
         cvol_blocks_expect(out, cvol_ledger_scale(alpha, &a->ledger, beta));
         return build_sum(context, out, result, &s, &all, "scaling");
     }
-    out->dependent = a->dependent; /* the terms stay, or only turn their signs */
-    out->ends = a->ends;
+    int code = cvol_array_set_coding(context, out, out, a); /* terms stay, or change their signs */
+    if (code)
+        return code;
     memset(result, 0, sizeof *result);
     result->max_abs = -1;
     out->offset = alpha * a->offset + beta;
@@ -210,7 +211,6 @@ int cvol_blocks_scale(cvol_context *context, cvol_array *out, cvol_build_result 
         return CVOL_OK;
     out->step = fabs(alpha) * a->step;
     out->threshold = fabs(alpha) * a->threshold;
-    int code = CVOL_OK;
     if (a->lapped)
         squares = energy_of(a);
     else

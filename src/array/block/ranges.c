@@ -225,12 +225,14 @@ int cvol_array_share(cvol_context *context, cvol_array **out, const cvol_array *
     (*out)->block_table = table;
     (*out)->attributes = NULL;
     (*out)->summary = NULL;
-    (*out)->coded = NULL;
+    (*out)->coding = NULL;
     (*out)->mask = NULL;
     (*out)->corrections = NULL;
     (*out)->pools = NULL;
     (*out)->pool_count = (*out)->pool_capacity = 0;
-    const int code = cvol_array_set_summary(context, *out, cvol_array_summary(array));
+    int code = cvol_array_set_summary(context, *out, cvol_array_summary(array));
+    if (!code)
+        code = cvol_array_set_coding(context, *out, array, array);
     if (code) {
         cvol_array_free(*out);
         *out = NULL;

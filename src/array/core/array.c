@@ -83,9 +83,7 @@ int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_gri
     array->step = block ? 1 : 0;
     array->psnr_db = (double)INFINITY;
     array->block_count = 1;
-    array->brick.run = CVOL_RUN_BRICKS;
     for (int a = 0; a < 3; a++) {
-        array->brick.side[a] = CVOL_BRICK_SIDE;
         array->blocks[a] = block ? (grid->dims[a] - 1) / (size_t)block + 1 : 1;
         array->block_count *= array->blocks[a];
     }
@@ -123,9 +121,34 @@ int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_a
     grid.value_offset = 0;
     const int made = cvol_array_create_as(context, out, &grid, like->rank, like->transform,
                                           like->block);
-    if (!made)
-        (*out)->brick = like->brick;
-    return made;
+    if (made)
+        return made;
+    const int copied = cvol_array_set_coding(context, *out, like, NULL);
+    if (copied) {
+        cvol_array_free(*out);
+        *out = NULL;
+    }
+    return copied;
+}
+
+int cvol_array_set_coding(cvol_context *context, cvol_array *array, const cvol_array *bricks,
+                          const cvol_array *terms)
+{
+    const cvol_coding *shape = bricks ? bricks->coding : NULL, *as = terms ? terms->coding : NULL;
+    const cvol_coding *any = shape ? shape : as;
+    cvol_coding *coding = any ? any->ops->make(shape, as) : NULL;
+    if (any && !coding)
+        return cvol_fail_memory(context, sizeof *coding, "an array's coding");
+    if (array->coding)
+        array->coding->ops->destroy(array->coding);
+    array->coding = coding;
+    return CVOL_OK;
+}
+
+double cvol_array_quantised_step(const cvol_array *array)
+{
+    const cvol_coding *coding = array->coding;
+    return coding ? ldexp(array->step, coding->ops->finer_bits(coding)) : array->step;
 }
 
 /* Frees the terms; the array only lends its mask to them. */
@@ -159,8 +182,8 @@ void cvol_array_free(cvol_array *array)
     cvol_spectrum_free(&array->whole);
     free(array->attributes);
     free(array->summary);
-    if (array->coded)
-        array->free_coded(array->coded);
+    if (array->coding)
+        array->coding->ops->destroy(array->coding);
     cvol_array_drop_modes(array);
     free(array);
 }
@@ -193,7 +216,7 @@ size_t cvol_array_block_terms(const cvol_array *array)
 static uint64_t resident_bytes(const cvol_array *array)
 {
     const cvol_spectrum *whole = &array->whole;
-    uint64_t bytes = sizeof *array + array->pool_capacity * sizeof *array->pools +
+    uint64_t bytes = CVOL_ARRAY_BYTES + array->pool_capacity * sizeof *array->pools +
                      array->pool_words * sizeof(uint32_t);
     if (array->block)
         bytes += array->block_count * sizeof *array->block_table;
@@ -217,7 +240,7 @@ void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
     out->block = array->block;
     memcpy(out->blocks, array->blocks, sizeof out->blocks);
     memcpy(out->low, array->whole.low, sizeof out->low);
-    out->step = ldexp(array->step, array->ends); /* as it was quantised */
+    out->step = cvol_array_quantised_step(array);
     out->coefficients = array->coefficients;
     out->rho = (double)array->coefficients / samples;
     if (!array->block) {
@@ -236,8 +259,10 @@ void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
     out->measured = array->measured;
     out->psnr_db = array->psnr_db;
     out->max_error = array->max_error;
-    if (cvol_array_is_volume(array))
-        memcpy(out->brick, array->brick.side, sizeof out->brick);
+    for (int a = 0; a < 3 && cvol_array_is_volume(array); a++)
+        out->brick[a] = CVOL_BRICK_SIDE;
+    if (cvol_array_is_volume(array) && array->coding)
+        array->coding->ops->brick_sides(out->brick, array->coding);
     if (cvol_mask_is_background(array->mask)) {
         out->background_samples = cvol_mask_samples(array->mask);
         out->background = cvol_fills_value(cvol_mask_fills(array->mask), 0, array->grid.type);

@@ -34,12 +34,24 @@ static inline const uint32_t *cvol_block_end(const cvol_block *block)
     return block->words ? block->terms + block->words : block->terms;
 }
 
-/* How a file has a volume (codec/brick/brick_code.h): in bricks of so many samples along each axis,
- * of which `run` that follow each other have one checksum. */
-enum { CVOL_BRICK_SIDE = 64, CVOL_RUN_BRICKS = 16 }; /* where nothing is said; the most, too */
-typedef struct cvol_brick_shape {
-    size_t side[3], run;
-} cvol_brick_shape;
+/* Samples along each axis of the bricks that a file codes a volume in, unless its array says
+ * otherwise; never more. */
+enum { CVOL_BRICK_SIDE = 64 };
+
+/* What the codec keeps with an array. This room only frees and copies it. */
+typedef struct cvol_coding cvol_coding;
+typedef struct cvol_coding_ops {
+    void (*destroy)(cvol_coding *coding);
+    /* A coding for a result: bricks as `bricks` says, terms coded as those of `terms`; NULL for one
+     * of them: the usual. NULL when memory is short. */
+    cvol_coding *(*make)(const cvol_coding *bricks, const cvol_coding *terms);
+    void (*brick_sides)(size_t side[3], const cvol_coding *coding);
+    /* The terms' step is the step of quantisation divided by 2 to this power. */
+    int (*finer_bits)(const cvol_coding *coding);
+} cvol_coding_ops;
+struct cvol_coding {
+    const cvol_coding_ops *ops; /* the codec's data follow (codec/quantize/coding.h) */
+};
 
 struct cvol_summary;
 
@@ -52,10 +64,9 @@ struct cvol_array {
     int measured;              /* whether the next two are, or follow from the ledger */
     double psnr_db, max_error; /* of the samples as the grid's type stores them */
     double threshold;          /* terms smaller than this were dropped; 0: none */
-    void *coded;               /* how a codec coded it, or NULL; results have none */
-    void (*free_coded)(void *coded);
-    char *attributes;             /* JSON text, or NULL: of the volume it was read with */
-    double offset;                /* added to every sample; whole arrays: 0 */
+    cvol_coding *coding;       /* NULL: the usual one */
+    char *attributes; /* JSON text, or NULL: of the volume it was read with */
+    double offset;    /* added to every sample; whole arrays: 0 */
     struct cvol_summary *summary; /* volumes: how the original samples are distributed; or NULL */
     /* Volumes only: samples without a value, which evaluate to their fills; both may be NULL. */
     cvol_mask *mask;
@@ -67,15 +78,6 @@ struct cvol_array {
     double step;
     int lapped; /* rank 3, DCT, B = 16: what blocks evaluate to is then post-filtered across their
                    faces (transform/lap.h, grid 16), along x, then y, then z */
-    int dependent; /* rank 3, DCT, B = 16: the coder may code terms by half of what they are, as
-                      dependent quantisation chose them (codec/quantize/trellis_states.h); nothing
-                      else knows */
-    int small;     /* dependent: coded by the small coder (codec/neural/neural_code.h); nothing else
-                      knows */
-    int ends; /* rank 3, DCT, B = 16: the coder may code cells that the volume ends in by DCTs of
-                 their true length (codec/quantize/true_length.h), with a step 2^ends times this
-                 one; 0: not */
-    cvol_brick_shape brick;      /* that a file of it gets; volumes */
     int has_ranges;              /* whether the next two and the blocks' range codes are known */
     double range_min, range_max; /* what range codes 0 and 255 stand for */
     cvol_block *block_table;
@@ -84,12 +86,23 @@ struct cvol_array {
     uint64_t coefficients, pool_words;
 };
 
+/* What an array's description counts for in budgets and resident_bytes; not its exact size, so that
+ * results do not depend on the layout of the struct. */
+enum { CVOL_ARRAY_BYTES = 600 };
+
 /* An array of this grid in blocks of B = 8, 16 or 32, without any terms; step 1, offset 0.
  * Errors: ARGUMENT, MEMORY, and those of cvol_grid_check. */
 int cvol_array_create(cvol_context *context, cvol_array **out, const cvol_grid *grid, int block);
 /* The same of any rank, transform and block; 0: a whole array without terms. */
 int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_grid *grid, int rank,
                          cvol_transform transform, int block);
+/* Sets the coding of a result whose bricks are those of one array and whose terms, up to a factor,
+ * are those of another one (NULL: of neither). Errors: MEMORY. */
+int cvol_array_set_coding(cvol_context *context, cvol_array *array, const cvol_array *bricks,
+                          const cvol_array *terms);
+/* The step that the terms were quantised with. */
+double cvol_array_quantised_step(const cvol_array *array);
+
 /* Frees mask and corrections. */
 void cvol_array_drop_modes(cvol_array *array);
 

@@ -97,11 +97,11 @@ static int make_shape(cvol_context *context, cvol_array **out, const cvol_array 
         return code;
     cvol_array *terms = *out;
     terms->offset = array->offset;
-    terms->brick = array->brick;
     terms->ledger = array->ledger;
     terms->ledger.l2_error = 0;
     terms->ledger.max_abs = cvol_ledger_largest(&array->ledger);
-    return cvol_array_set_summary(context, terms, cvol_array_summary(array));
+    code = cvol_array_set_coding(context, terms, array, NULL);
+    return code ? code : cvol_array_set_summary(context, terms, cvol_array_summary(array));
 }
 
 static int make(cvol_context *context, cvol_array **out, const cvol_array *array)

@@ -19,7 +19,7 @@ static cvol_keep resolve(const cvol_array *out, const cvol_keep *keep, double we
             continue;
         /* Of a quantised array the smallest term is one step. */
         const int steps = inputs[i]->threshold == 0;
-        const double own = ldexp(inputs[i]->step, inputs[i]->ends); /* as it was quantised */
+        const double own = cvol_array_quantised_step(inputs[i]);
         const double smallest = weights[i] * (steps ? own : inputs[i]->threshold);
         const double lost = weights[i] * inputs[i]->ledger.l2_error;
         if (step > 0 && (lost < error || (lost == error && smallest >= threshold)))

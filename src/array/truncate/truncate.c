@@ -68,12 +68,12 @@ static int find_limit(truncation *t, cvol_keep_rule *rule)
         t->limit = floor(value * samples * (1 + 1e-12));
         return CVOL_OK;
     case CVOL_KEEP_RATIO:
-        t->limit = floor((4 * samples / value - (double)sizeof *array) / 4);
+        t->limit = floor((4 * samples / value - CVOL_ARRAY_BYTES) / 4);
         if (t->limit < 0)
             return cvol_fail(t->context, CVOL_ERROR_TARGET,
                              "a ratio of %g leaves %.0f bytes for an array of %.0f samples; its "
-                             "description alone takes %zu",
-                             value, 4 * samples / value, samples, sizeof *array);
+                             "description alone takes %d",
+                             value, 4 * samples / value, samples, CVOL_ARRAY_BYTES);
         return CVOL_OK;
     case CVOL_KEEP_PSNR:
         if (range > 0)

@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "codec/brick/brick_internal.h"
+#include "codec/quantize/coding.h"
 #include "codec/quantize/quantize.h"
 #include "codec/quantize/trellis_states.h"
 
@@ -41,8 +42,9 @@ void cvol_brick_coder_free(cvol_brick_coder *coder)
 /* What the small coder needs besides, if the array is coded by it; 0 when memory is short. */
 static int start_small(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box)
 {
-    coder->is_small = array->small;
-    if (!array->small)
+    const cvol_file_coding *coding = cvol_coding_of(array);
+    coder->is_small = coding->small;
+    if (!coding->small)
         return 1;
     if (!coder->small)
         coder->small = cvol_small_create();
@@ -55,7 +57,7 @@ int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvo
 {
     for (int s = 0; s < CVOL_SHELLS; s++)
         cvol_token_writer_start(&coder->writers[s]);
-    if (array->small && !coder->small_chooser &&
+    if (cvol_coding_of(array)->small && !coder->small_chooser &&
         !(coder->small_chooser = cvol_small_chooser_create()))
         return 0;
     return start_small(coder, array, box) &&
@@ -184,18 +186,19 @@ static int find_indices(int32_t *values, int used)
 static int spread_coded(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
                         const size_t place[3])
 {
+    const cvol_file_coding *coding = cvol_coding_of(array);
     int inside[3];
     if (block->words)
         spread_terms(coder, block, array->block_log2);
-    return !array->ends || !block->words ||
+    return !coding->ends || !block->words ||
            cvol_cell_ends_put(coder->values, cvol_brick_cell_inside(inside, &coder->context, place),
-                              block->split, array->ends);
+                              block->split, coding->ends);
 }
 
 static void unspread_coded(cvol_brick_coder *coder, const cvol_array *array,
                            const cvol_block *block)
 {
-    if (array->ends)
+    if (cvol_coding_of(array)->ends)
         memset(coder->values, 0, sizeof *coder->values * CVOL_CELL_SAMPLES);
     else
         unspread_terms(coder, block, array->block_log2);
@@ -204,6 +207,7 @@ static void unspread_coded(cvol_brick_coder *coder, const cvol_array *array,
 static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
                          const size_t place[3])
 {
+    const cvol_file_coding *coding = cvol_coding_of(array);
     cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
     const int count = cvol_block_parts(parts, array->block, block->split);
     const int in_cell = array->block == CVOL_CELL;
@@ -221,9 +225,9 @@ static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const
         }
         coder->scanned[0] = 0;
         const int used = block->words ? scan_part(coder, &parts[p], scan, in_cell) : 1;
-        if (array->dependent)
+        if (coding->dependent)
             find_indices(coder->scanned, used);
-        cvol_brick_put_part(coder, at, scan, coder->scanned, used, array->dependent);
+        cvol_brick_put_part(coder, at, scan, coder->scanned, used, coding->dependent);
     }
     unspread_coded(coder, array, block);
 }
@@ -237,7 +241,7 @@ static int block_fits(cvol_brick_coder *coder, const cvol_array *array, const cv
     if (!block->words)
         return 1;
     int found = spread_coded(coder, array, block, place);
-    for (int p = 0; p < count && found && array->dependent; p++) {
+    for (int p = 0; p < count && found && cvol_coding_of(array)->dependent; p++) {
         int at[3];
         cvol_part_place(at, &parts[p], place, array->block);
         const cvol_scan *scan = cvol_brick_scan(&coder->context, at,
@@ -357,20 +361,21 @@ static void put_value(cvol_brick_coder *coder, int place, int32_t value)
 static int decode_parts(cvol_brick_coder *coder, cvol_token_reader streams[CVOL_SHELLS], int shells,
                         const cvol_array *array, uint16_t split, const size_t place[3])
 {
+    const cvol_file_coding *coding = cvol_coding_of(array);
     const int B = array->block;
     cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
     const int count = cvol_block_parts(parts, B, split);
     for (int p = 0; p < count; p++) {
         const int size_class = cvol_size_class(parts[p].side);
         const cvol_part_target target = {coder->values, coder->found, first_place(&parts[p]),
-                                         B == CVOL_CELL, array->dependent};
+                                         B == CVOL_CELL, coding->dependent};
         int at[3], length;
         int32_t dc;
         cvol_part_place(at, &parts[p], place, B);
         const cvol_scan *scan = cvol_brick_scan(&coder->context, at, size_class);
         if (!scan) {
             dc = cvol_part_note_unseen(&coder->context, at, size_class);
-            put_value(coder, target.first, dc * (1 + array->dependent));
+            put_value(coder, target.first, dc * (1 + coding->dependent));
             continue;
         }
         const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
@@ -387,23 +392,24 @@ static int decode_block(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_arr
                         cvol_block *block, cvol_token_reader streams[CVOL_SHELLS], int shells,
                         const size_t place[3])
 {
+    const cvol_file_coding *coding = cvol_coding_of(array);
     const int B = array->block;
     uint64_t sum;
     int ended[3];
     block->split = CVOL_CELL_WHOLE;
     if (!reserve_words(coder, 2 * (size_t)B * (size_t)B * (size_t)B))
         return CVOL_ERROR_MEMORY;
-    if (array->small)
+    if (coding->small)
         block->split = cvol_small_cell(coder->small, place, coder->values, coder->found);
     else if (B == CVOL_CELL && !take_split(coder, &streams[0], place, &block->split))
         return CVOL_ERROR_CORRUPT;
-    if (!array->small && !decode_parts(coder, streams, shells, array, block->split, place))
+    if (!coding->small && !decode_parts(coder, streams, shells, array, block->split, place))
         return CVOL_ERROR_CORRUPT;
-    const int *inside = array->ends ? cvol_brick_cell_inside(ended, &coder->context, place) : NULL;
+    const int *inside = coding->ends ? cvol_brick_cell_inside(ended, &coder->context, place) : NULL;
     if (inside &&
-        !cvol_cell_ends_take(coder->values, coder->found, inside, block->split, array->ends))
+        !cvol_cell_ends_take(coder->values, coder->found, inside, block->split, coding->ends))
         return CVOL_ERROR_CORRUPT;
-    if (!take_terms(coder, array->block_log2, inside ? 0 : array->ends, &sum, &block->words,
+    if (!take_terms(coder, array->block_log2, inside ? 0 : coding->ends, &sum, &block->words,
                     &out->terms))
         return CVOL_ERROR_CORRUPT;
     /* No sample, and nothing on the way to it, is larger than this sum: floats must hold it. */
@@ -429,6 +435,7 @@ static int all_ended(const cvol_token_reader streams[CVOL_SHELLS], int count)
 int cvol_brick_decode(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array *array,
                       size_t brick, const cvol_span shells[CVOL_SHELLS], int count)
 {
+    const cvol_file_coding *coding = cvol_coding_of(array);
     const cvol_brick_box box = cvol_brick_box_of(array, brick);
     cvol_token_reader streams[CVOL_SHELLS];
     int code = CVOL_OK;
@@ -436,11 +443,11 @@ int cvol_brick_decode(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array
     coder->word_count = 0;
     if (!cvol_brick_context_start(&coder->context, array, box.first))
         return CVOL_ERROR_MEMORY;
-    if (array->small)
+    if (coding->small)
         code = start_small(coder, array, &box)
                    ? cvol_small_decode(coder->small, &coder->context, shells, count)
                    : CVOL_ERROR_MEMORY;
-    for (int s = 0; s < count && !array->small; s++)
+    for (int s = 0; s < count && !coding->small; s++)
         cvol_token_reader_start(&streams[s], coder->tables, shells[s].data, shells[s].size);
     for (size_t i = 0; i < cvol_brick_box_blocks(&box) && !code; i++) {
         size_t place[3];
@@ -449,7 +456,7 @@ int cvol_brick_decode(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array
                             &array->block_table[cvol_brick_block_index(array, &box, i)], streams,
                             count, place);
     }
-    if (!code && !array->small && !all_ended(streams, count))
+    if (!code && !coding->small && !all_ended(streams, count))
         code = CVOL_ERROR_CORRUPT;
     if (code)
         clear_scratch(coder);

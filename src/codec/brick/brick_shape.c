@@ -2,6 +2,7 @@
 #include "codec/brick/brick_shape.h"
 
 #include "base/context.h"
+#include "codec/quantize/coding.h"
 
 enum { UNIT = 16 };
 

@@ -3,6 +3,7 @@
 #define CVOL_CODEC_BRICK_BRICK_SHAPE_H
 
 #include "array/core/array.h"
+#include "codec/quantize/coding.h"
 #include "cvol/codec.h"
 
 /* Bricks of these sides; 0, 0, 0: the usual ones. Of others one brick is a run: who wants one reads

@@ -8,6 +8,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "base/thread.h"
+#include "codec/quantize/coding.h"
 #include "transform/cell.h"
 
 /* Bricks that are worked on between two calls of the progress function: whole runs, as these have

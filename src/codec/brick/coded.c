@@ -6,6 +6,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/quantize/coding.h"
 
 int cvol_coded_make(cvol_context *context, cvol_coded **out, const cvol_token_tables *tables,
                     const cvol_array *shape)
@@ -21,7 +22,7 @@ int cvol_coded_make(cvol_context *context, cvol_coded **out, const cvol_token_ta
     }
     memcpy(coded->tables, tables, sizeof *tables);
     const int code = cvol_brick_index_make(context, &coded->index, cvol_brick_count(shape),
-                                           shape->brick.run);
+                                           cvol_coding_of(shape)->brick.run);
     if (code) {
         cvol_coded_free(coded);
         return code;
@@ -74,20 +75,16 @@ void cvol_coded_brick(cvol_span shells[CVOL_SHELLS], const cvol_coded *coded, si
         shells[s] = cvol_brick_index_brick(&coded->index, s, brick, coded->shells[s].data);
 }
 
-static void free_coded(void *coded)
-{
-    cvol_coded_free(coded);
-}
-
 void cvol_coded_attach(cvol_array *array, cvol_coded *coded)
 {
-    array->coded = coded;
-    array->free_coded = free_coded;
+    cvol_file_coding *own = cvol_coding_own(array);
+    own->coded = coded;
+    own->free_coded = cvol_coded_free;
 }
 
 const cvol_coded *cvol_coded_of(const cvol_array *array)
 {
-    return array->coded && array->free_coded == free_coded ? array->coded : NULL;
+    return cvol_coding_of(array)->coded;
 }
 
 int cvol_coded_send(cvol_context *context, const cvol_coded *coded, const cvol_brick_sink *sink)

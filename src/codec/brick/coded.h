@@ -20,7 +20,8 @@ void cvol_coded_free(cvol_coded *coded); /* NULL is allowed */
 cvol_brick_sink cvol_coded_sink(cvol_coded *coded);
 /* Decodes all into an array that has no terms yet. Errors: MEMORY, CANCELLED. */
 int cvol_coded_decode(cvol_context *context, cvol_array *array, const cvol_coded *coded);
-/* Gives the coded bricks to the array that they decode to: writing it takes them. */
+/* Gives the coded bricks to the array that they decode to, which has a coding: writing it takes
+ * them. */
 void cvol_coded_attach(cvol_array *array, cvol_coded *coded);
 /* Those of an array, or NULL. */
 const cvol_coded *cvol_coded_of(const cvol_array *array);

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "codec/quantize/coding.h"
 #include "codec/quantize/split_extension.h"
 #include "codec/quantize/true_length.h"
 #include "transform/cell.h"
@@ -105,11 +106,12 @@ static int find_inside(int inside[3], const cvol_array *array, size_t block)
 
 void cvol_shell_squares(double squares[CVOL_SHELLS], const cvol_array *array, size_t index)
 {
+    const cvol_file_coding *coding = cvol_coding_of(array);
     const cvol_block *block = &array->block_table[index];
     const int block_log2 = array->block_log2;
     int inside[3];
-    if (array->ends && block->words && find_inside(inside, array, index)) {
-        ended_squares(squares, block, inside, array->ends);
+    if (coding->ends && block->words && find_inside(inside, array, index)) {
+        ended_squares(squares, block, inside, coding->ends);
         return;
     }
     const uint32_t *words = block->terms, *end = cvol_block_end(block);

@@ -15,6 +15,7 @@
 #include "codec/container/terms.h"
 #include "codec/container/writer.h"
 #include "codec/mask/mask_section.h"
+#include "codec/quantize/coding.h"
 #include "codec/residual/residual_array.h"
 #include "codec/section/signature.h"
 #include "cvol/codec.h"
@@ -23,7 +24,8 @@
 
 int cvol_array_may_have_ranges(const cvol_array *array, uint64_t shells)
 {
-    return !array->small && cvol_grid_samples(&array->grid) / 4096 / 4 < shells / 100 + 64;
+    return !cvol_coding_of(array)->small &&
+           cvol_grid_samples(&array->grid) / 4096 / 4 < shells / 100 + 64;
 }
 
 /* The content of RNGE. An array that has no ranges yet is evaluated for it; `found` are then its
@@ -58,11 +60,13 @@ static int take_brick(cvol_context *context, void *user, size_t brick,
  * array is needed to know them. The caller frees *out. */
 static int make_tables(cvol_context *context, cvol_token_tables **out, const cvol_array *array)
 {
+    const cvol_file_coding *coding = cvol_coding_of(array);
     cvol_token_tables *tables = cvol_token_tables_create();
     cvol_token_counts *counts = calloc(1, sizeof *counts);
-    int code = tables && counts ? array->small ? CVOL_OK : cvol_bricks_count(context, counts, array)
-                                : cvol_fail_memory(context, sizeof *counts, "the coder's tables");
-    if (!code && !array->small)
+    int code = tables && counts
+                   ? coding->small ? CVOL_OK : cvol_bricks_count(context, counts, array)
+                   : cvol_fail_memory(context, sizeof *counts, "the coder's tables");
+    if (!code && !coding->small)
         cvol_token_tables_fit(tables, counts);
     const cvol_corrected *corrected = cvol_corrected_of(array);
     if (!code && corrected && corrected->tables) /* as they are coded already */
@@ -121,24 +125,26 @@ static int check_array(cvol_context *context, const cvol_array *array)
     return array->block ? cvol_terms_check(context, array) : CVOL_OK;
 }
 
-/* Terms that were changed since they were chosen are coded as they are: *array becomes `plain`. */
-static int choose_coding(cvol_context *context, const cvol_array **array, cvol_array *plain)
+/* Terms that were changed since they were chosen are coded as they are: *array becomes `plain`,
+ * with a coding of its own. */
+static int choose_coding(cvol_context *context, const cvol_array **array, cvol_array *plain,
+                         cvol_file_coding *coding)
 {
-    if (!((*array)->dependent || (*array)->ends) || cvol_coded_of(*array))
+    *coding = *cvol_coding_of(*array);
+    if (!(coding->dependent || coding->ends) || cvol_coded_of(*array))
         return CVOL_OK;
     int fits = cvol_bricks_fit(context, *array);
-    if (!fits && (*array)->dependent && (*array)->ends) {
-        *plain = **array;
-        plain->dependent = plain->small = 0;
-        *array = plain;
-        fits = cvol_bricks_fit(context, *array);
+    if (fits)
+        return fits < 0 ? -fits : CVOL_OK;
+    *plain = **array;
+    plain->coding = &coding->base;
+    *array = plain;
+    if (coding->dependent && coding->ends) {
+        coding->dependent = coding->small = 0;
+        fits = cvol_bricks_fit(context, plain);
     }
-    if (!fits) {
-        if (*array != plain)
-            *plain = **array;
-        plain->dependent = plain->small = plain->ends = 0;
-        *array = plain;
-    }
+    if (!fits)
+        coding->dependent = coding->small = coding->ends = 0;
     return fits < 0 ? -fits : CVOL_OK;
 }
 
@@ -152,14 +158,16 @@ static int write_file(cvol_context *context, const cvol_array *array, const char
     cvol_token_tables *tables = NULL;
     int code = check_array(context, array);
     cvol_array plain;
+    cvol_file_coding coding;
     if (!code)
-        code = choose_coding(context, &array, &plain);
+        code = choose_coding(context, &array, &plain, &coding);
     cvol_summary summary = *cvol_array_summary(array);
     if (!code && is_volume && summary.state == CVOL_SUMMARY_NONE) /* of what operations gave */
         code = cvol_summarise_array(context, &summary, array);
     if (code)
         return code;
-    const size_t bricks = is_volume ? cvol_brick_count(array) : 0, run = array->brick.run;
+    const size_t bricks = is_volume ? cvol_brick_count(array) : 0,
+                 run = cvol_coding_of(array)->brick.run;
     code = within ? cvol_file_writer_open_within(context, &writer, within, bricks, run)
                   : cvol_file_writer_open(context, &writer, path, bricks, run);
     if (code)
@@ -237,10 +245,14 @@ int cvol_array_set_bricks(cvol_context *context, cvol_array *array, const int br
             "in its bricks: compress the volume itself");
     if (code)
         return code;
-    array->brick = cvol_brick_shape_make(brick);
-    if (array->coded)
-        array->free_coded(array->coded);
-    array->coded = NULL;
+    code = cvol_coding_need(context, array);
+    if (code)
+        return code;
+    cvol_file_coding *coding = cvol_coding_own(array);
+    coding->brick = cvol_brick_shape_make(brick);
+    if (coding->coded)
+        coding->free_coded(coding->coded);
+    coding->coded = NULL;
     return CVOL_OK;
 }
 

@@ -20,6 +20,7 @@
 #include "codec/container/summary_section.h"
 #include "codec/container/terms.h"
 #include "codec/mask/mask_section.h"
+#include "codec/quantize/coding.h"
 #include "codec/section/signature.h"
 
 /* ---- the file's sections ---------------------------------------------------------------- */
@@ -188,16 +189,19 @@ static int make_array(reading *r)
     const cvol_header *header = &r->header;
     int code = cvol_array_create_as(r->context, &r->array, &header->grid, (int)header->rank,
                                     (cvol_transform)header->transform, (int)header->block);
+    if (!code)
+        code = cvol_coding_need(r->context, r->array);
     if (code)
         return code;
     cvol_array *array = r->array;
-    array->ends = (int)header->ends;
-    array->step = ldexp(header->step, -array->ends);
+    cvol_file_coding *coding = cvol_coding_own(array);
+    coding->ends = (int)header->ends;
+    coding->dependent = (int)header->dependent;
+    coding->small = (int)header->small;
+    coding->brick = header->brick;
+    array->step = ldexp(header->step, -coding->ends);
     array->offset = header->offset;
     array->lapped = (int)header->lapped;
-    array->dependent = (int)header->dependent;
-    array->small = (int)header->small;
-    array->brick = header->brick;
     array->ledger = header->ledger;
     array->threshold = header->threshold;
     array->measured = (int)header->measured;

@@ -10,20 +10,22 @@
 #include "base/context.h"
 #include "codec/brick/brick_shape.h"
 #include "codec/brick/subbands.h"
+#include "codec/quantize/coding.h"
 #include "codec/quantize/true_length.h"
 
 cvol_header cvol_header_of(const cvol_array *array)
 {
+    const cvol_file_coding *coding = cvol_coding_of(array);
     cvol_header header = {.grid = array->grid,
                           .transform = (uint32_t)array->transform,
                           .rank = (uint32_t)array->rank,
                           .block = (uint32_t)array->block,
                           .lapped = (uint32_t)array->lapped,
-                          .dependent = (uint32_t)array->dependent,
-                          .brick = array->brick,
-                          .ends = (uint32_t)array->ends,
-                          .small = (uint32_t)array->small,
-                          .step = ldexp(array->step, array->ends),
+                          .dependent = (uint32_t)coding->dependent,
+                          .brick = coding->brick,
+                          .ends = (uint32_t)coding->ends,
+                          .small = (uint32_t)coding->small,
+                          .step = ldexp(array->step, coding->ends),
                           .offset = array->offset,
                           .coefficients = array->coefficients,
                           .ledger = array->ledger,

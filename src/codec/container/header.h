@@ -9,6 +9,7 @@
 #include "array/core/array.h"
 #include "array/core/summary.h"
 #include "base/bytes.h"
+#include "codec/quantize/coding.h"
 #include "codec/residual/residual_array.h"
 
 typedef struct cvol_header {

@@ -8,6 +8,7 @@
 #include "codec/neural/neural_internal.h"
 #include "codec/neural/neural_model.h"
 #include "codec/neural/neural_stream.h"
+#include "codec/quantize/coding.h"
 #include "codec/quantize/sub_block_code.h"
 #include "codec/quantize/trellis_states.h"
 
@@ -85,7 +86,9 @@ static cvol_small_part *add_part(cvol_small_brick *b, const int at[3], int size_
         const size_t left = b->array->grid.dims[a] - b->box.first[a] * CVOL_CELL -
                             4 * (size_t)at[a];
         p->at[a] = (uint8_t)at[a];
-        p->n[a] = (uint8_t)(scan && b->array->ends && left < (size_t)side ? left : (size_t)side);
+        p->n[a] = (uint8_t)(scan && cvol_coding_of(b->array)->ends && left < (size_t)side
+                                ? left
+                                : (size_t)side);
     }
     return p;
 }

@@ -1,10 +1,12 @@
 /* Boxes of blocks. */
 #include "codec/quantize/brick_box.h"
 
+#include "codec/quantize/coding.h"
+
 void cvol_brick_grid(size_t bricks[3], const cvol_array *array)
 {
     for (int a = 0; a < 3; a++)
-        bricks[a] = (array->grid.dims[a] - 1) / array->brick.side[a] + 1;
+        bricks[a] = (array->grid.dims[a] - 1) / cvol_coding_of(array)->brick.side[a] + 1;
 }
 
 size_t cvol_brick_count(const cvol_array *array)
@@ -22,7 +24,7 @@ cvol_brick_box cvol_brick_box_of(const cvol_array *array, size_t brick)
                              brick / bricks[0] / bricks[1]};
     cvol_brick_box box;
     for (int a = 0; a < 3; a++) {
-        const size_t side = array->brick.side[a] / (size_t)array->block;
+        const size_t side = cvol_coding_of(array)->brick.side[a] / (size_t)array->block;
         box.first[a] = place[a] * side;
         const size_t left = array->blocks[a] - box.first[a];
         box.count[a] = left < side ? left : side;
@@ -35,19 +37,19 @@ void cvol_brick_inside(size_t size[3], const cvol_array *array, size_t brick)
     const cvol_brick_box box = cvol_brick_box_of(array, brick);
     for (int a = 0; a < 3; a++) {
         const size_t left = array->grid.dims[a] - box.first[a] * (size_t)array->block;
-        size[a] = left < array->brick.side[a] ? left : array->brick.side[a];
+        size[a] = left < cvol_coding_of(array)->brick.side[a] ? left : cvol_coding_of(array)->brick.side[a];
     }
 }
 
 void cvol_brick_shape_blocks(size_t blocks[3], const cvol_array *array)
 {
     for (int a = 0; a < 3; a++)
-        blocks[a] = array->brick.side[a] / (size_t)array->block;
+        blocks[a] = cvol_coding_of(array)->brick.side[a] / (size_t)array->block;
 }
 
 size_t cvol_brick_volume(const cvol_array *array)
 {
-    return array->brick.side[0] * array->brick.side[1] * array->brick.side[2];
+    return cvol_coding_of(array)->brick.side[0] * cvol_coding_of(array)->brick.side[1] * cvol_coding_of(array)->brick.side[2];
 }
 
 size_t cvol_brick_box_blocks(const cvol_brick_box *box)

@@ -1,6 +1,7 @@
 /* Predictions and contexts of parts from their neighbours. */
 #include "codec/quantize/context.h"
 
+#include "codec/quantize/coding.h"
 #include "codec/quantize/quantize.h"
 
 static int unit_of(const int at[3])
@@ -73,10 +74,11 @@ void cvol_part_note(cvol_brick_context *brick, const int at[3], const cvol_scan 
 int cvol_brick_context_start(cvol_brick_context *brick, const cvol_array *array,
                              const size_t first[3])
 {
-    brick->ends = array->ends;
-    if (!array->ends)
+    const cvol_file_coding *coding = cvol_coding_of(array);
+    brick->ends = coding->ends;
+    if (!coding->ends)
         return 1;
-    brick->limit = (int32_t)(CVOL_VALUE_LIMIT >> (array->dependent + array->ends));
+    brick->limit = (int32_t)(CVOL_VALUE_LIMIT >> (coding->dependent + coding->ends));
     for (int a = 0; a < 3; a++) {
         const size_t left = array->grid.dims[a] - CVOL_CELL * first[a];
         brick->inside[a] = left < CVOL_BRICK_SIDE ? (int)left : CVOL_BRICK_SIDE;

@@ -21,7 +21,7 @@ typedef struct cvol_brick_context {
     int64_t mean[CVOL_BRICK_UNITS_ALL];   /* DC value times a weight of its size: about the mean */
     uint8_t length[CVOL_BRICK_UNITS_ALL]; /* bit length of the last index, as for size class 3 */
     uint8_t split[CVOL_BRICK_CELLS * CVOL_BRICK_CELLS * CVOL_BRICK_CELLS]; /* token of each cell */
-    int ends;                                                              /* array->ends */
+    int ends;                                                              /* of the array (coding.h) */
     int inside[3]; /* samples of the volume from the brick's first one on; with ends */
     int32_t limit; /* of values, likewise */
     cvol_end_scans scans;

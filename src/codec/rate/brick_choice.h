@@ -3,6 +3,7 @@
 #define CVOL_CODEC_RATE_BRICK_CHOICE_H
 
 #include "array/core/array.h"
+#include "codec/quantize/coding.h"
 #include "cvol/codec.h"
 
 /* What a compression asks for, or, where it says nothing, what suits the volume: planes of large

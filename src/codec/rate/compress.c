@@ -10,6 +10,7 @@
 #include "base/context.h"
 #include "codec/container/array_file.h"
 #include "codec/container/ranges.h"
+#include "codec/quantize/coding.h"
 #include "codec/rate/compress_terms.h"
 #include "codec/rate/step_search.h"
 
@@ -103,7 +104,7 @@ static int search_ratio(cvol_compression *c)
     int code = prepare(c, &step);
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 1.1);
     const int small = cvol_grid_samples(&c->trial.shape->grid) < SMALL_SAMPLES;
-    const int smallest = c->trial.shape->small;
+    const int smallest = cvol_coding_of(c->trial.shape)->small;
     const double aim = smallest ? SMALLEST_RATIO_AIM : small ? SMALL_RATIO_AIM : CVOL_RATIO_AIM;
     const double accepted = smallest ? SMALLEST_RATIO_ACCEPTED
                             : small  ? SMALL_RATIO_ACCEPTED
@@ -172,7 +173,7 @@ static int search_psnr(cvol_compression *c)
 {
     double step;
     int code = prepare(c, &step);
-    const int smallest = c->trial.shape->small;
+    const int smallest = cvol_coding_of(c->trial.shape)->small;
     const double aim = c->trial.hasty ? CVOL_PSNR_HASTY_AIM
                        : smallest     ? SMALLEST_PSNR_AIM
                                       : CVOL_PSNR_AIM;

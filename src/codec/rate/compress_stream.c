@@ -12,6 +12,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/container/writer.h"
+#include "codec/quantize/coding.h"
 #include "codec/rate/compress_residual.h"
 #include "codec/rate/compress_stream.h"
 #include "codec/rate/layer_measure.h"
@@ -118,7 +119,7 @@ static int after_layers(cvol_context *context, void *user, const cvol_slab *slab
 {
     const layer_work *work = user;
     const cvol_array *shape = work->trial->shape;
-    const size_t *dims = shape->grid.dims, side = shape->brick.side[2];
+    const size_t *dims = shape->grid.dims, side = cvol_coding_of(shape)->brick.side[2];
     const size_t sheet_bytes = dims[0] * dims[1] * cvol_type_size(shape->grid.type);
     const size_t from = layer * side, to = end * side < dims[2] ? end * side : dims[2];
     int code = CVOL_OK;
@@ -136,7 +137,8 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
     cvol_trial *trial = &c->trial;
     cvol_layer_measure *measure = NULL;
     const cvol_array *shape = trial->shape;
-    const size_t bricks = cvol_brick_count(shape), run = shape->brick.run;
+    const cvol_file_coding *coding = cvol_coding_of(shape);
+    const size_t bricks = cvol_brick_count(shape), run = coding->brick.run;
     int code = start->within ? cvol_file_writer_open_within(c->context, &a->writer, start->within,
                                                             bricks, run)
                              : cvol_file_writer_open(c->context, &a->writer, path, bricks, run);
@@ -153,15 +155,13 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
     }
     if (!code && trial->tally)
         code = cvol_trial_end_tally(c->context, trial);
+    if (!code)
+        code = cvol_coding_copy(c->context, a->found, shape);
     if (!code) {
         cvol_array *found = a->found;
-        found->ends = shape->ends;
-        found->step = ldexp(step, -shape->ends);
+        found->step = ldexp(step, -coding->ends);
         found->offset = shape->offset;
         found->lapped = shape->lapped;
-        found->dependent = shape->dependent;
-        found->small = shape->small;
-        found->brick = shape->brick;
         found->ledger.value_min = shape->ledger.value_min;
         found->ledger.value_max = shape->ledger.value_max;
         cvol_layer_measure_tell(measure, found, a->shell_norm);

@@ -14,6 +14,7 @@
 #include "codec/container/summary_section.h"
 #include "codec/mask/mask_make.h"
 #include "codec/mask/mask_section.h"
+#include "codec/quantize/coding.h"
 #include "codec/quantize/true_length.h"
 #include "codec/rate/background.h"
 #include "codec/rate/brick_choice.h"
@@ -45,7 +46,7 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
 static uint64_t front_estimate(const cvol_trial *trial, size_t table_bytes)
 {
     const cvol_array *shape = trial->shape;
-    const size_t run = shape->brick.run;
+    const size_t run = cvol_coding_of(shape)->brick.run;
     const uint64_t a_brick = 2 * CVOL_SHELLS + (run > 1 ? 4 * CVOL_SHELLS / run : 2 * CVOL_SHELLS);
     const uint64_t summary = cvol_summary_section_bytes(cvol_array_summary(shape), &shape->ledger);
     if (trial->is_packed) /* the first brick's share is usual */
@@ -71,14 +72,17 @@ static int make_shape(cvol_context *context, cvol_trial *trial, const cvol_grid 
                       const cvol_compress_options *options)
 {
     const int block = options->block;
-    const int code = cvol_array_create(context, &trial->shape, grid, block);
+    int code = cvol_array_create(context, &trial->shape, grid, block);
+    if (!code)
+        code = cvol_coding_need(context, trial->shape);
     if (code)
         return code;
-    trial->shape->brick = cvol_brick_shape_choose(grid, options);
-    trial->is_packed = cvol_brick_count(trial->shape) <= (size_t)trial->shape->brick.run &&
+    cvol_file_coding *coding = cvol_coding_own(trial->shape);
+    coding->brick = cvol_brick_shape_choose(grid, options);
+    trial->is_packed = cvol_brick_count(trial->shape) <= coding->brick.run &&
                        allows(options, grid, 0, (double)CVOL_PACK_MOST);
     trial->shape->lapped = trial->may_lap = block == 16;
-    trial->shape->dependent = block == 16;
+    coding->dependent = block == 16;
     for (int a = 0; a < 3 && block == 16; a++)
         if (grid->dims[a] % CVOL_CELL)
             trial->may_end = 1;
@@ -247,9 +251,10 @@ int cvol_trial_end_tally(cvol_context *context, cvol_trial *trial)
 
 void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *options)
 {
+    cvol_file_coding *coding = cvol_coding_own(trial->shape);
     trial->hasty = options->fast;
-    trial->shape->small = options->smallest && trial->shape->dependent;
-    trial->coarse = trial->shape->small ? (cvol_coarse_shares){1, 1} : (cvol_coarse_shares){0};
+    coding->small = options->smallest && coding->dependent;
+    trial->coarse = coding->small ? (cvol_coarse_shares){1, 1} : (cvol_coarse_shares){0};
     trial->small_bytes = CVOL_SMALL_BYTES;
     trial->small_error = 1;
     if (options->no_lap)
@@ -259,7 +264,7 @@ void cvol_trial_set_options(cvol_trial *trial, const cvol_compress_options *opti
     /* What corrections stand on is rounded for their sake. */
     if (options->fast || options->lossless || options->max_error > 0 ||
         options->target == CVOL_TARGET_MAX_ERROR)
-        trial->shape->dependent = trial->shape->small = trial->may_end = 0;
+        coding->dependent = coding->small = trial->may_end = 0;
 }
 
 /* Frees an array, but no mask that is the shape's. */
@@ -301,9 +306,10 @@ void cvol_trial_set_step(cvol_trial *trial, double step)
     const double span = shape->ledger.value_max - shape->ledger.value_min;
     const double largest = 64 * CVOL_LAP_PRE_NORM_3 * span;
     trial->step = step;
-    trial->shape->ends = trial->may_end && step > ldexp(largest, CVOL_ENDS_BITS - 29)
-                             ? CVOL_ENDS_BITS
-                             : 0;
+    cvol_coding_own(trial->shape)->ends = trial->may_end &&
+                                                  step > ldexp(largest, CVOL_ENDS_BITS - 29)
+                                              ? CVOL_ENDS_BITS
+                                              : 0;
 }
 
 int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
@@ -311,19 +317,20 @@ int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
 {
     cvol_trial_set_step(trial, step);
     const double left = pow(0.5, trial->count++);
-    const cvol_encode_pass pass = {
-        .shape = trial->shape,
-        .source = &trial->source,
-        .tables = trial->tables,
-        .weight = trial->weight,
-        .options = {step, trial->split, trial->plain, trial->shape->dependent, trial->coarse},
-        .sink = sink,
-        .after = after,
-        .user = user,
-        .counts = trial->uncounted ? NULL : trial->counts,
-        .kept = trial->kept,
-        .progress_from = 0.9 * (1 - left),
-        .progress_to = 0.9 * (1 - left / 2)};
+    const cvol_encode_pass pass = {.shape = trial->shape,
+                                   .source = &trial->source,
+                                   .tables = trial->tables,
+                                   .weight = trial->weight,
+                                   .options = {step, trial->split, trial->plain,
+                                               cvol_coding_of(trial->shape)->dependent,
+                                               trial->coarse},
+                                   .sink = sink,
+                                   .after = after,
+                                   .user = user,
+                                   .counts = trial->uncounted ? NULL : trial->counts,
+                                   .kept = trial->kept,
+                                   .progress_from = 0.9 * (1 - left),
+                                   .progress_to = 0.9 * (1 - left / 2)};
     const int code = cvol_encode_pass_run(context, &trial->result, &pass);
     trial->bytes = trial->front_bytes + trial->result.bytes;
     trial->inside = cvol_grid_samples(&trial->shape->grid);
@@ -334,16 +341,14 @@ int cvol_trial_pass(cvol_context *context, cvol_trial *trial, double step,
 static int make_array(cvol_context *context, cvol_array **out, const cvol_trial *trial, double step)
 {
     const cvol_array *shape = trial->shape;
-    const int code = cvol_array_create(context, out, &shape->grid, shape->block);
+    int code = cvol_array_create(context, out, &shape->grid, shape->block);
+    if (!code)
+        code = cvol_coding_copy(context, *out, shape);
     if (code)
         return code;
-    (*out)->ends = shape->ends;
-    (*out)->step = ldexp(step, -shape->ends);
+    (*out)->step = ldexp(step, -cvol_coding_of(shape)->ends);
     (*out)->offset = shape->offset;
     (*out)->lapped = shape->lapped;
-    (*out)->dependent = shape->dependent;
-    (*out)->small = shape->small;
-    (*out)->brick = shape->brick;
     (*out)->mask = cvol_mask_is_background(shape->mask) ? shape->mask : NULL;
     (*out)->ledger.value_min = shape->ledger.value_min;
     (*out)->ledger.value_max = shape->ledger.value_max;
@@ -371,7 +376,8 @@ int cvol_trial_fit(cvol_context *context, cvol_trial *trial)
     cvol_bytes section = {0};
     cvol_token_tables_fit(trial->tables, trial->counts);
     const int code = cvol_token_tables_put(context, &section, trial->tables);
-    trial->front_bytes = front_estimate(trial, trial->shape->small ? 0 : section.size) +
+    trial->front_bytes = front_estimate(trial,
+                                        cvol_coding_of(trial->shape)->small ? 0 : section.size) +
                          trial->mask_bytes;
     cvol_bytes_free(&section);
     return code;

@@ -1,6 +1,7 @@
 /* Trials of some of a volume's bricks, or cells: which step to try with all of them, and how. */
 #include <math.h>
 
+#include "codec/quantize/coding.h"
 #include "codec/quantize/trellis.h"
 #include "codec/rate/encode_attempt.h"
 
@@ -37,8 +38,8 @@ static int make_sampler(cvol_context *context, cvol_trial *trial)
 int cvol_trial_find_share(cvol_context *context, cvol_trial *trial, double step)
 {
     cvol_trial_set_step(trial, step);
-    const cvol_chooser_options options = {step, trial->split, trial->plain, trial->shape->dependent,
-                                          trial->coarse};
+    const cvol_chooser_options options = {step, trial->split, trial->plain,
+                                          cvol_coding_of(trial->shape)->dependent, trial->coarse};
     int code = make_sampler(context, trial);
     if (!code)
         code = cvol_sampler_measure(context, &trial->error_share, trial->sampler, trial->shape,
@@ -68,10 +69,12 @@ static int run_sampler(cvol_context *context, cvol_encode_result *out, cvol_toke
                        cvol_trial *trial, double step, int small, size_t most)
 {
     cvol_trial_set_step(trial, step);
-    const cvol_chooser_options options = {step, trial->split, trial->plain, trial->shape->dependent,
-                                          trial->coarse};
+    const cvol_chooser_options options = {step, trial->split, trial->plain,
+                                          cvol_coding_of(trial->shape)->dependent, trial->coarse};
     cvol_array shape = *trial->shape;
-    shape.small = small;
+    cvol_file_coding coding = *cvol_coding_of(trial->shape);
+    coding.small = small;
+    shape.coding = &coding.base;
     const int code = make_sampler(context, trial);
     return code ? code
                 : cvol_sampler_run(context, out, counts, trial->sampler, &shape, trial->tables,
@@ -85,7 +88,7 @@ int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
         return code;
     trial->inside = cvol_sampler_inside(trial->sampler, trial->shape);
     take_sample(trial, cvol_sampler_share(trial->sampler, trial->shape));
-    if (trial->shape->small) {
+    if (cvol_coding_of(trial->shape)->small) {
         trial->result.error *= trial->small_error;
         trial->bytes = trial->front_bytes +
                        (uint64_t)(trial->small_bytes * (double)(trial->bytes - trial->front_bytes));
@@ -96,13 +99,14 @@ int cvol_trial_sample(cvol_context *context, cvol_trial *trial, double step)
 int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, size_t every)
 {
     cvol_trial_set_step(trial, step);
-    const cvol_encode_pass pass = {
-        .shape = trial->shape,
-        .source = &trial->source,
-        .tables = trial->tables,
-        .options = {step, trial->split, trial->plain, trial->shape->dependent, trial->coarse},
-        .counts = trial->counts,
-        .every = every};
+    const cvol_encode_pass pass = {.shape = trial->shape,
+                                   .source = &trial->source,
+                                   .tables = trial->tables,
+                                   .options = {step, trial->split, trial->plain,
+                                               cvol_coding_of(trial->shape)->dependent,
+                                               trial->coarse},
+                                   .counts = trial->counts,
+                                   .every = every};
     const int code = cvol_encode_pass_run(context, &trial->result, &pass);
     if (code)
         return code;
@@ -118,7 +122,8 @@ int cvol_trial_estimate(cvol_context *context, cvol_trial *trial, double step, s
 static double cost_of(const cvol_trial *trial, const cvol_encode_result *result, double step,
                       double share)
 {
-    const float lambda = trial->shape->dependent ? 4 * CVOL_LAMBDA_DEPENDENT : CVOL_LAMBDA;
+    const float lambda = cvol_coding_of(trial->shape)->dependent ? 4 * CVOL_LAMBDA_DEPENDENT
+                                                                 : CVOL_LAMBDA;
     return result->error / (step * step) * share + 8 * (double)(lambda * (float)result->bytes);
 }
 
@@ -177,7 +182,7 @@ int cvol_trial_choose_lap(cvol_context *context, cvol_trial *trial, double step)
 {
     double costs[2], shares[2];
     int code = compare_laps(context, trial, step, 0, costs, shares);
-    if (!code && trial->shape->small && fabs(costs[1] - costs[0]) < NEAR * costs[0])
+    if (!code && cvol_coding_of(trial->shape)->small && fabs(costs[1] - costs[0]) < NEAR * costs[0])
         code = compare_laps(context, trial, step, 1, costs, shares);
     if (code)
         return code;

@@ -8,6 +8,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/brick/subbands.h"
+#include "codec/quantize/coding.h"
 
 enum { LAP_REACH = 2 };
 
@@ -64,15 +65,13 @@ int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
     measure->tables = tables;
     measure->next = *sink;
     int code = cvol_array_create(context, &measure->array, &shape->grid, shape->block);
+    if (!code)
+        code = cvol_coding_copy(context, measure->array, shape);
     if (!code) {
         cvol_array *array = measure->array;
-        array->ends = shape->ends;
-        array->step = ldexp(step, -shape->ends);
+        array->step = ldexp(step, -cvol_coding_of(shape)->ends);
         array->offset = shape->offset;
         array->lapped = shape->lapped;
-        array->dependent = shape->dependent;
-        array->small = shape->small;
-        array->brick = shape->brick;
         array->ledger.value_min = shape->ledger.value_min;
         array->ledger.value_max = shape->ledger.value_max;
         for (int i = 0; i < 2; i++)
@@ -170,7 +169,8 @@ int cvol_layer_measure_after(cvol_context *context, void *user, const cvol_slab 
                              size_t end)
 {
     cvol_layer_measure *measure = user;
-    const size_t sheets = measure->array->grid.dims[2], side = measure->array->brick.side[2];
+    const size_t sheets = measure->array->grid.dims[2],
+                 side = cvol_coding_of(measure->array)->brick.side[2];
     const size_t reach = measure->array->lapped ? LAP_REACH : 0;
     int code = CVOL_OK;
     for (; layer < end && !code; layer++) {

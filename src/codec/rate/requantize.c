@@ -7,6 +7,7 @@
 #include "base/context.h"
 #include "base/memory.h"
 #include "codec/brick/brick_internal.h"
+#include "codec/quantize/coding.h"
 #include "codec/quantize/rd_choice.h"
 #include "codec/quantize/trellis.h"
 #include "codec/quantize/trellis_states.h"
@@ -57,7 +58,7 @@ static void spread(float *coefficients, const cvol_block *block, int block_log2,
 /* What terms are multiplied by. */
 static double coefficient_share(const requantising *all)
 {
-    return all->array->step / all->step * (all->array->dependent ? 0.5 : 1);
+    return all->array->step / all->step * (cvol_coding_of(all->array)->dependent ? 0.5 : 1);
 }
 
 /* From terms to what a file has of a cell that the volume ends in. */
@@ -97,15 +98,16 @@ static void note_values(int32_t *values, const cvol_scan *scan, const int32_t *i
 static double rounding_of_ends(requantiser *r, const cvol_array *array, const int inside[3],
                                uint16_t split)
 {
+    const cvol_file_coding *coding = cvol_coding_of(array);
     uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
     double cell[CVOL_CELL_SAMPLES], before = 0, after = 0;
-    const double unit = array->dependent ? 2 : 1, finer = 1.0 / (1 << array->ends);
+    const double unit = coding->dependent ? 2 : 1, finer = 1.0 / (1 << coding->ends);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++) {
         const double off = (double)r->values[i] - unit * (double)r->coefficients[i];
         before += off * off;
         found[i / 64] |= (uint64_t)(r->values[i] != 0) << i % 64;
     }
-    cvol_cell_ends_take(r->values, found, inside, split, array->ends);
+    cvol_cell_ends_take(r->values, found, inside, split, coding->ends);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
         cell[i] = r->values[i] * finer;
     cvol_cell_ends_from_terms(cell, inside, split);
@@ -145,6 +147,7 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
                        const cvol_block *block, const size_t place[3])
 {
     const cvol_array *array = all->array;
+    const cvol_file_coding *coding = cvol_coding_of(array);
     cvol_brick_coder *coder = r->coder;
     cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
     const int count = cvol_block_parts(parts, array->block, block->split);
@@ -172,7 +175,7 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
             r->scaled[i] = r->coefficients[in_cell ? first + scan->entries[i].in_cell
                                                    : scan->entries[i].place];
         const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
-        const cvol_part_choice choice = array->dependent
+        const cvol_part_choice choice = coding->dependent
                                             ? cvol_part_choose_dependent(
                                                   r->trellis, coder->scanned, r->scaled, scan,
                                                   &all->costs, &context, coder->scatter)
@@ -183,16 +186,16 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
             out->code = CVOL_ERROR_TARGET;
             break;
         }
-        out->error += (double)choice.error * (array->dependent ? 4 : 1);
-        cvol_brick_put_part(coder, at, scan, coder->scanned, choice.used, array->dependent);
-        if (array->dependent)
+        out->error += (double)choice.error * (coding->dependent ? 4 : 1);
+        cvol_brick_put_part(coder, at, scan, coder->scanned, choice.used, coding->dependent);
+        if (coding->dependent)
             cvol_brick_keep_scaled(coder, r->scaled, scan->count);
-        if (ended && !array->small)
-            note_values(r->values + first, scan, coder->scanned, choice.used, array->dependent);
+        if (ended && !coding->small)
+            note_values(r->values + first, scan, coder->scanned, choice.used, coding->dependent);
     }
-    if (ended && !array->small)
+    if (ended && !coding->small)
         out->error += rounding_of_ends(r, array, inside, block->split);
-    if (array->ends)
+    if (coding->ends)
         memset(r->coefficients, 0, sizeof *r->coefficients * CVOL_CELL_SAMPLES);
     else
         spread(r->coefficients, block, array->block_log2, 0);
@@ -215,7 +218,7 @@ static void code_brick(requantiser *r, coded_brick *out, const requantising *all
         out->error += cvol_brick_choose_again(r->coder, &all->costs);
     if (!out->code && !cvol_brick_finish(r->coder, out->shells))
         out->code = CVOL_ERROR_MEMORY;
-    if (!out->code && all->array->small && all->array->ends)
+    if (!out->code && cvol_coding_of(all->array)->small && cvol_coding_of(all->array)->ends)
         out->error += rounding_of_small(r, all, &box);
     cvol_brick_coder_count(r->coder, &r->counts);
 }
@@ -242,6 +245,7 @@ static void free_all(requantising *all)
 static requantising *make_all(cvol_context *context, const cvol_array *array,
                               cvol_coarseness coarseness, const cvol_token_tables *tables)
 {
+    const cvol_file_coding *coding = cvol_coding_of(array);
     requantising *all = cvol_allocate_zero(1, sizeof *all);
     if (!all)
         return NULL;
@@ -260,10 +264,10 @@ static requantising *make_all(cvol_context *context, const cvol_array *array,
         r->coefficients = cvol_allocate_zero(CVOL_PART_SAMPLES_MAX, sizeof *r->coefficients);
         r->scaled = cvol_allocate(CVOL_PART_SAMPLES_MAX, sizeof *r->scaled);
         r->values = cvol_allocate_zero(CVOL_CELL_SAMPLES, sizeof *r->values);
-        if (array->dependent)
+        if (coding->dependent)
             r->trellis = cvol_trellis_create();
         made = r->coder && r->coefficients && r->scaled && r->values &&
-               (r->trellis || !array->dependent);
+               (r->trellis || !coding->dependent);
     }
     if (made)
         return all;

@@ -7,6 +7,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/quantize/coding.h"
 
 /* Of smaller bricks than 64^3 more are sampled, so that samples are as many. */
 enum { MORE_MOST = 64, SAMPLED_BRICKS = 32, SAMPLED_LAYERS = 4, POINTS_MOST = 4096 };
@@ -82,7 +83,8 @@ static int read_bricks(cvol_context *context, const cvol_sampler *sampler, const
             if (next.first[2] != box.first[2])
                 break;
         }
-        const size_t layer = box.first[2] * (size_t)shape->block / shape->brick.side[2];
+        const size_t layer = box.first[2] * (size_t)shape->block /
+                             cvol_coding_of(shape)->brick.side[2];
         cvol_slab slab;
         code = cvol_slab_fetch_layers(context, &slab, source, shape, layer, layer + 1);
         if (!code)

@@ -12,6 +12,7 @@
 
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/quantize/coding.h"
 #include "codec/rate/sampler.h"
 #include "transform/lap.h"
 
@@ -101,10 +102,13 @@ static int decode(cvol_context *context, cvol_array **out, const cvol_array *sha
     int code = coder ? cvol_array_create(context, out, &grid, shape->block) : CVOL_ERROR_MEMORY;
     for (int s = 0; s < CVOL_SHELLS; s++)
         spans[s] = (cvol_span){shells[s].data, shells[s].size};
+    if (!code)
+        code = cvol_coding_need(context, *out);
     if (!code) {
-        (*out)->ends = shape->ends;
-        (*out)->step = ldexp(step, -shape->ends);
-        (*out)->dependent = shape->dependent;
+        cvol_file_coding *coding = cvol_coding_own(*out);
+        coding->ends = cvol_coding_of(shape)->ends;
+        coding->dependent = cvol_coding_of(shape)->dependent;
+        (*out)->step = ldexp(step, -coding->ends);
         code = cvol_brick_decode(coder, &terms, *out, 0, spans, CVOL_SHELLS);
     }
     if (!code) {
@@ -145,8 +149,10 @@ static brick_error measure(cvol_context *context, cvol_brick_maker *maker, float
     float *own = errors + CVOL_BRICK_SAMPLES;
     size_t size[3];
     cvol_array shape = *recipe->shape; /* terms are the same however they are coded */
+    cvol_file_coding coding = *cvol_coding_of(recipe->shape);
     cvol_brick_recipe quick = *recipe;
-    shape.small = 0;
+    coding.small = 0;
+    shape.coding = &coding.base;
     quick.shape = &shape;
     cvol_brick_inside(size, recipe->shape, brick);
     result.code = cvol_brick_make(maker, shells, &result.coefficients, &quick, cells, brick);

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "base/context.h"
+#include "codec/quantize/coding.h"
 #include "transform/lap.h"
 
 /* Where a ratio's search begins, in units of the samples' range, per unit of ratio. */
@@ -41,7 +42,7 @@ static double first_step(const cvol_compression *c)
     const double span = c->trial.shape->ledger.value_max - c->trial.shape->ledger.value_min;
     const double plain = c->target == CVOL_TARGET_PSNR ? 3 * span * exp(-c->value / CVOL_DB_PER_E)
                                                        : span * FIRST_STEP * c->value;
-    const double step = plain * (c->trial.shape->dependent ? DEPENDENT_SHARE : 1);
+    const double step = plain * (cvol_coding_of(c->trial.shape)->dependent ? DEPENDENT_SHARE : 1);
     return fmin(fmax(step, c->least_step), c->most_step);
 }
 
@@ -54,9 +55,9 @@ static double slope_of(const cvol_search *search)
 /* Finds about where the step lies by encoding some bricks, to which tables are fitted, or not. */
 static int sample_step(cvol_compression *c, double *step, double slope, int fits)
 {
-    const double enough = c->trial.hasty          ? HASTY_MISS
-                          : c->trial.shape->small ? SMALL_MISS
-                                                  : SAMPLE_MISS;
+    const double enough = c->trial.hasty                          ? HASTY_MISS
+                          : cvol_coding_of(c->trial.shape)->small ? SMALL_MISS
+                                                                  : SAMPLE_MISS;
     cvol_search search = cvol_search_make(c->least_step, c->most_step, slope);
     for (int i = 0; i < SAMPLES_MOST; i++) {
         int code = cvol_report_progress(c->context, "compressing", 0);
@@ -128,8 +129,10 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
         return prepare_hastily(c, step);
     int code = sample_step(c, step, slope, 1);
     const double bits = 8 * (double)c->trial.result.bytes; /* of the samples */
-    if (!code && c->trial.shape->dependent && bits < DEPENDENT_LEAST * (double)c->trial.inside) {
-        c->trial.shape->dependent = c->trial.shape->small = 0;
+    if (!code && cvol_coding_of(c->trial.shape)->dependent &&
+        bits < DEPENDENT_LEAST * (double)c->trial.inside) {
+        cvol_file_coding *coding = cvol_coding_own(c->trial.shape);
+        coding->dependent = coding->small = 0;
         *step = fmin(*step / DEPENDENT_SHARE, c->most_step);
         code = sample_step(c, step, c->slope, 1);
     }
@@ -137,7 +140,7 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
         code = cvol_trial_choose_lap(c->context, &c->trial, *step);
     if (!code && c->trial.shape->lapped != may_lap)
         code = sample_step(c, step, c->slope, 1);
-    if (!code && c->trial.shape->small) {
+    if (!code && cvol_coding_of(c->trial.shape)->small) {
         code = cvol_trial_choose_share(c->context, &c->trial, *step);
         /* Tables that were fitted to parts in favour would favour them once more. */
         if (!code)

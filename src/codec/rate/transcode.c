@@ -20,6 +20,7 @@
 #include "codec/container/array_file.h"
 #include "codec/container/ranges.h"
 #include "codec/container/writer.h"
+#include "codec/quantize/coding.h"
 #include "codec/rate/requantize.h"
 #include "codec/rate/step_search.h"
 #include "codec/rate/volume_distance.h"
@@ -55,16 +56,14 @@ typedef struct transcoding {
 static int make_like(cvol_context *context, cvol_array **out, const cvol_array *from, double step)
 {
     int code = cvol_array_create(context, out, &from->grid, from->block);
+    if (!code)
+        code = cvol_coding_copy(context, *out, from);
     if (code)
         return code;
     cvol_array *array = *out;
-    array->ends = from->ends;
-    array->step = ldexp(step, -from->ends);
+    array->step = ldexp(step, -cvol_coding_of(from)->ends);
     array->offset = from->offset;
     array->lapped = from->lapped;
-    array->dependent = from->dependent;
-    array->small = from->small;
-    array->brick = from->brick;
     array->threshold = from->threshold;
     array->ledger = from->ledger;
     code = cvol_array_set_summary(context, array, cvol_array_summary(from));
@@ -142,7 +141,7 @@ static int try_step(transcoding *t, double step, double weight)
     int code = make_like(t->context, &t->shape, t->from, step);
     if (!code)
         code = cvol_file_writer_open(t->context, &writer, NULL, cvol_brick_count(t->from),
-                                     t->from->brick.run);
+                                     cvol_coding_of(t->from)->brick.run);
     const cvol_brick_sink sink = {count_brick, writer};
     if (!code)
         code = cvol_requantise(t->context, &t->error, t->counts, t->from, coarseness, t->tables,
@@ -227,7 +226,7 @@ static int search_weight(transcoding *t, best_try *best, double step, int *good)
 /* The step that the source was coded with. */
 static double own_step(const transcoding *t)
 {
-    return ldexp(t->from->step, t->from->ends);
+    return ldexp(t->from->step, cvol_coding_of(t->from)->ends);
 }
 
 /* At the source's own step, where bits that weigh what they usually do would make it smaller than
@@ -486,6 +485,7 @@ int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_
                          const cvol_array *array, const cvol_compress_options *options)
 {
     cvol_array from = *array; /* but for its bricks and its summary */
+    cvol_file_coding coding = *cvol_coding_of(array);
     cvol_summary summary = *cvol_array_summary(array);
     transcoding t = {.context = context, .from = &from};
     int met = 0;
@@ -496,7 +496,8 @@ int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_
     if (!code && array->corrections)
         return compress_decoded(context, out, report, array, options);
     if (!code && options->brick[0])
-        from.brick = cvol_brick_shape_make(options->brick);
+        coding.brick = cvol_brick_shape_make(options->brick);
+    from.coding = &coding.base;
     if (!code && options->no_histogram)
         summary.state = CVOL_SUMMARY_LEFT_OUT;
     else if (!code && summary.state != CVOL_SUMMARY_LEFT_OUT)

@@ -8,6 +8,7 @@
 #include "array/block/exact.h"
 #include "base/context.h"
 #include "base/memory.h"
+#include "codec/quantize/coding.h"
 #include "codec/section/packed.h"
 
 enum {
@@ -104,11 +105,12 @@ static int evaluate_brick(work *w, const cvol_array *array, size_t brick, uint8_
 static int evaluate_bricks(cvol_context *context, void *out, const cvol_array *array,
                            const cvol_box *box)
 {
+    const cvol_file_coding *coding = cvol_coding_of(array);
     size_t bricks[3], first[3], count[3];
     cvol_brick_grid(bricks, array);
     for (int a = 0; a < 3; a++) {
-        first[a] = box->begin[a] / array->brick.side[a];
-        count[a] = (box->end[a] - 1) / array->brick.side[a] + 1 - first[a];
+        first[a] = box->begin[a] / coding->brick.side[a];
+        count[a] = (box->end[a] - 1) / coding->brick.side[a] + 1 - first[a];
     }
     int failed = CVOL_OK;
     size_t where = SIZE_MAX;
