@@ -20,6 +20,7 @@
 #include "codec/container/picture.h"
 #include "codec/container/plane_file.h"
 #include "codec/container/series.h"
+#include "codec/quantize/coding.h"
 #include "codec/section/signature.h"
 #include "cvol/codec.h"
 
@@ -52,7 +53,7 @@ static int fuzz_stream_of(const uint8_t *header)
         return header[3] - '0';
     if (!memcmp(header, "MASK", 4))
         return CVOL_STREAM_MASK;
-    return memcmp(header, "CORR", 4) ? CVOL_STREAMS : CVOL_STREAM_CORRECTIONS;
+    return memcmp(header, "CORR", 4) ? CVOL_STREAMS : CVOL_STREAM_RESIDUAL;
 }
 
 /* Whether INDX has the checksum of a run: of one brick, if that has bytes. */
@@ -116,8 +117,8 @@ static void fuzz_repair_runs(uint8_t *index, size_t size, size_t bricks, size_t 
                              const fuzz_streams *streams)
 {
     cvol_cursor lengths = cvol_cursor_make(index, size);
-    int go_on = fuzz_repair_streams(streams, 0, CVOL_SHELLS, index, &lengths, bricks, run);
-    for (int s = CVOL_SHELLS; s < CVOL_STREAMS && go_on && cvol_cursor_left(&lengths); s++)
+    int go_on = fuzz_repair_streams(streams, 0, CVOL_SUBBANDS, index, &lengths, bricks, run);
+    for (int s = CVOL_SUBBANDS; s < CVOL_STREAMS && go_on && cvol_cursor_left(&lengths); s++)
         if (streams->headers[s])
             go_on = fuzz_repair_streams(streams, s, s + 1, index, &lengths, bricks, run);
 }
@@ -162,7 +163,7 @@ static void fuzz_repair_at(uint8_t *file, size_t size, int depth)
             const uint64_t length = cvol_cursor_u64(&field);
             const int is_there = length <= size - at - CVOL_SECTION_HEADER_BYTES;
             const int stream = fuzz_stream_of(header);
-            const int is_shell = stream < CVOL_SHELLS, is_index = !memcmp(header, "INDX", 4);
+            const int is_shell = stream < CVOL_SUBBANDS, is_index = !memcmp(header, "INDX", 4);
             if (!memcmp(header, "PACK", 4)) { /* nothing follows it */
                 fuzz_repair_pack(header, size - at);
                 break;

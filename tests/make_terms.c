@@ -19,7 +19,7 @@ int main(int argc, char **argv)
     how.block = atoi(argv[3]);
     how.split = atoi(argv[4]);
     how.lapped = atoi(argv[5]);
-    how.small = atoi(argv[6]);
+    how.small_values = atoi(argv[6]);
     how.seed = strtoull(argv[7], NULL, 10);
     array = support_terms_make(context, &how);
     const int code = cvol_array_write(context, array, argv[1], NULL);

@@ -43,20 +43,21 @@ static void measure(cvol_array *array, const float *samples)
 {
     const size_t count = cvol_grid_samples(&array->grid);
     float *real = malloc(count * sizeof *real);
-    cvol_ledger *ledger = &array->ledger;
+    cvol_error_bound *error_bound = &array->error_bound;
     double squares = 0, energy = 0;
     assert_non_null(real);
     support_lapped_samples(real, array);
-    *ledger = (cvol_ledger){.value_min = (double)samples[0], .value_max = (double)samples[0]};
+    *error_bound = (cvol_error_bound){.value_min = (double)samples[0],
+                                      .value_max = (double)samples[0]};
     for (size_t i = 0; i < count; i++) {
         const double exact = (double)samples[i], value = (double)real[i] + array->offset;
         squares += (value - exact) * (value - exact);
         energy += value * value;
-        ledger->max_abs = fmax(ledger->max_abs, fabs(value) * (1 + 1e-6));
-        ledger->value_min = fmin(ledger->value_min, exact);
-        ledger->value_max = fmax(ledger->value_max, exact);
+        error_bound->max_abs = fmax(error_bound->max_abs, fabs(value) * (1 + 1e-6));
+        error_bound->value_min = fmin(error_bound->value_min, exact);
+        error_bound->value_max = fmax(error_bound->value_max, exact);
     }
-    ledger->l2_error = sqrt(squares) + CVOL_ROUNDING * sqrt(squares + energy);
+    error_bound->l2_error = sqrt(squares) + CVOL_ROUNDING * sqrt(squares + energy);
     free(real);
 }
 

@@ -5,7 +5,7 @@
 #include "array/core/array.h"
 
 /* Samples (of float32) pre-filtered, transformed in cells of 16^3, split at random if `is_split`,
- * and quantised by this step. The ledger is measured; offset: of the array. */
+ * and quantized by this step. The error bound is measured; offset: of the array. */
 cvol_array *support_lapped(cvol_context *context, const float *samples, const size_t dims[3],
                            double offset, double step, int is_split, uint64_t seed);
 

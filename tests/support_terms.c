@@ -31,7 +31,7 @@ cvol_array *support_terms_make(cvol_context *context, const support_terms *how)
             const uint32_t high = p % side + p / side % side + p / side / side;
             if (random_below(&r, 40 + high * high * 8) >= density / 16)
                 continue;
-            to += cvol_term_pack(to, p, random_value(&r, how->small),
+            to += cvol_term_pack(to, p, random_value(&r, how->small_values),
                                  cvol_place_bits(array->block_log2));
             array->coefficients++;
         }
@@ -42,7 +42,7 @@ cvol_array *support_terms_make(cvol_context *context, const support_terms *how)
     array->step = 0.125;
     array->offset = -3;
     array->lapped = how->lapped;
-    array->ledger = (cvol_ledger){
+    array->error_bound = (cvol_error_bound){
         .l2_error = 0.5, .max_abs = 1e9, .value_min = -1e9, .value_max = 1e9};
     array->threshold = 0.25;
     cvol_array_derive_figures(array);

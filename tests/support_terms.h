@@ -8,7 +8,7 @@ typedef struct support_terms {
     size_t dims[3];
     int block;
     int split, lapped; /* blocks of 16: every second cell split somehow; lapped */
-    int small;         /* only small values; else some are very large */
+    int small_values;  /* only small values; else some are very large */
     uint64_t seed;
 } support_terms;
 

@@ -53,12 +53,13 @@ support_whole support_whole_make(cvol_context *context, random_state *r, cvol_tr
     assert_int_equal(cvol_array_create_as(context, &w.array, &grid, rank, transform, 0), CVOL_OK);
     w.exact = support_doubles(N);
     double *slots = support_doubles(N);
-    cvol_ledger *ledger = &w.array->ledger;
-    *ledger = (cvol_ledger){.value_min = (double)INFINITY, .value_max = -(double)INFINITY};
+    cvol_error_bound *error_bound = &w.array->error_bound;
+    *error_bound = (cvol_error_bound){.value_min = (double)INFINITY,
+                                      .value_max = -(double)INFINITY};
     for (size_t i = 0; i < N; i++) {
         w.exact[i] = offset + random_signed(r);
-        ledger->value_min = fmin(ledger->value_min, w.exact[i]);
-        ledger->value_max = fmax(ledger->value_max, w.exact[i]);
+        error_bound->value_min = fmin(error_bound->value_min, w.exact[i]);
+        error_bound->value_max = fmax(error_bound->value_max, w.exact[i]);
     }
     cvol_whole_forward_reference(transform, slots, w.exact, dims);
 
@@ -83,8 +84,8 @@ support_whole support_whole_make(cvol_context *context, random_state *r, cvol_tr
     }
     double *kept = support_whole_samples(w.array);
     for (size_t i = 0; i < N; i++)
-        ledger->max_abs = fmax(ledger->max_abs, fabs(kept[i]));
-    ledger->l2_error = support_distance(kept, w.exact, N);
+        error_bound->max_abs = fmax(error_bound->max_abs, fabs(kept[i]));
+    error_bound->l2_error = support_distance(kept, w.exact, N);
     free(kept);
     free(slots);
     return w;

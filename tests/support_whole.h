@@ -13,7 +13,7 @@ typedef struct support_whole {
 } support_whole;
 
 /* Random samples, `offset` on top, of which the array keeps a low box (0: none) and every place
- * beyond it with probability share; its ledger says what is true. */
+ * beyond it with probability share; its error bound says what is true. */
 support_whole support_whole_make(cvol_context *context, random_state *r, cvol_transform transform,
                                  int rank, const size_t dims[3], const size_t low[3], double share,
                                  double offset);

@@ -12,7 +12,7 @@ static void test_round_lengths(void **state)
 {
     (void)state;
     random_state r = {5};
-    for (int trial = 0; trial < 2000; trial++) {
+    for (int attempt = 0; attempt < 2000; attempt++) {
         const double most = pow(10, 12 * random_signed(&r)), length = cvol_round_length(most);
         const double digit = length / pow(10, floor(log10(length) + 1e-9));
         assert_true(length <= most * (1 + 1e-6) && length > most / 2.6);
@@ -105,11 +105,11 @@ static void test_scale_bar(void **state)
     (void)state;
     random_state r = {9};
     static const double black[3] = {0, 0, 0}, white[3] = {1, 1, 1};
-    for (int trial = 0; trial < 30; trial++) {
+    for (int attempt = 0; attempt < 30; attempt++) {
         cvol_grid grid = cvol_grid_make(10 + random_below(&r, 300), 10 + random_below(&r, 300),
                                         10 + random_below(&r, 300), CVOL_UINT8);
         cvol_render_options options = cvol_render_options_defaults();
-        const int bright = trial % 2;
+        const int bright = attempt % 2;
         for (int a = 0; a < 3; a++)
             grid.spacing[a] = pow(10, 2 * random_signed(&r));
         options.width = 256 + (int)random_below(&r, 600);
@@ -125,7 +125,7 @@ static void test_scale_bar(void **state)
         const double wanted = cvol_round_length(0.25 * options.width * view.pixel) / view.pixel;
         const int length = longest_run(image, bright ? 0.06f : 0.97f);
         if (fabs(length - wanted) > 5)
-            fail_msg("trial %d: a bar of %d pixels, must be %g", trial, length, wanted);
+            fail_msg("trial %d: a bar of %d pixels, must be %g", attempt, length, wanted);
         cvol_image_free(image);
     }
 }

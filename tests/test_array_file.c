@@ -98,7 +98,7 @@ static cvol_array *make_array(const kind *k, uint64_t seed)
         fill_blocks(array, k, &r);
     else
         fill_whole(array, k, &r);
-    array->ledger = (cvol_ledger){
+    array->error_bound = (cvol_error_bound){
         .l2_error = 0.5, .max_abs = 77.25, .value_min = -70.5, .value_max = 80};
     array->threshold = 0.125;
     cvol_array_derive_figures(array);
@@ -444,7 +444,7 @@ static void mutations_do_no_harm(void **state)
         size_t size;
         uint8_t *data = make_file(&kinds[i], 5, &size), *changed = malloc(size);
         assert_non_null(changed);
-        for (int trial = 0; trial < 300; trial += SUPPORT_STRIDE) {
+        for (int attempt = 0; attempt < 300; attempt += SUPPORT_STRIDE) {
             memcpy(changed, data, size);
             for (uint32_t changes = 1 + random_below(&r, 4); changes > 0; changes--) {
                 /* Half of them where there are fields. */

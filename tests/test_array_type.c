@@ -8,7 +8,8 @@ static cvol_array *make_array(cvol_context *context, double lo, double hi)
     cvol_grid grid = cvol_grid_make(9, 9, 9, CVOL_FLOAT32);
     cvol_array *array;
     assert_int_equal(cvol_array_create(context, &array, &grid, 8), CVOL_OK);
-    array->ledger = (cvol_ledger){.l2_error = 1, .max_abs = 10, .value_min = lo, .value_max = hi};
+    array->error_bound = (cvol_error_bound){
+        .l2_error = 1, .max_abs = 10, .value_min = lo, .value_max = hi};
     cvol_array_derive_figures(array);
     return array;
 }

@@ -319,10 +319,10 @@ static void test_real_samples_and_ranges(void **state)
         error += off * off;
         assert_true(is_outside(i) ? (double)real[i] == 20
                                   : fabs((double)real[i] - sample_at(&back, i)) < 0.5001 ||
-                                        sample_at(&back, i) == array->ledger.value_min ||
-                                        sample_at(&back, i) == array->ledger.value_max);
+                                        sample_at(&back, i) == array->error_bound.value_min ||
+                                        sample_at(&back, i) == array->error_bound.value_max);
     }
-    assert_true(sqrt(error) <= array->ledger.l2_error);
+    assert_true(sqrt(error) <= array->error_bound.l2_error);
     assert_int_equal(cvol_array_know_ranges(context, array), CVOL_OK);
     const double unit = (array->range_max - array->range_min) / 255;
     for (size_t b = 0; b < array->block_count; b++) {
@@ -412,8 +412,8 @@ static void test_operations_want_it_flat(void **state)
         error += off * off;
         total += sample_at(&volume, i);
     }
-    assert_true(sqrt(error) <= flat->ledger.l2_error);
-    assert_true(flat->ledger.l2_error < 1.51 * array->ledger.l2_error);
+    assert_true(sqrt(error) <= flat->error_bound.l2_error);
+    assert_true(flat->error_bound.l2_error < 1.51 * array->error_bound.l2_error);
     assert_int_equal(cvol_array_statistics_of(context, &statistics, flat), CVOL_OK);
     assert_true(fabs(statistics.sum - total) <= statistics.sum_error);
     assert_int_equal(cvol_array_add(context, &sum, 1, flat, 1, flat, NULL), CVOL_OK);

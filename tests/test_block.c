@@ -112,9 +112,9 @@ static void test_terms_decode_to_reference(void **state)
     (void)state;
     static uint32_t words[2 * MAX_SAMPLES];
     for (int s = 0; s < 3; s++)
-        for (int trial = 0; trial < 8; trial++) {
+        for (int attempt = 0; attempt < 8; attempt++) {
             int block_log2 = 3 + s, B = 1 << block_log2, count = B * B * B;
-            random_state r = {.state = 100u + (unsigned)(8 * s + trial)};
+            random_state r = {.state = 100u + (unsigned)(8 * s + attempt)};
             cvol_array array = {.rank = 3,
                                 .transform = CVOL_DCT,
                                 .block = B,

@@ -127,8 +127,8 @@ static pair make_pair(unsigned seed)
     p.b = random_array(&r, &grid, p.rank, transform, block, keeps[random_below(&r, 4)]);
     p.a->offset = 5 * random_signed(&r);
     p.b->offset = seed % 2 ? 3 : 0;
-    p.a->ledger.max_abs += 5;
-    p.b->ledger.max_abs += 5;
+    p.a->error_bound.max_abs += 5;
+    p.b->error_bound.max_abs += 5;
     p.da = dense_of(p.a);
     p.db = dense_of(p.b);
     return p;

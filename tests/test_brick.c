@@ -112,7 +112,7 @@ static void bricks_have_the_bits_of_the_volume(void **state)
         array->offset = 10 * random_signed(&r);
         void *samples = fill(&r, type, cvol_grid_samples(&grid));
         float *expected = expected_cells(array, samples);
-        for (int trial = 0; trial < 4; trial++)
+        for (int attempt = 0; attempt < 4; attempt++)
             check_brick(&r, array, samples, expected, seed);
         free(expected);
         free(samples);

@@ -1,4 +1,4 @@
-/* The brick coder: what is coded decodes to itself; shells decode without finer ones; damage does
+/* The brick coder: what is coded decodes to itself; subbands decode without finer ones; damage does
  * no harm. */
 #include "test.h"
 
@@ -43,7 +43,7 @@ static void test_tables_pass_through_their_section(void **state)
             tables->codes[r][t] = (uint8_t)(code < 0 || code > 255 ? cvol_token_defaults[r][t]
                                                                    : code);
         }
-        cvol_token_tables_settle(tables);
+        cvol_token_tables_commit(tables);
         cvol_bytes bytes = {0};
         assert_int_equal(cvol_token_tables_put(context, &bytes, tables), CVOL_OK);
         cvol_cursor cursor = cvol_cursor_make(bytes.data, bytes.size);
@@ -171,16 +171,16 @@ static cvol_array *random_array(cvol_context *context, random_state *random, int
 static void check_brick(cvol_context *context, const cvol_array *array, cvol_brick_coder *coder,
                         size_t brick, uint64_t seed)
 {
-    cvol_bytes shells[CVOL_SHELLS] = {{0}};
-    cvol_span spans[CVOL_SHELLS];
+    cvol_bytes subbands[CVOL_SUBBANDS] = {{0}};
+    cvol_span spans[CVOL_SUBBANDS];
     cvol_array *decoded;
     cvol_brick_terms terms;
     assert_int_equal(cvol_array_create(context, &decoded, &array->grid, array->block), CVOL_OK);
     decoded->step = array->step;
-    assert_true(cvol_brick_encode(coder, shells, array, brick));
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        spans[s] = (cvol_span){shells[s].data, shells[s].size};
-    for (int count = 1; count <= CVOL_SHELLS; count++) {
+    assert_true(cvol_brick_encode(coder, subbands, array, brick));
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        spans[s] = (cvol_span){subbands[s].data, subbands[s].size};
+    for (int count = 1; count <= CVOL_SUBBANDS; count++) {
         assert_int_equal(cvol_brick_decode(coder, &terms, decoded, brick, spans, count), CVOL_OK);
         const cvol_brick_box box = cvol_brick_box_of(array, brick);
         const uint32_t *words = terms.words;
@@ -193,26 +193,26 @@ static void check_brick(cvol_context *context, const cvol_array *array, cvol_bri
                 uint32_t place, place_out;
                 const int bits = cvol_place_bits(array->block_log2);
                 const int32_t value = cvol_term_unpack(&from, &place, bits);
-                const uint32_t side = (uint32_t)array->block >> (CVOL_SHELLS - count);
+                const uint32_t side = (uint32_t)array->block >> (CVOL_SUBBANDS - count);
                 const uint32_t mask = (uint32_t)array->block - 1,
                                log2 = (uint32_t)array->block_log2;
                 const int low = (place & mask) < side && (place >> log2 & mask) < side &&
                                 place >> 2 * log2 < side;
-                /* Of split cells the parts' own shells count; whole cells are checked here. */
-                if (in->split ? count < CVOL_SHELLS : !low && count < CVOL_SHELLS)
+                /* Of split cells the parts' own subbands count; whole cells are checked here. */
+                if (in->split ? count < CVOL_SUBBANDS : !low && count < CVOL_SUBBANDS)
                     continue;
                 if (to >= words + out->words || cvol_term_unpack(&to, &place_out, bits) != value ||
                     place_out != place)
                     fail_msg("seed %llu: brick %zu, block %zu, %d shells: another term",
                              (unsigned long long)seed, brick, i, count);
             }
-            if (!in->split || count == CVOL_SHELLS)
+            if (!in->split || count == CVOL_SUBBANDS)
                 assert_ptr_equal(to, words + out->words);
             words += out->words;
         }
     }
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        cvol_bytes_free(&shells[s]);
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        cvol_bytes_free(&subbands[s]);
     cvol_array_free(decoded);
 }
 
@@ -249,28 +249,28 @@ static void test_damage_is_found_or_harmless(void **state)
     for (uint64_t seed = 1; seed <= 6; seed++) {
         random_state random = (random_state){seed};
         cvol_array *array = random_array(context, &random, 16, dims);
-        cvol_bytes shells[CVOL_SHELLS] = {{0}};
-        assert_true(cvol_brick_encode(coder, shells, array, 0));
+        cvol_bytes subbands[CVOL_SUBBANDS] = {{0}};
+        assert_true(cvol_brick_encode(coder, subbands, array, 0));
         for (int i = 0; i < 200; i++, all++) {
-            cvol_span spans[CVOL_SHELLS];
+            cvol_span spans[CVOL_SUBBANDS];
             cvol_brick_terms terms;
-            const size_t s = random_below(&random, CVOL_SHELLS);
-            for (int k = 0; k < CVOL_SHELLS; k++)
-                spans[k] = (cvol_span){shells[k].data, shells[k].size};
-            if (!shells[s].size)
+            const size_t s = random_below(&random, CVOL_SUBBANDS);
+            for (int k = 0; k < CVOL_SUBBANDS; k++)
+                spans[k] = (cvol_span){subbands[k].data, subbands[k].size};
+            if (!subbands[s].size)
                 continue;
-            const size_t at = random_below(&random, (uint32_t)shells[s].size);
+            const size_t at = random_below(&random, (uint32_t)subbands[s].size);
             const uint8_t flip = (uint8_t)(1 + random_below(&random, 255));
-            shells[s].data[at] ^= flip;
+            subbands[s].data[at] ^= flip;
             if (i % 2)
                 spans[s].size = at;
-            const int code = cvol_brick_decode(coder, &terms, array, 0, spans, CVOL_SHELLS);
+            const int code = cvol_brick_decode(coder, &terms, array, 0, spans, CVOL_SUBBANDS);
             assert_true(code == CVOL_OK || code == CVOL_ERROR_CORRUPT);
             found += code != CVOL_OK;
-            shells[s].data[at] ^= flip;
+            subbands[s].data[at] ^= flip;
         }
-        for (int s = 0; s < CVOL_SHELLS; s++)
-            cvol_bytes_free(&shells[s]);
+        for (int s = 0; s < CVOL_SUBBANDS; s++)
+            cvol_bytes_free(&subbands[s]);
         cvol_array_free(array);
     }
     assert_true(found > all / 2); /* it is the checksums that find all */
@@ -288,26 +288,26 @@ static void test_garbage_decodes_within_bounds(void **state)
     cvol_brick_coder *coder = cvol_brick_coder_create(tables);
     random_state r = {42};
     uint8_t data[3000];
-    for (int trial = 0; trial < 1500; trial++) {
-        const int block = trial % 3 == 0 ? 8 : trial % 3 == 1 ? 16 : 32;
+    for (int attempt = 0; attempt < 1500; attempt++) {
+        const int block = attempt % 3 == 0 ? 8 : attempt % 3 == 1 ? 16 : 32;
         const cvol_grid grid = cvol_grid_make(40, 35, 33, CVOL_UINT8);
         cvol_array *array;
         cvol_brick_terms terms;
-        cvol_span spans[CVOL_SHELLS];
-        uint8_t *exact[CVOL_SHELLS]; /* a read beyond it is seen by the sanitizer */
+        cvol_span spans[CVOL_SUBBANDS];
+        uint8_t *exact[CVOL_SUBBANDS]; /* a read beyond it is seen by the sanitizer */
         for (size_t i = 0; i < sizeof data; i++)
-            data[i] = (uint8_t)(random_u64(&r) & (trial & 1 ? UINT64_MAX : random_u64(&r)));
+            data[i] = (uint8_t)(attempt & 1 ? random_u64(&r) : random_u64(&r) & random_u64(&r));
         assert_int_equal(cvol_array_create(context, &array, &grid, block), CVOL_OK);
-        for (int s = 0; s < CVOL_SHELLS; s++) {
+        for (int s = 0; s < CVOL_SUBBANDS; s++) {
             const size_t size = random_below(&r, sizeof data);
             exact[s] = malloc(size ? size : 1);
             assert_non_null(exact[s]);
             memcpy(exact[s], data, size);
             spans[s] = (cvol_span){exact[s], size};
         }
-        const int code = cvol_brick_decode(coder, &terms, array, 0, spans, CVOL_SHELLS);
+        const int code = cvol_brick_decode(coder, &terms, array, 0, spans, CVOL_SUBBANDS);
         assert_true(code == CVOL_OK || code == CVOL_ERROR_CORRUPT);
-        for (int s = 0; s < CVOL_SHELLS; s++)
+        for (int s = 0; s < CVOL_SUBBANDS; s++)
             free(exact[s]);
         cvol_array_free(array);
     }
@@ -319,8 +319,8 @@ static void test_garbage_decodes_within_bounds(void **state)
 static void test_scans_are_permutations(void **state)
 {
     (void)state;
-    for (int size_class = 0; size_class < CVOL_PART_SIZES; size_class++) {
-        const cvol_scan *scan = cvol_part_scan_of(size_class);
+    for (int size_class = 0; size_class < CVOL_SUB_BLOCK_SIZES; size_class++) {
+        const cvol_scan *scan = cvol_sub_block_scan_of(size_class);
         const int side = scan->side;
         for (int i = 0; i < scan->count; i++) {
             const int place = scan->entries[i].place;
@@ -332,7 +332,7 @@ static void test_scans_are_permutations(void **state)
             assert_int_equal(scan->index_of_place[place], i);
             assert_true(most == 0 ? i == 0 : i < cube * cube * cube && i >= cube * cube * cube / 8);
         }
-        assert_int_equal(cvol_shell_end(size_class, CVOL_SHELLS - 1), scan->count);
+        assert_int_equal(cvol_subband_end(size_class, CVOL_SUBBANDS - 1), scan->count);
     }
 }
 

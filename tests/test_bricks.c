@@ -111,7 +111,7 @@ static int16_t *evaluate(const cvol_array *array, const size_t begin[3], const s
     return samples;
 }
 
-/* The file's bytes in memory, with a byte of every brick of the shells spoiled that a box has no
+/* The file's bytes in memory, with a byte of every brick of the subbands spoiled that a box has no
  * part in: but for its own bricks, nothing of them is looked at. */
 static void spoil_others(uint8_t *data, size_t size, const cvol_array *array, const size_t begin[3],
                          const size_t end[3])
@@ -293,7 +293,7 @@ static void shapes_are_kept_and_changed(void **state)
     free(container_file_of(array, &size));
     cvol_array *read = read_back();
     assert_int_equal(cvol_coding_of(read)->brick.side[1], 64);
-    assert_int_equal(cvol_coding_of(read)->dependent, cvol_coding_of(array)->dependent);
+    assert_int_equal(cvol_coding_of(read)->trellis, cvol_coding_of(array)->trellis);
     int16_t *again = evaluate(read, zero, grid.dims);
     assert_memory_equal(again, whole, cvol_grid_bytes(&grid));
     if (!read->mask) {
@@ -306,7 +306,7 @@ static void shapes_are_kept_and_changed(void **state)
     free(samples);
     cvol_array_free(array);
     cvol_array_free(read);
-    /* Corrections are coded in bricks. */
+    /* residual are coded in bricks. */
     cvol_compress_options bound = cvol_compress_options_defaults();
     random_state r = {78};
     samples = make_samples(&grid, &r);
@@ -349,7 +349,7 @@ static void streams_have_shapes(void **state)
         double squares = 0;
         for (size_t k = 0; k < cvol_grid_samples(&grid); k++)
             squares += pow((double)whole[k] - (double)samples[k], 2);
-        const double span = read->ledger.value_max - read->ledger.value_min;
+        const double span = read->error_bound.value_max - read->error_bound.value_min;
         const double psnr = 20 * log10(span * sqrt((double)cvol_grid_samples(&grid) /
                                                    fmax(squares, 1e-9)));
         if (isfinite(report.psnr_db))

@@ -98,10 +98,10 @@ static cvol_array *make_shape(const sample_case *c)
 static int survey_and_compress(cvol_array *array, cvol_build_result *result, const void *samples,
                                const cvol_keep *keep)
 {
-    cvol_ledger *ledger = &array->ledger;
-    int code = cvol_survey_samples(context, &ledger->value_min, &ledger->value_max, samples,
-                                   &array->grid);
-    ledger->max_abs = cvol_ledger_largest(ledger);
+    cvol_error_bound *error_bound = &array->error_bound;
+    int code = cvol_scan_samples(context, &error_bound->value_min, &error_bound->value_max, samples,
+                                 &array->grid);
+    error_bound->max_abs = cvol_error_bound_largest(error_bound);
     return code ? code : cvol_blocks_compress(context, array, result, samples, keep);
 }
 
@@ -311,8 +311,8 @@ static void test_rules(void **state)
             if (rule == CVOL_KEEP_L2 || rule == CVOL_KEEP_PSNR) {
                 double allowed = keep.value;
                 if (rule == CVOL_KEEP_PSNR)
-                    allowed = (array->ledger.value_max - array->ledger.value_min) * sqrt(samples) *
-                              pow(10, -keep.value / 20);
+                    allowed = (array->error_bound.value_max - array->error_bound.value_min) *
+                              sqrt(samples) * pow(10, -keep.value / 20);
                 CHECK(result.dropped <= allowed * (1 + 1e-9), seed);
                 /* One term fewer would be too much: two for a pair, and rounding. */
                 size_t kept = (size_t)info.coefficients;
@@ -408,7 +408,7 @@ static void test_step_grid_and_ties(void **state)
             assert_true(fabsf(slots[i] - expected[i]) <= 1e-6f * fabsf(expected[i]));
     }
     keep = (cvol_keep){.rule = CVOL_KEEP_TERMS, .sparse = 1001};
-    again->ledger.max_abs = 10000;
+    again->error_bound.max_abs = 10000;
     assert_int_equal(cvol_build_blocks(context, again, &result, &producer, &keep), CVOL_OK);
     assert_int_equal(again->coefficients, 1001);
     cvol_array_free(again);
@@ -521,7 +521,7 @@ static void test_tiny_values(void **state)
         double squares = 0;
         for (int i = 0; i < N; i++)
             squares += pow((double)samples[i] - (double)found[i], 2);
-        CHECK(sqrt(squares) <= array->ledger.l2_error, -exponent);
+        CHECK(sqrt(squares) <= array->error_bound.l2_error, -exponent);
         /* The same from values about 1, scaled down, whose step then is smaller still. */
         float about_one[N];
         cvol_array *large, *small;
@@ -534,9 +534,9 @@ static void test_tiny_values(void **state)
         squares = 0;
         for (int i = 0; i < N; i++)
             squares += pow((double)samples[i] - (double)found[i], 2);
-        CHECK(sqrt(squares) <= small->ledger.l2_error, -exponent);
+        CHECK(sqrt(squares) <= small->error_bound.l2_error, -exponent);
         /* Half a step twice, of the least step that there is, for each of N terms; rounding. */
-        CHECK(small->ledger.l2_error <
+        CHECK(small->error_bound.l2_error <
                   1.1 * sqrt((double)N) * (double)FLT_MIN + 1e-4 * pow(10, exponent),
               -exponent);
         cvol_array_free(large);

@@ -13,7 +13,7 @@ static void test_view_directions(void **state)
     (void)state;
     random_state r = {1};
     cvol_grid grid = cvol_grid_make(10, 20, 30, CVOL_UINT8);
-    for (int trial = 0; trial < 200; trial++) {
+    for (int attempt = 0; attempt < 200; attempt++) {
         cvol_render_options options = cvol_render_options_defaults();
         double a = 400 * random_signed(&r), e = 400 * random_signed(&r);
         options.camera = (cvol_camera){
@@ -101,7 +101,7 @@ static void test_voxels_appear_in_their_places(void **state)
     (void)state;
     random_state r = {7};
     const int size = 160;
-    for (int trial = 0; trial < 20; trial++) {
+    for (int attempt = 0; attempt < 20; attempt++) {
         cvol_volume volume = support_volume(12, 17, 14, CVOL_UINT8);
         volume.grid.spacing[2] = 1.5;
         size_t at[3] = {1 + random_below(&r, 10), 1 + random_below(&r, 15),

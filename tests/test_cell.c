@@ -16,14 +16,14 @@ typedef float cell[COUNT] __attribute__((aligned(64)));
 static cell in, fast, slow, other;
 static const int whole_box[3] = {N, N, N};
 
-/* Random splits of every trial; the first ten are extremes: whole, all octants, all fours, one
- * octant of fours, all but one. */
-static uint16_t split_of(int trial, random_state *r)
+/* Random splits of every encode attempt; the first ten are extremes: whole, all octants, all fours,
+ * one octant of fours, all but one. */
+static uint16_t split_of(int attempt, random_state *r)
 {
     static const uint16_t extremes[] = {0,     1,     0x1ff, 0x003, 0x101,
                                         0x011, 0x1fd, 0x0ff, 0x0ab, 0x155};
-    if (trial < (int)(sizeof extremes / sizeof *extremes))
-        return extremes[trial];
+    if (attempt < (int)(sizeof extremes / sizeof *extremes))
+        return extremes[attempt];
     return (uint16_t)(1 | random_below(r, 256) << 1);
 }
 
@@ -49,10 +49,10 @@ static double inner_product(const float *a, const float *b)
     return sum;
 }
 
-static void check(int holds, const char *what, uint16_t split, int trial)
+static void check(int holds, const char *what, uint16_t split, int attempt)
 {
     if (!holds)
-        fail_msg("%s: split 0x%03x, seed %d", what, split, trial);
+        fail_msg("%s: split 0x%03x, seed %d", what, split, attempt);
 }
 
 static void test_valid_splits(void **state)
@@ -72,11 +72,11 @@ static void test_parts_tile(void **state)
 {
     (void)state;
     random_state r = {.state = 1};
-    for (int trial = 0; trial < 20; trial++) {
-        uint16_t split = split_of(trial, &r);
-        cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    for (int attempt = 0; attempt < 20; attempt++) {
+        uint16_t split = split_of(attempt, &r);
+        cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX];
         unsigned char samples[COUNT] = {0}, places[COUNT] = {0};
-        int count = cvol_cell_list_parts(parts, split);
+        int count = cvol_cell_list_sub_blocks(parts, split);
         for (int p = 0; p < count; p++) {
             const int M = parts[p].side, *b = parts[p].begin, *f = parts[p].first;
             for (int i = 0; i < M * M * M; i++) {
@@ -86,7 +86,7 @@ static void test_parts_tile(void **state)
             }
         }
         for (int i = 0; i < COUNT; i++)
-            check(samples[i] == 1 && places[i] == 1, "parts", split, trial);
+            check(samples[i] == 1 && places[i] == 1, "parts", split, attempt);
     }
 }
 
@@ -135,35 +135,35 @@ static void test_place_of_one_frequency(void **state)
 static void test_forward_equals_reference(void **state)
 {
     (void)state;
-    for (int trial = 0; trial < 30; trial++) {
-        random_state r = {.state = 100u + (unsigned)trial};
-        uint16_t split = split_of(trial, &r);
+    for (int attempt = 0; attempt < 30; attempt++) {
+        random_state r = {.state = 100u + (unsigned)attempt};
+        uint16_t split = split_of(attempt, &r);
         fill_random(in, &r);
         cvol_cell_forward(fast, in, split);
         cvol_cell_forward_reference(slow, in, split);
-        check(largest_difference(fast, slow) < 1e-3, "forward", split, trial);
+        check(largest_difference(fast, slow) < 1e-3, "forward", split, attempt);
         check(fabs(inner_product(fast, fast) / inner_product(in, in) - 1) < 1e-5, "Parseval", split,
-              trial);
+              attempt);
         check(fabs(inner_product(slow, slow) / inner_product(in, in) - 1) < 1e-6,
-              "Parseval of the reference", split, trial);
+              "Parseval of the reference", split, attempt);
     }
 }
 
 static void test_inverse_equals_reference(void **state)
 {
     (void)state;
-    for (int trial = 0; trial < 30; trial++) {
-        random_state r = {.state = 200u + (unsigned)trial};
-        uint16_t split = split_of(trial, &r);
+    for (int attempt = 0; attempt < 30; attempt++) {
+        random_state r = {.state = 200u + (unsigned)attempt};
+        uint16_t split = split_of(attempt, &r);
         fill_random(in, &r);
         cvol_cell_inverse(fast, in, split, whole_box);
         cvol_cell_inverse_reference(slow, in, split);
-        check(largest_difference(fast, slow) < 1e-3, "inverse", split, trial);
+        check(largest_difference(fast, slow) < 1e-3, "inverse", split, attempt);
         cvol_cell_forward(other, fast, split);
-        check(largest_difference(other, in) < 1e-3, "forward of inverse", split, trial);
+        check(largest_difference(other, in) < 1e-3, "forward of inverse", split, attempt);
         cvol_cell_forward_reference(other, slow, split);
         check(largest_difference(other, in) < 1e-3, "the references' forward of inverse", split,
-              trial);
+              attempt);
     }
 }
 
@@ -190,12 +190,12 @@ static void test_inverse_is_adjoint(void **state)
 static void test_pruned_inverse(void **state)
 {
     (void)state;
-    for (int trial = 0; trial < 300; trial++) {
-        random_state r = {.state = 300u + (unsigned)trial};
-        uint16_t split = split_of(trial % 20, &r);
+    for (int attempt = 0; attempt < 300; attempt++) {
+        random_state r = {.state = 300u + (unsigned)attempt};
+        uint16_t split = split_of(attempt % 20, &r);
         int box[3];
         for (int a = 0; a < 3; a++)
-            box[a] = trial < 20 ? 1 : (int)random_below(&r, N + 1);
+            box[a] = attempt < 20 ? 1 : (int)random_below(&r, N + 1);
         fill_random(in, &r);
         memcpy(other, in, sizeof in);
         for (int i = 0; i < COUNT; i++)
@@ -206,7 +206,7 @@ static void test_pruned_inverse(void **state)
         cvol_cell_inverse(fast, in, split, box);
         cvol_cell_inverse(slow, other, split, whole_box);
         for (int i = 0; i < COUNT; i++)
-            check(fast[i] == slow[i], "pruned", split, trial);
+            check(fast[i] == slow[i], "pruned", split, attempt);
     }
 }
 
@@ -214,9 +214,9 @@ static void test_linearity(void **state)
 {
     (void)state;
     static cell sum, image;
-    for (int trial = 0; trial < 20; trial++) {
-        random_state r = {.state = 400u + (unsigned)trial};
-        uint16_t split = split_of(trial, &r);
+    for (int attempt = 0; attempt < 20; attempt++) {
+        random_state r = {.state = 400u + (unsigned)attempt};
+        uint16_t split = split_of(attempt, &r);
         fill_random(in, &r);
         fill_random(other, &r);
         for (int i = 0; i < COUNT; i++)
@@ -226,7 +226,7 @@ static void test_linearity(void **state)
         cvol_cell_forward(image, sum, split);
         for (int i = 0; i < COUNT; i++)
             fast[i] = 3 * fast[i] - 2 * slow[i];
-        check(largest_difference(image, fast) < 5e-3, "linear", split, trial);
+        check(largest_difference(image, fast) < 5e-3, "linear", split, attempt);
     }
 }
 
@@ -235,23 +235,23 @@ static void test_octants_do_not_touch(void **state)
 {
     (void)state;
     static cell uniform[2];
-    for (int trial = 0; trial < 30; trial++) {
-        random_state r = {.state = 500u + (unsigned)trial};
-        uint16_t split = (uint16_t)(split_of(trial, &r) | 1);
+    for (int attempt = 0; attempt < 30; attempt++) {
+        random_state r = {.state = 500u + (unsigned)attempt};
+        uint16_t split = (uint16_t)(split_of(attempt, &r) | 1);
         fill_random(in, &r);
         cvol_cell_forward(uniform[0], in, CVOL_CELL_OCTANTS);
         cvol_cell_forward(uniform[1], in, CVOL_CELL_FOURS);
         cvol_cell_forward(fast, in, split);
         for (int i = 0; i < COUNT; i++) {
             int fours = split >> (1 + (i & 1) + 2 * (i >> 4 & 1) + 4 * (i >> 8 & 1)) & 1;
-            check(fast[i] == uniform[fours][i], "octant's coefficients", split, trial);
+            check(fast[i] == uniform[fours][i], "octant's coefficients", split, attempt);
         }
         cvol_cell_inverse(uniform[0], in, CVOL_CELL_OCTANTS, whole_box);
         cvol_cell_inverse(uniform[1], in, CVOL_CELL_FOURS, whole_box);
         cvol_cell_inverse(fast, in, split, whole_box);
         for (int i = 0; i < COUNT; i++) {
             int fours = split >> (1 + (i >> 3 & 1) + 2 * (i >> 7 & 1) + 4 * (i >> 11 & 1)) & 1;
-            check(fast[i] == uniform[fours][i], "octant's samples", split, trial);
+            check(fast[i] == uniform[fours][i], "octant's samples", split, attempt);
         }
     }
 }
@@ -278,15 +278,15 @@ static void test_same_bits_on_every_set(void **state)
     for (size_t i = 0; i < sizeof bases / sizeof *numbers; i++)
         numbers[i] = (float)random_signed(&r);
     for (int set = 1; set <= (int)cvol_cpu_best(); set++)
-        for (int trial = 0; trial < 40; trial++) {
-            uint16_t split = split_of(trial, &r);
+        for (int attempt = 0; attempt < 40; attempt++) {
+            uint16_t split = split_of(attempt, &r);
             fill_random(in, &r);
-            forwards[0](slow, in, trial % 3, &bases);
-            forwards[set](fast, in, trial % 3, &bases);
+            forwards[0](slow, in, attempt % 3, &bases);
+            forwards[set](fast, in, attempt % 3, &bases);
             assert_memory_equal(slow, fast, sizeof fast);
             int box[3];
             for (int a = 0; a < 3; a++)
-                box[a] = trial < 10 ? N : 1 + (int)random_below(&r, N);
+                box[a] = attempt < 10 ? N : 1 + (int)random_below(&r, N);
             inverses[0](slow, in, split, box, &bases);
             inverses[set](fast, in, split, box, &bases);
             assert_memory_equal(slow, fast, sizeof fast);

@@ -131,12 +131,12 @@ static void make_samples(random_state *r)
 /* The values of all parts by place. */
 static void spread(int32_t values[ALL], const cvol_cell_choice *choice)
 {
-    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
-    const int count = cvol_cell_list_parts(parts, choice->split);
+    cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX];
+    const int count = cvol_cell_list_sub_blocks(parts, choice->split);
     memset(values, 0, ALL * sizeof *values);
     assert_int_equal(count, choice->parts);
     for (int p = 0; p < count; p++) {
-        const cvol_scan *scan = cvol_part_scan_of(cvol_size_class(parts[p].side));
+        const cvol_scan *scan = cvol_sub_block_scan_of(cvol_size_class(parts[p].side));
         const int first = parts[p].first[0] + SIDE * (parts[p].first[1] + SIDE * parts[p].first[2]);
         assert_in_range(choice->used[p], 1, scan->count);
         assert_true(choice->used[p] == 1 || choice->values[p][choice->used[p] - 1]);
@@ -150,7 +150,7 @@ static void choices_are_what_they_say(void **state)
     static const int all[3] = {SIDE, SIDE, SIDE};
     static int32_t values[ALL];
     static uint32_t words[2 * ALL];
-    cvol_cell_quick *quick = cvol_cell_quick_create();
+    cvol_split_fast *quick = cvol_split_fast_create();
     int kinds = 0;
     (void)state;
     assert_non_null(quick);
@@ -162,7 +162,7 @@ static void choices_are_what_they_say(void **state)
         size_t terms = 0, kept = 0;
         double error = 0;
         make_samples(&r);
-        cvol_cell_quick_choose(quick, &choice, samples, all, step, plain);
+        cvol_split_fast_choose(quick, &choice, samples, all, step, plain);
         kinds |= choice.split == CVOL_CELL_WHOLE ? 1 : choice.split < CVOL_CELL_FOURS ? 2 : 4;
         spread(values, &choice);
         cvol_cell_forward(coefficients, samples, choice.split);
@@ -175,7 +175,7 @@ static void choices_are_what_they_say(void **state)
         }
         if (fabs(error - (double)choice.error) > 1e-3 * error + 1e-6)
             fail_msg("seed %d: error %g, not %g", (int)seed, error, (double)choice.error);
-        const uint32_t count = cvol_cell_quick_terms(quick, words, &terms);
+        const uint32_t count = cvol_split_fast_terms(quick, words, &terms);
         const uint32_t *at = words;
         assert_int_equal(terms, kept);
         while (at < words + count) {
@@ -183,13 +183,13 @@ static void choices_are_what_they_say(void **state)
             const int32_t value = cvol_term_unpack(&at, &place, cvol_place_bits(4));
             assert_int_equal(value, values[place]);
         }
-        assert_true(cvol_cell_quick_error(quick, samples, all, step, plain) > 0.999 * error - 1e-6);
-        cvol_cell_quick_choose(quick, &choice, samples, all, 1e-12, plain);
+        assert_true(cvol_split_fast_error(quick, samples, all, step, plain) > 0.999 * error - 1e-6);
+        cvol_split_fast_choose(quick, &choice, samples, all, 1e-12, plain);
         assert_int_equal(choice.used[0], 0);
-        assert_true(isinf(cvol_cell_quick_error(quick, samples, all, 1e-12, plain)));
+        assert_true(isinf(cvol_split_fast_error(quick, samples, all, 1e-12, plain)));
     }
     assert_int_equal(kinds, 7);
-    cvol_cell_quick_free(quick);
+    cvol_split_fast_free(quick);
 }
 
 /* ---- volumes ---------------------------------------------------------------------------- */
@@ -253,7 +253,7 @@ static void files_hold_what_was_measured(void **state)
             sum += error * error;
             most = error > most ? error : most;
         }
-        const double span = again->ledger.value_max - again->ledger.value_min;
+        const double span = again->error_bound.value_max - again->error_bound.value_min;
         assert_true(t != 4 || most <= 25);
         assert_true(t != 5 || most <= 0);
         const double psnr = 10 * log10(span * span * (double)count / sum);

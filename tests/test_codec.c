@@ -1,4 +1,4 @@
-/* The coder: quantiser, range coder, blocks and groups, in and out; and garbage. */
+/* The coder: quantizer, range coder, blocks and groups, in and out; and garbage. */
 #include "test.h"
 
 #include "base/context.h"
@@ -94,9 +94,9 @@ static void optimal_choice_stays_near(void **state)
     for (int i = 0; i < 4096; i++)
         c[i] = (float)(random_signed(&r) * 300 / (1 + 0.1 * i));
     for (int plain = 0; plain < 2; plain++) {
-        const cvol_part_context context = {0, CVOL_ROW_DC + 2 * CVOL_SPREADS, 0};
-        const cvol_part_choice choice = cvol_part_choose(values, c, cvol_part_scan_of(2), costs,
-                                                         &context, plain, scatter);
+        const cvol_sub_block_context context = {0, CVOL_ROW_DC + 2 * CVOL_SPREADS, 0};
+        const cvol_sub_block_choice choice = cvol_sub_block_choose(
+            values, c, cvol_sub_block_scan_of(2), costs, &context, plain, scatter);
         double error = 0;
         assert_in_range(choice.used, 100, 4096);
         assert_true(values[choice.used - 1] != 0);
@@ -111,9 +111,11 @@ static void optimal_choice_stays_near(void **state)
             assert_int_equal(scatter[i], 0);
     }
     c[9] = 2e9f; /* beyond what is coded */
-    const cvol_part_context context = {0, CVOL_ROW_DC + 2 * CVOL_SPREADS, 0};
+    const cvol_sub_block_context context = {0, CVOL_ROW_DC + 2 * CVOL_SPREADS, 0};
     assert_int_equal(
-        cvol_part_choose(values, c, cvol_part_scan_of(2), costs, &context, 0, scatter).used, 0);
+        cvol_sub_block_choose(values, c, cvol_sub_block_scan_of(2), costs, &context, 0, scatter)
+            .used,
+        0);
     free(tables);
     free(costs);
     free(scatter);
@@ -158,7 +160,7 @@ static void what_does_not_fit_is_told(void **state)
         samples[i] = (float)((double)random_below(&r, 1 << 30) * 4);
     for (size_t k = 0; k < 8; k++) {
         const cvol_chooser_options options = {
-            .step = 1e-3, .split = splits[k % 4], .dependent = k >= 4};
+            .step = 1e-3, .split = splits[k % 4], .trellis = k >= 4};
         cvol_cell_choice choice;
         cvol_cell_choose(chooser, &choice, samples, inside, brick, place, costs, &options);
         assert_true(choice.parts > 0);

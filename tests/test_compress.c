@@ -29,7 +29,7 @@ static void *make_volume(const cvol_grid *grid, uint64_t seed)
     return samples;
 }
 
-/* The ledger is about what evaluates before rounding and clamping. */
+/* The error bound is about what evaluates before rounding and clamping. */
 static void check_ledger(const cvol_array *array, const cvol_array_info *info, const void *samples)
 {
     const size_t *dims = array->grid.dims, begin[3] = {0, 0, 0};
@@ -48,7 +48,7 @@ static void check_ledger(const cvol_array *array, const cvol_array_info *info, c
     free(real);
     assert_true(info->measured);
     assert_true(info->l2_error >= sqrt(squares));
-    if (!array->corrections) /* real values are corrected, the bound is of the terms */
+    if (!array->residual) /* real values are corrected, the bound is of the terms */
         assert_true(info->l2_error <= sqrt(squares) + 2e-6 * sqrt(norm));
     assert_true(info->max_abs >= largest);
 }

@@ -87,8 +87,8 @@ static void check_levels(const cvol_array *whole)
         check_ok(cvol_array_evaluate_real(context, coarse, array, zero, dims));
         for (size_t i = 0; i < count; i++)
             squares += pow((double)all[i] - (double)coarse[i], 2);
-        const double left = array->ledger.l2_error - whole->ledger.l2_error;
-        const double rounding = 1e-6 * whole->ledger.max_abs * sqrt((double)count);
+        const double left = array->error_bound.l2_error - whole->error_bound.l2_error;
+        const double rounding = 1e-6 * whole->error_bound.max_abs * sqrt((double)count);
         assert_true(left >= 0.99 * sqrt(squares) - rounding);
         if (dims[0] > 32 && dims[1] > 32 && dims[2] > 32) /* in others much lies beyond the faces */
             assert_true(left <= 1.6 * sqrt(squares) + rounding);
@@ -134,7 +134,8 @@ static cvol_compress_report compress(const void *samples, const cvol_grid *grid,
     assert_true(said.measured);
     assert_int_equal(said.coefficients, report.coefficients);
     check_levels(array);
-    array->ledger.l2_error = array->ledger.max_abs = 1e300; /* so that measuring tells its own */
+    array->error_bound.l2_error = array->error_bound.max_abs =
+        1e300; /* so that measuring tells its own */
     check_ok(cvol_array_measure(context, array, samples));
     cvol_array_get_info(array, &found);
     assert_true(report.max_error == found.max_error && said.max_error == found.max_error);

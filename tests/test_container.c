@@ -301,7 +301,7 @@ static void boxes_see_the_damage_that_they_touch(void **state)
     size_t size;
     cvol_array *whole = bricked_file(path), *part;
     uint8_t *data = support_unpack(support_read(path, &size), &size);
-    data[size - 25] ^= 1; /* the finest shell of the last brick, behind which ENDS stands */
+    data[size - 25] ^= 1; /* the finest subband of the last brick, behind which ENDS stands */
     support_write(path, data, size);
     assert_int_equal(cvol_array_read(context, &part, path, NULL), CVOL_ERROR_CORRUPT);
     /* All fifteen bricks are one run, but for coarser levels. */
@@ -515,7 +515,7 @@ static void mutations_do_no_harm(void **state)
     uint8_t *data = small_file(&size), *changed = malloc(size);
     random_state r = {2024};
     assert_non_null(changed);
-    for (int trial = 0; trial < 4000; trial += SUPPORT_DAMAGE) {
+    for (int attempt = 0; attempt < 4000; attempt += SUPPORT_DAMAGE) {
         memcpy(changed, data, size);
         mutate(changed, size, &r);
         size_t cut = random_below(&r, 10) ? size : random_below(&r, (uint32_t)size);

@@ -37,7 +37,7 @@ static void every_kind_comes_back(void **state)
         assert_int_equal(cvol_file_verify(context, NULL, file_path), CVOL_OK);
         assert_int_equal(cvol_array_read(context, &back, file_path, NULL), CVOL_OK);
         support_terms_expect_same(array, back);
-        assert_true(back->ledger.l2_error == array->ledger.l2_error);
+        assert_true(back->error_bound.l2_error == array->error_bound.l2_error);
         cvol_array_free(array);
         cvol_array_free(back);
         free(data);
@@ -66,7 +66,7 @@ static void bytes_do_not_depend_on_threads(void **state)
 
 /* ---- levels and prefixes ---------------------------------------------------------------- */
 
-/* Whether `part` has the array's terms of shells 0 .. 3 - level, and no others. */
+/* Whether `part` has the array's terms of subbands 0 .. 3 - level, and no others. */
 static void expect_level(const cvol_array *array, const cvol_array *part, int level)
 {
     const int bits = cvol_place_bits(array->block_log2);
@@ -77,7 +77,7 @@ static void expect_level(const cvol_array *array, const cvol_array *part, int le
         while (a < x->terms + x->words) {
             uint32_t p, q;
             const int32_t value = cvol_term_unpack(&a, &p, bits);
-            if (cvol_shell_of(p, array->block_log2, x->split) > 3 - level)
+            if (cvol_subband_of(p, array->block_log2, x->split) > 3 - level)
                 continue;
             assert_true(b < y->terms + y->words);
             assert_int_equal(cvol_term_unpack(&b, &q, bits), value);
@@ -123,8 +123,8 @@ static void levels_have_the_low_frequencies(void **state)
             assert_true(report.level == level && !report.cut && report.file_bytes == size);
             expect_level(array, coarse, level);
             const double distance = distance_of(array, coarse);
-            const double said = coarse->ledger.l2_error - array->ledger.l2_error;
-            if (!(distance <= said * 1.00001 + 1e-6 * array->ledger.max_abs))
+            const double said = coarse->error_bound.l2_error - array->error_bound.l2_error;
+            if (!(distance <= said * 1.00001 + 1e-6 * array->error_bound.max_abs))
                 fail_msg("block %d, level %d: %g is beyond %g", block, level, distance, said);
             assert_true(level ? said > 0 && said < 1e3 * (distance + 1) : said <= 0);
             cvol_array_free(coarse);
@@ -141,17 +141,17 @@ static void levels_have_the_low_frequencies(void **state)
     }
 }
 
-/* Where the content of each shell ends. */
+/* Where the content of each subband ends. */
 static void find_shell_ends(uint64_t ends[4], const uint8_t *data, size_t size)
 {
     cvol_file_layout layout;
-    int shells = 0;
+    int subbands = 0;
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_OK);
     assert_int_equal(layout.level, 0);
     for (int i = 0; i < layout.section_count; i++)
         if (!strncmp(layout.sections[i].tag, "SHL", 3))
-            ends[shells++] = layout.sections[i].offset + 24 + layout.sections[i].length;
-    assert_int_equal(shells, 4);
+            ends[subbands++] = layout.sections[i].offset + 24 + layout.sections[i].length;
+    assert_int_equal(subbands, 4);
 }
 
 static void every_prefix_has_its_level(void **state)
@@ -164,37 +164,39 @@ static void every_prefix_has_its_level(void **state)
     cvol_context_set_threads(context, 1); /* many short readings */
     find_shell_ends(ends, data, size);
     for (size_t cut = 0; cut < size; cut++) {
-        int shells = 0;
+        int subbands = 0;
         cvol_file_report report;
         cvol_file_layout layout;
         uint8_t *exact = malloc(cut ? cut : 1); /* so that reading beyond it is found */
         assert_non_null(exact);
         memcpy(exact, data, cut);
-        while (shells < 4 && cut >= ends[shells])
-            shells++;
+        while (subbands < 4 && cut >= ends[subbands])
+            subbands++;
         const int code = read_part(&got, &report, exact, cut, (cvol_file_part){.cut = 1});
-        assert_int_equal(code, shells ? CVOL_OK : cut < 8 ? CVOL_ERROR_FORMAT : CVOL_ERROR_CORRUPT);
-        if (shells) {
-            assert_true(report.cut && report.level == 4 - shells);
-            if (cut % 50 == 0 || cut == ends[shells - 1])
+        assert_int_equal(code, subbands  ? CVOL_OK
+                               : cut < 8 ? CVOL_ERROR_FORMAT
+                                         : CVOL_ERROR_CORRUPT);
+        if (subbands) {
+            assert_true(report.cut && report.level == 4 - subbands);
+            if (cut % 50 == 0 || cut == ends[subbands - 1])
                 expect_level(array, got, report.level);
         }
         cvol_array_free(got);
         /* Who wants all of it is told what there is. */
         char sentence[64];
-        snprintf(sentence, sizeof sentence, "; it is whole up to level %d", 4 - shells);
+        snprintf(sentence, sizeof sentence, "; it is whole up to level %d", 4 - subbands);
         assert_int_equal(container_read_code(exact, cut),
                          cut < 8 ? CVOL_ERROR_FORMAT : CVOL_ERROR_CORRUPT);
-        assert_true(!strstr(cvol_context_message(context), "; it is whole") == !shells);
-        assert_true(!shells || strstr(cvol_context_message(context), sentence));
+        assert_true(!strstr(cvol_context_message(context), "; it is whole") == !subbands);
+        assert_true(!subbands || strstr(cvol_context_message(context), sentence));
         assert_int_equal(cvol_layout_walk(context, &layout, exact, cut, "f"), CVOL_ERROR_CORRUPT);
-        assert_int_equal(layout.level, shells ? 4 - shells : -1);
+        assert_int_equal(layout.level, subbands ? 4 - subbands : -1);
         /* A level that is there is read as if the file were whole. */
-        for (int level = 1; level < 4 && (cut % 11 == 0 || (shells && cut == ends[shells - 1]));
+        for (int level = 1; level < 4 && (cut % 11 == 0 || (subbands && cut == ends[subbands - 1]));
              level++) {
             assert_int_equal(
                 !read_part(&got, &report, exact, cut, (cvol_file_part){.level = level}),
-                level >= 4 - shells);
+                level >= 4 - subbands);
             cvol_array_free(got);
         }
         free(exact);
@@ -254,7 +256,7 @@ static void boxes_do_not_look_at_other_bricks(void **state)
     uint64_t ends[4];
     uint8_t *data = container_file_of(array, &size);
     find_shell_ends(ends, data, size);
-    data[ends[3] - 1] ^= 1; /* the last brick, so the third run, of the finest shell */
+    data[ends[3] - 1] ^= 1; /* the last brick, so the third run, of the finest subband */
     const size_t zero[3] = {0, 0, 0}, near[3] = {64 * 32, 16, 16}, far[3] = {64 * 32 + 1, 16, 16};
     assert_int_equal(container_read_code(data, size), CVOL_ERROR_CORRUPT);
     assert_int_equal(
@@ -311,7 +313,7 @@ static void ranges_are_kept_where_they_are_cheap(void **state)
         for (size_t b = 0; b < array->block_count && dense; b++)
             assert_memory_equal(array->block_table[b].range, back->block_table[b].range, 2);
         cvol_array_free(back);
-        /* They are of all shells. */
+        /* They are of all subbands. */
         assert_int_equal(
             cvol_array_read_part(context, &back, NULL, file_path, &(cvol_file_part){.level = 1}),
             CVOL_OK);
@@ -337,7 +339,7 @@ static void more_than_2_32_samples(void **state)
     cvol_block_find_low(last, 5);
     assert_int_equal(cvol_array_adopt_pool(context, array, words, 1), CVOL_OK);
     array->coefficients = 1;
-    array->ledger.value_max = 255;
+    array->error_bound.value_max = 255;
     assert_int_equal(cvol_array_write(context, array, file_path, NULL), CVOL_OK);
     assert_int_equal(cvol_array_read(context, &back, file_path, NULL), CVOL_OK);
     support_terms_expect_same(array, back);

@@ -164,7 +164,7 @@ static void longer_records_are_read(void **state)
         assert_int_equal(cvol_layout_verify(context, &layout, longer, size, "f"), CVOL_OK);
         assert_int_equal(cvol_container_read(context, &back, longer, size, "f"), CVOL_OK);
         support_terms_expect_same(array, back);
-        assert_true(back->ledger.l2_error == array->ledger.l2_error);
+        assert_true(back->error_bound.l2_error == array->error_bound.l2_error);
         cvol_array_free(back);
         free(longer);
         free(data);

@@ -1,4 +1,4 @@
-/* Corrections: what is asked to be exact comes back to the bit, what is asked to be within a bound
+/* residual: what is asked to be exact comes back to the bit, what is asked to be within a bound
  * is; whatever the type, the base and the mask; damage does no harm. */
 #include "test.h"
 
@@ -87,7 +87,7 @@ static double decoded_at(const subject *s, size_t i)
 
 typedef struct bench {
     cvol_token_tables *tables;
-    cvol_correction_coder *coder;
+    cvol_residual_coder *coder;
     cvol_bytes bytes;
     subject s;
 } bench;
@@ -97,7 +97,7 @@ static bench *bench_make(void)
     bench *b = calloc(1, sizeof *b);
     assert_non_null(b);
     b->tables = cvol_token_tables_create();
-    b->coder = cvol_correction_coder_create();
+    b->coder = cvol_residual_coder_create();
     assert_true(b->tables && b->coder);
     return b;
 }
@@ -105,32 +105,32 @@ static bench *bench_make(void)
 static void bench_free(bench *b)
 {
     free(b->tables);
-    cvol_correction_coder_free(b->coder);
+    cvol_residual_coder_free(b->coder);
     cvol_bytes_free(&b->bytes);
     free(b);
 }
 
-static cvol_correction_rule rule_of(const subject *s, double bound)
+static cvol_residual_rule rule_of(const subject *s, double bound)
 {
     int grain = INT_MAX;
     double largest = 0;
-    cvol_correction_survey(&grain, &largest, s->type, s->samples, s->which, s->count);
-    return cvol_correction_rule_for(s->type, bound, s->step, s->min, s->max, grain, largest);
+    cvol_residual_scan(&grain, &largest, s->type, s->samples, s->which, s->count);
+    return cvol_residual_rule_for(s->type, bound, s->step, s->min, s->max, grain, largest);
 }
 
 static void check(bench *b, double bound, uint64_t seed)
 {
     subject *s = &b->s;
-    const cvol_correction_rule rule = rule_of(s, bound);
-    const cvol_correction_brick brick = {{s->size[0], s->size[1], s->size[2]}, s->base, s->which};
+    const cvol_residual_rule rule = rule_of(s, bound);
+    const cvol_residual_brick brick = {{s->size[0], s->size[1], s->size[2]}, s->base, s->which};
     const size_t size = cvol_type_size(s->type);
-    assert_true(cvol_correction_rule_valid(&rule));
-    if (cvol_correction_encode(b->coder, &b->bytes, &rule, bound, b->tables, s->samples, &brick,
-                               NULL))
+    assert_true(cvol_residual_rule_valid(&rule));
+    if (cvol_residual_encode(b->coder, &b->bytes, &rule, bound, b->tables, s->samples, &brick,
+                             NULL))
         fail_msg("seed %llu, type %d, bound %g: not held", (unsigned long long)seed, (int)s->type,
                  bound);
     const cvol_span span = {b->bytes.data, b->bytes.size};
-    if (cvol_correction_decode(b->coder, s->decoded, &rule, b->tables, &brick, span))
+    if (cvol_residual_decode(b->coder, s->decoded, &rule, b->tables, &brick, span))
         fail_msg("seed %llu, type %d, bound %g: does not decode", (unsigned long long)seed,
                  (int)s->type, bound);
     for (size_t i = 0; i < s->count; i++) {
@@ -264,11 +264,10 @@ static void test_damage_is_refused_or_harmless(void **state)
         const cvol_type type = (cvol_type)(1 + seed % 8);
         make(s, &r, type, type > 6 ? 1 : 100, type > 6 ? 0.01 : 5);
         const double bound = seed % 16 < 8 ? 0 : (s->max - s->min) * 1e-3;
-        const cvol_correction_rule rule = rule_of(s, bound);
-        const cvol_correction_brick brick = {
-            {s->size[0], s->size[1], s->size[2]}, s->base, s->which};
-        assert_int_equal(cvol_correction_encode(b->coder, &b->bytes, &rule, bound, b->tables,
-                                                s->samples, &brick, NULL),
+        const cvol_residual_rule rule = rule_of(s, bound);
+        const cvol_residual_brick brick = {{s->size[0], s->size[1], s->size[2]}, s->base, s->which};
+        assert_int_equal(cvol_residual_encode(b->coder, &b->bytes, &rule, bound, b->tables,
+                                              s->samples, &brick, NULL),
                          CVOL_OK);
         if (!b->bytes.size)
             continue;
@@ -281,7 +280,7 @@ static void test_damage_is_refused_or_harmless(void **state)
             copy[random_below(&r, (uint32_t)size)] ^= (uint8_t)(1 << random_below(&r, 8));
         const cvol_span span = {copy, size};
         memset(s->decoded, 0, sizeof s->decoded);
-        if (!cvol_correction_decode(b->coder, s->decoded, &rule, b->tables, &brick, span))
+        if (!cvol_residual_decode(b->coder, s->decoded, &rule, b->tables, &brick, span))
             for (size_t i = 0; i < s->count; i++)
                 assert_true(s->which[i] ||
                             (decoded_at(s, i) >= s->min && decoded_at(s, i) <= s->max));
@@ -293,25 +292,25 @@ static void test_damage_is_refused_or_harmless(void **state)
 static void test_rules_that_make_no_sense(void **state)
 {
     (void)state;
-    const cvol_correction_rule good = {CVOL_FLOAT32, 1, 0, -10, -20, -1, 1};
-    assert_true(cvol_correction_rule_valid(&good));
-    cvol_correction_rule rule = good;
+    const cvol_residual_rule good = {CVOL_FLOAT32, 1, 0, -10, -20, -1, 1};
+    assert_true(cvol_residual_rule_valid(&good));
+    cvol_residual_rule rule = good;
     rule.unit = -140;
-    assert_false(cvol_correction_rule_valid(&rule));
+    assert_false(cvol_residual_rule_valid(&rule));
     rule = good;
     rule.grain = -9;
-    assert_false(cvol_correction_rule_valid(&rule));
+    assert_false(cvol_residual_rule_valid(&rule));
     rule = good;
     rule.value_max = 1e30;
-    assert_false(cvol_correction_rule_valid(&rule));
-    rule = (cvol_correction_rule){CVOL_UINT8, 1, 1, 0, 0, 0, 255};
-    assert_true(cvol_correction_rule_valid(&rule));
+    assert_false(cvol_residual_rule_valid(&rule));
+    rule = (cvol_residual_rule){CVOL_UINT8, 1, 1, 0, 0, 0, 255};
+    assert_true(cvol_residual_rule_valid(&rule));
     rule.quantum = 2;
-    assert_false(cvol_correction_rule_valid(&rule));
-    rule = (cvol_correction_rule){CVOL_FLOAT64, 0, 0, 0, 0, 0, 255};
-    assert_false(cvol_correction_rule_valid(&rule));
+    assert_false(cvol_residual_rule_valid(&rule));
+    rule = (cvol_residual_rule){CVOL_FLOAT64, 0, 0, 0, 0, 0, 255};
+    assert_false(cvol_residual_rule_valid(&rule));
     rule.quantum = (double)NAN;
-    assert_false(cvol_correction_rule_valid(&rule));
+    assert_false(cvol_residual_rule_valid(&rule));
 }
 
 /* NaN and infinities have no last place: the survey passes over them. */
@@ -322,10 +321,10 @@ static void test_survey_of_finite_samples(void **state)
     const double doubles[] = {NAN, 0.25, INFINITY, 3};
     int grain = INT_MAX;
     double largest = 0;
-    cvol_correction_survey(&grain, &largest, CVOL_FLOAT32, samples, NULL, 6);
+    cvol_residual_scan(&grain, &largest, CVOL_FLOAT32, samples, NULL, 6);
     assert_int_equal(grain, -1);
     assert_float_equal(largest, 2.5, 0);
-    cvol_correction_survey(&grain, &largest, CVOL_FLOAT64, doubles, NULL, 4);
+    cvol_residual_scan(&grain, &largest, CVOL_FLOAT64, doubles, NULL, 4);
     assert_int_equal(grain, -2);
     assert_float_equal(largest, 3, 0);
 }

@@ -88,7 +88,7 @@ static size_t find_section(const uint8_t *data, size_t size, const char *tag)
     return 0;
 }
 
-static void expect_cut(const exact_case *c, const uint8_t *data, size_t cut, size_t corrections,
+static void expect_cut(const exact_case *c, const uint8_t *data, size_t cut, size_t residual,
                        size_t end, const void *samples)
 {
     uint8_t *exact = malloc(cut); /* so that reading beyond it is found */
@@ -103,7 +103,7 @@ static void expect_cut(const exact_case *c, const uint8_t *data, size_t cut, siz
     check_ok(cvol_container_read_part(context, &array, &report, exact, cut, &part, "f"));
     const double most = expect_true_figures(array, samples, c->type);
     cvol_array_get_info(array, &info);
-    const int missing = cut >= corrections && cut < end;
+    const int missing = cut >= residual && cut < end;
     assert_true(report.cut);
     assert_int_equal(report.residual_missing, missing);
     assert_int_equal(said, missing);
@@ -135,18 +135,16 @@ static void test_what_is_cut_says_so(void **state)
         check_ok(cvol_array_write_memory(context, array, &file, &size));
         uint8_t *data = support_unpack(file, &size);
         expect_true_figures(array, samples, c->type);
-        /* From the end of the first shell, through the last one and the corrections. */
+        /* From the end of the first subband, through the last one and the residual. */
         const size_t first = find_section(data, size, "SHL1");
-        const size_t corrections = find_section(data, size, "CORR");
+        const size_t residual = find_section(data, size, "CORR");
         const size_t end = find_section(data, size, "ENDS");
         for (size_t i = 0; i <= CUTS; i++) {
-            expect_cut(c, data, first + (corrections - first) * i / CUTS, corrections, end,
-                       samples);
-            expect_cut(c, data, corrections + (end - 1 - corrections) * i / CUTS, corrections, end,
-                       samples);
+            expect_cut(c, data, first + (residual - first) * i / CUTS, residual, end, samples);
+            expect_cut(c, data, residual + (end - 1 - residual) * i / CUTS, residual, end, samples);
         }
-        expect_cut(c, data, end, corrections, end, samples);
-        expect_cut(c, data, size - 1, corrections, end, samples);
+        expect_cut(c, data, end, residual, end, samples);
+        expect_cut(c, data, size - 1, residual, end, samples);
         cvol_array_free(array);
         free(data);
         free(samples);

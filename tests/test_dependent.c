@@ -1,4 +1,4 @@
-/* Dependent quantisation: its states; paths against all there are; files that are coded so, changed
+/* Trellis quantization: its states; paths against all there are; files that are coded so, changed
  * since, read in part, or lying about it. */
 #include "test.h"
 
@@ -42,15 +42,15 @@ static void indices_are_those_of_their_magnitudes(void **state)
     for (int s = 0; s < CVOL_STATES; s++) {
         uint32_t before = 0;
         for (uint32_t k = 0; k < 1000; k++) {
-            const uint32_t m = cvol_dependent_magnitude(s, k);
+            const uint32_t m = cvol_trellis_magnitude(s, k);
             assert_true(k < 2 ? m >= before : m == before + 2);
-            assert_int_equal(cvol_dependent_index(s, m), k);
+            assert_int_equal(cvol_trellis_index(s, m), k);
             if (m)
-                assert_int_equal(cvol_dependent_index(s, m + 1), -1);
+                assert_int_equal(cvol_trellis_index(s, m + 1), -1);
             before = m;
         }
         const uint32_t most = UINT32_C(1) << 29;
-        assert_int_equal(cvol_dependent_index(s, cvol_dependent_magnitude(s, most)), most);
+        assert_int_equal(cvol_trellis_index(s, cvol_trellis_magnitude(s, most)), most);
     }
 }
 
@@ -86,13 +86,13 @@ typedef struct search {
 static float cost_of(const search *s, int i, int state, uint32_t k, int last)
 {
     const int odd = cvol_state_is_odd(state);
-    const float error = fabsf(s->scaled[i]) - 0.5f * (float)cvol_dependent_magnitude(state, k);
+    const float error = fabsf(s->scaled[i]) - 0.5f * (float)cvol_trellis_magnitude(state, k);
     const cvol_place_code code = last ? cvol_last_code(s->size_class, 0, 1, odd)
                                       : cvol_value_code(s->size_class, 0, 0, 1, odd);
     const float bits = last ? cvol_bits_of_last_value(s->costs, code, k)
                        : k  ? cvol_bits_of_value(s->costs, code, k)
                             : cvol_bits_of_zero(s->costs, code);
-    return error * error + CVOL_LAMBDA_DEPENDENT * bits;
+    return error * error + CVOL_LAMBDA_TRELLIS * bits;
 }
 
 /* All ways on from a state, with 0 and what is at most twice a step away; no coefficient ends a
@@ -107,13 +107,13 @@ static void search_from(search *s, int i, int state, double cost)
         tail += (double)s->scaled[j] * (double)s->scaled[j];
     for (uint32_t k = 0; k <= most; k++) {
         const float size = fabsf(s->scaled[i]);
-        if (k && fabsf(size - 0.5f * (float)cvol_dependent_magnitude(state, k)) > 1)
+        if (k && fabsf(size - 0.5f * (float)cvol_trellis_magnitude(state, k)) > 1)
             continue;
         if (k && size > 0.45f) {
             const float bits = s->length_row[cvol_bit_length((uint32_t)i)] +
                                cvol_bits_of_last(s->costs, s->size_class, (uint32_t)i);
             s->best = fmin(s->best, cost + tail + (double)cost_of(s, i, state, k, 1) +
-                                        (double)(CVOL_LAMBDA_DEPENDENT * bits));
+                                        (double)(CVOL_LAMBDA_TRELLIS * bits));
         }
         search_from(s, i + 1, cvol_state_after[state][k & 1],
                     cost + (double)cost_of(s, i, state, k, 0));
@@ -128,7 +128,7 @@ static double cost_of_choice(const search *s, const int32_t *indices, int used, 
     *error = 0;
     for (int i = 1; i < s->count; i++) {
         const uint32_t k = i < used ? cvol_magnitude(indices[i]) : 0;
-        const double off = (double)fabsf(s->scaled[i]) - 0.5 * cvol_dependent_magnitude(state, k);
+        const double off = (double)fabsf(s->scaled[i]) - 0.5 * cvol_trellis_magnitude(state, k);
         *error += off * off;
         cost += i < used ? (double)cost_of(s, i, state, k, i == used - 1) : off * off;
         if (k)
@@ -136,10 +136,10 @@ static double cost_of_choice(const search *s, const int32_t *indices, int used, 
         state = cvol_state_after[state][k & 1];
     }
     if (used == 1)
-        return cost + (double)(CVOL_LAMBDA_DEPENDENT * s->length_row[0]);
+        return cost + (double)(CVOL_LAMBDA_TRELLIS * s->length_row[0]);
     const float bits = s->length_row[cvol_bit_length((uint32_t)used - 1)] +
                        cvol_bits_of_last(s->costs, s->size_class, (uint32_t)used - 1);
-    return cost + (double)(CVOL_LAMBDA_DEPENDENT * bits);
+    return cost + (double)(CVOL_LAMBDA_TRELLIS * bits);
 }
 
 static void paths_are_the_best_there_are(void **state)
@@ -159,9 +159,9 @@ static void paths_are_the_best_there_are(void **state)
         scaled[0] = 5 * (float)random_signed(&r);
         for (int i = 1; i < count; i++)
             scaled[i] = (random_below(&r, 3) ? 1.2f : 3.5f) * (float)random_signed(&r);
-        const cvol_part_context place = {(int64_t)lrintf(scaled[0]), CVOL_ROW_DC, 0};
-        const cvol_part_choice choice = cvol_part_choose_dependent(
-            trellis, indices, scaled, cvol_part_scan_of(size_class), costs, &place, scatter);
+        const cvol_sub_block_context place = {(int64_t)lrintf(scaled[0]), CVOL_ROW_DC, 0};
+        const cvol_sub_block_choice choice = cvol_trellis_choose(
+            trellis, indices, scaled, cvol_sub_block_scan_of(size_class), costs, &place, scatter);
         const int64_t difference = indices[0] - place.prediction;
         search s = {scaled,
                     costs,
@@ -172,7 +172,7 @@ static void paths_are_the_best_there_are(void **state)
         double error, squares = 0;
         for (int i = 1; i < count; i++)
             squares += (double)scaled[i] * (double)scaled[i];
-        s.best = squares + (double)(CVOL_LAMBDA_DEPENDENT * s.length_row[0]);
+        s.best = squares + (double)(CVOL_LAMBDA_TRELLIS * s.length_row[0]);
         search_from(&s, 1, 0, 0);
         assert_true(choice.used >= 1 && choice.used <= count);
         assert_true(choice.used == 1 || indices[choice.used - 1]);
@@ -209,12 +209,12 @@ static void large_values_are_near(void **state)
         const double largest = exp2(3 + random_below(&r, 25));
         for (int i = 0; i < count; i++)
             scaled[i] = (float)(largest * random_signed(&r));
-        const cvol_part_context place = {0, CVOL_ROW_DC, 0};
-        const cvol_part_choice choice = cvol_part_choose_dependent(
-            trellis, indices, scaled, cvol_part_scan_of(size_class), costs, &place, scatter);
+        const cvol_sub_block_context place = {0, CVOL_ROW_DC, 0};
+        const cvol_sub_block_choice choice = cvol_trellis_choose(
+            trellis, indices, scaled, cvol_sub_block_scan_of(size_class), costs, &place, scatter);
         for (int i = 1, s = 0; i < choice.used; i++) {
             const uint32_t k = cvol_magnitude(indices[i]);
-            const double off = fabs((double)scaled[i]) - 0.5 * cvol_dependent_magnitude(s, k);
+            const double off = fabs((double)scaled[i]) - 0.5 * cvol_trellis_magnitude(s, k);
             if (fabs(off) > 3.2 && fabs(off) > 1e-6 * largest)
                 fail_msg("seed %llu: coefficient %d is off by %g", (unsigned long long)seed, i,
                          off);
@@ -222,9 +222,9 @@ static void large_values_are_near(void **state)
         }
     }
     scaled[1] = 0x1p30f; /* its index is too large */
-    const cvol_part_context place = {0, CVOL_ROW_DC, 0};
-    assert_int_equal(cvol_part_choose_dependent(trellis, indices, scaled, cvol_part_scan_of(0),
-                                                costs, &place, scatter)
+    const cvol_sub_block_context place = {0, CVOL_ROW_DC, 0};
+    assert_int_equal(cvol_trellis_choose(trellis, indices, scaled, cvol_sub_block_scan_of(0), costs,
+                                         &place, scatter)
                          .used,
                      0);
     cvol_trellis_free(trellis);
@@ -245,7 +245,7 @@ static void kernels_agree(void **state)
     cvol_token_costs_set(costs, tables);
     for (uint64_t seed = 1; seed <= 60; seed++) {
         random_state r = {seed};
-        const cvol_scan *scan = cvol_part_scan_of((int)random_below(&r, 3));
+        const cvol_scan *scan = cvol_sub_block_scan_of((int)random_below(&r, 3));
         const int extent = 2 + (int)random_below(&r, (uint32_t)scan->count - 1);
         const double scale = exp2(random_signed(&r) * 5);
         for (int i = 0; i < extent; i++)
@@ -320,19 +320,19 @@ static void any_number_of_threads_gives_the_same_bytes(void **state)
     cvol_array *array = compress(samples, 45, 0, 1), *other = compress(samples, 45, 0, 5);
     uint8_t *data = container_verified(array, &size),
             *again = container_verified(other, &other_size);
-    assert_int_equal(cvol_coding_of(array)->dependent, 1);
+    assert_int_equal(cvol_coding_of(array)->trellis, 1);
     assert_int_equal(size, other_size);
     assert_memory_equal(data, again, size);
     free(again);
     cvol_array_free(other);
     other = read_back();
-    assert_int_equal(cvol_coding_of(other)->dependent, 1);
+    assert_int_equal(cvol_coding_of(other)->trellis, 1);
     support_terms_expect_same(array, other);
     again = container_verified(other, &other_size); /* coded anew */
     assert_true(other_size <= size + size / 50);
     cvol_array_free(other);
     other = read_back();
-    assert_int_equal(cvol_coding_of(other)->dependent, 1);
+    assert_int_equal(cvol_coding_of(other)->trellis, 1);
     support_terms_expect_same(array, other);
     free(again);
     free(data);
@@ -350,14 +350,14 @@ static void haste_and_bounds_are_not_dependent(void **state)
     size_t size;
     free(container_verified(array, &size));
     back = read_back();
-    assert_int_equal(cvol_coding_of(back)->dependent, 0);
+    assert_int_equal(cvol_coding_of(back)->trellis, 0);
     support_terms_expect_same(array, back);
     cvol_array_free(array);
     cvol_array_free(back);
     options.target = CVOL_TARGET_MAX_ERROR;
     options.target_value = 30;
     check_ok(cvol_compress(context, &array, NULL, samples, small_grid(), &options));
-    assert_int_equal(cvol_coding_of(array)->dependent, 0);
+    assert_int_equal(cvol_coding_of(array)->trellis, 0);
     free(container_verified(array, &size));
     cvol_array_free(array);
     free(samples);
@@ -374,11 +374,11 @@ static void changed_terms_are_coded_as_they_are(void **state)
     size_t size, own;
     free(container_verified(array, &own));
     check_ok(cvol_array_scale(context, &changed, -2, array, 5));
-    assert_int_equal(cvol_coding_of(changed)->dependent, 1);
+    assert_int_equal(cvol_coding_of(changed)->trellis, 1);
     free(container_verified(changed, &size));
     assert_true(size <= own + own / 50);
     back = read_back();
-    assert_int_equal(cvol_coding_of(back)->dependent, 1);
+    assert_int_equal(cvol_coding_of(back)->trellis, 1);
     support_terms_expect_same(changed, back);
     cvol_array_free(back);
     cvol_array_free(changed);
@@ -387,15 +387,15 @@ static void changed_terms_are_coded_as_they_are(void **state)
     assert_true(changed->coefficients < array->coefficients);
     free(container_verified(changed, &size));
     back = read_back();
-    assert_int_equal(cvol_coding_of(back)->dependent, 0);
+    assert_int_equal(cvol_coding_of(back)->trellis, 0);
     support_terms_expect_same(changed, back);
     cvol_array_free(back);
     /* As if it were: the writer looks. */
     assert_int_equal(cvol_coding_need(context, changed), CVOL_OK);
-    cvol_coding_own(changed)->dependent = 1;
+    cvol_coding_own(changed)->trellis = 1;
     free(container_verified(changed, &size));
     back = read_back();
-    assert_int_equal(cvol_coding_of(back)->dependent, 0);
+    assert_int_equal(cvol_coding_of(back)->trellis, 0);
     support_terms_expect_same(changed, back);
     cvol_array_free(back);
     cvol_array_free(changed);
@@ -403,7 +403,7 @@ static void changed_terms_are_coded_as_they_are(void **state)
     cvol_array_free(array);
 }
 
-/* Boxes are read from a few bricks, levels from a few shells. */
+/* Boxes are read from a few bricks, levels from a few subbands. */
 static void parts_are_read(void **state)
 {
     (void)state;

@@ -29,11 +29,11 @@ enum { INSIDES = sizeof insides / sizeof *insides, SPLITS = sizeof splits / size
 /* Coefficients that a file could have, by place; 0 elsewhere. */
 static void make_coded(random_state *r, int32_t *values, const int inside[3], uint16_t split)
 {
-    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
-    const int count = cvol_cell_list_parts(parts, split);
+    cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX];
+    const int count = cvol_cell_list_sub_blocks(parts, split);
     memset(values, 0, sizeof *values * CVOL_CELL_SAMPLES);
     for (int p = 0; p < count; p++) {
-        const cvol_cell_part *part = &parts[p];
+        const cvol_sub_block *part = &parts[p];
         int n[3];
         for (int a = 0; a < 3; a++) {
             const int left = inside[a] - part->begin[a];
@@ -57,7 +57,7 @@ static double cosine(int k, int x, int n)
 }
 
 /* A sample of a part, by its definition. */
-static double sample_of(const int32_t *values, const cvol_cell_part *part, const int inside[3],
+static double sample_of(const int32_t *values, const cvol_sub_block *part, const int inside[3],
                         const int x[3])
 {
     const int apart = CVOL_CELL / part->side;
@@ -79,7 +79,7 @@ static double sample_of(const int32_t *values, const cvol_cell_part *part, const
     return sum;
 }
 
-static int has(const cvol_cell_part *part, const int x[3])
+static int has(const cvol_sub_block *part, const int x[3])
 {
     for (int a = 0; a < 3; a++)
         if (x[a] < part->begin[a] || x[a] >= part->begin[a] + part->side)
@@ -94,10 +94,10 @@ static void check_samples(random_state *r, const int32_t *coded, const int32_t *
     static const int all[3] = {CVOL_CELL, CVOL_CELL, CVOL_CELL};
     static float scaled[CVOL_CELL_SAMPLES] __attribute__((aligned(64))),
         samples[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
-    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
-    const int count = cvol_cell_list_parts(parts, split);
+    cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX];
+    const int count = cvol_cell_list_sub_blocks(parts, split);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
-        scaled[i] = (float)terms[i] / (1 << CVOL_ENDS_BITS);
+        scaled[i] = (float)terms[i] / (1 << CVOL_TRUE_LENGTH_BITS);
     cvol_cell_inverse(samples, scaled, split, all);
     for (int i = 0; i < 20; i++) {
         int x[3];
@@ -110,7 +110,7 @@ static void check_samples(random_state *r, const int32_t *coded, const int32_t *
                 /* What rounding to whole terms leaves of each has a deviation of 1 / sqrt 12 at
                  * most; a sample's weights of terms have squares that sum to 1, so that this is its
                  * own deviation as well. Of some 500 samples none is six away. */
-                assert_true(fabs((double)got - want) < 6 / sqrt(12) / (1 << CVOL_ENDS_BITS));
+                assert_true(fabs((double)got - want) < 6 / sqrt(12) / (1 << CVOL_TRUE_LENGTH_BITS));
             }
     }
 }
@@ -127,15 +127,16 @@ static void terms_are_the_shorter_cosines_and_lead_back(void **state)
             memcpy(terms, coded, sizeof terms);
             for (int k = 0; k < CVOL_CELL_SAMPLES; k++)
                 found[k / 64] |= (uint64_t)(terms[k] != 0) << k % 64;
-            assert_true(cvol_cell_ends_take(terms, found, insides[i], splits[s], CVOL_ENDS_BITS));
+            assert_true(
+                cvol_true_length_take(terms, found, insides[i], splits[s], CVOL_TRUE_LENGTH_BITS));
             for (int k = 0; k < CVOL_CELL_SAMPLES; k++)
                 assert_int_equal(found[k / 64] >> k % 64 & 1, terms[k] != 0);
             check_samples(&r, coded, terms, insides[i], splits[s]);
             memcpy(back, terms, sizeof back);
-            assert_true(cvol_cell_ends_put(back, insides[i], splits[s], CVOL_ENDS_BITS));
+            assert_true(cvol_true_length_put(back, insides[i], splits[s], CVOL_TRUE_LENGTH_BITS));
             assert_memory_equal(back, coded, sizeof back);
             terms[0] += 1; /* nothing leads there */
-            assert_false(cvol_cell_ends_put(terms, insides[i], splits[s], CVOL_ENDS_BITS));
+            assert_false(cvol_true_length_put(terms, insides[i], splits[s], CVOL_TRUE_LENGTH_BITS));
         }
 }
 
@@ -150,11 +151,11 @@ static void what_is_beyond_does_not_matter(void **state)
     random_state r = {9};
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
         samples[i] = (float)(100 * random_signed(&r));
-    cvol_cell_forward_ends(first, samples, inside, CVOL_CELL_WHOLE);
+    cvol_true_length_forward(first, samples, inside, CVOL_CELL_WHOLE);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
         if (i % 16 >= inside[0] || i / 256 >= inside[2])
             samples[i] = (float)(100 * random_signed(&r));
-    cvol_cell_forward_ends(second, samples, inside, CVOL_CELL_WHOLE);
+    cvol_true_length_forward(second, samples, inside, CVOL_CELL_WHOLE);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++) {
         assert_true(fabsf(first[i] - second[i]) < 1e-2f);
         if (i % 16 >= inside[0] || i / 256 >= inside[2])
@@ -162,14 +163,15 @@ static void what_is_beyond_does_not_matter(void **state)
     }
 }
 
-typedef void axes_function(double *, uint16_t *, const int *, uint16_t, const cvol_ends_matrix *);
+typedef void axes_function(double *, uint16_t *, const int *, uint16_t,
+                           const cvol_true_length_matrix *);
 typedef int round_function(int32_t *, uint64_t *, const double *, const uint16_t *);
-CVOL_SIMD_DECLARE(void, cvol_cell_ends_axes,
-                  (double *, uint16_t *, const int *, uint16_t, const cvol_ends_matrix *));
-CVOL_SIMD_DECLARE(int, cvol_cell_ends_round,
+CVOL_SIMD_DECLARE(void, cvol_true_length_axes,
+                  (double *, uint16_t *, const int *, uint16_t, const cvol_true_length_matrix *));
+CVOL_SIMD_DECLARE(int, cvol_true_length_round,
                   (int32_t *, uint64_t *, const double *, const uint16_t *));
-static axes_function *const axes[] = CVOL_SIMD_SETS(cvol_cell_ends_axes);
-static round_function *const round_all[] = CVOL_SIMD_SETS(cvol_cell_ends_round);
+static axes_function *const axes[] = CVOL_SIMD_SETS(cvol_true_length_axes);
+static round_function *const round_all[] = CVOL_SIMD_SETS(cvol_true_length_round);
 
 /* Bytes of a cell after a set's kernels, of matrices and rows that are the same for each. */
 typedef struct cell_bytes {
@@ -181,7 +183,7 @@ typedef struct cell_bytes {
 } cell_bytes;
 
 static void run_set(cell_bytes *out, int set, const int inside[3], uint16_t split,
-                    const cvol_ends_matrix *matrices)
+                    const cvol_true_length_matrix *matrices)
 {
     random_state r = {(uint64_t)inside[0] + 31 * (uint64_t)inside[2] + 7};
     memset(out, 0, sizeof *out);
@@ -200,7 +202,7 @@ static void run_set(cell_bytes *out, int set, const int inside[3], uint16_t spli
 static void all_sets_give_the_same_bits(void **state)
 {
     (void)state;
-    static cvol_ends_matrix matrices[CVOL_CELL * CVOL_ENDS_WAYS];
+    static cvol_true_length_matrix matrices[CVOL_CELL * CVOL_TRUE_LENGTH_WAYS];
     static cell_bytes first, other;
     random_state r = {5};
     int fits = 0;
@@ -246,13 +248,14 @@ static void too_large_terms_are_refused(void **state)
     (void)state;
     static int32_t values[CVOL_CELL_SAMPLES];
     uint64_t found[CVOL_CELL_SAMPLES / 64] = {1};
-    values[0] = CVOL_VALUE_LIMIT >> CVOL_ENDS_BITS;
-    assert_true(cvol_cell_ends_take(values, found, NULL, 0, CVOL_ENDS_BITS));
+    values[0] = CVOL_VALUE_LIMIT >> CVOL_TRUE_LENGTH_BITS;
+    assert_true(cvol_true_length_take(values, found, NULL, 0, CVOL_TRUE_LENGTH_BITS));
     assert_int_equal(values[0], CVOL_VALUE_LIMIT);
-    values[0] = -(CVOL_VALUE_LIMIT >> CVOL_ENDS_BITS) - 1;
-    assert_false(cvol_cell_ends_take(values, found, NULL, 0, CVOL_ENDS_BITS));
-    values[0] = CVOL_VALUE_LIMIT >> CVOL_ENDS_BITS; /* a DC of 11 samples is larger as one of 16 */
-    assert_false(cvol_cell_ends_take(values, found, insides[0], 0, CVOL_ENDS_BITS));
+    values[0] = -(CVOL_VALUE_LIMIT >> CVOL_TRUE_LENGTH_BITS) - 1;
+    assert_false(cvol_true_length_take(values, found, NULL, 0, CVOL_TRUE_LENGTH_BITS));
+    values[0] = CVOL_VALUE_LIMIT >>
+                CVOL_TRUE_LENGTH_BITS; /* a DC of 11 samples is larger as one of 16 */
+    assert_false(cvol_true_length_take(values, found, insides[0], 0, CVOL_TRUE_LENGTH_BITS));
 }
 
 /* ---- files ------------------------------------------------------------------------------- */
@@ -289,28 +292,29 @@ static void files_keep_them(void **state)
     (void)state;
     cvol_array *array = compress(40, 0), *back = write_and_read(array), *again, *turned;
     cvol_array_info info;
-    assert_int_equal(cvol_coding_of(array)->ends, CVOL_ENDS_BITS);
-    assert_int_equal(cvol_coding_of(back)->ends, CVOL_ENDS_BITS);
+    assert_int_equal(cvol_coding_of(array)->true_length, CVOL_TRUE_LENGTH_BITS);
+    assert_int_equal(cvol_coding_of(back)->true_length, CVOL_TRUE_LENGTH_BITS);
     assert_true(back->step == array->step);
     cvol_array_get_info(back, &info); /* what users are told is what was asked of the coder */
-    assert_true(info.step == ldexp(back->step, CVOL_ENDS_BITS));
+    assert_true(info.step == ldexp(back->step, CVOL_TRUE_LENGTH_BITS));
     support_terms_expect_same(array, back);
     again = write_and_read(back); /* coded anew */
-    assert_int_equal(cvol_coding_of(again)->ends, CVOL_ENDS_BITS);
+    assert_int_equal(cvol_coding_of(again)->true_length, CVOL_TRUE_LENGTH_BITS);
     support_terms_expect_same(array, again);
     cvol_array_free(again);
     check_ok(cvol_array_scale(context, &turned, -2, back, 1));
     again = write_and_read(turned);
-    assert_int_equal(cvol_coding_of(again)->ends, CVOL_ENDS_BITS);
+    assert_int_equal(cvol_coding_of(again)->true_length, CVOL_TRUE_LENGTH_BITS);
     support_terms_expect_same(turned, again);
     cvol_array_free(again);
     cvol_array_free(turned);
     const cvol_keep keep = cvol_keep_threshold(20 * array->step);
     check_ok(cvol_array_truncate(context, &turned, array, &keep));
     assert_int_equal(cvol_coding_need(context, turned), CVOL_OK);
-    cvol_coding_own(turned)->ends = CVOL_ENDS_BITS; /* as if it were: the writer looks */
+    cvol_coding_own(turned)->true_length =
+        CVOL_TRUE_LENGTH_BITS; /* as if it were: the writer looks */
     again = write_and_read(turned);
-    assert_int_equal(cvol_coding_of(again)->ends, 0);
+    assert_int_equal(cvol_coding_of(again)->true_length, 0);
     support_terms_expect_same(turned, again);
     cvol_array_free(again);
     cvol_array_free(turned);
@@ -322,7 +326,7 @@ static void haste_knows_nothing_of_them(void **state)
 {
     (void)state;
     cvol_array *array = compress(40, 1);
-    assert_int_equal(cvol_coding_of(array)->ends, 0);
+    assert_int_equal(cvol_coding_of(array)->true_length, 0);
     cvol_array_free(array);
 }
 
@@ -346,8 +350,8 @@ static void lies_are_told(void **state)
         }
         support_write(path, data, size);
         const int code = cvol_array_read(context, &back, path, NULL);
-        assert_int_equal(code, bits == CVOL_ENDS_BITS ? CVOL_OK : CVOL_ERROR_CORRUPT);
-        if (bits < 1 || bits > CVOL_ENDS_BITS_MOST)
+        assert_int_equal(code, bits == CVOL_TRUE_LENGTH_BITS ? CVOL_OK : CVOL_ERROR_CORRUPT);
+        if (bits < 1 || bits > CVOL_TRUE_LENGTH_BITS_MOST)
             assert_non_null(strstr(cvol_context_message(context), "TRUE: bits is"));
         cvol_array_free(back);
         free(data);

@@ -101,17 +101,17 @@ static double direct_sum(const float *slots, cvol_transform transform, const siz
     return transform == CVOL_DCT ? sum : sum / sqrt((double)count);
 }
 
-typedef struct trial {
+typedef struct attempt {
     cvol_array *array;
     float *slots;
     double norm;
     uint64_t seed;
     random_state r;
-} trial;
+} attempt;
 
-static trial start_trial(size_t shape, size_t t, uint64_t seed)
+static attempt start_trial(size_t shape, size_t t, uint64_t seed)
 {
-    trial out = {.seed = seed, .r = {.state = seed}};
+    attempt out = {.seed = seed, .r = {.state = seed}};
     const size_t *dims = shapes[shape];
     const size_t k = random_below(&out.r, 5);
     const double share = random_below(&out.r, 3) ? fabs(random_signed(&out.r)) : 0;
@@ -122,7 +122,7 @@ static trial start_trial(size_t shape, size_t t, uint64_t seed)
     return out;
 }
 
-static void end_trial(trial *of)
+static void end_trial(attempt *of)
 {
     cvol_array_free(of->array);
     free(of->slots);
@@ -130,7 +130,7 @@ static void end_trial(trial *of)
 
 static double worst;
 
-static void check_value(const trial *of, const char *what, float value, const double x[3])
+static void check_value(const attempt *of, const char *what, float value, const double x[3])
 {
     const size_t *dims = of->array->grid.dims;
     const double truth = direct_sum(of->slots, of->array->transform, dims, x);
@@ -149,7 +149,7 @@ static void check_value(const trial *of, const char *what, float value, const do
 
 /* ---- grids -------------------------------------------------------------------------------- */
 
-static void check_grid(const trial *of, const size_t points[3])
+static void check_grid(const attempt *of, const size_t points[3])
 {
     const size_t *dims = of->array->grid.dims, count = points[0] * points[1] * points[2];
     float *out = malloc(count * sizeof *out);
@@ -174,7 +174,7 @@ static void test_grid(void **state)
     worst = 0;
     EACH_TRIAL(seed, s, t)
     {
-        trial of = start_trial(s, t, 100 * seed + 3 * s + t);
+        attempt of = start_trial(s, t, 100 * seed + 3 * s + t);
         size_t points[3];
         check_grid(&of, shapes[s]);
         for (int round = 0; round < 2; round++) {
@@ -196,7 +196,7 @@ static void test_grid_of_samples(void **state)
     (void)state;
     for (size_t s = 0; s < SHAPES; s++)
         for (size_t t = 0; t < 3; t++) {
-            trial of = start_trial(s, t, 9000 + 3 * s + t);
+            attempt of = start_trial(s, t, 9000 + 3 * s + t);
             const size_t count = shapes[s][0] * shapes[s][1] * shapes[s][2];
             float *out = malloc(count * sizeof *out);
             cvol_array_evaluate_grid(context, out, of.array, shapes[s]);
@@ -217,7 +217,7 @@ static void test_chirp(void **state)
     worst = 0;
     EACH_TRIAL(seed, s, t)
     {
-        trial of = start_trial(s, t, 50000 + 100 * seed + 3 * s + t);
+        attempt of = start_trial(s, t, 50000 + 100 * seed + 3 * s + t);
         double start[3], step[3];
         size_t count[3];
         for (int a = 0; a < 3; a++) {
@@ -256,7 +256,7 @@ static void test_points(void **state)
     worst = 0;
     EACH_TRIAL(seed, s, t)
     {
-        trial of = start_trial(s, t, 70000 + 100 * seed + 3 * s + t);
+        attempt of = start_trial(s, t, 70000 + 100 * seed + 3 * s + t);
         const size_t rank = (size_t)of.array->rank, count = 25;
         double points[75];
         float out[25];
@@ -372,7 +372,7 @@ static int stop(void *user, const char *what, double fraction)
 static void test_cancel(void **state)
 {
     (void)state;
-    trial of = start_trial(8, 1, 5);
+    attempt of = start_trial(8, 1, 5);
     const size_t some[3] = {4, 4, 4};
     const double start[3] = {0, 0, 0}, step[3] = {1, 1, 1};
     float out[64];

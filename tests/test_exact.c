@@ -55,8 +55,8 @@ static cvol_array *random_array(cvol_context *context, random_state *r, int bloc
     array->lapped = lapped;
     array->step = 0.37;
     array->offset = 3.25;
-    array->ledger.value_min = cvol_type_is_integer(type) ? 0 : -1e6;
-    array->ledger.value_max = cvol_type_is_integer(type) ? 100 : 1e6;
+    array->error_bound.value_min = cvol_type_is_integer(type) ? 0 : -1e6;
+    array->error_bound.value_max = cvol_type_is_integer(type) ? 100 : 1e6;
     for (size_t i = 0; i < array->block_count; i++) {
         cvol_block *b = &array->block_table[i];
         const uint32_t below = UINT32_C(1) << random_below(r, 10), most = 1 + random_below(r, 500);
@@ -131,8 +131,8 @@ static void test_the_largest_sums_are_exact(void **state)
         uint32_t *pool = malloc(2 * sizeof *pool * 4096 * 8), *at = pool;
         assert_non_null(pool);
         array->lapped = 1;
-        array->ledger.value_min = -1e300;
-        array->ledger.value_max = 1e300;
+        array->error_bound.value_min = -1e300;
+        array->error_bound.value_max = 1e300;
         const int count = seed % 2 ? 2 : 4096;
         for (size_t i = 0; i < 8; i++) {
             cvol_block *b = &array->block_table[i];
@@ -167,8 +167,8 @@ static void test_close_to_what_is_evaluated_otherwise(void **state)
         for (size_t i = 0; i < count; i++)
             samples[i] = (float)(1000 * sin((double)i * 0.013) + 20 * random_signed(&r));
         cvol_array *array = support_lapped(context, samples, dims, 12.5, 0.5, seed & 1, seed);
-        array->ledger.value_min = -1e30;
-        array->ledger.value_max = 1e30;
+        array->error_bound.value_min = -1e30;
+        array->error_bound.value_max = 1e30;
         const int fraction = cvol_exact_fraction(cvol_exact_largest_sum(array));
         double *scratch = cvol_allocate(cvol_exact_scratch(array, zero, dims), sizeof *scratch);
         assert_true(scratch && fraction > 5);

@@ -86,7 +86,8 @@ static void derivative_of_mirrored_ramp(void **state)
     cvol_whole_forward_reference(CVOL_DCT, slots, ramp, dims);
     for (int i = 0; i < 9; i++)
         a.array->whole.low_values[i] = (float)slots[i];
-    a.array->ledger = (cvol_ledger){.l2_error = 1e-5, .max_abs = 8, .value_min = 0, .value_max = 8};
+    a.array->error_bound = (cvol_error_bound){
+        .l2_error = 1e-5, .max_abs = 8, .value_min = 0, .value_max = 8};
     cvol_kernel k;
     cvol_array *result;
     assert_int_equal(cvol_kernel_derivative(context, &k, 1, 0), CVOL_OK);

@@ -78,16 +78,16 @@ static void test_spectrum(void **state)
         cvol_fourier_kernel_make(&kernel);
         assert_int_equal(cvol_fourier_volume_make(context, &spectra, &source, 0), CVOL_OK);
         const double samples = (double)(shapes[s][0] * shapes[s][1] * shapes[s][2]);
-        for (int trial = 0; trial < 60; trial++) {
+        for (int attempt = 0; attempt < 60; attempt++) {
             float re[64], im[64];
             cvol_fourier_line line = {.spectrum = &spectra.samples,
                                       .kernel = &kernel,
                                       .near = 1,
-                                      .cued = trial % 2,
+                                      .cued = attempt % 2,
                                       .count = 1 + random_below(&r, 40)};
             for (int a = 0; a < 3; a++) {
                 const double N = (double)spectra.samples.dims[a];
-                line.start[a] = trial < 4 ? (trial < 2 ? 0 : N / 2) : N * random_signed(&r);
+                line.start[a] = attempt < 4 ? (attempt < 2 ? 0 : N / 2) : N * random_signed(&r);
                 line.step[a] = random_signed(&r);
                 line.slope[a] = line.cued ? (float)random_signed(&r) : 0;
             }
@@ -102,7 +102,7 @@ static void test_spectrum(void **state)
                 /* noise is sqrt(samples) loud; half floats err by 0.00024 of the largest */
                 if (!(off <= 0.0006 * (line.cued ? 12 : 1) * sqrt(samples) + 1e-4))
                     fail_msg("shape %zu, trial %d, point %zu (%g %g %g): %g + %g i, is %g + %g i",
-                             s, trial, k, g[0], g[1], g[2], truth[0], truth[1], (double)re[k],
+                             s, attempt, k, g[0], g[1], g[2], truth[0], truth[1], (double)re[k],
                              (double)im[k]);
             }
         }

@@ -124,16 +124,17 @@ static void check_ledger(const cvol_array *array, const float *exact_slots, int 
     assert_int_equal(cvol_whole_inverse(context, array->transform, exact, exact, dims), CVOL_OK);
     assert_int_equal(cvol_whole_inverse(context, array->transform, kept, kept, dims), CVOL_OK);
     double sum = 0;
-    const cvol_ledger *ledger = &array->ledger;
+    const cvol_error_bound *error_bound = &array->error_bound;
     for (size_t i = 0; i < count; i++) {
         const double a = (double)exact[i], b = (double)kept[i];
         sum += (a - b) * (a - b);
-        if (a < ledger->value_min || a > ledger->value_max || fabs(b) > ledger->max_abs)
-            fail_msg("seed %d: %g and %g are beyond %g .. %g, %g", seed, a, b, ledger->value_min,
-                     ledger->value_max, ledger->max_abs);
+        if (a < error_bound->value_min || a > error_bound->value_max ||
+            fabs(b) > error_bound->max_abs)
+            fail_msg("seed %d: %g and %g are beyond %g .. %g, %g", seed, a, b,
+                     error_bound->value_min, error_bound->value_max, error_bound->max_abs);
     }
-    if (sqrt(sum) > ledger->l2_error)
-        fail_msg("seed %d: off by %g, bound %g", seed, sqrt(sum), ledger->l2_error);
+    if (sqrt(sum) > error_bound->l2_error)
+        fail_msg("seed %d: off by %g, bound %g", seed, sqrt(sum), error_bound->l2_error);
     free(exact);
     free(kept);
 }
@@ -173,7 +174,7 @@ static void test_grid_passes_through(void **state)
         if (sqrt(off / norm) > 1e-5)
             fail_msg("seed %d: off by %g", seed, sqrt(off / norm));
 
-        /* truncated: what is dropped is in the ledger */
+        /* truncated: what is dropped is in the error bound */
         float *slots = cvol_fft_allocate(samples);
         fill_slots(slots, array);
         check_ledger(array, slots, seed);

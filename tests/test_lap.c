@@ -74,8 +74,8 @@ static cvol_lap_box random_volume(random_state *r)
 static void test_equals_reference(void **state)
 {
     (void)state;
-    for (int trial = 0; trial < 60; trial++) {
-        random_state r = {.state = 1u + (unsigned)trial};
+    for (int attempt = 0; attempt < 60; attempt++) {
+        random_state r = {.state = 1u + (unsigned)attempt};
         cvol_lap_box box = random_volume(&r);
         int64_t count = count_of(&box);
         fill_random(in, count, &r);
@@ -86,7 +86,7 @@ static void test_equals_reference(void **state)
                 (post ? cvol_lap_post : cvol_lap_pre)(fast, &box, axis);
                 (post ? cvol_lap_post_reference : cvol_lap_pre_reference)(slow, &box, axis);
                 if (largest_difference(fast, slow, count) > 4e-5)
-                    fail_msg("seed %d, axis %d, post %d", trial, axis, post);
+                    fail_msg("seed %d, axis %d, post %d", attempt, axis, post);
             }
     }
 }
@@ -94,8 +94,8 @@ static void test_equals_reference(void **state)
 static void test_post_inverts_pre(void **state)
 {
     (void)state;
-    for (int trial = 0; trial < 60; trial++) {
-        random_state r = {.state = 100u + (unsigned)trial};
+    for (int attempt = 0; attempt < 60; attempt++) {
+        random_state r = {.state = 100u + (unsigned)attempt};
         cvol_lap_box box = random_volume(&r);
         int64_t count = count_of(&box);
         fill_random(in, count, &r);
@@ -194,8 +194,8 @@ static void test_linearity(void **state)
 static void test_boxes_equal_volume(void **state)
 {
     (void)state;
-    for (int trial = 0; trial < 60; trial++) {
-        random_state r = {.state = 200u + (unsigned)trial};
+    for (int attempt = 0; attempt < 60; attempt++) {
+        random_state r = {.state = 200u + (unsigned)attempt};
         cvol_lap_box box = random_volume(&r);
         int64_t count = count_of(&box);
         int axis = (int)random_below(&r, 3);
@@ -221,7 +221,7 @@ static void test_boxes_equal_volume(void **state)
                     whole = e - 2 >= part.begin[a] && e + 2 <= part.begin[a] + part.size[a];
             }
             if (inside && whole ? fast[i] != slow[i] : fast[i] != in[i])
-                fail_msg("seed %d, sample %d", trial, (int)i);
+                fail_msg("seed %d, sample %d", attempt, (int)i);
         }
     }
 }
@@ -355,8 +355,8 @@ static void test_norms_of_three_axes(void **state)
     before = norm(slow, count);
     filter_all(cvol_lap_pre, slow, &box);
     check_norm(norm(slow, count) / before, CVOL_LAP_PRE_NORM_3);
-    for (int trial = 0; trial < 20; trial++) {
-        random_state r = {.state = 300u + (unsigned)trial};
+    for (int attempt = 0; attempt < 20; attempt++) {
+        random_state r = {.state = 300u + (unsigned)attempt};
         box = whole_volume(20 + random_below(&r, 50), 20 + random_below(&r, 50), 33);
         fill_random(in, count_of(&box), &r);
         before = norm(in, count_of(&box));

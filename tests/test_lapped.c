@@ -92,7 +92,7 @@ static void boxes_have_the_bits_of_the_whole(void **state)
         assert_non_null(all);
         support_lapped_samples(all, array);
         cvol_context_set_threads(context, 1 + (int)random_below(&r, 5));
-        for (int trial = 0; trial < 5; trial++) {
+        for (int attempt = 0; attempt < 5; attempt++) {
             random_box(begin, end, &r, dims);
             expect_box(context, array, all, begin, end, seed);
         }

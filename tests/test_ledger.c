@@ -1,7 +1,8 @@
 /* The certified bound: thousands of random chains of operations, each beside the same operations on
  * exact samples in double precision. What is measured never exceeds what is certified; how much
  * smaller it is, is printed. Some chains are of volumes whose operands are lapped, or have split
- * cells, or neither. CVOL_LEDGER_CHAINS sets how many chains, CVOL_LEDGER_SEED the first seed. */
+ * cells, or neither. CVOL_ERROR_BOUND_CHAINS sets how many chains, CVOL_ERROR_BOUND_SEED the first
+ * seed. */
 #include "test.h"
 
 #include "cvol/cvol.h"
@@ -164,7 +165,7 @@ static cvol_keep choose_keep(chain *c, size_t count)
     }
 }
 
-/* A lapped volume, quantised coarsely or finely. */
+/* A lapped volume, quantized coarsely or finely. */
 static cvol_array *make_lapped(chain *c, const float *samples, size_t count)
 {
     double largest = 0;
@@ -187,14 +188,14 @@ static void split_cells(chain *c, cvol_array *array, const double *exact, size_t
     tell(c, "split");
     support_split_cells(c->context, array, random_u64(&c->random));
     support_lapped_samples(samples, array);
-    array->ledger.max_abs = 0;
+    array->error_bound.max_abs = 0;
     for (size_t i = 0; i < count; i++) {
         const double value = (double)samples[i] + array->offset;
         squares += (value - exact[i]) * (value - exact[i]);
         energy += value * value;
-        array->ledger.max_abs = fmax(array->ledger.max_abs, fabs(value) * (1 + 1e-6));
+        array->error_bound.max_abs = fmax(array->error_bound.max_abs, fabs(value) * (1 + 1e-6));
     }
-    array->ledger.l2_error = sqrt(squares) + CVOL_ROUNDING * sqrt(squares + energy);
+    array->error_bound.l2_error = sqrt(squares) + CVOL_ROUNDING * sqrt(squares + energy);
     free(samples);
 }
 
@@ -456,8 +457,8 @@ static void measured_error_never_exceeds_the_bound(void **state)
     assert_non_null(context);
     assert_int_equal(cvol_volume_read(context, &brain, CVOL_TEST_SAMPLES "/ch2better.nii.gz", NULL),
                      0);
-    const uint64_t first = (uint64_t)environment("CVOL_LEDGER_SEED", 1);
-    const uint64_t chains = (uint64_t)environment("CVOL_LEDGER_CHAINS", CHAINS);
+    const uint64_t first = (uint64_t)environment("CVOL_ERROR_BOUND_SEED", 1);
+    const uint64_t chains = (uint64_t)environment("CVOL_ERROR_BOUND_CHAINS", CHAINS);
     for (uint64_t seed = first; seed < first + chains; seed += SUPPORT_STRIDE)
         run_chain(seed, 0, context);
     const uint64_t cell_chains = chains == CHAINS ? CELL_CHAINS : chains;

@@ -194,7 +194,7 @@ static void test_psnr_and_bound_both_hold(void **state)
     cvol_context_destroy(context);
 }
 
-/* All modes whose terms stand beneath corrections, with and without a mask. */
+/* All modes whose terms stand beneath residual, with and without a mask. */
 static void test_no_lap_holds_with_all_modes(void **state)
 {
     (void)state;
@@ -284,14 +284,15 @@ static void test_masked_samples_come_back(void **state)
             }
         }
         assert_int_equal(report.lossless, lossless);
-        assert_true(i == 4 || read->ledger.value_max < 4000);
+        assert_true(i == 4 || read->error_bound.value_max < 4000);
         assert_true(i != 1 || report.max_error <= 2);
         assert_true(i != 2 || (report.ratio >= 40 && report.ratio < 41.5));
         if (i == 0)
-            assert_true(report.psnr_db >= 50 &&
-                        fabs(10 * log10(pow(read->ledger.value_max - read->ledger.value_min, 2) *
-                                        count / squares) -
-                             report.psnr_db) < 1e-6);
+            assert_true(
+                report.psnr_db >= 50 &&
+                fabs(10 * log10(pow(read->error_bound.value_max - read->error_bound.value_min, 2) *
+                                count / squares) -
+                     report.psnr_db) < 1e-6);
         free(decoded);
         free(samples);
         cvol_array_free(array);
@@ -358,7 +359,7 @@ static void test_repeated_samples_are_packed(void **state)
     for (size_t i = 0; i < count; i++)
         samples[i] = i < half ? (float)random_signed(&r) : samples[i - half];
     assert_int_equal(cvol_compress(context, &array, NULL, samples, &grid, &options), CVOL_OK);
-    assert_int_equal(cvol_corrected_of(array)->kind, CVOL_CORRECTED_PACKED);
+    assert_int_equal(cvol_residual_of(array)->kind, CVOL_RESIDUAL_PACKED);
     float *decoded = pass_through_file(context, array, &read);
     assert_memory_equal(decoded, samples, cvol_grid_bytes(&grid));
     cvol_array_free(array);
@@ -382,11 +383,11 @@ static void test_levels_and_results_have_no_corrections(void **state)
     for (int level = 0; level < 4; level++) {
         const cvol_file_part part = {.level = level};
         assert_int_equal(cvol_array_read_part(context, &read, NULL, path, &part), CVOL_OK);
-        assert_true((read->corrections != NULL) == (level == 0));
+        assert_true((read->residual != NULL) == (level == 0));
         cvol_array_free(read);
     }
     assert_int_equal(cvol_array_scale(context, &twice, 2, array, 1), CVOL_OK);
-    assert_null(twice->corrections);
+    assert_null(twice->residual);
     cvol_array_free(twice);
     cvol_array_free(array);
     free(samples);

@@ -61,9 +61,9 @@ static cvol_array *array_of(cvol_context *context, const float *slots, const siz
             array->whole.places[array->whole.sparse_count] = (uint32_t)p;
             array->whole.values[array->whole.sparse_count++] = slots[p];
         }
-    array->ledger.max_abs = sqrt(energy);
-    array->ledger.value_min = -sqrt(energy);
-    array->ledger.value_max = sqrt(energy);
+    array->error_bound.max_abs = sqrt(energy);
+    array->error_bound.value_min = -sqrt(energy);
+    array->error_bound.value_max = sqrt(energy);
     return array;
 }
 

@@ -87,16 +87,16 @@ static void set_ledger(cvol_array *array, double l2_error)
 {
     const size_t count = count_of(array->grid.dims);
     double *samples = samples_of(array);
-    cvol_ledger *ledger = &array->ledger;
-    *ledger = (cvol_ledger){
+    cvol_error_bound *error_bound = &array->error_bound;
+    *error_bound = (cvol_error_bound){
         .l2_error = l2_error, .value_min = (double)INFINITY, .value_max = -(double)INFINITY};
     for (size_t i = 0; i < count; i++) {
-        ledger->value_min = fmin(ledger->value_min, samples[i]);
-        ledger->value_max = fmax(ledger->value_max, samples[i]);
-        ledger->max_abs = fmax(ledger->max_abs, fabs(samples[i]));
+        error_bound->value_min = fmin(error_bound->value_min, samples[i]);
+        error_bound->value_max = fmax(error_bound->value_max, samples[i]);
+        error_bound->max_abs = fmax(error_bound->max_abs, fabs(samples[i]));
     }
-    ledger->value_min -= l2_error;
-    ledger->value_max += l2_error;
+    error_bound->value_min -= l2_error;
+    error_bound->value_max += l2_error;
     free(samples);
 }
 
@@ -134,8 +134,9 @@ static double *exact_slots(const cvol_array *a, const cvol_array *b)
 /* The norm that errors are relative to: of a product of this size with nothing cancelling. */
 static double scale_of(const cvol_array *a, const cvol_array *b)
 {
-    return sqrt(cvol_spectrum_energy(&a->whole)) * cvol_ledger_largest(&b->ledger) +
-           sqrt(cvol_spectrum_energy(&b->whole)) * cvol_ledger_largest(&a->ledger) + 1e-30;
+    return sqrt(cvol_spectrum_energy(&a->whole)) * cvol_error_bound_largest(&b->error_bound) +
+           sqrt(cvol_spectrum_energy(&b->whole)) * cvol_error_bound_largest(&a->error_bound) +
+           1e-30;
 }
 
 /* Checks a result: where it has a term that is the product's; what it says it dropped is the rest;
@@ -163,18 +164,18 @@ static void check_result(const cvol_array *out, const cvol_array *a, const cvol_
     }
     const double scale = scale_of(a, b);
     /* both operands are exact here, so that the bound is what was dropped, and rounding */
-    const double claimed = out->ledger.l2_error, dropped = sqrt(rest);
+    const double claimed = out->error_bound.l2_error, dropped = sqrt(rest);
     double *samples = samples_of(out), largest = 0;
     for (size_t i = 0; i < count; i++)
         largest = fmax(largest, fabs(samples[i]));
     const int good = worst <= TOLERANCE * scale && fabs(claimed - dropped) <= TOLERANCE * scale &&
-                     sqrt(error) <= claimed && largest <= out->ledger.max_abs;
+                     sqrt(error) <= claimed && largest <= out->error_bound.max_abs;
     if (!good)
         print_error("%s, %s %zux%zux%zu, seed %llu: term off by %g, bound %g, dropped %g, error "
                     "%g, scale %g, largest %g, max_abs %g\n",
                     what, cvol_transform_name(a->transform), dims[0], dims[1], dims[2],
                     (unsigned long long)seed, worst, claimed, dropped, sqrt(error), scale, largest,
-                    out->ledger.max_abs);
+                    out->error_bound.max_abs);
     assert_true(good);
     free(samples);
     free(exact);
@@ -211,7 +212,7 @@ static void check_plans(const cvol_array *a, const cvol_array *b)
             assert_true(plan == CVOL_PLAN_AUTO || report.plan == plan);
             assert_true(report.reason[0]);
             if (keeps[q].rule == CVOL_KEEP_ALL)
-                assert_true(out->ledger.l2_error <= TOLERANCE * scale_of(a, b));
+                assert_true(out->error_bound.l2_error <= TOLERANCE * scale_of(a, b));
             cvol_array_free(out);
         }
     }
@@ -331,14 +332,14 @@ static void test_bound_of_inexact(void **state)
                     kept[i]->whole.values[j] = slots[kept[i]->whole.places[j]];
                 free(slots);
                 double *exact = samples_of(full[i]), *now = samples_of(kept[i]), error = 0;
-                cvol_ledger *ledger = &kept[i]->ledger;
-                *ledger = full[i]->ledger;
-                ledger->max_abs = 0;
+                cvol_error_bound *error_bound = &kept[i]->error_bound;
+                *error_bound = full[i]->error_bound;
+                error_bound->max_abs = 0;
                 for (size_t j = 0; j < count; j++) {
                     error += (exact[j] - now[j]) * (exact[j] - now[j]);
-                    ledger->max_abs = fmax(ledger->max_abs, fabs(now[j]));
+                    error_bound->max_abs = fmax(error_bound->max_abs, fabs(now[j]));
                 }
-                ledger->l2_error = sqrt(error) * (1 + 1e-12);
+                error_bound->l2_error = sqrt(error) * (1 + 1e-12);
                 free(exact);
                 free(now);
             }
@@ -349,14 +350,14 @@ static void test_bound_of_inexact(void **state)
                 double *z = samples_of(out), error = 0;
                 for (size_t j = 0; j < count; j++) {
                     error += (z[j] - x[j] * y[j]) * (z[j] - x[j] * y[j]);
-                    assert_true(fabs(z[j]) <= out->ledger.max_abs);
-                    assert_true(x[j] * y[j] <= out->ledger.value_max + 1e-9 &&
-                                x[j] * y[j] >= out->ledger.value_min - 1e-9);
+                    assert_true(fabs(z[j]) <= out->error_bound.max_abs);
+                    assert_true(x[j] * y[j] <= out->error_bound.value_max + 1e-9 &&
+                                x[j] * y[j] >= out->error_bound.value_min - 1e-9);
                 }
-                if (!(sqrt(error) <= out->ledger.l2_error))
+                if (!(sqrt(error) <= out->error_bound.l2_error))
                     print_error("%s, seed %llu: error %g, bound %g\n", cvol_plan_name(plan),
-                                (unsigned long long)seed, sqrt(error), out->ledger.l2_error);
-                assert_true(sqrt(error) <= out->ledger.l2_error);
+                                (unsigned long long)seed, sqrt(error), out->error_bound.l2_error);
+                assert_true(sqrt(error) <= out->error_bound.l2_error);
                 free(z);
                 cvol_array_free(out);
             }
@@ -381,7 +382,8 @@ static void test_threads(void **state)
             cvol_array *a = make_empty(large[s], transforms[t], 6);
             for (size_t i = 0; i < a->whole.low_count; i++)
                 a->whole.low_values[i] = (float)random_signed(&r);
-            a->ledger = (cvol_ledger){.max_abs = 1e3, .value_min = -1e3, .value_max = 1e3};
+            a->error_bound = (cvol_error_bound){
+                .max_abs = 1e3, .value_min = -1e3, .value_max = 1e3};
             for (size_t p = 1; p < 3; p++) {
                 for (int threads = 0; threads < 2; threads++) {
                     cvol_context_set_threads(context, threads ? 5 : 1);
@@ -391,8 +393,8 @@ static void test_threads(void **state)
                 assert_int_equal(x->low_count, y->low_count);
                 assert_memory_equal(x->low_values, y->low_values,
                                     x->low_count * sizeof *x->low_values);
-                const cvol_ledger *k = &out[0]->ledger, *l = &out[1]->ledger;
-                assert_memory_equal(k, l, offsetof(cvol_ledger, support_known));
+                const cvol_error_bound *k = &out[0]->error_bound, *l = &out[1]->error_bound;
+                assert_memory_equal(k, l, offsetof(cvol_error_bound, support_known));
                 assert_int_equal(k->support_known,
                                  l->support_known); /* bytes behind it may differ */
                 cvol_array_free(out[0]);
@@ -414,15 +416,15 @@ static void test_choice(void **state)
         cvol_array *few = make_empty(dims, transforms[t], 0);
         add_sparse(few, 1000, 1);
         add_sparse(few, 2500, 1);
-        few->ledger = (cvol_ledger){.max_abs = 1, .value_min = -1, .value_max = 1};
+        few->error_bound = (cvol_error_bound){.max_abs = 1, .value_min = -1, .value_max = 1};
         cvol_array *low = make_empty(dims, transforms[t], 300);
         for (size_t i = 0; i < low->whole.low_count; i++)
             low->whole.low_values[i] = (float)random_signed(&r);
-        low->ledger = (cvol_ledger){.max_abs = 100, .value_min = -100, .value_max = 100};
+        low->error_bound = (cvol_error_bound){.max_abs = 100, .value_min = -100, .value_max = 100};
         cvol_array *wide = make_empty(dims, transforms[t], 2049);
         for (size_t i = 0; i < wide->whole.low_count; i++)
             wide->whole.low_values[i] = (float)random_signed(&r);
-        wide->ledger = (cvol_ledger){.max_abs = 100, .value_min = -100, .value_max = 100};
+        wide->error_bound = (cvol_error_bound){.max_abs = 100, .value_min = -100, .value_max = 100};
         const cvol_keep all = cvol_keep_all();
         const cvol_array *operands[] = {few, low, wide};
         const cvol_plan expected[] = {CVOL_PLAN_DIRECT, CVOL_PLAN_GRID, CVOL_PLAN_FULL};
@@ -486,7 +488,7 @@ static void test_refusals(void **state)
     const cvol_keep wide = cvol_keep_terms(17, 0);
     assert_int_equal(cvol_array_multiply(context, &out, a, a, &wide, CVOL_PLAN_AUTO, NULL),
                      CVOL_ERROR_ARGUMENT);
-    a->ledger.value_max = 1e30;
+    a->error_bound.value_max = 1e30;
     assert_int_equal(cvol_array_multiply(context, &out, a, a, NULL, CVOL_PLAN_AUTO, NULL),
                      CVOL_ERROR_DATA);
     assert_null(out);

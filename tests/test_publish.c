@@ -66,13 +66,13 @@ static void test_views_of_patients(void **state)
         {"left", {0, 1, 0}, {0, 0, 1}, {1, 0, 0}},   {"right", {0, -1, 0}, {0, 0, 1}, {-1, 0, 0}},
         {"top", {-1, 0, 0}, {0, -1, 0}, {0, 0, 1}},  {"bottom", {1, 0, 0}, {0, -1, 0}, {0, 0, -1}}};
     random_state r = {3};
-    for (int trial = 0; trial < 60; trial++) {
+    for (int attempt = 0; attempt < 60; attempt++) {
         cvol_grid grid = cvol_grid_make(8, 9, 10, CVOL_UINT8);
-        grid.space = trial % 2 ? CVOL_SPACE_RAS : CVOL_SPACE_LPS;
-        if (trial < 4) /* the axes themselves */
-            grid.direction[0][0] = trial < 2 ? 1 : -1;
+        grid.space = attempt % 2 ? CVOL_SPACE_RAS : CVOL_SPACE_LPS;
+        if (attempt < 4) /* the axes themselves */
+            grid.direction[0][0] = attempt < 2 ? 1 : -1;
         else
-            random_axes(grid.direction, &r, trial % 4 < 2 ? 1 : -1);
+            random_axes(grid.direction, &r, attempt % 4 < 2 ? 1 : -1);
         for (int k = 0; k < 6; k++) {
             double seen[3][3];
             shown(seen, &grid, wanted[k].name, 0);
@@ -81,7 +81,7 @@ static void test_views_of_patients(void **state)
                 for (int i = 0; i < 3; i++)
                     if (fabs(seen[v][i] - is[v][i]) > 1e-4)
                         fail_msg("trial %d, view %s: direction %d has %g along %d, must be %g",
-                                 trial, wanted[k].name, v, seen[v][i], i, is[v][i]);
+                                 attempt, wanted[k].name, v, seen[v][i], i, is[v][i]);
         }
         /* A quarter turn leads from the front to the patient's left. */
         double left[3][3], turned[3][3];

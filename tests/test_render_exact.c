@@ -1,5 +1,5 @@
-/* Files with corrections (lossless, or with a largest error): pictures, figures and operations are
- * of what they decode to, not of the coarse terms that corrections stand on. */
+/* Files with residual (lossless, or with a largest error): pictures, figures and operations are
+ * of what they decode to, not of the coarse terms that residual stand on. */
 #include "test.h"
 
 #include "array/core/array.h"
@@ -162,8 +162,8 @@ static void test_values_are_the_decoded_samples(void **state)
         sum += truth[i];
         norm += (double)truth[i] * truth[i];
     }
-    assert_true(sqrt(squares) <= doubled->ledger.l2_error);
-    assert_true(doubled->ledger.l2_error < 0.3 * sqrt(COUNT));
+    assert_true(sqrt(squares) <= doubled->error_bound.l2_error);
+    assert_true(doubled->error_bound.l2_error < 0.3 * sqrt(COUNT));
     cvol_array_statistics of;
     assert_int_equal(cvol_array_statistics_of(context, &of, array), CVOL_OK);
     assert_true(fabs(of.sum - sum) <= of.sum_error);

@@ -241,8 +241,8 @@ static void bounds_are_within_the_type(void **state)
     uint8_t out[3];
     const float in[3] = {-1e9f, 100.25f, 1e9f};
     (void)state;
-    array.ledger.value_min = -3.5;
-    array.ledger.value_max = 300.5;
+    array.error_bound.value_min = -3.5;
+    array.error_bound.value_max = 300.5;
     cvol_samples_store(out, in, 3, &array);
     assert_int_equal(out[0], 0);
     assert_int_equal(out[1], 100);

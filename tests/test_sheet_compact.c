@@ -175,10 +175,10 @@ static void faces_are_filtered(void **state)
     const float h[4] = {0.31f, -0.12f, 0.07f, 0.45f};
     for
         EACH_SET(set)
-    for (int trial = 0; trial < 12; trial++) {
-        random_state r = {100 + (uint64_t)trial};
-        const long at = 16 + 2 * trial + 3L * ROW;
-        const int rows = 16 - trial, columns = 30 - 2 * trial;
+    for (int attempt = 0; attempt < 12; attempt++) {
+        random_state r = {100 + (uint64_t)attempt};
+        const long at = 16 + 2 * attempt + 3L * ROW;
+        const int rows = 16 - attempt, columns = 30 - 2 * attempt;
         fill_random(&r);
         CVOL_SIMD_CHOOSE(cvol_sheet_lap_lanes)(floats + at, ROW, SHEET, rows, 9, h);
         of_lanes[set](found + at, ROW, SHEET, rows, 9, h);
@@ -187,8 +187,8 @@ static void faces_are_filtered(void **state)
         float *a[4];
         int16_t *b[4];
         for (int k = 0; k < 4; k++) {
-            a[k] = floats + at + (k + trial) * SHEET;
-            b[k] = found + at + (k + trial) * SHEET;
+            a[k] = floats + at + (k + attempt) * SHEET;
+            b[k] = found + at + (k + attempt) * SHEET;
         }
         CVOL_SIMD_CHOOSE(cvol_sheet_lap_across)(a, ROW, columns, rows, h);
         of_others[set](b, ROW, columns, rows, h);

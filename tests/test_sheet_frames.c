@@ -192,7 +192,7 @@ static void test_progress_and_cancel(void **state)
 /* ---- skipping ------------------------------------------------------------------------------ */
 
 /* Bright planes, one sample thick, on both sides of where blocks of 16 meet. */
-static double shells(size_t x, size_t y, size_t z)
+static double subbands(size_t x, size_t y, size_t z)
 {
     return x % 16 == 0 || x % 16 == 15 || y % 16 == 0 || y % 16 == 15 || z % 16 == 15 ? 100 : 0;
 }
@@ -287,7 +287,7 @@ static void forget_ranges(cvol_array *array)
 static void test_skipping_is_safe(void **state)
 {
     (void)state;
-    static sampler *const samplers[] = {shells,      shell_x,     shell_y, shell_z, midpoints_x,
+    static sampler *const samplers[] = {subbands,    shell_x,     shell_y, shell_z, midpoints_x,
                                         midpoints_y, midpoints_z, patches, corner};
     /* Where a ray comes out of a skipped block, the last value in it is known only by the block's
      * range. That can be seen where such a step is all there is to see. */

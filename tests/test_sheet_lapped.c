@@ -94,8 +94,8 @@ static void expect_alike(const size_t n[3], uint64_t split_seed, const scale *sc
     cvol_volume volume = bumpy(n[0], n[1], n[2], 7 + split_seed), decoded;
     cvol_array *lapped = make_lapped(&decoded, &volume, 0.05, split_seed);
     cvol_array *plain = support_compress(context, &decoded, 16, 90);
-    plain->ledger.value_min = lapped->ledger.value_min;
-    plain->ledger.value_max = lapped->ledger.value_max;
+    plain->error_bound.value_min = lapped->error_bound.value_min;
+    plain->error_bound.value_max = lapped->error_bound.value_max;
     for (size_t s = 0; s < count; s++)
         for (int m = 0; m < 4; m++) {
             cvol_context_set_threads(context, m % 2 ? 3 : 1);
@@ -199,13 +199,13 @@ static void test_skipped_neighbours(void **state)
         }
         static const scale scales[] = {{120, 1, 46}, {50, 1, 46}, {120, 3, 46}};
         for (int s = 0; s < 3; s++)
-            for (int shell = 0; shell < 2; shell++) {
-                const double db = worst_view(lapped, open, shell ? shell_points : speck_points,
-                                             shell ? 4 : 2, CVOL_MODE_COMPOSITE, scales[s].size,
+            for (int subband = 0; subband < 2; subband++) {
+                const double db = worst_view(lapped, open, subband ? shell_points : speck_points,
+                                             subband ? 4 : 2, CVOL_MODE_COMPOSITE, scales[s].size,
                                              scales[s].zoom, "skipped");
                 if (db < scales[s].floor_db)
                     print_message("seed %llu, shell %d, size %d, zoom %g: %.2f dB\n",
-                                  (unsigned long long)seed, shell, scales[s].size, scales[s].zoom,
+                                  (unsigned long long)seed, subband, scales[s].size, scales[s].zoom,
                                   db);
                 assert_true(db >= scales[s].floor_db);
             }

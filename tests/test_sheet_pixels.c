@@ -249,11 +249,11 @@ static void test_left_to_the_engine(void **state)
         assert_int_equal(take_pixels(array, soft, options), 1);
     }
     /* Lossy as can be: error changes opacity by more than a tenth. */
-    const double kept = array->ledger.l2_error;
-    array->ledger.l2_error = 6 * sqrt((double)cvol_grid_samples(&array->grid));
+    const double kept = array->error_bound.l2_error;
+    array->error_bound.l2_error = 6 * sqrt((double)cvol_grid_samples(&array->grid));
     const cvol_render_options options = support_square(72, CVOL_MODE_COMPOSITE, 10, 25);
     assert_int_equal(take_pixels(array, solid, options), 0);
-    array->ledger.l2_error = kept;
+    array->error_bound.l2_error = kept;
     cvol_array_free(array);
     free(volume.data);
 }

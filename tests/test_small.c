@@ -75,13 +75,13 @@ static void the_same_terms_take_fewer_bytes_at_every_level(void **state)
     size_t size, usual_size, again_size;
     uint8_t *data = container_verified(made, &size), *again, *usual;
     cvol_array *back = read_level(data, size, 0);
-    assert_int_equal(cvol_coding_of(made)->small, 1);
-    assert_int_equal(cvol_coding_of(back)->small, 1);
+    assert_int_equal(cvol_coding_of(made)->neural, 1);
+    assert_int_equal(cvol_coding_of(back)->neural, 1);
     support_terms_expect_same(made, back);
     again = container_verified(back, &again_size); /* coded anew, by one thread */
     assert_int_equal(size, again_size);
     assert_memory_equal(data, again, size);
-    cvol_coding_own(back)->small = 0;
+    cvol_coding_own(back)->neural = 0;
     usual = container_verified(back, &usual_size);
     assert_true((double)size < 0.97 * (double)usual_size);
     for (int level = 1; level < 4; level++) {
@@ -132,7 +132,7 @@ static void transcoding_keeps_it(void **state)
     data = container_verified(coarser, &size);
     assert_true((double)size < 0.55 * (double)before);
     back = read_level(data, size, 0);
-    assert_int_equal(cvol_coding_of(back)->small, 1);
+    assert_int_equal(cvol_coding_of(back)->neural, 1);
     support_terms_expect_same(coarser, back);
     free(data);
     cvol_array_free(back);
@@ -141,47 +141,48 @@ static void transcoding_keeps_it(void **state)
 
 /* ---- kernels ----------------------------------------------------------------------------- */
 
-CVOL_SIMD_DECLARE(void, cvol_small_evaluate,
-                  (int16_t * out, const cvol_small_pairs *network, const int16_t *x, int inputs));
-CVOL_SIMD_DECLARE(void, cvol_small_evaluate_kinds,
-                  (int16_t(*out)[CVOL_SMALL_OUTPUTS], const cvol_small_pairs *network, int16_t *x));
-CVOL_SIMD_DECLARE(void, cvol_small_inverse,
+CVOL_SIMD_DECLARE(void, cvol_neural_evaluate,
+                  (int16_t * out, const cvol_neural_pairs *network, const int16_t *x, int inputs));
+CVOL_SIMD_DECLARE(void, cvol_neural_evaluate_kinds,
+                  (int16_t(*out)[CVOL_NEURAL_OUTPUTS], const cvol_neural_pairs *network,
+                   int16_t *x));
+CVOL_SIMD_DECLARE(void, cvol_neural_inverse,
                   (int32_t * samples, const int32_t *known, const int n[3], int cube,
-                   const cvol_small_basis *basis));
-CVOL_SIMD_DECLARE(void, cvol_small_face,
+                   const cvol_neural_basis *basis));
+CVOL_SIMD_DECLARE(void, cvol_neural_face,
                   (int32_t * level, int32_t *slope, const int32_t *near, const int32_t *far,
-                   const int stride[2], const int n[2], const cvol_small_basis *basis));
-typedef void evaluate_function(int16_t *, const cvol_small_pairs *, const int16_t *, int);
-typedef void kinds_function(int16_t (*)[CVOL_SMALL_OUTPUTS], const cvol_small_pairs *, int16_t *);
+                   const int stride[2], const int n[2], const cvol_neural_basis *basis));
+typedef void evaluate_function(int16_t *, const cvol_neural_pairs *, const int16_t *, int);
+typedef void kinds_function(int16_t (*)[CVOL_NEURAL_OUTPUTS], const cvol_neural_pairs *, int16_t *);
 typedef void inverse_function(int32_t *, const int32_t *, const int *, int,
-                              const cvol_small_basis *);
+                              const cvol_neural_basis *);
 typedef void face_function(int32_t *, int32_t *, const int32_t *, const int32_t *, const int *,
-                           const int *, const cvol_small_basis *);
-static evaluate_function *const evaluate[] = CVOL_SIMD_SETS(cvol_small_evaluate);
-static kinds_function *const evaluate_kinds[] = CVOL_SIMD_SETS(cvol_small_evaluate_kinds);
-static inverse_function *const inverse[] = CVOL_SIMD_SETS(cvol_small_inverse);
-static face_function *const face[] = CVOL_SIMD_SETS(cvol_small_face);
+                           const int *, const cvol_neural_basis *);
+static evaluate_function *const evaluate[] = CVOL_SIMD_SETS(cvol_neural_evaluate);
+static kinds_function *const evaluate_kinds[] = CVOL_SIMD_SETS(cvol_neural_evaluate_kinds);
+static inverse_function *const inverse[] = CVOL_SIMD_SETS(cvol_neural_inverse);
+static face_function *const face[] = CVOL_SIMD_SETS(cvol_neural_face);
 
 /* By its definition. */
-static void evaluate_plainly(int16_t out[CVOL_SMALL_OUTPUTS], const cvol_small_network *n,
+static void evaluate_plainly(int16_t out[CVOL_NEURAL_OUTPUTS], const cvol_neural_network *n,
                              const int16_t *x)
 {
-    int32_t h[CVOL_SMALL_FIRST], g[CVOL_SMALL_SECOND];
-    for (int j = 0; j < CVOL_SMALL_FIRST; j++) {
+    int32_t h[CVOL_NEURAL_FIRST], g[CVOL_NEURAL_SECOND];
+    for (int j = 0; j < CVOL_NEURAL_FIRST; j++) {
         h[j] = n->first_bias[j];
-        for (int i = 0; i < CVOL_SMALL_INPUTS; i++)
+        for (int i = 0; i < CVOL_NEURAL_INPUTS; i++)
             h[j] += n->first[j][i] * x[i];
         h[j] = h[j] < 0 ? 0 : h[j] >> 11 > 255 ? 255 : h[j] >> 11;
     }
-    for (int k = 0; k < CVOL_SMALL_SECOND; k++) {
+    for (int k = 0; k < CVOL_NEURAL_SECOND; k++) {
         g[k] = n->second_bias[k];
-        for (int j = 0; j < CVOL_SMALL_FIRST; j++)
+        for (int j = 0; j < CVOL_NEURAL_FIRST; j++)
             g[k] += n->second[k][j] * h[j];
         g[k] = g[k] < 0 ? 0 : g[k] >> 12 > 255 ? 255 : g[k] >> 12;
     }
-    for (int t = 0; t < CVOL_SMALL_OUTPUTS; t++) {
+    for (int t = 0; t < CVOL_NEURAL_OUTPUTS; t++) {
         int32_t sum = n->third_bias[t];
-        for (int k = 0; k < CVOL_SMALL_SECOND; k++)
+        for (int k = 0; k < CVOL_NEURAL_SECOND; k++)
             sum += n->third[t][k] * g[k];
         sum >>= 10;
         out[t] = (int16_t)(sum < -2047 ? -2047 : sum > 2047 ? 2047 : sum);
@@ -189,47 +190,47 @@ static void evaluate_plainly(int16_t out[CVOL_SMALL_OUTPUTS], const cvol_small_n
 }
 
 typedef struct kernel_numbers {
-    int16_t outs[CVOL_SMALL_OUTPUTS], kinds[CVOL_SMALL_KINDS][CVOL_SMALL_OUTPUTS];
-    int32_t samples[CVOL_SMALL_SAMPLES], level[256], slope[256];
+    int16_t outs[CVOL_NEURAL_OUTPUTS], kinds[CVOL_NEURAL_KINDS][CVOL_NEURAL_OUTPUTS];
+    int32_t samples[CVOL_NEURAL_SAMPLES], level[256], slope[256];
 } kernel_numbers;
 
 static void run_set(kernel_numbers *out, int set, const int16_t *x, const int32_t *known,
                     const int n[3])
 {
     memset(out, 0, sizeof *out);
-    int16_t own[CVOL_SMALL_INPUTS];
+    int16_t own[CVOL_NEURAL_INPUTS];
     memcpy(own, x, sizeof own);
-    evaluate[set](out->outs, &cvol_small_of_magnitudes, x, CVOL_SMALL_INPUTS);
-    evaluate_kinds[set](out->kinds, &cvol_small_of_magnitudes, own);
-    inverse[set](out->samples, known, n, 8, &cvol_small_cosines);
+    evaluate[set](out->outs, &cvol_neural_of_magnitudes, x, CVOL_NEURAL_INPUTS);
+    evaluate_kinds[set](out->kinds, &cvol_neural_of_magnitudes, own);
+    inverse[set](out->samples, known, n, 8, &cvol_neural_cosines);
     face[set](out->level, out->slope, known + 3, known + 5,
-              (const int[2]){CVOL_SMALL_SIDE, CVOL_SMALL_SHEET}, n + 1, &cvol_small_cosines);
+              (const int[2]){CVOL_NEURAL_SIDE, CVOL_NEURAL_SHEET}, n + 1, &cvol_neural_cosines);
 }
 
 static void all_sets_give_the_same_numbers(void **state)
 {
     (void)state;
-    static int32_t known[CVOL_SMALL_SAMPLES];
+    static int32_t known[CVOL_NEURAL_SAMPLES];
     static kernel_numbers first, other;
     random_state r = {5};
-    cvol_small_fill_tables();
-    for (int trial = 0; trial < 20; trial++) {
-        int16_t x[CVOL_SMALL_INPUTS], plain[CVOL_SMALL_OUTPUTS];
+    cvol_neural_fill_tables();
+    for (int attempt = 0; attempt < 20; attempt++) {
+        int16_t x[CVOL_NEURAL_INPUTS], plain[CVOL_NEURAL_OUTPUTS];
         int n[3];
-        for (int i = 0; i < CVOL_SMALL_INPUTS; i++)
+        for (int i = 0; i < CVOL_NEURAL_INPUTS; i++)
             x[i] = (int16_t)(random_below(&r, 3) ? (int)random_below(&r, 256) - 128 : 0);
         for (int a = 0; a < 3; a++)
             n[a] = 1 + (int)random_below(&r, 16);
         /* Some so large that they wrap around. */
-        for (int i = 0; i < CVOL_SMALL_SAMPLES; i++)
-            known[i] = (int32_t)random_u64(&r) >> (trial % 2 ? 2 : 20);
-        evaluate_plainly(plain, &cvol_small_magnitudes, x);
+        for (int i = 0; i < CVOL_NEURAL_SAMPLES; i++)
+            known[i] = (int32_t)random_u64(&r) >> (attempt % 2 ? 2 : 20);
+        evaluate_plainly(plain, &cvol_neural_magnitudes, x);
         run_set(&first, 0, x, known, n);
         assert_memory_equal(first.outs, plain, sizeof plain);
-        for (int kind = 0; kind < CVOL_SMALL_KINDS; kind++) {
-            x[CVOL_SMALL_ODD] = kind & 1 ? 64 : 0;
-            x[CVOL_SMALL_LATE] = kind & 2 ? 64 : 0;
-            evaluate_plainly(plain, &cvol_small_magnitudes, x);
+        for (int kind = 0; kind < CVOL_NEURAL_KINDS; kind++) {
+            x[CVOL_NEURAL_ODD] = kind & 1 ? 64 : 0;
+            x[CVOL_NEURAL_LATE] = kind & 2 ? 64 : 0;
+            evaluate_plainly(plain, &cvol_neural_magnitudes, x);
             assert_memory_equal(first.kinds[kind], plain, sizeof plain);
         }
         for (size_t set = 1; set < sizeof evaluate / sizeof *evaluate && set <= cvol_cpu_best();
@@ -248,7 +249,7 @@ static void damaged_bricks_are_survived(void **state)
     (void)state;
     cvol_array *decoded;
     cvol_brick_coder *coder = cvol_brick_coder_create(NULL);
-    cvol_bytes shells[CVOL_SHELLS] = {{0}};
+    cvol_bytes subbands[CVOL_SUBBANDS] = {{0}};
     cvol_brick_terms terms;
     random_state r = {11};
     int refused = 0;
@@ -257,30 +258,31 @@ static void damaged_bricks_are_survived(void **state)
     check_ok(cvol_coding_copy(context, decoded, made));
     decoded->lapped = made->lapped;
     assert_non_null(coder);
-    assert_true(cvol_brick_encode(coder, shells, made, 1));
-    for (int trial = 0; trial < 40; trial += SUPPORT_STRIDE) {
-        cvol_span spans[CVOL_SHELLS];
-        uint8_t *exact[CVOL_SHELLS]; /* a read beyond it is seen by the sanitizer */
-        const size_t s = random_below(&r, CVOL_SHELLS);
-        for (size_t k = 0; k < CVOL_SHELLS; k++) {
-            const size_t size = trial % 3 || k != s ? shells[k].size
-                                                    : random_below(&r, (uint32_t)shells[k].size);
+    assert_true(cvol_brick_encode(coder, subbands, made, 1));
+    for (int attempt = 0; attempt < 40; attempt += SUPPORT_STRIDE) {
+        cvol_span spans[CVOL_SUBBANDS];
+        uint8_t *exact[CVOL_SUBBANDS]; /* a read beyond it is seen by the sanitizer */
+        const size_t s = random_below(&r, CVOL_SUBBANDS);
+        for (size_t k = 0; k < CVOL_SUBBANDS; k++) {
+            const size_t size = attempt % 3 || k != s
+                                    ? subbands[k].size
+                                    : random_below(&r, (uint32_t)subbands[k].size);
             exact[k] = malloc(size ? size : 1);
             assert_non_null(exact[k]);
-            memcpy(exact[k], shells[k].data, size);
+            memcpy(exact[k], subbands[k].data, size);
             if (k == s && size)
                 exact[k][random_below(&r, (uint32_t)size)] ^= (uint8_t)(1 + random_below(&r, 255));
             spans[k] = (cvol_span){exact[k], size};
         }
-        const int code = cvol_brick_decode(coder, &terms, decoded, 1, spans, CVOL_SHELLS);
+        const int code = cvol_brick_decode(coder, &terms, decoded, 1, spans, CVOL_SUBBANDS);
         assert_true(code == CVOL_OK || code == CVOL_ERROR_CORRUPT);
         refused += code != CVOL_OK;
-        for (int k = 0; k < CVOL_SHELLS; k++)
+        for (int k = 0; k < CVOL_SUBBANDS; k++)
             free(exact[k]);
     }
     assert_true(refused > 10);
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        cvol_bytes_free(&shells[s]);
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        cvol_bytes_free(&subbands[s]);
     cvol_brick_coder_free(coder);
     cvol_array_free(decoded);
 }

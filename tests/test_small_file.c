@@ -242,11 +242,11 @@ static void every_flip_is_seen(void **state)
     }
 }
 
-/* The first bytes of the shells, and the file's end. */
+/* The first bytes of the subbands, and the file's end. */
 static void find_shells(size_t begins[5], const uint8_t *data, size_t size)
 {
     cvol_file_layout layout;
-    int shells = 0;
+    int subbands = 0;
     assert_int_equal(cvol_layout_verify(context, &layout, data, size, "f"), CVOL_OK);
     assert_int_equal(layout.level, 0);
     assert_string_equal(layout.sections[0].tag, "PACK");
@@ -256,11 +256,11 @@ static void find_shells(size_t begins[5], const uint8_t *data, size_t size)
         const cvol_file_section *s = &layout.sections[i];
         assert_int_equal(s->state, CVOL_SECTION_SOUND);
         if (!strncmp(s->tag, "SHL", 3)) {
-            begins[shells++] = (size_t)s->offset;
-            begins[shells] = (size_t)(s->offset + s->length);
+            begins[subbands++] = (size_t)s->offset;
+            begins[subbands] = (size_t)(s->offset + s->length);
         }
     }
-    assert_int_equal(shells, 4);
+    assert_int_equal(subbands, 4);
 }
 
 /* Cut anywhere it is refused, with what is there of it; a level that is there is that of the whole
@@ -277,25 +277,25 @@ static void every_cut_says_so(void **state)
             cvol_file_layout layout;
             cvol_file_report report;
             cvol_array *array;
-            int shells = 0;
+            int subbands = 0;
             uint8_t *exact = malloc(cut ? cut : 1); /* so that reading beyond it is found */
             assert_non_null(exact);
             memcpy(exact, data, cut);
-            while (shells < 4 && cut >= begins[shells + 1])
-                shells++;
-            shells = cut < begins[0] ? 0 : shells;
+            while (subbands < 4 && cut >= begins[subbands + 1])
+                subbands++;
+            subbands = cut < begins[0] ? 0 : subbands;
             assert_int_equal(cvol_layout_verify(context, &layout, exact, cut, "f"),
                              CVOL_ERROR_CORRUPT);
             if (!strstr(cvol_context_message(context), "f: truncated: "))
                 fail_msg("%s, %zu bytes: '%s'", cases[k].name, cut, cvol_context_message(context));
-            assert_int_equal(layout.level, shells ? 4 - shells : -1);
+            assert_int_equal(layout.level, subbands ? 4 - subbands : -1);
             assert_int_not_equal(container_read_code(exact, cut), CVOL_OK);
-            assert_true(!strstr(cvol_context_message(context), "; it is whole up") == !shells);
+            assert_true(!strstr(cvol_context_message(context), "; it is whole up") == !subbands);
             const int code = cvol_container_read_part(context, &array, &report, exact, cut,
                                                       &(cvol_file_part){.cut = 1}, "f");
-            assert_true(!code == (shells > 0));
+            assert_true(!code == (subbands > 0));
             if (!code) {
-                assert_true(report.cut && report.level == 4 - shells);
+                assert_true(report.cut && report.level == 4 - subbands);
                 assert_int_equal(report.file_bytes, cut);
             }
             cvol_array_free(array);

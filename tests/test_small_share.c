@@ -24,13 +24,13 @@ static float *make_samples(void)
 }
 
 /* Error and lambda bits, in squared steps, of all that is coded with a share. */
-static double cost_with(cvol_context *context, cvol_trial *trial, double step,
+static double cost_with(cvol_context *context, cvol_attempt *attempt, double step,
                         cvol_coarse_shares shares)
 {
-    trial->coarse = shares;
-    assert_int_equal(cvol_trial_encode(context, trial, step), 0);
-    return trial->result.error / (step * step) +
-           32 * (double)CVOL_LAMBDA_DEPENDENT * (double)trial->result.bytes;
+    attempt->coarse = shares;
+    assert_int_equal(cvol_attempt_encode(context, attempt, step), 0);
+    return attempt->result.error / (step * step) +
+           32 * (double)CVOL_LAMBDA_TRELLIS * (double)attempt->result.bytes;
 }
 
 /* The shares that are chosen for a step; *gain: by how much 0.95 for cells costs less than 1. */
@@ -40,18 +40,18 @@ static cvol_coarse_shares choose(double step, double *gain)
     const cvol_grid grid = cvol_grid_make(SIDE, SIDE, SIDE, CVOL_FLOAT32);
     cvol_compress_options options = cvol_compress_options_defaults();
     float *samples = make_samples();
-    cvol_trial trial;
+    cvol_attempt attempt;
     assert_non_null(context);
     options.smallest = 1;
-    assert_int_equal(cvol_trial_start(context, &trial, samples, &grid, &options), 0);
-    cvol_trial_set_options(&trial, &options);
-    assert_int_equal(cvol_trial_sample(context, &trial, step), 0);
-    assert_int_equal(cvol_trial_fit(context, &trial), 0);
-    *gain = 1 - cost_with(context, &trial, step, (cvol_coarse_shares){0.95f, 1}) /
-                    cost_with(context, &trial, step, (cvol_coarse_shares){1, 1});
-    assert_int_equal(cvol_trial_choose_share(context, &trial, step), 0);
-    const cvol_coarse_shares chosen = trial.coarse;
-    cvol_trial_free(&trial);
+    assert_int_equal(cvol_attempt_start(context, &attempt, samples, &grid, &options), 0);
+    cvol_attempt_set_options(&attempt, &options);
+    assert_int_equal(cvol_attempt_sample(context, &attempt, step), 0);
+    assert_int_equal(cvol_attempt_fit(context, &attempt), 0);
+    *gain = 1 - cost_with(context, &attempt, step, (cvol_coarse_shares){0.95f, 1}) /
+                    cost_with(context, &attempt, step, (cvol_coarse_shares){1, 1});
+    assert_int_equal(cvol_attempt_choose_share(context, &attempt, step), 0);
+    const cvol_coarse_shares chosen = attempt.coarse;
+    cvol_attempt_free(&attempt);
     cvol_context_destroy(context);
     free(samples);
     return chosen;
@@ -77,17 +77,17 @@ static void a_sample_tells_what_the_small_coder_takes(void **state)
     const cvol_grid grid = cvol_grid_make(SIDE, SIDE, SIDE, CVOL_FLOAT32);
     cvol_compress_options options = cvol_compress_options_defaults();
     float *samples = make_samples();
-    cvol_trial trial;
+    cvol_attempt attempt;
     options.smallest = 1;
-    assert_int_equal(cvol_trial_start(context, &trial, samples, &grid, &options), 0);
-    cvol_trial_set_options(&trial, &options);
-    assert_int_equal(cvol_trial_choose_share(context, &trial, step), 0);
-    assert_int_equal(cvol_trial_sample(context, &trial, step), 0);
-    const double told = (double)trial.bytes, error = trial.result.error;
-    assert_int_equal(cvol_trial_encode(context, &trial, step), 0);
-    assert_true(fabs(told / (double)trial.bytes - 1) < 0.005);
-    assert_true(fabs(error / trial.result.error - 1) < 0.01);
-    cvol_trial_free(&trial);
+    assert_int_equal(cvol_attempt_start(context, &attempt, samples, &grid, &options), 0);
+    cvol_attempt_set_options(&attempt, &options);
+    assert_int_equal(cvol_attempt_choose_share(context, &attempt, step), 0);
+    assert_int_equal(cvol_attempt_sample(context, &attempt, step), 0);
+    const double told = (double)attempt.bytes, error = attempt.result.error;
+    assert_int_equal(cvol_attempt_encode(context, &attempt, step), 0);
+    assert_true(fabs(told / (double)attempt.bytes - 1) < 0.005);
+    assert_true(fabs(error / attempt.result.error - 1) < 0.01);
+    cvol_attempt_free(&attempt);
     cvol_context_destroy(context);
     free(samples);
 }

@@ -250,7 +250,7 @@ static void test_light(void **state)
                 ((float *)volume.data)[support_index(&volume, x, y, z)] =
                     (float)(100 + slope[0] * (double)x * spacing[0] +
                             slope[1] * (double)y * spacing[1] + slope[2] * (double)z * spacing[2]);
-    /* Opaque inside, and a shell of transparent samples where differences are one-sided. */
+    /* Opaque inside, and a subband of transparent samples where differences are one-sided. */
     const cvol_transfer_point points[] = {{0, 0.5, 0.5, 0.5, 0.4}};
     const double lights[3][3] = {{0, 0, 0}, {1, 2, 3}, {-5, -20, 3}};
     for (int a = 0; a < 360; a += 30)

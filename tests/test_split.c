@@ -128,7 +128,7 @@ static void check_view(uint64_t seed, int sheet_axis, const int points[3], int f
     double scale = 0, worst = 0;
     for (int i = 0; i < COUNT; i++)
         scale += fabs((double)in[i]) / 64;
-    for (int trial = 0; trial < 24; trial++) {
+    for (int attempt = 0; attempt < 24; attempt++) {
         int at[3];
         double place[3];
         const int axes[3] = {v.axes.lane, v.axes.row, v.axes.sheet};

@@ -424,7 +424,7 @@ static cvol_header header_of(int bins_log2)
                         .transform = CVOL_DCT,
                         .rank = 3,
                         .block = 16,
-                        .ledger = {.value_min = -1, .value_max = 2}};
+                        .error_bound = {.value_min = -1, .value_max = 2}};
     head.summary = (cvol_summary){
         .state = CVOL_SUMMARY_KNOWN, .min = -1, .max = 2, .bins_log2 = bins_log2};
     return head;
@@ -434,17 +434,17 @@ static void test_section_gives_back_what_was_put(void **state)
 {
     (void)state;
     random_state r = {11};
-    for (int trial = 0; trial < 200; trial = support_next(trial)) {
-        cvol_header head = header_of(4 + trial % 5), read = head;
+    for (int attempt = 0; attempt < 200; attempt = support_next(attempt)) {
+        cvol_header head = header_of(4 + attempt % 5), read = head;
         cvol_summary *s = &head.summary;
         cvol_bytes bytes = {0};
-        s->integers = trial & 1;
+        s->integers = attempt & 1;
         s->distinct = (uint32_t)random_below(&r, 257);
-        s->min = trial % 3 ? -1 : -0.5;
-        s->mark_count = trial % 4 ? 0 : 1 + random_below(&r, 1000);
+        s->min = attempt % 3 ? -1 : -0.5;
+        s->mark_count = attempt % 4 ? 0 : 1 + random_below(&r, 1000);
         s->mark = s->mark_count ? 1e35 : 0;
         for (int i = 0; i < 1 << s->bins_log2; i++)
-            s->levels[i] = random_below(&r, 3) ? (uint8_t)random_below(&r, trial % 7 ? 60 : 254)
+            s->levels[i] = random_below(&r, 3) ? (uint8_t)random_below(&r, attempt % 7 ? 60 : 254)
                                                : 0;
         cvol_summary_put(&bytes, &head);
         memset(&read.summary, 0, sizeof read.summary);
@@ -495,11 +495,11 @@ static void test_random_counts(void **state)
     (void)state;
     random_state r = {3};
     int refused = 0;
-    for (int trial = 0; trial < 3000; trial = support_next(trial)) {
+    for (int attempt = 0; attempt < 3000; attempt = support_next(attempt)) {
         cvol_header head = header_of(8);
         uint8_t bytes[66] = {0x40, 0};
         for (int i = 2; i < 66; i++)
-            bytes[i] = (uint8_t)(trial % 2 ? random_below(&r, 256) : 255 - random_below(&r, 9));
+            bytes[i] = (uint8_t)(attempt % 2 ? random_below(&r, 256) : 255 - random_below(&r, 9));
         cvol_cursor cursor = cvol_cursor_make(bytes, 2 + random_below(&r, 65));
         memset(&head.summary, 0, sizeof head.summary);
         if (cvol_summary_take(context, &head, &cursor, "a"))
@@ -525,7 +525,7 @@ static void test_small_ones_are_small(void **state)
         uint8_t *samples = malloc(n * n * n);
         cvol_summary s;
         const cvol_grid grid = cvol_grid_make(n, n, n, CVOL_UINT8);
-        const cvol_ledger ledger = {.value_min = 0, .value_max = 255};
+        const cvol_error_bound error_bound = {.value_min = 0, .value_max = 255};
         assert_non_null(samples);
         size_t i = 0;
         for (size_t z = 0; z < n; z++)
@@ -537,7 +537,7 @@ static void test_small_ones_are_small(void **state)
         samples[0] = 0;
         samples[1] = 255;
         check_ok(cvol_summarise_samples(context, &s, samples, &grid, NULL));
-        const uint64_t bytes = cvol_summary_section_bytes(&s, &ledger);
+        const uint64_t bytes = cvol_summary_section_bytes(&s, &error_bound);
         if (bytes > cases[c].most)
             fail_msg("%zu^3: %d bytes", n, (int)bytes);
         free(samples);
@@ -564,7 +564,8 @@ static void test_left_out(void **state)
     cvol_histogram h;
     options.no_histogram = 1;
     without = compress(&v, &options);
-    const uint64_t section = cvol_summary_section_bytes(cvol_array_summary(with), &with->ledger);
+    const uint64_t section = cvol_summary_section_bytes(cvol_array_summary(with),
+                                                        &with->error_bound);
     assert_int_equal(cvol_array_summary(without)->state, CVOL_SUMMARY_LEFT_OUT);
     check_ok(cvol_array_set_summary(context, without, cvol_array_summary(with)));
     check_ok(cvol_array_write(context, without, in_folder("w.cvol"), &with_bytes));

@@ -68,9 +68,9 @@ static void check_result(const cvol_array *array, const cvol_array *from,
     cvol_array_get_info(array, &info);
     assert_int_equal(info.measured, 0);
     assert_true(found <= info.l2_error && info.l2_error < 1.6 * found);
-    assert_true(info.l2_error > from->ledger.l2_error && info.step >= from->step);
+    assert_true(info.l2_error > from->error_bound.l2_error && info.step >= from->step);
     assert_int_equal(array->lapped, from->lapped);
-    assert_int_equal(cvol_coding_of(array)->dependent, cvol_coding_of(from)->dependent);
+    assert_int_equal(cvol_coding_of(array)->trellis, cvol_coding_of(from)->trellis);
     for (size_t i = 0; i < array->block_count; i++)
         assert_int_equal(array->block_table[i].split, from->block_table[i].split);
     check_ok(cvol_array_write(context, array, path, &bytes));
@@ -78,7 +78,7 @@ static void check_result(const cvol_array *array, const cvol_array *from,
     check_ok(cvol_file_verify(context, NULL, path));
     check_ok(cvol_array_read(context, &back, path, NULL));
     assert_true(distance(back, samples) == found);
-    assert_true(back->ledger.l2_error == array->ledger.l2_error && !back->measured);
+    assert_true(back->error_bound.l2_error == array->error_bound.l2_error && !back->measured);
     assert_string_equal(cvol_array_attributes(back), "[1]");
     cvol_array_free(back);
     free(path);
@@ -121,7 +121,7 @@ static void psnr_is_promised(void **state)
     cvol_array *from = compress(samples, &grid, 16, 10), *array;
     cvol_compress_report report;
     check_ok(cvol_array_set_attributes(context, from, "[1]"));
-    const double span = from->ledger.value_max - from->ledger.value_min;
+    const double span = from->error_bound.value_max - from->error_bound.value_min;
     for (double wanted = 28; wanted < 36; wanted += 3 * SUPPORT_STRIDE) {
         const cvol_compress_options options = options_of(CVOL_TARGET_PSNR, wanted);
         check_ok(cvol_array_transcode(context, &array, &report, from, &options));
@@ -193,8 +193,8 @@ static void coarse_bounds_hold_where_sides_end(void **state)
                 const double found = distance(array, samples);
                 if (test_verbose())
                     print_message("%d %d: %g dB: off by %g, at most %g\n", s, kind, wanted, found,
-                                  array->ledger.l2_error);
-                assert_true(found <= array->ledger.l2_error);
+                                  array->error_bound.l2_error);
+                assert_true(found <= array->error_bound.l2_error);
                 assert_true(array->psnr_db >= wanted);
                 cvol_array_free(array);
             }
@@ -241,7 +241,7 @@ static void a_little_coarser_than_haste(void **state)
     cvol_array *from, *array;
     options.fast = 1;
     check_ok(cvol_compress(context, &from, NULL, samples, &grid, &options));
-    double bound = from->ledger.l2_error;
+    double bound = from->error_bound.l2_error;
     for (double ratio = 44; ratio < 100; ratio *= pow(1.3, SUPPORT_STRIDE)) {
         cvol_compress_report report;
         options = options_of(CVOL_TARGET_RATIO, ratio);
@@ -249,9 +249,9 @@ static void a_little_coarser_than_haste(void **state)
         if (test_verbose())
             print_message("asked %g: %g, off by %g\n", ratio, report.ratio, report.psnr_db);
         assert_true(report.target_met && report.ratio >= ratio && report.ratio < 1.1 * ratio);
-        assert_true(distance(array, samples) <= array->ledger.l2_error);
-        assert_true(array->ledger.l2_error > bound);
-        bound = array->ledger.l2_error;
+        assert_true(distance(array, samples) <= array->error_bound.l2_error);
+        assert_true(array->error_bound.l2_error > bound);
+        bound = array->error_bound.l2_error;
         cvol_array_free(array);
     }
     cvol_array_free(from);

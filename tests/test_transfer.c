@@ -115,7 +115,7 @@ static void test_max_opacity_equals_search(void **state)
 {
     (void)state;
     random_state r = {3};
-    for (int trial = 0; trial < 50; trial++) {
+    for (int attempt = 0; attempt < 50; attempt++) {
         cvol_transfer_point points[6];
         for (int i = 0; i < 6; i++)
             points[i] = (cvol_transfer_point){.value = random_below(&r, 20),

@@ -251,7 +251,7 @@ static void check_rule(unsigned seed, const cvol_array *array, const cvol_keep *
         break;
     case CVOL_KEEP_PSNR:
     case CVOL_KEEP_L2: {
-        const double range = array->ledger.value_max - array->ledger.value_min;
+        const double range = array->error_bound.value_max - array->error_bound.value_min;
         double allowed = keep->value, rounding = cvol_array_rounding(array) * norm;
         if (keep->rule == CVOL_KEEP_PSNR)
             allowed = range * sqrt((double)n) * pow(10, -keep->value / 20);
@@ -298,7 +298,7 @@ static void test_rules(void **state)
         cvol_array *array;
         double dropped;
         assert_int_equal(cvol_array_create_as(context, &array, &grid, rank, transform, 0), CVOL_OK);
-        array->ledger.value_max = 2 * norm / sqrt((double)n);
+        array->error_bound.value_max = 2 * norm / sqrt((double)n);
         cvol_context_set_threads(context, seed % 16 == 0 ? 3 : 1);
         int code = cvol_truncate(context, array, &dropped, &candidates, &keep);
         if (code == CVOL_ERROR_TARGET) {

@@ -111,7 +111,7 @@ static void evaluate(unsigned seed, const cvol_array *array)
                                    cvol_array_grid(array)->dims) == CVOL_OK);
 }
 
-/* All that the ledger promises of p->array. */
+/* All that the error bound promises of p->array. */
 static void check_bounds(unsigned seed, const pair *p)
 {
     cvol_array_info info;

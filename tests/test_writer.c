@@ -32,13 +32,13 @@ static int stop(void **state)
     return files_teardown(state);
 }
 
-/* Some bricks have no bytes in some shells. */
-static void make_brick(cvol_span shells[CVOL_SHELLS], size_t brick, size_t most)
+/* Some bricks have no bytes in some subbands. */
+static void make_brick(cvol_span subbands[CVOL_SUBBANDS], size_t brick, size_t most)
 {
     random_state r = {brick};
-    for (int s = 0; s < CVOL_SHELLS; s++) {
+    for (int s = 0; s < CVOL_SUBBANDS; s++) {
         const size_t size = random_below(&r, 8) ? random_below(&r, (uint32_t)most) : 0;
-        shells[s] = (cvol_span){noise + random_below(&r, MOST), size};
+        subbands[s] = (cvol_span){noise + random_below(&r, MOST), size};
     }
 }
 
@@ -47,9 +47,9 @@ static cvol_file_writer *begin(const char *to, size_t most)
     cvol_file_writer *writer;
     assert_int_equal(cvol_file_writer_open(context, &writer, to, BRICKS, 16), CVOL_OK);
     for (size_t b = 0; b < BRICKS; b++) {
-        cvol_span shells[CVOL_SHELLS];
-        make_brick(shells, b, most);
-        assert_int_equal(cvol_file_writer_add(context, writer, shells), CVOL_OK);
+        cvol_span subbands[CVOL_SUBBANDS];
+        make_brick(subbands, b, most);
+        assert_int_equal(cvol_file_writer_add(context, writer, subbands), CVOL_OK);
     }
     return writer;
 }
@@ -75,14 +75,14 @@ static uint64_t finish(cvol_file_writer *writer)
     return bytes;
 }
 
-/* Shells and bricks of the file are those that were given. */
+/* Subbands and bricks of the file are those that were given. */
 static void expect_bricks(size_t most)
 {
     size_t size;
     uint8_t *data = support_read(file_path, &size);
     cvol_file_layout layout;
     cvol_brick_index index = {0};
-    int shell = 0;
+    int subband = 0;
     assert_int_equal(cvol_layout_walk(context, &layout, data, size, "f"), CVOL_OK);
     for (int i = 0; i < layout.section_count; i++) {
         const cvol_file_section *s = &layout.sections[i];
@@ -92,15 +92,15 @@ static void expect_bricks(size_t most)
             assert_int_equal(cvol_brick_index_take(context, &index, &section, BRICKS, 16, "f"),
                              CVOL_OK);
         for (size_t b = 0; !strncmp(s->tag, "SHL", 3) && b < BRICKS; b++) {
-            cvol_span wanted[CVOL_SHELLS];
-            const cvol_span found = cvol_brick_index_brick(&index, shell, b, content);
+            cvol_span wanted[CVOL_SUBBANDS];
+            const cvol_span found = cvol_brick_index_brick(&index, subband, b, content);
             make_brick(wanted, b, most);
-            assert_int_equal(found.size, wanted[shell].size);
-            assert_int_equal(memcmp(found.data, wanted[shell].data, found.size), 0);
+            assert_int_equal(found.size, wanted[subband].size);
+            assert_int_equal(memcmp(found.data, wanted[subband].data, found.size), 0);
         }
-        shell += !strncmp(s->tag, "SHL", 3);
+        subband += !strncmp(s->tag, "SHL", 3);
     }
-    assert_int_equal(shell, CVOL_SHELLS);
+    assert_int_equal(subband, CVOL_SUBBANDS);
     cvol_brick_index_free(&index);
     free(data);
 }
@@ -112,8 +112,8 @@ static void bricks_come_in_order(void **state)
     for (int i = 0; i < 2; i++) {
         const size_t most = i ? MOST : 100;
         cvol_file_writer *writer = begin(file_path, most);
-        const uint64_t shells = cvol_file_writer_shells(writer);
-        assert_true(!i || shells > CVOL_SPOOLED_MOST);
+        const uint64_t subbands = cvol_file_writer_subbands(writer);
+        assert_true(!i || subbands > CVOL_SPOOLED_MOST);
         assert_true(support_folder_count(folder) <= 1); /* the output without its name */
         const uint64_t bytes = finish(writer);
         struct stat status;
@@ -123,7 +123,7 @@ static void bricks_come_in_order(void **state)
         expect_bricks(most);
         /* Counted without a file. */
         writer = begin(NULL, most);
-        assert_int_equal(cvol_file_writer_shells(writer), shells);
+        assert_int_equal(cvol_file_writer_subbands(writer), subbands);
         assert_int_equal(finish(writer), bytes);
         assert_int_equal(remove(file_path), 0);
     }
@@ -137,15 +137,15 @@ static void nothing_is_left_behind(void **state)
     assert_int_equal(support_folder_count(folder), 0);
     cvol_file_writer_abandon(NULL);
     /* Too few bricks, and too many. */
-    cvol_span shells[CVOL_SHELLS] = {{0}};
+    cvol_span subbands[CVOL_SUBBANDS] = {{0}};
     const cvol_header header = header_of();
     const cvol_file_front front = {.header = &header};
     assert_int_equal(cvol_file_writer_open(context, &writer, file_path, 2, 16), CVOL_OK);
-    assert_int_equal(cvol_file_writer_add(context, writer, shells), CVOL_OK);
+    assert_int_equal(cvol_file_writer_add(context, writer, subbands), CVOL_OK);
     assert_int_equal(cvol_file_writer_finish(context, writer, &front, NULL), CVOL_ERROR_ARGUMENT);
     assert_int_equal(support_folder_count(folder), 0);
     writer = begin(file_path, 10);
-    assert_int_equal(cvol_file_writer_add(context, writer, shells), CVOL_ERROR_LIMIT);
+    assert_int_equal(cvol_file_writer_add(context, writer, subbands), CVOL_ERROR_LIMIT);
     cvol_file_writer_abandon(writer);
     assert_int_equal(support_folder_count(folder), 0);
 }
@@ -154,14 +154,14 @@ static void a_full_device_is_told(void **state)
 {
     (void)state;
     cvol_file_writer *writer;
-    cvol_span shells[CVOL_SHELLS] = {{noise, MOST}};
+    cvol_span subbands[CVOL_SUBBANDS] = {{noise, MOST}};
     const cvol_header header = header_of();
     cvol_token_tables *tables = cvol_token_tables_create();
     const cvol_file_front front = {.header = &header, .tables = tables};
     struct stat status;
     if (stat("/dev/full", &status) == 0) {
         assert_int_equal(cvol_file_writer_open(context, &writer, "/dev/full", 1, 16), CVOL_OK);
-        assert_int_equal(cvol_file_writer_add(context, writer, shells), CVOL_OK);
+        assert_int_equal(cvol_file_writer_add(context, writer, subbands), CVOL_OK);
         assert_int_equal(cvol_file_writer_finish(context, writer, &front, NULL), CVOL_ERROR_IO);
         assert_string_equal(cvol_context_message(context), "/dev/full: No space left on device");
     } else {

@@ -1,11 +1,11 @@
-/* Trains the built-in codes of corrections (rows CVOL_ROW_CORRECTION to CVOL_ROW_INDEX of
+/* Trains the built-in codes of residual (rows CVOL_ROW_CORRECTION to CVOL_ROW_INDEX of
  * src/codec/tables/token_codes.inc); writes the other rows as they are. Run it after train_tokens.
  *
  *     train_corrections IN.inc OUT.inc FILE[:NXxNYxNZ:TYPE] ...
  *
  * Encodes each volume at a row of steps, and corrects it for a row of bounds. Samples above 1e30
  * are masked; where many samples have the lowest value, these are masked in a second run.
- * Environment: BOUNDS (how many bounds; 0: exact corrections only), STRIDE (every n-th brick).
+ * Environment: BOUNDS (how many bounds; 0: exact residual only), STRIDE (every n-th brick).
  */
 #define _POSIX_C_SOURCE 200809L
 #include <limits.h>
@@ -88,7 +88,7 @@ static void find_mask(subject *s, int lowest)
         training_fail("cannot fill");
     s->grain = INT_MAX;
     s->largest = 0;
-    cvol_correction_survey(&s->grain, &s->largest, grid->type, s->volume->data, which, count);
+    cvol_residual_scan(&s->grain, &s->largest, grid->type, s->volume->data, which, count);
     free(which);
 }
 
@@ -107,29 +107,29 @@ static void make_base(subject *s, double step, const cvol_token_tables *tables, 
     if (cvol_array_create(s->context, &array, grid, 16))
         training_fail(cvol_context_message(s->context));
     array->lapped = 1;
-    array->offset = array->ledger.value_min = s->min;
-    array->ledger.value_max = s->max;
+    array->offset = array->error_bound.value_min = s->min;
+    array->error_bound.value_max = s->max;
     array->step = step;
     const cvol_slab slab = {s->filled, 0, grid->dims[2]};
     const cvol_brick_recipe recipe = {array, tables, &costs, {step, CVOL_SPLIT_BEST, 0, 0, {0, 0}},
                                       NULL,  NULL};
     cvol_brick_maker *maker = cvol_brick_maker_create(array);
     cvol_brick_coder *coder = cvol_brick_coder_create(tables);
-    cvol_bytes shells[CVOL_SHELLS] = {{0}};
+    cvol_bytes subbands[CVOL_SUBBANDS] = {{0}};
     s->bits = 0;
     const size_t bricks = cvol_brick_count(array), first = first_brick(stride, bricks);
     for (size_t b = 0; b < bricks; b++) {
         double error;
-        cvol_span spans[CVOL_SHELLS];
+        cvol_span spans[CVOL_SUBBANDS];
         cvol_brick_terms terms;
-        if (cvol_brick_make(maker, shells, &error, &recipe,
+        if (cvol_brick_make(maker, subbands, &error, &recipe,
                             cvol_brick_cells(maker, array, &slab, b), b))
             training_fail("a brick cannot be made");
-        for (int k = 0; k < CVOL_SHELLS; k++) {
-            spans[k] = (cvol_span){shells[k].data, shells[k].size};
-            s->bits += b % stride == first ? 8 * (double)shells[k].size : 0;
+        for (int k = 0; k < CVOL_SUBBANDS; k++) {
+            spans[k] = (cvol_span){subbands[k].data, subbands[k].size};
+            s->bits += b % stride == first ? 8 * (double)subbands[k].size : 0;
         }
-        if (cvol_brick_decode(coder, &terms, array, b, spans, CVOL_SHELLS))
+        if (cvol_brick_decode(coder, &terms, array, b, spans, CVOL_SUBBANDS))
             training_fail("a brick does not decode");
         const cvol_brick_box box = cvol_brick_box_of(array, b);
         uint32_t *words = malloc(4 * terms.word_count + 4), *at = words;
@@ -143,14 +143,14 @@ static void make_base(subject *s, double step, const cvol_token_tables *tables, 
         if (cvol_array_adopt_pool(s->context, array, words, terms.word_count))
             training_fail("no memory");
     }
-    for (int k = 0; k < CVOL_SHELLS; k++)
-        cvol_bytes_free(&shells[k]);
+    for (int k = 0; k < CVOL_SUBBANDS; k++)
+        cvol_bytes_free(&subbands[k]);
     cvol_brick_maker_free(maker);
     cvol_brick_coder_free(coder);
     s->base = array;
 }
 
-/* Bits of all corrections. */
+/* Bits of all residual. */
 static double correct(subject *s, double bound, const cvol_token_tables *tables,
                       cvol_token_counts *counts, size_t stride)
 {
@@ -159,13 +159,13 @@ static double correct(subject *s, double bound, const cvol_token_tables *tables,
     static double gathered[BRICK];
     const cvol_grid *grid = &s->volume->grid;
     const size_t *dims = grid->dims, size = cvol_type_size(grid->type);
-    cvol_correction_coder *coder = cvol_correction_coder_create();
+    cvol_residual_coder *coder = cvol_residual_coder_create();
     cvol_bytes out = {0};
     double bits = 0;
     const int fraction = cvol_exact_fraction(cvol_exact_largest_sum(s->base));
     const double step = s->base->step;
-    const cvol_correction_rule rule = cvol_correction_rule_for(grid->type, bound, step, s->min,
-                                                               s->max, s->grain, s->largest);
+    const cvol_residual_rule rule = cvol_residual_rule_for(grid->type, bound, step, s->min, s->max,
+                                                           s->grain, s->largest);
     size_t bricks[3], total = 1;
     for (int a = 0; a < 3; a++)
         total *= bricks[a] = (dims[a] - 1) / 64 + 1;
@@ -174,7 +174,7 @@ static double correct(subject *s, double bound, const cvol_token_tables *tables,
         const size_t begin[3] = {b % bricks[0] * 64, b / bricks[0] % bricks[1] * 64,
                                  b / bricks[0] / bricks[1] * 64};
         size_t end[3];
-        cvol_correction_brick brick = {.base = base, .which = which};
+        cvol_residual_brick brick = {.base = base, .which = which};
         for (int a = 0; a < 3; a++) {
             end[a] = begin[a] + 64 < dims[a] ? begin[a] + 64 : dims[a];
             brick.size[a] = end[a] - begin[a];
@@ -190,12 +190,12 @@ static double correct(subject *s, double bound, const cvol_token_tables *tables,
         double *scratch = cvol_allocate(cvol_exact_scratch(s->base, begin, end), sizeof *scratch);
         cvol_exact_box(base, scratch, s->base, fraction, begin, end);
         free(scratch);
-        if (cvol_correction_encode(coder, &out, &rule, bound, tables, gathered, &brick, counts))
+        if (cvol_residual_encode(coder, &out, &rule, bound, tables, gathered, &brick, counts))
             training_fail("a brick cannot be corrected");
         bits += 8 * (double)out.size;
     }
     cvol_bytes_free(&out);
-    cvol_correction_coder_free(coder);
+    cvol_residual_coder_free(coder);
     return bits;
 }
 

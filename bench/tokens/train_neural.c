@@ -28,10 +28,10 @@
 #include "training.h"
 
 enum {
-    INPUTS = CVOL_SMALL_INPUTS,
-    FIRST = CVOL_SMALL_FIRST,
-    SECOND = CVOL_SMALL_SECOND,
-    OUTPUTS = CVOL_SMALL_OUTPUTS,
+    INPUTS = CVOL_NEURAL_INPUTS,
+    FIRST = CVOL_NEURAL_FIRST,
+    SECOND = CVOL_NEURAL_SECOND,
+    OUTPUTS = CVOL_NEURAL_OUTPUTS,
     BATCH = 512,
     MOST = 3000000, /* examples of a file */
     FILES = 256
@@ -82,7 +82,7 @@ static void add_example(int kind, const int16_t *x, int first, uint32_t high)
     example *e = &set->of[to];
     set->count += to == set->count;
     memset(e, 0, sizeof *e);
-    for (int i = 0; i < (kind ? CVOL_SMALL_SIGN_INPUTS : INPUTS); i++) {
+    for (int i = 0; i < (kind ? CVOL_NEURAL_SIGN_INPUTS : INPUTS); i++) {
         if (x[i] < -128 || x[i] > 127)
             training_fail("an input is beyond its range");
         e->x[i] = (int8_t)x[i];
@@ -91,47 +91,47 @@ static void add_example(int kind, const int16_t *x, int first, uint32_t high)
     e->high = (int8_t)(high < OUTPUTS ? high : OUTPUTS);
 }
 
-/* The examples of a part's coefficients of one shell. */
-static void add_part(cvol_small_brick *b, cvol_small_part *p, int shell)
+/* The examples of a part's coefficients of one subband. */
+static void add_part(cvol_neural_brick *b, cvol_neural_sub_block *p, int subband)
 {
-    cvol_small_question q;
-    cvol_small_view view;
-    int end = cvol_small_begin_part(&q, p, shell);
+    cvol_neural_question q;
+    cvol_neural_view view;
+    int end = cvol_neural_begin_sub_block(&q, p, subband);
     if (!end)
         return;
-    if (cvol_small_has_last(p, shell)) {
+    if (cvol_neural_has_last(p, subband)) {
         q.last = p->used - 1;
         end = p->used;
     }
-    cvol_small_view_part(&view, b, p, cvol_small_known_cube(p, shell));
+    cvol_neural_view_sub_block(&view, b, p, cvol_neural_known_cube(p, subband));
     while (q.index < end) {
         const int32_t value = b->values[p->values + q.index];
         const uint32_t size = cvol_magnitude(value);
-        cvol_small_look l;
-        cvol_small_look_at(&l, b, &view, p, &q);
+        cvol_neural_look l;
+        cvol_neural_look_at(&l, b, &view, p, &q);
         add_example(0, l.x, q.index == q.last && !l.shift, size >> l.shift);
-        if (size && cvol_small_has_faces(p)) {
-            int16_t x[CVOL_SMALL_INPUTS] __attribute__((aligned(64)));
-            cvol_small_look_for_sign(x, b, p, &l, cvol_dependent_magnitude(q.state, size));
+        if (size && cvol_neural_has_faces(p)) {
+            int16_t x[CVOL_NEURAL_INPUTS] __attribute__((aligned(64)));
+            cvol_neural_look_for_sign(x, b, p, &l, cvol_trellis_magnitude(q.state, size));
             add_example(1, x, 0, (value < 0) == (l.sum < 0));
         }
-        cvol_small_note_value(b, p, &view, &q, &l, size, value < 0);
+        cvol_neural_note_value(b, p, &view, &q, &l, size, value < 0);
     }
-    cvol_small_end_part(b, p, &q, shell);
+    cvol_neural_end_sub_block(b, p, &q, subband);
 }
 
 /* The examples of the brick that the coder encoded last. */
 static void add_brick(cvol_brick_coder *coder)
 {
-    cvol_small_brick *b = coder->small;
-    cvol_small_start_coding(b);
-    cvol_small_find_neighbours(b);
+    cvol_neural_brick *b = coder->neural;
+    cvol_neural_start_coding(b);
+    cvol_neural_find_neighbours(b);
     for (int i = 0; i < b->parts; i++)
-        cvol_small_note_head(b, &b->part[i], &coder->context);
-    for (int shell = 0; shell < CVOL_SHELLS; shell++)
+        cvol_neural_note_head(b, &b->part[i], &coder->context);
+    for (int subband = 0; subband < CVOL_SUBBANDS; subband++)
         for (int i = 0; i < b->parts; i++)
             if (b->part[i].scan && !b->part[i].finished)
-                add_part(b, &b->part[i], shell);
+                add_part(b, &b->part[i], subband);
 }
 
 /* Weighted counts of all files' tokens before coefficients. */
@@ -141,10 +141,10 @@ static double tokens[CVOL_ROWS][CVOL_TOKENS];
 static void add_tokens(const cvol_token_counts *counts)
 {
     double all = 0;
-    for (int r = CVOL_SMALL_ROWS; r < CVOL_SMALL_ROWS_END; r++)
+    for (int r = CVOL_NEURAL_ROWS; r < CVOL_NEURAL_ROWS_END; r++)
         for (int t = 0; t < CVOL_TOKENS; t++)
             all += (double)counts->of[r][t];
-    for (int r = CVOL_SMALL_ROWS; r < CVOL_SMALL_ROWS_END && all > 0; r++)
+    for (int r = CVOL_NEURAL_ROWS; r < CVOL_NEURAL_ROWS_END && all > 0; r++)
         for (int t = 0; t < CVOL_TOKENS; t++)
             tokens[r][t] += (double)counts->of[r][t] * sqrt(fmin(1, 40000 / all));
 }
@@ -153,7 +153,7 @@ static void add_file(cvol_context *context, const char *path)
 {
     static cvol_token_counts counts;
     cvol_array *array;
-    cvol_bytes shells[CVOL_SHELLS] = {{0}};
+    cvol_bytes subbands[CVOL_SUBBANDS] = {{0}};
     cvol_token_tables *tables = cvol_token_tables_create();
     cvol_brick_coder *coder = cvol_brick_coder_create(tables);
     const int left_out = *path == '-';
@@ -164,12 +164,12 @@ static void add_file(cvol_context *context, const char *path)
     sets[0][files].left_out = sets[1][files].left_out = left_out;
     if (cvol_array_read(context, &array, path + left_out, 0))
         training_fail(cvol_context_message(context));
-    if (!cvol_coding_of(array)->dependent)
+    if (!cvol_coding_of(array)->trellis)
         training_fail("a file without dependent coefficients");
-    cvol_coding_own(array)->small = 1;
+    cvol_coding_own(array)->neural = 1;
     memset(&counts, 0, sizeof counts);
     for (size_t b = 0; b < cvol_brick_count(array); b++) {
-        if (!cvol_brick_encode(coder, shells, array, b))
+        if (!cvol_brick_encode(coder, subbands, array, b))
             training_fail("no memory");
         cvol_brick_coder_count(coder, &counts);
         add_brick(coder);
@@ -177,8 +177,8 @@ static void add_file(cvol_context *context, const char *path)
     if (!left_out)
         add_tokens(&counts);
     printf("%s: %zu magnitudes, %zu signs\n", path, sets[0][files].seen, sets[1][files].seen);
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        cvol_bytes_free(&shells[s]);
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        cvol_bytes_free(&subbands[s]);
     cvol_brick_coder_free(coder);
     free(tables);
     cvol_array_free(array);
@@ -315,7 +315,7 @@ static void take_layer(float *weights, float *biases, const int16_t *from,
     }
 }
 
-static void take_network(network *n, const cvol_small_network *from)
+static void take_network(network *n, const cvol_neural_network *from)
 {
     take_layer(n->first[0], n->first_bias, from->first[0], from->first_bias, FIRST, INPUTS,
                32 * 4096);
@@ -351,7 +351,7 @@ static void train(network *n, long steps, int kind, int continues)
     begin_layer(n->second[0], n->second_bias, SECOND, FIRST);
     begin_layer(n->third[0], n->third_bias, OUTPUTS, SECOND);
     if (continues)
-        take_network(n, kind ? &cvol_small_signs : &cvol_small_magnitudes);
+        take_network(n, kind ? &cvol_neural_signs : &cvol_neural_magnitudes);
     for (int f = 0; f < files; f++)
         until[f] = all += share_of(&sets[kind][f]);
     if (steps && all <= 0)
@@ -446,13 +446,13 @@ static void put_rows(const char *folder, const char *start)
     if (!tables)
         training_fail("no memory");
     training_read_codes(tables, start);
-    for (int r = CVOL_SMALL_ROWS; r < CVOL_SMALL_ROWS_END; r++)
+    for (int r = CVOL_NEURAL_ROWS; r < CVOL_NEURAL_ROWS_END; r++)
         for (int t = 0; t < CVOL_TOKENS; t++)
             counts.of[r][t] = (uint64_t)(tokens[r][t] + 0.5);
     training_fit_rows(tables, &counts);
     snprintf(path, sizeof path, "%s/neural_rows.inc", folder);
     training_write_codes(path, "The codes of a row of tokens on each line.", tables,
-                         CVOL_SMALL_ROWS, CVOL_SMALL_ROWS_END);
+                         CVOL_NEURAL_ROWS, CVOL_NEURAL_ROWS_END);
     free(tables);
 }
 

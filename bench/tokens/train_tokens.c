@@ -1,4 +1,4 @@
-/* Trains the built-in codes of tokens (src/codec/tables/token_codes.inc), but those of corrections.
+/* Trains the built-in codes of tokens (src/codec/tables/token_codes.inc), but those of residual.
  *
  *     train_tokens IN.inc OUT.inc ROUNDS FILE[:NXxNYxNZ:TYPE] ...
  *
@@ -98,44 +98,44 @@ static run_result run(cvol_context *context, const cvol_volume *volume, const cv
     cvol_token_costs_set(&costs, tables);
     const cvol_slab slab = {volume->data, 0, volume->grid.dims[2]};
     const cvol_brick_recipe recipe = {
-        shape,  tables, &costs, {step, split, 0, cvol_coding_of(shape)->dependent, {0, 0}},
+        shape,  tables, &costs, {step, split, 0, cvol_coding_of(shape)->trellis, {0, 0}},
         counts, NULL};
     cvol_brick_maker *maker = cvol_brick_maker_create(shape);
     cvol_brick_coder *coder = cvol_brick_coder_create(tables);
-    cvol_bytes shells[CVOL_SHELLS] = {{0}};
+    cvol_bytes subbands[CVOL_SUBBANDS] = {{0}};
     cvol_array *decoded;
     if (cvol_array_create(context, &decoded, &volume->grid, 16) ||
         cvol_coding_need(context, decoded) || !maker || !coder)
         training_fail("no memory");
     decoded->step = step;
-    cvol_coding_own(decoded)->dependent = cvol_coding_of(shape)->dependent;
+    cvol_coding_own(decoded)->trellis = cvol_coding_of(shape)->trellis;
     decoded->offset = shape->offset;
     const size_t count = cvol_brick_count(shape);
     for (size_t b = stride / 2 < count ? stride / 2 : 0; b < count; b += stride) {
         double start = now();
         double error;
-        if (cvol_brick_make(maker, shells, &error, &recipe,
+        if (cvol_brick_make(maker, subbands, &error, &recipe,
                             cvol_brick_cells(maker, shape, &slab, b), b))
             training_fail("a brick cannot be made");
         result.encode_seconds += now() - start;
         result.chosen += error * step * step;
-        cvol_span spans[CVOL_SHELLS];
-        for (int s = 0; s < CVOL_SHELLS; s++) {
-            result.bits += 8 * (double)shells[s].size;
-            spans[s] = (cvol_span){shells[s].data, shells[s].size};
+        cvol_span spans[CVOL_SUBBANDS];
+        for (int s = 0; s < CVOL_SUBBANDS; s++) {
+            result.bits += 8 * (double)subbands[s].size;
+            spans[s] = (cvol_span){subbands[s].data, subbands[s].size};
         }
         const cvol_brick_box box = cvol_brick_box_of(shape, b);
         result.samples += (double)cvol_brick_box_blocks(&box) * 4096;
         cvol_brick_terms terms;
         start = now();
-        if (cvol_brick_decode(coder, &terms, decoded, b, spans, CVOL_SHELLS))
+        if (cvol_brick_decode(coder, &terms, decoded, b, spans, CVOL_SUBBANDS))
             training_fail("a brick does not decode");
         result.decode_seconds += now() - start;
         if (!counts)
             result.error += brick_error(shape, &slab, b, &terms, decoded);
     }
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        cvol_bytes_free(&shells[s]);
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        cvol_bytes_free(&subbands[s]);
     cvol_brick_maker_free(maker);
     cvol_brick_coder_free(coder);
     for (size_t i = 0; i < decoded->block_count; i++)
@@ -150,7 +150,7 @@ static int env_number(const char *name, int otherwise)
     return text ? atoi(text) : otherwise;
 }
 
-/* One volume at all steps, with one way to lap and to quantise. */
+/* One volume at all steps, with one way to lap and to quantize. */
 typedef struct series {
     cvol_context *context;
     const char *name;
@@ -187,7 +187,7 @@ static void run_steps(series *s, const cvol_array *shape)
 {
     for (int k = 0; k < STEPS; k++) {
         const double step = steps[k] * (s->max - s->min) *
-                            (cvol_coding_of(shape)->dependent ? 0.56 : 1);
+                            (cvol_coding_of(shape)->trellis ? 0.56 : 1);
         cvol_bytes section = {0};
         memset(s->counts, 0, sizeof *s->counts);
         memcpy(s->own, s->tables, sizeof *s->own);
@@ -210,7 +210,7 @@ static void run_steps(series *s, const cvol_array *shape)
     }
 }
 
-static void run_volume(series *s, const char *argument, int lapped, int dependent)
+static void run_volume(series *s, const char *argument, int lapped, int trellis)
 {
     char name[1024];
     cvol_array *shape;
@@ -220,15 +220,15 @@ static void run_volume(series *s, const char *argument, int lapped, int dependen
     s->min = s->max = 0;
     if (cvol_array_create(s->context, &shape, &s->volume->grid, 16) ||
         cvol_coding_need(s->context, shape) ||
-        cvol_survey_samples(s->context, &s->min, &s->max, s->volume->data, &s->volume->grid))
+        cvol_scan_samples(s->context, &s->min, &s->max, s->volume->data, &s->volume->grid))
         training_fail(cvol_context_message(s->context));
     fill_background(s->context, s->volume);
     shape->offset = s->min;
     for (int way = 0; way < 4; way++) {
         shape->lapped = way & 1;
-        cvol_coding_own(shape)->dependent = way >> 1;
+        cvol_coding_own(shape)->trellis = way >> 1;
         if ((lapped == 2 || lapped == shape->lapped) &&
-            (dependent == 2 || dependent == cvol_coding_of(shape)->dependent))
+            (trellis == 2 || trellis == cvol_coding_of(shape)->trellis))
             run_steps(s, shape);
     }
     cvol_array_free(shape);
@@ -240,7 +240,7 @@ int main(int argc, char **argv)
     if (argc < 5)
         training_fail("usage: train_tokens IN.inc OUT.inc ROUNDS FILE ...");
     const int rounds = atoi(argv[3]);
-    const int lapped = env_number("LAPPED", 2), dependent = env_number("DEPENDENT", 2);
+    const int lapped = env_number("LAPPED", 2), trellis = env_number("DEPENDENT", 2);
     series s = {.context = cvol_context_create(),
                 .tables = cvol_token_tables_create(),
                 .own = cvol_token_tables_create(),
@@ -257,7 +257,7 @@ int main(int argc, char **argv)
         memset(s.sums, 0, sizeof *s.sums);
         s.log_bits = s.runs = 0;
         for (int f = 4; f < argc; f++)
-            run_volume(&s, argv[f], lapped, dependent);
+            run_volume(&s, argv[f], lapped, trellis);
         printf("round %d: mean of log2 bits %.4f\n", round, s.log_bits / s.runs / log(2));
         fflush(stdout);
         if (!rounds)

@@ -91,7 +91,7 @@ void training_fit_rows(cvol_token_tables *tables, const cvol_token_counts *count
                 tables->codes[r][t] = (uint8_t)best_code(here, beyond, tables->codes[r][t]);
         }
     }
-    cvol_token_tables_settle(tables);
+    cvol_token_tables_commit(tables);
 }
 
 void training_read_codes(cvol_token_tables *tables, const char *path)
@@ -109,7 +109,7 @@ void training_read_codes(cvol_token_tables *tables, const char *path)
                 (void)!fscanf(file, "},");
         }
     fclose(file);
-    cvol_token_tables_settle(tables);
+    cvol_token_tables_commit(tables);
 }
 
 void training_write_codes(const char *path, const char *comment, const cvol_token_tables *tables,

@@ -106,7 +106,7 @@ typedef struct cvol_array_info {
     int block;                   /* B; 0: whole */
     size_t blocks[3];            /* blocks along each axis; 1 each for a whole array */
     size_t low[3];               /* k of a whole array's low box; 0 if there is none */
-    double step;                 /* quantiser step, in units of the samples; 0: not quantised */
+    double step;                 /* quantizer step, in units of the samples; 0: not quantized */
     uint64_t coefficients;       /* terms kept */
     double rho;                  /* whole: (k^rank + 2 s) / N; blocks: terms / N */
     uint64_t resident_bytes;     /* memory this array holds */
@@ -144,7 +144,7 @@ CVOL_API const char *cvol_array_attributes(const cvol_array *array);
  * l2_error is carried through every operation: it bounds the L2 distance, over all samples, between
  * what the array stands for and the exact result of the same operations on the original samples.
  *
- *     compress    the energy dropped (Parseval), and quantisation
+ *     compress    the energy dropped (Parseval), and quantization
  *     add         |alpha| e_a + |beta| e_b                 + dropped
  *     convolve    max|H| e_a                               + dropped
  *     multiply    min(max|a| e_b + max|b~| e_a, max|a~| e_b + max|b| e_a)   + dropped

@@ -84,15 +84,16 @@ typedef struct cvol_compress_report {
  * allows, it is the result (report->lossless, a ratio above the asked one), and where no step has a
  * PSNR; whether to try is estimated. Bits a sample are a ratio, of the bits of the samples'
  * type. report may be NULL. The caller frees *out.
- * A bound of errors and lossless compression add corrections to what the terms give, which samples
+ * A bound of errors and lossless compression add residual to what the terms give, which samples
  * in the array's own type (cvol_array_evaluate_box) are made with; floats
  * (cvol_array_evaluate_real, pictures, operations) are what the terms give. Samples without a value
  * are kept as a mask, come back to the bit, and count for no PSNR, error, least or largest value.
  * With a background kept apart a copy of the samples is made, filled in.
  * Lossless floats may be NaN or infinite, of at most 7 bit patterns. Cost: one forward transform,
- * and per trial one quantisation and coding of it. Errors: ARGUMENT, DATA (NaN or infinite samples:
- * how many and the index of the first), TARGET (no step reaches the PSNR or the bound; or the
- * result is below least_psnr, and the report says by how much), MEMORY, CANCELLED, UNSUPPORTED. */
+ * and per encode attempt one quantization and coding of it. Errors: ARGUMENT, DATA (NaN or infinite
+ * samples: how many and the index of the first), TARGET (no step reaches the PSNR or the bound; or
+ * the result is below least_psnr, and the report says by how much), MEMORY, CANCELLED, UNSUPPORTED.
+ */
 CVOL_API int cvol_compress(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                            const void *samples, const cvol_grid *grid,
                            const cvol_compress_options *options);
@@ -126,15 +127,15 @@ CVOL_API int cvol_compress_stream(cvol_context *context, cvol_compress_report *r
 CVOL_API int cvol_volume_is_labels(const cvol_volume *volume, const char *path);
 
 /* A coarser array from a compressed volume (DCT blocks), without going through samples: terms are
- * requantised with the step that the ratio, the bits or the PSNR need; cells stay as they are,
- * attributes and masks too. Of an array with corrections, the decoded samples are compressed
- * instead (as cvol_compress does it), since its terms are coarser than what it decodes to. What is
- * known of the result is certified, not measured: the bound of `array` and how far the samples
- * moved. A PSNR is what that bound promises, 2 to 3 dB below what it is. A ratio is kept, and is 3
- * % above what was asked at most, unless no weight of bits gives such a size. report (may be NULL)
- * and *out are as those of cvol_compress; the caller frees *out. Cost: a dozen codings of the
- * terms. Errors: ARGUMENT, UNSUPPORTED (no volume in blocks; a largest error), TARGET (finer than
- * `array`), DATA, MEMORY, CANCELLED. */
+ * requantized with the step that the ratio, the bits or the PSNR need; cells stay as they are,
+ * attributes and masks too. Of an array with residual, the decoded samples are compressed instead
+ * (as cvol_compress does it), since its terms are coarser than what it decodes to. What is known of
+ * the result is certified, not measured: the bound of `array` and how far the samples moved. A PSNR
+ * is what that bound promises, 2 to 3 dB below what it is. A ratio is kept, and is 3 % above what
+ * was asked at most, unless no weight of bits gives such a size. report (may be NULL) and *out are
+ * as those of cvol_compress; the caller frees *out. Cost: a dozen codings of the terms. Errors:
+ * ARGUMENT, UNSUPPORTED (no volume in blocks; a largest error), TARGET (finer than `array`), DATA,
+ * MEMORY, CANCELLED. */
 CVOL_API int cvol_array_transcode(cvol_context *context, cvol_array **out,
                                   cvol_compress_report *report, const cvol_array *array,
                                   const cvol_compress_options *options);
@@ -151,7 +152,7 @@ CVOL_API int cvol_array_write(cvol_context *context, const cvol_array *array, co
 
 /* Has files of a volume (DCT blocks) written in bricks of brick[0] x brick[1] x brick[2] samples,
  * as cvol_compress_options has them; 0, 0, 0: 64^3. Terms, bounds and samples stay as they are.
- * Errors: ARGUMENT, UNSUPPORTED (no volume; corrections, which are coded in bricks). */
+ * Errors: ARGUMENT, UNSUPPORTED (no volume; residual, which are coded in bricks). */
 CVOL_API int cvol_array_set_bricks(cvol_context *context, cvol_array *array, const int brick[3]);
 
 /* Reads a .cvol file. The caller frees *out. file_bytes may be NULL. Of a file that ends early the
@@ -185,7 +186,7 @@ typedef struct cvol_file_part {
      * not looked at. l2_error and max_abs count what is left away. */
     int level;
     /* 1: of a volume whose file ends early, the finest level that is whole (but no finer than
-     * `level`) instead of an error. If all that is missing are corrections, that is level 0 without
+     * `level`) instead of an error. If all that is missing are residual, that is level 0 without
      * them: its figures are those of the terms alone, not measured. */
     int cut;
     /* Which volume of a file of many (cvol/series.h), from 0; other files have one of each. */
@@ -197,7 +198,7 @@ typedef struct cvol_file_report {
     uint64_t file_bytes;  /* of a volume among many: its own */
     int level;            /* of the array */
     int cut;              /* 1: the file ends early */
-    int residual_missing; /* 1: it ends within the corrections that make samples exact, or keep
+    int residual_missing; /* 1: it ends within the residual that make samples exact, or keep
                              their bound: the array is without, all of its figures are of that */
 } cvol_file_report;
 
@@ -236,8 +237,8 @@ typedef struct cvol_file_section {
     char tag[5];    /* "HEAD", ...; letters that cannot be printed are '?' */
     uint32_t flags; /* bit 0: readers must know it */
     /* of its header in the file; the content begins 24 bytes behind. In packed files, whose first
-     * section is PACK, others have no header: of the shells, MASK and CORR it is the place of their
-     * first byte; of those in front of them it is that of PACK */
+     * section is PACK, others have no header: of the subbands, MASK and CORR it is the place of
+     * their first byte; of those in front of them it is that of PACK */
     uint64_t offset;
     uint64_t length;     /* of its content in bytes, as its header says; unpacked */
     const char *content; /* what it is, in words; static storage */

@@ -1,7 +1,7 @@
 /* cvol/picture.h - compressed pictures: coefficients of a picture's planes, and the way from them
  * to pixels. Files of them end in .cvi (doc/format.md).
  *
- * A compressed picture is a few planes on a lattice: arrays of rank 2, quantised. The first three
+ * A compressed picture is a few planes on a lattice: arrays of rank 2, quantized. The first three
  * are an orthonormal mix of red, green and blue (0 .. 1),
  *
  *     (R + G + B) / sqrt 3,   (R - B) / sqrt 2,   (R - 2 G + B) / sqrt 6

@@ -1,8 +1,8 @@
 /* Searching the step of a picture's planes.
  *
- * Planes are transformed once; a trial quantises all coefficients, and codes them or draws the
- * picture. Both the size and the error rise and fall with the step, nearly: the search keeps the
- * coarsest step that was seen to hold a PSNR, or the finest that was seen to hold a ratio.
+ * Planes are transformed once; a encode attempt quantizes all coefficients, and codes them or draws
+ * the picture. Both the size and the error rise and fall with the step, nearly: the search keeps
+ * the coarsest step that was seen to hold a PSNR, or the finest that was seen to hold a ratio.
  */
 #include <float.h>
 #include <math.h>
@@ -18,7 +18,7 @@
  * nothing is left. */
 #define STEP_LEAST (1.0 / 16384)
 #define STEP_MOST 256.0
-/* How near the step is found, and with how many trials at most. */
+/* How near the step is found, and with how many encode attempts at most. */
 #define NEAR 1.01
 enum { TRIALS = 24 };
 
@@ -30,7 +30,7 @@ typedef struct search {
     const cvol_picture_options *options;
     cvol_image *truth; /* of the planes themselves */
     cvol_image *drawn;
-    cvol_picture *exact; /* its planes are not quantised */
+    cvol_picture *exact; /* its planes are not quantized */
     cvol_picture *best;
 } search;
 
@@ -88,7 +88,8 @@ static cvol_picture *describe(const cvol_picture_source *from, const cvol_pictur
     return picture;
 }
 
-/* ---- trials --------------------------------------------------------------------------------- */
+/* ---- encode attempts
+ * --------------------------------------------------------------------------------- */
 
 static int is_black(const double background[3])
 {
@@ -170,7 +171,8 @@ static int try_step(search *s, double step, int *holds, double *off)
     return code;
 }
 
-/* Between the steps that hold and do not, in the logarithm; the first trials go by what is missing.
+/* Between the steps that hold and do not, in the logarithm; the first encode attempts go by what is
+ * missing.
  */
 static int find(search *s)
 {

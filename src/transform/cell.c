@@ -25,12 +25,12 @@ int cvol_cell_valid_split(uint16_t split)
 }
 
 /* The parts of one octant, of side 8 or 4. */
-static int list_octant(cvol_cell_part *parts, const int half[3], int side)
+static int list_octant(cvol_sub_block *parts, const int half[3], int side)
 {
     int count = 0, quarters = 8 / side;
     for (int i = 0; i < quarters * quarters * quarters; i++) {
         const int quarter[3] = {i % quarters, i / quarters % quarters, i / quarters / quarters};
-        cvol_cell_part *part = &parts[count++];
+        cvol_sub_block *part = &parts[count++];
         part->side = side;
         for (int a = 0; a < 3; a++) {
             part->begin[a] = 8 * half[a] + 4 * quarter[a];
@@ -40,10 +40,10 @@ static int list_octant(cvol_cell_part *parts, const int half[3], int side)
     return count;
 }
 
-int cvol_cell_list_parts(cvol_cell_part parts[CVOL_CELL_PARTS_MAX], uint16_t split)
+int cvol_cell_list_sub_blocks(cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX], uint16_t split)
 {
     if (!(split & 1)) {
-        parts[0] = (cvol_cell_part){.side = CVOL_CELL};
+        parts[0] = (cvol_sub_block){.side = CVOL_CELL};
         return 1;
     }
     int count = 0;
@@ -55,7 +55,7 @@ int cvol_cell_list_parts(cvol_cell_part parts[CVOL_CELL_PARTS_MAX], uint16_t spl
 }
 
 /* Where in the cell a part's sample, or frequency, i lies. */
-static int place_of(const cvol_cell_part *part, int i, int axis, int frequency)
+static int place_of(const cvol_sub_block *part, int i, int axis, int frequency)
 {
     if (frequency)
         return part->first[axis] + i * (CVOL_CELL / part->side);
@@ -63,7 +63,7 @@ static int place_of(const cvol_cell_part *part, int i, int axis, int frequency)
 }
 
 /* out[i, j, k] = sum over p, q, r of the matrices' products and in[p, q, r]. */
-static void transform_part(float *out, const float *in, const cvol_cell_part *part, int inverse)
+static void transform_part(float *out, const float *in, const cvol_sub_block *part, int inverse)
 {
     const int M = part->side;
     double matrix[CVOL_CELL][CVOL_CELL];
@@ -93,8 +93,8 @@ static void transform_part(float *out, const float *in, const cvol_cell_part *pa
 
 static void transform_reference(float *out, const float *in, uint16_t split, int inverse)
 {
-    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
-    int count = cvol_cell_list_parts(parts, split);
+    cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX];
+    int count = cvol_cell_list_sub_blocks(parts, split);
     for (int i = 0; i < count; i++)
         transform_part(out, in, &parts[i], inverse);
 }

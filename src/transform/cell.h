@@ -23,7 +23,7 @@
 
 #define CVOL_CELL 16
 #define CVOL_CELL_SAMPLES (CVOL_CELL * CVOL_CELL * CVOL_CELL)
-#define CVOL_CELL_PARTS_MAX 64
+#define CVOL_SUB_BLOCKS_MAX 64
 
 /* All octants whole, all octants split. */
 #define CVOL_CELL_WHOLE UINT16_C(0)
@@ -32,16 +32,16 @@
 
 /* One DCT of a cell: its side M, its first sample, and the place of its frequency 0. Frequency
  * f of an axis stands at first + f (16 / M). */
-typedef struct cvol_cell_part {
+typedef struct cvol_sub_block {
     int side;
     int begin[3], first[3];
-} cvol_cell_part;
+} cvol_sub_block;
 
 /* 1 if the split means something: no bit beyond the nine, none of 1 to 8 without bit 0. */
 int cvol_cell_valid_split(uint16_t split);
 
 /* The DCTs of a split, x fastest; how many there are. */
-int cvol_cell_list_parts(cvol_cell_part parts[CVOL_CELL_PARTS_MAX], uint16_t split);
+int cvol_cell_list_sub_blocks(cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX], uint16_t split);
 
 /* The sums as written above, in double precision, term by term: the reference that the fast
  * ones are tested against. in and out may not overlap. */

@@ -1,7 +1,7 @@
 /* The lapped transform's filter across the faces of cells (Tran, Liang and Tu 2003, "Lapped
  * transform via time-domain pre- and post-filtering"): before blocks are transformed, two samples
  * on each side of every face are mixed, so that basis functions reach over faces; after the inverse
- * transform the mixing is undone, which smooths the jumps that quantisation leaves there.
+ * transform the mixing is undone, which smooths the jumps that quantization leaves there.
  *
  * Of the samples a0 a1 | a2 a3 beside a face, the mirror-even part passes as it is, the odd part
  *     w = (a1 - a2, a0 - a3)    becomes    V w,    V = J C2^T diag(s, 1) C4 J,    s = sqrt 2,

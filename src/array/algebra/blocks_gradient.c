@@ -61,11 +61,12 @@ int cvol_blocks_gradient(cvol_context *context, cvol_array *out, cvol_build_resu
         around *= (size_t)a->block + 2;
     }
     /* A central difference is at most the largest magnitude. */
-    const double gain = sqrt(squares), most = gain * cvol_ledger_largest(&a->ledger);
-    cvol_blocks_expect(out, (cvol_ledger){.l2_error = gain * a->ledger.l2_error,
-                                          .max_abs = gain * cvol_ledger_tighten(&a->ledger),
-                                          .value_min = 0,
-                                          .value_max = most});
+    const double gain = sqrt(squares), most = gain * cvol_error_bound_largest(&a->error_bound);
+    cvol_blocks_expect(
+        out, (cvol_error_bound){.l2_error = gain * a->error_bound.l2_error,
+                                .max_abs = gain * cvol_error_bound_tighten(&a->error_bound),
+                                .value_min = 0,
+                                .value_max = most});
     const cvol_keep resolved = cvol_blocks_keep_for_filter(out, keep, gain / sqrt(2), a);
     const cvol_producer producer = {.produce = produce,
                                     .user = &g,

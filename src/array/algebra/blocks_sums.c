@@ -95,7 +95,7 @@ static double sum_of_parts(const cvol_block *block, int place_bits)
     return sum;
 }
 
-/* The quantised value of the constant term. */
+/* The quantized value of the constant term. */
 static double constant_of(const cvol_block *block, int place_bits)
 {
     uint32_t place;

@@ -17,7 +17,7 @@ static int transform_again(cvol_context *context, cvol_array **out, float *sampl
                            const cvol_array *array)
 {
     const size_t zero[3] = {0, 0, 0};
-    const cvol_keep keep = cvol_keep_l2(array->ledger.l2_error / 2);
+    const cvol_keep keep = cvol_keep_l2(array->error_bound.l2_error / 2);
     cvol_grid grid = array->grid;
     grid.type = CVOL_FLOAT32;
     int code = cvol_array_evaluate_real(context, samples, array, zero, grid.dims);
@@ -40,11 +40,11 @@ int cvol_array_flatten(cvol_context *context, cvol_array **out, const cvol_array
     free(samples);
     if (code)
         return code;
-    cvol_ledger *ledger = &(*out)->ledger;
+    cvol_error_bound *error_bound = &(*out)->error_bound;
     (*out)->grid.type = array->grid.type;
-    ledger->l2_error += array->ledger.l2_error;
-    ledger->value_min = array->ledger.value_min;
-    ledger->value_max = array->ledger.value_max;
+    error_bound->l2_error += array->error_bound.l2_error;
+    error_bound->value_min = array->error_bound.value_min;
+    error_bound->value_max = array->error_bound.value_max;
     cvol_array_derive_figures(*out);
     return cvol_array_set_summary(context, *out, cvol_array_summary(array));
 }

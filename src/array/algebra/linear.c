@@ -17,17 +17,17 @@ static int check_factor(cvol_context *context, double value, const char *name)
     return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%s is %g, must be finite", name, value);
 }
 
-/* A result that is to get this ledger: an empty array, once everything is checked. */
+/* A result that is to get this error bound: an empty array, once everything is checked. */
 static int start(cvol_context *context, cvol_array **array, const cvol_array *like,
-                 const cvol_ledger *ledger, const cvol_keep *keep, const char *operation)
+                 const cvol_error_bound *error_bound, const cvol_keep *keep, const char *operation)
 {
-    int code = cvol_array_check_ledger(context, like, ledger, operation);
+    int code = cvol_array_check_error_bound(context, like, error_bound, operation);
     if (!code)
         code = cvol_keep_check(context, keep, like);
     if (!code)
         code = cvol_array_create_like(context, array, like);
     if (!code)
-        (*array)->ledger = *ledger;
+        (*array)->error_bound = *error_bound;
     return code;
 }
 
@@ -42,9 +42,9 @@ static int finish(cvol_context *context, cvol_array **out, cvol_array *array,
                          operation, (double)FLT_MAX);
     if (!code) {
         if (result->max_abs >= 0)
-            array->ledger.max_abs = fmin(array->ledger.max_abs, result->max_abs);
+            array->error_bound.max_abs = fmin(array->error_bound.max_abs, result->max_abs);
         cvol_array_account(array, result, 0);
-        code = cvol_array_check_ledger(context, array, &array->ledger, operation);
+        code = cvol_array_check_error_bound(context, array, &array->error_bound, operation);
     }
     if (code) {
         cvol_array_free(array);
@@ -74,8 +74,9 @@ int cvol_array_add(cvol_context *context, cvol_array **out, double alpha, const 
         code = cvol_array_decoded_terms(context, &b, b);
     if (code)
         return code;
-    const cvol_ledger ledger = cvol_ledger_add(alpha, &a->ledger, beta, &b->ledger);
-    code = start(context, &array, a, &ledger, keep, "add");
+    const cvol_error_bound error_bound = cvol_error_bound_add(alpha, &a->error_bound, beta,
+                                                              &b->error_bound);
+    code = start(context, &array, a, &error_bound, keep, "add");
     if (code)
         return code;
     code = a->block ? cvol_blocks_add(context, array, &result, alpha, a, beta, b, keep)
@@ -97,8 +98,8 @@ static int scale(cvol_context *context, cvol_array **out, double alpha, const cv
         code = cvol_array_decoded_terms(context, &a, a);
     if (code)
         return code;
-    const cvol_ledger ledger = cvol_ledger_scale(alpha, &a->ledger, beta);
-    code = start(context, &array, a, &ledger, &like, operation);
+    const cvol_error_bound error_bound = cvol_error_bound_scale(alpha, &a->error_bound, beta);
+    code = start(context, &array, a, &error_bound, &like, operation);
     if (code)
         return code;
     const cvol_summary summary = cvol_summary_scale(cvol_array_summary(a), alpha, beta);
@@ -145,7 +146,7 @@ int cvol_array_truncate(cvol_context *context, cvol_array **out, const cvol_arra
     keep = keep ? keep : &like;
     int code = cvol_array_decoded_terms(context, &a, a);
     if (!code)
-        code = start(context, &array, a, &a->ledger, keep, "truncate");
+        code = start(context, &array, a, &a->error_bound, keep, "truncate");
     if (code)
         return code;
     code = cvol_array_set_summary(context, array, cvol_array_summary(a));
@@ -153,6 +154,6 @@ int cvol_array_truncate(cvol_context *context, cvol_array **out, const cvol_arra
         code = a->block ? cvol_blocks_truncate(context, array, &result, a, keep)
                         : cvol_whole_truncate(context, array, &result, a, keep);
     if (low_box_grew(array, a))
-        array->ledger.support_known = 0;
+        array->error_bound.support_known = 0;
     return finish(context, out, array, &result, "truncate", code);
 }

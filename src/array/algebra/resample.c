@@ -113,8 +113,8 @@ int cvol_array_resample(cvol_context *context, cvol_array **out, const cvol_arra
         norm *= axis_norm;
         sum *= axis_sum;
     }
-    array->ledger = cvol_ledger_filter(&a->ledger, norm, sum, 1);
-    code = cvol_array_check_ledger(context, array, &array->ledger, "resample");
+    array->error_bound = cvol_error_bound_filter(&a->error_bound, norm, sum, 1);
+    code = cvol_array_check_error_bound(context, array, &array->error_bound, "resample");
     if (code)
         goto done;
     code = a->block ? cvol_blocks_resample(context, array, &result, a, rule)
@@ -122,9 +122,9 @@ int cvol_array_resample(cvol_context *context, cvol_array **out, const cvol_arra
     if (code)
         goto done;
     if (result.max_abs >= 0)
-        array->ledger.max_abs = fmin(array->ledger.max_abs, result.max_abs);
+        array->error_bound.max_abs = fmin(array->error_bound.max_abs, result.max_abs);
     cvol_array_account(array, &result, 0);
-    code = cvol_array_check_ledger(context, array, &array->ledger, "resample");
+    code = cvol_array_check_error_bound(context, array, &array->error_bound, "resample");
     if (code)
         goto done;
     cvol_array_derive_figures(array);

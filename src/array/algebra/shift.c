@@ -93,9 +93,9 @@ int cvol_array_shift(cvol_context *context, cvol_array **out, const cvol_array *
     code = cvol_spectrum_hand_over(context, array, &result, &terms, &all);
     if (code)
         goto done;
-    array->ledger = cvol_ledger_filter(&a->ledger, 1, sum_of_taps(&r), 1);
+    array->error_bound = cvol_error_bound_filter(&a->error_bound, 1, sum_of_taps(&r), 1);
     cvol_array_account(array, &result, 0);
-    code = cvol_array_check_ledger(context, array, &array->ledger, "shift");
+    code = cvol_array_check_error_bound(context, array, &array->error_bound, "shift");
     if (code)
         goto done;
     cvol_array_derive_figures(array);

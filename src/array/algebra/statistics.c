@@ -36,7 +36,7 @@ int cvol_array_statistics_of(cvol_context *context, cvol_array_statistics *out, 
         code = sums_of(context, &sum, &squares, a);
     if (code)
         return code;
-    const double samples = (double)cvol_grid_samples(&a->grid), error = a->ledger.l2_error;
+    const double samples = (double)cvol_grid_samples(&a->grid), error = a->error_bound.l2_error;
     out->sum = sum;
     out->mean = sum / samples;
     out->l2_norm = sqrt(squares);
@@ -99,7 +99,7 @@ int cvol_array_compare(cvol_context *context, cvol_array_comparison *out, const 
     if (code)
         return code;
     const double norm_a = sqrt(square_a), norm_b = sqrt(square_b);
-    const double error_a = a->ledger.l2_error, error_b = b->ledger.l2_error;
+    const double error_a = a->error_bound.l2_error, error_b = b->error_bound.l2_error;
     out->inner_product = inner;
     if (norm_a > 0 && norm_b > 0)
         out->cosine_similarity = fmax(-1, fmin(1, inner / norm_a / norm_b));

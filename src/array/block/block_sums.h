@@ -4,6 +4,6 @@
 
 #include "array/core/array.h"
 
-/* The sum of squares of the quantised values; the same bits on every processor. */
+/* The sum of squares of the quantized values; the same bits on every processor. */
 double cvol_block_squares(const cvol_block *block, int place_bits);
 #endif

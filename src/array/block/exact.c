@@ -146,7 +146,7 @@ static void line_reference(int64_t *line, int64_t stride, const int32_t *C, int 
 
 /* One part, M^3, gathered from a block of side B whose coefficients are by place, and transformed
  * where its samples lie. */
-static void part_reference(int64_t *out, const int64_t *places, const cvol_cell_part *part, int B)
+static void part_reference(int64_t *out, const int64_t *places, const cvol_sub_block *part, int B)
 {
     const int M = part->side, apart = B / M, strides[3] = {1, B, B * B};
     const int32_t *C = cvol_exact_matrix(M == 4 ? 2 : M == 8 ? 3 : M == 16 ? 4 : 5);
@@ -169,8 +169,8 @@ static void block_reference(int64_t *out, int64_t *places, const cvol_array *arr
     const int B = array->block;
     const cvol_block *block = &array->block_table[index];
     const uint32_t *words = block->terms, *end = cvol_block_end(block);
-    cvol_cell_part parts[CVOL_CELL_PARTS_MAX] = {{.side = B}};
-    const int count = B == CELL ? cvol_cell_list_parts(parts, block->split) : 1;
+    cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX] = {{.side = B}};
+    const int count = B == CELL ? cvol_cell_list_sub_blocks(parts, block->split) : 1;
     memset(places, 0, sizeof *places * cvol_array_block_terms(array));
     while (words < end) {
         uint32_t place;
@@ -285,7 +285,7 @@ static void finish(double *out, const double *samples, const cvol_array *array, 
             (out,
              samples + (begin[0] - box->begin[0]) + (y - box->begin[1]) * box->stride[1] +
                  (z - box->begin[2]) * box->stride[2],
-             width, array->offset, step, array->ledger.value_min, array->ledger.value_max,
+             width, array->offset, step, array->error_bound.value_min, array->error_bound.value_max,
              is_integer);
             if (array->grid.type == CVOL_FLOAT32)
                 for (size_t x = 0; x < width; x++)
@@ -345,10 +345,10 @@ static double base_reference(int64_t value, const cvol_array *array, int fractio
 {
     double base = ldexp(array->step, -fraction) * (double)value;
     base = array->offset + base;
-    if (base < array->ledger.value_min)
-        base = array->ledger.value_min;
-    if (base > array->ledger.value_max)
-        base = array->ledger.value_max;
+    if (base < array->error_bound.value_min)
+        base = array->error_bound.value_min;
+    if (base > array->error_bound.value_max)
+        base = array->error_bound.value_max;
     if (cvol_type_is_integer(array->grid.type))
         return floor(base + 0.5);
     return array->grid.type == CVOL_FLOAT32 ? (double)(float)base : base;

@@ -1,4 +1,4 @@
-/* Samples of volumes that come out the same everywhere, to the bit: what corrections add to.
+/* Samples of volumes that come out the same everywhere, to the bit: what residual add to.
  *
  * Coefficients are evaluated by integer arithmetic. With F fraction bits (a number per file), C the
  * matrix of the orthonormal DCT of M = 4, 8, 16 or 32 points times 2^20, rounded to integers, and

@@ -203,8 +203,8 @@ int cvol_array_know_ranges(cvol_context *context, cvol_array *array)
     if (code)
         return code;
     const double largest = fmax(fabs(array->range_min), fabs(array->range_max));
-    array->ledger.max_abs = fmin(array->ledger.max_abs,
-                                 largest + CVOL_ROUNDING * (largest + fabs(array->offset)));
+    array->error_bound.max_abs = fmin(array->error_bound.max_abs,
+                                      largest + CVOL_ROUNDING * (largest + fabs(array->offset)));
     array->has_ranges = 1;
     return CVOL_OK;
 }
@@ -227,7 +227,7 @@ int cvol_array_share(cvol_context *context, cvol_array **out, const cvol_array *
     (*out)->summary = NULL;
     (*out)->coding = NULL;
     (*out)->mask = NULL;
-    (*out)->corrections = NULL;
+    (*out)->residual = NULL;
     (*out)->pools = NULL;
     (*out)->pool_count = (*out)->pool_capacity = 0;
     int code = cvol_array_set_summary(context, *out, cvol_array_summary(array));

@@ -23,14 +23,14 @@
 #include "array/truncate/truncate.h"
 #include "base/context.h"
 
-/* `array`, whose ledger holds but for what was dropped, becomes the result. */
+/* `array`, whose error bound holds but for what was dropped, becomes the result. */
 static int finish(cvol_context *context, cvol_array **out, cvol_array *array,
                   const cvol_build_result *result, const char *operation)
 {
     if (result->max_abs >= 0)
-        array->ledger.max_abs = fmin(array->ledger.max_abs, result->max_abs);
+        array->error_bound.max_abs = fmin(array->error_bound.max_abs, result->max_abs);
     cvol_array_account(array, result, 0);
-    int code = cvol_array_check_ledger(context, array, &array->ledger, operation);
+    int code = cvol_array_check_error_bound(context, array, &array->error_bound, operation);
     if (code)
         return code;
     cvol_array_derive_figures(array);
@@ -80,8 +80,9 @@ int cvol_array_convolve_kernel(cvol_context *context, cvol_array **out, const cv
     if (code)
         goto done;
     cvol_kernel_bounds(kernel, &norm, &sum);
-    array->ledger = cvol_ledger_filter(&a->ledger, norm, sum, cvol_kernel_total(kernel));
-    code = cvol_array_check_ledger(context, array, &array->ledger, "convolve");
+    array->error_bound = cvol_error_bound_filter(&a->error_bound, norm, sum,
+                                                 cvol_kernel_total(kernel));
+    code = cvol_array_check_error_bound(context, array, &array->error_bound, "convolve");
     if (code)
         goto done;
     code = a->block ? cvol_blocks_convolve_kernel(context, array, &result, a, kernel, rule)
@@ -100,25 +101,25 @@ done:
 
 /* Bounds |A E| where A is an array's coefficients and E the error of the other one: at the places
  * that both have E is no more than the error on the support, elsewhere no more than all of it. */
-static double error_through(const cvol_largest *A, const cvol_ledger *other)
+static double error_through(const cvol_largest *A, const cvol_error_bound *other)
 {
-    return fmin(hypot(A->common * cvol_ledger_support(other), A->alone * other->l2_error),
+    return fmin(hypot(A->common * cvol_error_bound_support(other), A->alone * other->l2_error),
                 fmax(A->common, A->alone) * other->l2_error);
 }
 
-static cvol_ledger convolve_ledger(const cvol_array *a, const cvol_largest *A, const cvol_array *b,
-                                   const cvol_largest *B)
+static cvol_error_bound convolve_ledger(const cvol_array *a, const cvol_largest *A,
+                                        const cvol_array *b, const cvol_largest *B)
 {
-    const cvol_ledger *x = &a->ledger, *y = &b->ledger;
+    const cvol_error_bound *x = &a->error_bound, *y = &b->error_bound;
     const double N = (double)cvol_grid_samples(&a->grid), root = sqrt(N);
     const double kept_a = sqrt(cvol_spectrum_energy(&a->whole));
     const double kept_b = sqrt(cvol_spectrum_energy(&b->whole));
-    const cvol_ledger product = cvol_ledger_multiply(x, y); /* for its interval */
+    const cvol_error_bound product = cvol_error_bound_multiply(x, y); /* for its interval */
     const double exact = (kept_a + x->l2_error) * (kept_b + y->l2_error);
-    cvol_ledger out = {
+    cvol_error_bound out = {
         .l2_error = root * (error_through(A, y) + error_through(B, x) + x->l2_error * y->l2_error),
         .max_abs = fmin(kept_a * kept_b * (1 + cvol_array_rounding(a)),
-                        N * cvol_ledger_tighten(x) * cvol_ledger_tighten(y)),
+                        N * cvol_error_bound_tighten(x) * cvol_error_bound_tighten(y)),
         .value_min = fmax(-exact, N * product.value_min),
         .value_max = fmin(exact, N * product.value_max)};
     return out;
@@ -156,8 +157,8 @@ int cvol_array_convolve(cvol_context *context, cvol_array **out, const cvol_arra
         code = cvol_whole_largest_coefficients(context, &B, b, a);
     if (code)
         goto done;
-    array->ledger = convolve_ledger(a, &A, b, &B);
-    code = cvol_array_check_ledger(context, array, &array->ledger, "convolve");
+    array->error_bound = convolve_ledger(a, &A, b, &B);
+    code = cvol_array_check_error_bound(context, array, &array->error_bound, "convolve");
     if (!code)
         code = cvol_whole_convolve(context, array, &result, a, b, rule);
     if (!code)
@@ -192,12 +193,12 @@ int cvol_array_gradient(cvol_context *context, cvol_array **out, const cvol_arra
     if (code)
         goto done;
     const double norm = sqrt(squares);
-    array->ledger = (cvol_ledger){.l2_error = norm * a->ledger.l2_error,
-                                  .max_abs = norm * cvol_ledger_tighten(&a->ledger),
-                                  .value_min = 0,
-                                  .value_max = norm * (a->ledger.value_max - a->ledger.value_min) /
-                                               2};
-    code = cvol_array_check_ledger(context, array, &array->ledger, "gradient");
+    array->error_bound = (cvol_error_bound){
+        .l2_error = norm * a->error_bound.l2_error,
+        .max_abs = norm * cvol_error_bound_tighten(&a->error_bound),
+        .value_min = 0,
+        .value_max = norm * (a->error_bound.value_max - a->error_bound.value_min) / 2};
+    code = cvol_array_check_error_bound(context, array, &array->error_bound, "gradient");
     if (code)
         goto done;
     code = a->block ? cvol_blocks_gradient(context, array, &result, a, weight, rule)

@@ -152,23 +152,23 @@ double cvol_array_quantised_step(const cvol_array *array)
 }
 
 /* Frees the terms; the array only lends its mask to them. */
-static void drop_decoded(cvol_corrections *corrections)
+static void drop_decoded(cvol_residual *residual)
 {
-    if (corrections->decoded)
-        corrections->decoded->mask = NULL;
-    cvol_array_free(corrections->decoded);
-    corrections->decoded = NULL;
+    if (residual->decoded)
+        residual->decoded->mask = NULL;
+    cvol_array_free(residual->decoded);
+    residual->decoded = NULL;
 }
 
-void cvol_array_drop_modes(cvol_array *array)
+void cvol_array_drop_residual(cvol_array *array)
 {
-    if (array->corrections) {
-        drop_decoded(array->corrections);
-        array->corrections->free(array->corrections);
+    if (array->residual) {
+        drop_decoded(array->residual);
+        array->residual->free(array->residual);
     }
     cvol_mask_free(array->mask);
     array->mask = NULL;
-    array->corrections = NULL;
+    array->residual = NULL;
 }
 
 void cvol_array_free(cvol_array *array)
@@ -184,7 +184,7 @@ void cvol_array_free(cvol_array *array)
     free(array->summary);
     if (array->coding)
         array->coding->ops->destroy(array->coding);
-    cvol_array_drop_modes(array);
+    cvol_array_drop_residual(array);
     free(array);
 }
 
@@ -224,9 +224,9 @@ static uint64_t resident_bytes(const cvol_array *array)
         bytes += sizeof *array->summary;
     if (array->mask)
         bytes += cvol_mask_bytes(array->mask);
-    if (array->corrections)
-        bytes += array->corrections->bytes(array->corrections) +
-                 (array->corrections->decoded ? resident_bytes(array->corrections->decoded) : 0);
+    if (array->residual)
+        bytes += array->residual->bytes(array->residual) +
+                 (array->residual->decoded ? resident_bytes(array->residual->decoded) : 0);
     return bytes + whole->low_count * sizeof *whole->low_values +
            whole->sparse_capacity * (sizeof *whole->places + sizeof *whole->values);
 }
@@ -249,13 +249,13 @@ void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
                    samples;
     }
     out->resident_bytes = resident_bytes(array);
-    out->value_min = array->ledger.value_min;
-    out->value_max = array->ledger.value_max;
-    out->l2_error = array->ledger.l2_error;
-    out->max_abs = array->ledger.max_abs;
-    if (array->corrections) /* what they make of the terms is within the range */
+    out->value_min = array->error_bound.value_min;
+    out->value_max = array->error_bound.value_max;
+    out->l2_error = array->error_bound.l2_error;
+    out->max_abs = array->error_bound.max_abs;
+    if (array->residual) /* what they make of the terms is within the range */
         out->max_abs = fmax(out->max_abs,
-                            cvol_ledger_largest(&array->ledger) * (1 + CVOL_ROUNDING));
+                            cvol_error_bound_largest(&array->error_bound) * (1 + CVOL_ROUNDING));
     out->measured = array->measured;
     out->psnr_db = array->psnr_db;
     out->max_error = array->max_error;
@@ -271,17 +271,17 @@ void cvol_array_get_info(const cvol_array *array, cvol_array_info *out)
 
 void cvol_array_derive_figures(cvol_array *array)
 {
-    const cvol_ledger *ledger = &array->ledger;
+    const cvol_error_bound *error_bound = &array->error_bound;
     const double samples = (double)cvol_grid_samples(&array->grid);
     /* Rounding to integers adds up to a half in every sample. */
     const double half = cvol_type_is_integer(array->grid.type) ? 0.5 : 0;
-    const double l2_error = ledger->l2_error + half * sqrt(samples);
+    const double l2_error = error_bound->l2_error + half * sqrt(samples);
     array->measured = 0;
-    array->max_error = ledger->l2_error + half;
+    array->max_error = error_bound->l2_error + half;
     array->psnr_db = (double)INFINITY;
     if (l2_error > 0)
-        array->psnr_db = 20 *
-                         log10((ledger->value_max - ledger->value_min) * sqrt(samples) / l2_error);
+        array->psnr_db = 20 * log10((error_bound->value_max - error_bound->value_min) *
+                                    sqrt(samples) / l2_error);
 }
 
 /* Of lapped volumes: |pre-filtered cell| <= CVOL_LAP_PRE_NORM_3 |cell and two samples around it|,
@@ -289,7 +289,7 @@ void cvol_array_derive_figures(cvol_array *array)
 double cvol_array_coefficient_bound(const cvol_array *array)
 {
     return (array->lapped ? 4 : 1) * sqrt((double)cvol_array_block_terms(array)) *
-           (array->ledger.max_abs + fabs(array->offset));
+           (array->error_bound.max_abs + fabs(array->offset));
 }
 
 /* ---- what operations ask of their operands ---------------------------------------------- */

@@ -2,7 +2,7 @@
  *
  * Blocks are numbered x fastest: block (i, j, l) has index i + blocks[0] (j + blocks[1] l).
  * A block is a list of terms, one 32-bit word each: the low `place_bits` bits hold the
- * coefficient's place u + B v + B^2 w (v = w = 0 beyond the rank), the rest its quantised value as
+ * coefficient's place u + B v + B^2 w (v = w = 0 beyond the rank), the rest its quantized value as
  * a signed number. A value that does not fit is an escape word (the most negative value) followed
  * by one word that is the value itself. Places rise strictly within a block. A coefficient is value
  * times step.
@@ -46,7 +46,7 @@ typedef struct cvol_coding_ops {
      * of them: the usual. NULL when memory is short. */
     cvol_coding *(*make)(const cvol_coding *bricks, const cvol_coding *terms);
     void (*brick_sides)(size_t side[3], const cvol_coding *coding);
-    /* The terms' step is the step of quantisation divided by 2 to this power. */
+    /* The terms' step is the step of quantization divided by 2 to this power. */
     int (*finer_bits)(const cvol_coding *coding);
 } cvol_coding_ops;
 struct cvol_coding {
@@ -60,17 +60,17 @@ struct cvol_array {
     int rank;
     cvol_transform transform;
     cvol_spectrum whole; /* block 0 only */
-    cvol_ledger ledger;
-    int measured;              /* whether the next two are, or follow from the ledger */
-    double psnr_db, max_error; /* of the samples as the grid's type stores them */
-    double threshold;          /* terms smaller than this were dropped; 0: none */
-    cvol_coding *coding;       /* NULL: the usual one */
-    char *attributes; /* JSON text, or NULL: of the volume it was read with */
-    double offset;    /* added to every sample; whole arrays: 0 */
+    cvol_error_bound error_bound;
+    int measured;                 /* whether the next two are, or follow from the error bound */
+    double psnr_db, max_error;    /* of the samples as the grid's type stores them */
+    double threshold;             /* terms smaller than this were dropped; 0: none */
+    cvol_coding *coding;          /* NULL: the usual one */
+    char *attributes;             /* JSON text, or NULL: of the volume it was read with */
+    double offset;                /* added to every sample; whole arrays: 0 */
     struct cvol_summary *summary; /* volumes: how the original samples are distributed; or NULL */
     /* Volumes only: samples without a value, which evaluate to their fills; both may be NULL. */
     cvol_mask *mask;
-    cvol_corrections *corrections;
+    cvol_residual *residual;
     /* blocks only: */
     int block;      /* B; 0: whole */
     int block_log2; /* 3, 4 or 5 */
@@ -100,11 +100,11 @@ int cvol_array_create_as(cvol_context *context, cvol_array **out, const cvol_gri
  * are those of another one (NULL: of neither). Errors: MEMORY. */
 int cvol_array_set_coding(cvol_context *context, cvol_array *array, const cvol_array *bricks,
                           const cvol_array *terms);
-/* The step that the terms were quantised with. */
+/* The step that the terms were quantized with. */
 double cvol_array_quantised_step(const cvol_array *array);
 
-/* Frees mask and corrections. */
-void cvol_array_drop_modes(cvol_array *array);
+/* Frees mask and residual. */
+void cvol_array_drop_residual(cvol_array *array);
 
 /* An empty array of the same shape, for a result: sample type float32, value scale 1. */
 int cvol_array_create_like(cvol_context *context, cvol_array **out, const cvol_array *like);
@@ -123,11 +123,12 @@ int cvol_attributes_are_text(const char *text, size_t size);
 /* Sets an array's attributes as they are. Errors: MEMORY. */
 int cvol_array_keep_attributes(cvol_context *context, cvol_array *array, const char *text,
                                size_t size);
-/* psnr_db and max_error from the ledger. */
+/* psnr_db and max_error from the error bound. */
 void cvol_array_derive_figures(cvol_array *array);
 /* B^rank. */
 size_t cvol_array_block_terms(const cvol_array *array);
-/* Bounds the coefficients of an array of this shape whose samples are within ledger.max_abs. */
+/* Bounds the coefficients of an array of this shape whose samples are within error bound.max_abs.
+ */
 double cvol_array_coefficient_bound(const cvol_array *array);
 /* Whether any block is a split cell (transform/cell.h). */
 int cvol_array_has_splits(const cvol_array *array);
@@ -205,11 +206,11 @@ void cvol_array_gather(float *out, const void *samples, const cvol_array *shape,
 void cvol_samples_load(float *out, const void *samples, cvol_type type, size_t first, size_t count,
                        double offset);
 /* Finds the least and largest sample. Errors: DATA (NaN or infinite samples). */
-int cvol_survey_samples(cvol_context *context, double *min, double *max, const void *samples,
-                        const cvol_grid *grid);
+int cvol_scan_samples(cvol_context *context, double *min, double *max, const void *samples,
+                      const cvol_grid *grid);
 /* The same for a part of a volume, whose grid it is, that begins at a sheet: for messages. */
-int cvol_survey_sheets(cvol_context *context, double *min, double *max, const void *samples,
-                       const cvol_grid *grid, size_t first_sheet);
+int cvol_scan_slices(cvol_context *context, double *min, double *max, const void *samples,
+                     const cvol_grid *grid, size_t first_sheet);
 
 /* Evaluates block `index` whole, as floats without `offset`, into out[B^rank] (x fastest, 64-byte
  * aligned), by the kernel that gives the same bits on every processor. Not filtered: the samples of

@@ -65,8 +65,8 @@ static void type_bounds(double *least, double *most, cvol_type type)
 
 cvol_stored_as cvol_stored_as_of(const cvol_array *array)
 {
-    cvol_stored_as as = {array->grid.type, array->offset, array->ledger.value_min,
-                         array->ledger.value_max};
+    cvol_stored_as as = {array->grid.type, array->offset, array->error_bound.value_min,
+                         array->error_bound.value_max};
     if (cvol_type_is_integer(as.type)) {
         double least, most;
         type_bounds(&least, &most, as.type);

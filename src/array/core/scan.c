@@ -54,14 +54,14 @@ static int fail_strange(cvol_context *context, const cvol_grid *grid, size_t cou
                      count, count == 1 ? "sample is" : "samples are", x, y, z, first);
 }
 
-int cvol_survey_samples(cvol_context *context, double *min, double *max, const void *samples,
-                        const cvol_grid *grid)
+int cvol_scan_samples(cvol_context *context, double *min, double *max, const void *samples,
+                      const cvol_grid *grid)
 {
-    return cvol_survey_sheets(context, min, max, samples, grid, 0);
+    return cvol_scan_slices(context, min, max, samples, grid, 0);
 }
 
-int cvol_survey_sheets(cvol_context *context, double *min, double *max, const void *samples,
-                       const cvol_grid *grid, size_t first_sheet)
+int cvol_scan_slices(cvol_context *context, double *min, double *max, const void *samples,
+                     const cvol_grid *grid, size_t first_sheet)
 {
     const size_t sheets = grid->dims[2], per_sheet = grid->dims[0] * grid->dims[1];
     sheet_survey *surveys = cvol_allocate(sheets, sizeof *surveys);

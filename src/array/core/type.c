@@ -23,7 +23,7 @@ int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type
     if (!cvol_type_name(type))
         return cvol_fail(context, CVOL_ERROR_ARGUMENT, "%d is no sample type", (int)type);
     const int integer = cvol_type_is_integer(type);
-    double lo = array->ledger.value_min, hi = array->ledger.value_max, least, largest;
+    double lo = array->error_bound.value_min, hi = array->error_bound.value_max, least, largest;
     if (integer) {
         lo = floor(lo);
         hi = ceil(hi);
@@ -36,10 +36,10 @@ int cvol_array_set_type(cvol_context *context, cvol_array *array, cvol_type type
                          cvol_type_name(type_for(lo, hi)));
     if (array->grid.type == type)
         return CVOL_OK;
-    cvol_array_drop_modes(array); /* they are of the type before */
+    cvol_array_drop_residual(array); /* they are of the type before */
     array->grid.type = type;
-    array->ledger.value_min = lo;
-    array->ledger.value_max = hi;
+    array->error_bound.value_min = lo;
+    array->error_bound.value_max = hi;
     cvol_array_derive_figures(array);
     return CVOL_OK;
 }

@@ -90,8 +90,8 @@ static int add_blocks(cvol_context *context, cvol_tally *tally, const scratch *s
 /* The range that is known of the samples: bounds of results may be wide. */
 static void find_range(double range[2], const cvol_array *array)
 {
-    range[0] = array->ledger.value_min;
-    range[1] = array->ledger.value_max;
+    range[0] = array->error_bound.value_min;
+    range[1] = array->error_bound.value_max;
     if (!array->measured && array->has_ranges) {
         range[0] = fmax(range[0], array->range_min);
         range[1] = fmin(range[1], array->range_max);

@@ -226,8 +226,8 @@ int cvol_array_evaluate_box(cvol_context *context, void *out, const cvol_array *
 {
     int code = cvol_array_check_box(context, array, begin, end);
     if (!code)
-        code = array->corrections ? array->corrections->evaluate(context, out, array, begin, end)
-                                  : evaluate_terms(context, out, array, begin, end);
+        code = array->residual ? array->residual->evaluate(context, out, array, begin, end)
+                               : evaluate_terms(context, out, array, begin, end);
     if (!code && array->mask)
         apply_mask(context, out, array, begin, end);
     return code;

@@ -56,7 +56,7 @@ int cvol_array_evaluate_real(cvol_context *context, float *out, const cvol_array
     int code = cvol_array_check_box(context, array, begin, end);
     if (code)
         return code;
-    if (array->corrections)
+    if (array->residual)
         return evaluate_decoded(context, out, array, begin, end);
     code = array->block ? cvol_blocks_evaluate(context, out, array, begin, end)
                         : cvol_whole_evaluate(context, out, array, begin, end);

@@ -1,4 +1,4 @@
-/* The terms of what an array with corrections decodes to: see decoded_terms.h. */
+/* The terms of what an array with residual decodes to: see decoded_terms.h. */
 #include "array/evaluate/decoded_terms.h"
 
 #include <math.h>
@@ -26,7 +26,7 @@
 
 static double wanted_step(const cvol_array *array)
 {
-    const double span = array->ledger.value_max - array->ledger.value_min;
+    const double span = array->error_bound.value_max - array->error_bound.value_min;
     double step = span / STEPS_OF_RANGE;
     if (array->step < step * FINE_ENOUGH) /* a few samples far off make the range */
         step = array->step / 2;
@@ -35,18 +35,18 @@ static double wanted_step(const cvol_array *array)
 
 static int is_fine_enough(const cvol_array *array)
 {
-    const double span = array->ledger.value_max - array->ledger.value_min;
+    const double span = array->error_bound.value_max - array->error_bound.value_min;
     return !(span > SPAN_LEAST && span < SPAN_MOST) ||
            array->step <=
                FINE_ENOUGH * fmax(span / STEPS_OF_RANGE,
                                   cvol_type_is_integer(array->grid.type) ? STEP_OF_INTEGERS : 0);
 }
 
-/* Masked samples become one within the range: what corrections leave there may be anything. */
+/* Masked samples become one within the range: what residual leave there may be anything. */
 static void fill_masked(void *samples, const cvol_array *array, const size_t begin[3],
                         const size_t end[3])
 {
-    const double value = fmin(fmax(0, array->ledger.value_min), array->ledger.value_max);
+    const double value = fmin(fmax(0, array->error_bound.value_min), array->error_bound.value_max);
     uint64_t bits = 0;
     if (!array->mask || !cvol_fills_of_value(&bits, array->grid.type, value))
         return;
@@ -59,7 +59,7 @@ static void fill_masked(void *samples, const cvol_array *array, const size_t beg
 int cvol_array_decoded_samples(cvol_context *context, void *out, const cvol_array *array,
                                const size_t begin[3], const size_t end[3])
 {
-    const int code = array->corrections->evaluate(context, out, array, begin, end);
+    const int code = array->residual->evaluate(context, out, array, begin, end);
     if (!code)
         fill_masked(out, array, begin, end);
     return code;
@@ -85,7 +85,7 @@ static int transform_samples(cvol_context *context, cvol_array *terms, const cvo
     if (code)
         return code;
     cvol_array_account(terms, &result, 0);
-    terms->ledger.l2_error += samples_error(array);
+    terms->error_bound.l2_error += samples_error(array);
     return CVOL_OK;
 }
 
@@ -97,9 +97,9 @@ static int make_shape(cvol_context *context, cvol_array **out, const cvol_array 
         return code;
     cvol_array *terms = *out;
     terms->offset = array->offset;
-    terms->ledger = array->ledger;
-    terms->ledger.l2_error = 0;
-    terms->ledger.max_abs = cvol_ledger_largest(&array->ledger);
+    terms->error_bound = array->error_bound;
+    terms->error_bound.l2_error = 0;
+    terms->error_bound.max_abs = cvol_error_bound_largest(&array->error_bound);
     code = cvol_array_set_coding(context, terms, array, NULL);
     return code ? code : cvol_array_set_summary(context, terms, cvol_array_summary(array));
 }
@@ -134,14 +134,14 @@ static int make(cvol_context *context, cvol_array **out, const cvol_array *array
 int cvol_array_decoded_terms(cvol_context *context, const cvol_array **out, const cvol_array *array)
 {
     static pthread_mutex_t one_at_a_time = PTHREAD_MUTEX_INITIALIZER;
-    cvol_corrections *corrections = array->corrections;
+    cvol_residual *residual = array->residual;
     *out = array;
-    if (!corrections || is_fine_enough(array))
+    if (!residual || is_fine_enough(array))
         return CVOL_OK;
     pthread_mutex_lock(&one_at_a_time);
-    const int code = corrections->decoded ? CVOL_OK : make(context, &corrections->decoded, array);
+    const int code = residual->decoded ? CVOL_OK : make(context, &residual->decoded, array);
     if (!code)
-        *out = corrections->decoded;
+        *out = residual->decoded;
     pthread_mutex_unlock(&one_at_a_time);
     return code;
 }

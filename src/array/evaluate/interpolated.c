@@ -70,13 +70,13 @@ int cvol_interpolated_finish(cvol_context *context, cvol_array *array, double dr
         if (code)
             return code;
     }
-    cvol_ledger *ledger = &array->ledger;
-    *ledger = (cvol_ledger){.max_abs = fmax(fabs(bounds[0]), fabs(bounds[1]))};
-    cvol_ledger_drop(ledger, dropped, norm + dropped, (double)INFINITY);
-    ledger->value_min = bounds[0] - ledger->l2_error;
-    ledger->value_max = bounds[1] + ledger->l2_error;
+    cvol_error_bound *error_bound = &array->error_bound;
+    *error_bound = (cvol_error_bound){.max_abs = fmax(fabs(bounds[0]), fabs(bounds[1]))};
+    cvol_error_bound_drop(error_bound, dropped, norm + dropped, (double)INFINITY);
+    error_bound->value_min = bounds[0] - error_bound->l2_error;
+    error_bound->value_max = bounds[1] + error_bound->l2_error;
     cvol_array_derive_figures(array);
-    return cvol_ledger_check(context, ledger, "interpolating");
+    return cvol_error_bound_check(context, error_bound, "interpolating");
 }
 
 int cvol_interpolated_set(cvol_context *context, cvol_array *array, const uint32_t *places,

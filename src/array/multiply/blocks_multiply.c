@@ -98,7 +98,7 @@ int cvol_blocks_multiply(cvol_context *context, cvol_array *out, cvol_build_resu
         producer.scratch_bytes = cvol_halo_bytes(a) + cvol_halo_bytes(b) + samples;
     }
     out->offset = a->offset * b->offset;
-    cvol_blocks_expect(out, cvol_ledger_multiply(&a->ledger, &b->ledger));
+    cvol_blocks_expect(out, cvol_error_bound_multiply(&a->error_bound, &b->error_bound));
     const cvol_keep resolved = cvol_blocks_keep_for_multiply(out, keep, a, b);
     return cvol_build_blocks(context, out, result, &producer, &resolved);
 }

@@ -181,7 +181,7 @@ static int run(cvol_context *context, cvol_array *out, cvol_build_result *result
 /* Bounds the L2 norm of what an array evaluates to. */
 static double norm_of(const cvol_array *array)
 {
-    const double most = cvol_ledger_tighten(&array->ledger) *
+    const double most = cvol_error_bound_tighten(&array->error_bound) *
                         sqrt((double)cvol_grid_samples(&array->grid));
     return array->block ? most : sqrt(cvol_spectrum_energy(&array->whole));
 }
@@ -191,11 +191,11 @@ static double norm_of(const cvol_array *array)
 static void set_bound(cvol_array *out, const cvol_array *a, const cvol_array *b,
                       const cvol_build_result *result)
 {
-    cvol_ledger *ledger = &out->ledger;
-    const double factors = norm_of(a) * cvol_ledger_tighten(&b->ledger) +
-                           norm_of(b) * cvol_ledger_tighten(&a->ledger);
+    cvol_error_bound *error_bound = &out->error_bound;
+    const double factors = norm_of(a) * cvol_error_bound_tighten(&b->error_bound) +
+                           norm_of(b) * cvol_error_bound_tighten(&a->error_bound);
     if (result->max_abs >= 0) /* of float products: within their rounding of the exact ones */
-        ledger->max_abs = fmin(ledger->max_abs, result->max_abs);
+        error_bound->max_abs = fmin(error_bound->max_abs, result->max_abs);
     cvol_array_account(out, result, factors);
 }
 
@@ -221,15 +221,16 @@ int cvol_array_multiply(cvol_context *context, cvol_array **out, const cvol_arra
         code = cvol_array_create_like(context, &array, a);
     if (code)
         return code;
-    array->ledger = cvol_ledger_multiply(&a->ledger, &b->ledger);
-    code = cvol_array_check_ledger(context, array, &array->ledger, "multiply");
+    array->error_bound = cvol_error_bound_multiply(&a->error_bound, &b->error_bound);
+    code = cvol_array_check_error_bound(context, array, &array->error_bound, "multiply");
     cvol_build_result result = {.max_abs = -1};
     if (!code)
         code = run(context, array, &result, a, b, &wanted, plan, &own);
     if (!code) {
-        result.gain = cvol_ledger_tighten(&a->ledger) + cvol_ledger_tighten(&b->ledger);
+        result.gain = cvol_error_bound_tighten(&a->error_bound) +
+                      cvol_error_bound_tighten(&b->error_bound);
         set_bound(array, a, b, &result);
-        code = cvol_array_check_ledger(context, array, &array->ledger, "multiply");
+        code = cvol_array_check_error_bound(context, array, &array->error_bound, "multiply");
     }
     if (code) {
         cvol_array_free(array);

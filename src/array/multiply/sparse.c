@@ -101,8 +101,8 @@ static int make_terms(cvol_context *context, cvol_sparse_terms terms[2], double 
     tail_b = tail_a;
     if (a != b)
         rc = cvol_sparse_terms_make(context, &terms[1], &tail_b, b, least);
-    *spent = cvol_ledger_tighten(&a->ledger) * tail_b +
-             (cvol_ledger_tighten(&b->ledger) + tail_b) * tail_a;
+    *spent = cvol_error_bound_tighten(&a->error_bound) * tail_b +
+             (cvol_error_bound_tighten(&b->error_bound) + tail_b) * tail_a;
     return rc;
 }
 

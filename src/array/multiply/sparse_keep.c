@@ -181,7 +181,7 @@ static double drop_small(list *of, double cut, double *norm)
 
 double cvol_sparse_allowed(const cvol_array *out, const cvol_keep *keep)
 {
-    const double range = out->ledger.value_max - out->ledger.value_min;
+    const double range = out->error_bound.value_max - out->error_bound.value_min;
     if (keep->rule == CVOL_KEEP_L2)
         return keep->value;
     if (keep->rule == CVOL_KEEP_PSNR && range > 0)

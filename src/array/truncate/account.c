@@ -48,7 +48,8 @@ void cvol_array_account(cvol_array *array, const cvol_build_result *result, doub
     const double constant = fabs(array->offset) * sqrt((double)cvol_grid_samples(&array->grid));
     double sample = (double)INFINITY, dropped = result->dropped, norm = result->norm;
     double underflow = 0;
-    if (norm > 0 || array->ledger.max_abs > 0 || cvol_ledger_largest(&array->ledger) > 0)
+    if (norm > 0 || array->error_bound.max_abs > 0 ||
+        cvol_error_bound_largest(&array->error_bound) > 0)
         underflow = UNDERFLOW * (double)cvol_grid_samples(&array->grid) * fmax(result->gain, 1);
     if (array->block)
         sample = result->sample + CVOL_ROUNDING * cvol_array_coefficient_bound(array);
@@ -60,19 +61,19 @@ void cvol_array_account(cvol_array *array, const cvol_build_result *result, doub
     }
     norm = (norm + factors + constant) * cvol_array_rounding(array) / CVOL_ROUNDING +
            underflow / CVOL_ROUNDING;
-    cvol_ledger_drop(&array->ledger, dropped, norm, sample + underflow);
+    cvol_error_bound_drop(&array->error_bound, dropped, norm, sample + underflow);
 }
 
-int cvol_array_check_ledger(cvol_context *context, const cvol_array *array,
-                            const cvol_ledger *ledger, const char *operation)
+int cvol_array_check_error_bound(cvol_context *context, const cvol_array *array,
+                                 const cvol_error_bound *error_bound, const char *operation)
 {
-    const double largest = fmax(cvol_ledger_largest(ledger), ledger->max_abs);
+    const double largest = fmax(cvol_error_bound_largest(error_bound), error_bound->max_abs);
     /* By how much coefficients, and the sums that they are computed from, may be larger. */
     const double room = array->block
                             ? (array->lapped ? 16 : 4) * sqrt((double)cvol_array_block_terms(array))
                             : 8 * (double)cvol_grid_samples(&array->grid);
     if (!(largest > (double)FLT_MAX / room))
-        return cvol_ledger_check(context, ledger, operation);
+        return cvol_error_bound_check(context, error_bound, operation);
     return cvol_fail(context, CVOL_ERROR_DATA,
                      "%s: values may reach %g, beyond what transforms in float32 can hold (%g); "
                      "scale the operands down first",

@@ -17,11 +17,11 @@ static cvol_keep resolve(const cvol_array *out, const cvol_keep *keep, double we
     for (int i = 0; i < 2; i++) {
         if (!inputs[i] || !inputs[i]->coefficients || !(weights[i] > 0))
             continue;
-        /* Of a quantised array the smallest term is one step. */
+        /* Of a quantized array the smallest term is one step. */
         const int steps = inputs[i]->threshold == 0;
         const double own = cvol_array_quantised_step(inputs[i]);
         const double smallest = weights[i] * (steps ? own : inputs[i]->threshold);
-        const double lost = weights[i] * inputs[i]->ledger.l2_error;
+        const double lost = weights[i] * inputs[i]->error_bound.l2_error;
         if (step > 0 && (lost < error || (lost == error && smallest >= threshold)))
             continue;
         error = lost;
@@ -81,9 +81,10 @@ cvol_keep cvol_blocks_keep_for_filter(const cvol_array *out, const cvol_keep *ke
     return resolve(out, keep, gain, a, 0, NULL);
 }
 
-void cvol_blocks_expect(cvol_array *out, cvol_ledger ledger)
+void cvol_blocks_expect(cvol_array *out, cvol_error_bound error_bound)
 {
-    const cvol_ledger *own = &out->ledger; /* an array that evaluates to zero may have an error */
-    if (!(own->max_abs > 0 || own->l2_error > 0 || cvol_ledger_largest(own) > 0))
-        out->ledger = ledger;
+    const cvol_error_bound *own =
+        &out->error_bound; /* an array that evaluates to zero may have an error */
+    if (!(own->max_abs > 0 || own->l2_error > 0 || cvol_error_bound_largest(own) > 0))
+        out->error_bound = error_bound;
 }

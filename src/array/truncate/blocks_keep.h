@@ -8,7 +8,7 @@
  *     filter    the L2 norm of its taps
  *
  * The input whose l2_error times its weight is the larger one decides: its step (the codec's
- * arrays, threshold 0, which are quantised and nothing else: STEP) or its threshold (THRESHOLD),
+ * arrays, threshold 0, which are quantized and nothing else: STEP) or its threshold (THRESHOLD),
  * times its weight. Inputs without terms say nothing. The steps are never so fine that a result
  * could not be held.
  */
@@ -17,7 +17,7 @@
 
 #include "array/core/array.h"
 
-/* Each gives *keep itself unless its rule is LIKE_INPUTS. out->ledger.max_abs must be set. */
+/* Each gives *keep itself unless its rule is LIKE_INPUTS. out->error_bound.max_abs must be set. */
 cvol_keep cvol_blocks_keep_for_add(const cvol_array *out, const cvol_keep *keep, double alpha,
                                    const cvol_array *a, double beta, const cvol_array *b);
 cvol_keep cvol_blocks_keep_for_multiply(const cvol_array *out, const cvol_keep *keep,
@@ -25,8 +25,8 @@ cvol_keep cvol_blocks_keep_for_multiply(const cvol_array *out, const cvol_keep *
 cvol_keep cvol_blocks_keep_for_filter(const cvol_array *out, const cvol_keep *keep, double gain,
                                       const cvol_array *a);
 
-/* Sets out->ledger to what is expected of the result, unless the caller already has: the builder
- * takes its step from it. */
-void cvol_blocks_expect(cvol_array *out, cvol_ledger ledger);
+/* Sets out->error_bound to what is expected of the result, unless the caller already has: the
+ * builder takes its step from it. */
+void cvol_blocks_expect(cvol_array *out, cvol_error_bound error_bound);
 
 #endif

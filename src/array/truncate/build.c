@@ -135,7 +135,7 @@ static int run_passes(cvol_context *context, cvol_builder *b, const cvol_keep *k
         b->critical = selection.critical;
         array->threshold = isinf(selection.critical) ? 0 : (double)selection.critical;
         code = cvol_build_pass(context, b, 0.4, 1);
-        return code ? code : cvol_build_settle(context, b, &selection);
+        return code ? code : cvol_build_commit(context, b, &selection);
     }
     }
     return cvol_build_pass(context, b, 0, 1);

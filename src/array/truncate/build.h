@@ -12,15 +12,15 @@
 #include "array/core/array.h"
 #include "array/truncate/producer.h"
 
-/* Fills `array` (created, without terms). array->ledger.max_abs and array->offset must be set: as
- * bounds of coefficients (cvol_array_coefficient_bound), they give the fine step of all rules but
- * STEP and ALL, a power of two with which the largest coefficient takes 22 bits (finer where an L2
- * error asks for it). ALL goes by the largest coefficient that there is, which takes 29 bits. PSNR
- * goes by array->ledger.value_min and value_max. RHO counts as cvol_array_info does, RATIO the
- * resident bytes. Under DFT both slots (a, b) of a pair are kept or dropped together, by the
- * magnitude |F| = sqrt((a^2 + b^2) / 2). Sets step, threshold, coefficients; not the ranges, not
- * the ledger. The bits of the result do not depend on the number of threads. Errors: ARGUMENT, DATA
- * (coefficients beyond what a step can hold), TARGET, MEMORY, CANCELLED. */
+/* Fills `array` (created, without terms). array->error_bound.max_abs and array->offset must be set:
+ * as bounds of coefficients (cvol_array_coefficient_bound), they give the fine step of all rules
+ * but STEP and ALL, a power of two with which the largest coefficient takes 22 bits (finer where an
+ * L2 error asks for it). ALL goes by the largest coefficient that there is, which takes 29 bits.
+ * PSNR goes by array->error_bound.value_min and value_max. RHO counts as cvol_array_info does,
+ * RATIO the resident bytes. Under DFT both slots (a, b) of a pair are kept or dropped together, by
+ * the magnitude |F| = sqrt((a^2 + b^2) / 2). Sets step, threshold, coefficients; not the ranges,
+ * not the error bound. The bits of the result do not depend on the number of threads. Errors:
+ * ARGUMENT, DATA (coefficients beyond what a step can hold), TARGET, MEMORY, CANCELLED. */
 int cvol_build_blocks(cvol_context *context, cvol_array *array, cvol_build_result *result,
                       const cvol_producer *producer, const cvol_keep *keep);
 

@@ -60,7 +60,7 @@ static void settle_run(const cvol_builder *b, size_t run_index, const cvol_candi
     cvol_run_place_terms(b, run_index);
 }
 
-int cvol_build_settle(cvol_context *context, cvol_builder *b, const cvol_selection *selection)
+int cvol_build_commit(cvol_context *context, cvol_builder *b, const cvol_selection *selection)
 {
     size_t count = 0;
     for (size_t r = 0; r < b->run_count; r++)

@@ -21,7 +21,7 @@ typedef struct cvol_scan_task {
     double lost; /* sum of squares of the others */
 } cvol_scan_task;
 
-/* Magnitudes of 2^CVOL_MOST_BITS steps and more cannot be quantised. */
+/* Magnitudes of 2^CVOL_MOST_BITS steps and more cannot be quantized. */
 enum { CVOL_MOST_BITS = 30 };
 
 typedef struct cvol_pack_task {

@@ -1,4 +1,4 @@
-/* Blocks of coefficients, produced, scanned, quantised and packed, run by run. */
+/* Blocks of coefficients, produced, scanned, quantized and packed, run by run. */
 #include "array/truncate/build_runs.h"
 
 #include <math.h>

@@ -48,6 +48,6 @@ uint32_t cvol_block_partner(const cvol_array *array, uint32_t place);
  * `to`. Errors: those of cvol_build_blocks. */
 int cvol_build_pass(cvol_context *context, cvol_builder *b, double from, double to);
 /* Decides about the candidates, and takes those that are not kept out of the runs. */
-int cvol_build_settle(cvol_context *context, cvol_builder *b, const cvol_selection *selection);
+int cvol_build_commit(cvol_context *context, cvol_builder *b, const cvol_selection *selection);
 
 #endif

@@ -69,9 +69,9 @@ double cvol_select_allowed(const cvol_array *array, const cvol_keep *keep)
 {
     if (keep->rule == CVOL_KEEP_L2)
         return keep->value;
-    const cvol_ledger *ledger = &array->ledger;
-    return (ledger->value_max - ledger->value_min) * sqrt((double)cvol_grid_samples(&array->grid)) *
-           pow(10, -keep->value / 20);
+    const cvol_error_bound *error_bound = &array->error_bound;
+    return (error_bound->value_max - error_bound->value_min) *
+           sqrt((double)cvol_grid_samples(&array->grid)) * pow(10, -keep->value / 20);
 }
 
 /* ---- rules that limit the number of terms ---------------------------------------------------- */

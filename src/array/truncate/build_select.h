@@ -44,8 +44,8 @@ typedef struct cvol_selection {
     double rounded; /* what a kept one may lose */
 } cvol_selection;
 
-/* One of the rules TERMS, RHO, RATIO, PSNR, L2 (PSNR: of the ledger's value range); array->step is
- * set. base_bytes: what the array takes without terms. Errors: TARGET. */
+/* One of the rules TERMS, RHO, RATIO, PSNR, L2 (PSNR: of the error bound's value range);
+ * array->step is set. base_bytes: what the array takes without terms. Errors: TARGET. */
 int cvol_select(cvol_context *context, cvol_selection *out, const cvol_array *array,
                 const cvol_keep *keep, const cvol_bins *bins, uint64_t base_bytes);
 

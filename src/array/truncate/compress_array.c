@@ -16,20 +16,22 @@
 #include "base/memory.h"
 
 /* Finds the samples' range; squares of all of them must stay within float32. */
-static int survey(cvol_context *context, cvol_ledger *ledger, const void *samples,
+static int survey(cvol_context *context, cvol_error_bound *error_bound, const void *samples,
                   const cvol_grid *grid)
 {
-    *ledger = (cvol_ledger){0};
-    int code = cvol_survey_samples(context, &ledger->value_min, &ledger->value_max, samples, grid);
+    *error_bound = (cvol_error_bound){0};
+    int code = cvol_scan_samples(context, &error_bound->value_min, &error_bound->value_max, samples,
+                                 grid);
     if (code)
         return code;
-    ledger->max_abs = cvol_ledger_largest(ledger);
+    error_bound->max_abs = cvol_error_bound_largest(error_bound);
     const double most = sqrt((double)FLT_MAX / (double)cvol_grid_samples(grid));
-    if (ledger->max_abs > most)
+    if (error_bound->max_abs > most)
         return cvol_fail(context, CVOL_ERROR_DATA,
                          "samples reach from %g to %g: squares of %zu samples beyond %g overflow "
                          "single precision; scale them down first",
-                         ledger->value_min, ledger->value_max, cvol_grid_samples(grid), most);
+                         error_bound->value_min, error_bound->value_max, cvol_grid_samples(grid),
+                         most);
     return CVOL_OK;
 }
 
@@ -55,7 +57,7 @@ int cvol_array_compress(cvol_context *context, cvol_array **out, const void *sam
         return code;
     code = cvol_keep_check(context, keep, array);
     if (!code)
-        code = survey(context, &array->ledger, samples, grid);
+        code = survey(context, &array->error_bound, samples, grid);
     if (!code && cvol_array_is_volume(array))
         code = summarise(context, array, samples);
     if (!code)
@@ -65,7 +67,7 @@ int cvol_array_compress(cvol_context *context, cvol_array **out, const void *sam
         cvol_array_free(array);
         return code;
     }
-    array->ledger.support_known = !block; /* what is dropped is elsewhere */
+    array->error_bound.support_known = !block; /* what is dropped is elsewhere */
     cvol_array_account(array, &result, 0);
     cvol_array_derive_figures(array);
     *out = array;

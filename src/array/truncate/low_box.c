@@ -1,11 +1,11 @@
 /* Choosing the low box of a truncation: a family of nested boxes, judged in one pass.
  *
  * A box of the family takes the same share of the frequencies of every axis. Box 0 is none; what
- * lies in box j but not in box j - 1 is shell j, what lies in none the last shell. One histogram of
- * magnitudes per shell (2048 classes, an eighth of an octave wide) then says, for each box, what
- * the largest terms outside of it hold: the sums over the shells beyond. Within a class magnitudes
- * count as equal, so that the choice may be off by a per cent; what is kept then is selected
- * exactly.
+ * lies in box j but not in box j - 1 is subband j, what lies in none the last subband. One
+ * histogram of magnitudes per subband (2048 classes, an eighth of an octave wide) then says, for
+ * each box, what the largest terms outside of it hold: the sums over the subbands beyond. Within a
+ * class magnitudes count as equal, so that the choice may be off by a per cent; what is kept then
+ * is selected exactly.
  */
 #include "array/truncate/low_box.h"
 
@@ -25,7 +25,7 @@ typedef struct family {
     const size_t *dims;
     int boxes; /* box 0, none, included */
     size_t low[MOST_BOXES + 1][3];
-    uint8_t *shells[3]; /* by axis and place: the first box that holds it, or `boxes` */
+    uint8_t *subbands[3]; /* by axis and place: the first box that holds it, or `boxes` */
 } family;
 
 static size_t most_low(cvol_transform transform, size_t n)
@@ -83,7 +83,7 @@ static void add_box(family *f, double count)
 static void free_family(family *f)
 {
     for (int a = 0; a < 3; a++)
-        free(f->shells[a]);
+        free(f->subbands[a]);
 }
 
 /* The tables of a family whose boxes are known. Errors: MEMORY. */
@@ -91,8 +91,8 @@ static int find_shells(cvol_context *context, family *f)
 {
     for (int a = 0; a < 3; a++) {
         const size_t n = f->dims[a];
-        f->shells[a] = cvol_allocate(n, 1);
-        if (!f->shells[a]) {
+        f->subbands[a] = cvol_allocate(n, 1);
+        if (!f->subbands[a]) {
             free_family(f);
             return cvol_fail_memory(context, n, "a table of frequencies");
         }
@@ -101,9 +101,9 @@ static int find_shells(cvol_context *context, family *f)
         for (size_t frequency = 0; frequency < top; frequency++) {
             while (j < f->boxes && f->low[j][a] <= frequency)
                 j++;
-            f->shells[a][frequency] = (uint8_t)j;
+            f->subbands[a][frequency] = (uint8_t)j;
             if (f->transform != CVOL_DCT)
-                f->shells[a][cvol_mirror_index(frequency, n)] = (uint8_t)j;
+                f->subbands[a][cvol_mirror_index(frequency, n)] = (uint8_t)j;
         }
     }
     return CVOL_OK;
@@ -114,23 +114,23 @@ static int largest(int a, int b)
     return a > b ? a : b;
 }
 
-/* Calls EACH(shell, key) for the candidates of a run. */
-#define FOR_SHELLS(f, run, c, keys, dense, EACH)                                               \
-    do {                                                                                       \
-        const uint32_t nx = (uint32_t)(f)->dims[0], ny = (uint32_t)(f)->dims[1];               \
-        const float *run_keys = (keys) + ((run)->listed ? (dense) : 0) + (run)->first;         \
-        if ((run)->listed) {                                                                   \
-            for (size_t i = 0; i < (run)->count; i++) {                                        \
-                const uint32_t place = (c)->places[(run)->first + i], row = place / nx;        \
-                const int outer = largest((f)->shells[1][row % ny], (f)->shells[2][row / ny]); \
-                EACH(largest(outer, (f)->shells[0][place % nx]), run_keys[i]);                 \
-            }                                                                                  \
-        } else {                                                                               \
-            const size_t row = (run)->place / nx, u = (run)->place % nx;                       \
-            const int outer = largest((f)->shells[1][row % ny], (f)->shells[2][row / ny]);     \
-            for (size_t i = 0; i < (run)->count; i++)                                          \
-                EACH(largest(outer, (f)->shells[0][u + i]), run_keys[i]);                      \
-        }                                                                                      \
+/* Calls EACH(subband, key) for the candidates of a run. */
+#define FOR_SHELLS(f, run, c, keys, dense, EACH)                                                   \
+    do {                                                                                           \
+        const uint32_t nx = (uint32_t)(f)->dims[0], ny = (uint32_t)(f)->dims[1];                   \
+        const float *run_keys = (keys) + ((run)->listed ? (dense) : 0) + (run)->first;             \
+        if ((run)->listed) {                                                                       \
+            for (size_t i = 0; i < (run)->count; i++) {                                            \
+                const uint32_t place = (c)->places[(run)->first + i], row = place / nx;            \
+                const int outer = largest((f)->subbands[1][row % ny], (f)->subbands[2][row / ny]); \
+                EACH(largest(outer, (f)->subbands[0][place % nx]), run_keys[i]);                   \
+            }                                                                                      \
+        } else {                                                                                   \
+            const size_t row = (run)->place / nx, u = (run)->place % nx;                           \
+            const int outer = largest((f)->subbands[1][row % ny], (f)->subbands[2][row / ny]);     \
+            for (size_t i = 0; i < (run)->count; i++)                                              \
+                EACH(largest(outer, (f)->subbands[0][u + i]), run_keys[i]);                        \
+        }                                                                                          \
     } while (0)
 
 /* ---- by histograms -------------------------------------------------------------------------- */
@@ -141,15 +141,15 @@ static void count_part(cvol_level_bucket *buckets, const family *f, const cvol_c
     const size_t dense = cvol_candidates_dense(c);
     cvol_run_cursor cursor = cvol_runs_start(c, f->dims, part, parts);
     cvol_run run;
-#define COUNT(shell, key)                                                                  \
-    do {                                                                                   \
-        const float magnitude = (key);                                                     \
-        if (magnitude > 0) {                                                               \
-            cvol_level_bucket *bucket =                                                    \
-                &buckets[(size_t)(shell)*CVOL_LEVEL_BUCKETS + cvol_key_bucket(magnitude)]; \
-            bucket->count++;                                                               \
-            bucket->energy += (double)magnitude * (double)magnitude;                       \
-        }                                                                                  \
+#define COUNT(subband, key)                                                                  \
+    do {                                                                                     \
+        const float magnitude = (key);                                                       \
+        if (magnitude > 0) {                                                                 \
+            cvol_level_bucket *bucket =                                                      \
+                &buckets[(size_t)(subband)*CVOL_LEVEL_BUCKETS + cvol_key_bucket(magnitude)]; \
+            bucket->count++;                                                                 \
+            bucket->energy += (double)magnitude * (double)magnitude;                         \
+        }                                                                                    \
     } while (0)
     while (cvol_runs_next(&cursor, &run, c, f->dims))
         FOR_SHELLS(f, &run, c, keys, dense, COUNT);
@@ -210,7 +210,8 @@ static int choose(cvol_context *context, size_t low[3], family *f, const cvol_ca
         buckets[i % each].count += buckets[i].count;
         buckets[i % each].energy += buckets[i].energy;
     }
-    /* From the largest box inwards, so that the last shell's histogram grows to what is outside. */
+    /* From the largest box inwards, so that the last subband's histogram grows to what is outside.
+     */
     cvol_level_bucket *outside = buckets + (size_t)f->boxes * CVOL_LEVEL_BUCKETS;
     int best = 0;
     box_cost least = {INFINITY, INFINITY};
@@ -288,7 +289,7 @@ static void count_shells(uint64_t *counts, const family *f, const cvol_candidate
     const size_t dense = cvol_candidates_dense(c);
     cvol_run_cursor cursor = cvol_runs_start(c, f->dims, 0, 1);
     cvol_run run;
-#define COUNT(shell, key) counts[shell] += (key) > 0
+#define COUNT(subband, key) counts[subband] += (key) > 0
     while (cvol_runs_next(&cursor, &run, c, f->dims))
         FOR_SHELLS(f, &run, c, keys, dense, COUNT);
 #undef COUNT

@@ -34,7 +34,7 @@ typedef struct cvol_producer {
 
 /* What became of it. */
 typedef struct cvol_build_result {
-    double dropped; /* L2 norm of what was dropped or lost to quantisation, all blocks, exactly */
+    double dropped; /* L2 norm of what was dropped or lost to quantization, all blocks, exactly */
     double norm;    /* L2 norm of all coefficients produced */
     double max_abs; /* the largest of the blocks' own; negative if one was not known */
     double sample;  /* bounds what a sample lost: the most that a block did (L2); blocks only */

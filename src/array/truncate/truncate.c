@@ -62,7 +62,7 @@ static int find_limit(truncation *t, cvol_keep_rule *rule)
 {
     const cvol_array *array = t->array;
     const double samples = (double)cvol_grid_samples(&array->grid), value = t->keep->value;
-    const double range = array->ledger.value_max - array->ledger.value_min;
+    const double range = array->error_bound.value_max - array->error_bound.value_min;
     switch (*rule) {
     case CVOL_KEEP_RHO:
         t->limit = floor(value * samples * (1 + 1e-12));

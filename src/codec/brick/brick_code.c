@@ -28,65 +28,65 @@ void cvol_brick_coder_free(cvol_brick_coder *coder)
 {
     if (!coder)
         return;
-    for (int s = 0; s < CVOL_SHELLS; s++)
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
         cvol_token_writer_free(&coder->writers[s]);
-    cvol_end_scans_clear(&coder->context.scans);
-    cvol_small_free(coder->small);
-    cvol_small_chooser_free(coder->small_chooser);
+    cvol_true_length_scans_clear(&coder->context.scans);
+    cvol_neural_free(coder->neural);
+    cvol_neural_chooser_free(coder->neural_chooser);
     free(coder->words);
     free(coder);
 }
 
 /* ---- encoding --------------------------------------------------------------------------- */
 
-/* What the small coder needs besides, if the array is coded by it; 0 when memory is short. */
+/* What the neural coder needs besides, if the array is coded by it; 0 when memory is short. */
 static int start_small(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box)
 {
     const cvol_file_coding *coding = cvol_coding_of(array);
-    coder->is_small = coding->small;
-    if (!coding->small)
+    coder->is_neural = coding->neural;
+    if (!coding->neural)
         return 1;
-    if (!coder->small)
-        coder->small = cvol_small_create();
-    if (coder->small)
-        cvol_small_start(coder->small, array, box);
-    return coder->small != NULL;
+    if (!coder->neural)
+        coder->neural = cvol_neural_create();
+    if (coder->neural)
+        cvol_neural_start(coder->neural, array, box);
+    return coder->neural != NULL;
 }
 
 int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box)
 {
-    for (int s = 0; s < CVOL_SHELLS; s++)
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
         cvol_token_writer_start(&coder->writers[s]);
-    if (cvol_coding_of(array)->small && !coder->small_chooser &&
-        !(coder->small_chooser = cvol_small_chooser_create()))
+    if (cvol_coding_of(array)->neural && !coder->neural_chooser &&
+        !(coder->neural_chooser = cvol_neural_chooser_create()))
         return 0;
     return start_small(coder, array, box) &&
            cvol_brick_context_start(&coder->context, array, box->first);
 }
 
 /* Tokens are put in any case: they are counted, and cost what is chosen by. */
-void cvol_brick_put_part(cvol_brick_coder *coder, const int at[3], const cvol_scan *scan,
-                         const int32_t *values, int used, int dependent)
+void cvol_brick_put_sub_block(cvol_brick_coder *coder, const int at[3], const cvol_scan *scan,
+                              const int32_t *values, int used, int trellis)
 {
-    const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
-    cvol_part_encode(coder->writers, scan, &context, values, used, dependent, coder->scatter);
-    cvol_part_note(&coder->context, at, scan, values[0], cvol_part_length(scan, used));
-    if (coder->is_small)
-        coder->last_values = cvol_small_put_part(coder->small, at, scan->size_class, scan, values,
-                                                 used);
+    const cvol_sub_block_context context = cvol_sub_block_context_of(&coder->context, at, scan);
+    cvol_sub_block_encode(coder->writers, scan, &context, values, used, trellis, coder->scatter);
+    cvol_sub_block_note(&coder->context, at, scan, values[0], cvol_sub_block_length(scan, used));
+    if (coder->is_neural)
+        coder->last_values = cvol_neural_put_sub_block(coder->neural, at, scan->size_class, scan,
+                                                       values, used);
 }
 
 void cvol_brick_keep_scaled(cvol_brick_coder *coder, const float *scaled, int count)
 {
-    if (coder->is_small)
-        cvol_small_chooser_keep(coder->small_chooser, coder->last_values, scaled, count);
+    if (coder->is_neural)
+        cvol_neural_chooser_keep(coder->neural_chooser, coder->last_values, scaled, count);
 }
 
-void cvol_brick_pass_part(cvol_brick_coder *coder, const int at[3], int size_class)
+void cvol_brick_pass_sub_block(cvol_brick_coder *coder, const int at[3], int size_class)
 {
-    cvol_part_note_unseen(&coder->context, at, size_class);
-    if (coder->is_small)
-        cvol_small_put_part(coder->small, at, size_class, NULL, NULL, 0);
+    cvol_sub_block_note_unseen(&coder->context, at, size_class);
+    if (coder->is_neural)
+        cvol_neural_put_sub_block(coder->neural, at, size_class, NULL, NULL, 0);
 }
 
 void cvol_brick_put_split(cvol_brick_coder *coder, const size_t place[3], uint16_t split)
@@ -102,25 +102,25 @@ void cvol_brick_put_split(cvol_brick_coder *coder, const size_t place[3], uint16
             cvol_token_put(&coder->writers[0], CVOL_ROW_OCTANTS + half,
                            split >> (1 + 4 * half) & 15);
     cvol_split_note(&coder->context, cell, token);
-    if (coder->is_small)
-        cvol_small_put_split(coder->small, place, split);
+    if (coder->is_neural)
+        cvol_neural_put_split(coder->neural, place, split);
 }
 
 double cvol_brick_choose_again(cvol_brick_coder *coder, const cvol_token_costs *costs)
 {
-    return coder->is_small
-               ? cvol_small_choose_again(coder->small_chooser, coder->small, costs, &coder->context)
-               : 0;
+    return coder->is_neural ? cvol_neural_choose_again(coder->neural_chooser, coder->neural, costs,
+                                                       &coder->context)
+                            : 0;
 }
 
-int cvol_brick_finish(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS])
+int cvol_brick_finish(cvol_brick_coder *coder, cvol_bytes subbands[CVOL_SUBBANDS])
 {
     int done = 1;
-    if (coder->is_small)
-        return cvol_small_finish(coder->small, shells, &coder->context);
-    for (int s = 0; s < CVOL_SHELLS; s++) {
-        shells[s].size = 0;
-        done &= cvol_token_writer_finish(&coder->writers[s], coder->tables, &shells[s]);
+    if (coder->is_neural)
+        return cvol_neural_finish(coder->neural, subbands, &coder->context);
+    for (int s = 0; s < CVOL_SUBBANDS; s++) {
+        subbands[s].size = 0;
+        done &= cvol_token_writer_finish(&coder->writers[s], coder->tables, &subbands[s]);
     }
     return done;
 }
@@ -146,13 +146,13 @@ static void unspread_terms(cvol_brick_coder *coder, const cvol_block *block, int
     }
 }
 
-static int first_place(const cvol_cell_part *part)
+static int first_place(const cvol_sub_block *part)
 {
     return part->first[0] + CVOL_CELL * (part->first[1] + CVOL_CELL * part->first[2]);
 }
 
 /* Brings a part's values into scan order; one past the last that is not 0, at least 1. */
-static int scan_part(cvol_brick_coder *coder, const cvol_cell_part *part, const cvol_scan *scan,
+static int scan_part(cvol_brick_coder *coder, const cvol_sub_block *part, const cvol_scan *scan,
                      int in_cell)
 {
     const int first = first_place(part);
@@ -173,7 +173,7 @@ static int find_indices(int32_t *values, int used)
         return 0;
     values[0] /= 2;
     for (int i = 1; i < used; i++) {
-        const int64_t index = cvol_dependent_index(state, cvol_magnitude(values[i]));
+        const int64_t index = cvol_trellis_index(state, cvol_magnitude(values[i]));
         if (index < 0)
             return 0;
         values[i] = values[i] < 0 ? -(int32_t)index : (int32_t)index;
@@ -190,15 +190,16 @@ static int spread_coded(cvol_brick_coder *coder, const cvol_array *array, const 
     int inside[3];
     if (block->words)
         spread_terms(coder, block, array->block_log2);
-    return !coding->ends || !block->words ||
-           cvol_cell_ends_put(coder->values, cvol_brick_cell_inside(inside, &coder->context, place),
-                              block->split, coding->ends);
+    return !coding->true_length || !block->words ||
+           cvol_true_length_put(coder->values,
+                                cvol_brick_cell_inside(inside, &coder->context, place),
+                                block->split, coding->true_length);
 }
 
 static void unspread_coded(cvol_brick_coder *coder, const cvol_array *array,
                            const cvol_block *block)
 {
-    if (cvol_coding_of(array)->ends)
+    if (cvol_coding_of(array)->true_length)
         memset(coder->values, 0, sizeof *coder->values * CVOL_CELL_SAMPLES);
     else
         unspread_terms(coder, block, array->block_log2);
@@ -208,8 +209,8 @@ static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const
                          const size_t place[3])
 {
     const cvol_file_coding *coding = cvol_coding_of(array);
-    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
-    const int count = cvol_block_parts(parts, array->block, block->split);
+    cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX];
+    const int count = cvol_block_sub_blocks(parts, array->block, block->split);
     const int in_cell = array->block == CVOL_CELL;
     if (in_cell)
         cvol_brick_put_split(coder, place, block->split);
@@ -217,17 +218,17 @@ static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const
     for (int p = 0; p < count; p++) {
         const int size_class = cvol_size_class(parts[p].side);
         int at[3];
-        cvol_part_place(at, &parts[p], place, array->block);
+        cvol_sub_block_place(at, &parts[p], place, array->block);
         const cvol_scan *scan = cvol_brick_scan(&coder->context, at, size_class);
         if (!scan) {
-            cvol_brick_pass_part(coder, at, size_class);
+            cvol_brick_pass_sub_block(coder, at, size_class);
             continue;
         }
         coder->scanned[0] = 0;
         const int used = block->words ? scan_part(coder, &parts[p], scan, in_cell) : 1;
-        if (coding->dependent)
+        if (coding->trellis)
             find_indices(coder->scanned, used);
-        cvol_brick_put_part(coder, at, scan, coder->scanned, used, coding->dependent);
+        cvol_brick_put_sub_block(coder, at, scan, coder->scanned, used, coding->trellis);
     }
     unspread_coded(coder, array, block);
 }
@@ -236,14 +237,14 @@ static void encode_block(cvol_brick_coder *coder, const cvol_array *array, const
 static int block_fits(cvol_brick_coder *coder, const cvol_array *array, const cvol_block *block,
                       const size_t place[3])
 {
-    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
-    const int count = cvol_block_parts(parts, array->block, block->split);
+    cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX];
+    const int count = cvol_block_sub_blocks(parts, array->block, block->split);
     if (!block->words)
         return 1;
     int found = spread_coded(coder, array, block, place);
-    for (int p = 0; p < count && found && cvol_coding_of(array)->dependent; p++) {
+    for (int p = 0; p < count && found && cvol_coding_of(array)->trellis; p++) {
         int at[3];
-        cvol_part_place(at, &parts[p], place, array->block);
+        cvol_sub_block_place(at, &parts[p], place, array->block);
         const cvol_scan *scan = cvol_brick_scan(&coder->context, at,
                                                 cvol_size_class(parts[p].side));
         if (scan)
@@ -267,7 +268,7 @@ int cvol_brick_fits(cvol_brick_coder *coder, const cvol_array *array, size_t bri
     return found;
 }
 
-int cvol_brick_encode(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS],
+int cvol_brick_encode(cvol_brick_coder *coder, cvol_bytes subbands[CVOL_SUBBANDS],
                       const cvol_array *array, size_t brick)
 {
     const cvol_brick_box box = cvol_brick_box_of(array, brick);
@@ -279,12 +280,12 @@ int cvol_brick_encode(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS],
         encode_block(coder, array, &array->block_table[cvol_brick_block_index(array, &box, i)],
                      place);
     }
-    return cvol_brick_finish(coder, shells);
+    return cvol_brick_finish(coder, subbands);
 }
 
 void cvol_brick_coder_count(const cvol_brick_coder *coder, cvol_token_counts *counts)
 {
-    for (int s = 0; s < CVOL_SHELLS; s++)
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
         cvol_token_writer_count(&coder->writers[s], counts);
 }
 
@@ -358,38 +359,39 @@ static void put_value(cvol_brick_coder *coder, int place, int32_t value)
         coder->found[place / 64] |= UINT64_C(1) << place % 64;
 }
 
-static int decode_parts(cvol_brick_coder *coder, cvol_token_reader streams[CVOL_SHELLS], int shells,
-                        const cvol_array *array, uint16_t split, const size_t place[3])
+static int decode_parts(cvol_brick_coder *coder, cvol_token_reader streams[CVOL_SUBBANDS],
+                        int subbands, const cvol_array *array, uint16_t split,
+                        const size_t place[3])
 {
     const cvol_file_coding *coding = cvol_coding_of(array);
     const int B = array->block;
-    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
-    const int count = cvol_block_parts(parts, B, split);
+    cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX];
+    const int count = cvol_block_sub_blocks(parts, B, split);
     for (int p = 0; p < count; p++) {
         const int size_class = cvol_size_class(parts[p].side);
-        const cvol_part_target target = {coder->values, coder->found, first_place(&parts[p]),
-                                         B == CVOL_CELL, coding->dependent};
+        const cvol_sub_block_target target = {coder->values, coder->found, first_place(&parts[p]),
+                                              B == CVOL_CELL, coding->trellis};
         int at[3], length;
         int32_t dc;
-        cvol_part_place(at, &parts[p], place, B);
+        cvol_sub_block_place(at, &parts[p], place, B);
         const cvol_scan *scan = cvol_brick_scan(&coder->context, at, size_class);
         if (!scan) {
-            dc = cvol_part_note_unseen(&coder->context, at, size_class);
-            put_value(coder, target.first, dc * (1 + coding->dependent));
+            dc = cvol_sub_block_note_unseen(&coder->context, at, size_class);
+            put_value(coder, target.first, dc * (1 + coding->trellis));
             continue;
         }
-        const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
-        if (!cvol_part_decode(streams, shells, scan, &context, &target, &dc, &length,
-                              coder->scatter))
+        const cvol_sub_block_context context = cvol_sub_block_context_of(&coder->context, at, scan);
+        if (!cvol_sub_block_decode(streams, subbands, scan, &context, &target, &dc, &length,
+                                   coder->scatter))
             return 0;
-        cvol_part_note(&coder->context, at, scan, dc, length);
+        cvol_sub_block_note(&coder->context, at, scan, dc, length);
     }
     return 1;
 }
 
-/* streams: none that were decoded by the small coder. */
+/* streams: none that were decoded by the neural coder. */
 static int decode_block(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array *array,
-                        cvol_block *block, cvol_token_reader streams[CVOL_SHELLS], int shells,
+                        cvol_block *block, cvol_token_reader streams[CVOL_SUBBANDS], int subbands,
                         const size_t place[3])
 {
     const cvol_file_coding *coding = cvol_coding_of(array);
@@ -399,17 +401,18 @@ static int decode_block(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_arr
     block->split = CVOL_CELL_WHOLE;
     if (!reserve_words(coder, 2 * (size_t)B * (size_t)B * (size_t)B))
         return CVOL_ERROR_MEMORY;
-    if (coding->small)
-        block->split = cvol_small_cell(coder->small, place, coder->values, coder->found);
+    if (coding->neural)
+        block->split = cvol_neural_cell(coder->neural, place, coder->values, coder->found);
     else if (B == CVOL_CELL && !take_split(coder, &streams[0], place, &block->split))
         return CVOL_ERROR_CORRUPT;
-    if (!coding->small && !decode_parts(coder, streams, shells, array, block->split, place))
+    if (!coding->neural && !decode_parts(coder, streams, subbands, array, block->split, place))
         return CVOL_ERROR_CORRUPT;
-    const int *inside = coding->ends ? cvol_brick_cell_inside(ended, &coder->context, place) : NULL;
-    if (inside &&
-        !cvol_cell_ends_take(coder->values, coder->found, inside, block->split, coding->ends))
+    const int *inside = coding->true_length ? cvol_brick_cell_inside(ended, &coder->context, place)
+                                            : NULL;
+    if (inside && !cvol_true_length_take(coder->values, coder->found, inside, block->split,
+                                         coding->true_length))
         return CVOL_ERROR_CORRUPT;
-    if (!take_terms(coder, array->block_log2, inside ? 0 : coding->ends, &sum, &block->words,
+    if (!take_terms(coder, array->block_log2, inside ? 0 : coding->true_length, &sum, &block->words,
                     &out->terms))
         return CVOL_ERROR_CORRUPT;
     /* No sample, and nothing on the way to it, is larger than this sum: floats must hold it. */
@@ -424,7 +427,7 @@ static void clear_scratch(cvol_brick_coder *coder)
     memset(coder->scatter, 0, sizeof coder->scatter);
 }
 
-static int all_ended(const cvol_token_reader streams[CVOL_SHELLS], int count)
+static int all_ended(const cvol_token_reader streams[CVOL_SUBBANDS], int count)
 {
     for (int s = 0; s < count; s++)
         if (!cvol_token_reader_ended(&streams[s]))
@@ -433,22 +436,22 @@ static int all_ended(const cvol_token_reader streams[CVOL_SHELLS], int count)
 }
 
 int cvol_brick_decode(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array *array,
-                      size_t brick, const cvol_span shells[CVOL_SHELLS], int count)
+                      size_t brick, const cvol_span subbands[CVOL_SUBBANDS], int count)
 {
     const cvol_file_coding *coding = cvol_coding_of(array);
     const cvol_brick_box box = cvol_brick_box_of(array, brick);
-    cvol_token_reader streams[CVOL_SHELLS];
+    cvol_token_reader streams[CVOL_SUBBANDS];
     int code = CVOL_OK;
     *out = (cvol_brick_terms){0};
     coder->word_count = 0;
     if (!cvol_brick_context_start(&coder->context, array, box.first))
         return CVOL_ERROR_MEMORY;
-    if (coding->small)
+    if (coding->neural)
         code = start_small(coder, array, &box)
-                   ? cvol_small_decode(coder->small, &coder->context, shells, count)
+                   ? cvol_neural_decode(coder->neural, &coder->context, subbands, count)
                    : CVOL_ERROR_MEMORY;
-    for (int s = 0; s < count && !coding->small; s++)
-        cvol_token_reader_start(&streams[s], coder->tables, shells[s].data, shells[s].size);
+    for (int s = 0; s < count && !coding->neural; s++)
+        cvol_token_reader_start(&streams[s], coder->tables, subbands[s].data, subbands[s].size);
     for (size_t i = 0; i < cvol_brick_box_blocks(&box) && !code; i++) {
         size_t place[3];
         cvol_brick_box_place(place, &box, i);
@@ -456,7 +459,7 @@ int cvol_brick_decode(cvol_brick_coder *coder, cvol_brick_terms *out, cvol_array
                             &array->block_table[cvol_brick_block_index(array, &box, i)], streams,
                             count, place);
     }
-    if (!code && !coding->small && !all_ended(streams, count))
+    if (!code && !coding->neural && !all_ended(streams, count))
         code = CVOL_ERROR_CORRUPT;
     if (code)
         clear_scratch(coder);

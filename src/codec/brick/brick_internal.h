@@ -12,25 +12,25 @@
 typedef struct cvol_brick_coder cvol_brick_coder;
 struct cvol_brick_coder {
     const cvol_token_tables *tables;
-    cvol_token_writer writers[CVOL_SHELLS];
+    cvol_token_writer writers[CVOL_SUBBANDS];
     cvol_brick_context context;
     uint32_t *words; /* decoder: the terms so far */
     size_t word_count, word_capacity;
-    int32_t scanned[CVOL_PART_SAMPLES_MAX];     /* encoder: a part's values in scan order */
-    int32_t values[CVOL_PART_SAMPLES_MAX];      /* a block's, by place; zero between blocks */
-    uint64_t found[CVOL_PART_SAMPLES_MAX / 64]; /* which places are not zero */
-    uint16_t scatter[CVOL_SCATTER_MAX];         /* zero between parts */
-    cvol_small_brick *small; /* of arrays that are coded so; NULL as long as there were none */
-    cvol_small_chooser *small_chooser; /* likewise */
-    int is_small;                      /* the brick that was started is */
-    int last_values;                   /* of it: where the last part's are */
+    int32_t scanned[CVOL_SUB_BLOCK_SAMPLES_MAX];     /* encoder: a part's values in scan order */
+    int32_t values[CVOL_SUB_BLOCK_SAMPLES_MAX];      /* a block's, by place; zero between blocks */
+    uint64_t found[CVOL_SUB_BLOCK_SAMPLES_MAX / 64]; /* which places are not zero */
+    uint16_t scatter[CVOL_SCATTER_MAX];              /* zero between parts */
+    cvol_neural_brick *neural; /* of arrays that are coded so; NULL as long as there were none */
+    cvol_neural_chooser *neural_chooser; /* likewise */
+    int is_neural;                       /* the brick that was started is */
+    int last_values;                     /* of it: where the last part's are */
 };
 
 /* Starts all streams of a brick of an array; 0 when memory is short. */
 int cvol_brick_start(cvol_brick_coder *coder, const cvol_array *array, const cvol_brick_box *box);
 /* Codes a part: values in scan order. */
-void cvol_brick_put_part(cvol_brick_coder *coder, const int at[3], const cvol_scan *scan,
-                         const int32_t *values, int used, int dependent);
+void cvol_brick_put_sub_block(cvol_brick_coder *coder, const int at[3], const cvol_scan *scan,
+                              const int32_t *values, int used, int trellis);
 /* What the last part's values stand for: coefficients, divided by twice the step, in scan order. Of
  * all parts, if there is to be a choice again. */
 void cvol_brick_keep_scaled(cvol_brick_coder *coder, const float *scaled, int count);
@@ -38,10 +38,10 @@ void cvol_brick_keep_scaled(cvol_brick_coder *coder, const float *scaled, int co
  * the squared error grows, in steps squared. */
 double cvol_brick_choose_again(cvol_brick_coder *coder, const cvol_token_costs *costs);
 /* Notes one that nobody sees. */
-void cvol_brick_pass_part(cvol_brick_coder *coder, const int at[3], int size_class);
+void cvol_brick_pass_sub_block(cvol_brick_coder *coder, const int at[3], int size_class);
 /* Codes how the cell at `place` is split, and notes it. */
 void cvol_brick_put_split(cvol_brick_coder *coder, const size_t place[3], uint16_t split);
 /* Ends all streams. 1, or 0 when memory ran out. */
-int cvol_brick_finish(cvol_brick_coder *coder, cvol_bytes shells[CVOL_SHELLS]);
+int cvol_brick_finish(cvol_brick_coder *coder, cvol_bytes subbands[CVOL_SUBBANDS]);
 
 #endif

@@ -12,7 +12,7 @@
 struct cvol_brick_maker {
     float *cells, *scratch, *coefficients;
     cvol_cell_chooser *chooser;
-    cvol_cell_quick *quick;
+    cvol_split_fast *quick;
     cvol_brick_coder *coder;
     uint32_t *words; /* terms of the last brick, if they were asked for */
     size_t word_count, word_capacity, terms;
@@ -27,9 +27,10 @@ cvol_brick_maker *cvol_brick_maker_create(const cvol_array *shape)
         return NULL;
     maker->cells = cvol_allocate(cvol_brick_volume(shape), sizeof *maker->cells);
     maker->scratch = cvol_allocate(cvol_brick_scratch(shape, all), sizeof *maker->scratch);
-    maker->coefficients = cvol_allocate(2 * CVOL_PART_SAMPLES_MAX, sizeof *maker->coefficients);
+    maker->coefficients = cvol_allocate(2 * CVOL_SUB_BLOCK_SAMPLES_MAX,
+                                        sizeof *maker->coefficients);
     maker->chooser = cvol_cell_chooser_create();
-    maker->quick = cvol_cell_quick_create();
+    maker->quick = cvol_split_fast_create();
     maker->coder = cvol_brick_coder_create(NULL);
     if (maker->cells && maker->scratch && maker->coefficients && maker->chooser && maker->quick &&
         maker->coder)
@@ -46,7 +47,7 @@ void cvol_brick_maker_free(cvol_brick_maker *maker)
     free(maker->scratch);
     free(maker->coefficients);
     cvol_cell_chooser_free(maker->chooser);
-    cvol_cell_quick_free(maker->quick);
+    cvol_split_fast_free(maker->quick);
     free(maker->words);
     cvol_brick_coder_free(maker->coder);
     free(maker);
@@ -64,7 +65,7 @@ static int keep_terms(cvol_brick_maker *maker, cvol_block *block, uint16_t split
         maker->word_capacity = 2 * need;
     }
     block->split = split;
-    block->words = cvol_cell_quick_terms(maker->quick, maker->words + maker->word_count,
+    block->words = cvol_split_fast_terms(maker->quick, maker->words + maker->word_count,
                                          &maker->terms);
     maker->word_count += block->words;
     return 1;
@@ -77,10 +78,10 @@ static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_re
                      cvol_block *block)
 {
     cvol_cell_choice choice;
-    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX];
     const cvol_chooser_options *options = &recipe->options;
     if (options->split == CVOL_SPLIT_FAST) {
-        cvol_cell_quick_choose(maker->quick, &choice, samples, inside, options->step,
+        cvol_split_fast_choose(maker->quick, &choice, samples, inside, options->step,
                                options->plain);
         if (block && !keep_terms(maker, block, choice.split))
             return CVOL_ERROR_MEMORY;
@@ -90,21 +91,21 @@ static int code_cell(cvol_brick_maker *maker, double *error, const cvol_brick_re
     }
     *error += (double)choice.error;
     cvol_brick_put_split(maker->coder, place, choice.split);
-    cvol_cell_list_parts(parts, choice.split);
+    cvol_cell_list_sub_blocks(parts, choice.split);
     for (int p = 0; p < choice.parts; p++) {
         int at[3];
         if (!choice.used[p])
             return CVOL_ERROR_TARGET;
-        cvol_part_place(at, &parts[p], place, CVOL_CELL);
+        cvol_sub_block_place(at, &parts[p], place, CVOL_CELL);
         const int size_class = cvol_size_class(parts[p].side);
         const cvol_scan *scan = cvol_brick_scan(&maker->coder->context, at, size_class);
         if (!scan) {
-            cvol_brick_pass_part(maker->coder, at, size_class);
+            cvol_brick_pass_sub_block(maker->coder, at, size_class);
             continue;
         }
-        cvol_brick_put_part(maker->coder, at, scan, choice.values[p], choice.used[p],
-                            options->dependent);
-        if (options->dependent)
+        cvol_brick_put_sub_block(maker->coder, at, scan, choice.values[p], choice.used[p],
+                                 options->trellis);
+        if (options->trellis)
             cvol_brick_keep_scaled(maker->coder, choice.scaled[p], scan->count);
     }
     return CVOL_OK;
@@ -115,23 +116,23 @@ static int code_block(cvol_brick_maker *maker, double *error, const cvol_brick_r
                       const float *samples, const size_t place[3])
 {
     const int B = recipe->shape->block, size_class = cvol_size_class(B);
-    const cvol_scan *scan = cvol_part_scan_of(size_class);
-    const cvol_cell_part part = {.side = B};
+    const cvol_scan *scan = cvol_sub_block_scan_of(size_class);
+    const cvol_sub_block part = {.side = B};
     cvol_brick_coder *coder = maker->coder;
-    float *scaled = maker->coefficients + CVOL_PART_SAMPLES_MAX;
+    float *scaled = maker->coefficients + CVOL_SUB_BLOCK_SAMPLES_MAX;
     int at[3];
-    cvol_part_place(at, &part, place, B);
+    cvol_sub_block_place(at, &part, place, B);
     cvol_block_forward(maker->coefficients, samples, B);
     for (int i = 0; i < scan->count; i++)
         scaled[i] = maker->coefficients[scan->entries[i].place] * (float)(1 / recipe->options.step);
-    const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
-    const cvol_part_choice choice = cvol_part_choose(coder->scanned, scaled, scan, recipe->costs,
-                                                     &context, recipe->options.plain,
-                                                     coder->scatter);
+    const cvol_sub_block_context context = cvol_sub_block_context_of(&coder->context, at, scan);
+    const cvol_sub_block_choice choice = cvol_sub_block_choose(
+        coder->scanned, scaled, scan, recipe->costs, &context, recipe->options.plain,
+        coder->scatter);
     if (!choice.used)
         return CVOL_ERROR_TARGET;
     *error += (double)choice.error;
-    cvol_brick_put_part(coder, at, scan, coder->scanned, choice.used, 0);
+    cvol_brick_put_sub_block(coder, at, scan, coder->scanned, choice.used, 0);
     return CVOL_OK;
 }
 
@@ -153,7 +154,7 @@ void cvol_brick_maker_count(const cvol_brick_maker *maker, cvol_token_counts *co
     cvol_brick_coder_count(maker->coder, counts);
 }
 
-int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], double *error,
+int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes subbands[CVOL_SUBBANDS], double *error,
                     const cvol_brick_recipe *recipe, const float *cells, size_t brick)
 {
     const cvol_array *shape = recipe->shape;
@@ -187,5 +188,5 @@ int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], dou
     if (recipe->counts)
         cvol_brick_maker_count(maker, recipe->counts);
     *error += cvol_brick_choose_again(maker->coder, recipe->costs);
-    return cvol_brick_finish(maker->coder, shells) ? CVOL_OK : CVOL_ERROR_MEMORY;
+    return cvol_brick_finish(maker->coder, subbands) ? CVOL_OK : CVOL_ERROR_MEMORY;
 }

@@ -25,10 +25,10 @@ typedef struct cvol_brick_recipe {
 /* The samples of one brick's cells at most, as cvol_brick_gather gives them. */
 #define CVOL_BRICK_SAMPLES ((size_t)CVOL_BRICK_SIDE * CVOL_BRICK_SIDE * CVOL_BRICK_SIDE)
 
-/* Encodes a brick from its cells; the bytes replace those of shells[]. *error: the squared error of
- * all coefficients, in steps squared. CVOL_OK, CVOL_ERROR_MEMORY, or CVOL_ERROR_TARGET where the
+/* Encodes a brick from its cells; the bytes replace those of subbands[]. *error: the squared error
+ * of all coefficients, in steps squared. CVOL_OK, CVOL_ERROR_MEMORY, or CVOL_ERROR_TARGET where the
  * step is too small for a value; without a message. */
-int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes shells[CVOL_SHELLS], double *error,
+int cvol_brick_make(cvol_brick_maker *maker, cvol_bytes subbands[CVOL_SUBBANDS], double *error,
                     const cvol_brick_recipe *recipe, const float *cells, size_t brick);
 /* Counts the tokens of the last brick that was made. */
 void cvol_brick_maker_count(const cvol_brick_maker *maker, cvol_token_counts *counts);

@@ -12,7 +12,8 @@ cvol_box cvol_brick_samples_of(const cvol_array *array, size_t brick)
                              brick / bricks[0] / bricks[1]};
     cvol_box box;
     for (int a = 0; a < 3; a++) {
-        const size_t side = cvol_coding_of(array)->brick.side[a], left = array->grid.dims[a] - place[a] * side;
+        const size_t side = cvol_coding_of(array)->brick.side[a],
+                     left = array->grid.dims[a] - place[a] * side;
         box.begin[a] = place[a] * side;
         box.end[a] = box.begin[a] + (left < side ? left : side);
     }

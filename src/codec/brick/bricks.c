@@ -48,7 +48,7 @@ static int coders_make(cvol_context *context, coders *all, const cvol_token_tabl
 /* ---- encoding --------------------------------------------------------------------------- */
 
 typedef struct shell_bytes {
-    cvol_bytes shells[CVOL_SHELLS];
+    cvol_bytes subbands[CVOL_SUBBANDS];
 } shell_bytes;
 
 /* Encodes bricks first .. first + count - 1; 0 when memory is short. counts: one a thread, or NULL.
@@ -65,7 +65,7 @@ static int encode_chunk(shell_bytes *out, const cvol_array *array, const coders 
             own = i;
 #pragma omp for schedule(dynamic)
         for (size_t i = 0; i < count; i++) {
-            if (!cvol_brick_encode(all->coder[own], out[i].shells, array, first + i)) {
+            if (!cvol_brick_encode(all->coder[own], out[i].subbands, array, first + i)) {
 #pragma omp atomic write
                 done = 0;
             }
@@ -81,9 +81,9 @@ static int hand_over(cvol_context *context, const shell_bytes *chunk, size_t fir
 {
     int code = CVOL_OK;
     for (size_t i = 0; i < count && !code; i++) {
-        cvol_span spans[CVOL_SHELLS];
-        for (int s = 0; s < CVOL_SHELLS; s++)
-            spans[s] = (cvol_span){chunk[i].shells[s].data, chunk[i].shells[s].size};
+        cvol_span spans[CVOL_SUBBANDS];
+        for (int s = 0; s < CVOL_SUBBANDS; s++)
+            spans[s] = (cvol_span){chunk[i].subbands[s].data, chunk[i].subbands[s].size};
         code = sink->take(context, sink->user, first + i, spans);
     }
     return code;
@@ -109,8 +109,8 @@ static int encode_all(cvol_context *context, const cvol_array *array, const code
                                         (double)(first + count) / (double)bricks);
     }
     for (size_t i = 0; i < CHUNK_BRICKS; i++)
-        for (int s = 0; s < CVOL_SHELLS; s++)
-            cvol_bytes_free(&chunk[i].shells[s]);
+        for (int s = 0; s < CVOL_SUBBANDS; s++)
+            cvol_bytes_free(&chunk[i].subbands[s]);
     free(chunk);
     return code;
 }
@@ -203,7 +203,7 @@ static int is_run_needed(const decoding *d, size_t first, size_t end)
 }
 
 /* Whether the checksums of runs hold that have a needed brick among first .. end - 1. The first
- * damaged one, shell by shell, or SIZE_MAX. */
+ * damaged one, subband by subband, or SIZE_MAX. */
 static size_t find_damage(const decoding *d, size_t first, size_t end)
 {
     const cvol_brick_index *index = d->source->index;
@@ -212,13 +212,14 @@ static size_t find_damage(const decoding *d, size_t first, size_t end)
     size_t found = SIZE_MAX;
 #pragma omp parallel for schedule(dynamic) num_threads(d->all.count) reduction(min : found)
     for (size_t i = 0; i < runs * (size_t)d->source->count; i++) {
-        const int shell = (int)(i / runs);
+        const int subband = (int)(i / runs);
         const size_t r = run + i % runs, from = r * index->run;
         const size_t to = from + index->run < end ? from + index->run : end;
-        const cvol_span bytes = cvol_brick_index_run(index, shell, r, d->source->shells[shell]);
+        const cvol_span bytes = cvol_brick_index_run(index, subband, r,
+                                                     d->source->subbands[subband]);
         if (is_run_needed(d, from, to) && cvol_crc32c(bytes.data, bytes.size) !=
-                                              index->checksums[(size_t)shell * index->runs + r]) {
-            const size_t place = (size_t)shell * index->runs + r;
+                                              index->checksums[(size_t)subband * index->runs + r]) {
+            const size_t place = (size_t)subband * index->runs + r;
             found = place < found ? place : found;
         }
     }
@@ -228,11 +229,11 @@ static size_t find_damage(const decoding *d, size_t first, size_t end)
 static int decode_brick(decoded *out, const decoding *d, cvol_brick_coder *coder, size_t brick)
 {
     cvol_array *array = d->array;
-    cvol_span shells[CVOL_SHELLS] = {{0}};
+    cvol_span subbands[CVOL_SUBBANDS] = {{0}};
     cvol_brick_terms terms;
     for (int s = 0; s < d->source->count; s++)
-        shells[s] = cvol_brick_index_brick(d->source->index, s, brick, d->source->shells[s]);
-    int code = cvol_brick_decode(coder, &terms, array, brick, shells, d->source->count);
+        subbands[s] = cvol_brick_index_brick(d->source->index, s, brick, d->source->subbands[s]);
+    int code = cvol_brick_decode(coder, &terms, array, brick, subbands, d->source->count);
     if (code)
         return code;
     const int is_kept = !d->source->is_checked;

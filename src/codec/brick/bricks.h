@@ -9,7 +9,7 @@
 /* Who gets the bytes: called for brick after brick in order, from the calling thread. */
 typedef struct cvol_brick_sink {
     int (*take)(cvol_context *context, void *user, size_t brick,
-                const cvol_span shells[CVOL_SHELLS]);
+                const cvol_span subbands[CVOL_SUBBANDS]);
     void *user;
 } cvol_brick_sink;
 
@@ -30,15 +30,15 @@ typedef struct cvol_box {
     size_t begin[3], end[3];
 } cvol_box;
 
-/* The shells as they lie in a file, of which the first `count` are there. */
+/* The subbands as they lie in a file, of which the first `count` are there. */
 typedef struct cvol_brick_source {
     const cvol_brick_index *index;
-    const uint8_t *shells[CVOL_SHELLS];
+    const uint8_t *subbands[CVOL_SUBBANDS];
     int count;
     int is_checked; /* only: terms are decoded, and not kept; the volume is of no use then */
 } cvol_brick_source;
 
-/* Checks and decodes those shells into a volume that has no terms yet; sets its coefficients. If
+/* Checks and decodes those subbands into a volume that has no terms yet; sets its coefficients. If
  * box is not NULL, only of the bricks that its samples need; others are left without terms, and
  * unread. `name` begins the message. Errors: CORRUPT, MEMORY, CANCELLED. */
 int cvol_bricks_decode(cvol_context *context, cvol_array *array, const cvol_token_tables *tables,

@@ -37,21 +37,21 @@ void cvol_coded_free(cvol_coded *coded)
         return;
     free(coded->tables);
     cvol_brick_index_free(&coded->index);
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        cvol_bytes_free(&coded->shells[s]);
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        cvol_bytes_free(&coded->subbands[s]);
     free(coded);
 }
 
 static int take(cvol_context *context, void *user, size_t brick,
-                const cvol_span shells[CVOL_SHELLS])
+                const cvol_span subbands[CVOL_SUBBANDS])
 {
     cvol_coded *coded = user;
-    if (!cvol_brick_index_add(&coded->index, brick, shells))
+    if (!cvol_brick_index_add(&coded->index, brick, subbands))
         return cvol_fail(context, CVOL_ERROR_LIMIT, "brick %zu takes 4 GiB or more", brick);
-    for (int s = 0; s < CVOL_SHELLS; s++) {
-        cvol_bytes_append(&coded->shells[s], shells[s].data, shells[s].size);
-        if (coded->shells[s].failed)
-            return cvol_fail_memory(context, coded->shells[s].size, "the coded volume");
+    for (int s = 0; s < CVOL_SUBBANDS; s++) {
+        cvol_bytes_append(&coded->subbands[s], subbands[s].data, subbands[s].size);
+        if (coded->subbands[s].failed)
+            return cvol_fail_memory(context, coded->subbands[s].size, "the coded volume");
     }
     return CVOL_OK;
 }
@@ -63,16 +63,16 @@ cvol_brick_sink cvol_coded_sink(cvol_coded *coded)
 
 int cvol_coded_decode(cvol_context *context, cvol_array *array, const cvol_coded *coded)
 {
-    cvol_brick_source source = {.index = &coded->index, .count = CVOL_SHELLS};
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        source.shells[s] = coded->shells[s].data;
+    cvol_brick_source source = {.index = &coded->index, .count = CVOL_SUBBANDS};
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        source.subbands[s] = coded->subbands[s].data;
     return cvol_bricks_decode(context, array, coded->tables, &source, NULL, "the coded volume");
 }
 
-void cvol_coded_brick(cvol_span shells[CVOL_SHELLS], const cvol_coded *coded, size_t brick)
+void cvol_coded_brick(cvol_span subbands[CVOL_SUBBANDS], const cvol_coded *coded, size_t brick)
 {
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        shells[s] = cvol_brick_index_brick(&coded->index, s, brick, coded->shells[s].data);
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        subbands[s] = cvol_brick_index_brick(&coded->index, s, brick, coded->subbands[s].data);
 }
 
 void cvol_coded_attach(cvol_array *array, cvol_coded *coded)
@@ -91,9 +91,9 @@ int cvol_coded_send(cvol_context *context, const cvol_coded *coded, const cvol_b
 {
     int code = CVOL_OK;
     for (size_t b = 0; b < coded->index.bricks && !code; b++) {
-        cvol_span shells[CVOL_SHELLS];
-        cvol_coded_brick(shells, coded, b);
-        code = sink->take(context, sink->user, b, shells);
+        cvol_span subbands[CVOL_SUBBANDS];
+        cvol_coded_brick(subbands, coded, b);
+        code = sink->take(context, sink->user, b, subbands);
     }
     return code;
 }

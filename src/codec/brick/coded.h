@@ -9,7 +9,7 @@
 typedef struct cvol_coded {
     cvol_token_tables *tables;
     cvol_brick_index index;
-    cvol_bytes shells[CVOL_SHELLS];
+    cvol_bytes subbands[CVOL_SUBBANDS];
 } cvol_coded;
 
 /* Of an array of this shape, without any bricks yet. Errors: MEMORY. */
@@ -28,6 +28,6 @@ const cvol_coded *cvol_coded_of(const cvol_array *array);
 /* Hands all bricks to a sink, in order. */
 int cvol_coded_send(cvol_context *context, const cvol_coded *coded, const cvol_brick_sink *sink);
 /* The bytes of one brick. */
-void cvol_coded_brick(cvol_span shells[CVOL_SHELLS], const cvol_coded *coded, size_t brick);
+void cvol_coded_brick(cvol_span subbands[CVOL_SUBBANDS], const cvol_coded *coded, size_t brick);
 
 #endif

@@ -15,7 +15,7 @@ enum { BRICKS_A_THREAD = 16 };
 /* One brick of the layer that is worked on. */
 typedef struct layer_brick {
     size_t brick;
-    cvol_bytes shells[CVOL_SHELLS];
+    cvol_bytes subbands[CVOL_SUBBANDS];
     double error;
     uint32_t *words; /* of the terms that are kept, or NULL */
     size_t word_count, terms;
@@ -40,8 +40,8 @@ static void encoding_free(encoding *e)
     for (size_t i = 0; e->bricks && i < e->room; i++)
         free(e->bricks[i].words);
     for (size_t i = 0; e->bricks && i < e->room; i++)
-        for (int s = 0; s < CVOL_SHELLS; s++)
-            cvol_bytes_free(&e->bricks[i].shells[s]);
+        for (int s = 0; s < CVOL_SUBBANDS; s++)
+            cvol_bytes_free(&e->bricks[i].subbands[s]);
     free(e->makers);
     free(e->counts);
     free(e->bricks);
@@ -150,7 +150,7 @@ static void encode_bricks(encoding *e, const cvol_slab *slab, size_t count)
 #pragma omp for schedule(dynamic)
         for (size_t i = 0; i < count; i++) {
             layer_brick *to = &e->bricks[i];
-            to->code = cvol_brick_make(maker, to->shells, &to->error, &recipe,
+            to->code = cvol_brick_make(maker, to->subbands, &to->error, &recipe,
                                        cvol_brick_cells(maker, pass->shape, slab, to->brick),
                                        to->brick);
             if (!to->code && pass->kept)
@@ -165,13 +165,13 @@ static int take_bricks(cvol_context *context, cvol_encode_result *out, encoding 
     const cvol_encode_pass *pass = e->pass;
     for (size_t i = 0; i < count; i++) {
         layer_brick *from = &e->bricks[i];
-        cvol_span spans[CVOL_SHELLS];
+        cvol_span spans[CVOL_SUBBANDS];
         if (from->code == CVOL_ERROR_MEMORY)
             return cvol_fail_memory(context, (size_t)1 << 20, "a brick");
         if (from->code)
             return from->code;
-        for (int s = 0; s < CVOL_SHELLS; s++) {
-            spans[s] = (cvol_span){from->shells[s].data, from->shells[s].size};
+        for (int s = 0; s < CVOL_SUBBANDS; s++) {
+            spans[s] = (cvol_span){from->subbands[s].data, from->subbands[s].size};
             out->bytes += spans[s].size;
         }
         const cvol_brick_box box = cvol_brick_box_of(pass->shape, from->brick);

@@ -33,7 +33,7 @@ typedef struct cvol_encode_pass {
 } cvol_encode_pass;
 
 typedef struct cvol_encode_result {
-    uint64_t bytes;   /* of all shells */
+    uint64_t bytes;   /* of all subbands */
     uint64_t samples; /* that they have, those beyond the volume too */
     double error;     /* squared error of all coefficients, in the samples' units */
 } cvol_encode_result;

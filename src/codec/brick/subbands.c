@@ -1,4 +1,4 @@
-/* Shells: places, norms, levels. */
+/* Subbands: places, norms, levels. */
 #include "codec/brick/subbands.h"
 
 #include <math.h>
@@ -20,21 +20,21 @@ static uint32_t part_side(uint32_t u, uint32_t v, uint32_t w, uint16_t split)
     return !(split & 1) ? 16 : split >> (1 + octant) & 1 ? 4 : 8;
 }
 
-int cvol_shell_of(uint32_t place, int block_log2, uint16_t split)
+int cvol_subband_of(uint32_t place, int block_log2, uint16_t split)
 {
     const uint32_t block = UINT32_C(1) << block_log2, mask = block - 1;
     const uint32_t u = place & mask, v = place >> block_log2 & mask, w = place >> 2 * block_log2;
     const uint32_t side = split ? part_side(u, v, w, split) : block, stride = block / side;
     uint32_t most = u > v ? u : v;
     most = (most > w ? most : w) / stride; /* the highest frequency */
-    int shell = 0;
-    while (shell < CVOL_SHELLS - 1) {
-        const uint32_t edge = side >> (CVOL_SHELLS - 1 - shell);
+    int subband = 0;
+    while (subband < CVOL_SUBBANDS - 1) {
+        const uint32_t edge = side >> (CVOL_SUBBANDS - 1 - subband);
         if (most < (edge ? edge : 1))
             break;
-        shell++;
+        subband++;
     }
-    return shell;
+    return subband;
 }
 
 /* Threads' stacks may be small: these arrays lie in frames that do not wait for one another. */
@@ -52,30 +52,30 @@ APART double lack_of(const cvol_block *block, const int32_t *level, const int in
         const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(4));
         lacks[place] = (double)value - (double)level[place];
     }
-    cvol_cell_ends_from_terms(lacks, inside, block->split);
+    cvol_true_length_from_terms(lacks, inside, block->split);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
         all += lacks[i] * lacks[i];
     return all;
 }
 
-/* The same of the level that has `left` shells. */
+/* The same of the level that has `left` subbands. */
 APART double lack_with(const cvol_block *block, const int32_t *coded, const int inside[3], int bits,
                        int left)
 {
     int32_t level[CVOL_CELL_SAMPLES];
     uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
     for (uint32_t place = 0; place < CVOL_CELL_SAMPLES; place++) {
-        const int shell = cvol_shell_of(place, 4, block->split);
-        level[place] = shell < left ? coded[place] : 0;
+        const int subband = cvol_subband_of(place, 4, block->split);
+        level[place] = subband < left ? coded[place] : 0;
         found[place / 64] |= (uint64_t)(level[place] != 0) << place % 64;
     }
-    cvol_cell_ends_take(level, found, inside, block->split, bits);
+    cvol_true_length_take(level, found, inside, block->split, bits);
     return lack_of(block, level, inside);
 }
 
 /* Of a cell that the volume ends in: by what levels' samples lack, as terms are rounded in each. */
-APART void ended_squares(double squares[CVOL_SHELLS], const cvol_block *block, const int inside[3],
-                         int bits)
+APART void ended_squares(double squares[CVOL_SUBBANDS], const cvol_block *block,
+                         const int inside[3], int bits)
 {
     int32_t coded[CVOL_CELL_SAMPLES] = {0};
     double before = 0;
@@ -85,8 +85,8 @@ APART void ended_squares(double squares[CVOL_SHELLS], const cvol_block *block, c
         const int32_t value = cvol_term_unpack(&words, &place, cvol_place_bits(4));
         coded[place] = value;
     }
-    cvol_cell_ends_put(coded, inside, block->split, bits);
-    for (int left = CVOL_SHELLS - 1; left >= 0; left--) {
+    cvol_true_length_put(coded, inside, block->split, bits);
+    for (int left = CVOL_SUBBANDS - 1; left >= 0; left--) {
         const double all = lack_with(block, coded, inside, bits, left);
         squares[left] += fmax(all - before, 0);
         before = fmax(all, before);
@@ -104,45 +104,46 @@ static int find_inside(int inside[3], const cvol_array *array, size_t block)
     return cvol_cell_reaches_beyond(inside, origin, CVOL_CELL);
 }
 
-void cvol_shell_squares(double squares[CVOL_SHELLS], const cvol_array *array, size_t index)
+void cvol_subband_squares(double squares[CVOL_SUBBANDS], const cvol_array *array, size_t index)
 {
     const cvol_file_coding *coding = cvol_coding_of(array);
     const cvol_block *block = &array->block_table[index];
     const int block_log2 = array->block_log2;
     int inside[3];
-    if (coding->ends && block->words && find_inside(inside, array, index)) {
-        ended_squares(squares, block, inside, coding->ends);
+    if (coding->true_length && block->words && find_inside(inside, array, index)) {
+        ended_squares(squares, block, inside, coding->true_length);
         return;
     }
     const uint32_t *words = block->terms, *end = cvol_block_end(block);
     while (words < end) {
         uint32_t place;
         const double value = cvol_term_unpack(&words, &place, cvol_place_bits(block_log2));
-        squares[cvol_shell_of(place, block_log2, block->split)] += value * value;
+        squares[cvol_subband_of(place, block_log2, block->split)] += value * value;
     }
 }
 
-void cvol_shell_norms_of(double norm[CVOL_SHELLS], const double squares[CVOL_SHELLS], double step)
+void cvol_subband_norms_of(double norm[CVOL_SUBBANDS], const double squares[CVOL_SUBBANDS],
+                           double step)
 {
-    for (int s = 0; s < CVOL_SHELLS; s++)
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
         norm[s] = sqrt(squares[s]) * step * NORM_ROUNDING;
 }
 
-void cvol_shell_norms(double norm[CVOL_SHELLS], const cvol_array *array)
+void cvol_subband_norms(double norm[CVOL_SUBBANDS], const cvol_array *array)
 {
-    double squares[CVOL_SHELLS] = {0};
+    double squares[CVOL_SUBBANDS] = {0};
     for (size_t b = 0; b < array->block_count; b++)
-        cvol_shell_squares(squares, array, b);
-    cvol_shell_norms_of(norm, squares, array->step);
+        cvol_subband_squares(squares, array, b);
+    cvol_subband_norms_of(norm, squares, array->step);
 }
 
-void cvol_shells_leave(cvol_array *array, const double norm[CVOL_SHELLS], int level)
+void cvol_subbands_leave(cvol_array *array, const double norm[CVOL_SUBBANDS], int level)
 {
     double left = 0;
-    for (int s = CVOL_SHELLS - level; s < CVOL_SHELLS; s++)
+    for (int s = CVOL_SUBBANDS - level; s < CVOL_SUBBANDS; s++)
         left = hypot(left, norm[s]);
     left *= NORM_ROUNDING * (array->lapped ? CVOL_LAP_POST_NORM_3 : 1);
-    array->ledger.l2_error += left;
-    array->ledger.max_abs += left;
+    array->error_bound.l2_error += left;
+    array->error_bound.max_abs += left;
     cvol_array_derive_figures(array);
 }

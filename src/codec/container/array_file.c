@@ -22,10 +22,10 @@
 
 /* ---- writing ---------------------------------------------------------------------------- */
 
-int cvol_array_may_have_ranges(const cvol_array *array, uint64_t shells)
+int cvol_array_may_have_ranges(const cvol_array *array, uint64_t subbands)
 {
-    return !cvol_coding_of(array)->small &&
-           cvol_grid_samples(&array->grid) / 4096 / 4 < shells / 100 + 64;
+    return !cvol_coding_of(array)->neural &&
+           cvol_grid_samples(&array->grid) / 4096 / 4 < subbands / 100 + 64;
 }
 
 /* The content of RNGE. An array that has no ranges yet is evaluated for it; `found` are then its
@@ -40,7 +40,7 @@ static int put_ranges(cvol_context *context, cvol_bytes *out, const cvol_array *
         if (!code)
             code = cvol_ranges_find(context, ranged);
         if (!code)
-            header->ledger.max_abs = ranged->ledger.max_abs;
+            header->error_bound.max_abs = ranged->error_bound.max_abs;
         array = ranged;
     }
     if (!code)
@@ -50,10 +50,10 @@ static int put_ranges(cvol_context *context, cvol_bytes *out, const cvol_array *
 }
 
 static int take_brick(cvol_context *context, void *user, size_t brick,
-                      const cvol_span shells[CVOL_SHELLS])
+                      const cvol_span subbands[CVOL_SUBBANDS])
 {
     (void)brick;
-    return cvol_file_writer_add(context, user, shells);
+    return cvol_file_writer_add(context, user, subbands);
 }
 
 /* The tables that take the fewest bytes for these terms: as they are coded twice, no more than this
@@ -64,11 +64,11 @@ static int make_tables(cvol_context *context, cvol_token_tables **out, const cvo
     cvol_token_tables *tables = cvol_token_tables_create();
     cvol_token_counts *counts = calloc(1, sizeof *counts);
     int code = tables && counts
-                   ? coding->small ? CVOL_OK : cvol_bricks_count(context, counts, array)
+                   ? coding->neural ? CVOL_OK : cvol_bricks_count(context, counts, array)
                    : cvol_fail_memory(context, sizeof *counts, "the coder's tables");
-    if (!code && !coding->small)
+    if (!code && !coding->neural)
         cvol_token_tables_fit(tables, counts);
-    const cvol_corrected *corrected = cvol_corrected_of(array);
+    const cvol_corrected *corrected = cvol_residual_of(array);
     if (!code && corrected && corrected->tables) /* as they are coded already */
         cvol_token_tables_copy_rows(tables, corrected->tables, CVOL_ROW_CORRECTION, CVOL_ROW_INDEX);
     free(counts);
@@ -76,11 +76,11 @@ static int make_tables(cvol_context *context, cvol_token_tables **out, const cvo
     return code;
 }
 
-/* The mask's bricks, and the corrections'. */
+/* The mask's bricks, and the residual'. */
 static int write_modes(cvol_context *context, cvol_file_writer *writer, cvol_file_front *front,
                        const cvol_array *array)
 {
-    const cvol_corrected *corrected = cvol_corrected_of(array);
+    const cvol_corrected *corrected = cvol_residual_of(array);
     const size_t bricks = cvol_brick_count(array);
     cvol_range_encoder coder = {0};
     cvol_bytes bytes = {0};
@@ -93,12 +93,12 @@ static int write_modes(cvol_context *context, cvol_file_writer *writer, cvol_fil
     }
     cvol_bytes_free(&bytes);
     cvol_range_encoder_free(&coder);
-    if (corrected && corrected->kind == CVOL_CORRECTED_PACKED)
+    if (corrected && corrected->kind == CVOL_RESIDUAL_PACKED)
         front->packed = &corrected->data;
     else
         for (size_t b = 0; corrected && b < bricks && !code; b++)
-            code = cvol_file_writer_add_one(context, writer, CVOL_STREAM_CORRECTIONS, b,
-                                            cvol_corrected_brick(corrected, b));
+            code = cvol_file_writer_add_one(context, writer, CVOL_STREAM_RESIDUAL, b,
+                                            cvol_residual_stream(corrected, b));
     return code;
 }
 
@@ -110,7 +110,7 @@ static int write_volume(cvol_context *context, cvol_file_writer *writer, cvol_fi
     const cvol_coded *coded = cvol_coded_of(array);
     int code = coded ? cvol_coded_send(context, coded, &sink)
                      : cvol_bricks_encode(context, array, front->tables, &sink);
-    if (!code && cvol_array_may_have_ranges(array, cvol_file_writer_shells(writer))) {
+    if (!code && cvol_array_may_have_ranges(array, cvol_file_writer_subbands(writer))) {
         code = put_ranges(context, ranges, array, header);
         front->ranges = ranges;
     }
@@ -131,7 +131,7 @@ static int choose_coding(cvol_context *context, const cvol_array **array, cvol_a
                          cvol_file_coding *coding)
 {
     *coding = *cvol_coding_of(*array);
-    if (!(coding->dependent || coding->ends) || cvol_coded_of(*array))
+    if (!(coding->trellis || coding->true_length) || cvol_coded_of(*array))
         return CVOL_OK;
     int fits = cvol_bricks_fit(context, *array);
     if (fits)
@@ -139,12 +139,12 @@ static int choose_coding(cvol_context *context, const cvol_array **array, cvol_a
     *plain = **array;
     plain->coding = &coding->base;
     *array = plain;
-    if (coding->dependent && coding->ends) {
-        coding->dependent = coding->small = 0;
+    if (coding->trellis && coding->true_length) {
+        coding->trellis = coding->neural = 0;
         fits = cvol_bricks_fit(context, plain);
     }
     if (!fits)
-        coding->dependent = coding->small = coding->ends = 0;
+        coding->trellis = coding->neural = coding->true_length = 0;
     return fits < 0 ? -fits : CVOL_OK;
 }
 
@@ -234,11 +234,11 @@ int cvol_array_write_memory(cvol_context *context, const cvol_array *array, void
 
 int cvol_array_set_bricks(cvol_context *context, cvol_array *array, const int brick[3])
 {
-    const cvol_corrected *corrected = cvol_corrected_of(array);
+    const cvol_corrected *corrected = cvol_residual_of(array);
     int code = cvol_array_need_volume(context, array, "a file in bricks");
     if (!code)
         code = cvol_brick_sides_check(context, brick, array->block);
-    if (!code && corrected && corrected->kind != CVOL_CORRECTED_PACKED)
+    if (!code && corrected && corrected->kind != CVOL_RESIDUAL_PACKED)
         code = cvol_fail(
             context, CVOL_ERROR_UNSUPPORTED,
             "the array has corrections (a largest error, or lossless), which are coded "

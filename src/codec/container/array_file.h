@@ -14,9 +14,9 @@ int cvol_array_file_bytes(cvol_context *context, const cvol_array *array, uint64
 int cvol_array_write_within(cvol_context *context, const cvol_array *array, cvol_output *output,
                             uint64_t *file_bytes);
 
-/* Whether a file whose shells have so many bytes may have RNGE: it takes two bits a cell of 16^3 at
- * least, and is left out where that is more than a hundredth of the shells, and of what is coded
- * smallest. */
-int cvol_array_may_have_ranges(const cvol_array *array, uint64_t shells);
+/* Whether a file whose subbands have so many bytes may have RNGE: it takes two bits a cell of 16^3
+ * at least, and is left out where that is more than a hundredth of the subbands, and of what is
+ * coded smallest. */
+int cvol_array_may_have_ranges(const cvol_array *array, uint64_t subbands);
 
 #endif

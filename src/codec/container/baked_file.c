@@ -122,7 +122,7 @@ static int put_run(run *r, float *errors, const cvol_baked_file *file, size_t fi
                 (void)cvol_plane_code(&coder, values, before, &shape);
             if (!code)
                 errors[(size_t)(file->channels + 1) * k + (size_t)i] =
-                    (float)(rounded->ledger.l2_error * (1 + 1e-6));
+                    (float)(rounded->error_bound.l2_error * (1 + 1e-6));
             cvol_array_free(rounded);
             free(before);
             before = values;
@@ -210,7 +210,7 @@ static int take_run(run *r, cvol_baked_file *out, const float *errors, size_t fi
             if (!code)
                 code = cvol_plane_array(&r->context, plane, at, &shape, out->step, name);
             if (!code) {
-                (*plane)->ledger = (cvol_ledger){
+                (*plane)->error_bound = (cvol_error_bound){
                     .l2_error = (double)of[i], .max_abs = 1 + (double)of[i], .value_max = 1};
                 cvol_array_derive_figures(*plane);
             }

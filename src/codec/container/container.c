@@ -1,7 +1,7 @@
 /* The container: signature, version, sections in order, and what they make together.
  *
  * First the sections' headers are followed through the file: which are there, and whether it is
- * whole. Then contents are read, each after its checksum, and of shells only what is asked for.
+ * whole. Then contents are read, each after its checksum, and of subbands only what is asked for.
  */
 #include "codec/container/container.h"
 
@@ -32,7 +32,7 @@ typedef struct reading {
     cvol_file_part part;
     cvol_section sections[CVOL_SECTION_KINDS];
     uint32_t present; /* bit `kind` */
-    int shells;       /* how many are whole */
+    int subbands;     /* how many are whole */
     int used;         /* how many are asked for and there */
     int cut;          /* the file ends early */
     int is_tried;     /* only: the array is of no use */
@@ -51,7 +51,7 @@ static int is_partial(const reading *r)
     return r->part.begin || r->part.level;
 }
 
-/* Whether the file has corrections, and ends before these do. The kind of corrections stands first
+/* Whether the file has residual, and ends before these do. The kind of residual stands first
  * in MODE. */
 static int lacks_residual(const reading *r)
 {
@@ -64,27 +64,27 @@ static int lacks_residual(const reading *r)
 static int say_level(const reading *r, int code)
 {
     char what[CVOL_MESSAGE_BYTES];
-    if (!r->shells)
+    if (!r->subbands)
         return code;
     strcpy(what, cvol_context_message(r->context));
     return cvol_fail(r->context, code, "%s; it is whole up to level %d%s", what,
-                     CVOL_SHELLS - r->shells,
-                     lacks_residual(r) && r->shells == CVOL_SHELLS
+                     CVOL_SUBBANDS - r->subbands,
+                     lacks_residual(r) && r->subbands == CVOL_SUBBANDS
                          ? ", without the corrections that make it exact or keep its bound"
                          : "");
 }
 
-/* Follows the sections as far as they are needed: to the end, or to the last shell of a level. */
+/* Follows the sections as far as they are needed: to the end, or to the last subband of a level. */
 static int follow(reading *r, cvol_cursor file)
 {
     cvol_section_walk walk = cvol_section_walk_make(file);
     walk.places = r->unpacked.plain.data ? &r->unpacked.places : NULL;
-    while (!cvol_section_walk_ended(&walk) && !(r->part.level && r->shells == r->used)) {
+    while (!cvol_section_walk_ended(&walk) && !(r->part.level && r->subbands == r->used)) {
         cvol_section section;
         int code = cvol_section_next(r->context, &section, &walk, r->name);
         if (code && walk.cut) {
             r->cut = 1;
-            return r->part.cut && r->shells ? CVOL_OK : say_level(r, code);
+            return r->part.cut && r->subbands ? CVOL_OK : say_level(r, code);
         }
         if (!code && section.kind == CVOL_SECTION_UNKNOWN && !is_partial(r))
             code = cvol_section_check(r->context, &section, r->name);
@@ -95,7 +95,7 @@ static int follow(reading *r, cvol_cursor file)
         r->sections[section.kind] = section;
         r->present |= UINT32_C(1) << section.kind;
         if (section.kind >= CVOL_SHL0 && section.kind <= CVOL_SHL3)
-            r->shells++;
+            r->subbands++;
     }
     return CVOL_OK;
 }
@@ -141,8 +141,8 @@ static int read_header(reading *r)
                                    {CVOL_ERRS, cvol_errors_take}};
     static const record others[] = {{CVOL_MODE, cvol_modes_take},
                                     {CVOL_BRKS, cvol_bricks_take},
-                                    {CVOL_TRUE, cvol_ends_take},
-                                    {CVOL_SMAL, cvol_small_take},
+                                    {CVOL_TRUE, cvol_true_length_section_take},
+                                    {CVOL_SMAL, cvol_neural_take},
                                     {CVOL_SUMM, cvol_summary_take}};
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
         int code = need(r, parts[i].kind);
@@ -195,14 +195,14 @@ static int make_array(reading *r)
         return code;
     cvol_array *array = r->array;
     cvol_file_coding *coding = cvol_coding_own(array);
-    coding->ends = (int)header->ends;
-    coding->dependent = (int)header->dependent;
-    coding->small = (int)header->small;
+    coding->true_length = (int)header->true_length;
+    coding->trellis = (int)header->trellis;
+    coding->neural = (int)header->neural;
     coding->brick = header->brick;
-    array->step = ldexp(header->step, -coding->ends);
+    array->step = ldexp(header->step, -coding->true_length);
     array->offset = header->offset;
     array->lapped = (int)header->lapped;
-    array->ledger = header->ledger;
+    array->error_bound = header->error_bound;
     array->threshold = header->threshold;
     array->measured = (int)header->measured;
     array->psnr_db = header->psnr_db;
@@ -236,31 +236,31 @@ static int read_modes(reading *r, const cvol_brick_index *index, const cvol_toke
             code = cvol_mask_take(r->context, r->array, &header->fills, index,
                                   &r->sections[CVOL_MASK], box, r->name);
     }
-    if (code || !header->corrections || r->used < CVOL_SHELLS || (r->cut && !has(r, CVOL_CORR)))
+    if (code || !header->residual || r->used < CVOL_SUBBANDS || (r->cut && !has(r, CVOL_CORR)))
         return code;
-    const cvol_corrected_file file = {.kind = header->corrections,
-                                      .fraction = header->fraction,
-                                      .rule = &header->rule,
-                                      .tables = tables,
-                                      .index = index,
-                                      .section = &r->sections[CVOL_CORR],
-                                      .box = box};
+    const cvol_residual_file file = {.kind = header->residual,
+                                     .fraction = header->fraction,
+                                     .rule = &header->rule,
+                                     .tables = tables,
+                                     .index = index,
+                                     .section = &r->sections[CVOL_CORR],
+                                     .box = box};
     code = need_stream(r, CVOL_CORR);
-    return code ? code : cvol_corrected_take(r->context, r->array, &file, r->name);
+    return code ? code : cvol_residual_take(r->context, r->array, &file, r->name);
 }
 
 static int read_bricks(reading *r, const cvol_brick_index *index)
 {
-    /* Corrections are checked against the terms. */
+    /* residual are checked against the terms. */
     cvol_brick_source source = {
-        .index = index, .count = r->used, .is_checked = r->is_tried && !r->header.corrections};
+        .index = index, .count = r->used, .is_checked = r->is_tried && !r->header.residual};
     cvol_token_tables *tables = cvol_token_tables_create();
     cvol_cursor content = cvol_section_cursor(&r->sections[CVOL_TABL]);
     int code = tables ? cvol_token_tables_take(r->context, tables, &content, r->name)
                       : cvol_fail_memory(r->context, 1 << 16, "the coder's tables");
     for (int s = 0; s < r->used && !code; s++) {
         const cvol_section *section = &r->sections[CVOL_SHL0 + s];
-        source.shells[s] = section->content;
+        source.subbands[s] = section->content;
         code = cvol_brick_index_check(r->context, index, s, section, r->name);
     }
     cvol_box box;
@@ -289,15 +289,15 @@ static int read_volume(reading *r)
                                              cvol_header_streams(&r->header), r->name);
     if (!code)
         code = make_array(r);
-    if (!code && has(r, CVOL_RNGE) && r->used == CVOL_SHELLS && !r->part.begin)
+    if (!code && has(r, CVOL_RNGE) && r->used == CVOL_SUBBANDS && !r->part.begin)
         code = need(r, CVOL_RNGE);
-    if (!code && has(r, CVOL_RNGE) && r->used == CVOL_SHELLS && !r->part.begin)
+    if (!code && has(r, CVOL_RNGE) && r->used == CVOL_SUBBANDS && !r->part.begin)
         code = cvol_ranges_take(r->context, r->array, &r->sections[CVOL_RNGE], r->name);
     if (!code)
         code = read_bricks(r, &index);
-    if (!code && r->used < CVOL_SHELLS)
-        cvol_shells_leave(r->array, r->header.shell_norm, CVOL_SHELLS - r->used);
-    else if (!code && lacks_residual(r)) /* what was measured is of samples with corrections */
+    if (!code && r->used < CVOL_SUBBANDS)
+        cvol_subbands_leave(r->array, r->header.subband_norm, CVOL_SUBBANDS - r->used);
+    else if (!code && lacks_residual(r)) /* what was measured is of samples with residual */
         cvol_array_derive_figures(r->array);
     cvol_brick_index_free(&index);
     return code;
@@ -326,7 +326,7 @@ static int read_terms(reading *r)
 static int check_count(const reading *r)
 {
     cvol_array_info info;
-    if (cvol_header_is_volume(&r->header) && (r->part.begin || r->used < CVOL_SHELLS))
+    if (cvol_header_is_volume(&r->header) && (r->part.begin || r->used < CVOL_SUBBANDS))
         return CVOL_OK;
     cvol_array_get_info(r->array, &info);
     if (info.coefficients == r->header.coefficients)
@@ -362,10 +362,10 @@ static int read_front(reading *r, const uint8_t *data, size_t size)
                 : "%s: is a baked volume, which has no samples any more: cvol render "
                   "--engine transform makes pictures of it",
             r->name);
-    if (r->part.level < 0 || r->part.level >= CVOL_SHELLS)
+    if (r->part.level < 0 || r->part.level >= CVOL_SUBBANDS)
         return cvol_fail(r->context, CVOL_ERROR_ARGUMENT, "level is %d, must be 0 to %d",
-                         r->part.level, CVOL_SHELLS - 1);
-    r->used = CVOL_SHELLS - r->part.level;
+                         r->part.level, CVOL_SUBBANDS - 1);
+    r->used = CVOL_SUBBANDS - r->part.level;
     if (cvol_pack_is(data, size)) {
         code = cvol_unpack(r->context, &r->unpacked, data, size, r->name);
         file = cvol_cursor_make(r->unpacked.plain.data, r->unpacked.plain.size);
@@ -381,8 +381,8 @@ static int read_all(reading *r, const uint8_t *data, size_t size)
     int code = read_front(r, data, size);
     if (code)
         return code;
-    if (r->used > r->shells)
-        r->used = r->shells;
+    if (r->used > r->subbands)
+        r->used = r->subbands;
     code = cvol_header_is_volume(&r->header) ? read_volume(r) : read_terms(r);
     return code ? code : check_count(r);
 }
@@ -420,7 +420,7 @@ int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_
     int code = find_volume(&r, &place, &data, &size);
     if (!code)
         code = read_all(&r, data, size);
-    const int residual_missing = !code && r.used == CVOL_SHELLS && lacks_residual(&r);
+    const int residual_missing = !code && r.used == CVOL_SUBBANDS && lacks_residual(&r);
     cvol_unpacked_free(&r.unpacked);
     if (code) {
         cvol_array_free(r.array);
@@ -430,7 +430,7 @@ int cvol_container_read_part(cvol_context *context, cvol_array **out, cvol_file_
     if (report)
         *report = (cvol_file_report){
             .file_bytes = size,
-            .level = cvol_header_is_volume(&r.header) ? CVOL_SHELLS - r.used : 0,
+            .level = cvol_header_is_volume(&r.header) ? CVOL_SUBBANDS - r.used : 0,
             .cut = r.cut,
             .residual_missing = residual_missing};
     return CVOL_OK;
@@ -442,7 +442,7 @@ int cvol_container_read_grid(cvol_context *context, cvol_grid *out, const uint8_
     reading r = {.context = context, .name = name};
     cvol_series_place place;
     /* What is coarsest stands first: behind that nothing is looked at. */
-    r.part = (cvol_file_part){.level = CVOL_SHELLS - 1, .cut = 1};
+    r.part = (cvol_file_part){.level = CVOL_SUBBANDS - 1, .cut = 1};
     r.part.time = part ? part->time : 0;
     r.part.channel = part ? part->channel : 0;
     int code = find_volume(&r, &place, &data, &size);

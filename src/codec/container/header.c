@@ -21,14 +21,14 @@ cvol_header cvol_header_of(const cvol_array *array)
                           .rank = (uint32_t)array->rank,
                           .block = (uint32_t)array->block,
                           .lapped = (uint32_t)array->lapped,
-                          .dependent = (uint32_t)coding->dependent,
+                          .trellis = (uint32_t)coding->trellis,
                           .brick = coding->brick,
-                          .ends = (uint32_t)coding->ends,
-                          .small = (uint32_t)coding->small,
-                          .step = ldexp(array->step, coding->ends),
+                          .true_length = (uint32_t)coding->true_length,
+                          .neural = (uint32_t)coding->neural,
+                          .step = ldexp(array->step, coding->true_length),
                           .offset = array->offset,
                           .coefficients = array->coefficients,
-                          .ledger = array->ledger,
+                          .error_bound = array->error_bound,
                           .psnr_db = array->psnr_db,
                           .max_error = array->max_error,
                           .threshold = array->threshold,
@@ -37,10 +37,10 @@ cvol_header cvol_header_of(const cvol_array *array)
     if (!array->block)
         header.coefficients = array->whole.low_count + array->whole.sparse_count;
     if (cvol_array_is_volume(array))
-        cvol_shell_norms(header.shell_norm, array);
-    const cvol_corrected *corrected = cvol_corrected_of(array);
+        cvol_subband_norms(header.subband_norm, array);
+    const cvol_corrected *corrected = cvol_residual_of(array);
     if (corrected) {
-        header.corrections = corrected->kind;
+        header.residual = corrected->kind;
         header.fraction = corrected->fraction;
         header.rule = corrected->rule;
     }
@@ -51,12 +51,11 @@ cvol_header cvol_header_of(const cvol_array *array)
 
 unsigned cvol_header_streams(const cvol_header *header)
 {
-    unsigned streams = CVOL_STREAMS_SHELLS;
+    unsigned streams = CVOL_STREAMS_SUBBANDS;
     if (header->fills.count)
         streams |= 1u << CVOL_STREAM_MASK;
-    if (header->corrections == CVOL_CORRECTED_BOUNDED ||
-        header->corrections == CVOL_CORRECTED_EXACT)
-        streams |= 1u << CVOL_STREAM_CORRECTIONS;
+    if (header->residual == CVOL_RESIDUAL_BOUNDED || header->residual == CVOL_RESIDUAL_EXACT)
+        streams |= 1u << CVOL_STREAM_RESIDUAL;
     return streams;
 }
 
@@ -106,11 +105,11 @@ void cvol_head_put(cvol_bytes *out, const cvol_header *header)
     cvol_bytes_put_u32(out, header->rank);
     cvol_bytes_put_u32(out, header->block);
     cvol_bytes_put_u32(out, header->lapped);
-    cvol_bytes_put_u32(out, header->dependent);
+    cvol_bytes_put_u32(out, header->trellis);
     cvol_bytes_put_f64(out, header->step);
     cvol_bytes_put_f64(out, header->offset);
-    cvol_bytes_put_f64(out, header->ledger.value_min);
-    cvol_bytes_put_f64(out, header->ledger.value_max);
+    cvol_bytes_put_f64(out, header->error_bound.value_min);
+    cvol_bytes_put_f64(out, header->error_bound.value_max);
     cvol_bytes_put_u64(out, header->coefficients);
 }
 
@@ -131,8 +130,8 @@ static int check_method(cvol_context *context, const cvol_header *h, const char 
     if (h->lapped > 1 || (h->lapped && !(cvol_header_is_volume(h) && h->block == 16)))
         return bad(context, name, "HEAD", "lapped", h->lapped,
                    "0, or 1 of volumes in dct blocks of 16");
-    if (h->dependent > 1 || (h->dependent && !(cvol_header_is_volume(h) && h->block == 16)))
-        return bad(context, name, "HEAD", "dependent", h->dependent,
+    if (h->trellis > 1 || (h->trellis && !(cvol_header_is_volume(h) && h->block == 16)))
+        return bad(context, name, "HEAD", "dependent", h->trellis,
                    "0, or 1 of volumes in dct blocks of 16");
     if (h->block ? !(h->step > 0) || !isfinite(h->step) : h->step != 0)
         return bad(context, name, "HEAD", "step", h->step,
@@ -145,18 +144,20 @@ static int check_method(cvol_context *context, const cvol_header *h, const char 
 
 static int check_values(cvol_context *context, const cvol_header *h, const char *name)
 {
-    const cvol_ledger *ledger = &h->ledger;
+    const cvol_error_bound *error_bound = &h->error_bound;
     double lo, hi;
     cvol_type_range(h->grid.type, &lo, &hi);
     int whole = !cvol_type_is_integer(h->grid.type) ||
-                (floor(ledger->value_min) == ledger->value_min &&
-                 floor(ledger->value_max) == ledger->value_max);
+                (floor(error_bound->value_min) == error_bound->value_min &&
+                 floor(error_bound->value_max) == error_bound->value_max);
     /* Written so that a NaN fails. */
-    if (!(ledger->value_min >= lo && ledger->value_min <= ledger->value_max && whole))
-        return bad(context, name, "HEAD", "value_min", ledger->value_min,
+    if (!(error_bound->value_min >= lo && error_bound->value_min <= error_bound->value_max &&
+          whole))
+        return bad(context, name, "HEAD", "value_min", error_bound->value_min,
                    "a value of the type, <= value_max");
-    if (!(ledger->value_max <= hi))
-        return bad(context, name, "HEAD", "value_max", ledger->value_max, "a value of the type");
+    if (!(error_bound->value_max <= hi))
+        return bad(context, name, "HEAD", "value_max", error_bound->value_max,
+                   "a value of the type");
     return CVOL_OK;
 }
 
@@ -175,11 +176,11 @@ int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *cont
     header->rank = cvol_cursor_u32(content);
     header->block = cvol_cursor_u32(content);
     header->lapped = cvol_cursor_u32(content);
-    header->dependent = cvol_cursor_u32(content);
+    header->trellis = cvol_cursor_u32(content);
     header->step = cvol_cursor_f64(content);
     header->offset = cvol_cursor_f64(content);
-    header->ledger.value_min = cvol_cursor_f64(content);
-    header->ledger.value_max = cvol_cursor_f64(content);
+    header->error_bound.value_min = cvol_cursor_f64(content);
+    header->error_bound.value_max = cvol_cursor_f64(content);
     header->coefficients = cvol_cursor_u64(content);
     if (content->failed)
         return fail_length(context, name, "HEAD", content);
@@ -197,7 +198,7 @@ int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *cont
 
 void cvol_modes_put(cvol_bytes *out, const cvol_header *header)
 {
-    cvol_bytes_put_u32(out, (uint32_t)header->corrections);
+    cvol_bytes_put_u32(out, (uint32_t)header->residual);
     cvol_bytes_put_u32(out, (uint32_t)header->fraction);
     cvol_bytes_put_f64(out, header->rule.quantum);
     cvol_bytes_put_u32(out, (uint32_t)header->rule.unit);
@@ -228,8 +229,8 @@ static int take_fills(cvol_context *context, cvol_header *header, cvol_cursor *c
     if (content->failed)
         return fail_length(context, name, "MODE", content);
     const double value = background ? cvol_fills_value(&header->fills, 0, header->grid.type) : 0;
-    const cvol_ledger *ledger = &header->ledger;
-    if (background && !(value >= ledger->value_min && value <= ledger->value_max))
+    const cvol_error_bound *error_bound = &header->error_bound;
+    if (background && !(value >= error_bound->value_min && value <= error_bound->value_max))
         return bad(context, name, "MODE", "the background's fill", value,
                    "within value_min .. value_max");
     return CVOL_OK;
@@ -239,28 +240,27 @@ int cvol_modes_take(cvol_context *context, cvol_header *header, cvol_cursor *con
                     const char *name)
 {
     const uint32_t kind = cvol_cursor_u32(content), fraction = cvol_cursor_u32(content);
-    cvol_correction_rule *rule = &header->rule;
-    *rule = (cvol_correction_rule){.type = header->grid.type,
-                                   .exact = kind == CVOL_CORRECTED_EXACT,
-                                   .value_min = header->ledger.value_min,
-                                   .value_max = header->ledger.value_max};
+    cvol_residual_rule *rule = &header->rule;
+    *rule = (cvol_residual_rule){.type = header->grid.type,
+                                 .exact = kind == CVOL_RESIDUAL_EXACT,
+                                 .value_min = header->error_bound.value_min,
+                                 .value_max = header->error_bound.value_max};
     rule->quantum = cvol_cursor_f64(content);
     rule->unit = (int)(int32_t)cvol_cursor_u32(content);
     rule->grain = (int)(int32_t)cvol_cursor_u32(content);
     int code = take_fills(context, header, content, name);
     if (code)
         return code;
-    if (kind > CVOL_CORRECTED_PACKED)
+    if (kind > CVOL_RESIDUAL_PACKED)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "%s: corrections are of kind %u, this library reads 0 to 3", name, kind);
-    header->corrections = (cvol_corrected_kind)kind;
+    header->residual = (cvol_residual_kind)kind;
     header->fraction = (int)fraction;
     if ((kind || header->fills.count) && !cvol_header_is_volume(header))
         return bad(context, name, "MODE", "corrections", kind, "0 of arrays that are no volumes");
     if (fraction > CVOL_EXACT_FRACTION_MAX)
         return bad(context, name, "MODE", "fraction", fraction, "at most 10");
-    if (cvol_header_streams(header) >> CVOL_STREAM_CORRECTIONS & 1 &&
-        !cvol_correction_rule_valid(rule))
+    if (cvol_header_streams(header) >> CVOL_STREAM_RESIDUAL & 1 && !cvol_residual_rule_valid(rule))
         return bad(context, name, "MODE", "quantum", rule->quantum,
                    "what corrections of the type can have");
     return CVOL_OK;
@@ -302,24 +302,24 @@ int cvol_bricks_take(cvol_context *context, cvol_header *header, cvol_cursor *co
 
 /* ---- TRUE ------------------------------------------------------------------------------- */
 
-void cvol_ends_put(cvol_bytes *out, const cvol_header *header)
+void cvol_true_length_section_put(cvol_bytes *out, const cvol_header *header)
 {
-    cvol_bytes_put_u32(out, header->ends);
+    cvol_bytes_put_u32(out, header->true_length);
 }
 
-int cvol_ends_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
-                   const char *name)
+int cvol_true_length_section_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                                  const char *name)
 {
-    header->ends = cvol_cursor_u32(content);
+    header->true_length = cvol_cursor_u32(content);
     if (content->failed)
         return fail_length(context, name, "TRUE", content);
     if (!cvol_header_is_volume(header) || header->block != CVOL_CELL)
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
                          "%s: section TRUE is of volumes in dct blocks of 16, this array is none",
                          name);
-    if (header->ends < 1 || header->ends > CVOL_ENDS_BITS_MOST)
-        return bad(context, name, "TRUE", "bits", header->ends, "1 to 8");
-    if (header->corrections)
+    if (header->true_length < 1 || header->true_length > CVOL_TRUE_LENGTH_BITS_MOST)
+        return bad(context, name, "TRUE", "bits", header->true_length, "1 to 8");
+    if (header->residual)
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
                          "%s: section TRUE is of volumes without corrections, this one has some",
                          name);
@@ -328,26 +328,26 @@ int cvol_ends_take(cvol_context *context, cvol_header *header, cvol_cursor *cont
 
 /* ---- SMAL ------------------------------------------------------------------------------- */
 
-void cvol_small_put(cvol_bytes *out, const cvol_header *header)
+void cvol_neural_put(cvol_bytes *out, const cvol_header *header)
 {
-    cvol_bytes_put_u32(out, header->small);
+    cvol_bytes_put_u32(out, header->neural);
 }
 
-int cvol_small_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
-                    const char *name)
+int cvol_neural_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                     const char *name)
 {
-    header->small = cvol_cursor_u32(content);
+    header->neural = cvol_cursor_u32(content);
     if (content->failed)
         return fail_length(context, name, "SMAL", content);
-    if (!cvol_header_is_volume(header) || !header->dependent)
+    if (!cvol_header_is_volume(header) || !header->trellis)
         return cvol_fail(context, CVOL_ERROR_CORRUPT,
                          "%s: section SMAL is of volumes of dependent coefficients, this array "
                          "has none",
                          name);
-    if (header->small != 1)
+    if (header->neural != 1)
         return cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "%s: section SMAL names networks %u, only 1 is known", name,
-                         header->small);
+                         header->neural);
     return CVOL_OK;
 }
 
@@ -404,11 +404,11 @@ void cvol_errors_put(cvol_bytes *out, const cvol_header *header)
 {
     cvol_bytes_put_f64(out, header->psnr_db);
     cvol_bytes_put_f64(out, header->max_error);
-    cvol_bytes_put_f64(out, header->ledger.l2_error);
-    cvol_bytes_put_f64(out, header->ledger.max_abs);
+    cvol_bytes_put_f64(out, header->error_bound.l2_error);
+    cvol_bytes_put_f64(out, header->error_bound.max_abs);
     cvol_bytes_put_f64(out, header->threshold);
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        cvol_bytes_put_f64(out, header->shell_norm[s]);
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        cvol_bytes_put_f64(out, header->subband_norm[s]);
     cvol_bytes_put_u32(out, header->measured);
 }
 
@@ -419,21 +419,22 @@ int cvol_errors_take(cvol_context *context, cvol_header *header, cvol_cursor *co
     if (header->psnr_db >= CVOL_PSNR_EXACT)
         header->psnr_db = (double)INFINITY;
     header->max_error = cvol_cursor_f64(content);
-    header->ledger.l2_error = cvol_cursor_f64(content);
-    header->ledger.max_abs = cvol_cursor_f64(content);
+    header->error_bound.l2_error = cvol_cursor_f64(content);
+    header->error_bound.max_abs = cvol_cursor_f64(content);
     header->threshold = cvol_cursor_f64(content);
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        header->shell_norm[s] = cvol_cursor_f64(content);
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        header->subband_norm[s] = cvol_cursor_f64(content);
     header->measured = cvol_cursor_u32(content);
     if (content->failed)
         return fail_length(context, name, "ERRS", content);
     const struct {
         const char *name;
         double value;
-    } fields[] = {{"max_error", header->max_error},        {"l2_error", header->ledger.l2_error},
-                  {"max_abs", header->ledger.max_abs},     {"threshold", header->threshold},
-                  {"shell_norm 0", header->shell_norm[0]}, {"shell_norm 1", header->shell_norm[1]},
-                  {"shell_norm 2", header->shell_norm[2]}, {"shell_norm 3", header->shell_norm[3]}};
+    } fields[] = {
+        {"max_error", header->max_error},          {"l2_error", header->error_bound.l2_error},
+        {"max_abs", header->error_bound.max_abs},  {"threshold", header->threshold},
+        {"shell_norm 0", header->subband_norm[0]}, {"shell_norm 1", header->subband_norm[1]},
+        {"shell_norm 2", header->subband_norm[2]}, {"shell_norm 3", header->subband_norm[3]}};
     for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
         if (!isfinite(fields[i].value) || fields[i].value < 0)
             return bad(context, name, "ERRS", fields[i].name, fields[i].value,

@@ -15,22 +15,22 @@
 typedef struct cvol_header {
     cvol_grid grid; /* GEOM: all of it but shape and type */
     /* HEAD */
-    uint32_t transform, rank, block, lapped, dependent;
-    uint32_t ends;  /* TRUE; 0 without */
-    uint32_t small; /* SMAL: 1; 0 without */
+    uint32_t transform, rank, block, lapped, trellis;
+    uint32_t true_length; /* TRUE; 0 without */
+    uint32_t neural;      /* SMAL: 1; 0 without */
     double step, offset;
     uint64_t coefficients;
-    cvol_ledger ledger; /* HEAD: value_min and value_max; ERRS: the other two */
+    cvol_error_bound error_bound; /* HEAD: value_min and value_max; ERRS: the other two */
     /* ERRS */
     double psnr_db, max_error, threshold;
-    double shell_norm[CVOL_SHELLS]; /* volumes: L2 norms of the coefficients of each shell */
+    double subband_norm[CVOL_SUBBANDS]; /* volumes: L2 norms of the coefficients of each subband */
     uint32_t measured;
     cvol_summary summary; /* SUMM, of volumes; state NONE without */
-    /* MODE, of volumes that have corrections or a mask */
+    /* MODE, of volumes that have residual or a mask */
     cvol_brick_shape brick; /* volumes; of HEAD that of files without BRKS */
-    cvol_corrected_kind corrections;
+    cvol_residual_kind residual;
     int fraction;
-    cvol_correction_rule rule;
+    cvol_residual_rule rule;
     cvol_fills fills;
 } cvol_header;
 
@@ -51,8 +51,8 @@ void cvol_geometry_put(cvol_bytes *out, const cvol_header *header);
 void cvol_errors_put(cvol_bytes *out, const cvol_header *header);
 void cvol_modes_put(cvol_bytes *out, const cvol_header *header);
 void cvol_bricks_put(cvol_bytes *out, const cvol_header *header);
-void cvol_ends_put(cvol_bytes *out, const cvol_header *header);
-void cvol_small_put(cvol_bytes *out, const cvol_header *header);
+void cvol_true_length_section_put(cvol_bytes *out, const cvol_header *header);
+void cvol_neural_put(cvol_bytes *out, const cvol_header *header);
 
 /* Read and check every field, HEAD first. Errors: CORRUPT, FORMAT, LIMIT, UNSUPPORTED. */
 int cvol_head_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
@@ -65,9 +65,9 @@ int cvol_modes_take(cvol_context *context, cvol_header *header, cvol_cursor *con
                     const char *name);
 int cvol_bricks_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
                      const char *name);
-int cvol_ends_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
-                   const char *name);
-int cvol_small_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
-                    const char *name);
+int cvol_true_length_section_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                                  const char *name);
+int cvol_neural_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
+                     const char *name);
 
 #endif

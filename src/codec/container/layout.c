@@ -66,22 +66,22 @@ static int stream_of(cvol_section_kind kind)
 {
     return kind >= CVOL_SHL0 && kind <= CVOL_SHL3 ? (int)kind - CVOL_SHL0
            : kind == CVOL_MASK                    ? CVOL_STREAM_MASK
-           : kind == CVOL_CORR                    ? CVOL_STREAM_CORRECTIONS
+           : kind == CVOL_CORR                    ? CVOL_STREAM_RESIDUAL
                                                   : -1;
 }
 
-/* A shell, run by run; the section's checksum is that of the runs' own. */
+/* A subband, run by run; the section's checksum is that of the runs' own. */
 static cvol_section_state check_shell(walk *w, const cvol_section *section)
 {
-    const int shell = stream_of(section->kind);
-    int code = cvol_brick_index_check(w->context, &w->index, shell, section, w->name);
+    const int subband = stream_of(section->kind);
+    int code = cvol_brick_index_check(w->context, &w->index, subband, section, w->name);
     cvol_section_state state = code ? CVOL_SECTION_DAMAGED : CVOL_SECTION_SOUND;
     note(w, code);
     for (size_t r = 0; r < w->index.runs; r++) {
-        if (cvol_brick_index_size(&w->index, shell) > section->length)
+        if (cvol_brick_index_size(&w->index, subband) > section->length)
             break;
-        const cvol_span run = cvol_brick_index_run(&w->index, shell, r, section->content);
-        const uint32_t stored = w->index.checksums[(size_t)shell * w->index.runs + r];
+        const cvol_span run = cvol_brick_index_run(&w->index, subband, r, section->content);
+        const uint32_t stored = w->index.checksums[(size_t)subband * w->index.runs + r];
         const uint32_t found = cvol_crc32c(run.data, run.size);
         if (stored == found)
             continue;
@@ -110,9 +110,9 @@ static void keep_content(walk *w, const cvol_section *section)
     if (section->kind == CVOL_BRKS && w->has_header)
         w->has_header = !cvol_bricks_take(w->context, &w->header, &content, w->name);
     if (section->kind == CVOL_TRUE && w->has_header)
-        w->has_header = !cvol_ends_take(w->context, &w->header, &content, w->name);
+        w->has_header = !cvol_true_length_section_take(w->context, &w->header, &content, w->name);
     if (section->kind == CVOL_SMAL && w->has_header)
-        w->has_header = !cvol_small_take(w->context, &w->header, &content, w->name);
+        w->has_header = !cvol_neural_take(w->context, &w->header, &content, w->name);
     if (section->kind == CVOL_INDX && w->has_header && cvol_header_is_volume(&w->header))
         w->has_index = !cvol_brick_index_take_streams(
             w->context, &w->index, section, cvol_header_bricks(&w->header), w->header.brick.run,
@@ -148,7 +148,7 @@ static cvol_section_state check_content(walk *w, const cvol_section *section)
         return check_volume(w, section);
 
     const int is_packed = section->kind == CVOL_CORR && w->has_header &&
-                          w->header.corrections == CVOL_CORRECTED_PACKED;
+                          w->header.residual == CVOL_RESIDUAL_PACKED;
     if (stream_of(section->kind) >= 0 && !is_packed)
         return w->has_index ? check_shell(w, section) : CVOL_SECTION_UNCHECKED;
     int code = cvol_section_check(w->context, section, w->name);
@@ -203,18 +203,18 @@ static void take_packed(walk *w, cvol_unpacked *unpacked, cvol_cursor *file, con
     cvol_cursor_take(file, CVOL_SECTIONS_AT);
 }
 
-/* The finest level that whole shells give, with all that stands before them. */
+/* The finest level that whole subbands give, with all that stands before them. */
 static int find_level(const cvol_file_layout *layout)
 {
-    int shells = 0;
+    int subbands = 0;
     for (int i = 0; i < layout->section_count; i++) {
         const cvol_file_section *s = &layout->sections[i];
         if (s->state != CVOL_SECTION_SOUND &&
             !(s->state == CVOL_SECTION_TRUNCATED && !strcmp(s->tag, cvol_section_tag(CVOL_PACK))))
             break;
-        shells += !strncmp(s->tag, "SHL", 3);
+        subbands += !strncmp(s->tag, "SHL", 3);
     }
-    return shells ? CVOL_SHELLS - shells : -1;
+    return subbands ? CVOL_SUBBANDS - subbands : -1;
 }
 
 /* ---- the file --------------------------------------------------------------------------- */

@@ -14,7 +14,7 @@ struct cvol_picture {
     size_t lattice[2];
     cvol_transform transform;
     int block, plane_count;
-    cvol_array *planes[CVOL_PICTURE_PLANES]; /* quantised by their steps */
+    cvol_array *planes[CVOL_PICTURE_PLANES]; /* quantized by their steps */
     double steps[CVOL_PICTURE_PLANES];
     double psnr_db;
 };

@@ -53,11 +53,11 @@ static void put_head(cvol_bytes *out, const cvol_picture *picture)
         cvol_bytes_put_f64(out, picture->background[c]);
     cvol_bytes_put_f64(out, picture->psnr_db);
     for (int c = 0; c < picture->plane_count; c++) {
-        const cvol_ledger *ledger = &picture->planes[c]->ledger;
+        const cvol_error_bound *error_bound = &picture->planes[c]->error_bound;
         cvol_bytes_put_f64(out, picture->steps[c]);
-        cvol_bytes_put_f64(out, ledger->l2_error);
-        cvol_bytes_put_f64(out, ledger->value_min);
-        cvol_bytes_put_f64(out, ledger->value_max);
+        cvol_bytes_put_f64(out, error_bound->l2_error);
+        cvol_bytes_put_f64(out, error_bound->value_min);
+        cvol_bytes_put_f64(out, error_bound->value_max);
     }
 }
 
@@ -109,7 +109,7 @@ int cvol_picture_write(cvol_context *context, const cvol_picture *picture, const
 /* What the head says of a plane. */
 typedef struct plane_record {
     double step;
-    cvol_ledger ledger;
+    cvol_error_bound error_bound;
 } plane_record;
 
 static int fail(cvol_context *context, const char *name, const char *what)
@@ -170,15 +170,15 @@ static const char *take_numbers(cvol_picture *picture, plane_record *records, cv
     sound &= !isnan(picture->psnr_db) && picture->psnr_db > -1e300;
     for (int c = 0; c < picture->plane_count; c++) {
         plane_record *record = &records[c];
-        cvol_ledger *ledger = &record->ledger;
+        cvol_error_bound *error_bound = &record->error_bound;
         *record = (plane_record){.step = cvol_cursor_f64(content)};
-        ledger->l2_error = cvol_cursor_f64(content);
-        ledger->value_min = cvol_cursor_f64(content);
-        ledger->value_max = cvol_cursor_f64(content);
-        sound &= record->step > 0 && record->step <= 1e30 && ledger->l2_error >= 0 &&
-                 ledger->l2_error <= 1e30 && ledger->value_min >= -1e30 &&
-                 ledger->value_min <= ledger->value_max && ledger->value_max <= 1e30;
-        ledger->max_abs = cvol_ledger_largest(ledger) + ledger->l2_error;
+        error_bound->l2_error = cvol_cursor_f64(content);
+        error_bound->value_min = cvol_cursor_f64(content);
+        error_bound->value_max = cvol_cursor_f64(content);
+        sound &= record->step > 0 && record->step <= 1e30 && error_bound->l2_error >= 0 &&
+                 error_bound->l2_error <= 1e30 && error_bound->value_min >= -1e30 &&
+                 error_bound->value_min <= error_bound->value_max && error_bound->value_max <= 1e30;
+        error_bound->max_abs = cvol_error_bound_largest(error_bound) + error_bound->l2_error;
     }
     return content->failed ? "is too short"
            : sound         ? NULL
@@ -212,7 +212,7 @@ static int take_planes(cvol_context *context, cvol_picture *picture, const plane
             code = cvol_plane_array(context, &picture->planes[c], values, &shape, records[c].step,
                                     name);
         if (!code)
-            picture->planes[c]->ledger = records[c].ledger;
+            picture->planes[c]->error_bound = records[c].error_bound;
         if (!code)
             cvol_array_derive_figures(picture->planes[c]);
     }

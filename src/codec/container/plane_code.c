@@ -271,8 +271,8 @@ int cvol_plane_quantise(cvol_context *context, cvol_array **out, const cvol_arra
     if (!code)
         code = cvol_plane_array(context, out, values, &shape, step, "a plane");
     if (!code) {
-        (*out)->ledger = array->ledger;
-        cvol_ledger_drop(&(*out)->ledger, lost, norm, (double)INFINITY);
+        (*out)->error_bound = array->error_bound;
+        cvol_error_bound_drop(&(*out)->error_bound, lost, norm, (double)INFINITY);
         cvol_array_derive_figures(*out);
     }
     free(exact);

@@ -1,7 +1,7 @@
-/* Planes: arrays of rank 2 as quantised coefficients, tile by tile (tile_code.h).
+/* Planes: arrays of rank 2 as quantized coefficients, tile by tile (tile_code.h).
  *
  * A plane's coefficients are whole numbers times its step. Those of an array in blocks are so
- * anyway; those of a whole array must have been rounded (cvol_plane_quantise).
+ * anyway; those of a whole array must have been rounded (cvol_plane_quantize).
  */
 #ifndef CVOL_CODEC_CONTAINER_PLANE_CODE_H
 #define CVOL_CODEC_CONTAINER_PLANE_CODE_H

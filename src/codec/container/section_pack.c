@@ -61,7 +61,7 @@ static const field errors_fields[] = {
     {8, REAL, 0, 0},        {8, REAL, 0, 0}, {8, REAL, 0, 0}, {4, STEADY, 0, 1}, /* measured */
 };
 static const field modes_fields[] = {
-    {4, COUNT, 0, 0},  /* corrections */
+    {4, COUNT, 0, 0},  /* residual */
     {4, COUNT, 0, 0},  /* fraction */
     {8, REAL, 0, ONE}, /* quantum */
     {4, COUNT, 0, 0},  /* unit */
@@ -257,7 +257,7 @@ static void encode_section(front_coder *coder, const struct front_row *row, cvol
 }
 
 /* The sections of `plain` that are of front_rows, and what CORR says of itself. */
-static int encode_front(front_coder *coder, const cvol_bytes *plain, const cvol_bytes *corrections)
+static int encode_front(front_coder *coder, const cvol_bytes *plain, const cvol_bytes *residual)
 {
     cvol_cursor file = cvol_cursor_make(plain->data, plain->size);
     cvol_bytes content = {0};
@@ -266,9 +266,9 @@ static int encode_front(front_coder *coder, const cvol_bytes *plain, const cvol_
     for (int r = 0; r < ROWS; r++) {
         const struct front_row *row = &front_rows[r];
         content.size = 0;
-        if (row->kind == CVOL_CORR && corrections) {
-            cvol_bytes_put_u64(&content, corrections->size);
-            cvol_bytes_put_u32(&content, cvol_crc32c(corrections->data, corrections->size));
+        if (row->kind == CVOL_CORR && residual) {
+            cvol_bytes_put_u64(&content, residual->size);
+            cvol_bytes_put_u32(&content, cvol_crc32c(residual->data, residual->size));
         } else if (row->kind != CVOL_CORR && header &&
                    !memcmp(header, cvol_section_tag(row->kind), 4)) {
             const size_t length = (size_t)load(header + 8, 8);
@@ -288,14 +288,14 @@ static int encode_front(front_coder *coder, const cvol_bytes *plain, const cvol_
 }
 
 int cvol_pack_put(cvol_context *context, cvol_bytes *out, const cvol_bytes *plain, uint64_t streams,
-                  const cvol_bytes *corrections)
+                  const cvol_bytes *residual)
 {
     cvol_range_encoder encoder = {0};
     front_coder coder = {.encoder = &encoder};
     cvol_bytes packed = {0}, front = {0};
     cvol_range_encoder_start(&encoder);
     coder_start(&coder);
-    const int done = encode_front(&coder, plain, corrections) &&
+    const int done = encode_front(&coder, plain, residual) &&
                      cvol_range_encoder_finish(&encoder, &packed);
     cvol_range_encoder_free(&encoder);
     cvol_bytes_put_varint(&front, packed.size);
@@ -330,7 +330,7 @@ typedef struct unpacking {
     const char *name;
     cvol_unpacked *out;
     size_t at[CVOL_SECTION_KINDS]; /* of a section's header in out->plain; 0: it is not there */
-    uint8_t corrections[CORRECTIONS_BYTES]; /* what corrections_fields say */
+    uint8_t residual[CORRECTIONS_BYTES]; /* what corrections_fields say */
 } unpacking;
 
 static int fail_front(const unpacking *u, const char *what)
@@ -356,7 +356,7 @@ static int decode_section(unpacking *u, front_coder *coder, const struct front_r
     code_content(coder, row, content.data, length);
     u->at[row->kind] = plain->size;
     if (row->kind == CVOL_CORR)
-        memcpy(u->corrections, content.data, sizeof u->corrections);
+        memcpy(u->residual, content.data, sizeof u->residual);
     else
         cvol_section_put(plain, row->kind, &content);
     cvol_bytes_free(&content);
@@ -438,13 +438,13 @@ static int append_streams(unpacking *u, const uint8_t *data, size_t size, size_t
     cvol_header header = {.rank = 0};
     cvol_brick_index index = {0};
     int code = take_index(u, &header, &index);
-    if (!code && (header.corrections == CVOL_CORRECTED_PACKED) != (u->at[CVOL_CORR] > 0))
+    if (!code && (header.residual == CVOL_RESIDUAL_PACKED) != (u->at[CVOL_CORR] > 0))
         code = fail_front(u, "and section MODE do not agree about section CORR");
     uint64_t total = at - out->pack.content_offset;
-    const uint64_t corrections = load(u->corrections, 8);
+    const uint64_t residual = load(u->residual, 8);
     for (int s = 0; !code && s < CVOL_STREAMS; s++)
         total += index.present >> s & 1 ? cvol_brick_index_size(&index, s) : 0;
-    if (!code && (corrections > out->pack.length || total + corrections != out->pack.length))
+    if (!code && (residual > out->pack.length || total + residual != out->pack.length))
         code = fail_front(u, "has another length than section INDX gives");
     for (int i = 0; !code && i < CVOL_STREAMS; i++) {
         const cvol_stream_section *row = &cvol_stream_sections[i];
@@ -453,8 +453,8 @@ static int append_streams(unpacking *u, const uint8_t *data, size_t size, size_t
                           cvol_brick_index_checksum(&index, row->stream), data, size, &at);
     }
     if (!code && u->at[CVOL_CORR])
-        append_stream(out, CVOL_CORR, corrections, (uint32_t)load(u->corrections + 8, 4), data,
-                      size, &at);
+        append_stream(out, CVOL_CORR, residual, (uint32_t)load(u->residual + 8, 4), data, size,
+                      &at);
     if (!code)
         append_stream(out, CVOL_ENDS, 0, 0, data, size, &at);
     if (!code && out->plain.failed)

@@ -22,10 +22,10 @@
 #define CVOL_PACK_USUAL_BYTES 150
 
 /* Appends signature, version, and section PACK up to its streams, whose bytes (`streams` in all)
- * the caller appends. `plain`: the file up to INDX, as it is without PACK. corrections: content of
+ * the caller appends. `plain`: the file up to INDX, as it is without PACK. residual: content of
  * CORR where INDX does not have it, or NULL; counted in `streams`. Errors: MEMORY. */
 int cvol_pack_put(cvol_context *context, cvol_bytes *out, const cvol_bytes *plain, uint64_t streams,
-                  const cvol_bytes *corrections);
+                  const cvol_bytes *residual);
 
 /* 1 if the first section of data is PACK. */
 int cvol_pack_is(const uint8_t *data, size_t size);

@@ -93,7 +93,8 @@ static int code_level(level_coder *coder, int level)
 void cvol_summary_put(cvol_bytes *out, const cvol_header *header)
 {
     const cvol_summary *s = &header->summary;
-    const int own_range = s->min != header->ledger.value_min || s->max != header->ledger.value_max;
+    const int own_range = s->min != header->error_bound.value_min ||
+                          s->max != header->error_bound.value_max;
     cvol_range_encoder encoder = {0};
     level_coder coder = {.encoder = &encoder};
     cvol_bytes_put_u8(out,
@@ -132,8 +133,8 @@ static int take_start(cvol_context *context, cvol_header *header, cvol_cursor *c
     const uint64_t distinct = cvol_cursor_varint(content);
     s->integers = (flags & FLAG_INTEGERS) != 0;
     s->bins_log2 = CVOL_SUMMARY_BINS_LEAST_LOG2 + (int)(flags >> BINS_SHIFT);
-    s->min = flags & FLAG_RANGE ? cvol_cursor_f64(content) : header->ledger.value_min;
-    s->max = flags & FLAG_RANGE ? cvol_cursor_f64(content) : header->ledger.value_max;
+    s->min = flags & FLAG_RANGE ? cvol_cursor_f64(content) : header->error_bound.value_min;
+    s->max = flags & FLAG_RANGE ? cvol_cursor_f64(content) : header->error_bound.value_max;
     s->mark = flags & FLAG_MARK ? cvol_cursor_f64(content) : 0;
     s->mark_count = flags & FLAG_MARK ? cvol_cursor_varint(content) : 0;
     if (content->failed)
@@ -177,9 +178,10 @@ int cvol_summary_take(cvol_context *context, cvol_header *header, cvol_cursor *c
     return CVOL_OK;
 }
 
-uint64_t cvol_summary_section_bytes(const cvol_summary *summary, const cvol_ledger *ledger)
+uint64_t cvol_summary_section_bytes(const cvol_summary *summary,
+                                    const cvol_error_bound *error_bound)
 {
-    const cvol_header header = {.summary = *summary, .ledger = *ledger};
+    const cvol_header header = {.summary = *summary, .error_bound = *error_bound};
     cvol_bytes bytes = {0};
     if (summary->state != CVOL_SUMMARY_KNOWN)
         return 0;

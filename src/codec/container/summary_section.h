@@ -13,6 +13,7 @@ void cvol_summary_put(cvol_bytes *out, const cvol_header *header);
 int cvol_summary_take(cvol_context *context, cvol_header *header, cvol_cursor *content,
                       const char *name);
 /* The bytes that the section adds to a file. */
-uint64_t cvol_summary_section_bytes(const cvol_summary *summary, const cvol_ledger *ledger);
+uint64_t cvol_summary_section_bytes(const cvol_summary *summary,
+                                    const cvol_error_bound *error_bound);
 
 #endif

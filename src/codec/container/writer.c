@@ -21,8 +21,8 @@ struct cvol_file_writer {
     int is_within;       /* the output is the caller's */
     cvol_spool spools[CVOL_STREAMS];
     cvol_brick_index index;
-    size_t next;     /* brick */
-    uint64_t shells; /* bytes */
+    size_t next;       /* brick */
+    uint64_t subbands; /* bytes */
 };
 
 /* Takes the output, whatever happens; NULL: only counting. */
@@ -95,17 +95,17 @@ static int spill_if_many(cvol_context *context, cvol_file_writer *writer)
 }
 
 int cvol_file_writer_add(cvol_context *context, cvol_file_writer *writer,
-                         const cvol_span shells[CVOL_SHELLS])
+                         const cvol_span subbands[CVOL_SUBBANDS])
 {
     if (writer->next == writer->index.bricks ||
-        !cvol_brick_index_add(&writer->index, writer->next, shells))
+        !cvol_brick_index_add(&writer->index, writer->next, subbands))
         return cvol_fail(context, CVOL_ERROR_LIMIT, "brick %zu of %zu cannot be in a file",
                          writer->next, writer->index.bricks);
     writer->next++;
-    for (int s = 0; s < CVOL_SHELLS; s++) {
-        writer->shells += shells[s].size;
-        int code = writer->output ? cvol_spool_append(context, &writer->spools[s], shells[s].data,
-                                                      shells[s].size)
+    for (int s = 0; s < CVOL_SUBBANDS; s++) {
+        writer->subbands += subbands[s].size;
+        int code = writer->output ? cvol_spool_append(context, &writer->spools[s], subbands[s].data,
+                                                      subbands[s].size)
                                   : CVOL_OK;
         if (code)
             return code;
@@ -126,9 +126,9 @@ int cvol_file_writer_add_one(cvol_context *context, cvol_file_writer *writer, in
     return code ? code : spill_if_many(context, writer);
 }
 
-uint64_t cvol_file_writer_shells(const cvol_file_writer *writer)
+uint64_t cvol_file_writer_subbands(const cvol_file_writer *writer)
 {
-    return writer->shells;
+    return writer->subbands;
 }
 
 /* ---- sections --------------------------------------------------------------------------- */
@@ -156,14 +156,14 @@ static void put_start(cvol_bytes *out, const cvol_file_front *front)
         cvol_bytes_free(&text);
     }
     put_record(out, CVOL_ERRS, front->header, cvol_errors_put);
-    if (front->header->corrections || front->header->fills.count)
+    if (front->header->residual || front->header->fills.count)
         put_record(out, CVOL_MODE, front->header, cvol_modes_put);
     if (cvol_header_is_volume(front->header) && !cvol_brick_shape_is_usual(&front->header->brick))
         put_record(out, CVOL_BRKS, front->header, cvol_bricks_put);
-    if (front->header->ends)
-        put_record(out, CVOL_TRUE, front->header, cvol_ends_put);
-    if (front->header->small)
-        put_record(out, CVOL_SMAL, front->header, cvol_small_put);
+    if (front->header->true_length)
+        put_record(out, CVOL_TRUE, front->header, cvol_true_length_section_put);
+    if (front->header->neural)
+        put_record(out, CVOL_SMAL, front->header, cvol_neural_put);
     if (front->header->summary.state == CVOL_SUMMARY_KNOWN)
         put_record(out, CVOL_SUMM, front->header, cvol_summary_put);
 }
@@ -174,8 +174,8 @@ static int put_coder(cvol_context *context, cvol_bytes *out, const cvol_file_wri
 {
     cvol_bytes tables = {0}, index = {0};
     /* What is coded smallest has the built-in ones. */
-    cvol_token_tables *own = front->header->small ? cvol_token_tables_create() : NULL;
-    int code = front->header->small && !own
+    cvol_token_tables *own = front->header->neural ? cvol_token_tables_create() : NULL;
+    int code = front->header->neural && !own
                    ? cvol_fail_memory(context, sizeof *own, "the coder's tables")
                    : cvol_token_tables_put(context, &tables, own ? own : front->tables);
     cvol_section_put(out, CVOL_TABL, &tables);
@@ -194,7 +194,7 @@ static int are_cheap(const cvol_bytes *ranges, uint64_t others)
     return size <= (others + size) / 100;
 }
 
-/* All that stands in front of the shells' sections. */
+/* All that stands in front of the subbands' sections. */
 static int put_front(cvol_context *context, cvol_bytes *out, const cvol_file_writer *writer,
                      const cvol_file_front *front)
 {
@@ -205,8 +205,8 @@ static int put_front(cvol_context *context, cvol_bytes *out, const cvol_file_wri
         cvol_section_put(out, front->header->block ? CVOL_TERM : CVOL_SPEC, front->terms);
     } else {
         code = put_coder(context, &coder, writer, front);
-        const uint64_t others = out->size + coder.size + writer->shells +
-                                (CVOL_SHELLS + 1) * (uint64_t)CVOL_SECTION_HEADER_BYTES;
+        const uint64_t others = out->size + coder.size + writer->subbands +
+                                (CVOL_SUBBANDS + 1) * (uint64_t)CVOL_SECTION_HEADER_BYTES;
         if (front->ranges && are_cheap(front->ranges, others))
             cvol_section_put(out, CVOL_RNGE, front->ranges);
         cvol_bytes_append(out, coder.data, coder.size);
@@ -325,10 +325,10 @@ int cvol_file_writer_bytes(cvol_context *context, const cvol_file_writer *writer
     cvol_bytes bytes = {0};
     int code = put_front(context, &bytes, writer, front);
     const int packs = !code && is_packed(writer, front, bytes.size);
-    const int headers = packs ? 0 : front->terms ? 1 : CVOL_SHELLS + 1;
+    const int headers = packs ? 0 : front->terms ? 1 : CVOL_SUBBANDS + 1;
     if (packs)
         code = pack_front(context, writer, front, &bytes);
-    *file_bytes = bytes.size + writer->shells + (uint64_t)headers * CVOL_SECTION_HEADER_BYTES;
+    *file_bytes = bytes.size + writer->subbands + (uint64_t)headers * CVOL_SECTION_HEADER_BYTES;
     cvol_bytes_free(&bytes);
     return code;
 }

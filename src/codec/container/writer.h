@@ -1,8 +1,8 @@
 /* Writes a .cvol file brick by brick, in bounded memory.
  *
- * A file has shell after shell, a coder gives brick after brick. So shells are kept in spools, in
- * memory while all are small and in files without a name beside the output when they are not, until
- * all bricks are there and the sections in front of them are known.
+ * A file has subband after subband, a coder gives brick after brick. So subbands are kept in
+ * spools, in memory while all are small and in files without a name beside the output when they are
+ * not, until all bricks are there and the sections in front of them are known.
  */
 #ifndef CVOL_CODEC_CONTAINER_WRITER_H
 #define CVOL_CODEC_CONTAINER_WRITER_H
@@ -26,16 +26,16 @@ int cvol_file_writer_open(cvol_context *context, cvol_file_writer **out, const c
 int cvol_file_writer_open_within(cvol_context *context, cvol_file_writer **out, cvol_output *output,
                                  size_t bricks, size_t run);
 
-/* The next brick's bytes. Errors: IO, LIMIT (a shell of 4 GiB in one brick), MEMORY. */
+/* The next brick's bytes. Errors: IO, LIMIT (a subband of 4 GiB in one brick), MEMORY. */
 int cvol_file_writer_add(cvol_context *context, cvol_file_writer *writer,
-                         const cvol_span shells[CVOL_SHELLS]);
+                         const cvol_span subbands[CVOL_SUBBANDS]);
 /* The same of one of the other streams (brick_index.h), which then is part of the file. */
 int cvol_file_writer_add_one(cvol_context *context, cvol_file_writer *writer, int stream,
                              size_t brick, cvol_span bytes);
-/* The bytes of all shells so far. */
-uint64_t cvol_file_writer_shells(const cvol_file_writer *writer);
+/* The bytes of all subbands so far. */
+uint64_t cvol_file_writer_subbands(const cvol_file_writer *writer);
 
-/* What stands in front of the shells, or instead of them. */
+/* What stands in front of the subbands, or instead of them. */
 typedef struct cvol_file_front {
     const cvol_header *header;
     const char *attributes;          /* or NULL */

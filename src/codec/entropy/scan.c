@@ -7,12 +7,12 @@
 
 static cvol_scan_entry entries4[64], entries8[512], entries16[4096], entries32[32768];
 static uint16_t inverse4[64], inverse8[512], inverse16[4096], inverse32[32768];
-static uint16_t runs[CVOL_PART_SIZES][CVOL_SCAN_RUNS_MOST];
+static uint16_t runs[CVOL_SUB_BLOCK_SIZES][CVOL_SCAN_RUNS_MOST];
 uint8_t cvol_level_table[CVOL_LEVEL_TABLE], cvol_fine_level_table[CVOL_LEVEL_TABLE];
 static pthread_once_t tables_once = PTHREAD_ONCE_INIT;
 
-static uint16_t identity[CVOL_PART_SAMPLES_MAX];
-static cvol_scan scans[CVOL_PART_SIZES] = {
+static uint16_t identity[CVOL_SUB_BLOCK_SAMPLES_MAX];
+static cvol_scan scans[CVOL_SUB_BLOCK_SIZES] = {
     {4, 64, 0, 6, 36, entries4, inverse4, runs[0], identity, identity, {0}, 8192},
     {8, 512, 1, 10, 100, entries8, inverse8, runs[1], identity, identity, {0}, 2896},
     {16, 4096, 2, 18, 324, entries16, inverse16, runs[2], identity, identity, {0}, 1024},
@@ -56,7 +56,7 @@ static void fill_scan(cvol_scan_entry *entries, uint16_t *inverse, int M)
                 }
 }
 
-/* Neighbours of one shell are apart in u + v + w, those of two shells in the shell. */
+/* Neighbours of one subband are apart in u + v + w, those of two subbands in the subband. */
 static void fill_runs(uint16_t *ends, const cvol_scan_entry *entries, const uint16_t *index,
                       int count, int M)
 {
@@ -94,17 +94,17 @@ static void fill_tables(void)
     fill_scan(entries8, inverse8, 8);
     fill_scan(entries16, inverse16, 16);
     fill_scan(entries32, inverse32, 32);
-    for (int i = 0; i < CVOL_PART_SAMPLES_MAX; i++)
+    for (int i = 0; i < CVOL_SUB_BLOCK_SAMPLES_MAX; i++)
         identity[i] = (uint16_t)i;
-    for (int size_class = 0; size_class < CVOL_PART_SIZES; size_class++) {
+    for (int size_class = 0; size_class < CVOL_SUB_BLOCK_SIZES; size_class++) {
         cvol_scan *scan = &scans[size_class];
         fill_runs(runs[size_class], scan->entries, identity, scan->count, scan->side);
         for (int s = 0; s < 4; s++)
-            scan->shell_end[s] = cvol_shell_end(size_class, s);
+            scan->shell_end[s] = cvol_subband_end(size_class, s);
     }
 }
 
-const cvol_scan *cvol_part_scan_of(int size_class)
+const cvol_scan *cvol_sub_block_scan_of(int size_class)
 {
     pthread_once(&tables_once, fill_tables);
     return &scans[size_class];
@@ -117,9 +117,9 @@ typedef struct ended_scan {
     uint16_t arrays[]; /* compact, index */
 } ended_scan;
 
-cvol_scan *cvol_part_scan_ended(int size_class, const int n[3])
+cvol_scan *cvol_sub_block_scan_ended(int size_class, const int n[3])
 {
-    const cvol_scan *whole = cvol_part_scan_of(size_class);
+    const cvol_scan *whole = cvol_sub_block_scan_of(size_class);
     const int M = whole->side;
     const size_t most = (size_t)(n[0] * n[1] * n[2]), all = (size_t)whole->count;
     /* Entries have four numbers each. */

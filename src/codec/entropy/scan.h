@@ -1,9 +1,9 @@
 /* The order in which a part's coefficients are coded, and what their neighbours tell about them.
  *
- * A part is one DCT of side M = 4, 8, 16 or 32. Its coefficients (u, v, w) are coded in *shells* of
- * cubes: max(u, v, w) below 1, 2, 4, 8, 16, 32; within a shell in order of u + v + w, ties in order
- * of place u + M v + M^2 w. So index i lies in the cube of side 2^c where i < 8^c, and the bit
- * length of an index says which.
+ * A part is one DCT of side M = 4, 8, 16 or 32. Its coefficients (u, v, w) are coded in *subbands*
+ * of cubes: max(u, v, w) below 1, 2, 4, 8, 16, 32; within a subband in order of u + v + w, ties in
+ * order of place u + M v + M^2 w. So index i lies in the cube of side 2^c where i < 8^c, and the
+ * bit length of an index says which.
  *
  * A coefficient's context is made of
  *  - its level: the scattered sum of the magnitudes m (cut at 4000) of coefficients coded before it
@@ -24,8 +24,8 @@
 #include "base/vector.h"
 
 enum {
-    CVOL_PART_SIZES = 4, /* 4, 8, 16, 32: size class 0 .. 3 */
-    CVOL_PART_SAMPLES_MAX = 32 * 32 * 32,
+    CVOL_SUB_BLOCK_SIZES = 4, /* 4, 8, 16, 32: size class 0 .. 3 */
+    CVOL_SUB_BLOCK_SAMPLES_MAX = 32 * 32 * 32,
     CVOL_SCATTER_MAX = 34 * 34 * 34,
     CVOL_BANDS = 18,
     CVOL_LEVELS = 22,
@@ -55,16 +55,16 @@ typedef struct cvol_scan {
     const uint16_t *run_ends;
     const uint16_t *index;   /* of the whole part's scan; of whole parts their own */
     const uint16_t *compact; /* the inverse; places that there are none of: CVOL_SCAN_NONE */
-    int shell_end[4];        /* one past the last entry of each shell (brick_code.h) */
+    int shell_end[4];        /* one past the last entry of each subband (brick_code.h) */
     int weight;              /* a DC times this is comparable between parts: 2^16 / the root of
                                 how many samples the part has */
 } cvol_scan;
 
 /* The scan of a size class; static, read-only after the first call. */
-const cvol_scan *cvol_part_scan_of(int size_class);
+const cvol_scan *cvol_sub_block_scan_of(int size_class);
 /* The scan of an ended part, of n[] coefficients along each axis; malloc's, or NULL. */
-cvol_scan *cvol_part_scan_ended(int size_class, const int n[3]);
-/* Classes of sums below CVOL_LEVEL_TABLE; valid after the first cvol_part_scan_of. */
+cvol_scan *cvol_sub_block_scan_ended(int size_class, const int n[3]);
+/* Classes of sums below CVOL_LEVEL_TABLE; valid after the first cvol_sub_block_scan_of. */
 extern uint8_t cvol_level_table[CVOL_LEVEL_TABLE];
 extern uint8_t cvol_fine_level_table[CVOL_LEVEL_TABLE];
 
@@ -81,7 +81,7 @@ CVOL_INLINE int cvol_level_of(uint32_t sum)
     return 17 + (sum > 1600) + (sum > 3200) + (sum > 6400) + (sum > 12800);
 }
 
-/* The same of sums of dependent quantisation's values, which are twice as large. */
+/* The same of sums of trellis quantization's values, which are twice as large. */
 CVOL_INLINE int cvol_fine_level_of(uint32_t sum)
 {
     if (__builtin_expect(sum < CVOL_LEVEL_TABLE, 1))
@@ -132,10 +132,10 @@ CVOL_INLINE void cvol_scatter_clear(uint16_t *sums, int row, int sheet, int side
         memset(sums + w * sheet, 0, sizeof *sums * (size_t)((side + 1) * row + side + 2));
 }
 
-/* One past the last index of shell s (brick_code.h) of a part of this size class. */
-CVOL_INLINE int cvol_shell_end(int size_class, int shell)
+/* One past the last index of subband s (brick_code.h) of a part of this size class. */
+CVOL_INLINE int cvol_subband_end(int size_class, int subband)
 {
-    const int log2 = size_class + 2 - (3 - shell);
+    const int log2 = size_class + 2 - (3 - subband);
     return 1 << 3 * (log2 > 0 ? log2 : 0);
 }
 

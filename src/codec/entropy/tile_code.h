@@ -1,4 +1,4 @@
-/* Codes tiles of quantised coefficients, of planes of rank 2 in blocks or whole, with an adaptive
+/* Codes tiles of quantized coefficients, of planes of rank 2 in blocks or whole, with an adaptive
  * binary range coder.
  *
  * A coefficient's contexts are where its frequency lies, and the magnitudes of those around it that

@@ -64,5 +64,5 @@ void cvol_token_tables_fit(cvol_token_tables *tables, const cvol_token_counts *c
         if (saved < BITS_OF_ROW)
             memcpy(tables->codes[r], defaults, CVOL_TOKEN_CODES);
     }
-    cvol_token_tables_settle(tables);
+    cvol_token_tables_commit(tables);
 }

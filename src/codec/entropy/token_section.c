@@ -106,6 +106,6 @@ int cvol_token_tables_take(cvol_context *context, cvol_token_tables *tables, cvo
     }
     if (!valid || cvol_range_decoder_overrun(&decoder))
         return cvol_fail(context, CVOL_ERROR_CORRUPT, "%s: section TABL does not decode", name);
-    cvol_token_tables_settle(tables);
+    cvol_token_tables_commit(tables);
     return CVOL_OK;
 }

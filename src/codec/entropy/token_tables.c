@@ -26,7 +26,7 @@ static void settle_row(cvol_token_row *row, const uint8_t codes[CVOL_TOKEN_CODES
     }
 }
 
-void cvol_token_tables_settle(cvol_token_tables *tables)
+void cvol_token_tables_commit(cvol_token_tables *tables)
 {
     for (int r = 0; r < CVOL_ROWS; r++)
         settle_row(&tables->rows[r], tables->codes[r]);
@@ -46,6 +46,6 @@ cvol_token_tables *cvol_token_tables_create(void)
     if (!tables)
         return NULL;
     memcpy(tables->codes, cvol_token_defaults, sizeof tables->codes);
-    cvol_token_tables_settle(tables);
+    cvol_token_tables_commit(tables);
     return tables;
 }

@@ -37,23 +37,23 @@ enum {
     /* Magnitudes: [size class][band][level]; that of the last coefficient, less one: [size
      * class][level]; how long what a token 15 stands for is: [level]. */
     CVOL_ROW_VALUE = 0,
-    CVOL_ROW_LAST = CVOL_ROW_VALUE + CVOL_PART_SIZES * CVOL_BANDS * CVOL_LEVELS,
-    CVOL_ROW_ESCAPE = CVOL_ROW_LAST + CVOL_PART_SIZES * CVOL_LEVELS,
+    CVOL_ROW_LAST = CVOL_ROW_VALUE + CVOL_SUB_BLOCK_SIZES * CVOL_BANDS * CVOL_LEVELS,
+    CVOL_ROW_ESCAPE = CVOL_ROW_LAST + CVOL_SUB_BLOCK_SIZES * CVOL_LEVELS,
     /* The DC's difference: [size class][spread]. */
     CVOL_ROW_DC = CVOL_ROW_ESCAPE + CVOL_LEVELS,
     /* The last index: its bit length [size class][around][DC class], the two bits behind its first
      * one [size class][length]. */
-    CVOL_ROW_LENGTH = CVOL_ROW_DC + CVOL_PART_SIZES * CVOL_SPREADS,
-    CVOL_ROW_MORE = CVOL_ROW_LENGTH + CVOL_PART_SIZES * CVOL_AROUND * CVOL_DC_CLASSES,
+    CVOL_ROW_LENGTH = CVOL_ROW_DC + CVOL_SUB_BLOCK_SIZES * CVOL_SPREADS,
+    CVOL_ROW_MORE = CVOL_ROW_LENGTH + CVOL_SUB_BLOCK_SIZES * CVOL_AROUND * CVOL_DC_CLASSES,
     /* How a cell is split: [around]; which octants are: [half]. */
-    CVOL_ROW_SPLIT = CVOL_ROW_MORE + CVOL_PART_SIZES * CVOL_LENGTHS,
+    CVOL_ROW_SPLIT = CVOL_ROW_MORE + CVOL_SUB_BLOCK_SIZES * CVOL_LENGTHS,
     CVOL_ROW_OCTANTS = CVOL_ROW_SPLIT + CVOL_SPLIT_CONTEXTS,
-    /* Corrections (residual_code.h): magnitudes and what lies beyond, [level]; exponents near 0. */
-    CVOL_CORRECTION_LEVELS = 24,
+    /* residual (residual_code.h): magnitudes and what lies beyond, [level]; exponents near 0. */
+    CVOL_RESIDUAL_LEVELS = 24,
     CVOL_ROW_CORRECTION = CVOL_ROW_OCTANTS + 2,
-    CVOL_ROW_CORRECTION_MORE = CVOL_ROW_CORRECTION + CVOL_CORRECTION_LEVELS,
-    CVOL_ROW_CORRECTION_DEEP = CVOL_ROW_CORRECTION_MORE + CVOL_CORRECTION_LEVELS,
-    /* Dependent quantisation (trellis_states.h) has its own: magnitudes of indices [odd][size
+    CVOL_ROW_CORRECTION_MORE = CVOL_ROW_CORRECTION + CVOL_RESIDUAL_LEVELS,
+    CVOL_ROW_CORRECTION_DEEP = CVOL_ROW_CORRECTION_MORE + CVOL_RESIDUAL_LEVELS,
+    /* Trellis quantization (trellis_states.h) has its own: magnitudes of indices [odd][size
      * class][band][level], of the last one less one [odd][size class][level], what lies beyond
      * [level]. Its parts are those of cells of 16^3. */
     CVOL_INDEX_SIZES = 3,
@@ -88,7 +88,7 @@ cvol_token_tables *cvol_token_tables_create(void);
 void cvol_token_tables_copy_rows(cvol_token_tables *tables, const cvol_token_tables *from,
                                  int first, int end);
 /* Sets the rows from the codes. */
-void cvol_token_tables_settle(cvol_token_tables *tables);
+void cvol_token_tables_commit(cvol_token_tables *tables);
 
 /* Chooses codes for what was counted: those that differ from the built-in ones where this saves
  * more than it costs to say so. */

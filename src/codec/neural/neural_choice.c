@@ -11,7 +11,7 @@
 #include "codec/quantize/trellis.h"
 #include "codec/quantize/trellis_states.h"
 
-enum { ROUNDS = 2, KINDS = CVOL_SMALL_KINDS };
+enum { ROUNDS = 2, KINDS = CVOL_NEURAL_KINDS };
 /* Coefficients below this share of twice the step become 0: what their signs and other indices cost
  * is not asked. */
 #define LEAST_SHARE 0.2f
@@ -23,39 +23,39 @@ typedef struct price {
     float zero[KINDS], even[KINDS], odd[KINDS], sign;
 } price;
 
-struct cvol_small_chooser {
-    price prices[CVOL_SMALL_SAMPLES]; /* in the order of the brick's values */
-    float scaled[CVOL_SMALL_SAMPLES];
+struct cvol_neural_chooser {
+    price prices[CVOL_NEURAL_SAMPLES]; /* in the order of the brick's values */
+    float scaled[CVOL_NEURAL_SAMPLES];
     /* Of one part, of the best ways to the states behind each coefficient. */
     float sums[CVOL_CELL_SAMPLES + 1][CVOL_STATES];
     int32_t index[CVOL_CELL_SAMPLES][CVOL_STATES];
     uint8_t from[CVOL_CELL_SAMPLES][CVOL_STATES];
 };
 
-cvol_small_chooser *cvol_small_chooser_create(void)
+cvol_neural_chooser *cvol_neural_chooser_create(void)
 {
-    return cvol_allocate(1, sizeof(cvol_small_chooser));
+    return cvol_allocate(1, sizeof(cvol_neural_chooser));
 }
 
-void cvol_small_chooser_free(cvol_small_chooser *chooser)
+void cvol_neural_chooser_free(cvol_neural_chooser *chooser)
 {
     free(chooser);
 }
 
-void cvol_small_chooser_keep(cvol_small_chooser *chooser, int values, const float *scaled,
-                             int count)
+void cvol_neural_chooser_keep(cvol_neural_chooser *chooser, int values, const float *scaled,
+                              int count)
 {
     memcpy(chooser->scaled + values, scaled, (size_t)count * sizeof *scaled);
 }
 
 /* ---- what bits cost --------------------------------------------------------------------- */
 
-static float bits_by_logit[2 * (CVOL_SMALL_LOGIT_MOST + 1)]; /* of a 1, by logit + 2048 */
+static float bits_by_logit[2 * (CVOL_NEURAL_LOGIT_MOST + 1)]; /* of a 1, by logit + 2048 */
 static pthread_once_t bits_once = PTHREAD_ONCE_INIT;
 
 static void fill_bits(void)
 {
-    for (int i = 0; i < 2 * (CVOL_SMALL_LOGIT_MOST + 1); i++)
+    for (int i = 0; i < 2 * (CVOL_NEURAL_LOGIT_MOST + 1); i++)
         bits_by_logit[i] = (float)log2(1 + exp((2048 - i) / 256.0));
 }
 
@@ -65,15 +65,15 @@ static float bits_of(int logit, int bit)
 }
 
 /* Bits of an index' magnitude, without its sign. */
-static float bits_of_size(const int16_t logits[CVOL_SMALL_OUTPUTS], int shift, uint32_t size)
+static float bits_of_size(const int16_t logits[CVOL_NEURAL_OUTPUTS], int shift, uint32_t size)
 {
     const uint32_t high = size >> shift;
     float bits = (float)shift;
-    for (uint32_t t = 0; t < CVOL_SMALL_OUTPUTS && t < high; t++)
+    for (uint32_t t = 0; t < CVOL_NEURAL_OUTPUTS && t < high; t++)
         bits += bits_of(logits[t], 1);
-    if (high < CVOL_SMALL_OUTPUTS)
+    if (high < CVOL_NEURAL_OUTPUTS)
         return bits + bits_of(logits[high], 0);
-    return bits + 2 * (float)cvol_bit_length(high - (CVOL_SMALL_OUTPUTS - 1)) - 1;
+    return bits + 2 * (float)cvol_bit_length(high - (CVOL_NEURAL_OUTPUTS - 1)) - 1;
 }
 
 /* The even and the odd index whose values are nearest, of even values or of odd ones. */
@@ -92,12 +92,12 @@ static float squared_error(float size, uint32_t index, int odd_values)
     return error * error;
 }
 
-static void price_value(price *to, const cvol_small_brick *b, const cvol_small_part *p,
-                        cvol_small_look *l, float scaled)
+static void price_value(price *to, const cvol_neural_brick *b, const cvol_neural_sub_block *p,
+                        cvol_neural_look *l, float scaled)
 {
     const float size = fabsf(scaled);
-    int16_t logits[KINDS][CVOL_SMALL_OUTPUTS];
-    b->evaluate_kinds(logits, &cvol_small_of_magnitudes, l->x);
+    int16_t logits[KINDS][CVOL_NEURAL_OUTPUTS];
+    b->evaluate_kinds(logits, &cvol_neural_of_magnitudes, l->x);
     for (int kind = 0; kind < KINDS; kind++) {
         const uint32_t even = nearest_even(size, kind & 1), odd = nearest_odd(size, kind & 1);
         to->zero[kind] = bits_of_size(logits[kind], l->shift, 0);
@@ -105,49 +105,50 @@ static void price_value(price *to, const cvol_small_brick *b, const cvol_small_p
         to->odd[kind] = bits_of_size(logits[kind], l->shift, odd);
     }
     to->sign = 1;
-    if (cvol_small_has_faces(p) && size > LEAST_SHARE) {
-        int16_t x[CVOL_SMALL_INPUTS] __attribute__((aligned(64))), out[CVOL_SMALL_OUTPUTS];
+    if (cvol_neural_has_faces(p) && size > LEAST_SHARE) {
+        int16_t x[CVOL_NEURAL_INPUTS] __attribute__((aligned(64))), out[CVOL_NEURAL_OUTPUTS];
         const uint32_t magnitude = (uint32_t)(2 * size + 0.5f);
-        cvol_small_look_for_sign(x, b, p, l, magnitude ? magnitude : 1);
-        b->evaluate(out, &cvol_small_of_signs, x, CVOL_SMALL_SIGN_INPUTS);
+        cvol_neural_look_for_sign(x, b, p, l, magnitude ? magnitude : 1);
+        b->evaluate(out, &cvol_neural_of_signs, x, CVOL_NEURAL_SIGN_INPUTS);
         to->sign = bits_of(out[0], (scaled < 0) == (l->sum < 0));
     }
 }
 
-static void price_part(cvol_small_chooser *c, cvol_small_brick *b, cvol_small_part *p, int shell)
+static void price_part(cvol_neural_chooser *c, cvol_neural_brick *b, cvol_neural_sub_block *p,
+                       int subband)
 {
-    cvol_small_question q;
-    cvol_small_view view;
-    int end = cvol_small_begin_part(&q, p, shell);
+    cvol_neural_question q;
+    cvol_neural_view view;
+    int end = cvol_neural_begin_sub_block(&q, p, subband);
     if (!end)
         return;
-    if (cvol_small_has_last(p, shell)) {
+    if (cvol_neural_has_last(p, subband)) {
         q.last = p->used - 1;
         end = p->used;
     }
-    cvol_small_view_part(&view, b, p, cvol_small_known_cube(p, shell));
+    cvol_neural_view_sub_block(&view, b, p, cvol_neural_known_cube(p, subband));
     while (q.index < end) {
         const int at = p->values + q.index;
-        cvol_small_look l;
-        cvol_small_look_at(&l, b, &view, p, &q);
+        cvol_neural_look l;
+        cvol_neural_look_at(&l, b, &view, p, &q);
         price_value(&c->prices[at], b, p, &l, c->scaled[at]);
-        cvol_small_note_value(b, p, &view, &q, &l, cvol_magnitude(b->values[at]),
-                              b->values[at] < 0);
+        cvol_neural_note_value(b, p, &view, &q, &l, cvol_magnitude(b->values[at]),
+                               b->values[at] < 0);
     }
-    cvol_small_end_part(b, p, &q, shell);
+    cvol_neural_end_sub_block(b, p, &q, subband);
 }
 
 /* Prices of all that is coded of a brick. */
-static void price_brick(cvol_small_chooser *c, cvol_small_brick *b, cvol_brick_context *context)
+static void price_brick(cvol_neural_chooser *c, cvol_neural_brick *b, cvol_brick_context *context)
 {
-    cvol_small_start_coding(b);
-    cvol_small_find_neighbours(b);
+    cvol_neural_start_coding(b);
+    cvol_neural_find_neighbours(b);
     for (int i = 0; i < b->parts; i++)
-        cvol_small_note_head(b, &b->part[i], context);
-    for (int shell = 0; shell < CVOL_SHELLS; shell++)
+        cvol_neural_note_head(b, &b->part[i], context);
+    for (int subband = 0; subband < CVOL_SUBBANDS; subband++)
         for (int i = 0; i < b->parts; i++)
             if (b->part[i].scan && !b->part[i].finished)
-                price_part(c, b, &b->part[i], shell);
+                price_part(c, b, &b->part[i], subband);
 }
 
 /* ---- paths ------------------------------------------------------------------------------ */
@@ -158,7 +159,7 @@ static int kind_of(int state)
 }
 
 /* Goes on from a state with an index, if no better way to the state behind it is known. */
-CVOL_INLINE void go_on(cvol_small_chooser *c, int i, int state, uint32_t index, float cost)
+CVOL_INLINE void go_on(cvol_neural_chooser *c, int i, int state, uint32_t index, float cost)
 {
     const int to = cvol_state_after[state][index & 1];
     const float sum = c->sums[i][state] + cost;
@@ -170,7 +171,7 @@ CVOL_INLINE void go_on(cvol_small_chooser *c, int i, int state, uint32_t index, 
 }
 
 /* All ways on by coefficient i of a part. */
-static void step_on(cvol_small_chooser *c, const price *w, float size, float lambda, int i)
+static void step_on(cvol_neural_chooser *c, const price *w, float size, float lambda, int i)
 {
     for (int s = 0; s < CVOL_STATES; s++)
         c->sums[i + 1][s] = INFINITY;
@@ -195,7 +196,7 @@ typedef struct ending {
 
 /* The cheapest way to end with coefficient i; `more`: the cost of what is fixed. That it is not 0
  * is not told. */
-static void try_ending(ending *best, const cvol_small_chooser *c, const price *w, float size,
+static void try_ending(ending *best, const cvol_neural_chooser *c, const price *w, float size,
                        float lambda, int i, double more)
 {
     for (int s = 0; s < CVOL_STATES; s++) {
@@ -215,19 +216,19 @@ static void try_ending(ending *best, const cvol_small_chooser *c, const price *w
 }
 
 /* The best end, not behind the one so far. */
-static ending find_end(const cvol_small_chooser *c, const cvol_small_part *p,
+static ending find_end(const cvol_neural_chooser *c, const cvol_neural_sub_block *p,
                        const cvol_token_costs *costs, float lambda)
 {
     const float *length_row = costs->of[p->length_row], *scaled = c->scaled + p->values;
-    const double all = cvol_part_squares(scaled, 1, p->used);
+    const double all = cvol_sub_block_squares(scaled, 1, p->used);
     double tail = 0;
-    ending best = {all + (double)(CVOL_LAMBDA_DEPENDENT * length_row[0]), 0, 0, 0};
+    ending best = {all + (double)(CVOL_LAMBDA_TRELLIS * length_row[0]), 0, 0, 0};
     for (int i = p->used - 1; i >= 1; i--) {
         const float size = fabsf(scaled[i]);
         const int last = p->scan->index[i];
         if (size > LEAST_SHARE)
             try_ending(&best, c, &c->prices[p->values + i], size, lambda, i,
-                       tail + (double)(CVOL_LAMBDA_DEPENDENT *
+                       tail + (double)(CVOL_LAMBDA_TRELLIS *
                                        (length_row[cvol_bit_length((uint32_t)last)] +
                                         cvol_bits_of_last(costs, p->size_class, (uint32_t)last))));
         tail += (double)(size * size);
@@ -250,7 +251,7 @@ static double error_of(const float *scaled, const int32_t *values, int count)
 }
 
 /* Chooses for a part; by how much its error grows. */
-static double choose_part(cvol_small_chooser *c, cvol_small_brick *b, cvol_small_part *p,
+static double choose_part(cvol_neural_chooser *c, cvol_neural_brick *b, cvol_neural_sub_block *p,
                           const cvol_token_costs *costs)
 {
     const float lambda = LAMBDA * costs->weight;
@@ -275,12 +276,12 @@ static double choose_part(cvol_small_chooser *c, cvol_small_brick *b, cvol_small
         values[i] = scaled[i] < 0 ? -(int32_t)index : (int32_t)index;
     }
     p->used = end.last + 1;
-    p->length = (uint8_t)cvol_part_length(p->scan, p->used);
+    p->length = (uint8_t)cvol_sub_block_length(p->scan, p->used);
     return 4 * (error_of(scaled, values, count) - before);
 }
 
-double cvol_small_choose_again(cvol_small_chooser *c, cvol_small_brick *b,
-                               const cvol_token_costs *costs, cvol_brick_context *context)
+double cvol_neural_choose_again(cvol_neural_chooser *c, cvol_neural_brick *b,
+                                const cvol_token_costs *costs, cvol_brick_context *context)
 {
     double error = 0;
     pthread_once(&bits_once, fill_bits);

@@ -18,33 +18,33 @@
 #include "codec/entropy/token_tables.h"
 
 enum {
-    CVOL_SMALL_INPUTS = 80,
-    CVOL_SMALL_FIRST = 96,
-    CVOL_SMALL_SECOND = 48,
-    CVOL_SMALL_OUTPUTS = 16,
-    CVOL_SMALL_KINDS = 4, /* of states: even or odd, and of the second four */
-    CVOL_SMALL_ODD = 39,  /* inputs that say so */
-    CVOL_SMALL_LATE = 40,
-    CVOL_SMALL_SIGN_INPUTS = 32,
-    CVOL_SMALL_LOGIT_MOST = 2047
+    CVOL_NEURAL_INPUTS = 80,
+    CVOL_NEURAL_FIRST = 96,
+    CVOL_NEURAL_SECOND = 48,
+    CVOL_NEURAL_OUTPUTS = 16,
+    CVOL_NEURAL_KINDS = 4, /* of states: even or odd, and of the second four */
+    CVOL_NEURAL_ODD = 39,  /* inputs that say so */
+    CVOL_NEURAL_LATE = 40,
+    CVOL_NEURAL_SIGN_INPUTS = 32,
+    CVOL_NEURAL_LOGIT_MOST = 2047
 };
 
-typedef struct cvol_small_network {
-    int16_t first[CVOL_SMALL_FIRST][CVOL_SMALL_INPUTS];
-    int32_t first_bias[CVOL_SMALL_FIRST];
-    int16_t second[CVOL_SMALL_SECOND][CVOL_SMALL_FIRST];
-    int32_t second_bias[CVOL_SMALL_SECOND];
-    int16_t third[CVOL_SMALL_OUTPUTS][CVOL_SMALL_SECOND];
-    int32_t third_bias[CVOL_SMALL_OUTPUTS];
-} cvol_small_network;
+typedef struct cvol_neural_network {
+    int16_t first[CVOL_NEURAL_FIRST][CVOL_NEURAL_INPUTS];
+    int32_t first_bias[CVOL_NEURAL_FIRST];
+    int16_t second[CVOL_NEURAL_SECOND][CVOL_NEURAL_FIRST];
+    int32_t second_bias[CVOL_NEURAL_SECOND];
+    int16_t third[CVOL_NEURAL_OUTPUTS][CVOL_NEURAL_SECOND];
+    int32_t third_bias[CVOL_NEURAL_OUTPUTS];
+} cvol_neural_network;
 
 /* Of magnitudes: output t is whether one is above t, given that it is not below. */
-extern const cvol_small_network cvol_small_magnitudes;
-/* Codes of rows (token_tables.h) CVOL_SMALL_ROWS .. CVOL_SMALL_ROWS_END - 1, of what stands before
- * coefficients: cells are split more often than where they are not foretold. */
-enum { CVOL_SMALL_ROWS = CVOL_ROW_DC, CVOL_SMALL_ROWS_END = CVOL_ROW_CORRECTION };
-extern const uint8_t cvol_small_rows[CVOL_SMALL_ROWS_END - CVOL_SMALL_ROWS][CVOL_TOKEN_CODES];
+extern const cvol_neural_network cvol_neural_magnitudes;
+/* Codes of rows (token_tables.h) CVOL_NEURAL_ROWS .. CVOL_NEURAL_ROWS_END - 1, of what stands
+ * before coefficients: cells are split more often than where they are not foretold. */
+enum { CVOL_NEURAL_ROWS = CVOL_ROW_DC, CVOL_NEURAL_ROWS_END = CVOL_ROW_CORRECTION };
+extern const uint8_t cvol_neural_rows[CVOL_NEURAL_ROWS_END - CVOL_NEURAL_ROWS][CVOL_TOKEN_CODES];
 /* Of signs: output 0 is whether it is that of the sum of what the faces foretell. */
-extern const cvol_small_network cvol_small_signs;
+extern const cvol_neural_network cvol_neural_signs;
 
 #endif

@@ -1,4 +1,4 @@
-/* The small coder's networks and transforms. */
+/* The neural coder's networks and transforms. */
 #include "codec/neural/neural_kernels.h"
 
 #include <string.h>
@@ -9,19 +9,19 @@
 #include <immintrin.h>
 #endif
 
-void CVOL_SIMD(cvol_small_evaluate)(int16_t *out, const cvol_small_pairs *network, const int16_t *x,
-                                    int inputs);
-void CVOL_SIMD(cvol_small_evaluate_kinds)(int16_t (*out)[CVOL_SMALL_OUTPUTS],
-                                          const cvol_small_pairs *network, int16_t *x);
-void CVOL_SIMD(cvol_small_inverse)(int32_t *samples, const int32_t *known, const int n[3], int cube,
-                                   const cvol_small_basis *basis);
-void CVOL_SIMD(cvol_small_face)(int32_t *level, int32_t *slope, const int32_t *near,
-                                const int32_t *far, const int stride[2], const int n[2],
-                                const cvol_small_basis *basis);
+void CVOL_SIMD(cvol_neural_evaluate)(int16_t *out, const cvol_neural_pairs *network,
+                                     const int16_t *x, int inputs);
+void CVOL_SIMD(cvol_neural_evaluate_kinds)(int16_t (*out)[CVOL_NEURAL_OUTPUTS],
+                                           const cvol_neural_pairs *network, int16_t *x);
+void CVOL_SIMD(cvol_neural_inverse)(int32_t *samples, const int32_t *known, const int n[3],
+                                    int cube, const cvol_neural_basis *basis);
+void CVOL_SIMD(cvol_neural_face)(int32_t *level, int32_t *slope, const int32_t *near,
+                                 const int32_t *far, const int stride[2], const int n[2],
+                                 const cvol_neural_basis *basis);
 
 enum { SIDE = CVOL_BRICK_SIDE, SHEET = SIDE * SIDE };
 /* Kinds of states whose sums are in registers at once. */
-enum { AT_ONCE = CVOL_LANES >= 16 ? CVOL_SMALL_KINDS : CVOL_LANES >= 8 ? 2 : 1 };
+enum { AT_ONCE = CVOL_LANES >= 16 ? CVOL_NEURAL_KINDS : CVOL_LANES >= 8 ? 2 : 1 };
 
 /* sums[u] += weights[u][0] x[0] + weights[u][1] x[1], of a vector of units. */
 CVOL_INLINE cvol_vi add_pair(cvol_vi sums, const int16_t (*weights)[2], const int16_t x[2])
@@ -87,7 +87,7 @@ CVOL_INLINE void cut_sums(int16_t *out, const cvol_vi *sums, int units, int shif
 CVOL_INLINE void layer(int16_t *out, const int16_t *weights, const int32_t *biases,
                        const int16_t *x, int inputs, int units, int shift, int least, int most)
 {
-    cvol_vi sums[CVOL_SMALL_FIRST / CVOL_LANES];
+    cvol_vi sums[CVOL_NEURAL_FIRST / CVOL_LANES];
     memcpy(sums, biases, (size_t)units * sizeof *biases);
     add_inputs(sums, weights, x, 0, inputs, units);
     cut_sums(out, sums, units, shift, least, most);
@@ -99,7 +99,7 @@ CVOL_INLINE void layers(int16_t *out, const int16_t *weights, const int32_t *bia
                         const int16_t *x, int inputs, int units, int shift, int least, int most,
                         int kinds)
 {
-    cvol_vi sums[AT_ONCE][CVOL_SMALL_SECOND / CVOL_LANES];
+    cvol_vi sums[AT_ONCE][CVOL_NEURAL_SECOND / CVOL_LANES];
     for (int kind = 0; kind < kinds; kind++)
         memcpy(sums[kind], biases, (size_t)units * sizeof *biases);
     for (int i = 0; i < inputs; i += 2)
@@ -113,45 +113,46 @@ CVOL_INLINE void layers(int16_t *out, const int16_t *weights, const int32_t *bia
 }
 
 /* All layers behind the first one. */
-CVOL_INLINE void further_layers(int16_t (*out)[CVOL_SMALL_OUTPUTS], const cvol_small_pairs *network,
-                                const int16_t (*first)[CVOL_SMALL_FIRST], int kinds)
+CVOL_INLINE void further_layers(int16_t (*out)[CVOL_NEURAL_OUTPUTS],
+                                const cvol_neural_pairs *network,
+                                const int16_t (*first)[CVOL_NEURAL_FIRST], int kinds)
 {
-    int16_t second[AT_ONCE][CVOL_SMALL_SECOND];
-    layers(second[0], network->second[0][0], network->second_bias, first[0], CVOL_SMALL_FIRST,
-           CVOL_SMALL_SECOND, 12, 0, 255, kinds);
-    layers(out[0], network->third[0][0], network->third_bias, second[0], CVOL_SMALL_SECOND,
-           CVOL_SMALL_OUTPUTS, 10, -CVOL_SMALL_LOGIT_MOST, CVOL_SMALL_LOGIT_MOST, kinds);
+    int16_t second[AT_ONCE][CVOL_NEURAL_SECOND];
+    layers(second[0], network->second[0][0], network->second_bias, first[0], CVOL_NEURAL_FIRST,
+           CVOL_NEURAL_SECOND, 12, 0, 255, kinds);
+    layers(out[0], network->third[0][0], network->third_bias, second[0], CVOL_NEURAL_SECOND,
+           CVOL_NEURAL_OUTPUTS, 10, -CVOL_NEURAL_LOGIT_MOST, CVOL_NEURAL_LOGIT_MOST, kinds);
 }
 
-void CVOL_SIMD(cvol_small_evaluate)(int16_t *out, const cvol_small_pairs *network, const int16_t *x,
-                                    int inputs)
+void CVOL_SIMD(cvol_neural_evaluate)(int16_t *out, const cvol_neural_pairs *network,
+                                     const int16_t *x, int inputs)
 {
-    int16_t first[CVOL_SMALL_FIRST];
-    layer(first, network->first[0][0], network->first_bias, x, inputs, CVOL_SMALL_FIRST, 11, 0,
+    int16_t first[CVOL_NEURAL_FIRST];
+    layer(first, network->first[0][0], network->first_bias, x, inputs, CVOL_NEURAL_FIRST, 11, 0,
           255);
-    further_layers((int16_t(*)[CVOL_SMALL_OUTPUTS])out, network,
-                   (const int16_t(*)[CVOL_SMALL_FIRST])first, 1);
+    further_layers((int16_t(*)[CVOL_NEURAL_OUTPUTS])out, network,
+                   (const int16_t(*)[CVOL_NEURAL_FIRST])first, 1);
 }
 
-void CVOL_SIMD(cvol_small_evaluate_kinds)(int16_t (*out)[CVOL_SMALL_OUTPUTS],
-                                          const cvol_small_pairs *network, int16_t *x)
+void CVOL_SIMD(cvol_neural_evaluate_kinds)(int16_t (*out)[CVOL_NEURAL_OUTPUTS],
+                                           const cvol_neural_pairs *network, int16_t *x)
 {
-    enum { FROM = CVOL_SMALL_ODD / 2 * 2, BEHIND = CVOL_SMALL_LATE / 2 * 2 + 2 };
+    enum { FROM = CVOL_NEURAL_ODD / 2 * 2, BEHIND = CVOL_NEURAL_LATE / 2 * 2 + 2 };
     const int16_t *weights = network->first[0][0];
-    cvol_vi shared[CVOL_SMALL_FIRST / CVOL_LANES], sums[CVOL_SMALL_FIRST / CVOL_LANES];
-    int16_t first[CVOL_SMALL_KINDS][CVOL_SMALL_FIRST];
+    cvol_vi shared[CVOL_NEURAL_FIRST / CVOL_LANES], sums[CVOL_NEURAL_FIRST / CVOL_LANES];
+    int16_t first[CVOL_NEURAL_KINDS][CVOL_NEURAL_FIRST];
     memcpy(shared, network->first_bias, sizeof network->first_bias);
-    add_inputs(shared, weights, x, 0, FROM, CVOL_SMALL_FIRST);
-    add_inputs(shared, weights, x, BEHIND, CVOL_SMALL_INPUTS, CVOL_SMALL_FIRST);
-    for (int kind = 0; kind < CVOL_SMALL_KINDS; kind++) {
-        x[CVOL_SMALL_ODD] = kind & 1 ? 64 : 0;
-        x[CVOL_SMALL_LATE] = kind & 2 ? 64 : 0;
+    add_inputs(shared, weights, x, 0, FROM, CVOL_NEURAL_FIRST);
+    add_inputs(shared, weights, x, BEHIND, CVOL_NEURAL_INPUTS, CVOL_NEURAL_FIRST);
+    for (int kind = 0; kind < CVOL_NEURAL_KINDS; kind++) {
+        x[CVOL_NEURAL_ODD] = kind & 1 ? 64 : 0;
+        x[CVOL_NEURAL_LATE] = kind & 2 ? 64 : 0;
         memcpy(sums, shared, sizeof sums);
-        add_inputs(sums, weights, x, FROM, BEHIND, CVOL_SMALL_FIRST);
-        cut_sums(first[kind], sums, CVOL_SMALL_FIRST, 11, 0, 255);
+        add_inputs(sums, weights, x, FROM, BEHIND, CVOL_NEURAL_FIRST);
+        cut_sums(first[kind], sums, CVOL_NEURAL_FIRST, 11, 0, 255);
     }
-    for (int kind = 0; kind < CVOL_SMALL_KINDS; kind += AT_ONCE)
-        further_layers(out + kind, network, (const int16_t(*)[CVOL_SMALL_FIRST])(first + kind),
+    for (int kind = 0; kind < CVOL_NEURAL_KINDS; kind += AT_ONCE)
+        further_layers(out + kind, network, (const int16_t(*)[CVOL_NEURAL_FIRST])(first + kind),
                        AT_ONCE);
 }
 
@@ -168,8 +169,8 @@ CVOL_INLINE void round_line(uint32_t line[16])
         line[x] = (uint32_t)((int32_t)(line[x] + 512) >> 10);
 }
 
-void CVOL_SIMD(cvol_small_inverse)(int32_t *samples, const int32_t *known, const int n[3], int cube,
-                                   const cvol_small_basis *basis)
+void CVOL_SIMD(cvol_neural_inverse)(int32_t *samples, const int32_t *known, const int n[3],
+                                    int cube, const cvol_neural_basis *basis)
 {
     uint32_t by_x[16][16][16], by_y[16][16][16]; /* [w][v][x], [w][y][x] */
     int count[3];
@@ -204,7 +205,7 @@ void CVOL_SIMD(cvol_small_inverse)(int32_t *samples, const int32_t *known, const
 
 /* The DCT of plane[i][j], times 2^8, to[v + 16 w]. */
 CVOL_INLINE void transform_plane(int32_t *to, uint32_t plane[16][16], const int n[2],
-                                 const cvol_small_basis *basis)
+                                 const cvol_neural_basis *basis)
 {
     uint32_t half[16][16], turned[16][16]; /* [v][j], [j][v] */
     for (int v = 0; v < n[0]; v++) {
@@ -226,9 +227,9 @@ CVOL_INLINE void transform_plane(int32_t *to, uint32_t plane[16][16], const int 
     }
 }
 
-void CVOL_SIMD(cvol_small_face)(int32_t *level, int32_t *slope, const int32_t *near,
-                                const int32_t *far, const int stride[2], const int n[2],
-                                const cvol_small_basis *basis)
+void CVOL_SIMD(cvol_neural_face)(int32_t *level, int32_t *slope, const int32_t *near,
+                                 const int32_t *far, const int stride[2], const int n[2],
+                                 const cvol_neural_basis *basis)
 {
     uint32_t planes[2][16][16]; /* [i][j] */
     memset(planes, 0, sizeof planes);

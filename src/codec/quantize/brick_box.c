@@ -37,7 +37,9 @@ void cvol_brick_inside(size_t size[3], const cvol_array *array, size_t brick)
     const cvol_brick_box box = cvol_brick_box_of(array, brick);
     for (int a = 0; a < 3; a++) {
         const size_t left = array->grid.dims[a] - box.first[a] * (size_t)array->block;
-        size[a] = left < cvol_coding_of(array)->brick.side[a] ? left : cvol_coding_of(array)->brick.side[a];
+        size[a] = left < cvol_coding_of(array)->brick.side[a]
+                      ? left
+                      : cvol_coding_of(array)->brick.side[a];
     }
 }
 
@@ -49,7 +51,8 @@ void cvol_brick_shape_blocks(size_t blocks[3], const cvol_array *array)
 
 size_t cvol_brick_volume(const cvol_array *array)
 {
-    return cvol_coding_of(array)->brick.side[0] * cvol_coding_of(array)->brick.side[1] * cvol_coding_of(array)->brick.side[2];
+    return cvol_coding_of(array)->brick.side[0] * cvol_coding_of(array)->brick.side[1] *
+           cvol_coding_of(array)->brick.side[2];
 }
 
 size_t cvol_brick_box_blocks(const cvol_brick_box *box)
@@ -66,10 +69,10 @@ size_t cvol_brick_block_index(const cvol_array *array, const cvol_brick_box *box
     return place[0] + array->blocks[0] * (place[1] + array->blocks[1] * place[2]);
 }
 
-int cvol_block_parts(cvol_cell_part parts[CVOL_CELL_PARTS_MAX], int block, uint16_t split)
+int cvol_block_sub_blocks(cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX], int block, uint16_t split)
 {
     if (block == CVOL_CELL)
-        return cvol_cell_list_parts(parts, split);
-    parts[0] = (cvol_cell_part){.side = block};
+        return cvol_cell_list_sub_blocks(parts, split);
+    parts[0] = (cvol_sub_block){.side = block};
     return 1;
 }

@@ -5,7 +5,7 @@
 #include "array/core/array.h"
 #include "transform/cell.h"
 
-enum { CVOL_SHELLS = 4 };
+enum { CVOL_SUBBANDS = 4 };
 
 /* How many bricks an array has along each axis, and in all; none has a side beyond CVOL_BRICK_SIDE.
  */
@@ -33,10 +33,10 @@ typedef struct cvol_span {
 } cvol_span;
 
 /* The parts of a block of side B that is split so; how many. */
-int cvol_block_parts(cvol_cell_part parts[CVOL_CELL_PARTS_MAX], int block, uint16_t split);
+int cvol_block_sub_blocks(cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX], int block, uint16_t split);
 /* Where a part begins, in units of four samples of the brick, in block `place` (of x, y, z). */
-static inline void cvol_part_place(int at[3], const cvol_cell_part *part, const size_t place[3],
-                                   int block)
+static inline void cvol_sub_block_place(int at[3], const cvol_sub_block *part,
+                                        const size_t place[3], int block)
 {
     for (int a = 0; a < 3; a++)
         at[a] = ((int)place[a] * block + part->begin[a]) / 4;

@@ -23,8 +23,8 @@ static cvol_coding *make(const cvol_coding *bricks, const cvol_coding *terms)
         return NULL;
     coding->base = cvol_coding_usual.base;
     coding->brick = shape->brick;
-    coding->dependent = as->dependent;
-    coding->ends = as->ends;
+    coding->trellis = as->trellis;
+    coding->true_length = as->true_length;
     return &coding->base;
 }
 
@@ -36,7 +36,7 @@ static void brick_sides(size_t side[3], const cvol_coding *coding)
 
 static int finer_bits(const cvol_coding *coding)
 {
-    return ((const cvol_file_coding *)coding)->ends;
+    return ((const cvol_file_coding *)coding)->true_length;
 }
 
 static const cvol_coding_ops ops = {destroy, make, brick_sides, finer_bits};
@@ -60,9 +60,9 @@ int cvol_coding_copy(cvol_context *context, cvol_array *array, const cvol_array 
         return code;
     cvol_file_coding *own = cvol_coding_own(array);
     const cvol_file_coding *as = cvol_coding_of(from);
-    own->dependent = as->dependent;
-    own->small = as->small;
-    own->ends = as->ends;
+    own->trellis = as->trellis;
+    own->neural = as->neural;
+    own->true_length = as->true_length;
     own->brick = as->brick;
     return CVOL_OK;
 }

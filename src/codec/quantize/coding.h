@@ -17,12 +17,12 @@ struct cvol_coded;
 
 typedef struct cvol_file_coding {
     cvol_coding base; /* first: cvol_array.coding points to it */
-    int dependent;    /* rank 3, DCT, B = 16: terms may be coded by half of what they are, as
-                         dependent quantisation chose them (codec/quantize/trellis_states.h) */
-    int small; /* dependent: coded by the networks of maximum effort (codec/neural/neural_code.h) */
-    int ends;  /* rank 3, DCT, B = 16: cells that the volume ends in may be coded by DCTs of their
-                  true length (codec/quantize/true_length.h), with a step 2^ends times the array's;
-                  0: not */
+    int trellis;      /* rank 3, DCT, B = 16: terms may be coded by half of what they are, as
+                           trellis quantization chose them (codec/quantize/trellis_states.h) */
+    int neural; /* trellis: coded by the networks of maximum effort (codec/neural/neural_code.h) */
+    int true_length; /* rank 3, DCT, B = 16: cells that the volume ends in may be coded by DCTs of
+                 their true length (codec/quantize/true_length.h), with a step 2^ends times the
+                 array's; 0: not */
     cvol_brick_shape brick;
     struct cvol_coded *coded; /* the bricks as they were coded (codec/brick/coded.h), or NULL */
     void (*free_coded)(struct cvol_coded *coded);

@@ -22,8 +22,8 @@ static int length_of(uint64_t value, int most)
     return length;
 }
 
-cvol_part_context cvol_part_context_of(const cvol_brick_context *brick, const int at[3],
-                                       const cvol_scan *scan)
+cvol_sub_block_context cvol_sub_block_context_of(const cvol_brick_context *brick, const int at[3],
+                                                 const cvol_scan *scan)
 {
     static const int strides[3] = {1, CVOL_BRICK_UNITS, CVOL_BRICK_UNITS * CVOL_BRICK_UNITS};
     const int unit = unit_of(at);
@@ -36,14 +36,14 @@ cvol_part_context cvol_part_context_of(const cvol_brick_context *brick, const in
             continue;
         const int64_t mean = brick->mean[unit - strides[a]];
         const int length = brick->length[unit - strides[a]];
-        const int scaled = length - 3 * (CVOL_PART_SIZES - 1 - size_class);
+        const int scaled = length - 3 * (CVOL_SUB_BLOCK_SIZES - 1 - size_class);
         lengths += length == 0 ? 0 : scaled < 1 ? 1 : scaled;
         sum += mean;
         least = mean < least ? mean : least;
         most = mean > most ? mean : most;
         count++;
     }
-    cvol_part_context context = {0, CVOL_ROW_DC + size_class * CVOL_SPREADS, 0};
+    cvol_sub_block_context context = {0, CVOL_ROW_DC + size_class * CVOL_SPREADS, 0};
     if (!count)
         return context;
     const int64_t prediction = divide_down(2 * sum + count * weight, 2 * count * weight);
@@ -56,12 +56,12 @@ cvol_part_context cvol_part_context_of(const cvol_brick_context *brick, const in
     return context;
 }
 
-void cvol_part_note(cvol_brick_context *brick, const int at[3], const cvol_scan *scan, int32_t dc,
-                    int length)
+void cvol_sub_block_note(cvol_brick_context *brick, const int at[3], const cvol_scan *scan,
+                         int32_t dc, int length)
 {
     const int size_class = scan->size_class, side = 1 << size_class;
     const int64_t mean = (int64_t)dc * scan->weight;
-    const int scaled = length ? length + 3 * (CVOL_PART_SIZES - 1 - size_class) : 0;
+    const int scaled = length ? length + 3 * (CVOL_SUB_BLOCK_SIZES - 1 - size_class) : 0;
     for (int z = 0; z < side; z++)
         for (int y = 0; y < side; y++)
             for (int x = 0; x < side; x++) {
@@ -75,22 +75,22 @@ int cvol_brick_context_start(cvol_brick_context *brick, const cvol_array *array,
                              const size_t first[3])
 {
     const cvol_file_coding *coding = cvol_coding_of(array);
-    brick->ends = coding->ends;
-    if (!coding->ends)
+    brick->true_length = coding->true_length;
+    if (!coding->true_length)
         return 1;
-    brick->limit = (int32_t)(CVOL_VALUE_LIMIT >> (coding->dependent + coding->ends));
+    brick->limit = (int32_t)(CVOL_VALUE_LIMIT >> (coding->trellis + coding->true_length));
     for (int a = 0; a < 3; a++) {
         const size_t left = array->grid.dims[a] - CVOL_CELL * first[a];
         brick->inside[a] = left < CVOL_BRICK_SIDE ? (int)left : CVOL_BRICK_SIDE;
     }
-    return cvol_end_scans_make(&brick->scans, array->grid.dims);
+    return cvol_true_length_scans_make(&brick->scans, array->grid.dims);
 }
 
 const int *cvol_brick_cell_inside(int inside[3], const cvol_brick_context *brick,
                                   const size_t place[3])
 {
     int ends = 0;
-    for (int a = 0; a < 3 && brick->ends; a++) {
+    for (int a = 0; a < 3 && brick->true_length; a++) {
         const int left = brick->inside[a] - CVOL_CELL * (int)place[a];
         inside[a] = left < CVOL_CELL ? left : CVOL_CELL;
         ends |= left < CVOL_CELL;
@@ -103,12 +103,12 @@ const cvol_scan *cvol_brick_scan_of(const cvol_brick_context *brick, const int a
 {
     int axes = 0;
     *seen = 1;
-    for (int a = 0; a < 3 && brick->ends; a++) {
+    for (int a = 0; a < 3 && brick->true_length; a++) {
         const int left = brick->inside[a] - 4 * at[a];
         axes |= (left > 0 && left < 4 << size_class) << a;
         *seen &= left > 0;
     }
-    return axes ? brick->scans.scans[size_class][axes] : cvol_part_scan_of(size_class);
+    return axes ? brick->scans.scans[size_class][axes] : cvol_sub_block_scan_of(size_class);
 }
 
 const cvol_scan *cvol_brick_scan(const cvol_brick_context *brick, const int at[3], int size_class)
@@ -119,7 +119,7 @@ const cvol_scan *cvol_brick_scan(const cvol_brick_context *brick, const int at[3
 }
 
 /* Rounded alike on either side of 0, so that it turns its sign with the terms. */
-int32_t cvol_part_note_unseen(cvol_brick_context *brick, const int at[3], int size_class)
+int32_t cvol_sub_block_note_unseen(cvol_brick_context *brick, const int at[3], int size_class)
 {
     static const int strides[3] = {1, CVOL_BRICK_UNITS, CVOL_BRICK_UNITS * CVOL_BRICK_UNITS};
     int seen;
@@ -134,7 +134,7 @@ int32_t cvol_part_note_unseen(cvol_brick_context *brick, const int at[3], int si
     const int64_t size = count ? (2 * (sum < 0 ? -sum : sum) + all) / (2 * all) : 0;
     const int32_t most = (int32_t)(size < brick->limit ? size : brick->limit);
     const int32_t dc = sum < 0 ? -most : most;
-    cvol_part_note(brick, at, scan, dc, 0);
+    cvol_sub_block_note(brick, at, scan, dc, 0);
     return dc;
 }
 

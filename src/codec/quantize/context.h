@@ -21,17 +21,17 @@ typedef struct cvol_brick_context {
     int64_t mean[CVOL_BRICK_UNITS_ALL];   /* DC value times a weight of its size: about the mean */
     uint8_t length[CVOL_BRICK_UNITS_ALL]; /* bit length of the last index, as for size class 3 */
     uint8_t split[CVOL_BRICK_CELLS * CVOL_BRICK_CELLS * CVOL_BRICK_CELLS]; /* token of each cell */
-    int ends;                                                              /* of the array (coding.h) */
-    int inside[3]; /* samples of the volume from the brick's first one on; with ends */
-    int32_t limit; /* of values, likewise */
-    cvol_end_scans scans;
+    int true_length; /* of the array (coding.h) */
+    int inside[3];   /* samples of the volume from the brick's first one on; with ends */
+    int32_t limit;   /* of values, likewise */
+    cvol_true_length_scans scans;
 } cvol_brick_context;
 
-typedef struct cvol_part_context {
+typedef struct cvol_sub_block_context {
     int64_t prediction; /* of the DC */
     int dc_row;         /* of the DC's difference */
     int around;         /* class of the neighbours' last indices */
-} cvol_part_context;
+} cvol_sub_block_context;
 
 /* Begins a brick whose first block is `first` (of x, y, z). 0 when memory is short. */
 int cvol_brick_context_start(cvol_brick_context *brick, const cvol_array *array,
@@ -46,16 +46,16 @@ const cvol_scan *cvol_brick_scan(const cvol_brick_context *brick, const int at[3
 const cvol_scan *cvol_brick_scan_of(const cvol_brick_context *brick, const int at[3],
                                     int size_class, int *seen);
 /* Notes a part that nobody sees; its DC is what its neighbours foretell. */
-int32_t cvol_part_note_unseen(cvol_brick_context *brick, const int at[3], int size_class);
+int32_t cvol_sub_block_note_unseen(cvol_brick_context *brick, const int at[3], int size_class);
 
 /* Of the part of this scan whose first sample is 4 at[] within the brick. */
-cvol_part_context cvol_part_context_of(const cvol_brick_context *brick, const int at[3],
-                                       const cvol_scan *scan);
+cvol_sub_block_context cvol_sub_block_context_of(const cvol_brick_context *brick, const int at[3],
+                                                 const cvol_scan *scan);
 /* Notes a part: its DC value and the bit length of its last index (0: no other coefficients). */
-void cvol_part_note(cvol_brick_context *brick, const int at[3], const cvol_scan *scan, int32_t dc,
-                    int length);
+void cvol_sub_block_note(cvol_brick_context *brick, const int at[3], const cvol_scan *scan,
+                         int32_t dc, int length);
 /* The bit length to note of a part of which `used` values are coded. */
-static inline int cvol_part_length(const cvol_scan *scan, int used)
+static inline int cvol_sub_block_length(const cvol_scan *scan, int used)
 {
     return used > 1 ? cvol_bit_length(scan->index[used - 1]) : 0;
 }
@@ -65,7 +65,7 @@ int cvol_split_row(const cvol_brick_context *brick, const int cell[3]);
 void cvol_split_note(cvol_brick_context *brick, const int cell[3], int token);
 
 /* The row of a part's bit length of the last index. */
-static inline int cvol_length_row(const cvol_part_context *context, int size_class,
+static inline int cvol_length_row(const cvol_sub_block_context *context, int size_class,
                                   uint64_t dc_difference)
 {
     const int dc = dc_difference == 0 ? 0 : dc_difference == 1 ? 1 : dc_difference < 4 ? 2 : 3;

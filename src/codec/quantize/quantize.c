@@ -1,4 +1,4 @@
-/* What is known of coefficients before they are quantised. */
+/* What is known of coefficients before they are quantized. */
 #include "codec/quantize/quantize.h"
 
 #include <math.h>

@@ -1,4 +1,4 @@
-/* Uniform quantiser:  |q| = floor(|c| / step + 1/2),  c' = q step. */
+/* Uniform quantizer:  |q| = floor(|c| / step + 1/2),  c' = q step. */
 #ifndef CVOL_CODEC_QUANTIZE_QUANTIZE_H
 #define CVOL_CODEC_QUANTIZE_QUANTIZE_H
 

@@ -1,4 +1,4 @@
-/* Greedy rate-distortion optimised quantisation. */
+/* Greedy rate-distortion optimised quantization. */
 #include "codec/quantize/rd_choice.h"
 
 #include <math.h>
@@ -22,9 +22,9 @@ static float bits_of_number(const float *row, uint64_t number)
 }
 
 /* The DC: the nearest value, or the next one on the prediction's side. */
-int32_t cvol_part_choose_dc(float *cost, float *squared, float scaled,
-                            const cvol_token_costs *costs, const cvol_part_context *context,
-                            int plain)
+int32_t cvol_sub_block_choose_dc(float *cost, float *squared, float scaled,
+                                 const cvol_token_costs *costs,
+                                 const cvol_sub_block_context *context, int plain)
 {
     const float *row = costs->of[context->dc_row];
     const int32_t nearest = (int32_t)lrintf(scaled);
@@ -73,14 +73,14 @@ static inline uint32_t decide(float *cost, const cvol_token_costs *costs, cvol_p
 }
 
 /* Chooses values 1 .. extent - 1, and where the part ends. */
-static cvol_part_choice choose_rest(int32_t *values, const float *scaled, int extent,
-                                    const cvol_scan *scan, const cvol_token_costs *costs,
-                                    const float *length_row, double tail, int plain,
-                                    uint16_t *scatter)
+static cvol_sub_block_choice choose_rest(int32_t *values, const float *scaled, int extent,
+                                         const cvol_scan *scan, const cvol_token_costs *costs,
+                                         const float *length_row, double tail, int plain,
+                                         uint16_t *scatter)
 {
     const int size_class = scan->size_class;
     double total = 0, squared = 0; /* single precision would lose small errors in large tails */
-    cvol_part_choice choice = {1, (float)tail, (float)tail + CVOL_LAMBDA * length_row[0]};
+    cvol_sub_block_choice choice = {1, (float)tail, (float)tail + CVOL_LAMBDA * length_row[0]};
     if (plain && extent > 1)
         choice.cost = INFINITY;
     cvol_scatter_dc(scatter, scan->row, scan->sheet, values[0]);
@@ -106,7 +106,7 @@ static cvol_part_choice choose_rest(int32_t *values, const float *scaled, int ex
                             CVOL_LAMBDA * (length_row[cvol_bit_length(scan->index[i])] +
                                            cvol_bits_of_last(costs, size_class, scan->index[i]));
         if (whole < choice.cost || plain)
-            choice = (cvol_part_choice){i + 1, (float)(squared + tail), whole};
+            choice = (cvol_sub_block_choice){i + 1, (float)(squared + tail), whole};
     }
     int side = 1;
     while (side * side * side <= scan->index[extent - 1])
@@ -116,7 +116,7 @@ static cvol_part_choice choose_rest(int32_t *values, const float *scaled, int ex
 }
 
 /* The sum of squares of c[begin .. end). Eight sums, so that additions need not wait. */
-double cvol_part_squares(const float *c, int begin, int end)
+double cvol_sub_block_squares(const float *c, int begin, int end)
 {
     double sums[8] = {0};
     int i = begin;
@@ -129,23 +129,24 @@ double cvol_part_squares(const float *c, int begin, int end)
            ((sums[4] + sums[5]) + (sums[6] + sums[7]));
 }
 
-cvol_part_choice cvol_part_choose(int32_t *values, const float *scaled, const cvol_scan *scan,
-                                  const cvol_token_costs *costs, const cvol_part_context *context,
-                                  int plain, uint16_t *scatter)
+cvol_sub_block_choice cvol_sub_block_choose(int32_t *values, const float *scaled,
+                                            const cvol_scan *scan, const cvol_token_costs *costs,
+                                            const cvol_sub_block_context *context, int plain,
+                                            uint16_t *scatter)
 {
     const int size_class = scan->size_class;
     const int extent = cvol_quantise_extent(scaled, scan->count, plain ? 0.4999f : LAST_SHARE);
     float dc_cost, dc_error;
     values[0] = 0; /* which parts beside this one may look at, even if it does not fit */
     if (!cvol_quantise_fits(scaled, extent, 1))
-        return (cvol_part_choice){0, 0, INFINITY};
-    const double tail = cvol_part_squares(scaled, 1, extent) +
-                        cvol_part_squares(scaled, extent, scan->count);
-    values[0] = cvol_part_choose_dc(&dc_cost, &dc_error, scaled[0], costs, context, plain);
+        return (cvol_sub_block_choice){0, 0, INFINITY};
+    const double tail = cvol_sub_block_squares(scaled, 1, extent) +
+                        cvol_sub_block_squares(scaled, extent, scan->count);
+    values[0] = cvol_sub_block_choose_dc(&dc_cost, &dc_error, scaled[0], costs, context, plain);
     const int64_t difference = values[0] - context->prediction;
     const float *length_row = costs->of[cvol_length_row(
         context, size_class, (uint64_t)(difference < 0 ? -difference : difference))];
-    cvol_part_choice choice = {1, (float)tail, (float)tail + CVOL_LAMBDA * length_row[0]};
+    cvol_sub_block_choice choice = {1, (float)tail, (float)tail + CVOL_LAMBDA * length_row[0]};
     if (extent > 1)
         choice = choose_rest(values, scaled, extent, scan, costs, length_row, tail, plain, scatter);
     choice.error += dc_error;

@@ -89,28 +89,29 @@ static int is_beyond(const choosing *c, const int begin[3], int size_class)
 }
 
 /* Of a part that nobody sees: what its neighbours foretell. */
-static cvol_part_choice choose_unseen(int32_t *values, const cvol_scan *scan,
-                                      const cvol_part_context *context)
+static cvol_sub_block_choice choose_unseen(int32_t *values, const cvol_scan *scan,
+                                           const cvol_sub_block_context *context)
 {
     memset(values, 0, sizeof *values * (size_t)scan->count);
     values[0] = (int32_t)context->prediction;
-    return (cvol_part_choice){.used = 1};
+    return (cvol_sub_block_choice){.used = 1};
 }
 
 /* Chooses for one part. begin: its first sample within the cell, in fours. */
-static cvol_part_choice choose_part(const choosing *c, int32_t *values, const float *coefficients,
-                                    int size_class, const int begin[3], int first)
+static cvol_sub_block_choice choose_part(const choosing *c, int32_t *values,
+                                         const float *coefficients, int size_class,
+                                         const int begin[3], int first)
 {
     int at[3];
     const cvol_scan *scan = scan_of(c, at, begin, size_class);
     float *scaled = c->chooser->scaled;
-    const cvol_part_context context = cvol_part_context_of(c->brick, at, scan);
+    const cvol_sub_block_context context = cvol_sub_block_context_of(c->brick, at, scan);
     if (is_beyond(c, begin, size_class))
         return choose_unseen(values, scan, &context);
     for (int i = 0; i < scan->count; i++)
         scaled[i] = coefficients[first + scan->entries[i].in_cell] * c->inverse;
-    return cvol_part_choose(values, scaled, scan, c->costs, &context, c->plain,
-                            c->chooser->scatter);
+    return cvol_sub_block_choose(values, scaled, scan, c->costs, &context, c->plain,
+                                 c->chooser->scatter);
 }
 
 static void note_part(const choosing *c, const int32_t *values, int used, int size_class,
@@ -118,8 +119,8 @@ static void note_part(const choosing *c, const int32_t *values, int used, int si
 {
     int at[3];
     const cvol_scan *scan = scan_of(c, at, begin, size_class);
-    cvol_part_note(c->brick, at, scan, values[0],
-                   cvol_part_length(scan, used < scan->count ? used : scan->count));
+    cvol_sub_block_note(c->brick, at, scan, values[0],
+                        cvol_sub_block_length(scan, used < scan->count ? used : scan->count));
 }
 
 /* In place of a choice, for a part that is chosen later: about what its neighbours need to know. */
@@ -146,14 +147,15 @@ static int place_four(int begin[3], int octant, int i)
 }
 
 /* The eight parts of an octant that is split: cost and error of all. */
-static cvol_part_choice choose_fours(const choosing *c, int used[8], int octant)
+static cvol_sub_block_choice choose_fours(const choosing *c, int used[8], int octant)
 {
-    cvol_part_choice all = {0};
+    cvol_sub_block_choice all = {0};
     for (int i = 0; i < 8; i++) {
         int begin[3];
         const int first = place_four(begin, octant, i);
         int32_t *values = c->chooser->values[FOURS] + 512 * octant + 64 * i;
-        const cvol_part_choice choice = choose_part(c, values, c->chooser->fours, 0, begin, first);
+        const cvol_sub_block_choice choice = choose_part(c, values, c->chooser->fours, 0, begin,
+                                                         first);
         used[i] = choice.used;
         all.cost += choice.cost;
         all.error += choice.error;
@@ -190,12 +192,12 @@ static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
     int32_t *values = c->chooser->values[EIGHTS] + 512 * octant;
     const split_margins *margins = &c->margins;
     const float finer = c->fours[octant] + CVOL_OCTANT_COST,
-                coarser = c->eights[octant] + CVOL_PART_COST;
+                coarser = c->eights[octant] + CVOL_SUB_BLOCK_COST;
     const int may_eights = split == CVOL_SPLIT_OCTANTS ||
                            (may_choose(split) && finer >= margins->octant_least * coarser),
               may_fours = split == CVOL_SPLIT_FOURS ||
                           (may_choose(split) && finer <= margins->octant_most * coarser);
-    cvol_part_choice choice = {.cost = INFINITY};
+    cvol_sub_block_choice choice = {.cost = INFINITY};
     values[0] = 0; /* what stands there if neither way fits */
     if (c->by_weight && may_eights != may_fours) {
         if (may_fours) {
@@ -203,14 +205,14 @@ static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
             return 0;
         }
         note_unchosen(c, c->chooser->eights, 1, begin, first);
-        choice = (cvol_part_choice){.used = 1};
+        choice = (cvol_sub_block_choice){.used = 1};
     } else {
         if (may_eights)
             choice = choose_part(c, values, c->chooser->eights, 1, begin, first);
         if (choice.cost == INFINITY ||
             (may_fours && choice.cost > CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST)) {
             int used[8];
-            const cvol_part_choice fours = choose_fours(c, used, octant);
+            const cvol_sub_block_choice fours = choose_fours(c, used, octant);
             if (c->coarse.octant * fours.cost < choice.cost) {
                 take_fours(c, out, used, octant);
                 out->error += fours.error;
@@ -229,11 +231,11 @@ static float choose_octant(const choosing *c, cvol_cell_choice *out, int octant,
 static void choose_paths(const choosing *c, cvol_cell_choice *out)
 {
     cvol_cell_chooser *chooser = c->chooser;
-    const float *coefficients[CVOL_PART_SIZES] = {chooser->fours, chooser->eights,
-                                                  chooser->coefficients};
-    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
+    const float *coefficients[CVOL_SUB_BLOCK_SIZES] = {chooser->fours, chooser->eights,
+                                                       chooser->coefficients};
+    cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX];
     int begin_of = 0;
-    cvol_cell_list_parts(parts, out->split);
+    cvol_cell_list_sub_blocks(parts, out->split);
     out->error = 0;
     for (int p = 0; p < out->parts; p++) {
         const int size_class = cvol_size_class(parts[p].side);
@@ -248,15 +250,16 @@ static void choose_paths(const choosing *c, cvol_cell_choice *out)
             scaled[i] = from[scan->entries[i].in_cell] * c->inverse;
         out->scaled[p] = scaled;
         begin_of += scan->count;
-        const cvol_part_context context = cvol_part_context_of(c->brick, at, scan);
-        const cvol_part_choice choice = is_beyond(c, begin, size_class)
-                                            ? choose_unseen(out->values[p], scan, &context)
-                                            : cvol_part_choose_dependent(
-                                                  chooser->trellis, out->values[p], scaled, scan,
-                                                  c->costs, &context, chooser->scatter);
+        const cvol_sub_block_context context = cvol_sub_block_context_of(c->brick, at, scan);
+        const cvol_sub_block_choice choice = is_beyond(c, begin, size_class)
+                                                 ? choose_unseen(out->values[p], scan, &context)
+                                                 : cvol_trellis_choose(
+                                                       chooser->trellis, out->values[p], scaled,
+                                                       scan, c->costs, &context, chooser->scatter);
         out->used[p] = choice.used;
         out->error += 4 * choice.error;
-        cvol_part_note(c->brick, at, scan, out->values[p][0], cvol_part_length(scan, choice.used));
+        cvol_sub_block_note(c->brick, at, scan, out->values[p][0],
+                            cvol_sub_block_length(scan, choice.used));
     }
 }
 
@@ -279,8 +282,8 @@ static void transform(const choosing *c, float *coefficients, const float *sampl
     static const int origin[3] = {0, 0, 0};
     if (!cvol_cell_reaches_beyond(c->inside, origin, CVOL_CELL))
         cvol_cell_forward(coefficients, samples, split);
-    else if (c->brick->ends)
-        cvol_cell_forward_ends(coefficients, samples, c->inside, split);
+    else if (c->brick->true_length)
+        cvol_true_length_forward(coefficients, samples, c->inside, split);
     else
         cvol_cell_forward_edge(coefficients, &c->chooser->edge, samples, c->inside, split,
                                1 / c->inverse);
@@ -294,7 +297,7 @@ typedef struct ways {
 static ways ways_worth_trying(choosing *c, const float *samples, cvol_split_choice split)
 {
     cvol_cell_chooser *chooser = c->chooser;
-    float whole[8], coarser = CVOL_PART_COST, finer = CVOL_CELL_COST;
+    float whole[8], coarser = CVOL_SUB_BLOCK_COST, finer = CVOL_CELL_COST;
     if (split != CVOL_SPLIT_OCTANTS && split != CVOL_SPLIT_FOURS)
         transform(c, chooser->coefficients, samples, CVOL_CELL_WHOLE);
     if (split == CVOL_SPLIT_NEVER)
@@ -303,7 +306,7 @@ static ways ways_worth_trying(choosing *c, const float *samples, cvol_split_choi
         cvol_cell_weigh(whole, chooser->coefficients, c->inverse, 1);
         for (int i = 0; i < 8; i++)
             coarser += whole[i];
-        if (coarser < CVOL_PART_COST + CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST)
+        if (coarser < CVOL_SUB_BLOCK_COST + CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST)
             return (ways){1, 0};
     }
     if (split != CVOL_SPLIT_FOURS)
@@ -332,16 +335,16 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
                   .at = {4 * cell[0], 4 * cell[1], 4 * cell[2]},
                   .inside = inside,
                   .costs = costs,
-                  .inverse = (float)((options->dependent ? 0.5 : 1) / options->step),
+                  .inverse = (float)((options->trellis ? 0.5 : 1) / options->step),
                   .plain = options->plain,
                   .margins = options->coarse.cell > 0 ? small_margins : best_margins,
                   .coarse = options->coarse.cell > 0 ? options->coarse
                                                      : (cvol_coarse_shares){1, 1}};
     const ways tried = ways_worth_trying(&c, samples, split);
-    cvol_part_choice whole = {.cost = INFINITY};
+    cvol_sub_block_choice whole = {.cost = INFINITY};
     *out = (cvol_cell_choice){.split = CVOL_CELL_OCTANTS};
-    c.by_weight = options->dependent && !tried.whole;
-    if (options->dependent && !tried.split) {
+    c.by_weight = options->trellis && !tried.whole;
+    if (options->trellis && !tried.split) {
         whole.used = 1;
         whole.cost = 0;
     } else if (tried.whole) {
@@ -363,6 +366,6 @@ void cvol_cell_choose(cvol_cell_chooser *chooser, cvol_cell_choice *out, const f
         out->used[0] = whole.used;
         note_part(&c, chooser->values[WHOLE], whole.used, 2, origin);
     }
-    if (options->dependent)
+    if (options->trellis)
         choose_paths(&c, out);
 }

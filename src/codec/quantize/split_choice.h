@@ -15,7 +15,7 @@ typedef enum cvol_split_choice {
     CVOL_SPLIT_FOURS    /* DCTs of 4 */
 } cvol_split_choice;
 
-/* For the small coder (neural_code.h): what a whole cell may cost at most, and an octant that is
+/* For the neural coder (neural_code.h): what a whole cell may cost at most, and an octant that is
  * not split, as shares of what its parts do; more is tried then. 0: another coder. */
 typedef struct cvol_coarse_shares {
     float cell, octant;
@@ -24,8 +24,8 @@ typedef struct cvol_coarse_shares {
 typedef struct cvol_chooser_options {
     double step;
     cvol_split_choice split;
-    int plain;     /* the nearest values */
-    int dependent; /* indices (trellis_states.h); the step is half of what tells values apart */
+    int plain;   /* the nearest values */
+    int trellis; /* indices (trellis_states.h); the step is half of what tells values apart */
     cvol_coarse_shares coarse;
 } cvol_chooser_options;
 
@@ -34,10 +34,10 @@ typedef struct cvol_cell_choice {
     uint16_t split;
     int parts;
     float error;                          /* squared, in steps squared; beyond the volume too */
-    int32_t *values[CVOL_CELL_PARTS_MAX]; /* of each part, in scan order; indices */
-    int used[CVOL_CELL_PARTS_MAX];        /* 0: a value is beyond the limit */
+    int32_t *values[CVOL_SUB_BLOCKS_MAX]; /* of each part, in scan order; indices */
+    int used[CVOL_SUB_BLOCKS_MAX];        /* 0: a value is beyond the limit */
     /* What these stand for, of dependent ones: coefficients, divided by twice the step. */
-    const float *scaled[CVOL_CELL_PARTS_MAX];
+    const float *scaled[CVOL_SUB_BLOCKS_MAX];
 } cvol_cell_choice;
 
 /* One thread's memory. */

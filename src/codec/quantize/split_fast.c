@@ -28,7 +28,7 @@ CVOL_SIMD_DECLARE(void, cvol_cell_quantise,
 
 enum { WHOLE, EIGHTS, FOURS, WAYS };
 
-struct cvol_cell_quick {
+struct cvol_split_fast {
     uint16_t order[WAYS][CVOL_CELL_SAMPLES]; /* by place: which value of 8 octants of 8 parts */
     float coefficients[WAYS][CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
     float mixed[CVOL_CELL_SAMPLES] __attribute__((aligned(64)));
@@ -39,7 +39,7 @@ struct cvol_cell_quick {
 
 /* ---- tables ----------------------------------------------------------------------------- */
 
-static void fill_place(cvol_cell_quick *quick, int which, int u, int v, int w)
+static void fill_place(cvol_split_fast *quick, int which, int u, int v, int w)
 {
     const int x[3] = {u, v, w}, side = CVOL_CELL >> which;
     int octant = 0, quarter = 0, in_part = 0;
@@ -49,13 +49,13 @@ static void fill_place(cvol_cell_quick *quick, int which, int u, int v, int w)
         quarter |= which > 1 ? (x[a] >> 1 & 1) << a : 0;
         in_part = side * in_part + f;
     }
-    const cvol_scan *scan = cvol_part_scan_of(CVOL_PART_SIZES - 2 - which);
+    const cvol_scan *scan = cvol_sub_block_scan_of(CVOL_SUB_BLOCK_SIZES - 2 - which);
     const int place = u + CVOL_CELL * (v + CVOL_CELL * w);
     quick->order[which][place] = (uint16_t)(512 * octant + 64 * quarter +
                                             scan->index_of_place[in_part]);
 }
 
-static void fill_tables(cvol_cell_quick *quick)
+static void fill_tables(cvol_split_fast *quick)
 {
     for (int which = 0; which < WAYS; which++)
         for (int w = 0; w < CVOL_CELL; w++)
@@ -64,22 +64,22 @@ static void fill_tables(cvol_cell_quick *quick)
                     fill_place(quick, which, u, v, w);
 }
 
-cvol_cell_quick *cvol_cell_quick_create(void)
+cvol_split_fast *cvol_split_fast_create(void)
 {
-    cvol_cell_quick *quick = cvol_allocate_zero(1, sizeof *quick);
+    cvol_split_fast *quick = cvol_allocate_zero(1, sizeof *quick);
     if (quick)
         fill_tables(quick);
     return quick;
 }
 
-void cvol_cell_quick_free(cvol_cell_quick *quick)
+void cvol_split_fast_free(cvol_split_fast *quick)
 {
     free(quick);
 }
 
 /* ---- the split -------------------------------------------------------------------------- */
 
-static void transform(cvol_cell_quick *quick, int which, const float *samples, const int inside[3],
+static void transform(cvol_split_fast *quick, int which, const float *samples, const int inside[3],
                       float inverse)
 {
     static const int origin[3] = {0, 0, 0};
@@ -92,17 +92,17 @@ static void transform(cvol_cell_quick *quick, int which, const float *samples, c
 }
 
 /* Transforms as far as is needed, and says how the cell is split. */
-static uint16_t choose_split(cvol_cell_quick *quick, const float *samples, const int inside[3],
+static uint16_t choose_split(cvol_split_fast *quick, const float *samples, const int inside[3],
                              float inverse)
 {
     float whole[8], eights[8], fours[8];
-    float coarser = CVOL_PART_COST, finer = CVOL_CELL_COST;
+    float coarser = CVOL_SUB_BLOCK_COST, finer = CVOL_CELL_COST;
     uint16_t split = CVOL_CELL_OCTANTS;
     transform(quick, WHOLE, samples, inside, inverse);
     cvol_cell_weigh(whole, quick->coefficients[WHOLE], inverse, 1);
     for (int i = 0; i < 8; i++)
         coarser += whole[i];
-    if (coarser < CVOL_PART_COST + CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST)
+    if (coarser < CVOL_SUB_BLOCK_COST + CVOL_LAMBDA * CVOL_SPLIT_BITS_LEAST)
         return CVOL_CELL_WHOLE;
     transform(quick, EIGHTS, samples, inside, inverse);
     transform(quick, FOURS, samples, inside, inverse);
@@ -110,7 +110,7 @@ static uint16_t choose_split(cvol_cell_quick *quick, const float *samples, const
     cvol_cell_weigh(fours, quick->coefficients[FOURS], inverse, 4);
     for (int i = 0; i < 8; i++) {
         finer += fours[i] < eights[i] ? fours[i] : eights[i];
-        if (fours[i] + CVOL_OCTANT_COST <= OCTANT_SHARE * (eights[i] + CVOL_PART_COST))
+        if (fours[i] + CVOL_OCTANT_COST <= OCTANT_SHARE * (eights[i] + CVOL_SUB_BLOCK_COST))
             split |= (uint16_t)(2u << i);
     }
     return finer <= CELL_SHARE * coarser ? split : CVOL_CELL_WHOLE;
@@ -133,7 +133,7 @@ static void mix(float *out, const float *eights, const float *fours, uint16_t sp
 
 /* ---- the values ------------------------------------------------------------------------- */
 
-static void quantise(cvol_cell_quick *quick, uint16_t split, float inverse, int plain)
+static void quantise(cvol_split_fast *quick, uint16_t split, float inverse, int plain)
 {
     const int which = split == CVOL_CELL_WHOLE ? WHOLE : split == CVOL_CELL_FOURS ? FOURS : EIGHTS;
     const cvol_cell_rounding how = {inverse, plain ? 0.5f : UP, plain ? 0.5f : LOW,
@@ -147,7 +147,7 @@ static void quantise(cvol_cell_quick *quick, uint16_t split, float inverse, int 
 }
 
 /* Lists the parts, and where their values are. */
-static void list_parts(cvol_cell_quick *quick, cvol_cell_choice *out)
+static void list_parts(cvol_split_fast *quick, cvol_cell_choice *out)
 {
     if (out->split == CVOL_CELL_WHOLE) {
         out->values[out->parts++] = quick->values;
@@ -161,7 +161,7 @@ static void list_parts(cvol_cell_quick *quick, cvol_cell_choice *out)
 }
 
 /* Brings the values into scan order; how many each part of 64 has. */
-static void put_in_order(cvol_cell_quick *quick, int used[64], uint16_t split)
+static void put_in_order(cvol_split_fast *quick, int used[64], uint16_t split)
 {
     const cvol_cell_quantised *from = &quick->quantised;
     memset(quick->values, 0, sizeof quick->values);
@@ -187,7 +187,7 @@ static int fits(const cvol_cell_quantised *quantised)
     return quantised->most < (float)(CVOL_VALUE_LIMIT - 256);
 }
 
-void cvol_cell_quick_choose(cvol_cell_quick *quick, cvol_cell_choice *out, const float *samples,
+void cvol_split_fast_choose(cvol_split_fast *quick, cvol_cell_choice *out, const float *samples,
                             const int inside[3], double step, int plain)
 {
     const float inverse = (float)(1 / step);
@@ -203,7 +203,7 @@ void cvol_cell_quick_choose(cvol_cell_quick *quick, cvol_cell_choice *out, const
     }
 }
 
-double cvol_cell_quick_error(cvol_cell_quick *quick, const float *samples, const int inside[3],
+double cvol_split_fast_error(cvol_split_fast *quick, const float *samples, const int inside[3],
                              double step, int plain)
 {
     const float inverse = (float)(1 / step);
@@ -211,7 +211,7 @@ double cvol_cell_quick_error(cvol_cell_quick *quick, const float *samples, const
     return fits(&quick->quantised) ? quick->quantised.error : (double)INFINITY;
 }
 
-uint32_t cvol_cell_quick_terms(const cvol_cell_quick *quick, uint32_t *words, size_t *terms)
+uint32_t cvol_split_fast_terms(const cvol_split_fast *quick, uint32_t *words, size_t *terms)
 {
     const cvol_cell_quantised *from = &quick->quantised;
     uint32_t *to = words;

@@ -26,7 +26,7 @@ typedef struct cvol_cell_quantised {
  *
  * void cvol_cell_weights(float weights[8], const float *coefficients, float inverse)
  *   each octant's sum of cvol_cell_weight (split_weight.h);
- * void cvol_cell_quantise(cvol_cell_quantised *out, const float *coefficients,
+ * void cvol_cell_quantize(cvol_cell_quantized *out, const float *coefficients,
  *                         const cvol_cell_rounding *how) */
 
 #endif

@@ -93,7 +93,7 @@ int cvol_cell_sample_error(cvol_context *context, double *error, const cvol_cell
     int failed = !errors;
 #pragma omp parallel num_threads(cvol_context_threads(context))
     {
-        cvol_cell_quick *quick = cvol_cell_quick_create();
+        cvol_split_fast *quick = cvol_split_fast_create();
         if (!quick) {
 #pragma omp atomic write
             failed = 1;
@@ -101,10 +101,10 @@ int cvol_cell_sample_error(cvol_context *context, double *error, const cvol_cell
 #pragma omp for schedule(dynamic, 8)
         for (size_t i = 0; i < count; i++)
             if (quick && errors)
-                errors[i] = cvol_cell_quick_error(quick,
+                errors[i] = cvol_split_fast_error(quick,
                                                   sample->cells + i * every * CVOL_CELL_SAMPLES,
                                                   sample->inside[i * every], step, plain);
-        cvol_cell_quick_free(quick);
+        cvol_split_fast_free(quick);
     }
     for (size_t i = 0; i < count && !failed; i++)
         sum += errors[i];

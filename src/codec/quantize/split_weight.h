@@ -22,7 +22,7 @@
 /* What a cell's or octant's finer parts cost by being many. */
 #define CVOL_CELL_COST 3.0f
 #define CVOL_OCTANT_COST 2.0f
-#define CVOL_PART_COST 0.7f
+#define CVOL_SUB_BLOCK_COST 0.7f
 
 static inline float cvol_cell_weight(float coefficient, float inverse)
 {

@@ -11,7 +11,7 @@ const uint8_t cvol_level_shift[CVOL_LEVELS] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
 const uint8_t cvol_fine_level_shift[CVOL_FINE_LEVELS] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
                                                          0, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 8};
 
-/* Scattered sums of a shell's cube are touched two places beyond it. */
+/* Scattered sums of a subband's cube are touched two places beyond it. */
 static int cube_side(int index)
 {
     int side = 1;
@@ -63,19 +63,19 @@ static void put_last(cvol_token_writer *out, int size_class, uint32_t last)
 
 /* Coefficients begin .. end - 1, of which `last` is the last of the part; the state after them. */
 static int put_values(cvol_token_writer *out, const cvol_scan *scan, const int32_t *indices,
-                      int begin, int end, int last, int dependent, int state, uint16_t *scatter)
+                      int begin, int end, int last, int trellis, int state, uint16_t *scatter)
 {
     for (int i = begin; i < end; i++) {
         const cvol_scan_entry *entry = &scan->entries[i];
         const uint32_t magnitude = cvol_magnitude(indices[i]), sum = scatter[entry->scatter];
         const int odd = cvol_state_is_odd(state), size_class = scan->size_class;
         if (i == last)
-            put_magnitude(out, cvol_last_code(size_class, sum, dependent, odd), magnitude - 1);
+            put_magnitude(out, cvol_last_code(size_class, sum, trellis, odd), magnitude - 1);
         else
-            put_magnitude(out, cvol_value_code(size_class, entry->band, sum, dependent, odd),
+            put_magnitude(out, cvol_value_code(size_class, entry->band, sum, trellis, odd),
                           magnitude);
-        const uint32_t value = dependent ? cvol_dependent_magnitude(state, magnitude) : magnitude;
-        state = dependent ? cvol_state_after[state][magnitude & 1] : 0;
+        const uint32_t value = trellis ? cvol_trellis_magnitude(state, magnitude) : magnitude;
+        state = trellis ? cvol_state_after[state][magnitude & 1] : 0;
         if (!magnitude)
             continue;
         cvol_raw_put(out, indices[i] < 0, 1);
@@ -84,9 +84,9 @@ static int put_values(cvol_token_writer *out, const cvol_scan *scan, const int32
     return state;
 }
 
-void cvol_part_encode(cvol_token_writer streams[CVOL_SHELLS], const cvol_scan *scan,
-                      const cvol_part_context *context, const int32_t *indices, int used,
-                      int dependent, uint16_t *scatter)
+void cvol_sub_block_encode(cvol_token_writer streams[CVOL_SUBBANDS], const cvol_scan *scan,
+                           const cvol_sub_block_context *context, const int32_t *indices, int used,
+                           int trellis, uint16_t *scatter)
 {
     const int size_class = scan->size_class;
     const int64_t difference = indices[0] - context->prediction;
@@ -101,14 +101,14 @@ void cvol_part_encode(cvol_token_writer streams[CVOL_SHELLS], const cvol_scan *s
         return;
     cvol_scatter_dc(scatter, scan->row, scan->sheet, indices[0]);
     int begin = 1, state = 0;
-    for (int s = 0; s < CVOL_SHELLS && begin <= last; s++) {
+    for (int s = 0; s < CVOL_SUBBANDS && begin <= last; s++) {
         const int shell_end = scan->shell_end[s];
         if (shell_end <= begin)
             continue;
         const int end = last < shell_end ? last + 1 : shell_end;
         if (last < shell_end)
             put_last(&streams[s], size_class, (uint32_t)told);
-        state = put_values(&streams[s], scan, indices, begin, end, last, dependent, state, scatter);
+        state = put_values(&streams[s], scan, indices, begin, end, last, trellis, state, scatter);
         begin = end;
     }
     cvol_scatter_clear(scatter, scan->row, scan->sheet, cube_side(told + 1));
@@ -162,7 +162,7 @@ static uint32_t take_last(cvol_token_reader *in, int size_class, int length)
 
 /* Coefficients begin .. end - 1; 0 if one is too large. */
 CVOL_INLINE int take_values(cvol_token_reader *stream, const cvol_scan *scan, int begin, int end,
-                            int last, const cvol_part_target *target, int dependent, int *state,
+                            int last, const cvol_sub_block_target *target, int trellis, int *state,
                             uint16_t *scatter)
 {
     cvol_token_reader in = *stream;
@@ -170,20 +170,20 @@ CVOL_INLINE int take_values(cvol_token_reader *stream, const cvol_scan *scan, in
     for (int i = begin; i < end; i++) {
         const cvol_scan_entry entry = scan->entries[i];
         const uint32_t sum = scatter[entry.scatter];
-        const int odd = dependent ? cvol_state_is_odd(now) : 0, size_class = scan->size_class;
+        const int odd = trellis ? cvol_state_is_odd(now) : 0, size_class = scan->size_class;
         uint32_t magnitude;
         if (__builtin_expect(i == last, 0))
-            magnitude = 1 + take_magnitude(&in, cvol_last_code(size_class, sum, dependent, odd));
+            magnitude = 1 + take_magnitude(&in, cvol_last_code(size_class, sum, trellis, odd));
         else
-            magnitude = take_magnitude(
-                &in, cvol_value_code(size_class, entry.band, sum, dependent, odd));
-        if (dependent)
+            magnitude = take_magnitude(&in,
+                                       cvol_value_code(size_class, entry.band, sum, trellis, odd));
+        if (trellis)
             now = cvol_state_after[now][magnitude & 1];
         if (!magnitude)
             continue;
-        if (__builtin_expect(magnitude > (uint32_t)CVOL_VALUE_LIMIT >> dependent, 0))
+        if (__builtin_expect(magnitude > (uint32_t)CVOL_VALUE_LIMIT >> trellis, 0))
             return 0;
-        if (dependent)
+        if (trellis)
             magnitude = 2 * magnitude - (uint32_t)odd;
         cvol_scatter(scatter + entry.scatter, scan->row, scan->sheet, magnitude);
         const int32_t value = cvol_raw_take(&in, 1) ? -(int32_t)magnitude : (int32_t)magnitude;
@@ -196,22 +196,23 @@ CVOL_INLINE int take_values(cvol_token_reader *stream, const cvol_scan *scan, in
     return 1;
 }
 
-/* Coefficients besides the DC, as far as the shells reach. */
-static int take_shells(cvol_token_reader streams[CVOL_SHELLS], int shells, const cvol_scan *scan,
-                       int length, const cvol_part_target *target, uint16_t *scatter)
+/* Coefficients besides the DC, as far as the subbands reach. */
+static int take_shells(cvol_token_reader streams[CVOL_SUBBANDS], int subbands,
+                       const cvol_scan *scan, int length, const cvol_sub_block_target *target,
+                       uint16_t *scatter)
 {
     int begin = 1, state = 0;
-    for (int s = 0; s < shells; s++) {
+    for (int s = 0; s < subbands; s++) {
         int end = scan->shell_end[s], last = scan->count;
         if (end <= begin)
             continue;
-        if (1 << (length - 1) < cvol_shell_end(scan->size_class, s)) {
+        if (1 << (length - 1) < cvol_subband_end(scan->size_class, s)) {
             last = scan->compact[take_last(&streams[s], scan->size_class, length)];
             if (last == CVOL_SCAN_NONE)
                 return 0;
             end = last + 1;
         }
-        if (!(target->dependent
+        if (!(target->trellis
                   ? take_values(&streams[s], scan, begin, end, last, target, 1, &state, scatter)
                   : take_values(&streams[s], scan, begin, end, last, target, 0, &state, scatter)))
             return 0;
@@ -223,20 +224,21 @@ static int take_shells(cvol_token_reader streams[CVOL_SHELLS], int shells, const
     return 1;
 }
 
-int cvol_part_decode(cvol_token_reader streams[CVOL_SHELLS], int shells, const cvol_scan *scan,
-                     const cvol_part_context *context, const cvol_part_target *target, int32_t *dc,
-                     int *length, uint16_t *scatter)
+int cvol_sub_block_decode(cvol_token_reader streams[CVOL_SUBBANDS], int subbands,
+                          const cvol_scan *scan, const cvol_sub_block_context *context,
+                          const cvol_sub_block_target *target, int32_t *dc, int *length,
+                          uint16_t *scatter)
 {
     const int size_class = scan->size_class;
     const uint32_t number = take_number(&streams[0], context->dc_row);
     int64_t value = context->prediction;
     if (number)
         value += cvol_raw_take(&streams[0], 1) ? -(int64_t)number : (int64_t)number;
-    const int64_t limit = CVOL_VALUE_LIMIT >> target->dependent;
+    const int64_t limit = CVOL_VALUE_LIMIT >> target->trellis;
     if (value < -limit || value > limit)
         return 0;
     *dc = (int32_t)value;
-    target->values[target->first] = *dc * (1 + target->dependent);
+    target->values[target->first] = *dc * (1 + target->trellis);
     if (*dc)
         target->found[target->first / 64] |= UINT64_C(1) << target->first % 64;
     *length = (int)cvol_token_take(&streams[0], cvol_length_row(context, size_class, number));
@@ -245,5 +247,5 @@ int cvol_part_decode(cvol_token_reader streams[CVOL_SHELLS], int shells, const c
     if (1 << (*length - 1) > scan->index[scan->count - 1])
         return 0;
     cvol_scatter_dc(scatter, scan->row, scan->sheet, *dc);
-    return take_shells(streams, shells, scan, *length, target, scatter);
+    return take_shells(streams, subbands, scan, *length, target, scatter);
 }

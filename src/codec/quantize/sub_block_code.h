@@ -1,13 +1,13 @@
-/* Coding of one part's quantised coefficients.
+/* Coding of one part's quantized coefficients.
  *
- * Tokens of a part, in order; shell 0's stream has the first three.
+ * Tokens of a part, in order; subband 0's stream has the first three.
  *  1. The difference of its DC to its prediction: a number (below) and, if it is not 0, a raw bit
  *     for its sign (1: negative).
  *  2. The bit length L of the index of its last coefficient that is not 0, in scan order; 0 if only
  *     the DC is left.
- *  3. For each shell that has indices up to it, in that shell's stream: in the last one first the
- *     index' bits behind the leading 1: two, or one if L = 2, as a token, the others raw. Then all
- *     coefficients of the shell, as far as the last: a magnitude, and if it is not 0 a raw sign.
+ *  3. For each subband that has indices up to it, in that subband's stream: in the last one first
+ * the index' bits behind the leading 1: two, or one if L = 2, as a token, the others raw. Then all
+ *     coefficients of the subband, as far as the last: a magnitude, and if it is not 0 a raw sign.
  *
  * Numbers: a token below 4 is the number; L + 1 says that it has L >= 3 bits, those behind the
  * first are raw; 15 that L > 13, and five raw bits say L. Magnitudes m, at a level whose shift is
@@ -34,10 +34,10 @@ typedef struct cvol_place_code {
 
 /* Of a coefficient, or of the last one, after neighbours of this scattered sum. dependent: whether
  * indices are coded; odd: whether their values are odd. */
-CVOL_INLINE cvol_place_code cvol_value_code(int size_class, int band, uint32_t sum, int dependent,
+CVOL_INLINE cvol_place_code cvol_value_code(int size_class, int band, uint32_t sum, int trellis,
                                             int odd)
 {
-    if (!dependent) {
+    if (!trellis) {
         const int level = cvol_level_of(sum);
         return (cvol_place_code){CVOL_ROW_VALUE + (size_class * CVOL_BANDS + band) * CVOL_LEVELS +
                                      level,
@@ -49,9 +49,9 @@ CVOL_INLINE cvol_place_code cvol_value_code(int size_class, int band, uint32_t s
             ((odd * CVOL_INDEX_SIZES + size_class) * CVOL_BANDS + band) * CVOL_FINE_LEVELS + level,
         CVOL_ROW_INDEX_ESCAPE + level, cvol_fine_level_shift[level]};
 }
-CVOL_INLINE cvol_place_code cvol_last_code(int size_class, uint32_t sum, int dependent, int odd)
+CVOL_INLINE cvol_place_code cvol_last_code(int size_class, uint32_t sum, int trellis, int odd)
 {
-    if (!dependent) {
+    if (!trellis) {
         const int level = cvol_level_of(sum);
         return (cvol_place_code){CVOL_ROW_LAST + size_class * CVOL_LEVELS + level,
                                  CVOL_ROW_ESCAPE + level, cvol_level_shift[level]};
@@ -77,23 +77,24 @@ CVOL_INLINE uint32_t cvol_number_token(uint64_t number)
 
 /* Codes a part: values in scan order, the last of values[0 .. used) is not 0 unless used = 1.
  * scatter: all zero, and so again after it. */
-void cvol_part_encode(cvol_token_writer streams[CVOL_SHELLS], const cvol_scan *scan,
-                      const cvol_part_context *context, const int32_t *indices, int used,
-                      int dependent, uint16_t *scatter);
+void cvol_sub_block_encode(cvol_token_writer streams[CVOL_SUBBANDS], const cvol_scan *scan,
+                           const cvol_sub_block_context *context, const int32_t *indices, int used,
+                           int trellis, uint16_t *scatter);
 
 /* Where a decoded part's values go. */
-typedef struct cvol_part_target {
+typedef struct cvol_sub_block_target {
     int32_t *values; /* by place */
     uint64_t *found; /* a bit for every place whose value is not 0 */
     int first;       /* place of the part's frequency 0 */
     int in_cell;     /* whether places are those of a cell's part */
-    int dependent;   /* whether what is coded are indices */
-} cvol_part_target;
+    int trellis;     /* whether what is coded are indices */
+} cvol_sub_block_target;
 
-/* Decodes the first `shells` shells of a part. *dc and *length are what the brick's context notes.
- * 0 if what the streams say cannot be. */
-int cvol_part_decode(cvol_token_reader streams[CVOL_SHELLS], int shells, const cvol_scan *scan,
-                     const cvol_part_context *context, const cvol_part_target *target, int32_t *dc,
-                     int *length, uint16_t *scatter);
+/* Decodes the first `subbands` subbands of a part. *dc and *length are what the brick's context
+ * notes. 0 if what the streams say cannot be. */
+int cvol_sub_block_decode(cvol_token_reader streams[CVOL_SUBBANDS], int subbands,
+                          const cvol_scan *scan, const cvol_sub_block_context *context,
+                          const cvol_sub_block_target *target, int32_t *dc, int *length,
+                          uint16_t *scatter);
 
 #endif

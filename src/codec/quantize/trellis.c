@@ -54,7 +54,7 @@ static void try_ending(ending *best, const cvol_trellis *t, const cvol_token_cos
             const float error = size - ((float)k - shift);
             const double cost = more + (double)least +
                                 (double)(error * error +
-                                         CVOL_LAMBDA_DEPENDENT *
+                                         CVOL_LAMBDA_TRELLIS *
                                              cvol_bits_of_last_value(costs, code, k));
             if (cost < best->cost)
                 *best = (ending){cost, i, state, k};
@@ -68,9 +68,9 @@ static ending find_end(const cvol_trellis *t, const float *scaled, int extent,
                        const float *length_row)
 {
     const int size_class = scan->size_class;
-    const double all = cvol_part_squares(scaled, 1, extent);
-    double tail = cvol_part_squares(scaled, extent, scan->count), found = 0;
-    const double none = all + tail + (double)(CVOL_LAMBDA_DEPENDENT * length_row[0]);
+    const double all = cvol_sub_block_squares(scaled, 1, extent);
+    double tail = cvol_sub_block_squares(scaled, extent, scan->count), found = 0;
+    const double none = all + tail + (double)(CVOL_LAMBDA_TRELLIS * length_row[0]);
     ending best = {INFINITY, 0, 0, 0};
     for (int i = extent - 1; i >= 1 && found < best.cost + END_MARGIN; i--) {
         const float size = fabsf(scaled[i]);
@@ -79,7 +79,7 @@ static ending find_end(const cvol_trellis *t, const float *scaled, int extent,
                                cvol_bits_of_last(costs, size_class, scan->index[i]);
             ending this = {INFINITY, 0, 0, 0};
             try_ending(&this, t, costs, size_class, i, size,
-                       tail + (double)(CVOL_LAMBDA_DEPENDENT * bits));
+                       tail + (double)(CVOL_LAMBDA_TRELLIS * bits));
             found = this.cost;
             if (found < best.cost)
                 best = this;
@@ -91,15 +91,15 @@ static ending find_end(const cvol_trellis *t, const float *scaled, int extent,
 
 static double error_of(float scaled, int state, uint32_t k)
 {
-    const float error = fabsf(scaled) - 0.5f * (float)cvol_dependent_magnitude(state, k);
+    const float error = fabsf(scaled) - 0.5f * (float)cvol_trellis_magnitude(state, k);
     return (double)(error * error);
 }
 
 /* The indices on the best path; choice->error counts all but the DC. */
-static cvol_part_choice follow_path(const cvol_trellis *t, int32_t *indices, const ending *end,
-                                    const float *scaled, int count)
+static cvol_sub_block_choice follow_path(const cvol_trellis *t, int32_t *indices, const ending *end,
+                                         const float *scaled, int count)
 {
-    double error = cvol_part_squares(scaled, end->last + 1, count);
+    double error = cvol_sub_block_squares(scaled, end->last + 1, count);
     int state = end->state;
     uint32_t k = end->magnitude;
     for (int i = end->last; i >= 1; i--) {
@@ -108,19 +108,19 @@ static cvol_part_choice follow_path(const cvol_trellis *t, int32_t *indices, con
         indices[i] = scaled[i] < 0 ? -(int32_t)k : (int32_t)k;
         error += error_of(scaled[i], state, k);
     }
-    return (cvol_part_choice){end->last + 1, (float)error, (float)end->cost};
+    return (cvol_sub_block_choice){end->last + 1, (float)error, (float)end->cost};
 }
 
-cvol_part_choice cvol_part_choose_dependent(cvol_trellis *t, int32_t *indices, const float *scaled,
-                                            const cvol_scan *scan, const cvol_token_costs *costs,
-                                            const cvol_part_context *context, uint16_t *scatter)
+cvol_sub_block_choice cvol_trellis_choose(cvol_trellis *t, int32_t *indices, const float *scaled,
+                                          const cvol_scan *scan, const cvol_token_costs *costs,
+                                          const cvol_sub_block_context *context, uint16_t *scatter)
 {
     const int extent = cvol_quantise_extent(scaled, scan->count, LAST_SHARE);
     float dc_cost, dc_error;
     indices[0] = 0; /* which parts beside this one may look at, even if it does not fit */
     if (!cvol_quantise_fits(scaled, extent, 0.5))
-        return (cvol_part_choice){0, 0, INFINITY};
-    indices[0] = cvol_part_choose_dc(&dc_cost, &dc_error, scaled[0], costs, context, 0);
+        return (cvol_sub_block_choice){0, 0, INFINITY};
+    indices[0] = cvol_sub_block_choose_dc(&dc_cost, &dc_error, scaled[0], costs, context, 0);
     const int64_t difference = indices[0] - context->prediction;
     const float *length_row = costs->of[cvol_length_row(
         context, scan->size_class, (uint64_t)(difference < 0 ? -difference : difference))];
@@ -133,7 +133,7 @@ cvol_part_choice cvol_part_choose_dependent(cvol_trellis *t, int32_t *indices, c
         cvol_scatter_clear(scatter, scan->row, scan->sheet, side);
     }
     const ending end = find_end(t, scaled, extent, scan, costs, length_row);
-    cvol_part_choice choice = follow_path(t, indices, &end, scaled, scan->count);
+    cvol_sub_block_choice choice = follow_path(t, indices, &end, scaled, scan->count);
     choice.error += dc_error;
     choice.cost += dc_cost;
     return choice;

@@ -28,7 +28,7 @@ static void cost_long_ones(float cost[CVOL_BRANCHES], int32_t index[CVOL_BRANCHE
         const float error = size - ((float)index[j] - 0.5f * (float)odd);
         code.row += odd ? ODD_ROWS : 0;
         cost[j] = error * error +
-                  CVOL_LAMBDA_DEPENDENT * cvol_bits_of_value(costs, code, (uint32_t)index[j]);
+                  CVOL_LAMBDA_TRELLIS * cvol_bits_of_value(costs, code, (uint32_t)index[j]);
         code.row -= odd ? ODD_ROWS : 0;
     }
 }
@@ -45,7 +45,7 @@ CVOL_INLINE four find_branches(int32_t index[CVOL_BRANCHES], const cvol_token_co
     const four error = size - (__builtin_convertvector(k, four) - apart);
     const float shift = (float)code.shift;
     four cost, none = {rows[0][0], INFINITY, rows[1][0], INFINITY};
-    none = size * size + CVOL_LAMBDA_DEPENDENT * (none + shift);
+    none = size * size + CVOL_LAMBDA_TRELLIS * (none + shift);
     memcpy(index, &k, sizeof k);
     if (__builtin_expect(index[2] >> code.shift > 13, 0)) {
         float longer[CVOL_BRANCHES];
@@ -54,7 +54,7 @@ CVOL_INLINE four find_branches(int32_t index[CVOL_BRANCHES], const cvol_token_co
     } else {
         const four bits = {rows[0][index[0] >> code.shift], rows[0][index[1] >> code.shift],
                            rows[1][index[2] >> code.shift], rows[1][index[3] >> code.shift]};
-        cost = error * error + CVOL_LAMBDA_DEPENDENT * (bits + (1 + shift));
+        cost = error * error + CVOL_LAMBDA_TRELLIS * (bits + (1 + shift));
     }
     const four_int any = cost < none, kept = k & any;
     memcpy(index, &kept, sizeof kept);
@@ -117,7 +117,7 @@ CVOL_INLINE void scatter_run(const cvol_trellis *t, int begin, int end, int stat
         const uint32_t k = cvol_trellis_back(t, i, &state);
         if (k)
             cvol_scatter(scatter + scan->entries[i].scatter, scan->row, scan->sheet,
-                         cvol_dependent_magnitude(state, k));
+                         cvol_trellis_magnitude(state, k));
     }
 }
 

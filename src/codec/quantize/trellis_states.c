@@ -1,4 +1,4 @@
-/* The states of dependent quantisation. */
+/* The states of trellis quantization. */
 #include "codec/quantize/trellis_states.h"
 
 /* Any two paths that part stay apart long; of uniform noise the error is 1.07 dB below that of

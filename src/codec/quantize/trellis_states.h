@@ -1,5 +1,5 @@
-/* Dependent quantisation: a coefficient may take one of two sets of values, and those coded before
- * it in its part say which (trellis-coded quantisation: Marcellin and Fischer 1990; with
+/* Trellis quantization: a coefficient may take one of two sets of values, and those coded before
+ * it in its part say which (trellis-coded quantization: Marcellin and Fischer 1990; with
  * transitions by parity: Schwarz, Nguyen, Marpe and Wiegand 2019).
  *
  * A state, 0 at a part's second coefficient, chooses the set of what index k stands for, in steps:
@@ -32,11 +32,11 @@ CVOL_INLINE int cvol_state_is_odd(int state)
 }
 
 /* The magnitude that index magnitude k stands for, and the other way, -1 where none does. */
-CVOL_INLINE uint32_t cvol_dependent_magnitude(int state, uint32_t k)
+CVOL_INLINE uint32_t cvol_trellis_magnitude(int state, uint32_t k)
 {
     return k ? 2 * k - (uint32_t)cvol_state_is_odd(state) : 0;
 }
-CVOL_INLINE int64_t cvol_dependent_index(int state, uint32_t magnitude)
+CVOL_INLINE int64_t cvol_trellis_index(int state, uint32_t magnitude)
 {
     const uint32_t odd = (uint32_t)cvol_state_is_odd(state);
     return !magnitude ? 0 : (magnitude & 1) == odd ? (int64_t)(magnitude + odd) / 2 : -1;

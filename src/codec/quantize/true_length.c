@@ -13,7 +13,8 @@
 #define PI 3.14159265358979323846
 
 /* Of n samples inside, filled once and only read after. */
-static cvol_ends_matrix to_terms[CVOL_CELL][CVOL_ENDS_WAYS], from_terms[CVOL_CELL][CVOL_ENDS_WAYS];
+static cvol_true_length_matrix to_terms[CVOL_CELL][CVOL_TRUE_LENGTH_WAYS],
+    from_terms[CVOL_CELL][CVOL_TRUE_LENGTH_WAYS];
 static pthread_once_t filled = PTHREAD_ONCE_INIT;
 
 /* The DCT-II of a length, beyond it as well. */
@@ -29,7 +30,8 @@ static void fill_basis(void)
 }
 
 /* A part of side M, of which n samples are inside: its places are first, first + apart, ... */
-static void fill_part(cvol_ends_matrix *to, cvol_ends_matrix *from, int M, int n, int first)
+static void fill_part(cvol_true_length_matrix *to, cvol_true_length_matrix *from, int M, int n,
+                      int first)
 {
     const int apart = CVOL_CELL / M;
     for (int k = 0; k < M; k++)
@@ -52,10 +54,11 @@ static void fill(void)
 {
     fill_basis();
     for (int n = 1; n < CVOL_CELL; n++) {
-        fill_part(&to_terms[n][CVOL_ENDS_WHOLE], &from_terms[n][CVOL_ENDS_WHOLE], CVOL_CELL, n, 0);
+        fill_part(&to_terms[n][CVOL_TRUE_LENGTH_WHOLE], &from_terms[n][CVOL_TRUE_LENGTH_WHOLE],
+                  CVOL_CELL, n, 0);
         for (int fours = 0; fours < 4; fours++) {
-            cvol_ends_matrix *to = &to_terms[n][CVOL_ENDS_HALVES + fours],
-                             *from = &from_terms[n][CVOL_ENDS_HALVES + fours];
+            cvol_true_length_matrix *to = &to_terms[n][CVOL_TRUE_LENGTH_HALVES + fours],
+                                    *from = &from_terms[n][CVOL_TRUE_LENGTH_HALVES + fours];
             for (int half = 0; half < 2; half++)
                 if (fours >> half & 1) {
                     fill_part(to, from, 4, n - 8 * half, half);
@@ -67,44 +70,45 @@ static void fill(void)
     }
 }
 
-CVOL_SIMD_DECLARE(void, cvol_cell_ends_axes,
-                  (double *, uint16_t *, const int *, uint16_t, const cvol_ends_matrix *));
-CVOL_SIMD_DECLARE(int, cvol_cell_ends_round,
+CVOL_SIMD_DECLARE(void, cvol_true_length_axes,
+                  (double *, uint16_t *, const int *, uint16_t, const cvol_true_length_matrix *));
+CVOL_SIMD_DECLARE(int, cvol_true_length_round,
                   (int32_t *, uint64_t *, const double *, const uint16_t *));
 
 static void transform(double *cell, uint16_t rows[CVOL_CELL], const int inside[3], uint16_t split,
-                      const cvol_ends_matrix *matrices)
+                      const cvol_true_length_matrix *matrices)
 {
     pthread_once(&filled, fill);
-    CVOL_SIMD_CHOOSE(cvol_cell_ends_axes)(cell, rows, inside, split, matrices);
+    CVOL_SIMD_CHOOSE(cvol_true_length_axes)(cell, rows, inside, split, matrices);
 }
 
 static void transform_all(double *cell, const int inside[3], uint16_t split,
-                          const cvol_ends_matrix *matrices)
+                          const cvol_true_length_matrix *matrices)
 {
     uint16_t rows[CVOL_CELL];
     memset(rows, 0xff, sizeof rows);
     transform(cell, rows, inside, split, matrices);
 }
 
-void cvol_cell_ends_to_terms(double cell[CVOL_CELL_SAMPLES], const int inside[3], uint16_t split)
+void cvol_true_length_to_terms(double cell[CVOL_CELL_SAMPLES], const int inside[3], uint16_t split)
 {
     transform_all(cell, inside, split, to_terms[0]);
 }
 
-void cvol_cell_ends_from_terms(double cell[CVOL_CELL_SAMPLES], const int inside[3], uint16_t split)
+void cvol_true_length_from_terms(double cell[CVOL_CELL_SAMPLES], const int inside[3],
+                                 uint16_t split)
 {
     transform_all(cell, inside, split, from_terms[0]);
 }
 
-void cvol_cell_forward_ends(float *coefficients, const float *samples, const int inside[3],
-                            uint16_t split)
+void cvol_true_length_forward(float *coefficients, const float *samples, const int inside[3],
+                              uint16_t split)
 {
     double cell[CVOL_CELL_SAMPLES];
     cvol_cell_forward(coefficients, samples, split);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
         cell[i] = (double)coefficients[i];
-    cvol_cell_ends_from_terms(cell, inside, split);
+    cvol_true_length_from_terms(cell, inside, split);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
         coefficients[i] = (float)cell[i];
 }
@@ -123,8 +127,8 @@ static int shift_up(int32_t *values, const uint64_t *found, int bits)
     return 1;
 }
 
-int cvol_cell_ends_take(int32_t values[CVOL_CELL_SAMPLES], uint64_t found[CVOL_CELL_SAMPLES / 64],
-                        const int *inside, uint16_t split, int bits)
+int cvol_true_length_take(int32_t values[CVOL_CELL_SAMPLES], uint64_t found[CVOL_CELL_SAMPLES / 64],
+                          const int *inside, uint16_t split, int bits)
 {
     double cell[CVOL_CELL_SAMPLES];
     uint16_t rows[CVOL_CELL] = {0};
@@ -140,7 +144,7 @@ int cvol_cell_ends_take(int32_t values[CVOL_CELL_SAMPLES], uint64_t found[CVOL_C
             cell[k] = values[k] * scale;
     }
     transform(cell, rows, inside, split, to_terms[0]);
-    return CVOL_SIMD_CHOOSE(cvol_cell_ends_round)(values, found, cell, rows);
+    return CVOL_SIMD_CHOOSE(cvol_true_length_round)(values, found, cell, rows);
 }
 
 static int round_all(int32_t *values, const double *cell)
@@ -148,7 +152,7 @@ static int round_all(int32_t *values, const double *cell)
     uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
     uint16_t rows[CVOL_CELL];
     memset(rows, 0xff, sizeof rows);
-    return CVOL_SIMD_CHOOSE(cvol_cell_ends_round)(values, found, cell, rows);
+    return CVOL_SIMD_CHOOSE(cvol_true_length_round)(values, found, cell, rows);
 }
 
 static int shift_down(int32_t *values, int bits)
@@ -177,8 +181,8 @@ static int is_unseen(int place, const int inside[3], uint16_t split)
     return 0;
 }
 
-int cvol_cell_ends_put(int32_t values[CVOL_CELL_SAMPLES], const int *inside, uint16_t split,
-                       int bits)
+int cvol_true_length_put(int32_t values[CVOL_CELL_SAMPLES], const int *inside, uint16_t split,
+                         int bits)
 {
     double cell[CVOL_CELL_SAMPLES];
     int32_t coded[CVOL_CELL_SAMPLES], terms[CVOL_CELL_SAMPLES];
@@ -186,12 +190,12 @@ int cvol_cell_ends_put(int32_t values[CVOL_CELL_SAMPLES], const int *inside, uin
         return shift_down(values, bits);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
         cell[i] = (double)values[i] / (1 << bits);
-    cvol_cell_ends_from_terms(cell, inside, split);
+    cvol_true_length_from_terms(cell, inside, split);
     if (!round_all(coded, cell))
         return 0;
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
         cell[i] = (double)coded[i] * (1 << bits);
-    cvol_cell_ends_to_terms(cell, inside, split);
+    cvol_true_length_to_terms(cell, inside, split);
     if (!round_all(terms, cell))
         return 0;
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
@@ -203,7 +207,7 @@ int cvol_cell_ends_put(int32_t values[CVOL_CELL_SAMPLES], const int *inside, uin
 
 /* ---- scans ------------------------------------------------------------------------------ */
 
-void cvol_end_scans_clear(cvol_end_scans *ends)
+void cvol_true_length_scans_clear(cvol_true_length_scans *ends)
 {
     for (int c = 0; c < 3; c++)
         for (int axes = 0; axes < 8; axes++)
@@ -221,23 +225,23 @@ static int make_class(cvol_scan *scans[8], int size_class, const int left[3])
             n[a] = axes >> a & 1 ? left[a] % side : side;
             exists = exists && n[a] > 0;
         }
-        if (exists && !(scans[axes] = cvol_part_scan_ended(size_class, n)))
+        if (exists && !(scans[axes] = cvol_sub_block_scan_ended(size_class, n)))
             return 0;
     }
     return 1;
 }
 
-int cvol_end_scans_make(cvol_end_scans *ends, const size_t dims[3])
+int cvol_true_length_scans_make(cvol_true_length_scans *ends, const size_t dims[3])
 {
     int left[3];
     for (int a = 0; a < 3; a++)
         left[a] = (int)((dims[a] - 1) % CVOL_CELL) + 1;
     if (!memcmp(left, ends->left, sizeof left))
         return 1;
-    cvol_end_scans_clear(ends);
+    cvol_true_length_scans_clear(ends);
     for (int c = 0; c < 3; c++)
         if (!make_class(ends->scans[c], c, left)) {
-            cvol_end_scans_clear(ends);
+            cvol_true_length_scans_clear(ends);
             return 0;
         }
     memcpy(ends->left, left, sizeof left);

@@ -25,33 +25,34 @@
 #include "transform/cell.h"
 
 /* What the encoder makes of it, and the most there may be in a file. */
-enum { CVOL_ENDS_BITS = 2, CVOL_ENDS_BITS_MOST = 8 };
+enum { CVOL_TRUE_LENGTH_BITS = 2, CVOL_TRUE_LENGTH_BITS_MOST = 8 };
 
 /* Coefficients of a cell of which inside[] samples are the volume's, by place, from one of both to
  * the other. */
-void cvol_cell_ends_to_terms(double cell[CVOL_CELL_SAMPLES], const int inside[3], uint16_t split);
-void cvol_cell_ends_from_terms(double cell[CVOL_CELL_SAMPLES], const int inside[3], uint16_t split);
+void cvol_true_length_to_terms(double cell[CVOL_CELL_SAMPLES], const int inside[3], uint16_t split);
+void cvol_true_length_from_terms(double cell[CVOL_CELL_SAMPLES], const int inside[3],
+                                 uint16_t split);
 
 /* As cvol_cell_forward: what a file has of such a cell, whatever its samples are beyond. */
-void cvol_cell_forward_ends(float *coefficients, const float *samples, const int inside[3],
-                            uint16_t split);
+void cvol_true_length_forward(float *coefficients, const float *samples, const int inside[3],
+                              uint16_t split);
 
 /* From what a file codes to terms, and back. found: a bit for every value that is not 0; inside
  * NULL: the volume does not end in the cell. 0 if a value would be beyond CVOL_VALUE_LIMIT. */
-int cvol_cell_ends_take(int32_t values[CVOL_CELL_SAMPLES], uint64_t found[CVOL_CELL_SAMPLES / 64],
-                        const int *inside, uint16_t split, int bits);
+int cvol_true_length_take(int32_t values[CVOL_CELL_SAMPLES], uint64_t found[CVOL_CELL_SAMPLES / 64],
+                          const int *inside, uint16_t split, int bits);
 /* 0 if these are not the terms of anything that a file could code; what is in parts that nobody
  * sees does not matter. */
-int cvol_cell_ends_put(int32_t values[CVOL_CELL_SAMPLES], const int *inside, uint16_t split,
-                       int bits);
+int cvol_true_length_put(int32_t values[CVOL_CELL_SAMPLES], const int *inside, uint16_t split,
+                         int bits);
 
 /* The scans of a volume's ended parts. */
-typedef struct cvol_end_scans {
+typedef struct cvol_true_length_scans {
     int left[3];            /* samples of the last cell along each axis; 0: not made yet */
     cvol_scan *scans[3][8]; /* by size class and by axes that end; NULL where there are none */
-} cvol_end_scans;
+} cvol_true_length_scans;
 /* Makes them for a volume, if they are not made yet; 0 when memory is short. */
-int cvol_end_scans_make(cvol_end_scans *ends, const size_t dims[3]);
-void cvol_end_scans_clear(cvol_end_scans *ends);
+int cvol_true_length_scans_make(cvol_true_length_scans *ends, const size_t dims[3]);
+void cvol_true_length_scans_clear(cvol_true_length_scans *ends);
 
 #endif

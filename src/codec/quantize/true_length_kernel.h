@@ -7,24 +7,28 @@
 #include "transform/cell.h"
 
 /* How an axis of a cell is divided: whole, or in halves that are eights or fours. */
-enum { CVOL_ENDS_WHOLE, CVOL_ENDS_HALVES, CVOL_ENDS_WAYS = CVOL_ENDS_HALVES + 4 };
+enum {
+    CVOL_TRUE_LENGTH_WHOLE,
+    CVOL_TRUE_LENGTH_HALVES,
+    CVOL_TRUE_LENGTH_WAYS = CVOL_TRUE_LENGTH_HALVES + 4
+};
 
 /* How far beyond a half numbers are rounded away from 0. */
-#define CVOL_ENDS_BESIDE_HALF 0x1p-10
+#define CVOL_TRUE_LENGTH_BESIDE_HALF 0x1p-10
 
-typedef struct cvol_ends_matrix {
+typedef struct cvol_true_length_matrix {
     double of[CVOL_CELL][CVOL_CELL] __attribute__((aligned(64))); /* [from][to], by place */
-} cvol_ends_matrix;
+} cvol_true_length_matrix;
 
 /* Kernel of the same bits from every instruction set:
  *
- * void cvol_cell_ends_axes(double *cell, uint16_t rows[16], const int inside[3], uint16_t split,
- *                          const cvol_ends_matrix *matrices)
- *   transforms along the axes with inside[] < 16, by matrices[CVOL_ENDS_WAYS inside + way]. rows:
- * bit v of rows[w] says that row (v, w) along x need not be zero, before and after; others are not
- * read.
+ * void cvol_true_length_axes(double *cell, uint16_t rows[16], const int inside[3], uint16_t split,
+ *                          const cvol_true_length_matrix *matrices)
+ *   transforms along the axes with inside[] < 16, by matrices[CVOL_TRUE_LENGTH_WAYS inside + way].
+ * rows: bit v of rows[w] says that row (v, w) along x need not be zero, before and after; others
+ * are not read.
  *
- * int cvol_cell_ends_round(int32_t *values, uint64_t *found, const double *cell,
+ * int cvol_true_length_round(int32_t *values, uint64_t *found, const double *cell,
  *                          const uint16_t rows[16])
  *   the nearest integers to what is 2^-10 nearer to 0, of those rows, and which are not 0; 0 if
  * one is beyond CVOL_VALUE_LIMIT. Other rows of both stay as they are. */

@@ -8,10 +8,10 @@
 
 enum { N = CVOL_CELL };
 
-void CVOL_SIMD(cvol_cell_ends_axes)(double *cell, uint16_t rows[N], const int inside[3],
-                                    uint16_t split, const cvol_ends_matrix *matrices);
-int CVOL_SIMD(cvol_cell_ends_round)(int32_t *values, uint64_t *found, const double *cell,
-                                    const uint16_t rows[N]);
+void CVOL_SIMD(cvol_true_length_axes)(double *cell, uint16_t rows[N], const int inside[3],
+                                      uint16_t split, const cvol_true_length_matrix *matrices);
+int CVOL_SIMD(cvol_true_length_round)(int32_t *values, uint64_t *found, const double *cell,
+                                      const uint16_t rows[N]);
 
 /* Half a row. */
 typedef double eight __attribute__((vector_size(64)));
@@ -31,17 +31,17 @@ CVOL_INLINE void store(double *to, eight v)
 /* Which matrix lines along `axis` have at places v, w of the other two. */
 CVOL_INLINE int place_of(const int inside[3], uint16_t split, int axis, int v, int w)
 {
-    const int of = inside[axis] * CVOL_ENDS_WAYS;
+    const int of = inside[axis] * CVOL_TRUE_LENGTH_WAYS;
     if (!(split & 1))
-        return of + CVOL_ENDS_WHOLE;
+        return of + CVOL_TRUE_LENGTH_WHOLE;
     const int first = axis == 0 ? 1 : 0, second = axis == 2 ? 1 : 2;
     const int octant = (v & 1) << first | (w & 1) << second;
-    return of + CVOL_ENDS_HALVES + (split >> (1 + octant) & 1) +
+    return of + CVOL_TRUE_LENGTH_HALVES + (split >> (1 + octant) & 1) +
            2 * (split >> (1 + (octant | 1 << axis)) & 1);
 }
 
 /* A row along x. */
-CVOL_INLINE void transform_row(double *row, const cvol_ends_matrix *by)
+CVOL_INLINE void transform_row(double *row, const cvol_true_length_matrix *by)
 {
     eight low = {0}, high = {0};
     for (int k = 0; k < N; k++) {
@@ -57,7 +57,8 @@ CVOL_INLINE void transform_row(double *row, const cvol_ends_matrix *by)
 /* The rows first + k stride across another axis, those of which the bits of `which` tell; even and
  * odd places have matrices of their own. */
 CVOL_INLINE void transform_rows(double *first, long stride, unsigned which,
-                                const cvol_ends_matrix *even, const cvol_ends_matrix *odd)
+                                const cvol_true_length_matrix *even,
+                                const cvol_true_length_matrix *odd)
 {
     eight sums[N][2];
     memset(sums, 0, sizeof sums);
@@ -77,8 +78,8 @@ CVOL_INLINE void transform_rows(double *first, long stride, unsigned which,
     }
 }
 
-void CVOL_SIMD(cvol_cell_ends_axes)(double *cell, uint16_t rows[N], const int inside[3],
-                                    uint16_t split, const cvol_ends_matrix *matrices)
+void CVOL_SIMD(cvol_true_length_axes)(double *cell, uint16_t rows[N], const int inside[3],
+                                      uint16_t split, const cvol_true_length_matrix *matrices)
 {
     for (int w = 0; w < N && inside[0] < N; w++)
         for (unsigned left = rows[w]; left; left &= left - 1) {
@@ -132,7 +133,8 @@ CVOL_INLINE unsigned round_half(int32_t *values, const double *from, eight_long 
     const eight v = load(from);
     const eight_long small = (v <= most) & (v >= -most);
     const eight_long sign = (eight_long)v & INT64_MIN;
-    const eight nearer = v - (eight)((eight_long)(CVOL_ENDS_BESIDE_HALF + (eight){0}) | sign);
+    const eight nearer = v -
+                         (eight)((eight_long)(CVOL_TRUE_LENGTH_BESIDE_HALF + (eight){0}) | sign);
     const eight whole = (eight)((eight_long)((nearer + shift) - shift) & small);
     const eight_int integers = __builtin_convertvector(whole, eight_int);
     *fits &= small;
@@ -140,8 +142,8 @@ CVOL_INLINE unsigned round_half(int32_t *values, const double *from, eight_long 
     return bits_of(whole);
 }
 
-int CVOL_SIMD(cvol_cell_ends_round)(int32_t *values, uint64_t *found, const double *cell,
-                                    const uint16_t rows[N])
+int CVOL_SIMD(cvol_true_length_round)(int32_t *values, uint64_t *found, const double *cell,
+                                      const uint16_t rows[N])
 {
     eight_long fits = ~(eight_long){0};
     for (int w = 0; w < N; w++)

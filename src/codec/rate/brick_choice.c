@@ -15,7 +15,7 @@ enum { UNIT = 16, LAYERS = 9, BRICK_BYTES = 2048, SMALL_FILE = 2 << 20 };
 /* Raw bytes in each of the file, where that is what is asked for; else 0. */
 static double ratio_of(const cvol_grid *grid, const cvol_compress_options *options)
 {
-    if (cvol_compress_needs_modes(options))
+    if (cvol_compress_needs_residual(options))
         return 0;
     if (options->target == CVOL_TARGET_RATIO)
         return options->target_value;

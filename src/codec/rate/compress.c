@@ -16,7 +16,8 @@
 
 /* What the searches aim at: a part of the step. */
 #define FINEST_WIDTH 2e-4
-/* Where a trial takes a moment, a ratio is met more closely than cvol_compress promises. */
+/* Where a encode attempt takes a moment, a ratio is met more closely than cvol_compress promises.
+ */
 #define SMALL_SAMPLES 4000000
 #define SMALL_RATIO_AIM 1.0015
 #define SMALL_RATIO_ACCEPTED 1.004
@@ -49,33 +50,34 @@ static double ratio_of(const cvol_compression *c)
 /* Encodes, and decodes unless only the size matters. */
 static int try_step(cvol_compression *c, double step, int decode)
 {
-    int code = cvol_trial_encode(c->context, &c->trial, step);
+    int code = cvol_attempt_encode(c->context, &c->attempt, step);
     if (!code && decode)
-        code = cvol_trial_decode(c->context, &c->trial);
-    c->file_bytes = c->trial.bytes;
+        code = cvol_attempt_decode(c->context, &c->attempt);
+    c->file_bytes = c->attempt.bytes;
     return code;
 }
 
 /* Makes the array of a step, whole. */
 static int settle(cvol_compression *c, double step)
 {
-    const double weight = c->trial.weight;
+    const double weight = c->attempt.weight;
     int code = CVOL_OK;
-    c->trial.weight = c->best_weight;
-    if ((!c->trial.coded && !c->trial.array) || c->trial.step != step || weight != c->best_weight)
+    c->attempt.weight = c->best_weight;
+    if ((!c->attempt.coded && !c->attempt.array) || c->attempt.step != step ||
+        weight != c->best_weight)
         code = try_step(c, step, 1);
-    else if (!c->trial.array)
-        code = cvol_trial_decode(c->context, &c->trial);
-    if (!code && cvol_array_may_have_ranges(c->trial.array, c->trial.result.bytes))
-        code = cvol_ranges_find(c->context, c->trial.array);
-    if (!code && c->trial.coded) {
-        cvol_coded_attach(c->trial.array, c->trial.coded);
-        c->trial.coded = NULL;
+    else if (!c->attempt.array)
+        code = cvol_attempt_decode(c->context, &c->attempt);
+    if (!code && cvol_array_may_have_ranges(c->attempt.array, c->attempt.result.bytes))
+        code = cvol_ranges_find(c->context, c->attempt.array);
+    if (!code && c->attempt.coded) {
+        cvol_coded_attach(c->attempt.array, c->attempt.coded);
+        c->attempt.coded = NULL;
     }
     if (!code)
-        code = cvol_array_file_bytes(c->context, c->trial.array, &c->file_bytes);
+        code = cvol_array_file_bytes(c->context, c->attempt.array, &c->file_bytes);
     if (!code) /* the next estimates are as good as this */
-        c->trial.front_bytes = c->file_bytes - c->trial.result.bytes;
+        c->attempt.front_bytes = c->file_bytes - c->attempt.result.bytes;
     return code;
 }
 
@@ -84,16 +86,16 @@ static int settle(cvol_compression *c, double step)
 static int prepare(cvol_compression *c, double *step)
 {
     int code = cvol_compression_prepare(c, step);
-    if (code || *step >= c->trial.least_step)
+    if (code || *step >= c->attempt.least_step)
         return code;
-    const void *samples = c->trial.truth;
-    const cvol_grid grid = c->trial.shape->grid;
-    cvol_trial_free(&c->trial);
-    code = cvol_trial_start(c->context, &c->trial, samples, &grid, c->options);
+    const void *samples = c->attempt.truth;
+    const cvol_grid grid = c->attempt.shape->grid;
+    cvol_attempt_free(&c->attempt);
+    code = cvol_attempt_start(c->context, &c->attempt, samples, &grid, c->options);
     if (code)
         return code;
-    cvol_trial_set_options(&c->trial, c->options);
-    c->trial.uncounted = 1;
+    cvol_attempt_set_options(&c->attempt, c->options);
+    c->attempt.uncounted = 1;
     cvol_compression_limits(c);
     return cvol_compression_prepare(c, step);
 }
@@ -103,8 +105,8 @@ static int search_ratio(cvol_compression *c)
     double step;
     int code = prepare(c, &step);
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 1.1);
-    const int small = cvol_grid_samples(&c->trial.shape->grid) < SMALL_SAMPLES;
-    const int smallest = cvol_coding_of(c->trial.shape)->small;
+    const int small = cvol_grid_samples(&c->attempt.shape->grid) < SMALL_SAMPLES;
+    const int smallest = cvol_coding_of(c->attempt.shape)->neural;
     const double aim = smallest ? SMALLEST_RATIO_AIM : small ? SMALL_RATIO_AIM : CVOL_RATIO_AIM;
     const double accepted = smallest ? SMALLEST_RATIO_ACCEPTED
                             : small  ? SMALL_RATIO_ACCEPTED
@@ -149,11 +151,11 @@ static int search_weight(cvol_compression *c, double step, double over)
         cvol_search search = cvol_search_make(1, WEIGHT_MOST, 0.3);
         double weight = FIRST_WEIGHT;
         for (int j = 0; j < WEIGHTS_MOST && over >= CVOL_PSNR_ACCEPTED; j++) {
-            c->trial.weight = weight;
+            c->attempt.weight = weight;
             const int code = try_step(c, step, 1);
             if (code)
                 return code;
-            const double now = c->trial.array->psnr_db - c->value;
+            const double now = c->attempt.array->psnr_db - c->value;
             if (now >= 0 && now < over) {
                 over = now;
                 c->best_step = step;
@@ -173,13 +175,13 @@ static int search_psnr(cvol_compression *c)
 {
     double step;
     int code = prepare(c, &step);
-    const int smallest = cvol_coding_of(c->trial.shape)->small;
-    const double aim = c->trial.hasty ? CVOL_PSNR_HASTY_AIM
-                       : smallest     ? SMALLEST_PSNR_AIM
-                                      : CVOL_PSNR_AIM;
-    const double most = c->value + (c->trial.hasty ? CVOL_PSNR_HASTY_MORE
-                                    : smallest     ? SMALLEST_PSNR_ACCEPTED
-                                                   : CVOL_PSNR_ACCEPTED);
+    const int smallest = cvol_coding_of(c->attempt.shape)->neural;
+    const double aim = c->attempt.fast ? CVOL_PSNR_FAST_AIM
+                       : smallest      ? SMALLEST_PSNR_AIM
+                                       : CVOL_PSNR_AIM;
+    const double most = c->value + (c->attempt.fast ? CVOL_PSNR_FAST_MORE
+                                    : smallest      ? SMALLEST_PSNR_ACCEPTED
+                                                    : CVOL_PSNR_ACCEPTED);
     cvol_search search = cvol_search_make(c->least_step, c->most_step, 0.8);
     c->best_step = 0;
     double best = 0;
@@ -187,7 +189,7 @@ static int search_psnr(cvol_compression *c)
         code = try_step(c, step, 1);
         if (code)
             return code;
-        const double psnr = c->trial.array->psnr_db, over = psnr - c->value - aim;
+        const double psnr = c->attempt.array->psnr_db, over = psnr - c->value - aim;
         if (psnr >= c->value && step > c->best_step) {
             c->best_step = step;
             best = psnr;
@@ -200,7 +202,7 @@ static int search_psnr(cvol_compression *c)
             break;
         step = cvol_search_next(&search);
     }
-    if (!code && !c->trial.hasty && best >= c->value + CVOL_PSNR_ACCEPTED &&
+    if (!code && !c->attempt.fast && best >= c->value + CVOL_PSNR_ACCEPTED &&
         cvol_search_width(&search) < FINEST_WIDTH)
         code = search_weight(c, c->best_step * FINER, best - c->value);
     return code;
@@ -224,7 +226,7 @@ static int run_ratio(cvol_compression *c, int *met)
         code = settle(c, c->best_step);
     if (code)
         return code;
-    const int is_exact = !(c->trial.array->max_error > 0);
+    const int is_exact = !(c->attempt.array->max_error > 0);
     *met = is_met(c) ||
            (ratio_of(c) >= c->value && (is_exact || c->best_step > c->least_step * 1.000001));
     return code;
@@ -237,14 +239,15 @@ static int run_psnr(cvol_compression *c)
         return code;
     if (c->best_step > 0)
         return settle(c, c->best_step);
-    cvol_array_free(cvol_trial_take_array(&c->trial));
+    cvol_array_free(cvol_attempt_take_array(&c->attempt));
     return CVOL_OK;
 }
 
 static int run(cvol_compression *c, int *met)
 {
     *met = 1;
-    if (!(c->trial.shape->ledger.value_max > c->trial.shape->ledger.value_min)) { /* constant */
+    if (!(c->attempt.shape->error_bound.value_max >
+          c->attempt.shape->error_bound.value_min)) { /* constant */
         int code = settle(c, 1);
         *met = c->target != CVOL_TARGET_RATIO || ratio_of(c) >= c->value;
         return code;
@@ -255,14 +258,14 @@ static int run(cvol_compression *c, int *met)
 
 static void fill_report(cvol_compress_report *report, const cvol_compression *c, int met)
 {
-    const cvol_array *array = c->trial.array;
+    const cvol_array *array = c->attempt.array;
     *report = (cvol_compress_report){.ratio = ratio_of(c),
                                      .psnr_db = array->psnr_db,
                                      .max_error = array->max_error,
                                      .file_bytes = c->file_bytes,
                                      .lossless = array->max_error <= 0,
                                      .target_met = met,
-                                     .trials = c->trial.count,
+                                     .trials = c->attempt.count,
                                      .coefficients = array->coefficients};
     if (cvol_mask_is_background(array->mask)) {
         report->background_samples = cvol_mask_samples(array->mask);
@@ -289,20 +292,20 @@ static int compress_terms(cvol_context *context, cvol_array **out, cvol_compress
             code = cvol_ratio_of_bits(context, &c.value, options->target_value, grid->type);
     }
     if (!code)
-        code = cvol_trial_start_with_background(context, &c.trial, samples, grid, options);
+        code = cvol_attempt_start_with_background(context, &c.attempt, samples, grid, options);
     if (!code)
-        cvol_trial_set_options(&c.trial, options);
+        cvol_attempt_set_options(&c.attempt, options);
     if (!code) {
         c.raw_bytes = cvol_grid_bytes(grid);
-        c.trial.uncounted = 1;
+        c.attempt.uncounted = 1;
         code = run(&c, &met);
     }
-    if (!code && c.trial.array) {
+    if (!code && c.attempt.array) {
         fill_report(report, &c, met);
-        *mask_bytes = report->background_samples ? c.trial.mask_bytes : 0;
-        *out = cvol_trial_take_array(&c.trial);
+        *mask_bytes = report->background_samples ? c.attempt.mask_bytes : 0;
+        *out = cvol_attempt_take_array(&c.attempt);
     }
-    cvol_trial_free(&c.trial);
+    cvol_attempt_free(&c.attempt);
     return code;
 }
 

@@ -53,7 +53,7 @@ static double grain_of(const void *samples, const cvol_grid *grid)
     double largest = 0;
     if (cvol_type_is_integer(grid->type))
         return 1;
-    cvol_correction_survey(&grain, &largest, grid->type, samples, NULL, cvol_grid_samples(grid));
+    cvol_residual_scan(&grain, &largest, grid->type, samples, NULL, cvol_grid_samples(grid));
     const double place = largest * (grid->type == CVOL_FLOAT32 ? (double)FLT_EPSILON : DBL_EPSILON);
     return grain == INT_MAX ? 0 : fmax(ldexp(1, grain), place);
 }
@@ -61,10 +61,10 @@ static double grain_of(const void *samples, const cvol_grid *grid)
 /* Whether a lossless file may take no more bytes than the lossy array's. */
 static int may_be_smaller(const cvol_array *array, double bytes, const void *samples)
 {
-    const cvol_corrected *corrected = cvol_corrected_of(array);
-    const double span = array->ledger.value_max - array->ledger.value_min;
+    const cvol_corrected *corrected = cvol_residual_of(array);
+    const double span = array->error_bound.value_max - array->error_bound.value_min;
     const double error = span * span * pow(10, -array->psnr_db / 10);
-    if (!(span > 0) || (corrected && corrected->kind != CVOL_CORRECTED_BOUNDED))
+    if (!(span > 0) || (corrected && corrected->kind != CVOL_RESIDUAL_BOUNDED))
         return 0;
     if (cvol_packed_estimate(samples, &array->grid) <= REPEATED * bytes + REPEATED_MORE)
         return 1;
@@ -117,7 +117,7 @@ static int try_lossless(cvol_context *context, cvol_array **array, cvol_compress
     cvol_array *lossless;
     if (*array && at.progress)
         cvol_context_set_progress(context, tell_second_attempt, &at);
-    const int code = cvol_compress_modes(context, &lossless, &of_it, samples, grid, &exact);
+    const int code = cvol_compress_residual(context, &lossless, &of_it, samples, grid, &exact);
     cvol_context_set_progress(context, at.progress, at.user);
     if (code) /* some floats can only be kept with loss */
         return *array && (code == CVOL_ERROR_DATA || code == CVOL_ERROR_TARGET) ? CVOL_OK : code;
@@ -179,8 +179,8 @@ static int compress(cvol_context *context, cvol_array **out, cvol_compress_repor
     code = try_lossless_first(context, &array, &of_it, samples, grid, options);
     const int is_chosen = array != NULL;
     if (!code && !is_chosen)
-        code = cvol_compress_needs_modes(options)
-                   ? cvol_compress_modes(context, &array, &of_it, samples, grid, options)
+        code = cvol_compress_needs_residual(options)
+                   ? cvol_compress_residual(context, &array, &of_it, samples, grid, options)
                    : cvol_compress_terms(context, &array, &of_it, samples, grid, options);
     if (!cvol_type_is_integer(grid->type) &&
         (code == CVOL_ERROR_TARGET || code == CVOL_ERROR_CORRUPT ||

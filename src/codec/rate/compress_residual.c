@@ -1,5 +1,5 @@
 /* Volumes whose samples come out exactly, or within a bound, or some of which have no value: a
- * base, as any other volume is compressed, with a mask and corrections. */
+ * base, as any other volume is compressed, with a mask and residual. */
 #include "codec/rate/compress_residual.h"
 
 #include <math.h>
@@ -33,13 +33,13 @@ typedef struct modes {
     const cvol_compress_options *options;
     const cvol_grid *grid;
     const void *samples;
-    void *filled;  /* NULL: as samples */
-    void *clamped; /* the same without outliers, for the base of corrections; NULL: as filled */
+    void *filled;       /* NULL: as samples */
+    void *clamped;      /* the same without outliers, for the base of residual; NULL: as filled */
     double least, most; /* of the samples that have a value, outliers too; with clamped only */
     cvol_mask *mask;
     cvol_summary summary; /* with a mask: of the samples that have a value */
     double bound;         /* of every sample; negative: none */
-    cvol_trial trial;
+    cvol_attempt attempt;
 } modes;
 
 /* ---- masks ------------------------------------------------------------------------------ */
@@ -75,7 +75,8 @@ static int make_mask(modes *m)
                : cvol_mask_make(m->context, &m->mask, &m->filled, m->samples, m->grid, &fills);
 }
 
-/* With a mask, trials are told of filled samples: the file's summary is of those with a value. */
+/* With a mask, encode attempts are told of filled samples: the file's summary is of those with a
+ * value. */
 static int summarise(modes *m)
 {
     if (!m->mask || m->options->no_histogram)
@@ -96,25 +97,25 @@ static int set_summary(const modes *m, cvol_array *array)
 /* The array of a step, with tables of its own. */
 static int make_base(modes *m, double step)
 {
-    cvol_trial *trial = &m->trial;
-    int code = cvol_trial_sample(m->context, trial, step);
-    if (!code && trial->may_lap) {
-        trial->shape->lapped = 1;
-        code = cvol_trial_choose_lap(m->context, trial, step);
+    cvol_attempt *attempt = &m->attempt;
+    int code = cvol_attempt_sample(m->context, attempt, step);
+    if (!code && attempt->may_lap) {
+        attempt->shape->lapped = 1;
+        code = cvol_attempt_choose_lap(m->context, attempt, step);
         if (!code)
-            code = cvol_trial_sample(m->context, trial, step);
+            code = cvol_attempt_sample(m->context, attempt, step);
     }
     if (!code)
-        code = cvol_trial_fit(m->context, trial);
+        code = cvol_attempt_fit(m->context, attempt);
     if (!code)
-        code = cvol_trial_encode(m->context, trial, step);
-    return code ? code : cvol_trial_decode(m->context, trial);
+        code = cvol_attempt_encode(m->context, attempt, step);
+    return code ? code : cvol_attempt_decode(m->context, attempt);
 }
 
-/* Gives the trial's array its corrections, coded with rows that are fitted to them. */
+/* Gives the encode attempt's array its residual, coded with rows that are fitted to them. */
 static int correct(modes *m)
 {
-    cvol_array *array = m->trial.array;
+    cvol_array *array = m->attempt.array;
     cvol_token_counts *counts = cvol_allocate_zero(1, sizeof *counts);
     cvol_token_tables *fitted = cvol_token_tables_create();
     cvol_corrected *corrected = NULL;
@@ -129,24 +130,24 @@ static int correct(modes *m)
     if (!code)
         code = cvol_correcting_run(m->context, &job, counts, NULL, NULL);
     if (!code) {
-        cvol_token_tables *tables = m->trial.coded->tables;
+        cvol_token_tables *tables = m->attempt.coded->tables;
         cvol_token_tables_fit(fitted, counts);
         cvol_token_tables_copy_rows(tables, fitted, CVOL_ROW_CORRECTION, CVOL_ROW_INDEX);
         job.tables = tables;
-        code = cvol_corrected_create(m->context, &corrected, tables, cvol_brick_count(array));
+        code = cvol_residual_create(m->context, &corrected, tables, cvol_brick_count(array));
     }
     if (!code)
         code = cvol_correcting_run(m->context, &job, NULL, NULL, corrected);
     free(counts);
     free(fitted);
     if (code) {
-        cvol_corrected_free(corrected);
+        cvol_residual_free(corrected);
         return code;
     }
-    corrected->kind = job.rule.exact ? CVOL_CORRECTED_EXACT : CVOL_CORRECTED_BOUNDED;
+    corrected->kind = job.rule.exact ? CVOL_RESIDUAL_EXACT : CVOL_RESIDUAL_BOUNDED;
     corrected->fraction = job.fraction;
     corrected->rule = job.rule;
-    array->corrections = &corrected->as;
+    array->residual = &corrected->as;
     return CVOL_OK;
 }
 
@@ -154,8 +155,8 @@ static int correct(modes *m)
 static void widen_range(const modes *m, cvol_array *array)
 {
     if (m->clamped) {
-        array->ledger.value_min = m->least;
-        array->ledger.value_max = m->most;
+        array->error_bound.value_min = m->least;
+        array->error_bound.value_max = m->most;
     }
 }
 
@@ -166,10 +167,10 @@ static int make_corrected(modes *m, double *step)
     for (int i = 0; i < TRIES_MOST && code == CVOL_ERROR_TARGET; i++) {
         code = make_base(m, *step);
         if (!code) {
-            widen_range(m, m->trial.array);
-            m->trial.array->mask = m->mask;
+            widen_range(m, m->attempt.array);
+            m->attempt.array->mask = m->mask;
             code = correct(m);
-            m->trial.array->mask = NULL;
+            m->attempt.array->mask = NULL;
         }
         if (code == CVOL_ERROR_TARGET)
             *step *= 4;
@@ -179,31 +180,32 @@ static int make_corrected(modes *m, double *step)
                : code;
 }
 
-/* Where the samples repeat themselves, packing them may take less than base and corrections. */
+/* Where the samples repeat themselves, packing them may take less than base and residual. */
 static int try_packed(modes *m)
 {
-    const cvol_corrected *now = cvol_corrected_of(m->trial.array);
-    const size_t taken = now->data.size + (size_t)m->trial.result.bytes;
+    const cvol_corrected *now = cvol_residual_of(m->attempt.array);
+    const size_t taken = now->data.size + (size_t)m->attempt.result.bytes;
     cvol_corrected *packed;
     if (!cvol_packed_may_fit(m->samples, m->grid, (double)taken))
         return CVOL_OK;
-    int code = cvol_corrected_pack(m->context, &packed, m->samples, m->grid);
+    int code = cvol_residual_pack(m->context, &packed, m->samples, m->grid);
     if (code || packed->data.size > taken - taken / 32) {
         if (!code)
-            cvol_corrected_free(packed);
+            cvol_residual_free(packed);
         return code;
     }
-    const double span = m->trial.shape->ledger.value_max - m->trial.shape->ledger.value_min;
-    double step = fmax(m->trial.step, span / PREVIEW_STEPS);
+    const double span = m->attempt.shape->error_bound.value_max -
+                        m->attempt.shape->error_bound.value_min;
+    double step = fmax(m->attempt.step, span / PREVIEW_STEPS);
     do
         code = make_base(m, step);
-    while (!code && m->trial.result.bytes > packed->data.size / PREVIEW_SHARE && step < span &&
+    while (!code && m->attempt.result.bytes > packed->data.size / PREVIEW_SHARE && step < span &&
            (step *= 2) > 0);
     if (code) {
-        cvol_corrected_free(packed);
+        cvol_residual_free(packed);
     } else {
-        widen_range(m, m->trial.array);
-        m->trial.array->corrections = &packed->as;
+        widen_range(m, m->attempt.array);
+        m->attempt.array->residual = &packed->as;
     }
     return code;
 }
@@ -211,22 +213,22 @@ static int try_packed(modes *m)
 /* Gives the array what belongs to it, and measures it. */
 static int finish(modes *m, int *same)
 {
-    cvol_array *array = m->trial.array;
+    cvol_array *array = m->attempt.array;
     array->mask = m->mask;
     m->mask = NULL;
-    if (m->trial.coded) {
-        cvol_coded_attach(array, m->trial.coded);
-        m->trial.coded = NULL;
+    if (m->attempt.coded) {
+        cvol_coded_attach(array, m->attempt.coded);
+        m->attempt.coded = NULL;
     }
     int code = CVOL_OK;
-    if (cvol_array_may_have_ranges(array, m->trial.result.bytes))
+    if (cvol_array_may_have_ranges(array, m->attempt.result.bytes))
         code = cvol_ranges_find(m->context, array);
     return code ? code : cvol_measure_stored(m->context, array, m->samples, same);
 }
 
 static int check_finished(const modes *m, int same)
 {
-    const cvol_array *array = m->trial.array;
+    const cvol_array *array = m->attempt.array;
     if (m->bound == 0 ? same : array->max_error <= m->bound)
         return CVOL_OK;
     return cvol_fail(m->context, CVOL_ERROR_TARGET,
@@ -243,26 +245,27 @@ static int run_bound(modes *m, int *same)
     double step;
     int code = cvol_outliers_clamp(m->context, &m->clamped, samples, m->grid);
     if (!code && m->clamped) {
-        code = cvol_survey_samples(m->context, &m->least, &m->most, samples, m->grid);
+        code = cvol_scan_samples(m->context, &m->least, &m->most, samples, m->grid);
         samples = m->clamped;
     }
     if (!code)
-        code = cvol_trial_start(m->context, &m->trial, samples, m->grid, m->options);
+        code = cvol_attempt_start(m->context, &m->attempt, samples, m->grid, m->options);
     if (!code)
-        cvol_trial_set_options(&m->trial, m->options);
+        cvol_attempt_set_options(&m->attempt, m->options);
     if (!code)
-        code = set_summary(m, m->trial.shape);
+        code = set_summary(m, m->attempt.shape);
     if (!code &&
-        !(m->trial.shape->ledger.value_max - m->trial.shape->ledger.value_min > LEAST_SPAN))
+        !(m->attempt.shape->error_bound.value_max - m->attempt.shape->error_bound.value_min >
+          LEAST_SPAN))
         step = 1; /* no terms */
     else if (!code)
-        code = cvol_correction_step(m->context, &step,
-                                    &(cvol_step_question){.options = m->options,
-                                                          .grid = m->grid,
-                                                          .samples = samples,
-                                                          .mask = m->mask,
-                                                          .bound = m->bound,
-                                                          .whole = m->trial.shape});
+        code = cvol_residual_step(m->context, &step,
+                                  &(cvol_step_question){.options = m->options,
+                                                        .grid = m->grid,
+                                                        .samples = samples,
+                                                        .mask = m->mask,
+                                                        .bound = m->bound,
+                                                        .whole = m->attempt.shape});
     if (code)
         return code;
     for (int i = 0; i < TRIES_MOST && !code; i++) {
@@ -273,13 +276,13 @@ static int run_bound(modes *m, int *same)
             code = finish(m, same);
         if (!code)
             code = check_finished(m, *same);
-        const double short_of = code ? 0 : wanted - m->trial.array->psnr_db;
+        const double short_of = code ? 0 : wanted - m->attempt.array->psnr_db;
         if (code || short_of <= 0)
             return code;
         /* Not as good as asked for: a finer base. */
         step *= pow(10, -(short_of + 0.1) / 20);
-        m->mask = m->trial.array->mask;
-        m->trial.array->mask = NULL;
+        m->mask = m->attempt.array->mask;
+        m->attempt.array->mask = NULL;
     }
     return code ? code
                 : cvol_fail(m->context, CVOL_ERROR_TARGET,
@@ -323,7 +326,7 @@ static int is_held(const modes *m, cvol_compress_options *plain, const cvol_comp
 }
 
 /* Without a bound: as ever, of the filled samples; then what the mask changes is made good. Not by
- * corrections, which would have to know the mask: what is lossless is tried by itself. */
+ * residual, which would have to know the mask: what is lossless is tried by itself. */
 static int run_filled(modes *m, cvol_array **out, cvol_compress_report *report)
 {
     cvol_compress_options plain = *m->options;
@@ -354,9 +357,9 @@ static int run_filled(modes *m, cvol_array **out, cvol_compress_report *report)
                      m->options->target_value, cvol_type_name(m->grid->type));
 }
 
-int cvol_compress_modes(cvol_context *context, cvol_array **out, cvol_compress_report *report,
-                        const void *samples, const cvol_grid *grid,
-                        const cvol_compress_options *options)
+int cvol_compress_residual(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                           const void *samples, const cvol_grid *grid,
+                           const cvol_compress_options *options)
 {
     cvol_compress_report unused;
     int same = 0, code = cvol_grid_check(context, grid, "the volume");
@@ -383,19 +386,19 @@ int cvol_compress_modes(cvol_context *context, cvol_array **out, cvol_compress_r
         code = run_filled(m, out, report);
     } else if (!code) {
         code = run_bound(m, &same);
-        *report = (cvol_compress_report){.target_met = 1, .trials = m->trial.count};
+        *report = (cvol_compress_report){.target_met = 1, .trials = m->attempt.count};
         if (!code)
-            code = fill_report(m, report, m->trial.array, same);
+            code = fill_report(m, report, m->attempt.array, same);
         if (!code) {
-            *out = m->trial.array;
-            m->trial.array = NULL;
+            *out = m->attempt.array;
+            m->attempt.array = NULL;
         }
     }
     if (code) {
         cvol_array_free(*out);
         *out = NULL;
     }
-    cvol_trial_free(&m->trial);
+    cvol_attempt_free(&m->attempt);
     cvol_mask_free(m->mask);
     free(m->filled);
     free(m->clamped);

@@ -8,8 +8,8 @@
 /* As cvol_compress, which has checked the options, but lossy whatever a lossless file would take
  * unless that is what they ask for. *out is NULL after success where no step has the PSNR. report
  * must not be NULL. */
-int cvol_compress_modes(cvol_context *context, cvol_array **out, cvol_compress_report *report,
-                        const void *samples, const cvol_grid *grid,
-                        const cvol_compress_options *options);
+int cvol_compress_residual(cvol_context *context, cvol_array **out, cvol_compress_report *report,
+                           const void *samples, const cvol_grid *grid,
+                           const cvol_compress_options *options);
 
 #endif

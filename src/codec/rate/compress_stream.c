@@ -65,24 +65,24 @@ static int fetch(cvol_context *context, void *user, cvol_slab *out, size_t first
 }
 
 /* One pass with a step: the file's content lies in the writer, and what it decodes to is known. */
-typedef struct attempt {
+typedef struct stream_attempt {
     cvol_file_writer *writer;
-    cvol_array *found;              /* without terms: the header of the file, */
-    double shell_norm[CVOL_SHELLS]; /* but for these */
-} attempt;
+    cvol_array *found;                  /* without terms: the header of the file, */
+    double subband_norm[CVOL_SUBBANDS]; /* but for these */
+} stream_attempt;
 
-static void attempt_drop(attempt *a)
+static void attempt_drop(stream_attempt *a)
 {
     cvol_file_writer_abandon(a->writer);
     cvol_array_free(a->found);
-    *a = (attempt){0};
+    *a = (stream_attempt){0};
 }
 
 static int add_to_writer(cvol_context *context, void *user, size_t brick,
-                         const cvol_span shells[CVOL_SHELLS])
+                         const cvol_span subbands[CVOL_SUBBANDS])
 {
     (void)brick;
-    return cvol_file_writer_add(context, user, shells);
+    return cvol_file_writer_add(context, user, subbands);
 }
 
 /* What stands in front of the bricks in the file. */
@@ -92,15 +92,15 @@ typedef struct file_start {
     cvol_output *within; /* what the file is a part of, or NULL */
 } file_start;
 
-static cvol_header header_of(const attempt *a)
+static cvol_header header_of(const stream_attempt *a)
 {
     cvol_header header = cvol_header_of(a->found);
-    memcpy(header.shell_norm, a->shell_norm, sizeof header.shell_norm);
+    memcpy(header.subband_norm, a->subband_norm, sizeof header.subband_norm);
     return header;
 }
 
 /* The size of the attempt's file, to the byte. */
-static int attempt_size(cvol_compression *c, const attempt *a, const file_start *start)
+static int attempt_size(cvol_compression *c, const stream_attempt *a, const file_start *start)
 {
     const cvol_header header = header_of(a);
     const cvol_file_front front = {
@@ -111,32 +111,32 @@ static int attempt_size(cvol_compression *c, const attempt *a, const file_start 
 /* What is done with a layer's samples once they are encoded. */
 typedef struct layer_work {
     cvol_layer_measure *measure;
-    cvol_trial *trial;
+    cvol_attempt *attempt;
 } layer_work;
 
 static int after_layers(cvol_context *context, void *user, const cvol_slab *slab, size_t layer,
                         size_t end)
 {
     const layer_work *work = user;
-    const cvol_array *shape = work->trial->shape;
+    const cvol_array *shape = work->attempt->shape;
     const size_t *dims = shape->grid.dims, side = cvol_coding_of(shape)->brick.side[2];
     const size_t sheet_bytes = dims[0] * dims[1] * cvol_type_size(shape->grid.type);
     const size_t from = layer * side, to = end * side < dims[2] ? end * side : dims[2];
     int code = CVOL_OK;
-    if (work->trial->tally)
-        code = cvol_tally_add(context, work->trial->tally,
+    if (work->attempt->tally)
+        code = cvol_tally_add(context, work->attempt->tally,
                               (const uint8_t *)slab->samples +
                                   (from - slab->first_sheet) * sheet_bytes,
                               (to - from) * dims[0] * dims[1]);
     return code ? code : cvol_layer_measure_after(context, work->measure, slab, layer, end);
 }
 
-static int attempt_run(cvol_compression *c, attempt *a, const char *path, double step,
+static int attempt_run(cvol_compression *c, stream_attempt *a, const char *path, double step,
                        const file_start *start)
 {
-    cvol_trial *trial = &c->trial;
+    cvol_attempt *attempt = &c->attempt;
     cvol_layer_measure *measure = NULL;
-    const cvol_array *shape = trial->shape;
+    const cvol_array *shape = attempt->shape;
     const cvol_file_coding *coding = cvol_coding_of(shape);
     const size_t bricks = cvol_brick_count(shape), run = coding->brick.run;
     int code = start->within ? cvol_file_writer_open_within(c->context, &a->writer, start->within,
@@ -145,26 +145,26 @@ static int attempt_run(cvol_compression *c, attempt *a, const char *path, double
     const cvol_brick_sink sink = {add_to_writer, a->writer};
     if (!code)
         code = cvol_array_create(c->context, &a->found, &shape->grid, shape->block);
-    cvol_trial_set_step(trial, step);
+    cvol_attempt_set_step(attempt, step);
     if (!code)
-        code = cvol_layer_measure_make(c->context, &measure, shape, step, trial->tables, &sink);
+        code = cvol_layer_measure_make(c->context, &measure, shape, step, attempt->tables, &sink);
     if (!code) {
         const cvol_brick_sink through = cvol_layer_measure_sink(measure);
-        layer_work work = {measure, trial};
-        code = cvol_trial_pass(c->context, trial, step, &through, after_layers, &work);
+        layer_work work = {measure, attempt};
+        code = cvol_attempt_pass(c->context, attempt, step, &through, after_layers, &work);
     }
-    if (!code && trial->tally)
-        code = cvol_trial_end_tally(c->context, trial);
+    if (!code && attempt->tally)
+        code = cvol_attempt_end_tally(c->context, attempt);
     if (!code)
         code = cvol_coding_copy(c->context, a->found, shape);
     if (!code) {
         cvol_array *found = a->found;
-        found->step = ldexp(step, -coding->ends);
+        found->step = ldexp(step, -coding->true_length);
         found->offset = shape->offset;
         found->lapped = shape->lapped;
-        found->ledger.value_min = shape->ledger.value_min;
-        found->ledger.value_max = shape->ledger.value_max;
-        cvol_layer_measure_tell(measure, found, a->shell_norm);
+        found->error_bound.value_min = shape->error_bound.value_min;
+        found->error_bound.value_max = shape->error_bound.value_max;
+        cvol_layer_measure_tell(measure, found, a->subband_norm);
         code = cvol_array_set_summary(c->context, found, cvol_array_summary(shape));
     }
     cvol_layer_measure_free(measure);
@@ -186,7 +186,7 @@ static double miss_of(const cvol_compression *c, const cvol_array *found, int *k
     return log(ratio / c->value / CVOL_RATIO_AIM);
 }
 
-static int write_file(cvol_compression *c, attempt *a, const file_start *start)
+static int write_file(cvol_compression *c, stream_attempt *a, const file_start *start)
 {
     const cvol_header header = header_of(a);
     const cvol_file_front front = {
@@ -205,7 +205,7 @@ static void fill_report(cvol_compress_report *report, const cvol_compression *c,
                                      .file_bytes = c->file_bytes,
                                      .lossless = found->max_error <= 0,
                                      .target_met = met || (kept && found->max_error <= 0),
-                                     .trials = c->trial.count,
+                                     .trials = c->attempt.count,
                                      .coefficients = found->coefficients};
 }
 
@@ -244,7 +244,7 @@ static int estimate_step(cvol_compression *c, double *step, size_t every)
     cvol_search search = cvol_search_make(c->least_step, c->most_step, c->slope);
     double next = *step, least_miss = (double)INFINITY;
     for (int i = 0; i < ESTIMATES_MOST; i++) {
-        int code = cvol_trial_estimate(c->context, &c->trial, next, every);
+        int code = cvol_attempt_estimate(c->context, &c->attempt, next, every);
         if (code)
             return code;
         const double miss = cvol_compression_sample_miss(c);
@@ -260,7 +260,7 @@ static int estimate_step(cvol_compression *c, double *step, size_t every)
         if (i > 0)
             continue;
         search = cvol_search_make(c->least_step, c->most_step, c->slope);
-        if ((code = cvol_trial_fit(c->context, &c->trial)))
+        if ((code = cvol_attempt_fit(c->context, &c->attempt)))
             return code;
     }
     if (isfinite(cvol_search_width(&search)))
@@ -269,22 +269,22 @@ static int estimate_step(cvol_compression *c, double *step, size_t every)
 }
 
 /* Passes until the target is met. */
-static int search_step(cvol_compression *c, attempt *now, const char *path, const file_start *start,
-                       size_t estimated, int *kept, int *good)
+static int search_step(cvol_compression *c, stream_attempt *now, const char *path,
+                       const file_start *start, size_t estimated, int *kept, int *good)
 {
     /* The bricks are of that many samples, whatever their shape. */
-    const size_t more = CVOL_BRICK_SAMPLES / cvol_brick_volume(c->trial.shape);
-    const size_t every = cvol_brick_count(c->trial.shape) / more / estimated;
+    const size_t more = CVOL_BRICK_SAMPLES / cvol_brick_volume(c->attempt.shape);
+    const size_t every = cvol_brick_count(c->attempt.shape) / more / estimated;
     passes p = {.refits = every <= 1};
     int code = cvol_compression_prepare(c, &p.step);
-    cvol_sampler_free(c->trial.sampler); /* its memory is better used now */
-    c->trial.sampler = NULL;
+    cvol_sampler_free(c->attempt.sampler); /* its memory is better used now */
+    c->attempt.sampler = NULL;
     if (!code && every > 1)
         code = estimate_step(c, &p.step, every);
     p.search = cvol_search_make(c->least_step, c->most_step, c->slope);
     for (;;) {
         if (!code) {
-            memcpy(start->tables, c->trial.tables, sizeof *start->tables);
+            memcpy(start->tables, c->attempt.tables, sizeof *start->tables);
             code = attempt_run(c, now, path, p.step, start);
         }
         if (code)
@@ -293,7 +293,7 @@ static int search_step(cvol_compression *c, attempt *now, const char *path, cons
         if (*good || ++p.count == PASSES_MOST || !next_step(c, &p, miss, *kept))
             return CVOL_OK;
         if (p.count == p.refits)
-            code = cvol_trial_fit(c->context, &c->trial);
+            code = cvol_attempt_fit(c->context, &c->attempt);
         attempt_drop(now);
     }
 }
@@ -302,13 +302,14 @@ static int run(cvol_compression *c, const char *path, cvol_output *within, const
                size_t estimated, cvol_compress_report *report)
 {
     const file_start start = {malloc(sizeof *start.tables), attributes, within};
-    const int constant = !(c->trial.shape->ledger.value_max > c->trial.shape->ledger.value_min);
-    attempt now = {0};
+    const int constant = !(c->attempt.shape->error_bound.value_max >
+                           c->attempt.shape->error_bound.value_min);
+    stream_attempt now = {0};
     int kept = 0, good = 0;
     int code = start.tables ? CVOL_OK
                             : cvol_fail_memory(c->context, sizeof *start.tables, "tables");
     if (!code && constant) {
-        memcpy(start.tables, c->trial.tables, sizeof *start.tables);
+        memcpy(start.tables, c->attempt.tables, sizeof *start.tables);
         code = attempt_run(c, &now, path, 1, &start);
         if (!code)
             (void)miss_of(c, now.found, &kept, &good);
@@ -319,7 +320,7 @@ static int run(cvol_compression *c, const char *path, cvol_output *within, const
     if (!code && !kept && c->target == CVOL_TARGET_PSNR)
         code = cvol_fail(c->context, CVOL_ERROR_TARGET,
                          "a PSNR of %g dB cannot be reached for these %s samples, %.2f dB can",
-                         c->value, cvol_type_name(c->trial.shape->grid.type), now.found->psnr_db);
+                         c->value, cvol_type_name(c->attempt.shape->grid.type), now.found->psnr_db);
     if (!code && report)
         fill_report(report, c, now.found, kept, good);
     if (!code)
@@ -349,7 +350,7 @@ static int compress_into(cvol_context *context, cvol_compress_report *report, co
     int code = cvol_compress_options_check(context, options);
     if (!code)
         code = cvol_grid_check(context, grid, "the volume");
-    if (!code && (options->block != 16 || cvol_compress_needs_modes(options)))
+    if (!code && (options->block != 16 || cvol_compress_needs_residual(options)))
         code = cvol_fail(context, CVOL_ERROR_UNSUPPORTED,
                          "samples that are read by slab are compressed in cells of 16, to a ratio, "
                          "bits a sample or a PSNR");
@@ -361,15 +362,15 @@ static int compress_into(cvol_context *context, cvol_compress_report *report, co
         return code;
     c.raw_bytes = cvol_grid_bytes(grid);
     memory.sheet_bytes = grid->dims[0] * grid->dims[1] * cvol_type_size(grid->type);
-    code = cvol_trial_start_source(context, &c.trial, &from, grid, options);
+    code = cvol_attempt_start_source(context, &c.attempt, &from, grid, options);
     if (!code) /* checked, and kept */
-        code = cvol_array_set_attributes(context, c.trial.shape, options->attributes);
+        code = cvol_array_set_attributes(context, c.attempt.shape, options->attributes);
     if (!code) {
-        cvol_trial_set_options(&c.trial, options);
+        cvol_attempt_set_options(&c.attempt, options);
         cvol_compression_limits(&c);
-        code = run(&c, path, within, cvol_array_attributes(c.trial.shape), estimated, report);
+        code = run(&c, path, within, cvol_array_attributes(c.attempt.shape), estimated, report);
     }
-    cvol_trial_free(&c.trial);
+    cvol_attempt_free(&c.attempt);
     free(memory.samples);
     return code;
 }

@@ -14,10 +14,10 @@ enum { LAP_REACH = 2 };
 
 /* A brick's bytes, and then its terms. */
 typedef struct kept_brick {
-    cvol_bytes shells[CVOL_SHELLS];
+    cvol_bytes subbands[CVOL_SUBBANDS];
     uint32_t *words;
     uint64_t terms;
-    double squares[CVOL_SHELLS]; /* of its values */
+    double squares[CVOL_SUBBANDS]; /* of its values */
     int code;
 } kept_brick;
 
@@ -27,15 +27,15 @@ struct cvol_layer_measure {
     cvol_brick_sink next;
     kept_brick *bricks[2]; /* by the layer's number mod 2 */
     size_t per_layer;
-    cvol_distance sum;           /* of squares */
-    double squares[CVOL_SHELLS]; /* of all values */
+    cvol_distance sum;             /* of squares */
+    double squares[CVOL_SUBBANDS]; /* of all values */
 };
 
 static void free_bricks(kept_brick *bricks, size_t count)
 {
     for (size_t i = 0; bricks && i < count; i++) {
-        for (int s = 0; s < CVOL_SHELLS; s++)
-            cvol_bytes_free(&bricks[i].shells[s]);
+        for (int s = 0; s < CVOL_SUBBANDS; s++)
+            cvol_bytes_free(&bricks[i].subbands[s]);
         free(bricks[i].words);
     }
     free(bricks);
@@ -69,11 +69,11 @@ int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
         code = cvol_coding_copy(context, measure->array, shape);
     if (!code) {
         cvol_array *array = measure->array;
-        array->step = ldexp(step, -cvol_coding_of(shape)->ends);
+        array->step = ldexp(step, -cvol_coding_of(shape)->true_length);
         array->offset = shape->offset;
         array->lapped = shape->lapped;
-        array->ledger.value_min = shape->ledger.value_min;
-        array->ledger.value_max = shape->ledger.value_max;
+        array->error_bound.value_min = shape->error_bound.value_min;
+        array->error_bound.value_max = shape->error_bound.value_max;
         for (int i = 0; i < 2; i++)
             measure->bricks[i] = cvol_allocate_zero(measure->per_layer, sizeof(kept_brick));
         if (!measure->bricks[0] || !measure->bricks[1])
@@ -87,18 +87,18 @@ int cvol_layer_measure_make(cvol_context *context, cvol_layer_measure **out,
 }
 
 static int take(cvol_context *context, void *user, size_t brick,
-                const cvol_span shells[CVOL_SHELLS])
+                const cvol_span subbands[CVOL_SUBBANDS])
 {
     cvol_layer_measure *measure = user;
     const size_t layer = brick / measure->per_layer;
     kept_brick *to = &measure->bricks[layer % 2][brick % measure->per_layer];
-    for (int s = 0; s < CVOL_SHELLS; s++) {
-        to->shells[s].size = 0;
-        cvol_bytes_append(&to->shells[s], shells[s].data, shells[s].size);
-        if (to->shells[s].failed)
-            return cvol_fail_memory(context, shells[s].size, "a brick");
+    for (int s = 0; s < CVOL_SUBBANDS; s++) {
+        to->subbands[s].size = 0;
+        cvol_bytes_append(&to->subbands[s], subbands[s].data, subbands[s].size);
+        if (to->subbands[s].failed)
+            return cvol_fail_memory(context, subbands[s].size, "a brick");
     }
-    return measure->next.take(context, measure->next.user, brick, shells);
+    return measure->next.take(context, measure->next.user, brick, subbands);
 }
 
 cvol_brick_sink cvol_layer_measure_sink(cvol_layer_measure *measure)
@@ -111,15 +111,15 @@ static int decode_brick(cvol_layer_measure *measure, cvol_brick_coder *coder, ke
                         size_t brick)
 {
     cvol_array *array = measure->array;
-    cvol_span spans[CVOL_SHELLS];
+    cvol_span spans[CVOL_SUBBANDS];
     cvol_brick_terms terms;
     free(kept->words);
     kept->words = NULL;
     if (!coder)
         return CVOL_ERROR_MEMORY;
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        spans[s] = (cvol_span){kept->shells[s].data, kept->shells[s].size};
-    const int code = cvol_brick_decode(coder, &terms, array, brick, spans, CVOL_SHELLS);
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        spans[s] = (cvol_span){kept->subbands[s].data, kept->subbands[s].size};
+    const int code = cvol_brick_decode(coder, &terms, array, brick, spans, CVOL_SUBBANDS);
     if (code)
         return code;
     kept->words = malloc((terms.word_count + 1) * sizeof *kept->words);
@@ -135,7 +135,7 @@ static int decode_brick(cvol_layer_measure *measure, cvol_brick_coder *coder, ke
         block->terms = words;
         words += block->words;
         cvol_block_find_low(block, array->block_log2);
-        cvol_shell_squares(kept->squares, array, cvol_brick_block_index(array, &box, i));
+        cvol_subband_squares(kept->squares, array, cvol_brick_block_index(array, &box, i));
     }
     return CVOL_OK;
 }
@@ -159,7 +159,7 @@ static int decode_layer(cvol_context *context, cvol_layer_measure *measure, size
             return cvol_fail(context, CVOL_ERROR_CORRUPT, "brick %zu does not decode again",
                              layer * measure->per_layer + i);
         measure->array->coefficients += bricks[i].terms;
-        for (int s = 0; s < CVOL_SHELLS; s++)
+        for (int s = 0; s < CVOL_SUBBANDS; s++)
             measure->squares[s] += bricks[i].squares[s];
     }
     return CVOL_OK;
@@ -185,14 +185,14 @@ int cvol_layer_measure_after(cvol_context *context, void *user, const cvol_slab 
 }
 
 void cvol_layer_measure_tell(const cvol_layer_measure *measure, cvol_array *array,
-                             double shell_norm[CVOL_SHELLS])
+                             double subband_norm[CVOL_SUBBANDS])
 {
-    cvol_shell_norms_of(shell_norm, measure->squares, measure->array->step);
+    cvol_subband_norms_of(subband_norm, measure->squares, measure->array->step);
     cvol_distance distance = measure->sum;
     cvol_distance_finish(&distance);
     cvol_array_set_measured(array, &distance);
     const double rounding = cvol_distance_rounding(array, &distance);
-    array->ledger.l2_error = distance.real_l2_error + rounding;
-    array->ledger.max_abs = distance.real_max_abs + rounding;
+    array->error_bound.l2_error = distance.real_l2_error + rounding;
+    array->error_bound.max_abs = distance.real_max_abs + rounding;
     array->coefficients = measure->array->coefficients;
 }

@@ -27,8 +27,8 @@ int cvol_layer_measure_after(cvol_context *context, void *measure, const cvol_sl
                              size_t layer, size_t end);
 
 /* What was found, after the last layer: the figures that a file's header has, and the norms of the
- * shells (subbands.h). */
+ * subbands (subbands.h). */
 void cvol_layer_measure_tell(const cvol_layer_measure *measure, cvol_array *array,
-                             double shell_norm[CVOL_SHELLS]);
+                             double subband_norm[CVOL_SUBBANDS]);
 
 #endif

@@ -147,10 +147,10 @@ int cvol_array_measure(cvol_context *context, cvol_array *array, const void *sam
         add_distances(&sum, distances, sheets);
         cvol_distance_finish(&sum);
         const double rounding = cvol_distance_rounding(array, &sum);
-        cvol_ledger *ledger = &array->ledger;
+        cvol_error_bound *error_bound = &array->error_bound;
         cvol_array_set_measured(array, &sum);
-        ledger->l2_error = fmin(ledger->l2_error, sum.real_l2_error + rounding);
-        ledger->max_abs = fmin(ledger->max_abs, sum.real_max_abs + rounding);
+        error_bound->l2_error = fmin(error_bound->l2_error, sum.real_l2_error + rounding);
+        error_bound->max_abs = fmin(error_bound->max_abs, sum.real_max_abs + rounding);
     }
     free(distances);
     free(real);
@@ -278,7 +278,7 @@ int cvol_measure_distance(cvol_context *context, cvol_distance *out, const cvol_
 
 void cvol_array_set_measured(cvol_array *array, const cvol_distance *distance)
 {
-    const double span = array->ledger.value_max - array->ledger.value_min;
+    const double span = array->error_bound.value_max - array->error_bound.value_min;
     const double samples = (double)cvol_grid_samples(&array->grid);
     array->measured = 1;
     array->max_error = distance->max_error;

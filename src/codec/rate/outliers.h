@@ -4,7 +4,7 @@
 
 #include "cvol/base.h"
 
-/* A base that corrections are added to need not follow outliers: one of them makes large terms at
+/* A base that residual are added to need not follow outliers: one of them makes large terms at
  * all frequencies of its cell, where a correction takes a few bytes. *clamped: a copy of the
  * samples with outliers moved to the nearest value that is none; NULL where there are none, where
  * they are more than one sample of 1024, or where the type is one of integers. The caller frees it.

@@ -27,7 +27,7 @@ typedef struct requantiser {
 
 /* A brick that was coded. */
 typedef struct coded_brick {
-    cvol_bytes shells[CVOL_SHELLS];
+    cvol_bytes subbands[CVOL_SUBBANDS];
     double error; /* in steps squared */
     int code;
 } coded_brick;
@@ -58,7 +58,7 @@ static void spread(float *coefficients, const cvol_block *block, int block_log2,
 /* What terms are multiplied by. */
 static double coefficient_share(const requantising *all)
 {
-    return all->array->step / all->step * (cvol_coding_of(all->array)->dependent ? 0.5 : 1);
+    return all->array->step / all->step * (cvol_coding_of(all->array)->trellis ? 0.5 : 1);
 }
 
 /* From terms to what a file has of a cell that the volume ends in. */
@@ -67,7 +67,7 @@ static void bring_to_ends(float *coefficients, const int inside[3], uint16_t spl
     double cell[CVOL_CELL_SAMPLES];
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
         cell[i] = (double)coefficients[i];
-    cvol_cell_ends_from_terms(cell, inside, split);
+    cvol_true_length_from_terms(cell, inside, split);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
         coefficients[i] = (float)cell[i];
 }
@@ -76,16 +76,16 @@ static void bring_to_ends(float *coefficients, const int inside[3], uint16_t spl
 
 /* Notes what a part's values stand for, by place. */
 static void note_values(int32_t *values, const cvol_scan *scan, const int32_t *indices, int used,
-                        int dependent)
+                        int trellis)
 {
     int state = 0;
     for (int i = 0; i < used; i++) {
         const uint32_t size = cvol_magnitude(indices[i]);
         int32_t value = (int32_t)size;
-        if (dependent && i == 0)
+        if (trellis && i == 0)
             value = (int32_t)(2 * size);
-        else if (dependent)
-            value = (int32_t)cvol_dependent_magnitude(state, size);
+        else if (trellis)
+            value = (int32_t)cvol_trellis_magnitude(state, size);
         values[scan->entries[i].in_cell] = indices[i] < 0 ? -value : value;
         if (i)
             state = cvol_state_after[state][size & 1];
@@ -101,16 +101,16 @@ static double rounding_of_ends(requantiser *r, const cvol_array *array, const in
     const cvol_file_coding *coding = cvol_coding_of(array);
     uint64_t found[CVOL_CELL_SAMPLES / 64] = {0};
     double cell[CVOL_CELL_SAMPLES], before = 0, after = 0;
-    const double unit = coding->dependent ? 2 : 1, finer = 1.0 / (1 << coding->ends);
+    const double unit = coding->trellis ? 2 : 1, finer = 1.0 / (1 << coding->true_length);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++) {
         const double off = (double)r->values[i] - unit * (double)r->coefficients[i];
         before += off * off;
         found[i / 64] |= (uint64_t)(r->values[i] != 0) << i % 64;
     }
-    cvol_cell_ends_take(r->values, found, inside, split, coding->ends);
+    cvol_true_length_take(r->values, found, inside, split, coding->true_length);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++)
         cell[i] = r->values[i] * finer;
-    cvol_cell_ends_from_terms(cell, inside, split);
+    cvol_true_length_from_terms(cell, inside, split);
     for (int i = 0; i < CVOL_CELL_SAMPLES; i++) {
         const double off = cell[i] - unit * (double)r->coefficients[i];
         after += off * off;
@@ -119,7 +119,7 @@ static double rounding_of_ends(requantiser *r, const cvol_array *array, const in
     return after - before;
 }
 
-/* The same of all such cells of a brick of the small coder, whose values are chosen last. */
+/* The same of all such cells of a brick of the neural coder, whose values are chosen last. */
 static double rounding_of_small(requantiser *r, const requantising *all, const cvol_brick_box *box)
 {
     const cvol_array *array = all->array;
@@ -134,7 +134,7 @@ static double rounding_of_small(requantiser *r, const requantising *all, const c
             continue;
         spread(r->coefficients, block, array->block_log2, coefficient_share(all));
         bring_to_ends(r->coefficients, inside, block->split);
-        cvol_small_cell(r->coder->small, place, r->values, found);
+        cvol_neural_cell(r->coder->neural, place, r->values, found);
         sum += rounding_of_ends(r, array, inside, block->split);
         memset(r->coefficients, 0, sizeof *r->coefficients * CVOL_CELL_SAMPLES);
     }
@@ -149,8 +149,8 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
     const cvol_array *array = all->array;
     const cvol_file_coding *coding = cvol_coding_of(array);
     cvol_brick_coder *coder = r->coder;
-    cvol_cell_part parts[CVOL_CELL_PARTS_MAX];
-    const int count = cvol_block_parts(parts, array->block, block->split);
+    cvol_sub_block parts[CVOL_SUB_BLOCKS_MAX];
+    const int count = cvol_block_sub_blocks(parts, array->block, block->split);
     const int in_cell = array->block == CVOL_CELL;
     int inside[3];
     if (in_cell)
@@ -160,13 +160,13 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
     if (ended)
         bring_to_ends(r->coefficients, inside, block->split);
     for (int p = 0; p < count; p++) {
-        const cvol_cell_part *part = &parts[p];
+        const cvol_sub_block *part = &parts[p];
         const int size_class = cvol_size_class(part->side);
         int at[3];
-        cvol_part_place(at, part, place, array->block);
+        cvol_sub_block_place(at, part, place, array->block);
         const cvol_scan *scan = cvol_brick_scan(&coder->context, at, size_class);
         if (!scan) {
-            cvol_brick_pass_part(coder, at, size_class);
+            cvol_brick_pass_sub_block(coder, at, size_class);
             continue;
         }
         const int first = part->first[0] +
@@ -174,28 +174,26 @@ static void code_block(requantiser *r, coded_brick *out, const requantising *all
         for (int i = 0; i < scan->count; i++)
             r->scaled[i] = r->coefficients[in_cell ? first + scan->entries[i].in_cell
                                                    : scan->entries[i].place];
-        const cvol_part_context context = cvol_part_context_of(&coder->context, at, scan);
-        const cvol_part_choice choice = coding->dependent
-                                            ? cvol_part_choose_dependent(
-                                                  r->trellis, coder->scanned, r->scaled, scan,
+        const cvol_sub_block_context context = cvol_sub_block_context_of(&coder->context, at, scan);
+        const cvol_sub_block_choice choice =
+            coding->trellis ? cvol_trellis_choose(r->trellis, coder->scanned, r->scaled, scan,
                                                   &all->costs, &context, coder->scatter)
-                                            : cvol_part_choose(coder->scanned, r->scaled, scan,
-                                                               &all->costs, &context, 0,
-                                                               coder->scatter);
+                            : cvol_sub_block_choose(coder->scanned, r->scaled, scan, &all->costs,
+                                                    &context, 0, coder->scatter);
         if (!choice.used) { /* terms are within the limit already: a coarser step's are */
             out->code = CVOL_ERROR_TARGET;
             break;
         }
-        out->error += (double)choice.error * (coding->dependent ? 4 : 1);
-        cvol_brick_put_part(coder, at, scan, coder->scanned, choice.used, coding->dependent);
-        if (coding->dependent)
+        out->error += (double)choice.error * (coding->trellis ? 4 : 1);
+        cvol_brick_put_sub_block(coder, at, scan, coder->scanned, choice.used, coding->trellis);
+        if (coding->trellis)
             cvol_brick_keep_scaled(coder, r->scaled, scan->count);
-        if (ended && !coding->small)
-            note_values(r->values + first, scan, coder->scanned, choice.used, coding->dependent);
+        if (ended && !coding->neural)
+            note_values(r->values + first, scan, coder->scanned, choice.used, coding->trellis);
     }
-    if (ended && !coding->small)
+    if (ended && !coding->neural)
         out->error += rounding_of_ends(r, array, inside, block->split);
-    if (coding->ends)
+    if (coding->true_length)
         memset(r->coefficients, 0, sizeof *r->coefficients * CVOL_CELL_SAMPLES);
     else
         spread(r->coefficients, block, array->block_log2, 0);
@@ -216,9 +214,9 @@ static void code_brick(requantiser *r, coded_brick *out, const requantising *all
     }
     if (!out->code)
         out->error += cvol_brick_choose_again(r->coder, &all->costs);
-    if (!out->code && !cvol_brick_finish(r->coder, out->shells))
+    if (!out->code && !cvol_brick_finish(r->coder, out->subbands))
         out->code = CVOL_ERROR_MEMORY;
-    if (!out->code && cvol_coding_of(all->array)->small && cvol_coding_of(all->array)->ends)
+    if (!out->code && cvol_coding_of(all->array)->neural && cvol_coding_of(all->array)->true_length)
         out->error += rounding_of_small(r, all, &box);
     cvol_brick_coder_count(r->coder, &r->counts);
 }
@@ -235,8 +233,8 @@ static void free_all(requantising *all)
         cvol_trellis_free(all->threads[t].trellis);
     }
     for (size_t i = 0; all->bricks && i < all->room; i++)
-        for (int s = 0; s < CVOL_SHELLS; s++)
-            cvol_bytes_free(&all->bricks[i].shells[s]);
+        for (int s = 0; s < CVOL_SUBBANDS; s++)
+            cvol_bytes_free(&all->bricks[i].subbands[s]);
     free(all->threads);
     free(all->bricks);
     free(all);
@@ -261,13 +259,13 @@ static requantising *make_all(cvol_context *context, const cvol_array *array,
     for (int t = 0; made && t < all->thread_count; t++) {
         requantiser *r = &all->threads[t];
         r->coder = cvol_brick_coder_create(tables);
-        r->coefficients = cvol_allocate_zero(CVOL_PART_SAMPLES_MAX, sizeof *r->coefficients);
-        r->scaled = cvol_allocate(CVOL_PART_SAMPLES_MAX, sizeof *r->scaled);
+        r->coefficients = cvol_allocate_zero(CVOL_SUB_BLOCK_SAMPLES_MAX, sizeof *r->coefficients);
+        r->scaled = cvol_allocate(CVOL_SUB_BLOCK_SAMPLES_MAX, sizeof *r->scaled);
         r->values = cvol_allocate_zero(CVOL_CELL_SAMPLES, sizeof *r->values);
-        if (coding->dependent)
+        if (coding->trellis)
             r->trellis = cvol_trellis_create();
         made = r->coder && r->coefficients && r->scaled && r->values &&
-               (r->trellis || !coding->dependent);
+               (r->trellis || !coding->trellis);
     }
     if (made)
         return all;
@@ -295,14 +293,14 @@ static int take_bricks(cvol_context *context, double *error, const requantising 
     int code = CVOL_OK;
     for (size_t i = 0; i < count && !code; i++) {
         const coded_brick *brick = &all->bricks[i];
-        cvol_span spans[CVOL_SHELLS];
+        cvol_span spans[CVOL_SUBBANDS];
         if (brick->code == CVOL_ERROR_MEMORY)
             return cvol_fail_memory(context, (size_t)1 << 20, "a brick");
         if (brick->code)
             return cvol_fail(context, brick->code, "a step of %g is too fine for brick %zu",
                              all->step, first + i);
-        for (int s = 0; s < CVOL_SHELLS; s++)
-            spans[s] = (cvol_span){brick->shells[s].data, brick->shells[s].size};
+        for (int s = 0; s < CVOL_SUBBANDS; s++)
+            spans[s] = (cvol_span){brick->subbands[s].data, brick->subbands[s].size};
         *error += brick->error * all->step * all->step;
         code = sink->take(context, sink->user, first + i, spans);
     }

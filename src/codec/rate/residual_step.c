@@ -1,4 +1,4 @@
-/* The base's step is a question of bytes: base and corrections together. Both are tried on a part
+/* The base's step is a question of bytes: base and residual together. Both are tried on a part
  * of the volume, from a fine step to coarse ones as long as they get fewer; how coarse is best
  * depends on how much of the samples is noise (residual_step.h). */
 #include "codec/rate/residual_step.h"
@@ -22,14 +22,14 @@ typedef struct part {
     cvol_grid grid;
     void *samples;
     cvol_mask *mask;
-    cvol_trial trial;
+    cvol_attempt attempt;
 } part;
 
 static void part_free(part *p)
 {
     free(p->samples);
     cvol_mask_free(p->mask);
-    cvol_trial_free(&p->trial);
+    cvol_attempt_free(&p->attempt);
     free(p);
 }
 
@@ -77,9 +77,9 @@ static int part_make(cvol_context *context, part **out, const cvol_step_question
         free(which);
     }
     if (!code)
-        code = cvol_trial_start(context, &p->trial, p->samples, &p->grid, q->options);
+        code = cvol_attempt_start(context, &p->attempt, p->samples, &p->grid, q->options);
     if (!code)
-        cvol_trial_set_options(&p->trial, q->options);
+        cvol_attempt_set_options(&p->attempt, q->options);
     return code;
 }
 
@@ -89,31 +89,31 @@ static int try_part(cvol_context *context, part *p, double bound, double step, d
     cvol_correcting job;
     uint64_t size;
     *bytes = (double)INFINITY;
-    int code = cvol_trial_encode(context, &p->trial, step);
+    int code = cvol_attempt_encode(context, &p->attempt, step);
     if (code == CVOL_ERROR_TARGET)
         return CVOL_OK;
     if (!code)
-        code = cvol_trial_decode(context, &p->trial);
+        code = cvol_attempt_decode(context, &p->attempt);
     if (code)
         return code;
-    cvol_array *array = p->trial.array;
+    cvol_array *array = p->attempt.array;
     array->mask = p->mask;
     code = cvol_correcting_start(&job, array, p->samples, bound);
-    job.tables = p->trial.tables;
+    job.tables = p->attempt.tables;
     if (!code)
         code = cvol_correcting_run(context, &job, NULL, &size, NULL);
     array->mask = NULL;
     if (code == CVOL_ERROR_TARGET)
         return CVOL_OK;
     if (!code)
-        *bytes = (double)size + (double)p->trial.result.bytes;
+        *bytes = (double)size + (double)p->attempt.result.bytes;
     return code == CVOL_ERROR_MEMORY ? cvol_fail_memory(context, 1 << 22, "a brick") : code;
 }
 
 /* The finest step that is tried, and by how much it grows. */
 static double first_step(const cvol_step_question *q, double *factor)
 {
-    const double span = q->whole->ledger.value_max - q->whole->ledger.value_min;
+    const double span = q->whole->error_bound.value_max - q->whole->error_bound.value_min;
     *factor = 2;
     if (cvol_type_is_integer(q->grid->type))
         return q->bound >= 1 ? 2 * floor(q->bound) + 1 : 1;
@@ -124,14 +124,14 @@ static double first_step(const cvol_step_question *q, double *factor)
 }
 
 /* Coarser steps while that helps, then those between. */
-int cvol_correction_step(cvol_context *context, double *best, const cvol_step_question *q)
+int cvol_residual_step(cvol_context *context, double *best, const cvol_step_question *q)
 {
     part *p;
     double factor, least = (double)INFINITY;
     int code = part_make(context, &p, q), worse = 0;
     if (!code) {
-        const cvol_array *shape = p->trial.shape;
-        const double span = shape->ledger.value_max - shape->ledger.value_min;
+        const cvol_array *shape = p->attempt.shape;
+        const double span = shape->error_bound.value_max - shape->error_bound.value_min;
         double step = first_step(q, &factor);
         *best = step;
         for (int i = 0; i < STEPS_MOST && !code && worse < 2; i++, step *= factor) {

@@ -1,4 +1,4 @@
-/* The step of a base that gets corrections. */
+/* The step of a base that gets residual. */
 #ifndef CVOL_CODEC_RATE_RESIDUAL_STEP_H
 #define CVOL_CODEC_RATE_RESIDUAL_STEP_H
 
@@ -15,7 +15,7 @@ typedef struct cvol_step_question {
     const cvol_array *whole; /* knows the range of all samples */
 } cvol_step_question;
 
-/* The step with which base and corrections have about the fewest bytes. */
-int cvol_correction_step(cvol_context *context, double *step, const cvol_step_question *question);
+/* The step with which base and residual have about the fewest bytes. */
+int cvol_residual_step(cvol_context *context, double *step, const cvol_step_question *question);
 
 #endif

@@ -187,22 +187,22 @@ static void run(const cvol_sampler *sampler, sampled *results, cvol_token_counts
 #pragma omp parallel num_threads(threads)
     {
         cvol_brick_maker *maker = cvol_brick_maker_create(recipe->shape);
-        cvol_bytes shells[CVOL_SHELLS] = {{0}};
+        cvol_bytes subbands[CVOL_SUBBANDS] = {{0}};
 #pragma omp for schedule(dynamic)
         for (size_t i = 0; i < sampler->count; i += stride) {
             const float *cells = sampler->cells[recipe->shape->lapped != 0] + i * sampler->volume;
-            results[i].code = maker ? cvol_brick_make(maker, shells, &results[i].error, recipe,
+            results[i].code = maker ? cvol_brick_make(maker, subbands, &results[i].error, recipe,
                                                       cells, sampler->bricks[i])
                                     : CVOL_ERROR_MEMORY;
             if (counts && !results[i].code) {
 #pragma omp critical
                 cvol_brick_maker_count(maker, counts);
             }
-            for (int s = 0; s < CVOL_SHELLS; s++)
-                results[i].bytes += shells[s].size;
+            for (int s = 0; s < CVOL_SUBBANDS; s++)
+                results[i].bytes += subbands[s].size;
         }
-        for (int s = 0; s < CVOL_SHELLS; s++)
-            cvol_bytes_free(&shells[s]);
+        for (int s = 0; s < CVOL_SUBBANDS; s++)
+            cvol_bytes_free(&subbands[s]);
         cvol_brick_maker_free(maker);
     }
 }

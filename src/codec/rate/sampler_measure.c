@@ -90,26 +90,26 @@ static void filter(float *cube, const size_t size[3])
         cvol_lap_post(cube, &box, a);
 }
 
-/* Decodes a brick's shells into an array of its own. */
+/* Decodes a brick's subbands into an array of its own. */
 static int decode(cvol_context *context, cvol_array **out, const cvol_array *shape,
                   const size_t size[3], const cvol_token_tables *tables,
-                  const cvol_bytes shells[CVOL_SHELLS], double step)
+                  const cvol_bytes subbands[CVOL_SUBBANDS], double step)
 {
     const cvol_grid grid = cvol_grid_make(size[0], size[1], size[2], CVOL_FLOAT32);
-    cvol_span spans[CVOL_SHELLS];
+    cvol_span spans[CVOL_SUBBANDS];
     cvol_brick_terms terms;
     cvol_brick_coder *coder = cvol_brick_coder_create(tables);
     int code = coder ? cvol_array_create(context, out, &grid, shape->block) : CVOL_ERROR_MEMORY;
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        spans[s] = (cvol_span){shells[s].data, shells[s].size};
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        spans[s] = (cvol_span){subbands[s].data, subbands[s].size};
     if (!code)
         code = cvol_coding_need(context, *out);
     if (!code) {
         cvol_file_coding *coding = cvol_coding_own(*out);
-        coding->ends = cvol_coding_of(shape)->ends;
-        coding->dependent = cvol_coding_of(shape)->dependent;
-        (*out)->step = ldexp(step, -coding->ends);
-        code = cvol_brick_decode(coder, &terms, *out, 0, spans, CVOL_SHELLS);
+        coding->true_length = cvol_coding_of(shape)->true_length;
+        coding->trellis = cvol_coding_of(shape)->trellis;
+        (*out)->step = ldexp(step, -coding->true_length);
+        code = cvol_brick_decode(coder, &terms, *out, 0, spans, CVOL_SUBBANDS);
     }
     if (!code) {
         uint32_t *words = cvol_allocate(terms.word_count, sizeof *words);
@@ -144,21 +144,21 @@ static brick_error measure(cvol_context *context, cvol_brick_maker *maker, float
                            const cvol_brick_recipe *recipe, const float *cells, size_t brick)
 {
     brick_error result = {0};
-    cvol_bytes shells[CVOL_SHELLS] = {{0}};
+    cvol_bytes subbands[CVOL_SUBBANDS] = {{0}};
     cvol_array *decoded = NULL;
     float *own = errors + CVOL_BRICK_SAMPLES;
     size_t size[3];
     cvol_array shape = *recipe->shape; /* terms are the same however they are coded */
     cvol_file_coding coding = *cvol_coding_of(recipe->shape);
     cvol_brick_recipe quick = *recipe;
-    coding.small = 0;
+    coding.neural = 0;
     shape.coding = &coding.base;
     quick.shape = &shape;
     cvol_brick_inside(size, recipe->shape, brick);
-    result.code = cvol_brick_make(maker, shells, &result.coefficients, &quick, cells, brick);
+    result.code = cvol_brick_make(maker, subbands, &result.coefficients, &quick, cells, brick);
     result.coefficients *= recipe->options.step * recipe->options.step;
     if (!result.code)
-        result.code = decode(context, &decoded, recipe->shape, size, recipe->tables, shells,
+        result.code = decode(context, &decoded, recipe->shape, size, recipe->tables, subbands,
                              recipe->options.step);
     if (!result.code) {
         subtract(errors, own, own + CVOL_BRICK_SAMPLES, decoded, cells);
@@ -169,13 +169,13 @@ static brick_error measure(cvol_context *context, cvol_brick_maker *maker, float
             result.filtered = squares(errors, size);
             result.faces = face_share(recipe->shape, size);
         }
-        const cvol_ledger *ledger = &recipe->shape->ledger;
+        const cvol_error_bound *error_bound = &recipe->shape->error_bound;
         clamp(&result, errors, own, size, cvol_type_is_integer(recipe->shape->grid.type),
-              (float)(ledger->value_max - ledger->value_min));
+              (float)(error_bound->value_max - error_bound->value_min));
     }
     cvol_array_free(decoded);
-    for (int s = 0; s < CVOL_SHELLS; s++)
-        cvol_bytes_free(&shells[s]);
+    for (int s = 0; s < CVOL_SUBBANDS; s++)
+        cvol_bytes_free(&subbands[s]);
     return result;
 }
 

@@ -1,4 +1,4 @@
-/* Search for a quantiser step on a logarithmic scale.
+/* Search for a quantizer step on a logarithmic scale.
  *
  * The caller tries steps and tells by how much each missed: a number that rises with the step,
  * below 0 when the step is too small, and about linear in log step. The search keeps a bracket and

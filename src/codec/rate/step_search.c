@@ -9,7 +9,7 @@
 
 /* Where a ratio's search begins, in units of the samples' range, per unit of ratio. */
 #define FIRST_STEP 6e-4
-/* Dependent quantisation with so much of a step has about the same error. */
+/* Trellis quantization with so much of a step has about the same error. */
 #define DEPENDENT_SHARE 0.57
 /* Of fewer bits a voxel than this, nearly all are those of DCs and of single coefficients, and
  * rounding takes fewer: measured on four volumes. */
@@ -30,19 +30,20 @@ enum { SAMPLES_MOST = 8, FEW_OF_CELLS = 8 };
 double cvol_compression_sample_miss(const cvol_compression *c)
 {
     if (c->target == CVOL_TARGET_PSNR)
-        return (c->value + (c->trial.hasty ? CVOL_PSNR_HASTY_AIM : 0) -
-                cvol_trial_psnr(&c->trial)) /
+        return (c->value + (c->attempt.fast ? CVOL_PSNR_FAST_AIM : 0) -
+                cvol_attempt_psnr(&c->attempt)) /
                CVOL_DB_PER_E;
-    return log((double)c->raw_bytes / c->value / CVOL_RATIO_AIM / (double)c->trial.bytes);
+    return log((double)c->raw_bytes / c->value / CVOL_RATIO_AIM / (double)c->attempt.bytes);
 }
 
 /* Where the search begins. */
 static double first_step(const cvol_compression *c)
 {
-    const double span = c->trial.shape->ledger.value_max - c->trial.shape->ledger.value_min;
+    const double span = c->attempt.shape->error_bound.value_max -
+                        c->attempt.shape->error_bound.value_min;
     const double plain = c->target == CVOL_TARGET_PSNR ? 3 * span * exp(-c->value / CVOL_DB_PER_E)
                                                        : span * FIRST_STEP * c->value;
-    const double step = plain * (cvol_coding_of(c->trial.shape)->dependent ? DEPENDENT_SHARE : 1);
+    const double step = plain * (cvol_coding_of(c->attempt.shape)->trellis ? DEPENDENT_SHARE : 1);
     return fmin(fmax(step, c->least_step), c->most_step);
 }
 
@@ -55,19 +56,19 @@ static double slope_of(const cvol_search *search)
 /* Finds about where the step lies by encoding some bricks, to which tables are fitted, or not. */
 static int sample_step(cvol_compression *c, double *step, double slope, int fits)
 {
-    const double enough = c->trial.hasty                          ? HASTY_MISS
-                          : cvol_coding_of(c->trial.shape)->small ? SMALL_MISS
-                                                                  : SAMPLE_MISS;
+    const double enough = c->attempt.fast                            ? HASTY_MISS
+                          : cvol_coding_of(c->attempt.shape)->neural ? SMALL_MISS
+                                                                     : SAMPLE_MISS;
     cvol_search search = cvol_search_make(c->least_step, c->most_step, slope);
     for (int i = 0; i < SAMPLES_MOST; i++) {
         int code = cvol_report_progress(c->context, "compressing", 0);
         if (!code)
-            code = cvol_trial_sample(c->context, &c->trial, *step);
+            code = cvol_attempt_sample(c->context, &c->attempt, *step);
         if (code)
             return code;
         const double miss = cvol_compression_sample_miss(c);
         if (fits)
-            code = cvol_trial_fit(c->context, &c->trial);
+            code = cvol_attempt_fit(c->context, &c->attempt);
         if (code)
             return code;
         cvol_search_tell(&search, *step, miss);
@@ -91,7 +92,7 @@ static int guess_step(cvol_compression *c, double *step, size_t every, double en
     for (int i = 0; i < SAMPLES_MOST; i++) {
         int code = cvol_report_progress(c->context, "compressing", 0);
         if (!code)
-            code = cvol_trial_guess_error(c->context, &c->trial, *step, every);
+            code = cvol_attempt_guess_error(c->context, &c->attempt, *step, every);
         if (code)
             return code;
         const double miss = cvol_compression_sample_miss(c);
@@ -113,35 +114,35 @@ static int prepare_hastily(cvol_compression *c, double *step)
     c->slope = 0.8;
     int code = guess_step(c, step, FEW_OF_CELLS, HASTY_MISS);
     if (!code)
-        code = cvol_trial_find_share(c->context, &c->trial, *step);
+        code = cvol_attempt_find_share(c->context, &c->attempt, *step);
     if (!code)
-        code = cvol_trial_fit(c->context, &c->trial);
+        code = cvol_attempt_fit(c->context, &c->attempt);
     return code ? code : guess_step(c, step, 1, GUESS_MISS);
 }
 
 int cvol_compression_prepare(cvol_compression *c, double *step)
 {
-    const int may_lap = c->trial.shape->lapped;
+    const int may_lap = c->attempt.shape->lapped;
     const double slope = c->target == CVOL_TARGET_PSNR ? 0.8 : 1.1;
     *step = first_step(c);
-    c->trial.lap_known = c->trial.hasty;
-    if (c->target == CVOL_TARGET_PSNR && c->trial.split == CVOL_SPLIT_FAST && c->trial.samples)
+    c->attempt.lap_known = c->attempt.fast;
+    if (c->target == CVOL_TARGET_PSNR && c->attempt.split == CVOL_SPLIT_FAST && c->attempt.samples)
         return prepare_hastily(c, step);
     int code = sample_step(c, step, slope, 1);
-    const double bits = 8 * (double)c->trial.result.bytes; /* of the samples */
-    if (!code && cvol_coding_of(c->trial.shape)->dependent &&
-        bits < DEPENDENT_LEAST * (double)c->trial.inside) {
-        cvol_file_coding *coding = cvol_coding_own(c->trial.shape);
-        coding->dependent = coding->small = 0;
+    const double bits = 8 * (double)c->attempt.result.bytes; /* of the samples */
+    if (!code && cvol_coding_of(c->attempt.shape)->trellis &&
+        bits < DEPENDENT_LEAST * (double)c->attempt.inside) {
+        cvol_file_coding *coding = cvol_coding_own(c->attempt.shape);
+        coding->trellis = coding->neural = 0;
         *step = fmin(*step / DEPENDENT_SHARE, c->most_step);
         code = sample_step(c, step, c->slope, 1);
     }
-    if (!code && may_lap && !c->trial.hasty)
-        code = cvol_trial_choose_lap(c->context, &c->trial, *step);
-    if (!code && c->trial.shape->lapped != may_lap)
+    if (!code && may_lap && !c->attempt.fast)
+        code = cvol_attempt_choose_lap(c->context, &c->attempt, *step);
+    if (!code && c->attempt.shape->lapped != may_lap)
         code = sample_step(c, step, c->slope, 1);
-    if (!code && cvol_coding_of(c->trial.shape)->small) {
-        code = cvol_trial_choose_share(c->context, &c->trial, *step);
+    if (!code && cvol_coding_of(c->attempt.shape)->neural) {
+        code = cvol_attempt_choose_share(c->context, &c->attempt, *step);
         /* Tables that were fitted to parts in favour would favour them once more. */
         if (!code)
             code = sample_step(c, step, c->slope, 0);
@@ -151,8 +152,8 @@ int cvol_compression_prepare(cvol_compression *c, double *step)
 
 void cvol_compression_limits(cvol_compression *c)
 {
-    const cvol_array *shape = c->trial.shape;
-    const double span = shape->ledger.value_max - shape->ledger.value_min;
+    const cvol_array *shape = c->attempt.shape;
+    const double span = shape->error_bound.value_max - shape->error_bound.value_min;
     /* No coefficient is larger: its basis function's L2 norm is 1, the pre-filter's in the comment.
      */
     const double largest = span * sqrt((double)cvol_array_block_terms(shape)) *

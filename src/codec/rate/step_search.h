@@ -16,14 +16,14 @@
 #define CVOL_RATIO_MOST 1.02
 #define CVOL_PSNR_AIM 0.03
 #define CVOL_PSNR_ACCEPTED 0.08
-/* In haste the first trial is to be within these. */
-#define CVOL_PSNR_HASTY_AIM 0.2
-#define CVOL_PSNR_HASTY_MORE 0.5
+/* In haste the first encode attempt is to be within these. */
+#define CVOL_PSNR_FAST_AIM 0.2
+#define CVOL_PSNR_FAST_MORE 0.5
 #define CVOL_DB_PER_E (20 / 2.302585092994046)
 
 typedef struct cvol_compression {
     cvol_context *context;
-    cvol_trial trial;
+    cvol_attempt attempt;
     const cvol_compress_options *options;
     cvol_target target;
     double value;
@@ -47,10 +47,10 @@ int cvol_ratio_of_bits(cvol_context *context, double *ratio, double bits, cvol_t
 /* Sets the steps that make sense: from exact (integers) or what float arithmetic can hold, to all
  * zero. */
 void cvol_compression_limits(cvol_compression *c);
-/* How far the last sampled trial (cvol_trial_sample, cvol_trial_estimate) misses. */
+/* How far the last sampled encode attempt (cvol_attempt_sample, cvol_attempt_estimate) misses. */
 double cvol_compression_sample_miss(const cvol_compression *c);
 /* By samples of the volume: about the step that a ratio or a PSNR needs, whether to lap, tables,
- * and the slope. Errors: those of cvol_trial_sample. */
+ * and the slope. Errors: those of cvol_attempt_sample. */
 int cvol_compression_prepare(cvol_compression *c, double *step);
 
 #endif

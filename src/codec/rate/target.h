@@ -6,7 +6,7 @@
 
 /* Whether the file needs residuals or a mask: a bound on every sample, no loss, or samples without
  * a value. */
-static inline int cvol_compress_needs_modes(const cvol_compress_options *options)
+static inline int cvol_compress_needs_residual(const cvol_compress_options *options)
 {
     return options->lossless || options->max_error > 0 || options->has_fill ||
            options->target == CVOL_TARGET_MAX_ERROR;

@@ -1,4 +1,4 @@
-/* Making a compressed volume coarser: the search for the step with which its terms are requantised.
+/* Making a compressed volume coarser: the search for the step with which its terms are requantized.
  *
  * Terms are multiples of the old step, so sizes make jumps where a step passes what many terms are
  * (twice a step: all that are 1 go at once). Between the two steps of a jump, the finer one is
@@ -61,11 +61,11 @@ static int make_like(cvol_context *context, cvol_array **out, const cvol_array *
     if (code)
         return code;
     cvol_array *array = *out;
-    array->step = ldexp(step, -cvol_coding_of(from)->ends);
+    array->step = ldexp(step, -cvol_coding_of(from)->true_length);
     array->offset = from->offset;
     array->lapped = from->lapped;
     array->threshold = from->threshold;
-    array->ledger = from->ledger;
+    array->error_bound = from->error_bound;
     code = cvol_array_set_summary(context, array, cvol_array_summary(from));
     if (code)
         return code;
@@ -80,43 +80,43 @@ static void account(const transcoding *t, cvol_array *array)
 {
     const double distance = sqrt(fmax(t->error, 0));
     const double samples = (double)cvol_grid_samples(&array->grid);
-    const double norm = (t->from->ledger.max_abs + fabs(t->from->offset)) * sqrt(samples);
+    const double norm = (t->from->error_bound.max_abs + fabs(t->from->offset)) * sqrt(samples);
     const cvol_build_result result = {.dropped = distance * (1 + CVOL_ROUNDING),
                                       .norm = norm + distance,
                                       .max_abs = -1,
                                       .sample = distance};
-    array->ledger = t->from->ledger;
+    array->error_bound = t->from->error_bound;
     cvol_array_account(array, &result, 0);
     cvol_array_derive_figures(array);
 }
 
 static double psnr_of(const cvol_array *array, double l2_error)
 {
-    const double span = array->ledger.value_max - array->ledger.value_min;
+    const double span = array->error_bound.value_max - array->error_bound.value_min;
     return 20 * log10(span * sqrt((double)cvol_grid_samples(&array->grid)) / l2_error);
 }
 
 /* What tries promise is of coefficients. How far the two arrays' samples are apart says more: by no
  * more than that, and the source's own, is the result off (the triangle inequality), as floats for
- * the ledger; and as stored samples, if those of the source were measured, where no rounding comes
- * on top. */
+ * the error bound; and as stored samples, if those of the source were measured, where no rounding
+ * comes on top. */
 static int account_samples(const transcoding *t, cvol_array *array)
 {
     const cvol_array *from = t->from;
-    cvol_apart apart;
-    int code = cvol_volumes_apart(t->context, &apart, from, array);
+    cvol_volume_distance apart;
+    int code = cvol_volume_distance_between(t->context, &apart, from, array);
     if (code)
         return code;
     const double samples = sqrt((double)cvol_grid_samples(&array->grid));
-    const double norm = (from->ledger.max_abs + fabs(from->offset)) * samples + apart.real_l2;
-    const double l2_error = from->ledger.l2_error + apart.real_l2 + CVOL_ROUNDING * norm;
-    if (l2_error < array->ledger.l2_error) {
-        array->ledger.l2_error = l2_error;
+    const double norm = (from->error_bound.max_abs + fabs(from->offset)) * samples + apart.real_l2;
+    const double l2_error = from->error_bound.l2_error + apart.real_l2 + CVOL_ROUNDING * norm;
+    if (l2_error < array->error_bound.l2_error) {
+        array->error_bound.l2_error = l2_error;
         cvol_array_derive_figures(array);
     }
     if (!from->measured || cvol_mask_is_void(from->mask)) /* a PSNR of fewer samples */
         return CVOL_OK;
-    const double span = from->ledger.value_max - from->ledger.value_min;
+    const double span = from->error_bound.value_max - from->error_bound.value_min;
     const double off = span * samples * pow(10, -from->psnr_db / 20) * (1 + 1e-9);
     array->max_error = fmin(array->max_error, (from->max_error + apart.most) * (1 + 1e-9));
     array->psnr_db = fmax(array->psnr_db, psnr_of(array, off + apart.stored_l2));
@@ -124,10 +124,10 @@ static int account_samples(const transcoding *t, cvol_array *array)
 }
 
 static int count_brick(cvol_context *context, void *user, size_t brick,
-                       const cvol_span shells[CVOL_SHELLS])
+                       const cvol_span subbands[CVOL_SUBBANDS])
 {
     (void)brick;
-    return cvol_file_writer_add(context, user, shells);
+    return cvol_file_writer_add(context, user, subbands);
 }
 
 /* Codes with a step, and knows the file's size and bounds; nothing is kept. */
@@ -226,7 +226,7 @@ static int search_weight(transcoding *t, best_try *best, double step, int *good)
 /* The step that the source was coded with. */
 static double own_step(const transcoding *t)
 {
-    return ldexp(t->from->step, cvol_coding_of(t->from)->ends);
+    return ldexp(t->from->step, cvol_coding_of(t->from)->true_length);
 }
 
 /* At the source's own step, where bits that weigh what they usually do would make it smaller than
@@ -442,7 +442,7 @@ static int check(cvol_context *context, transcoding *t, const cvol_compress_opti
     return code;
 }
 
-/* An array with corrections: its terms are coarser than what it decodes to, so the decoded samples
+/* An array with residual: its terms are coarser than what it decodes to, so the decoded samples
  * are compressed. Errors of the samples themselves are added to the bound. */
 static int compress_decoded(cvol_context *context, cvol_array **out, cvol_compress_report *report,
                             const cvol_array *array, const cvol_compress_options *options)
@@ -469,7 +469,7 @@ static int compress_decoded(cvol_context *context, cvol_array **out, cvol_compre
     if (!code && array->max_error > 0) {
         const double samples_error = array->max_error *
                                      sqrt((double)cvol_grid_samples(&array->grid));
-        (*out)->ledger.l2_error += samples_error;
+        (*out)->error_bound.l2_error += samples_error;
         (*out)->max_error += array->max_error;
         (*out)->measured = 0;
     }
@@ -493,7 +493,7 @@ int cvol_array_transcode(cvol_context *context, cvol_array **out, cvol_compress_
     int code = check(context, &t, options);
     if (!code)
         code = cvol_brick_sides_check(context, options->brick, array->block);
-    if (!code && array->corrections)
+    if (!code && array->residual)
         return compress_decoded(context, out, report, array, options);
     if (!code && options->brick[0])
         coding.brick = cvol_brick_shape_make(options->brick);

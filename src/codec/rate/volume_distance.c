@@ -29,7 +29,7 @@ typedef struct sheets {
     } while (0)
 
 /* Adds squares of one sheet. */
-static void add_sheet(cvol_apart *sum, const sheets *from, cvol_type type, size_t first,
+static void add_sheet(cvol_volume_distance *sum, const sheets *from, cvol_type type, size_t first,
                       size_t count)
 {
     CVOL_FOR_TYPE(type, ADD_STORED);
@@ -39,8 +39,9 @@ static void add_sheet(cvol_apart *sum, const sheets *from, cvol_type type, size_
     }
 }
 
-static int add_slab(cvol_context *context, cvol_apart *sum, cvol_apart *of_sheets, sheets *s,
-                    const cvol_array *arrays[2], size_t first, size_t end)
+static int add_slab(cvol_context *context, cvol_volume_distance *sum,
+                    cvol_volume_distance *of_sheets, sheets *s, const cvol_array *arrays[2],
+                    size_t first, size_t end)
 {
     const size_t *dims = arrays[0]->grid.dims, sheet = dims[0] * dims[1];
     const size_t from[3] = {0, 0, first}, to[3] = {dims[0], dims[1], end};
@@ -53,7 +54,7 @@ static int add_slab(cvol_context *context, cvol_apart *sum, cvol_apart *of_sheet
     }
 #pragma omp parallel for schedule(static) num_threads(cvol_context_threads(context))
     for (size_t z = 0; z < end - first; z++) {
-        of_sheets[z] = (cvol_apart){0};
+        of_sheets[z] = (cvol_volume_distance){0};
         add_sheet(&of_sheets[z], s, arrays[0]->grid.type, z * sheet, sheet);
     }
     for (size_t z = 0; z < end - first; z++) {
@@ -64,16 +65,16 @@ static int add_slab(cvol_context *context, cvol_apart *sum, cvol_apart *of_sheet
     return CVOL_OK;
 }
 
-int cvol_volumes_apart(cvol_context *context, cvol_apart *out, const cvol_array *a,
-                       const cvol_array *b)
+int cvol_volume_distance_between(cvol_context *context, cvol_volume_distance *out,
+                                 const cvol_array *a, const cvol_array *b)
 {
     const cvol_array *arrays[2] = {a, b};
     const size_t *dims = a->grid.dims, size = cvol_type_size(a->grid.type);
     const size_t most = dims[2] < SHEETS ? dims[2] : SHEETS, count = dims[0] * dims[1] * most;
-    cvol_apart of_sheets[SHEETS];
+    cvol_volume_distance of_sheets[SHEETS];
     sheets s = {{0}, {0}};
     int code = CVOL_OK;
-    *out = (cvol_apart){0};
+    *out = (cvol_volume_distance){0};
     for (int i = 0; i < 2; i++) {
         s.stored[i] = cvol_allocate(count, size);
         s.real[i] = cvol_allocate(count, sizeof(float));

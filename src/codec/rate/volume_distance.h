@@ -4,14 +4,14 @@
 
 #include "array/core/array.h"
 
-typedef struct cvol_apart {
+typedef struct cvol_volume_distance {
     double real_l2;         /* as floats, neither rounded nor clamped */
     double stored_l2, most; /* as the samples' own type; the largest of a sample */
-} cvol_apart;
+} cvol_volume_distance;
 
 /* Evaluates both, a few sheets at a time. The same result for any number of threads. Errors:
  * MEMORY, CANCELLED. */
-int cvol_volumes_apart(cvol_context *context, cvol_apart *out, const cvol_array *a,
-                       const cvol_array *b);
+int cvol_volume_distance_between(cvol_context *context, cvol_volume_distance *out,
+                                 const cvol_array *a, const cvol_array *b);
 
 #endif

@@ -1,4 +1,4 @@
-/* All bricks' corrections, and what they do. */
+/* All bricks' residual, and what they do. */
 #include "codec/residual/make_residual.h"
 
 #include <limits.h>
@@ -33,13 +33,13 @@ int cvol_correcting_start(cvol_correcting *out, const cvol_array *array, const v
         const size_t begin[3] = {0, 0, z}, end[3] = {dims[0], dims[1], z + 1};
         if (which)
             cvol_mask_get(which, array->mask, begin, end);
-        cvol_correction_survey(&grain, &largest, array->grid.type,
-                               (const uint8_t *)samples + size * sheet * z, which, sheet);
+        cvol_residual_scan(&grain, &largest, array->grid.type,
+                           (const uint8_t *)samples + size * sheet * z, which, sheet);
     }
     free(which);
-    out->rule = cvol_correction_rule_for(array->grid.type, bound, array->step,
-                                         array->ledger.value_min, array->ledger.value_max, grain,
-                                         largest);
+    out->rule = cvol_residual_rule_for(array->grid.type, bound, array->step,
+                                       array->error_bound.value_min, array->error_bound.value_max,
+                                       grain, largest);
     return CVOL_OK;
 }
 
@@ -47,7 +47,7 @@ int cvol_correcting_start(cvol_correcting *out, const cvol_array *array, const v
 
 /* One thread's memory. */
 typedef struct work {
-    cvol_correction_coder *coder;
+    cvol_residual_coder *coder;
     cvol_token_counts *counts;
     double *base, *scratch;
     size_t scratch_count;
@@ -56,7 +56,7 @@ typedef struct work {
 
 static void work_free(work *w)
 {
-    cvol_correction_coder_free(w->coder);
+    cvol_residual_coder_free(w->coder);
     free(w->counts);
     free(w->base);
     free(w->scratch);
@@ -66,7 +66,7 @@ static void work_free(work *w)
 
 static int work_make(work *w)
 {
-    *w = (work){.coder = cvol_correction_coder_create()};
+    *w = (work){.coder = cvol_residual_coder_create()};
     w->counts = cvol_allocate_zero(1, sizeof *w->counts);
     w->base = cvol_allocate(BRICK_SAMPLES, sizeof *w->base);
     w->samples = cvol_allocate(BRICK_SAMPLES, sizeof(double));
@@ -91,7 +91,7 @@ static int do_brick(work *w, const cvol_correcting *job, size_t index, cvol_byte
     const cvol_array *array = job->array;
     const cvol_box box = cvol_brick_samples_of(array, index);
     const size_t scratch = cvol_exact_scratch(array, box.begin, box.end);
-    cvol_correction_brick brick = {.base = w->base};
+    cvol_residual_brick brick = {.base = w->base};
     for (int a = 0; a < 3; a++)
         brick.size[a] = box.end[a] - box.begin[a];
     if (scratch > w->scratch_count || !w->scratch) {
@@ -105,8 +105,8 @@ static int do_brick(work *w, const cvol_correcting *job, size_t index, cvol_byte
         brick.which = w->which;
     gather(w->samples, job, &box);
     cvol_exact_box(w->base, w->scratch, array, job->fraction, box.begin, box.end);
-    return cvol_correction_encode(w->coder, out, &job->rule, job->bound, job->tables, w->samples,
-                                  &brick, w->counts);
+    return cvol_residual_encode(w->coder, out, &job->rule, job->bound, job->tables, w->samples,
+                                &brick, w->counts);
 }
 
 static void do_chunk(work *works, int threads, const cvol_correcting *job, size_t first,
@@ -147,7 +147,7 @@ int cvol_correcting_run(cvol_context *context, const cvol_correcting *job,
             if (bytes)
                 *bytes += out[i].size;
             if (!code && kept)
-                code = cvol_corrected_append(context, kept, (cvol_span){out[i].data, out[i].size});
+                code = cvol_residual_append(context, kept, (cvol_span){out[i].data, out[i].size});
             else if (code == CVOL_ERROR_MEMORY)
                 cvol_fail_memory(context, BRICK_SAMPLES, "a brick");
         }
@@ -232,7 +232,7 @@ int cvol_measure_stored(cvol_context *context, cvol_array *array, const void *sa
     free(which);
     if (code)
         return code;
-    const double span = array->ledger.value_max - array->ledger.value_min;
+    const double span = array->error_bound.value_max - array->error_bound.value_min;
     array->measured = 1;
     array->max_error = most;
     array->psnr_db = squares > 0 ? 20 * log10(span * sqrt(counted / squares)) : (double)INFINITY;

@@ -9,7 +9,7 @@ typedef struct cvol_correcting {
     const cvol_array *array;
     const void *samples;
     int fraction;
-    cvol_correction_rule rule;
+    cvol_residual_rule rule;
     double bound;
     const cvol_token_tables *tables;
 } cvol_correcting;

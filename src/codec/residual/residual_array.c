@@ -24,7 +24,7 @@ enum {
 
 /* One thread's memory for a brick. */
 typedef struct work {
-    cvol_correction_coder *coder;
+    cvol_residual_coder *coder;
     double *base, *scratch;
     size_t scratch_count;
     void *samples;
@@ -33,7 +33,7 @@ typedef struct work {
 
 static void work_free(work *w)
 {
-    cvol_correction_coder_free(w->coder);
+    cvol_residual_coder_free(w->coder);
     free(w->base);
     free(w->scratch);
     free(w->samples);
@@ -42,7 +42,7 @@ static void work_free(work *w)
 
 static int work_make(work *w)
 {
-    *w = (work){.coder = cvol_correction_coder_create()};
+    *w = (work){.coder = cvol_residual_coder_create()};
     w->base = cvol_allocate(BRICK_SAMPLES, sizeof *w->base);
     w->samples = cvol_allocate(BRICK_SAMPLES, sizeof(double));
     w->which = cvol_allocate(BRICK_SAMPLES, 1);
@@ -85,9 +85,9 @@ static void copy_box(uint8_t *to, const cvol_box *to_box, const uint8_t *from,
 static int evaluate_brick(work *w, const cvol_array *array, size_t brick, uint8_t *out,
                           const cvol_box *box)
 {
-    const cvol_corrected *c = (const cvol_corrected *)array->corrections;
+    const cvol_corrected *c = (const cvol_corrected *)array->residual;
     const cvol_box own = cvol_brick_samples_of(array, brick);
-    cvol_correction_brick job = {.base = w->base};
+    cvol_residual_brick job = {.base = w->base};
     for (int a = 0; a < 3; a++)
         job.size[a] = own.end[a] - own.begin[a];
     if (!reserve_scratch(w, cvol_exact_scratch(array, own.begin, own.end)))
@@ -95,8 +95,8 @@ static int evaluate_brick(work *w, const cvol_array *array, size_t brick, uint8_
     if (array->mask && cvol_mask_get(w->which, array->mask, own.begin, own.end))
         job.which = w->which;
     cvol_exact_box(w->base, w->scratch, array, c->fraction, own.begin, own.end);
-    const int code = cvol_correction_decode(w->coder, w->samples, &c->rule, c->tables, &job,
-                                            cvol_corrected_brick(c, brick));
+    const int code = cvol_residual_decode(w->coder, w->samples, &c->rule, c->tables, &job,
+                                          cvol_residual_stream(c, brick));
     if (!code)
         copy_box(out, box, w->samples, &own, cvol_type_size(array->grid.type));
     return code;
@@ -152,12 +152,12 @@ static int evaluate_bricks(cvol_context *context, void *out, const cvol_array *a
 static int evaluate(cvol_context *context, void *out, const cvol_array *array,
                     const size_t begin[3], const size_t end[3])
 {
-    const cvol_corrected *c = (const cvol_corrected *)array->corrections;
+    const cvol_corrected *c = (const cvol_corrected *)array->residual;
     cvol_box box, all = {.begin = {0, 0, 0}};
     memcpy(box.begin, begin, sizeof box.begin);
     memcpy(box.end, end, sizeof box.end);
     memcpy(all.end, array->grid.dims, sizeof all.end);
-    if (c->kind != CVOL_CORRECTED_PACKED)
+    if (c->kind != CVOL_RESIDUAL_PACKED)
         return evaluate_bricks(context, out, array, &box);
     copy_box(out, &box, c->samples, &all, cvol_type_size(array->grid.type));
     return CVOL_OK;
@@ -165,19 +165,19 @@ static int evaluate(cvol_context *context, void *out, const cvol_array *array,
 
 /* ---- keeping ---------------------------------------------------------------------------- */
 
-static void free_as(cvol_corrections *corrections)
+static void free_as(cvol_residual *residual)
 {
-    cvol_corrected_free((cvol_corrected *)corrections);
+    cvol_residual_free((cvol_corrected *)residual);
 }
 
-static uint64_t bytes_as(const cvol_corrections *corrections)
+static uint64_t bytes_as(const cvol_residual *residual)
 {
-    const cvol_corrected *c = (const cvol_corrected *)corrections;
+    const cvol_corrected *c = (const cvol_corrected *)residual;
     return sizeof *c + c->data.capacity + c->bricks * sizeof *c->ends +
            (c->tables ? sizeof *c->tables : 0);
 }
 
-void cvol_corrected_free(cvol_corrected *corrected)
+void cvol_residual_free(cvol_corrected *corrected)
 {
     if (!corrected)
         return;
@@ -188,18 +188,18 @@ void cvol_corrected_free(cvol_corrected *corrected)
     free(corrected);
 }
 
-int cvol_corrected_create(cvol_context *context, cvol_corrected **out,
-                          const cvol_token_tables *tables, size_t bricks)
+int cvol_residual_create(cvol_context *context, cvol_corrected **out,
+                         const cvol_token_tables *tables, size_t bricks)
 {
     cvol_corrected *c = calloc(1, sizeof *c);
     *out = NULL;
     if (!c)
         return cvol_fail_memory(context, sizeof *c, "the corrections");
-    c->as = (cvol_corrections){.evaluate = evaluate, .free = free_as, .bytes = bytes_as};
+    c->as = (cvol_residual){.evaluate = evaluate, .free = free_as, .bytes = bytes_as};
     c->ends = calloc(bricks ? bricks : 1, sizeof *c->ends);
     c->tables = tables ? cvol_token_tables_create() : NULL;
     if (!c->ends || (tables && !c->tables)) {
-        cvol_corrected_free(c);
+        cvol_residual_free(c);
         return cvol_fail_memory(context, bricks * sizeof *c->ends, "the corrections");
     }
     if (tables)
@@ -208,7 +208,7 @@ int cvol_corrected_create(cvol_context *context, cvol_corrected **out,
     return CVOL_OK;
 }
 
-int cvol_corrected_append(cvol_context *context, cvol_corrected *corrected, cvol_span bytes)
+int cvol_residual_append(cvol_context *context, cvol_corrected *corrected, cvol_span bytes)
 {
     if (bytes.size)
         cvol_bytes_append(&corrected->data, bytes.data, bytes.size);
@@ -218,17 +218,17 @@ int cvol_corrected_append(cvol_context *context, cvol_corrected *corrected, cvol
     return CVOL_OK;
 }
 
-cvol_span cvol_corrected_brick(const cvol_corrected *corrected, size_t brick)
+cvol_span cvol_residual_stream(const cvol_corrected *corrected, size_t brick)
 {
     const uint64_t begin = brick ? corrected->ends[brick - 1] : 0;
     const size_t size = (size_t)(corrected->ends[brick] - begin);
     return (cvol_span){size ? corrected->data.data + begin : NULL, size};
 }
 
-const cvol_corrected *cvol_corrected_of(const cvol_array *array)
+const cvol_corrected *cvol_residual_of(const cvol_array *array)
 {
-    const cvol_corrections *corrections = array->corrections;
-    return corrections && corrections->free == free_as ? (const cvol_corrected *)corrections : NULL;
+    const cvol_residual *residual = array->residual;
+    return residual && residual->free == free_as ? (const cvol_corrected *)residual : NULL;
 }
 
 /* ---- packed ----------------------------------------------------------------------------- */
@@ -261,25 +261,25 @@ double cvol_packed_estimate(const void *samples, const cvol_grid *grid)
     return quick ? bytes * (double)raw / (double)(chunks * chunk) : (double)raw;
 }
 
-int cvol_corrected_pack(cvol_context *context, cvol_corrected **out, const void *samples,
-                        const cvol_grid *grid)
+int cvol_residual_pack(cvol_context *context, cvol_corrected **out, const void *samples,
+                       const cvol_grid *grid)
 {
     const size_t size = cvol_grid_bytes(grid), most = ZSTD_compressBound(size);
-    int code = cvol_corrected_create(context, out, NULL, 0);
+    int code = cvol_residual_create(context, out, NULL, 0);
     if (code)
         return code;
     cvol_corrected *c = *out;
-    c->kind = CVOL_CORRECTED_PACKED;
+    c->kind = CVOL_RESIDUAL_PACKED;
     c->samples = malloc(size);
     if (!c->samples || !cvol_bytes_reserve(&c->data, most)) {
-        cvol_corrected_free(c);
+        cvol_residual_free(c);
         *out = NULL;
         return cvol_fail_memory(context, most, "the packed samples");
     }
     memcpy(c->samples, samples, size);
     const size_t packed = ZSTD_compress(c->data.data, most, samples, size, PACK_LEVEL);
     if (ZSTD_isError(packed)) {
-        cvol_corrected_free(c);
+        cvol_residual_free(c);
         *out = NULL;
         return cvol_fail(context, CVOL_ERROR_MEMORY, "the samples cannot be packed: %s",
                          ZSTD_getErrorName(packed));
@@ -314,31 +314,31 @@ static int take_packed(cvol_context *context, cvol_corrected *c, const cvol_arra
 /* ---- reading ---------------------------------------------------------------------------- */
 
 static int take_bricks(cvol_context *context, cvol_corrected *c, const cvol_array *array,
-                       const cvol_corrected_file *file, const char *name)
+                       const cvol_residual_file *file, const char *name)
 {
-    int code = cvol_brick_stream_check(context, array, file->index, CVOL_STREAM_CORRECTIONS,
+    int code = cvol_brick_stream_check(context, array, file->index, CVOL_STREAM_RESIDUAL,
                                        file->section, file->box, name);
     if (!code && cvol_exact_fraction(cvol_exact_largest_sum(array)) < file->fraction)
         code = cvol_fail(context, CVOL_ERROR_CORRUPT,
                          "%s: section MODE: %d fraction bits are too many for the coefficients",
                          name, file->fraction);
     for (size_t b = 0; b < file->index->bricks && !code; b++) {
-        cvol_span bytes = cvol_brick_index_brick(file->index, CVOL_STREAM_CORRECTIONS, b,
+        cvol_span bytes = cvol_brick_index_brick(file->index, CVOL_STREAM_RESIDUAL, b,
                                                  file->section->content);
         if (!cvol_brick_meets(array, b, file->box))
             bytes.size = 0;
-        code = cvol_corrected_append(context, c, bytes);
+        code = cvol_residual_append(context, c, bytes);
     }
     return code;
 }
 
-int cvol_corrected_take(cvol_context *context, cvol_array *array, const cvol_corrected_file *file,
-                        const char *name)
+int cvol_residual_take(cvol_context *context, cvol_array *array, const cvol_residual_file *file,
+                       const char *name)
 {
-    const int is_packed = file->kind == CVOL_CORRECTED_PACKED;
+    const int is_packed = file->kind == CVOL_RESIDUAL_PACKED;
     cvol_corrected *c;
-    int code = cvol_corrected_create(context, &c, is_packed ? NULL : file->tables,
-                                     is_packed ? 0 : file->index->bricks);
+    int code = cvol_residual_create(context, &c, is_packed ? NULL : file->tables,
+                                    is_packed ? 0 : file->index->bricks);
     if (code)
         return code;
     c->kind = file->kind;
@@ -347,9 +347,9 @@ int cvol_corrected_take(cvol_context *context, cvol_array *array, const cvol_cor
     code = is_packed ? take_packed(context, c, array, file->section, name)
                      : take_bricks(context, c, array, file, name);
     if (code) {
-        cvol_corrected_free(c);
+        cvol_residual_free(c);
         return code;
     }
-    array->corrections = &c->as;
+    array->residual = &c->as;
     return CVOL_OK;
 }

@@ -1,4 +1,4 @@
-/* An array's corrections (array/core/residual.h) as files have them: a brick's base is evaluated
+/* An array's residual (array/core/residual.h) as files have them: a brick's base is evaluated
  * exactly (array/block/exact.h), and its stream (residual_code.h) decoded, when samples of it are
  * asked for.
  *
@@ -15,21 +15,21 @@
 #include "codec/section/section.h"
 
 /* Numbers are part of the format. */
-typedef enum cvol_corrected_kind {
-    CVOL_CORRECTED_NOT = 0,
-    CVOL_CORRECTED_BOUNDED = 1,
-    CVOL_CORRECTED_EXACT = 2,
-    CVOL_CORRECTED_PACKED = 3
-} cvol_corrected_kind;
+typedef enum cvol_residual_kind {
+    CVOL_RESIDUAL_NOT = 0,
+    CVOL_RESIDUAL_BOUNDED = 1,
+    CVOL_RESIDUAL_EXACT = 2,
+    CVOL_RESIDUAL_PACKED = 3
+} cvol_residual_kind;
 
 /* Bytes of samples that may be packed. */
 #define CVOL_PACKED_MOST (UINT64_C(64) << 20)
 
 typedef struct cvol_corrected {
-    cvol_corrections as;
-    cvol_corrected_kind kind;
+    cvol_residual as;
+    cvol_residual_kind kind;
     int fraction; /* of the base */
-    cvol_correction_rule rule;
+    cvol_residual_rule rule;
     cvol_token_tables *tables;
     size_t bricks; /* so far */
     uint64_t *ends;
@@ -38,35 +38,35 @@ typedef struct cvol_corrected {
 } cvol_corrected;
 
 /* Without any brick yet; the tables are copied, and may be NULL. */
-int cvol_corrected_create(cvol_context *context, cvol_corrected **out,
-                          const cvol_token_tables *tables, size_t bricks);
-void cvol_corrected_free(cvol_corrected *corrected);
+int cvol_residual_create(cvol_context *context, cvol_corrected **out,
+                         const cvol_token_tables *tables, size_t bricks);
+void cvol_residual_free(cvol_corrected *corrected);
 /* The next brick's bytes. Errors: MEMORY. */
-int cvol_corrected_append(cvol_context *context, cvol_corrected *corrected, cvol_span bytes);
-cvol_span cvol_corrected_brick(const cvol_corrected *corrected, size_t brick);
+int cvol_residual_append(cvol_context *context, cvol_corrected *corrected, cvol_span bytes);
+cvol_span cvol_residual_stream(const cvol_corrected *corrected, size_t brick);
 /* Those of an array, or NULL. */
-const cvol_corrected *cvol_corrected_of(const cvol_array *array);
+const cvol_corrected *cvol_residual_of(const cvol_array *array);
 
 /* Whether samples packed whole could take so many bytes, going by a quick try. */
 int cvol_packed_may_fit(const void *samples, const cvol_grid *grid, double bytes);
 /* About how many bytes zstd takes quickly; of large volumes some parts tell. */
 double cvol_packed_estimate(const void *samples, const cvol_grid *grid);
-/* Packs an array's samples into new corrections. Errors: MEMORY. */
-int cvol_corrected_pack(cvol_context *context, cvol_corrected **out, const void *samples,
-                        const cvol_grid *grid);
+/* Packs an array's samples into new residual. Errors: MEMORY. */
+int cvol_residual_pack(cvol_context *context, cvol_corrected **out, const void *samples,
+                       const cvol_grid *grid);
 
 /* What a file says: what stands in MODE, and the content of CORR. */
-typedef struct cvol_corrected_file {
-    cvol_corrected_kind kind;
+typedef struct cvol_residual_file {
+    cvol_residual_kind kind;
     int fraction;
-    const cvol_correction_rule *rule;
+    const cvol_residual_rule *rule;
     const cvol_token_tables *tables;
     const cvol_brick_index *index;
     const cvol_section *section;
     const cvol_box *box; /* NULL: all bricks */
-} cvol_corrected_file;
+} cvol_residual_file;
 /* Gives them to the array, whose terms are there. Errors: CORRUPT, LIMIT, MEMORY. */
-int cvol_corrected_take(cvol_context *context, cvol_array *array, const cvol_corrected_file *file,
-                        const char *name);
+int cvol_residual_take(cvol_context *context, cvol_array *array, const cvol_residual_file *file,
+                       const char *name);
 
 #endif

@@ -1,4 +1,4 @@
-/* Coding of corrections, both ways. */
+/* Coding of residual, both ways. */
 #include "codec/residual/residual_code.h"
 
 #include <limits.h>
@@ -18,7 +18,7 @@ enum {
 #define ENTERING_MOST ((UINT32_C(1) << 28) - 1)
 #define NUMBER_MOST 0x1p50
 
-struct cvol_correction_coder {
+struct cvol_residual_coder {
     cvol_token_writer writer;
     uint32_t sheets[2][SHEET]; /* magnitudes, with a border of zeros */
     uint32_t sums[LINE];       /* of a line's neighbours, but for the one before */
@@ -28,10 +28,10 @@ struct cvol_correction_coder {
     uint8_t widening[SIDE];
 };
 
-cvol_correction_coder *cvol_correction_coder_create(void)
+cvol_residual_coder *cvol_residual_coder_create(void)
 {
     static const int bounds[] = {0, 1, 2, 3, 4, 6, 8, 11, 15, 20, 28, 40, 56, 80, 112, INT_MAX};
-    cvol_correction_coder *coder = cvol_allocate_zero(1, sizeof *coder);
+    cvol_residual_coder *coder = cvol_allocate_zero(1, sizeof *coder);
     for (int sum = 0, level = 0; coder && sum < SMALL_SUMS; sum++) {
         while (sum > bounds[level])
             level++;
@@ -40,7 +40,7 @@ cvol_correction_coder *cvol_correction_coder_create(void)
     return coder;
 }
 
-void cvol_correction_coder_free(cvol_correction_coder *coder)
+void cvol_residual_coder_free(cvol_residual_coder *coder)
 {
     if (!coder)
         return;
@@ -50,7 +50,7 @@ void cvol_correction_coder_free(cvol_correction_coder *coder)
 
 /* ---- magnitudes ------------------------------------------------------------------------- */
 
-CVOL_INLINE int level_of(const cvol_correction_coder *coder, uint32_t sum)
+CVOL_INLINE int level_of(const cvol_residual_coder *coder, uint32_t sum)
 {
     if (__builtin_expect(sum < SMALL_SUMS, 1))
         return coder->levels[sum];
@@ -65,7 +65,7 @@ CVOL_INLINE int shift_of(int level)
 
 CVOL_INLINE int row_of(int level)
 {
-    return level < CVOL_CORRECTION_LEVELS ? level : CVOL_CORRECTION_LEVELS - 2 + (level & 1);
+    return level < CVOL_RESIDUAL_LEVELS ? level : CVOL_RESIDUAL_LEVELS - 2 + (level & 1);
 }
 
 static void put_low_bits(cvol_token_writer *out, uint64_t value, int count)
@@ -125,18 +125,18 @@ CVOL_INLINE uint64_t take_magnitude(cvol_token_reader *in, int level)
 
 /* ---- neighbours ------------------------------------------------------------------------- */
 
-static void start_brick(cvol_correction_coder *coder)
+static void start_brick(cvol_residual_coder *coder)
 {
     memset(coder->sheets, 0, sizeof coder->sheets);
 }
 
-static uint32_t *line_of(cvol_correction_coder *coder, size_t y, size_t z)
+static uint32_t *line_of(cvol_residual_coder *coder, size_t y, size_t z)
 {
     return coder->sheets[z & 1] + LINE * (y + 1) + 1;
 }
 
 /* Sums of what lies before a line; `sums[x]` then waits for twice the magnitude at x - 1. */
-static void sum_neighbours(cvol_correction_coder *coder, size_t y, size_t z, size_t width)
+static void sum_neighbours(cvol_residual_coder *coder, size_t y, size_t z, size_t width)
 {
     const uint32_t *up = line_of(coder, y, z) - LINE;
     const uint32_t *front = line_of(coder, y, z + 1);
@@ -154,7 +154,7 @@ CVOL_INLINE uint32_t entering(uint64_t magnitude, int widening)
                                                  : (uint32_t)(magnitude << widening);
 }
 
-CVOL_INLINE uint32_t sum_at(const cvol_correction_coder *coder, const uint32_t *line, size_t x,
+CVOL_INLINE uint32_t sum_at(const cvol_residual_coder *coder, const uint32_t *line, size_t x,
                             int first_sheet)
 {
     const uint32_t sum = coder->sums[x] + 2 * line[(ptrdiff_t)x - 1];
@@ -163,7 +163,7 @@ CVOL_INLINE uint32_t sum_at(const cvol_correction_coder *coder, const uint32_t *
 
 /* ---- from values to numbers and back ---------------------------------------------------- */
 
-static int in_cells(const cvol_correction_rule *rule)
+static int in_cells(const cvol_residual_rule *rule)
 {
     return rule->exact && !cvol_type_is_integer(rule->type);
 }
@@ -188,7 +188,7 @@ static void store_line(void *samples, cvol_type type, size_t at, const double *f
 #undef STORE
 }
 
-CVOL_INLINE double corrected(const cvol_correction_rule *rule, double base, double number)
+CVOL_INLINE double corrected(const cvol_residual_rule *rule, double base, double number)
 {
     const double value = base + rule->quantum * number;
     return value < rule->value_min   ? rule->value_min
@@ -197,8 +197,8 @@ CVOL_INLINE double corrected(const cvol_correction_rule *rule, double base, doub
 }
 
 /* A line's numbers for a quantum; 0 if one leaves a sample beyond the bound. */
-static int find_numbers(cvol_correction_coder *coder, const cvol_correction_rule *rule,
-                        double bound, const double *base, const uint8_t *which, size_t count)
+static int find_numbers(cvol_residual_coder *coder, const cvol_residual_rule *rule, double bound,
+                        const double *base, const uint8_t *which, size_t count)
 {
     int held = 1;
     for (size_t x = 0; x < count; x++) {
@@ -215,7 +215,7 @@ static int find_numbers(cvol_correction_coder *coder, const cvol_correction_rule
     return held;
 }
 
-static int find_cells(cvol_correction_coder *coder, const cvol_correction_rule *rule,
+static int find_cells(cvol_residual_coder *coder, const cvol_residual_rule *rule,
                       const double *base, const uint8_t *which, size_t count)
 {
     const cvol_float_kind kind = cvol_float_kind_of(rule->type);
@@ -236,8 +236,8 @@ static int find_cells(cvol_correction_coder *coder, const cvol_correction_rule *
 /* ---- encoding --------------------------------------------------------------------------- */
 
 /* 1 if the line says anything but zeros. */
-static int put_line(cvol_correction_coder *coder, const cvol_correction_rule *rule, size_t y,
-                    size_t z, const uint8_t *which, size_t count)
+static int put_line(cvol_residual_coder *coder, const cvol_residual_rule *rule, size_t y, size_t z,
+                    const uint8_t *which, size_t count)
 {
     cvol_token_writer *out = &coder->writer;
     uint32_t *line = line_of(coder, y, z);
@@ -270,10 +270,10 @@ static int put_line(cvol_correction_coder *coder, const cvol_correction_rule *ru
     return any;
 }
 
-int cvol_correction_encode(cvol_correction_coder *coder, cvol_bytes *out,
-                           const cvol_correction_rule *rule, double bound,
-                           const cvol_token_tables *tables, const void *samples,
-                           const cvol_correction_brick *brick, cvol_token_counts *counts)
+int cvol_residual_encode(cvol_residual_coder *coder, cvol_bytes *out,
+                         const cvol_residual_rule *rule, double bound,
+                         const cvol_token_tables *tables, const void *samples,
+                         const cvol_residual_brick *brick, cvol_token_counts *counts)
 {
     const size_t width = brick->size[0], height = brick->size[1];
     int any = 0;
@@ -301,7 +301,7 @@ int cvol_correction_encode(cvol_correction_coder *coder, cvol_bytes *out,
 /* ---- decoding --------------------------------------------------------------------------- */
 
 /* The value of cell `cell` of width 2^t that the bits say; 0 if there is none. */
-static int take_value(cvol_token_reader *in, const cvol_correction_rule *rule, int64_t cell, int t,
+static int take_value(cvol_token_reader *in, const cvol_residual_rule *rule, int64_t cell, int t,
                       double *value)
 {
     const uint64_t a = (uint64_t)(cell < 0 ? -1 - cell : cell);
@@ -310,7 +310,7 @@ static int take_value(cvol_token_reader *in, const cvol_correction_rule *rule, i
     return magnitude >= 0 && *value >= rule->value_min && *value <= rule->value_max;
 }
 
-CVOL_INLINE int take_line(cvol_correction_coder *coder, const cvol_correction_rule *rule,
+CVOL_INLINE int take_line(cvol_residual_coder *coder, const cvol_residual_rule *rule,
                           cvol_token_reader *stream, size_t y, size_t z, const double *base,
                           const uint8_t *which, size_t count, int cells)
 {
@@ -346,9 +346,9 @@ CVOL_INLINE int take_line(cvol_correction_coder *coder, const cvol_correction_ru
     return 1;
 }
 
-int cvol_correction_decode(cvol_correction_coder *coder, void *samples,
-                           const cvol_correction_rule *rule, const cvol_token_tables *tables,
-                           const cvol_correction_brick *brick, cvol_span data)
+int cvol_residual_decode(cvol_residual_coder *coder, void *samples, const cvol_residual_rule *rule,
+                         const cvol_token_tables *tables, const cvol_residual_brick *brick,
+                         cvol_span data)
 {
     const size_t width = brick->size[0], height = brick->size[1];
     const int cells = in_cells(rule);

@@ -1,4 +1,4 @@
-/* Corrections: what is added to the exactly evaluated samples (array/block/exact.h) of a brick, so
+/* residual: what is added to the exactly evaluated samples (array/block/exact.h) of a brick, so
  * that none is further from the original than a bound, or none differs at all.
  *
  * Every sample that is not masked has a whole number k, in raster order, x fastest.
@@ -39,27 +39,27 @@
 #include "codec/residual/residual_rule.h"
 
 /* One thread's memory for coding in either direction. NULL when memory is short. */
-typedef struct cvol_correction_coder cvol_correction_coder;
-cvol_correction_coder *cvol_correction_coder_create(void);
-void cvol_correction_coder_free(cvol_correction_coder *coder);
+typedef struct cvol_residual_coder cvol_residual_coder;
+cvol_residual_coder *cvol_residual_coder_create(void);
+void cvol_residual_coder_free(cvol_residual_coder *coder);
 
 /* A brick's samples, in the rule's type, x fastest; their base; which of them are masked. */
-typedef struct cvol_correction_brick {
+typedef struct cvol_residual_brick {
     size_t size[3];
     const double *base;
     const uint8_t *which; /* NULL: none */
-} cvol_correction_brick;
+} cvol_residual_brick;
 
 /* Codes a brick; the bytes replace those of *out. counts: added to; may be NULL. CVOL_OK,
  * CVOL_ERROR_MEMORY, or CVOL_ERROR_TARGET where a sample would be further off than `bound`. */
-int cvol_correction_encode(cvol_correction_coder *coder, cvol_bytes *out,
-                           const cvol_correction_rule *rule, double bound,
-                           const cvol_token_tables *tables, const void *samples,
-                           const cvol_correction_brick *brick, cvol_token_counts *counts);
+int cvol_residual_encode(cvol_residual_coder *coder, cvol_bytes *out,
+                         const cvol_residual_rule *rule, double bound,
+                         const cvol_token_tables *tables, const void *samples,
+                         const cvol_residual_brick *brick, cvol_token_counts *counts);
 
 /* Decodes it; masked samples are left as they are. CVOL_OK or CVOL_ERROR_CORRUPT. */
-int cvol_correction_decode(cvol_correction_coder *coder, void *samples,
-                           const cvol_correction_rule *rule, const cvol_token_tables *tables,
-                           const cvol_correction_brick *brick, cvol_span data);
+int cvol_residual_decode(cvol_residual_coder *coder, void *samples, const cvol_residual_rule *rule,
+                         const cvol_token_tables *tables, const cvol_residual_brick *brick,
+                         cvol_span data);
 
 #endif

@@ -28,14 +28,14 @@ static uint64_t take_bits(cvol_token_reader *in, int count)
 }
 
 /* How many of a mantissa's bits, at this exponent field, are below the grain. */
-static int unused_bits(const cvol_correction_rule *rule, cvol_float_kind kind, int field)
+static int unused_bits(const cvol_residual_rule *rule, cvol_float_kind kind, int field)
 {
     const int last = (field ? field : 1) - kind.bias - (kind.digits - 1);
     const int unused = rule->grain - last;
     return unused < 0 ? 0 : unused < kind.digits - 1 ? unused : kind.digits - 1;
 }
 
-static void put_beside_zero(cvol_token_writer *out, const cvol_correction_rule *rule,
+static void put_beside_zero(cvol_token_writer *out, const cvol_residual_rule *rule,
                             cvol_float_kind kind, double value, int t)
 {
     uint64_t bits;
@@ -62,7 +62,7 @@ static void put_beside_zero(cvol_token_writer *out, const cvol_correction_rule *
              kind.digits - 1 - unused);
 }
 
-static double take_beside_zero(cvol_token_reader *in, const cvol_correction_rule *rule,
+static double take_beside_zero(cvol_token_reader *in, const cvol_residual_rule *rule,
                                cvol_float_kind kind, int t)
 {
     const uint32_t token = cvol_token_take(in, CVOL_ROW_CORRECTION_DEEP);
@@ -88,7 +88,7 @@ static double take_beside_zero(cvol_token_reader *in, const cvol_correction_rule
     return value;
 }
 
-void cvol_cell_put_rest(cvol_token_writer *out, const cvol_correction_rule *rule, double value,
+void cvol_cell_put_rest(cvol_token_writer *out, const cvol_residual_rule *rule, double value,
                         uint64_t a, int t)
 {
     const cvol_float_kind kind = cvol_float_kind_of(rule->type);
@@ -103,8 +103,7 @@ void cvol_cell_put_rest(cvol_token_writer *out, const cvol_correction_rule *rule
     put_bits(out, (uint64_t)ldexp(rest, -last), t - last);
 }
 
-double cvol_cell_take_rest(cvol_token_reader *in, const cvol_correction_rule *rule, uint64_t a,
-                           int t)
+double cvol_cell_take_rest(cvol_token_reader *in, const cvol_residual_rule *rule, uint64_t a, int t)
 {
     const cvol_float_kind kind = cvol_float_kind_of(rule->type);
     if (!a)

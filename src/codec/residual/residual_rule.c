@@ -1,4 +1,4 @@
-/* Rules of corrections: quantum and unit from what is asked for, and whether a rule makes sense. */
+/* Rules of residual: quantum and unit from what is asked for, and whether a rule makes sense. */
 #include "codec/residual/residual_rule.h"
 
 #include <float.h>
@@ -26,8 +26,8 @@ static int last_bit(double value)
     return exponent - 53 + __builtin_ctzll(digits);
 }
 
-void cvol_correction_survey(int *grain, double *largest, cvol_type type, const void *samples,
-                            const uint8_t *which, size_t count)
+void cvol_residual_scan(int *grain, double *largest, cvol_type type, const void *samples,
+                        const uint8_t *which, size_t count)
 {
     if (cvol_type_is_integer(type))
         return;
@@ -36,7 +36,7 @@ void cvol_correction_survey(int *grain, double *largest, cvol_type type, const v
             continue;
         const double value = type == CVOL_FLOAT32 ? (double)((const float *)samples)[i]
                                                   : ((const double *)samples)[i];
-        if (!isfinite(value)) /* nothing that corrections hold: masked, or refused later */
+        if (!isfinite(value)) /* nothing that residual hold: masked, or refused later */
             continue;
         const int last = last_bit(value);
         *grain = last < *grain ? last : *grain;
@@ -44,9 +44,9 @@ void cvol_correction_survey(int *grain, double *largest, cvol_type type, const v
     }
 }
 
-/* The cells of exact corrections: a sixteenth of the step wide, so that the base's error is counted
+/* The cells of exact residual: a sixteenth of the step wide, so that the base's error is counted
  * finely enough and what is raw below them is noise. */
-static void choose_cells(cvol_correction_rule *rule, double step, int grain, double largest)
+static void choose_cells(cvol_residual_rule *rule, double step, int grain, double largest)
 {
     const int is_double = rule->type == CVOL_FLOAT64;
     const cvol_float_kind kind = cvol_float_kind_of(rule->type);
@@ -61,11 +61,11 @@ static void choose_cells(cvol_correction_rule *rule, double step, int grain, dou
     rule->grain = clamp(grain, kind.lowest, rule->unit);
 }
 
-cvol_correction_rule cvol_correction_rule_for(cvol_type type, double bound, double step,
-                                              double value_min, double value_max, int grain,
-                                              double largest)
+cvol_residual_rule cvol_residual_rule_for(cvol_type type, double bound, double step,
+                                          double value_min, double value_max, int grain,
+                                          double largest)
 {
-    cvol_correction_rule rule = {.type = type, .value_min = value_min, .value_max = value_max};
+    cvol_residual_rule rule = {.type = type, .value_min = value_min, .value_max = value_max};
     if (cvol_type_is_integer(type)) {
         rule.exact = bound < 1;
         rule.quantum = 2 * floor(bound < 0x1p32 ? bound : 0x1p32) + 1;
@@ -84,7 +84,7 @@ cvol_correction_rule cvol_correction_rule_for(cvol_type type, double bound, doub
     return rule;
 }
 
-int cvol_correction_rule_valid(const cvol_correction_rule *rule)
+int cvol_residual_rule_valid(const cvol_residual_rule *rule)
 {
     if (!isfinite(rule->value_min) || !isfinite(rule->value_max) ||
         rule->value_min > rule->value_max)

@@ -17,7 +17,7 @@
 
 enum { CVOL_SECTION_HEADER_BYTES = 24, CVOL_SECTION_REQUIRED = 1 };
 
-/* In the order in which they stand in a file. The four shells follow each other. PICT, BAKE and
+/* In the order in which they stand in a file. The four subbands follow each other. PICT, BAKE and
  * LIST stand where HEAD does in other kinds of files; VOLM is the one that there may be many of.
  * PACK (section_pack.h) is the only section of its file. */
 typedef enum cvol_section_kind {
@@ -106,8 +106,8 @@ static inline int cvol_section_walk_ended(const cvol_section_walk *walk)
     return walk->last == CVOL_ENDS || walk->last == CVOL_PACK;
 }
 
-/* Compares the content's checksum with what the header says; not that of a shell, whose checksum is
- * its runs'. Errors: CORRUPT. */
+/* Compares the content's checksum with what the header says; not that of a subband, whose checksum
+ * is its runs'. Errors: CORRUPT. */
 int cvol_section_check(cvol_context *context, const cvol_section *section, const char *name);
 /* The sentence of it: what a section's bytes should give, and do. */
 int cvol_section_fail_sum(cvol_context *context, const cvol_section *section, uint32_t found,

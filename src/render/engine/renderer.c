@@ -84,8 +84,8 @@ int cvol_renderer_create_sheet(cvol_context *context, cvol_renderer **out, const
                                create_sheet, array);
     if (!code) {
         (*out)->has_range = 1;
-        (*out)->range[0] = array->ledger.value_min;
-        (*out)->range[1] = array->ledger.value_max;
+        (*out)->range[0] = array->error_bound.value_min;
+        (*out)->range[1] = array->error_bound.value_max;
     }
     return code;
 }

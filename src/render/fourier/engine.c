@@ -58,8 +58,8 @@ static int find_window(cvol_context *context, fourier_state *state)
     cvol_sample_stats stats = {0};
     int code = CVOL_OK;
     if (array) {
-        stats.min = array->ledger.value_min;
-        stats.max = array->ledger.value_max;
+        stats.min = array->error_bound.value_min;
+        stats.max = array->error_bound.value_max;
     } else {
         code = cvol_grid_check(context, &state->grid, "volume");
         if (!code)

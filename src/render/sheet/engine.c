@@ -273,7 +273,7 @@ static cvol_sheet_kernel *choose_kernel(cvol_mode mode, const cvol_sheet_plan *p
  * not known. */
 static double find_error(const cvol_array *array)
 {
-    return array->ledger.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
+    return array->error_bound.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
 }
 
 /* Words that an error has to be, for maxima and minima to be drawn from them: a word's rounding is
@@ -513,9 +513,9 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
         cvol_warp_composite(image, &state->intermediate, plan, options->background, threads);
     else
         cvol_warp_grey(image, &state->intermediate, plan,
-                       as_kept(plan, array->ledger.value_min - array->offset),
-                       as_kept(plan, array->ledger.value_max - array->offset), options->background,
-                       threads);
+                       as_kept(plan, array->error_bound.value_min - array->offset),
+                       as_kept(plan, array->error_bound.value_max - array->offset),
+                       options->background, threads);
     return CVOL_OK;
 }
 

@@ -18,10 +18,10 @@ static cvol_keep keep_of(const cvol_compose_job *job, const cvol_transform_optio
  * single operations, as exact intensities and opacities stay within 0 .. 1. */
 static double take_bound(cvol_array *array)
 {
-    const double bound = array->ledger.l2_error;
-    array->ledger.l2_error = array->ledger.support_error = 0;
-    array->ledger.value_min = 0;
-    array->ledger.value_max = 1;
+    const double bound = array->error_bound.l2_error;
+    array->error_bound.l2_error = array->error_bound.support_error = 0;
+    array->error_bound.value_min = 0;
+    array->error_bound.value_max = 1;
     return bound;
 }
 

@@ -147,7 +147,7 @@ static int create(cvol_context *context, cvol_array **out, const size_t dims[2],
     const cvol_grid grid = cvol_grid_make(dims[0], dims[1], 1, CVOL_FLOAT32);
     const int code = cvol_array_create_as(context, out, &grid, 2, CVOL_DCT, tile);
     if (!code)
-        (*out)->ledger = (cvol_ledger){.max_abs = 1, .value_max = 1};
+        (*out)->error_bound = (cvol_error_bound){.max_abs = 1, .value_max = 1};
     return code;
 }
 
@@ -162,8 +162,8 @@ static int build(cvol_context *context, cvol_array *array, const cvol_producer *
     if (code)
         return code;
     const double dropped = sqrt(result.dropped * result.dropped + error * error);
-    array->ledger = (cvol_ledger){.value_max = 1, .max_abs = 1};
-    cvol_ledger_drop(&array->ledger, dropped, result.norm, result.sample + error);
+    array->error_bound = (cvol_error_bound){.value_max = 1, .max_abs = 1};
+    cvol_error_bound_drop(&array->error_bound, dropped, result.norm, result.sample + error);
     return CVOL_OK;
 }
 
@@ -245,7 +245,8 @@ static int reduce_plane(cvol_context *context, cvol_array **out, const sparse_pl
         return code;
     const cvol_producer producer = {
         .produce = produce_fewer, .user = plane, .what = "leaving out terms"};
-    code = build(context, *out, &producer, (double)plane->least, plane->array->ledger.l2_error);
+    code = build(context, *out, &producer, (double)plane->least,
+                 plane->array->error_bound.l2_error);
     if (code) {
         cvol_array_free(*out);
         *out = NULL;

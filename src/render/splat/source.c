@@ -9,8 +9,8 @@ int cvol_splat_input_make(cvol_context *context, cvol_splat_input *out, const cv
     *out = (cvol_splat_input){.source = {.array = array, .volume = volume}};
     if (array) {
         out->grid = *cvol_array_grid(array);
-        out->source.min = array->ledger.value_min;
-        out->source.max = array->ledger.value_max;
+        out->source.min = array->error_bound.value_min;
+        out->source.max = array->error_bound.value_max;
     } else {
         cvol_sample_stats stats = {0};
         int code = cvol_grid_check(context, &volume->grid, "volume");

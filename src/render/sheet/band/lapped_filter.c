@@ -3,7 +3,7 @@
  * Where cells are evaluated on fewer points than they have samples, points lie `pitch` samples
  * apart, at t_k = (k + 1/2) pitch from a face. The filter's odd part there: L takes the differences
  * of mirrored samples, at t = 1/2 and 3/2, from those of points, by straight lines; H is the
- * filter's; R takes the corrections from samples (1/2 and 3/2; there is none at 5/2) to points,
+ * filter's; R takes the residual from samples (1/2 and 3/2; there is none at 5/2) to points,
  * again by straight lines. h = R H L; with pitch 1, h = H.
  *
  * A cell that is drawn may have a neighbour that is not evaluated, because nothing in it or between

@@ -71,8 +71,9 @@ static int is_smooth(const cvol_transfer *transfer, double lo, double hi, double
 
 cvol_transfer_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_transfer *transfer)
 {
-    const double lo = array->ledger.value_min, hi = array->ledger.value_max;
-    const double error = array->ledger.l2_error / sqrt((double)cvol_grid_samples(&array->grid));
+    const double lo = array->error_bound.value_min, hi = array->error_bound.value_max;
+    const double error = array->error_bound.l2_error /
+                         sqrt((double)cvol_grid_samples(&array->grid));
     const double noise = error * find_steepest(transfer, lo, hi),
                  most = cvol_transfer_max_opacity(transfer, lo, hi);
     const double from = fmax(lo, transfer->points[0].value),

@@ -11,7 +11,7 @@ void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
                            const cvol_transfer *transfer, double distance);
 
 /* What is soft (cvol_transfer_traits) is looked at midpoint no more than what is clear: it has no
- * thin shells between two ends that are alike. Before cvol_sheet_table_slant. */
+ * thin subbands between two ends that are alike. Before cvol_sheet_table_slant. */
 void cvol_sheet_table_soften(cvol_sheet_table *table);
 
 /* What it says about samples midpoint between sheets (midpoint) becomes that for rays that move by

@@ -139,7 +139,7 @@ CVOL_INLINE __m512i pass_interval(const cvol_int16_table *w, __m512i transmittan
 }
 
 /* The `live` intervals between `values`, of which the first is the run's interval `first`. Where
- * one pixel sees something, what lies midpoint is looked at for all: shells that are thinner than
+ * one pixel sees something, what lies midpoint is looked at for all: subbands that are thinner than
  * an interval lie between two ends at which there is nothing. */
 CVOL_INLINE void find_turn(int16_turn *turn, const int16_run *run, int first, const __m512i *values,
                            unsigned live, const __m512i begin)

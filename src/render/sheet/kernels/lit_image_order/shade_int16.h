@@ -12,7 +12,7 @@
 /* The most samples of a row that are loaded at once. */
 #define ROW_SAMPLES 32
 /* Called, as it is long and needed in several places. */
-#define CVOL_APART static __attribute__((noinline))
+#define CVOL_VOLUME_DISTANCE static __attribute__((noinline))
 
 /* Where the pixels of a group lie. */
 typedef struct group_place {
@@ -262,7 +262,7 @@ CVOL_INLINE void take_fours(word_pair *out, const group_place *at, long offset, 
 }
 
 /* Samples, `offset` behind the sheet's. */
-CVOL_APART cvol_vf value_of_group(const line_job *job, const group_place *at, long offset)
+CVOL_VOLUME_DISTANCE cvol_vf value_of_group(const line_job *job, const group_place *at, long offset)
 {
     word_pair values;
     if (job->samples == 16 && job->rows <= 8) {
@@ -309,8 +309,8 @@ CVOL_INLINE void take_rises(word_pair out[3], const group_place *at, long before
     }
 }
 
-CVOL_APART void rise_of_group(cvol_vf out[3], const line_job *job, const group_place *at,
-                              long before, long behind)
+CVOL_VOLUME_DISTANCE void rise_of_group(cvol_vf out[3], const line_job *job, const group_place *at,
+                                        long before, long behind)
 {
     word_pair rises[3];
 #define TAKE_RISES(rows, samples) take_rises(rises, at, before, behind, rows, samples)
@@ -358,8 +358,8 @@ CVOL_INLINE void take_half_way(word_pair out[4], const group_place *at, const fo
     }
 }
 
-CVOL_APART cvol_vf half_way_of_group(cvol_vf rise[3], const line_job *job, const group_place *at,
-                                     const four_sheets *of)
+CVOL_VOLUME_DISTANCE cvol_vf half_way_of_group(cvol_vf rise[3], const line_job *job,
+                                               const group_place *at, const four_sheets *of)
 {
     word_pair words[4];
 #define TAKE_HALF_WAY(rows, samples) take_half_way(words, at, of, rows, samples)
