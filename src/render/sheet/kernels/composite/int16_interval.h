@@ -153,9 +153,9 @@ CVOL_INLINE void find_turn(int16_turn *turn, const int16_run *run, int first, co
         if (ends >> i & 1)
             turn->ends[i] = classified_of_int16(w, values[i]);
     for (int i = 0; i < TURN; i++) {
-        const __m512i a = values[i], b = values[i + 1];
-        if (!(live >> i & 1))
+        if (!(live >> i & 1)) /* and values may end before */
             continue;
+        const __m512i a = values[i], b = values[i + 1];
         turn->rise[i] = _mm512_abs_epi16(_mm512_sub_epi16(b, a));
         turn->bent[i] = 0;
         const __mmask32 divided = find_divided(w, turn->rise[i], begin);
