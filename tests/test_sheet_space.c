@@ -153,10 +153,18 @@ static cvol_sheet_plan plan_of(const cvol_array *array, double most, cvol_render
     cvol_sheet_plan plan;
     assert_int_equal(cvol_transfer_create(context, &transfer, points, 2), CVOL_OK);
     assert_int_equal(cvol_view_make(context, &view, &array->grid, &options), CVOL_OK);
-    const cvol_transfer_traits traits = cvol_sheet_traits_of(array, transfer);
-    cvol_policy_space(&view, &traits, &options);
+    const cvol_policy_case in = {.mode = options.mode,
+                                 .asked = options.sheet.rays,
+                                 .pixel = view.pixel / view.mean_spacing,
+                                 .rays = 1,
+                                 .lit = options.shading.on,
+                                 .traits = cvol_transfer_traits_of(array, transfer),
+                                 .has_range = 1};
+    const cvol_policy policy = cvol_policy_choose(&in);
+    view.apart = policy.rays_apart;
+    view.coarsest = policy.coarsest;
     assert_int_equal(cvol_sheet_plan_make(context, &plan, array, 0, &view), CVOL_OK);
-    cvol_sheet_plan_space(&plan, view.sheets_apart);
+    cvol_sheet_plan_space(&plan, policy.slices_apart);
     cvol_transfer_free(transfer);
     return plan;
 }

@@ -22,6 +22,7 @@
 #include "render/sheet/band/band.h"
 #include "render/sheet/band/lapped.h"
 #include "render/sheet/band/work_stealing.h"
+#include "render/sheet/frame/kernel_table.h"
 #include "render/sheet/frame/plan.h"
 #include "render/sheet/frame/policy.h"
 #include "render/sheet/frame/table.h"
@@ -113,7 +114,7 @@ static int sheet_set_transfer(cvol_context *context, void *opaque_state,
     memcpy(copy, transfer, bytes);
     cvol_transfer_free(state->transfer);
     state->transfer = copy;
-    state->traits = cvol_sheet_traits_of(state->array, copy);
+    state->traits = cvol_transfer_traits_of(state->array, copy);
     for (int i = 0; i < CVOL_SHEET_SOURCES; i++)
         cvol_sheet_source_see(&state->subjects[i], copy);
     return CVOL_OK;
@@ -234,38 +235,6 @@ static cvol_block_axes make_axes(sheet_state *state, const cvol_sheet_plan *plan
     return axes;
 }
 
-static cvol_sheet_kernel *choose_kernel(cvol_mode mode, const cvol_sheet_plan *plan, int extras)
-{
-    const int lit = plan->lit, are_int16 = plan->int16.scale > 0;
-    if (plan->image_order && lit)
-        return CVOL_SIMD_CHOOSE(cvol_sheet_image_order_shade);
-    if (plan->image_order)
-        return extras      ? CVOL_SIMD_CHOOSE(cvol_sheet_image_order_extra)
-               : are_int16 ? CVOL_SIMD_CHOOSE(cvol_sheet_image_order_int16)
-                           : CVOL_SIMD_CHOOSE(cvol_sheet_image_order);
-    if (are_int16 && cvol_mode_is_grey(mode))
-        return mode == CVOL_MODE_MIP ? CVOL_SIMD_CHOOSE(cvol_sheet_max_int16)
-                                     : CVOL_SIMD_CHOOSE(cvol_sheet_min_int16);
-    if (are_int16)
-        return CVOL_SIMD_CHOOSE(cvol_sheet_composite_int16);
-#ifndef CVOL_ONLY_EXTRAS /* src/CMakeLists.txt */
-    if (!extras && lit)
-        return CVOL_SIMD_CHOOSE(cvol_sheet_shade);
-    if (!extras && mode == CVOL_MODE_COMPOSITE)
-        return CVOL_SIMD_CHOOSE(cvol_sheet_composite);
-#else
-    (void)extras;
-#endif
-    if (lit)
-        return CVOL_SIMD_CHOOSE(cvol_sheet_shade_extra);
-    if (mode == CVOL_MODE_COMPOSITE)
-        return CVOL_SIMD_CHOOSE(cvol_sheet_composite_extra);
-    if (mode == CVOL_MODE_MIN)
-        return CVOL_SIMD_CHOOSE(cvol_sheet_min);
-    return mode == CVOL_MODE_MIP ? CVOL_SIMD_CHOOSE(cvol_sheet_max)
-                                 : CVOL_SIMD_CHOOSE(cvol_sheet_sum);
-}
-
 /* A table that spans fewer samples than this is too fine for them. */
 #define LEAST_LIT_SPAN 128
 
@@ -282,8 +251,7 @@ static double find_error(const cvol_array *array)
 
 /* How the samples of maxima and minima are kept: in 16 bits where pixels and samples lie equally
  * far apart, and the array is coarser than words are. */
-static cvol_int16_scale choose_int16_extremes(const cvol_sheet_plan *plan, const cvol_array *array,
-                                              cvol_mode mode)
+static cvol_int16_scale choose_int16_extremes(const cvol_sheet_plan *plan, const cvol_array *array)
 {
     const double range = array->range_max - array->range_min;
     /* Between samples, where points are fewer, values overshoot. */
@@ -291,35 +259,38 @@ static cvol_int16_scale choose_int16_extremes(const cvol_sheet_plan *plan, const
                           : cvol_extremes_have_bounds(plan) ? 64
                                                             : CVOL_INT16_MOST / 8.0;
     const double scale = (CVOL_INT16_MOST - 2 * beyond) / range;
-    if ((mode != CVOL_MODE_MIP && mode != CVOL_MODE_MIN) || plan->wide ||
-        plan->masked == CVOL_SHEET_SOME_VOID || plan->level || plan->perspective ||
-        plan->du != plan->pitch_lane || cvol_cpu_best() != CVOL_CPU_AVX512 || !(range > 0) ||
-        !(find_error(array) * scale >= LEAST_ERROR_WORDS))
+    if (plan->du != plan->pitch_lane || !(find_error(array) * scale >= LEAST_ERROR_WORDS))
         return (cvol_int16_scale){0, 0};
     return (cvol_int16_scale){(float)scale,
                               (float)(beyond - scale * (array->range_min - array->offset))};
 }
 
-/* How samples are kept: in 16 bits where there are kernels that read these, and the table can be
- * told apart in them. */
-static cvol_int16_scale choose_int16(cvol_sheet_table *table, const cvol_sheet_plan *plan,
-                                     const cvol_array *array, cvol_mode mode, int extras)
+/* How int16 samples of an array are kept. What the filter across faces is yet to mix may lie
+ * outside of the range. */
+static cvol_int16_scale int16_scale_of(const cvol_array *array, int lapped)
 {
-    /* What the filter across faces is yet to mix may lie outside of the range. */
-    const double range = array->range_max - array->range_min;
-    const double beyond = plan->lapped ? CVOL_INT16_MOST / 2.8 : 64;
-    const double least = beyond, most = CVOL_INT16_MOST - beyond;
-    if (mode != CVOL_MODE_COMPOSITE || extras || (plan->lit && !plan->image_order) ||
-        plan->perspective || plan->masked == CVOL_SHEET_SOME_VOID ||
-        cvol_cpu_best() != CVOL_CPU_AVX512 || !(range > 0))
-        return (cvol_int16_scale){0, 0};
-    const double scale = (most - least) / range;
-    const cvol_int16_scale int16 = {(float)scale,
-                                    (float)(least - scale * (array->range_min - array->offset))};
-    if (plan->lit) /* classified as floats, and so a function may be steep */
-        return CVOL_TABLE_SIZE * scale >= LEAST_LIT_SPAN * (double)table->scale
-                   ? int16
-                   : (cvol_int16_scale){0, 0};
+    const double least = lapped ? CVOL_INT16_MOST / 2.8 : 64, most = CVOL_INT16_MOST - least;
+    const double scale = (most - least) / (array->range_max - array->range_min);
+    return (cvol_int16_scale){(float)scale,
+                              (float)(least - scale * (array->range_min - array->offset))};
+}
+
+/* Lit samples are classified as floats, and so a function may be steep, but int16 samples must tell
+ * its entries apart. */
+static int fits_lit_int16(const cvol_array *array, const cvol_transfer *transfer, int lapped)
+{
+    const double least = lapped ? CVOL_INT16_MOST / 2.8 : 64;
+    const double scale = (CVOL_INT16_MOST - 2 * least) / (array->range_max - array->range_min);
+    return CVOL_TABLE_SIZE * scale >= LEAST_LIT_SPAN * cvol_sheet_table_scale(array, transfer);
+}
+
+/* The int16 samples of a composite, if the table can be told apart in them. */
+static cvol_int16_scale choose_int16(cvol_sheet_table *table, const cvol_sheet_plan *plan,
+                                     const cvol_array *array)
+{
+    const cvol_int16_scale int16 = int16_scale_of(array, plan->lapped);
+    if (plan->lit)
+        return int16;
     cvol_int16_table_fill(&table->words, table, int16.scale, int16.offset);
     return table->words.usable ? int16 : (cvol_int16_scale){0, 0};
 }
@@ -386,37 +357,63 @@ static int choose_parts(const cvol_sheet_plan *plan, double step_voxels)
 /* The table of a frame; of a surface its visibility, too. How samples are kept follows from it. */
 static int set_table(cvol_context *context, sheet_state *state, cvol_sheet_plan *plan,
                      const cvol_sheet_source *subject, cvol_visibility *by_surface,
-                     const cvol_render_options *options, int extras)
+                     const cvol_render_options *options, const cvol_policy *policy)
 {
     cvol_sheet_table *table = state->table;
+    const int wants_int16 = policy->samples == CVOL_SAMPLES_INT16;
     table->is_surface = options->mode == CVOL_MODE_ISO;
     plan->int16 = (cvol_int16_scale){0, 0};
     if (table->is_surface)
         return set_surface(context, table, by_surface, subject->array, &options->surface);
     if (cvol_mode_is_grey(options->mode)) {
-        plan->int16 = choose_int16_extremes(plan, subject->array, options->mode);
+        if (wants_int16)
+            plan->int16 = choose_int16_extremes(plan, subject->array);
         return CVOL_OK;
     }
     cvol_sheet_table_fill(table, subject->array, state->transfer, plan->distance / plan->parts);
-    if (!plan->image_order && (state->traits.is_noisy || (table->is_translucent && !plan->lit)))
+    if (policy->intervals == CVOL_INTERVALS_COARSE ||
+        (policy->intervals == CVOL_INTERVALS_COARSE_IF_TRANSLUCENT && table->is_translucent))
         table->flat = table->flat_coarse;
-    if (state->traits.is_soft)
+    if (policy->soft_midpoints)
         cvol_sheet_table_soften(table);
     cvol_sheet_table_image_order(table,
                                  plan->pitch_sheet * fmax(fabs(plan->shear_lane) / plan->pitch_lane,
                                                           fabs(plan->shear_row) / plan->pitch_row),
-                                 state->traits.is_fine && !plan->lit);
-    plan->int16 = choose_int16(table, plan, subject->array, options->mode, extras);
+                                 policy->all_midpoints);
+    if (wants_int16 && plan->parts == 1)
+        plan->int16 = choose_int16(table, plan, subject->array);
     return CVOL_OK;
 }
 
-/* Whether rays are those of the picture's pixels, see cvol_sheet_rays. */
-static int wants_image_order(const cvol_sheet_plan *plan, const cvol_view *view,
-                             const cvol_render_options *options)
+/* The case of a picture, for the policy. */
+static cvol_policy_case case_of(const sheet_state *state, const cvol_sheet_source *subject,
+                                const cvol_view *view, const cvol_render_options *options,
+                                int has_depth)
 {
-    return options->sheet.rays == CVOL_SHEET_RAYS_PIXELS && options->mode == CVOL_MODE_COMPOSITE &&
-           !plan->wide && !plan->level && !plan->perspective && view->rays == 1 &&
-           plan->masked != CVOL_SHEET_SOME_VOID;
+    const cvol_array *array = subject->array;
+    const size_t *n = state->array->grid.dims;
+    const int level = subject->level.samples != NULL;
+    return (cvol_policy_case){
+        .mode = options->mode,
+        .asked = options->sheet.rays,
+        .pixel = view->pixel / view->mean_spacing,
+        .rays = view->rays,
+        .step = options->step_voxels,
+        .lit = options->mode == CVOL_MODE_ISO ||
+               (options->mode == CVOL_MODE_COMPOSITE && options->shading.on),
+        .planes = view->planes,
+        .perspective = view->perspective,
+        .level = level,
+        .is_wide = state->wide.reach != 0,
+        .has_depth = has_depth,
+        .counts = state->counts,
+        .traits = state->traits,
+        .fits_lit_int16 = fits_lit_int16(array, state->transfer, state->array->lapped && !level),
+        .masked = cvol_sheet_source_masked(subject, state->array->mask),
+        .is_thin = n[0] == 1 || n[1] == 1 || n[2] == 1,
+        .has_range = array->range_max > array->range_min,
+        .cpu = cvol_cpu_best(),
+    };
 }
 
 /* What the frame of a plan draws, beside its plan and its image. */
@@ -486,7 +483,12 @@ static int draw_strip(cvol_context *context, const drawing *of, cvol_image *imag
                                                      : &subject->everything,
         .mask = cvol_sheet_source_mask(subject),
         .background = cvol_sheet_background(array, array->mask),
-        .kernel = choose_kernel(options->mode, plan, of->extras),
+        .kernel = cvol_sheet_kernel_find(&(cvol_kernel_key){.mode = options->mode,
+                                                            .is_image_order = plan->image_order,
+                                                            .is_lit = plan->lit,
+                                                            .is_int16 = plan->int16.scale > 0,
+                                                            .has_extras = of->extras},
+                                         cvol_cpu_best()),
         .evaluate = CVOL_SIMD_CHOOSE(cvol_sheet_evaluate),
         .intermediate = &state->intermediate,
         .tiles = &state->tiles,
@@ -528,47 +530,32 @@ static int count_floats(const cvol_sheet_plan *plan, int has_depth)
            (plan->parts > 1 ? 2 * (CVOL_PARTS - 1) : 0);
 }
 
-static int is_one_sample_thick(const cvol_array *array)
-{
-    return array->grid.dims[0] == 1 || array->grid.dims[1] == 1 || array->grid.dims[2] == 1;
-}
-
-/* Whether light is looked at between sheets, too. What is not clear is, along the image-order rays,
- * looked at more closely already. */
-static int turns_light(const drawing *of, const cvol_sheet_plan *plan)
-{
-    return plan->lit &&
-           (plan->parts > 1 || (cvol_policy_turn(of->view) &&
-                                (!plan->image_order || of->state->traits.is_translucent)));
-}
-
-/* Chooses rays, and with them the frame's table. Lit image-order rays are drawn from 16 bits alone,
- * and with one sample between two sheets, if any are asked for; not those of a volume one sample
- * thick: it has no slope along that axis beside which the rounding of the others is nothing, and
- * what hardly rises would be lit by that. */
+/* Makes an image-order plan of it where the policy wants one and the view allows it, and with that
+ * the frame's table. A lit one has one sample in the middle between two slices, if any are asked
+ * for. */
 static int choose_rays(cvol_context *context, drawing *of, cvol_sheet_plan *plan, int has_depth)
 {
     sheet_state *state = of->state;
-    const int wanted = !plan->image_order && wants_image_order(plan, of->view, of->options);
+    cvol_policy_case in = case_of(state, of->subject, of->view, of->options, has_depth);
+    cvol_policy policy = cvol_policy_choose(&in);
+    const int parts = plan->parts;
     state->table->midpoints = 0;
-    of->extras = has_depth || plan->parts > 1 || plan->wide || state->counts;
-    cvol_sheet_plan pixels = *plan;
-    if (wanted && !plan->lit) {
-        if (cvol_sheet_plan_image_order(plan, of->view))
-            cvol_sheet_plan_space(plan, of->view->sheets_apart);
-    } else if (wanted && !has_depth && !is_one_sample_thick(state->array) &&
-               cvol_sheet_plan_image_order(&pixels, of->view)) {
-        pixels.parts = 1;
-        const int code = set_table(context, state, &pixels, of->subject, &of->by_surface,
-                                   of->options, 0);
-        if (code || pixels.int16.scale > 0) {
-            state->table->midpoints = plan->parts > 1;
-            of->extras = 0;
-            *plan = pixels;
-            return code;
-        }
+    if (policy.order == CVOL_SHEET_RAYS_PIXELS && !plan->image_order) {
+        cvol_sheet_plan oblique = *plan;
+        if (!cvol_sheet_plan_image_order(plan->lit ? &oblique : plan, of->view)) {
+            in.is_oblique = 1;
+            policy = cvol_policy_choose(&in);
+        } else if (plan->lit) {
+            *plan = oblique;
+            plan->parts = 1;
+            state->table->midpoints = parts > 1;
+        } else
+            cvol_sheet_plan_space(plan, policy.slices_apart);
     }
-    return set_table(context, state, plan, of->subject, &of->by_surface, of->options, of->extras);
+    of->extras = !(plan->image_order && plan->lit) &&
+                 (has_depth || plan->parts > 1 || plan->wide || state->counts);
+    state->table->turns = plan->lit && (plan->parts > 1 || policy.gradient_interpolation);
+    return set_table(context, state, plan, of->subject, &of->by_surface, of->options, &policy);
 }
 
 /* Draws the pixels of a plan. */
@@ -586,7 +573,6 @@ static int draw_plan(cvol_context *context, sheet_state *state, const cvol_sheet
                       ? choose_parts(plan, options->step_voxels)
                       : 1;
     int code = choose_rays(context, &of, plan, image->depth != NULL);
-    state->table->turns = turns_light(&of, plan);
     cvol_frame_tiles strips = {0, 0};
     if (!code)
         strips = cvol_frame_tiles_choose(plan, (size_t)image->width * (size_t)image->height,
@@ -635,9 +621,9 @@ static int draw_parallel(cvol_context *context, sheet_state *state,
                          const cvol_sheet_source *subject, cvol_image *image, cvol_sheet_plan *plan,
                          const cvol_view *view, const cvol_render_options *options)
 {
-    const int both = image->depth && options->mode == CVOL_MODE_COMPOSITE &&
-                     (!options->shading.on || (options->sheet.rays == CVOL_SHEET_RAYS_PIXELS &&
-                                               cvol_cpu_best() == CVOL_CPU_AVX512));
+    const cvol_policy_case in = case_of(state, subject, view, options, 0);
+    const int both = image->depth && in.mode == CVOL_MODE_COMPOSITE &&
+                     (!in.lit || cvol_policy_choose(&in).order == CVOL_SHEET_RAYS_PIXELS);
     const double share = both ? 0.5 : 1, whole[2] = {0, share}, rest[2] = {share, 1 - share};
     int code = draw_plan(context, state, subject, image, plan, view, options, whole);
     if (code || !both)
@@ -665,21 +651,23 @@ static int check_footprint(cvol_context *context, const cvol_sheet_options *opti
     return CVOL_OK;
 }
 
-/* Which rays a picture in parallel projection is drawn along, where that is left to the engine. */
-static int choose_lattice(cvol_context *context, sheet_state *state,
+/* Sets how far apart rays, points and slices of a picture in parallel projection lie. */
+static int choose_spacing(cvol_context *context, sheet_state *state,
                           const cvol_sheet_source *subject, cvol_view *view,
-                          cvol_render_options *options)
+                          const cvol_render_options *options)
 {
-    if (!subject->level.samples && cvol_policy_needs_curvature(&state->traits, options)) {
+    cvol_policy_case in = case_of(state, subject, view, options, 0);
+    if (cvol_policy_needs_curvature(&in)) {
         state->traits.curvature = cvol_opacity_curvature(subject->array, state->transfer,
                                                          &subject->by_transfer);
         if (state->traits.curvature < 0)
             return cvol_fail_memory(context, cvol_array_block_terms(subject->array) * sizeof(float),
                                     "a block");
+        in.traits = state->traits;
     }
-    cvol_policy_space(view, &state->traits, options);
-    if (options->mode == CVOL_MODE_COMPOSITE)
-        options->sheet.rays = cvol_policy_suited(&state->traits, view, options);
+    const cvol_policy policy = cvol_policy_choose(&in);
+    view->apart = policy.rays_apart;
+    view->coarsest = policy.coarsest;
     return CVOL_OK;
 }
 
@@ -698,12 +686,11 @@ static int sheet_draw(cvol_context *context, void *opaque_state, cvol_image *ima
     if (view->perspective)
         return draw_all_along(context, state, subject, image, view, options);
     cvol_view seen = *view;
-    cvol_render_options chosen = *options;
-    code = choose_lattice(context, state, subject, &seen, &chosen);
+    code = choose_spacing(context, state, subject, &seen, options);
     if (!code)
         code = cvol_sheet_plan_make(context, &plan, state->array,
                                     subject->level.samples ? options->level : 0, &seen);
-    return code ? code : draw_parallel(context, state, subject, image, &plan, &seen, &chosen);
+    return code ? code : draw_parallel(context, state, subject, image, &plan, &seen, options);
 }
 
 static uint64_t sheet_kept_bytes(const void *opaque_state)

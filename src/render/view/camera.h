@@ -34,7 +34,6 @@ typedef struct cvol_view {
     /* Of its lattice: rays lie so many pixels apart, while that is within a sample, and points up
      * to so many where pixels span more (plan.h). */
     double apart, coarsest;
-    double sheets_apart; /* how far sheets may lie along its pixels' rays, in mean spacings */
     double step;         /* between samples along rays, in mean spacings; 0: the engine's own */
     int clipped;         /* lo, hi are not all the faces of the volume, or there are planes */
     double lo[3], hi[3]; /* the box that is drawn, in sample indices: an axis of one sample is */

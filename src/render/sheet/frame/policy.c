@@ -1,5 +1,7 @@
-/* Which rays a picture is drawn along: those of its pixels where these bring it nearer to the
- * volume, those of a lattice along the samples, which are quicker, where they do not
+/* How a frame is drawn.
+ *
+ * Image-order rays, those of the picture's pixels, bring a picture nearer to the volume;
+ * object-order rays, on a grid along the samples, are quicker. What tells them apart was measured
  * (doc/decisions/0010). */
 #include "render/sheet/frame/policy.h"
 
@@ -8,13 +10,14 @@
 #include "array/core/array.h"
 #include "render/sheet/frame/frame.h"
 
-/* Where pixels span more samples, the lattice has as many rays as the picture, and is softer. */
+/* Above this pixel size, in samples, object order has as many rays as the picture, and is softer.
+ */
 #define WIDEST_PIXEL 1.45
-/* Where a sample's own error changes its opacity by so much, rays no longer tell. */
+/* Above this opacity error, image-order rays give no visible gain. */
 #define MOST_NOISE 0.095
-/* Where it does by no more than this, what is left is what lies between the samples of a ray. */
+/* Up to this opacity error, the sampling along a ray decides. */
 #define FINE_NOISE 0.005
-/* Of what is clear less is seen. */
+/* A tighter limit for translucent transfer functions. */
 #define EXACT_NOISE 0.001
 /* Where what is clear bends by more than this between samples (opacity_curvature.h), light on it
  * shows which of its places were looked at, and so does an array that is nearly exact. */
@@ -69,7 +72,7 @@ static int is_smooth(const cvol_transfer *transfer, double lo, double hi, double
     return 1;
 }
 
-cvol_transfer_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_transfer *transfer)
+cvol_transfer_traits cvol_transfer_traits_of(const cvol_array *array, const cvol_transfer *transfer)
 {
     const double lo = array->error_bound.value_min, hi = array->error_bound.value_max;
     const double error = array->error_bound.l2_error /
@@ -87,46 +90,90 @@ cvol_transfer_traits cvol_sheet_traits_of(const cvol_array *array, const cvol_tr
         .curvature = -1};
 }
 
-int cvol_policy_needs_curvature(const cvol_transfer_traits *traits,
-                                const cvol_render_options *options)
+int cvol_policy_needs_curvature(const cvol_policy_case *in)
 {
-    return options->mode == CVOL_MODE_COMPOSITE && options->sheet.rays == CVOL_SHEET_RAYS_AUTO &&
-           traits->is_translucent && (options->shading.on || traits->is_exact) &&
-           traits->curvature < 0;
+    return in->mode == CVOL_MODE_COMPOSITE && in->asked == CVOL_SHEET_RAYS_AUTO && !in->level &&
+           in->traits.is_translucent && (in->lit || in->traits.is_exact) &&
+           in->traits.curvature < 0;
 }
 
-cvol_sheet_rays cvol_policy_suited(const cvol_transfer_traits *traits, const cvol_view *view,
-                                   const cvol_render_options *options)
+/* The order that suits a composite from this view: the same from every angle, so that nothing
+ * changes as a view turns. */
+static cvol_sheet_rays suited_order(const cvol_policy_case *in)
 {
-    if (options->sheet.rays != CVOL_SHEET_RAYS_AUTO)
-        return options->sheet.rays;
-    if (options->step_voxels > 0 || view->pixel > WIDEST_PIXEL * view->mean_spacing)
+    if (in->asked != CVOL_SHEET_RAYS_AUTO)
+        return in->asked;
+    if (in->step > 0 || in->pixel > WIDEST_PIXEL)
         return CVOL_SHEET_RAYS_PIXELS;
-    const int shows_all = options->shading.on || traits->is_exact,
-              is_smooth = traits->is_translucent &&
-                          (!shows_all || traits->curvature <= MOST_CURVATURE);
-    return traits->is_noisy || is_smooth ? CVOL_SHEET_RAYS_LATTICE : CVOL_SHEET_RAYS_PIXELS;
+    const int shows_all = in->lit || in->traits.is_exact,
+              is_smooth = in->traits.is_translucent &&
+                          (!shows_all || in->traits.curvature <= MOST_CURVATURE);
+    return in->traits.is_noisy || is_smooth ? CVOL_SHEET_RAYS_LATTICE : CVOL_SHEET_RAYS_PIXELS;
 }
 
-int cvol_policy_turn(const cvol_view *view)
+/* Whether int16 samples can be drawn at all. */
+static int has_int16(const cvol_policy_case *in)
 {
-    return view->pixel < TURNING_PIXEL * view->mean_spacing;
+    return in->cpu == CVOL_CPU_AVX512 && in->has_range && !in->perspective && !in->is_wide &&
+           in->masked != CVOL_SHEET_SOME_VOID;
 }
 
-void cvol_policy_space(cvol_view *view, const cvol_transfer_traits *traits,
-                       const cvol_render_options *options)
+/* Whether there are image-order kernels for it. Lit ones read int16 samples alone. A lit volume one
+ * sample thick has no slope along that axis, next to which the rounding of int16 would be seen. */
+static int has_image_order(const cvol_policy_case *in)
 {
-    if (options->mode == CVOL_MODE_COMPOSITE && traits->is_soft && !options->shading.on &&
-        !(view->step > 0) && !view->planes)
-        view->sheets_apart = fmin(1 + SOFT_APART * fmax(view->pixel / view->mean_spacing - 1, 0),
-                                  SOFT_MOST_APART);
-    if (options->sheet.rays != CVOL_SHEET_RAYS_AUTO || view->rays != 1 || view->planes)
+    return in->mode == CVOL_MODE_COMPOSITE && !in->is_oblique && !in->is_wide && !in->level &&
+           !in->perspective && in->rays == 1 && in->masked != CVOL_SHEET_SOME_VOID &&
+           (!in->lit || (!in->has_depth && !in->is_thin && in->fits_lit_int16 && has_int16(in)));
+}
+
+static cvol_sample_type choose_samples(const cvol_policy_case *in, cvol_sheet_rays order)
+{
+    if (!has_int16(in))
+        return CVOL_SAMPLES_FLOAT;
+    if (in->mode == CVOL_MODE_MIP || in->mode == CVOL_MODE_MIN)
+        return in->level ? CVOL_SAMPLES_FLOAT : CVOL_SAMPLES_INT16;
+    if (in->mode != CVOL_MODE_COMPOSITE)
+        return CVOL_SAMPLES_FLOAT;
+    if (in->lit)
+        return order == CVOL_SHEET_RAYS_PIXELS ? CVOL_SAMPLES_INT16 : CVOL_SAMPLES_FLOAT;
+    return in->has_depth || in->counts ? CVOL_SAMPLES_FLOAT : CVOL_SAMPLES_INT16;
+}
+
+/* Sample spacing, which the ray order that the view suits decides, not the one that kernels have.
+ */
+static void choose_spacing(cvol_policy *out, const cvol_policy_case *in, cvol_sheet_rays suited)
+{
+    const int is_composite = in->mode == CVOL_MODE_COMPOSITE;
+    if (is_composite && in->traits.is_soft && !in->lit && !(in->step > 0) && !in->planes)
+        out->slices_apart = fmin(1 + SOFT_APART * fmax(in->pixel - 1, 0), SOFT_MOST_APART);
+    if (in->asked != CVOL_SHEET_RAYS_AUTO || in->rays != 1 || in->planes)
         return;
-    const int is_mean = options->mode == CVOL_MODE_XRAY,
-              is_translucent = options->mode == CVOL_MODE_COMPOSITE && traits->is_translucent &&
-                               cvol_policy_suited(traits, view, options) == CVOL_SHEET_RAYS_LATTICE;
-    if (is_translucent || cvol_mode_is_grey(options->mode))
-        view->apart = TRANSLUCENT_APART;
-    if (is_mean)
-        view->coarsest = MEAN_PITCH;
+    if ((is_composite && in->traits.is_translucent && suited == CVOL_SHEET_RAYS_LATTICE) ||
+        cvol_mode_is_grey(in->mode))
+        out->rays_apart = TRANSLUCENT_APART;
+    if (in->mode == CVOL_MODE_XRAY)
+        out->coarsest = MEAN_PITCH;
+}
+
+cvol_policy cvol_policy_choose(const cvol_policy_case *in)
+{
+    const cvol_sheet_rays suited = suited_order(in);
+    const int is_image_order = suited == CVOL_SHEET_RAYS_PIXELS && has_image_order(in);
+    cvol_policy out = {.order = is_image_order ? CVOL_SHEET_RAYS_PIXELS : CVOL_SHEET_RAYS_LATTICE,
+                       .rays_apart = 1,
+                       .coarsest = CVOL_COARSEST_PITCH,
+                       .slices_apart = 0};
+    choose_spacing(&out, in, suited);
+    if (!is_image_order)
+        out.intervals = in->traits.is_noisy ? CVOL_INTERVALS_COARSE
+                        : !in->lit          ? CVOL_INTERVALS_COARSE_IF_TRANSLUCENT
+                                            : CVOL_INTERVALS_FINE;
+    out.soft_midpoints = in->traits.is_soft;
+    out.all_midpoints = in->traits.is_fine && !in->lit;
+    /* Image-order rays look at opaque functions more closely already. */
+    out.gradient_interpolation = in->lit && in->pixel < TURNING_PIXEL &&
+                                 (!is_image_order || in->traits.is_translucent);
+    out.samples = choose_samples(in, out.order);
+    return out;
 }

@@ -170,17 +170,29 @@ static int fit_segments(cvol_sheet_table *table, double (*channels)[4], double s
     return most;
 }
 
+/* The difference of the values of neighbouring entries; *lo: the value that entries begin at. */
+static double find_unit(double *lo, const cvol_array *array, const cvol_transfer *transfer)
+{
+    double hi = transfer->points[transfer->count - 1].value;
+    *lo = less_of(more_of(transfer->points[0].value, array->range_min), array->range_max);
+    hi = less_of(more_of(hi, array->range_min), array->range_max);
+    const double span = hi > *lo ? hi - *lo : array->range_max - array->range_min;
+    return span > 0 ? span / (CVOL_TABLE_SIZE - 3) : 1;
+}
+
+double cvol_sheet_table_scale(const cvol_array *array, const cvol_transfer *transfer)
+{
+    double lo;
+    return (double)(float)(1 / find_unit(&lo, array, transfer));
+}
+
 /* Its first and last entries lie one step outside, so that they are the constants there even where
  * the function begins or ends with a jump. */
 void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
                            const cvol_transfer *transfer, double distance)
 {
     double channels[CVOL_TABLE_SIZE][4];
-    double lo = transfer->points[0].value, hi = transfer->points[transfer->count - 1].value;
-    lo = less_of(more_of(lo, array->range_min), array->range_max);
-    hi = less_of(more_of(hi, array->range_min), array->range_max);
-    double span = hi > lo ? hi - lo : array->range_max - array->range_min;
-    double unit = span > 0 ? span / (CVOL_TABLE_SIZE - 3) : 1;
+    double lo, unit = find_unit(&lo, array, transfer);
     lo -= unit;
     table->from = (float)(lo - array->offset - 0.5 * unit);
     table->scale = (float)(1 / unit);

@@ -10,6 +10,8 @@
 void cvol_sheet_table_fill(cvol_sheet_table *table, const cvol_array *array,
                            const cvol_transfer *transfer, double distance);
 
+/* The scale that cvol_sheet_table_fill gives a table: entries for a unit of value. */
+double cvol_sheet_table_scale(const cvol_array *array, const cvol_transfer *transfer);
 /* What is soft (cvol_transfer_traits) is looked at midpoint no more than what is clear: it has no
  * thin subbands between two ends that are alike. Before cvol_sheet_table_slant. */
 void cvol_sheet_table_soften(cvol_sheet_table *table);
